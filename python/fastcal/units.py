@@ -1,0 +1,122 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""The only table of units: x_si = x * numerator / denominator + offset.
+
+Inside fastcal everything is SI; a name at an edge (column, key, flag) ends in its unit, `x_mm`, `compliance_rad_nm`.
+The factor is kept as a fraction so that 9 mm is read as the double nearest to 0.009 m.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import overload
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal.errors import InvalidInput
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A unit by the name it has at the edges.
+
+    Attributes:
+        name: As it ends a name, such as `mm` or `rad_nm` (radian a newton metre).
+        kind: What it measures; units of one kind convert into each other.
+        numerator, denominator: Their quotient is the SI value of one unit.
+        offset: The SI value of zero.
+    """
+
+    name: str
+    kind: str
+    numerator: float = 1.0
+    denominator: float = 1.0
+    offset: float = 0.0
+
+
+UNITS: dict[str, Unit] = {
+    unit.name: unit
+    for unit in (
+        Unit("1", "number"),
+        Unit("m", "length"),
+        Unit("mm", "length", 1, 1000),
+        Unit("um", "length", 1, 1_000_000),
+        Unit("in", "length", 254, 10_000),
+        Unit("rad", "angle"),
+        Unit("mrad", "angle", 1, 1000),
+        Unit("deg", "angle", math.pi, 180),
+        Unit("kg", "mass"),
+        Unit("g", "mass", 1, 1000),
+        Unit("n", "force"),
+        Unit("nm", "torque"),
+        Unit("a", "current"),
+        Unit("c", "temperature", offset=273.15),
+        Unit("k", "temperature"),
+        Unit("s", "time"),
+        Unit("m_s", "speed"),
+        Unit("mm_s", "speed", 1, 1000),
+        Unit("rad_s", "angular speed"),
+        Unit("deg_s", "angular speed", math.pi, 180),
+        Unit("m_s2", "acceleration"),
+        Unit("n_m", "stiffness"),
+        Unit("rad_nm", "angle per torque"),
+        Unit("rad_a", "angle per current"),
+        Unit("rad_k", "angle per temperature"),
+        Unit("1_k", "number per temperature"),
+        Unit("1_nm2", "inverse bending stiffness"),
+        Unit("kg_m2", "inertia"),
+        Unit("m2", "area"),
+        Unit("m4", "second moment of area"),
+        Unit("pa", "pressure"),
+    )
+}
+
+
+def unit_names(kind: str) -> list[str]:
+    """The names of all units of a kind, SI first where it has one."""
+    return [unit.name for unit in UNITS.values() if unit.kind == kind]
+
+
+def parse_name(name: str) -> tuple[str, str | None]:
+    """Splits `rate_x_mm_s` into ("rate_x", "mm_s") by the longest known unit; ("name", None) where there is none."""
+    for start, letter in enumerate(name):
+        if letter == "_" and start > 0:
+            tail = name[start + 1 :].lower()
+            if tail in UNITS and tail != "1":
+                return name[:start], tail
+    return name, None
+
+
+@overload
+def to_si(value: float, unit: str) -> float: ...
+@overload
+def to_si(value: NDArray[np.float64], unit: str) -> NDArray[np.float64]: ...
+def to_si(value: float | NDArray[np.float64], unit: str) -> float | NDArray[np.float64]:
+    """A value, or an array of any shape, given in `unit`, in SI (temperatures in kelvin)."""
+    u = _unit(unit)
+    return value * u.numerator / u.denominator + u.offset
+
+
+@overload
+def from_si(value: float, unit: str) -> float: ...
+@overload
+def from_si(value: NDArray[np.float64], unit: str) -> NDArray[np.float64]: ...
+def from_si(value: float | NDArray[np.float64], unit: str) -> float | NDArray[np.float64]:
+    """A value, or an array of any shape, given in SI, in `unit`."""
+    u = _unit(unit)
+    return (value - u.offset) * u.denominator / u.numerator
+
+
+def factor(unit: str) -> float:
+    """The SI size of one unit: what converts differences, standard deviations and slopes (no offset)."""
+    u = _unit(unit)
+    return u.numerator / u.denominator
+
+
+def _unit(name: str) -> Unit:
+    try:
+        return UNITS[name]
+    except KeyError:
+        raise InvalidInput(f"unit '{name}' is not known; known are {', '.join(UNITS)}") from None
