@@ -1,0 +1,218 @@
+// SPDX-FileCopyrightText: 2026 The fastcal authors
+// SPDX-License-Identifier: MIT
+#include "fastcal/robot/urdf.hpp"
+
+#include <console_bridge/console.h>
+#include <urdf_model/model.h>
+#include <urdf_parser/urdf_parser.h>
+
+#include <algorithm>
+#include <iterator>
+#include <mutex>
+#include <numbers>
+#include <utility>
+
+#include "fastcal/math/check.hpp"
+
+namespace fastcal {
+namespace {
+
+/// While it lives, urdfdom's complaints come here and not onto the terminal.
+class Complaints : public console_bridge::OutputHandler {
+ public:
+  Complaints() : lock_(mutex_) { console_bridge::useOutputHandler(this); }
+  ~Complaints() override { console_bridge::restorePreviousOutputHandler(); }
+  Complaints(const Complaints&) = delete;
+  Complaints& operator=(const Complaints&) = delete;
+  void log(const std::string& text, console_bridge::LogLevel level, const char*, int) override {
+    if (level >= console_bridge::CONSOLE_BRIDGE_LOG_ERROR && first_.empty()) first_ = text;
+  }
+  const std::string& first() const { return first_; }
+
+ private:
+  static inline std::mutex mutex_;  // the handler is one for the whole process
+  std::lock_guard<std::mutex> lock_;
+  std::string first_;
+};
+
+/// The XML parser behind urdfdom calls itself for each level: a deep text would end the process, not the call.
+void check_nesting(const std::string& xml) {
+  constexpr int kDeepest = 1000;
+  int depth = 0;
+  for (std::size_t i = 0; i + 1 < xml.size(); ++i) {
+    const char next = xml[i + 1];
+    if (xml[i] == '<' && next != '/' && next != '?' && next != '!') ++depth;
+    if ((xml[i] == '<' && next == '/') || (xml[i] == '/' && next == '>')) --depth;
+    FASTCAL_CHECK(depth <= kDeepest) << "the URDF nests its elements more than " << kDeepest << " deep";
+  }
+}
+
+urdf::ModelInterfaceSharedPtr parse(const std::string& xml) {
+  check_nesting(xml);
+  const Complaints complaints;
+  urdf::ModelInterfaceSharedPtr model = urdf::parseURDF(xml);
+  FASTCAL_CHECK(model != nullptr) << "the text is not a URDF that can be read"
+                                  << (complaints.first().empty() ? "" : ": " + complaints.first());
+  return model;
+}
+
+Eigen::Vector3d vector(const urdf::Vector3& v) { return {v.x, v.y, v.z}; }
+
+Pose pose(const urdf::Pose& p) {
+  const urdf::Rotation& r = p.rotation;
+  return {Eigen::Quaterniond(r.w, r.x, r.y, r.z).normalized().toRotationMatrix(), vector(p.position)};
+}
+
+/// Inertia of a point mass about the origin, at p (parallel-axis theorem).
+Eigen::Matrix3d point_inertia(double mass, const Eigen::Vector3d& p) {
+  return mass * (p.squaredNorm() * Eigen::Matrix3d::Identity() - p * p.transpose());
+}
+
+/// `link`'s own body in the frame that sees the link at `T`; the inertia turns with the inertial origin.
+Body body_of(const urdf::Link& link, const Pose& T) {
+  Body body;
+  if (!link.inertial) return body;
+  const urdf::Inertial& inertial = *link.inertial;
+  const Pose centre = T * pose(inertial.origin);
+  Eigen::Matrix3d inertia;
+  inertia << inertial.ixx, inertial.ixy, inertial.ixz,  //
+      inertial.ixy, inertial.iyy, inertial.iyz,         //
+      inertial.ixz, inertial.iyz, inertial.izz;
+  FASTCAL_CHECK(inertial.mass >= 0) << "link '" << link.name << "': the mass must not be negative, got "
+                                    << inertial.mass;
+  body.mass = inertial.mass;
+  body.com = centre.p;
+  body.inertia = centre.R * inertia * centre.R.transpose();
+  return body;
+}
+
+/// Two bodies of one frame as one.
+Body join(const Body& a, const Body& b) {
+  if (b.mass == 0 && b.inertia.isZero(0)) return a;
+  if (a.mass == 0 && a.inertia.isZero(0)) return b;
+  Body both;
+  both.mass = a.mass + b.mass;
+  both.com = both.mass > 0 ? ((a.mass * a.com + b.mass * b.com) / both.mass).eval() : a.com;
+  both.inertia =
+      a.inertia + b.inertia + point_inertia(a.mass, a.com - both.com) + point_inertia(b.mass, b.com - both.com);
+  return both;
+}
+
+/// All that hangs on `link`, seen at `T`, without crossing `next`, the chain's own next joint.
+Body carried(const urdf::ModelInterface& model, const urdf::Link& link, const Pose& T, const urdf::Joint* next,
+             std::vector<std::string>& notes) {
+  Body body;
+  std::vector<std::pair<const urdf::Link*, Pose>> open{{&link, T}};
+  while (!open.empty()) {
+    const auto [parent, T_parent] = open.back();
+    open.pop_back();
+    body = join(body, body_of(*parent, T_parent));
+    for (const urdf::JointSharedPtr& joint : parent->child_joints) {
+      if (joint.get() == next) continue;
+      if (joint->type != urdf::Joint::FIXED)
+        notes.push_back("joint '" + joint->name +
+                        "' is not between the base and the tip: what it carries is held at 0");
+      open.emplace_back(model.links_.at(joint->child_link_name).get(),
+                        T_parent * pose(joint->parent_to_joint_origin_transform));
+    }
+  }
+  return body;
+}
+
+std::string joined(const std::vector<std::string>& names) {
+  std::string text;
+  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
+  return text;
+}
+
+const urdf::Link& tip_of(const urdf::ModelInterface& model, const std::string& tip_link) {
+  std::vector<std::string> leaves;
+  for (const auto& [name, link] : model.links_)
+    if (link->child_joints.empty()) leaves.push_back(name);
+  FASTCAL_CHECK(!tip_link.empty() || leaves.size() == 1)
+      << "the URDF ends in " << leaves.size() << " links, name one as tip_link: " << joined(leaves);
+  const std::string& name = tip_link.empty() ? leaves.front() : tip_link;
+  const auto found = model.links_.find(name);
+  FASTCAL_CHECK(found != model.links_.end())
+      << "the URDF has no link '" << name << "' for tip_link; it ends in " << joined(leaves);
+  return *found->second;
+}
+
+/// The joints from the base to the tip, found from the tip, as each link has one parent.
+std::vector<const urdf::Joint*> path(const urdf::ModelInterface& model, const std::string& base,
+                                     const urdf::Link& tip) {
+  FASTCAL_CHECK(model.links_.contains(base))
+      << "the URDF has no link '" << base << "' for base_link; its root is '" << model.getRoot()->name << "'";
+  std::vector<const urdf::Joint*> joints;
+  std::vector<std::string> links{tip.name};
+  while (links.back() != base) {
+    const urdf::Joint* joint = model.links_.at(links.back())->parent_joint.get();
+    const bool leads_on = joint != nullptr && joints.size() < model.joints_.size();  // links may form a ring
+    FASTCAL_CHECK(leads_on) << "base_link '" << base << "' does not carry tip_link '" << tip.name
+                            << "', which is carried by "
+                            << joined({links.begin(), links.begin() + std::min<std::ptrdiff_t>(std::ssize(links), 20)});
+    joints.push_back(joint);
+    links.push_back(joint->parent_link_name);
+  }
+  std::reverse(joints.begin(), joints.end());
+  return joints;
+}
+
+UrdfJoint moving_joint(const urdf::Joint& joint) {
+  FASTCAL_CHECK(joint.type == urdf::Joint::REVOLUTE || joint.type == urdf::Joint::CONTINUOUS ||
+                joint.type == urdf::Joint::PRISMATIC)
+      << "joint '" << joint.name
+      << "': only revolute, continuous, prismatic and fixed joints make a serial arm, and it is none of them";
+  FASTCAL_CHECK(!joint.mimic) << "joint '" << joint.name << "': it mimics joint '" << joint.mimic->joint_name
+                              << "', so it is no joint of a serial arm";
+  UrdfJoint out;
+  out.name = joint.name;
+  out.type = joint.type == urdf::Joint::PRISMATIC ? JointType::kPrismatic : JointType::kRevolute;
+  out.continuous = joint.type == urdf::Joint::CONTINUOUS;
+  out.axis = vector(joint.axis);
+  FASTCAL_CHECK(out.axis.allFinite() && out.axis.norm() > 0)
+      << "joint '" << joint.name << "': its axis has no direction";
+  out.axis.normalize();
+  out.lower = out.continuous ? -2 * std::numbers::pi : joint.limits->lower;
+  out.upper = out.continuous ? 2 * std::numbers::pi : joint.limits->upper;
+  FASTCAL_CHECK(out.lower < out.upper) << "joint '" << joint.name
+                                       << "': its lower limit must be below the upper one, got " << out.lower << " and "
+                                       << out.upper;
+  return out;
+}
+
+}  // namespace
+
+UrdfChain read_urdf(const std::string& xml, const std::string& base_link, const std::string& tip_link) {
+  const urdf::ModelInterfaceSharedPtr model = parse(xml);
+  const urdf::Link& tip = tip_of(*model, tip_link);
+  UrdfChain chain;
+  chain.name = model->getName();
+  chain.base_link = base_link.empty() ? model->getRoot()->name : base_link;
+  chain.tip_link = tip.name;
+
+  const std::vector<const urdf::Joint*> joints = path(*model, chain.base_link, tip);
+  Pose T;  // the present link in the frame of the last moving joint
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    T = T * pose(joints[i]->parent_to_joint_origin_transform);
+    if (joints[i]->type != urdf::Joint::FIXED) {
+      chain.joints.push_back(moving_joint(*joints[i]));
+      chain.joints.back().origin = T;
+      T = Pose{};
+      if (chain.joints.back().continuous)
+        chain.notes.push_back("joint '" + joints[i]->name +
+                              "' is continuous: its limits are set to -360 and 360 degrees");
+    }
+    if (chain.joints.empty()) continue;  // a link that never moves loads no joint
+    const urdf::Link& link = *model->links_.at(joints[i]->child_link_name);
+    const urdf::Joint* next = i + 1 < joints.size() ? joints[i + 1] : nullptr;
+    Body& body = chain.joints.back().body;
+    body = join(body, carried(*model, link, T, next, chain.notes));
+  }
+  FASTCAL_CHECK(!chain.joints.empty()) << "no joint moves between link '" << chain.base_link << "' and link '"
+                                       << chain.tip_link << "'";
+  chain.flange = T;
+  return chain;
+}
+
+}  // namespace fastcal

@@ -1,0 +1,155 @@
+// SPDX-FileCopyrightText: 2026 The fastcal authors
+// SPDX-License-Identifier: MIT
+#include "fastcal/robot/urdf.hpp"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+#include <string>
+
+#include "fastcal/math/check.hpp"
+#include "fastcal/math/se3.hpp"
+
+namespace fastcal {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+std::string link(const std::string& name, const std::string& inside = "") {
+  return "<link name='" + name + "'>" + inside + "</link>";
+}
+
+std::string joint(const std::string& name, const std::string& type, const std::string& parent, const std::string& child,
+                  const std::string& inside = "") {
+  const std::string limit =
+      type == "revolute" || type == "prismatic" ? "<limit lower='-1' upper='2' effort='1' velocity='1'/>" : "";
+  return "<joint name='" + name + "' type='" + type + "'><parent link='" + parent + "'/><child link='" + child + "'/>" +
+         limit + inside + "</joint>";
+}
+
+std::string robot(const std::string& inside) { return "<robot name='arm'>" + inside + "</robot>"; }
+
+std::string two_links(const std::string& type, const std::string& inside = "") {
+  return robot(link("base") + link("tip") + joint("j", type, "base", "tip", inside));
+}
+
+/// The message of the InvalidInput that reading `xml` throws.
+std::string refusal(const std::string& xml, const std::string& base = "", const std::string& tip = "") {
+  try {
+    read_urdf(xml, base, tip);
+  } catch (const InvalidInput& error) {
+    return error.what();
+  }
+  return "nothing was refused";
+}
+
+const std::string kArm = robot(
+    link("world") + link("base") +
+    link("upper",
+         "<inertial><origin xyz='1 0 0'/><mass value='3'/><inertia ixx='0.1' ixy='0' ixz='0' iyy='0.2' iyz='0' "
+         "izz='0.3'/></inertial>") +
+    link("box", "<inertial><mass value='1'/><inertia ixx='0' ixy='0' ixz='0' iyy='0' iyz='0' izz='0'/></inertial>") +
+    link("mount") + link("slide") + link("tool0") +
+    joint("fix", "fixed", "world", "base", "<origin xyz='0 0 0.5' rpy='0 0 1.5707963267948966'/>") +
+    joint("shoulder", "revolute", "base", "upper", "<origin xyz='1 0 0'/><axis xyz='0 0 2'/>") +
+    joint("boxed", "fixed", "upper", "box", "<origin xyz='5 0 0'/>") +
+    joint("mounted", "fixed", "upper", "mount", "<origin xyz='0 2 0' rpy='0.3 -0.4 0.5'/>") +
+    joint("rail", "prismatic", "mount", "slide", "<origin xyz='0 0 1'/><axis xyz='0 1 0'/>") +
+    joint("end", "fixed", "slide", "tool0", "<origin xyz='0.1 0.2 0.3' rpy='0 1.5707963267948966 0'/>"));
+
+TEST(Urdf, FixedJointsAreMergedIntoOriginsAndTheFlange) {
+  const UrdfChain chain = read_urdf(kArm, "world", "tool0");
+  ASSERT_EQ(chain.joints.size(), 2U);
+  EXPECT_EQ(chain.name, "arm");
+  EXPECT_EQ(chain.joints[0].name, "shoulder");
+  EXPECT_EQ(chain.joints[1].type, JointType::kPrismatic);
+  EXPECT_LT((chain.joints[0].origin.p - Eigen::Vector3d(0, 1, 0.5)).norm(), 1e-15);  // Rz(90 deg) turns x into y
+  EXPECT_LT((chain.joints[0].axis - Eigen::Vector3d::UnitZ()).norm(), 1e-15);
+  const Eigen::Matrix3d R = rpy_to_rotation({0.3, -0.4, 0.5});
+  EXPECT_LT((chain.joints[1].origin.R - R).norm(), 1e-15);
+  EXPECT_LT((chain.joints[1].origin.p - (Eigen::Vector3d(0, 2, 0) + R.col(2))).norm(), 1e-15);
+  EXPECT_LT((chain.flange.p - Eigen::Vector3d(0.1, 0.2, 0.3)).norm(), 1e-15);
+  EXPECT_LT((chain.flange.R - rpy_to_rotation({0, kPi / 2, 0})).norm(), 1e-15);
+  EXPECT_EQ(chain.joints[0].lower, -1);
+  EXPECT_EQ(chain.joints[0].upper, 2);
+}
+
+TEST(Urdf, AFixedBodyIsLumpedIntoTheLinkThatCarriesIt) {
+  // 3 kg at x = 1 and 1 kg at x = 5: 4 kg at x = 2; 3 kg 1 m away and 1 kg 3 m away add 3 + 9 about y and z.
+  const Body body = read_urdf(kArm, "", "tool0").joints[0].body;
+  EXPECT_DOUBLE_EQ(body.mass, 4);
+  EXPECT_LT((body.com - Eigen::Vector3d(2, 0, 0)).norm(), 1e-15);
+  EXPECT_LT((body.inertia - Eigen::Vector3d(0.1, 12.2, 12.3).asDiagonal().toDenseMatrix()).norm(), 1e-14);
+}
+
+TEST(Urdf, InertiaTurnsWithItsOrigin) {
+  const std::string inertial =
+      "<inertial><origin xyz='0.1 0.2 0.3' rpy='0.5 0.6 0.7'/><mass value='2'/><inertia ixx='1' ixy='0.1' ixz='0.2' "
+      "iyy='2' iyz='0.3' izz='3'/></inertial>";
+  const UrdfChain chain =
+      read_urdf(robot(link("base") + link("tip", inertial) + joint("j", "revolute", "base", "tip")));
+  Eigen::Matrix3d inertia;
+  inertia << 1, 0.1, 0.2, 0.1, 2, 0.3, 0.2, 0.3, 3;
+  const Eigen::Matrix3d R = rpy_to_rotation({0.5, 0.6, 0.7});
+  EXPECT_LT((chain.joints[0].body.inertia - R * inertia * R.transpose()).norm(), 1e-14);
+  EXPECT_LT((chain.joints[0].body.com - Eigen::Vector3d(0.1, 0.2, 0.3)).norm(), 1e-15);
+}
+
+TEST(Urdf, AContinuousJointGetsTwoTurnsAndIsNoted) {
+  const UrdfChain chain = read_urdf(two_links("continuous", "<axis xyz='0 0 1'/>"));
+  EXPECT_EQ(chain.joints[0].type, JointType::kRevolute);
+  EXPECT_DOUBLE_EQ(chain.joints[0].lower, -2 * kPi);
+  EXPECT_DOUBLE_EQ(chain.joints[0].upper, 2 * kPi);
+  ASSERT_EQ(chain.notes.size(), 1U);
+  EXPECT_NE(chain.notes[0].find("'j' is continuous"), std::string::npos);
+}
+
+TEST(Urdf, AGripperBesideTheChainIsHeldAndNoted) {
+  const std::string finger = link(
+      "finger", "<inertial><mass value='0.5'/><inertia ixx='0' ixy='0' ixz='0' iyy='0' iyz='0' izz='0'/></inertial>");
+  const std::string xml = robot(link("base") + link("tip") + finger + joint("j", "revolute", "base", "tip") +
+                                joint("grip", "prismatic", "tip", "finger", "<origin xyz='0 0 0.2'/>"));
+  const UrdfChain chain = read_urdf(xml, "base", "tip");
+  ASSERT_EQ(chain.joints.size(), 1U);
+  EXPECT_DOUBLE_EQ(chain.joints[0].body.mass, 0.5);
+  EXPECT_LT((chain.joints[0].body.com - Eigen::Vector3d(0, 0, 0.2)).norm(), 1e-15);
+  ASSERT_EQ(chain.notes.size(), 1U);
+  EXPECT_NE(chain.notes[0].find("'grip'"), std::string::npos);
+}
+
+TEST(Urdf, WhatIsNoSerialArmIsRefusedInASentence) {
+  EXPECT_NE(refusal("not xml").find("not a URDF"), std::string::npos);
+  EXPECT_NE(refusal(robot("")).find("not a URDF"), std::string::npos);
+  EXPECT_NE(refusal(robot(link("a") + link("a"))).find("link 'a' is not unique"), std::string::npos);
+  EXPECT_NE(refusal(two_links("planar")).find("joint 'j'"), std::string::npos);
+  EXPECT_NE(refusal(two_links("floating")).find("joint 'j'"), std::string::npos);
+  EXPECT_NE(refusal(two_links("fixed")).find("no joint moves between link 'base' and link 'tip'"), std::string::npos);
+  EXPECT_NE(refusal(two_links("revolute", "<axis xyz='0 0 0'/>")).find("no direction"), std::string::npos);
+  EXPECT_NE(refusal(robot(link("a") + link("b") + link("c") + joint("j", "revolute", "a", "b") +
+                          joint("k", "revolute", "b", "c", "<mimic joint='j'/>")))
+                .find("joint 'k': it mimics joint 'j'"),
+            std::string::npos);
+}
+
+TEST(Urdf, TheEndsMustBeOneChain) {
+  const std::string fork = robot(link("base") + link("left") + link("right") + joint("l", "revolute", "base", "left") +
+                                 joint("r", "revolute", "base", "right"));
+  EXPECT_NE(refusal(fork).find("ends in 2 links, name one as tip_link: left, right"), std::string::npos);
+  EXPECT_NE(refusal(fork, "", "wrist").find("no link 'wrist'"), std::string::npos);
+  EXPECT_NE(refusal(fork, "floor", "left").find("no link 'floor' for base_link; its root is 'base'"),
+            std::string::npos);
+  EXPECT_NE(refusal(fork, "right", "left").find("'right' does not carry tip_link 'left'"), std::string::npos);
+  EXPECT_EQ(read_urdf(fork, "", "left").joints[0].name, "l");
+}
+
+TEST(Urdf, HostileTextEndsInASentence) {
+  std::string deep;
+  for (int i = 0; i < 100000; ++i) deep += "<a>";
+  EXPECT_NE(refusal(deep).find("more than 1000 deep"), std::string::npos);
+  const std::string ring =
+      robot(link("base") + link("a") + link("b") + joint("j", "revolute", "a", "b") + joint("k", "revolute", "b", "a"));
+  EXPECT_NE(refusal(ring, "base", "a").find("does not carry tip_link 'a'"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace fastcal
