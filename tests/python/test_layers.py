@@ -1,0 +1,170 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""The fences between the rooms of the house, read from the `#include` and `import` lines themselves."""
+
+import ast
+import re
+from collections.abc import Iterator
+from fnmatch import fnmatch
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+CPP = ROOT / "cpp" / "fastcal"
+PYTHON = ROOT / "python" / "fastcal"
+
+# Folder of cpp/fastcal: the other folders that it may include.
+MODEL = {"math", "robot", "structure", "effects", "kernels"}
+MAY_INCLUDE: dict[str, set[str]] = {
+    "math": set(),
+    "kernels": set(),
+    "robot": {"math"},
+    "structure": {"math", "robot"},
+    "effects": {"math", "robot"},
+    "measurement": {"math"},
+    "model": MODEL,
+    "identification": MODEL | {"model", "measurement"},
+    "design": MODEL | {"model"},
+    "ik": MODEL | {"model"},
+    "diagnosis": {"math"},
+}
+
+# A library by how its headers begin: the only files of cpp/ that may include it.
+FOREIGN_HEADERS = {
+    r"(urdf_|console_bridge/)": ["fastcal/robot/urdf.cpp"],
+    r"kdl/": ["fastcal/robot/statics.cpp"],
+    r"ceres/": ["fastcal/identification/*.cpp"],
+    r"glog/": ["fastcal/identification/*.cpp", "bindings/module.cpp"],
+    r"pybind11/": ["bindings/*"],
+}
+
+# Module of the package: the only ones that may import it, besides itself.
+MAY_BE_IMPORTED_BY: dict[str, set[str]] = {
+    "cli": {"__main__"},
+    "report": {"__init__", "cli"},
+    "io": {"__init__", "cli", "report"},
+    "diagnosis": {"__init__", "cli", "report"},
+    "compensation": {"__init__", "cli", "report"},
+}
+
+# Module of the package: the only ones that it may import, besides itself.
+MAY_IMPORT: dict[str, set[str]] = {
+    "errors": set(),
+    "units": {"errors"},
+    "dataset": {"errors", "units", "dataset_checks"},
+    "dataset_checks": {"errors", "units", "dataset"},
+}
+
+
+def includes(path: Path) -> list[str]:
+    return re.findall(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]', path.read_text(encoding="utf-8"), re.MULTILINE)
+
+
+def cpp_files(folder: Path) -> list[Path]:
+    return sorted(path for path in folder.rglob("*") if path.suffix in {".cpp", ".hpp"})
+
+
+def imports(path: Path) -> Iterator[str]:
+    """Full names of what a Python file imports, anywhere in it; `from a import b` gives a.b."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{path.relative_to(ROOT)} imports by a relative name"
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+
+
+def package_imports() -> Iterator[tuple[str, str, str]]:
+    """(module, imported module, line to show) for each import of fastcal's own modules; `io` stands for all of io/."""
+    for path in sorted(PYTHON.rglob("*.py")):
+        place = path.relative_to(PYTHON)
+        module = place.parts[0].removesuffix(".py")
+        for name in imports(path):
+            parts = name.split(".")
+            if parts[0] == "fastcal" and len(parts) > 1 and parts[1] != module:
+                yield module, parts[1], f"{place} imports {name}"
+
+
+@pytest.mark.parametrize("folder", sorted(path.name for path in CPP.iterdir() if cpp_files(path)))
+def test_a_cpp_folder_includes_only_what_lies_beneath_it(folder: str) -> None:
+    allowed = MAY_INCLUDE[folder] | {folder}
+    found = [
+        f"{path.relative_to(ROOT)} includes {name}"
+        for path in cpp_files(CPP / folder)
+        for name in includes(path)
+        if name.startswith("fastcal/") and name.split("/")[1] not in allowed
+    ]
+    assert found == []
+
+
+def test_own_headers_are_included_by_their_full_name() -> None:
+    found = [
+        f"{path.relative_to(ROOT)} includes {name}"
+        for path in cpp_files(CPP)
+        for name in includes(path)
+        if name.endswith(".hpp") and "/" not in name
+    ]
+    assert found == []
+
+
+def test_an_effect_knows_no_other_effect() -> None:
+    shared = {"fastcal/effects/effect.hpp", "fastcal/effects/registry.hpp"}
+    found = [
+        f"{path.relative_to(ROOT)} includes {name}"
+        for path in cpp_files(CPP / "effects")
+        for name in includes(path)
+        if name.startswith("fastcal/effects/") and name not in shared and Path(name).stem != path.stem
+    ]
+    assert found == []
+
+
+@pytest.mark.parametrize("library", FOREIGN_HEADERS)
+def test_a_library_is_included_in_its_one_place(library: str) -> None:
+    users = {
+        str(path.relative_to(ROOT / "cpp"))
+        for path in cpp_files(ROOT / "cpp")
+        for name in includes(path)
+        if re.match(library, name)
+    }
+    assert {user for user in users if not any(fnmatch(user, home) for home in FOREIGN_HEADERS[library])} == set()
+
+
+def test_instruction_set_files_hold_no_templates_of_others() -> None:
+    """Code of Eigen or the standard library compiled with -m flags could be linked in for every other file."""
+    plain = {"cmath", "cstddef", "cstdint"}
+    found = [
+        f"{path.relative_to(ROOT)} includes {name}"
+        for path in cpp_files(CPP / "kernels")
+        if re.search(r"_(avx2|avx512)\.cpp$", path.name)
+        for name in includes(path)
+        if name not in plain and not name.startswith("fastcal/kernels/")
+    ]
+    assert found == []
+
+
+def test_a_python_module_imports_only_what_lies_beneath_it() -> None:
+    found = [
+        line
+        for module, imported, line in package_imports()
+        if module not in MAY_BE_IMPORTED_BY.get(imported, {module})
+        or imported not in MAY_IMPORT.get(module, {imported})
+    ]
+    assert found == []
+
+
+def test_torch_is_imported_by_the_networks_alone() -> None:
+    found = [
+        str(path.relative_to(PYTHON))
+        for path in PYTHON.rglob("*.py")
+        if any(name.split(".")[0] == "torch" for name in imports(path)) and "networks" not in path.parts
+    ]
+    assert found == []
+
+
+def test_the_fences_see_what_they_guard() -> None:
+    """Each reader finds an import that is known to be there, so an empty list above means something."""
+    assert "urdf_parser/urdf_parser.h" in includes(CPP / "robot" / "urdf.cpp")
+    for folder, header in ((ROOT / "cpp" / "bindings", "pybind11/pybind11.h"), (CPP / "identification", "ceres/ceres.h")):
+        assert any(header in includes(path) for path in cpp_files(folder))
+    assert ("units", "errors", "units.py imports fastcal.errors.InvalidInput") in list(package_imports())

@@ -1,0 +1,80 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""What every file of the tree owes: a licence header, a version told once, a changelog that keeps its form."""
+
+import re
+import subprocess
+import tomllib
+from pathlib import Path
+
+import pytest
+
+import fastcal
+
+ROOT = Path(__file__).parents[2]
+HEADER = ["SPDX-FileCopyrightText: 2026 The fastcal authors", "SPDX-License-Identifier: MIT"]
+SOURCES = {".cpp", ".hpp", ".py", ".pyi", ".sh", ".toml", ".yaml"}
+SCRIPTS = {"CMakeLists.txt", "run", "setup", "test", "stubs"}
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+
+
+def tracked_files() -> list[Path]:
+    listed = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, check=True, capture_output=True, text=True)
+    return [ROOT / name for name in listed.stdout.split("\0") if name and (ROOT / name).is_file()]
+
+
+def test_every_source_file_opens_with_its_licence() -> None:
+    sources = [path for path in tracked_files() if path.suffix in SOURCES or path.name in SCRIPTS]
+    assert ROOT / "cpp" / "CMakeLists.txt" in sources
+    bare = []
+    for path in sources:
+        lines = path.read_text(encoding="utf-8").splitlines()
+        start = 1 if lines and lines[0].startswith("#!") else 0
+        if [line.lstrip("#/ ") for line in lines[start : start + 2]] != HEADER:
+            bare.append(str(path.relative_to(ROOT)))
+    assert bare == []
+
+
+def test_the_version_is_written_once() -> None:
+    version = PROJECT["version"]
+    assert fastcal.__version__ == version
+    elsewhere = [
+        str(path.relative_to(ROOT))
+        for path in tracked_files()
+        if path.name not in {"CHANGELOG.md", "pyproject.toml"}
+        and path.suffix in {".cpp", ".hpp", ".py", ".txt"}
+        and re.search(rf"(?i)version\W+{re.escape(version)}\b", path.read_text(encoding="utf-8"))
+    ]
+    assert elsewhere == []
+
+
+def changelog_sections() -> list[str]:
+    """The titles of the changelog's versions, newest first."""
+    return re.findall(r"^## (.+)$", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), re.MULTILINE)
+
+
+def test_the_changelog_keeps_its_form() -> None:
+    titles = changelog_sections()
+    assert titles[0] == "[Unreleased]"
+    released = [re.fullmatch(r"\[(\d+)\.(\d+)\.(\d+)\] - \d{4}-\d\d-\d\d", title) for title in titles[1:]]
+    assert None not in released
+    versions = [tuple(map(int, match.groups())) for match in released if match]
+    assert versions == sorted(set(versions), reverse=True)
+
+    text = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    kinds = re.findall(r"^### (.+)$", text, re.MULTILINE)
+    assert set(kinds) <= {"Added", "Changed", "Deprecated", "Removed", "Fixed", "Security"}
+
+
+def test_a_change_of_the_code_is_told_in_the_changelog() -> None:
+    """Either the coming version has entries, or the newest one listed is the version of the package."""
+    text = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    coming = text.split("## [Unreleased]", 1)[1].split("\n## ", 1)[0]
+    if not re.search(r"^- \S", coming, re.MULTILINE):
+        assert changelog_sections()[1].startswith(f"[{PROJECT['version']}]")
+
+
+@pytest.mark.parametrize("name", ["run", "test", "setup", ".ci/run", "tools/stubs"])
+def test_a_script_can_be_run(name: str) -> None:
+    mode = subprocess.run(["git", "ls-files", "--stage", name], cwd=ROOT, check=True, capture_output=True, text=True)
+    assert mode.stdout.startswith("100755")
