@@ -1,0 +1,41 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Columns of Arrow tables, and Parquet files through them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet
+
+from fastcal.errors import ParseError
+from fastcal.io.table import Cells, Table, without_blank_columns
+
+
+def column_from_arrow(column: pa.ChunkedArray) -> Cells:
+    """Numbers as float64 with NaN for null; everything else (a truth value too) as text with "" for null."""
+    kind = column.type
+    if pa.types.is_null(kind):
+        return np.full(len(column), np.nan)
+    if pa.types.is_floating(kind) or pa.types.is_integer(kind) or pa.types.is_decimal(kind):
+        # Through the option that permits rounding: int64 and decimals have more digits than a double.
+        return np.array(column.cast(pa.float64(), safe=False).to_numpy(), dtype=np.float64)
+    return ["" if value is None else str(value).strip() for value in column.to_pylist()]
+
+
+def read_parquet_table(content: bytes, path: str) -> Table:
+    """Reads the content of a Parquet file; `path` is for the errors.
+
+    Raises:
+        ParseError: It is damaged.
+    """
+    try:
+        found = pyarrow.parquet.read_table(pa.BufferReader(content), use_threads=False)
+        columns = [column_from_arrow(column) for column in found.columns]
+    except Exception as error:  # noqa: BLE001 - a damaged file makes the decoder raise what it happens to meet
+        raise ParseError(f"is not a readable Parquet file: {_first_line(error)}", path) from None
+    return Table(path, *without_blank_columns([name.strip() for name in found.column_names], columns))
+
+
+def _first_line(error: Exception) -> str:
+    return str(error).strip().partition("\n")[0] or type(error).__name__

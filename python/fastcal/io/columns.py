@@ -1,0 +1,85 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Which column of a table is which quantity, by its name, and in which unit."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from fastcal.io.table import Table
+from fastcal.units import UNITS, parse_name, unit_names
+
+KINDS: dict[str, str | None] = (
+    dict.fromkeys(("x", "y", "z", "distance", "sigma", "sigma_x", "sigma_y", "sigma_z"), "length")
+    | dict.fromkeys(("rx", "ry", "rz", "sigma_rot"), "angle")
+    | dict.fromkeys(("fx", "fy", "fz"), "force")
+    | dict.fromkeys(("mx", "my", "mz"), "torque")
+    | {"payload": "mass", "temperature": "temperature", "time": "time"}
+    | dict.fromkeys(("qw", "qx", "qy", "qz", "anchor", "station", "mount"), None)  # plain numbers and labels
+)
+
+
+@dataclass(frozen=True)
+class Column:
+    """Where a quantity stands in its table, and its unit there; None for plain numbers and labels."""
+
+    place: int
+    unit: str | None
+
+
+def match_columns(table: Table, joint_types: Sequence[str]) -> tuple[dict[str, Column], list[int]]:
+    """Finds the known quantities, a dict from the name without its unit, and the places of all other columns.
+
+    Raises:
+        ParseError: A known quantity has no unit, an unknown one or one of another kind, or is given twice;
+            or a column names a joint that the robot does not have.
+    """
+    kinds = dict(KINDS)
+    for joint, joint_type in enumerate(joint_types, start=1):
+        kind = "angle" if joint_type == "revolute" else "length"
+        kinds |= {f"q{joint}": kind, f"q{joint}_read": kind, f"current{joint}": "current", f"approach{joint}": None}
+    known: dict[str, Column] = {}
+    unknown: list[int] = []
+    for place, title in enumerate(table.names):
+        quantity, unit = _match(table, title, kinds)
+        if quantity is None:
+            unknown.append(place)
+        elif quantity in known:
+            other = table.names[known[quantity].place]
+            raise table.error(f"columns '{other}' and '{title}' both give {quantity}; expected one of them")
+        else:
+            known[quantity] = Column(place, unit)
+    return known, unknown
+
+
+def would_do(quantity: str, kind: str | None) -> str:
+    """The names that a quantity's column may have, in words."""
+    if kind is None:
+        return quantity
+    *others, last = [f"{quantity}_{unit}" for unit in unit_names(kind)]
+    return f"{', '.join(others)} or {last}" if others else last
+
+
+def _match(table: Table, title: str, kinds: dict[str, str | None]) -> tuple[str | None, str | None]:
+    """The quantity and the unit that a title names; (None, None) where it names no known quantity."""
+    name = title.lower()
+    if name in kinds and kinds[name] is None:
+        return name, None
+    quantity, unit = parse_name(name)
+    if unit is None and quantity not in kinds and kinds.get(quantity.rpartition("_")[0]) is not None:
+        quantity, _, unit = quantity.rpartition("_")
+    kind = kinds.get(quantity)
+    if kind is None:
+        if re.fullmatch(r"(q|current|approach)\d+(_read)?", quantity) and quantity not in kinds:
+            count = sum(f"q{joint}" in kinds for joint in range(1, len(kinds)))
+            raise table.error(f"column '{title}' names no joint of this robot; its joints are numbered 1 to {count}")
+        return None, None
+    if unit is None:
+        raise table.error(f"column '{title}' has no unit; expected {would_do(quantity, kind)}")
+    if unit not in UNITS or UNITS[unit].kind != kind:
+        raise table.error(
+            f"column '{title}': '{unit}' is no unit of {kind} known here; expected {would_do(quantity, kind)}"
+        )
+    return quantity, unit

@@ -1,0 +1,51 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""The first sheet of an Excel file (xlsx): a header in its first filled row, one pose a row below."""
+
+from __future__ import annotations
+
+import io
+import warnings
+
+import numpy as np
+import openpyxl
+
+from fastcal.errors import ParseError
+from fastcal.io.table import Cells, Table, without_blank_columns
+
+
+def read_excel_table(content: bytes, path: str) -> Table:
+    """Reads the content of an xlsx file; `path` is for the errors. Formulas count with the values saved beside them.
+
+    Raises:
+        ParseError: It is damaged, has no sheet of cells, or a row is longer than the header.
+    """
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # about styles and extensions, which nobody reads here
+            book = openpyxl.load_workbook(io.BytesIO(content), read_only=True, data_only=True)
+            sheet = book.worksheets[0]
+            sheet.reset_dimensions()  # some writers state them wrongly
+            rows = [list(row) for row in sheet.iter_rows(values_only=True)]
+    except Exception as error:  # noqa: BLE001 - a damaged file makes the decoder raise what it happens to meet
+        raise ParseError(f"is not a readable Excel file: {error or type(error).__name__}", path) from None
+    filled = [(line, row) for line, row in enumerate(rows, start=1) if any(cell not in (None, "") for cell in row)]
+    if not filled:
+        raise ParseError(f"sheet '{sheet.title}' is empty; expected a header and rows of numbers", path)
+    width = len(filled[0][1])
+    for line, row in filled[1:]:
+        if any(cell is not None for cell in row[width:]):
+            raise ParseError(f"expected {width} cells as in the header, got {len(row)}", path, line)
+    (_, header), *body = filled
+    names = ["" if name is None else str(name).strip() for name in header]
+    columns = [_column([row[place] if place < len(row) else None for _, row in body]) for place in range(width)]
+    others = ", ".join(f"'{other.title}'" for other in book.worksheets[1:])
+    notes = (f"sheet '{sheet.title}' is read; left out: {others}",) if others else ()
+    return Table(path, *without_blank_columns(names, columns), lines=[line for line, _ in body], notes=notes)
+
+
+def _column(cells: list[object]) -> Cells:
+    """Numbers if all filled cells hold numbers, else texts; 3.0 is the text 3."""
+    if all(cell is None or (isinstance(cell, int | float) and not isinstance(cell, bool)) for cell in cells):
+        return np.array([np.nan if cell is None else cell for cell in cells], dtype=np.float64)
+    return ["" if cell is None else f"{cell:.17g}" if isinstance(cell, float) else str(cell).strip() for cell in cells]

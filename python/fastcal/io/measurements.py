@@ -1,0 +1,218 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Measurement files: one row a pose, every quantity with its unit at the end of its column's name."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from fastcal.dataset import Dataset, FloatArray
+from fastcal.dataset_checks import BadRow, RobotFacts, check_whole_rows
+from fastcal.errors import ParseError
+from fastcal.io.columns import KINDS, Column, match_columns, would_do
+from fastcal.io.table import Table
+from fastcal.io.tables import read_table
+from fastcal.units import from_si, to_si
+
+
+def load_measurements(path: str | os.PathLike[str], robot: RobotFacts, *, require_measured: bool = True) -> Dataset:
+    """Reads a CSV, Parquet or Excel file of measured poses into SI arrays.
+
+    Args:
+        path: The file.
+        robot: The arm that was measured: its joints say which columns q must have, its limits and its reach what
+            the numbers can mean.
+        require_measured: Refuse a file without any measured number. Without it q and the conditions are enough.
+
+    Raises:
+        ParseError: The file or something in it cannot be meant; one sentence with file, line and column.
+    """
+    table = read_table(path)
+    try:
+        return _dataset(table, robot, require_measured)
+    except ParseError:
+        if table.exact is None:
+            raise
+    return _dataset(table.exact(), robot, require_measured)
+
+
+def _dataset(table: Table, robot: RobotFacts, require_measured: bool) -> Dataset:
+    known, unknown = match_columns(table, robot.joint_types)
+    columns = _Columns(table, known)
+    joints = range(1, len(robot.joint_types) + 1)
+    try:
+        data = Dataset.from_arrays(
+            q=columns.joints(robot.joint_types),
+            position=columns.numbers("position", ["x", "y", "z"]),
+            rotation=columns.rotation(),
+            distance=columns.number("distance", "distance"),
+            anchor=columns.labels("anchor"),
+            q_read=columns.numbers("q_read", [f"q{joint}_read" for joint in joints], partly=True),
+            sigma_position=columns.sigma_position(),
+            sigma_rotation=columns.number("sigma_rotation", "sigma_rot"),
+            payload=columns.payload(),
+            wrench=columns.numbers("wrench", ["fx", "fy", "fz", "mx", "my", "mz"]),
+            current=columns.numbers("current", [f"current{joint}" for joint in joints]),
+            temperature=columns.number("temperature", "temperature"),
+            time=columns.number("time", "time"),
+            station=columns.labels("station"),
+            mount=columns.labels("mount"),
+            approach=columns.approach([f"approach{joint}" for joint in joints]),
+            source=table.path,
+            robot=robot,
+        )
+    except BadRow as bad:
+        raise columns.wrong(bad) from None
+    if require_measured and not data.measured.any():
+        raise table.error("holds nothing measured; expected numbers in x_mm y_mm z_mm, an orientation or distance_mm")
+    # Last, as the decimal mark is for the known columns to say.
+    extra, extra_labels = _unknown_columns(table, unknown)
+    notes = [*table.notes, *(f"column '{table.names[place]}' is not known and is kept as it is" for place in unknown)]
+    notes += columns.notes + _notes_on_limits(data, robot)
+    return replace(data, extra=extra, extra_labels=extra_labels, notes=tuple(notes))
+
+
+@dataclass
+class _Columns:
+    """Takes quantities out of a table into the fields of a data set, and remembers which column an entry came from."""
+
+    table: Table
+    known: Mapping[str, Column]
+    notes: list[str] = field(default_factory=list)
+    _sources: dict[str, Sequence[str]] = field(default_factory=dict)
+
+    def joints(self, joint_types: Sequence[str]) -> FloatArray:
+        """The commanded joint positions (N, n)."""
+        for joint, joint_type in enumerate(joint_types, start=1):
+            if f"q{joint}" not in self.known:
+                expected = would_do(f"q{joint}", "angle" if joint_type == "revolute" else "length")
+                listed = _listed(self.table.names)
+                raise self.table.error(f"joint {joint} has no column; expected {expected}, got {listed}")
+        return self._stack("q", [f"q{joint}" for joint in range(1, len(joint_types) + 1)])
+
+    def numbers(self, name: str, quantities: Sequence[str], *, partly: bool = False) -> FloatArray | None:
+        """The columns of a field (N, k) in SI, None where there is none; with `partly`, a missing one is NaN."""
+        missing = [quantity for quantity in quantities if quantity not in self.known]
+        if len(missing) == len(quantities):
+            return None
+        if missing and not partly:
+            expected = " and ".join(would_do(quantity, KINDS.get(quantity, "current")) for quantity in missing)
+            raise self.table.error(f"expected also {expected}, as {name} is given only in part")
+        return self._stack(name, quantities)
+
+    def number(self, name: str, quantity: str) -> FloatArray | None:
+        """The column of a field (N,) in SI."""
+        found = self.numbers(name, [quantity])
+        return None if found is None else found[:, 0]
+
+    def labels(self, name: str) -> list[str] | None:
+        """The column of a field of labels."""
+        if name not in self.known:
+            if name == "anchor" and "distance" in self.known:
+                self.notes.append("there is no column 'anchor': all lengths are taken to one and the same")
+            return None
+        self._sources[name] = [name]
+        return self.table.labels(self.known[name].place)
+
+    def rotation(self) -> FloatArray | None:
+        """The orientation as quaternions (N, 4), from quaternions or from roll, pitch and yaw."""
+        angles = self.numbers("rotation", ["rx", "ry", "rz"])
+        if angles is None:
+            return self.numbers("rotation", ["qw", "qx", "qy", "qz"])
+        if any(part in self.known for part in ("qw", "qx", "qy", "qz")):
+            raise self.table.error("holds the orientation twice; expected either qw qx qy qz or rx ry rz")
+        check_whole_rows("rotation", angles)
+        return _quaternions(angles)
+
+    def sigma_position(self) -> FloatArray | None:
+        """One standard deviation a row (N,), or one a coordinate (N, 3)."""
+        each = self.numbers("sigma_position", ["sigma_x", "sigma_y", "sigma_z"])
+        if each is None:
+            return self.number("sigma_position", "sigma")
+        if "sigma" in self.known or "distance" in self.known:
+            rival = "sigma" if "sigma" in self.known else "distance"
+            title = self.table.names[self.known[rival].place]
+            raise self.table.error(f"expected one sigma column and not one a coordinate, as there is '{title}'")
+        return each
+
+    def payload(self) -> FloatArray | float:
+        """The payload (N,), 0 where there is none."""
+        found = self.number("payload", "payload")
+        if found is None:
+            return 0.0
+        empty = np.isnan(found)
+        if empty.any():
+            self.notes.append(f"payload is empty in {int(empty.sum())} rows and taken as 0 there")
+        return np.where(empty, 0.0, found)
+
+    def approach(self, quantities: Sequence[str]) -> FloatArray | None:
+        """The approach directions (N, n), 0 where unknown, which a file says by an empty cell."""
+        found = self.numbers("approach", quantities, partly=True)
+        if found is None:
+            return None
+        if (found == 0).any():
+            row, joint = (int(place) for place in np.argwhere(found == 0)[0])
+            raise BadRow("approach", row, joint, "+1 or -1, or an empty cell where it is unknown", "0")
+        return np.nan_to_num(found, nan=0.0)
+
+    def wrong(self, bad: BadRow) -> ParseError:
+        """The error of a data set as one of the file."""
+        quantities = self._sources[bad.field]
+        place = self.known[quantities[min(bad.index, len(quantities) - 1)]].place
+        return self.table.wrong_cell(place, bad.row, bad.expected)
+
+    def _stack(self, name: str, quantities: Sequence[str]) -> FloatArray:
+        self._sources[name] = quantities
+        return np.column_stack([self._si(quantity) for quantity in quantities])
+
+    def _si(self, quantity: str) -> FloatArray:
+        if quantity not in self.known:
+            return np.full(len(self.table), np.nan)
+        column = self.known[quantity]
+        values = self.table.numbers(column.place)
+        with np.errstate(over="ignore"):  # 1e308 inches are infinite, and refused as such
+            return values if column.unit is None else to_si(values, column.unit)
+
+
+def _quaternions(angles: FloatArray) -> FloatArray:
+    """Quaternions w, x, y, z (N, 4) of R = Rz(rz) Ry(ry) Rx(rx) from angles rx, ry, rz (N, 3) [rad]."""
+    (cx, cy, cz), (sx, sy, sz) = np.cos(angles.T / 2), np.sin(angles.T / 2)
+    return np.column_stack(
+        [
+            cx * cy * cz + sx * sy * sz,
+            sx * cy * cz - cx * sy * sz,
+            cx * sy * cz + sx * cy * sz,
+            cx * cy * sz - sx * sy * cz,
+        ]
+    )
+
+
+def _unknown_columns(table: Table, places: Sequence[int]) -> tuple[dict[str, FloatArray], dict[str, list[str]]]:
+    extra: dict[str, FloatArray] = {}
+    extra_labels: dict[str, list[str]] = {}
+    for place in places:
+        try:
+            extra[table.names[place]] = table.numbers(place)
+        except ParseError:
+            extra_labels[table.names[place]] = table.labels(place)
+    return extra, extra_labels
+
+
+def _notes_on_limits(data: Dataset, robot: RobotFacts) -> list[str]:
+    limits = np.asarray(robot.limits, dtype=np.float64)
+    beyond = np.maximum(limits[:, 0] - data.q, data.q - limits[:, 1])
+    return [
+        f"joint {joint + 1} is outside its limits in {int((beyond[:, joint] > 0).sum())} rows, "
+        f"by {from_si(float(beyond[:, joint].max()), unit):.3g} {unit} at most"
+        for joint, kind in enumerate(robot.joint_types)
+        if beyond[:, joint].max() > 0
+        for unit in ["deg" if kind == "revolute" else "mm"]
+    ]
+
+
+def _listed(names: Sequence[str], most: int = 12) -> str:
+    return ", ".join(f"'{name}'" for name in names[:most]) + (", ..." if len(names) > most else "")

@@ -1,0 +1,148 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""A table as files hold it: named columns of numbers or texts, and the place of every cell for the errors."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal.errors import ParseError
+
+FloatArray = NDArray[np.float64]
+Cells = FloatArray | Sequence[str]
+EMPTY = frozenset({"", "nan", "na", "n/a", "#n/a"})  # what an empty cell may hold, in any case
+LONGEST_QUOTE = 40  # characters of a cell that an error repeats
+
+
+@dataclass(frozen=True)
+class Table:
+    """Named columns of one length, at least one of each.
+
+    Attributes:
+        path: The file it came from.
+        names: A name a column, no two the same.
+        columns: Numbers (NaN where empty), or the texts of the cells.
+        lines: The line of the file, from 1, in which each row stands; None where unknown or where it has no lines.
+        exact: Reads the same file by the slow way that knows the lines; None where this is that way. A table that
+            has it gives numbers only of columns that hold numbers.
+        notes: What a reader should know, a sentence each.
+    """
+
+    path: str
+    names: Sequence[str]
+    columns: Sequence[Cells]
+    lines: Sequence[int] | None = None
+    exact: Callable[[], Table] | None = None
+    notes: tuple[str, ...] = ()
+    _first_with_mark: dict[str, int] = field(default_factory=dict, repr=False)
+
+    def __post_init__(self) -> None:
+        seen: dict[str, int] = {}
+        for place, name in enumerate(self.names, start=1):
+            first = seen.setdefault(name.lower(), place)
+            if first != place:
+                raise self.error(f"column '{name}' comes twice, as columns {first} and {place}")
+        if not self.columns or len(self) == 0:
+            raise self.error("holds no rows; expected rows of numbers below a header")
+
+    def __len__(self) -> int:
+        return len(self.columns[0])
+
+    def numbers(self, place: int) -> FloatArray:
+        """A column as numbers, NaN where a cell is empty.
+
+        Raises:
+            ParseError: A cell holds something else, or the file mixes decimal commas and points.
+        """
+        cells = self.columns[place]
+        if isinstance(cells, np.ndarray):
+            values = cells
+        elif self.exact is not None:
+            raise self.wrong_cell(place, 0, "a number")
+        else:
+            text = "\n".join(cells)
+            self._check_decimal_mark(place, text, cells)
+            values = _numbers([cell.replace(",", ".") for cell in cells] if "," in text else cells)
+        wrong = np.isinf(values)
+        if wrong.any():
+            raise self.wrong_cell(place, int(np.argmax(wrong)), "a number")
+        return values
+
+    def labels(self, place: int) -> list[str]:
+        """A column as texts, "" where a cell is empty; the number 3.0 is the label 3, as a sheet makes one of it."""
+        cells = self.columns[place]
+        if isinstance(cells, np.ndarray):
+            return ["" if math.isnan(value) else f"{value:.17g}" for value in cells.tolist()]
+        return ["" if cell.lower() in EMPTY else cell for cell in map(str.strip, cells)]
+
+    def wrong_cell(self, place: int, row: int, expected: str, got: str | None = None) -> ParseError:
+        """The error for a cell: where it is, what was expected and what came."""
+        return self.error(
+            f"column '{self.names[place]}': expected {expected}, got {got or self._cell(place, row)}", row
+        )
+
+    def error(self, message: str, row: int | None = None) -> ParseError:
+        """An error that names the file and, where one is given, the line or else the row."""
+        if row is None:
+            return ParseError(message, self.path)
+        if self.lines is None:
+            return ParseError(f"data row {row}, {message}", self.path)
+        return ParseError(message, self.path, self.lines[row])
+
+    def _cell(self, place: int, row: int) -> str:
+        cell = self.columns[place][row]
+        text = cell.strip() if isinstance(cell, str) else "" if math.isnan(cell) else f"{cell:.6g}"
+        if text == "":
+            return "an empty cell"
+        return repr(text if len(text) <= LONGEST_QUOTE else text[:LONGEST_QUOTE] + "...")
+
+    def _check_decimal_mark(self, place: int, text: str, cells: Sequence[str]) -> None:
+        """One file has one decimal mark, or 1,234 could be read two ways."""
+        firsts = [(next(row for row, cell in enumerate(cells) if mark in cell), mark) for mark in ",." if mark in text]
+        for row, mark in sorted(firsts):
+            self._first_with_mark.setdefault(mark, place)
+            rival, word = (".", "point") if mark == "," else (",", "comma")
+            if rival in self._first_with_mark:
+                name = self.names[self._first_with_mark[rival]]
+                raise self.wrong_cell(place, row, f"a decimal {word} as in column '{name}'")
+
+
+def without_blank_columns(names: Sequence[str], columns: Sequence[Cells]) -> tuple[list[str], list[Cells]]:
+    """Leaves out columns without name and content, as spreadsheets leave behind, and names those without name only."""
+    kept = [
+        (name or f"unnamed{place}", column)
+        for place, (name, column) in enumerate(zip(names, columns, strict=True), start=1)
+        if name or not _is_blank(column)
+    ]
+    return [name for name, _ in kept], [column for _, column in kept]
+
+
+def _is_blank(column: Cells) -> bool:
+    if isinstance(column, np.ndarray):
+        return bool(np.isnan(column).all())
+    return not any(map(str.strip, column))
+
+
+def _numbers(cells: Sequence[str]) -> FloatArray:
+    """The numbers in cells, NaN where one is empty, infinite where one holds anything else."""
+    try:
+        if not any("_" in cell for cell in cells):
+            return np.array(list(map(float, cells)))
+    except ValueError:
+        pass  # not all are plain numbers
+    return np.array([_number(cell) for cell in cells])
+
+
+def _number(cell: str) -> float:
+    if cell.strip().lower() in EMPTY:
+        return math.nan
+    try:
+        # float() alone takes 1_000, which no instrument writes.
+        return math.inf if "_" in cell else float(cell)
+    except ValueError:
+        return math.inf

@@ -1,0 +1,63 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Tables from CSV, Parquet and Excel files, told apart by their content; CSV files out."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import os
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+from fastcal.errors import InvalidInput, ParseError
+from fastcal.io.arrow import read_parquet_table
+from fastcal.io.atomic import write_text
+from fastcal.io.excel import read_excel_table
+from fastcal.io.table import Table
+from fastcal.io.text_tables import read_text_table
+
+
+def read_table(path: str | os.PathLike[str]) -> Table:
+    """Reads a CSV (comma, semicolon or tab; decimal point or comma), Parquet or Excel (xlsx) file.
+
+    Raises:
+        ParseError: It cannot be read; names the file and, where it can, the line.
+    """
+    name = os.fspath(path)
+    try:
+        content = Path(path).read_bytes()
+    except OSError as error:
+        raise ParseError(f"cannot be read: {error.strerror or error}", name) from None
+    if not content:
+        raise ParseError("is empty; expected a header and rows of numbers", name)
+    if content.startswith(b"PAR1"):
+        return read_parquet_table(content, name)
+    if content.startswith(b"PK\x03\x04"):
+        return read_excel_table(content, name)
+    if content.startswith(b"\xd0\xcf\x11\xe0"):
+        raise ParseError("is an old Excel file (xls); save it as xlsx or CSV", name)
+    return read_text_table(content, name)
+
+
+def write_csv(path: str | os.PathLike[str], columns: Mapping[str, Iterable[float | int | str]]) -> None:
+    """Writes columns of one length, whole or not at all; numbers in the fewest digits that give them back, NaN empty.
+
+    Raises:
+        InvalidInput: The file cannot be written, or its name promises another format.
+    """
+    if Path(path).suffix.lower() in (".xlsx", ".xls", ".parquet", ".pq"):
+        raise InvalidInput(f"{path}: only CSV can be written; give a name that ends in .csv")
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(columns)
+    cells = (map(_cell, column) for column in columns.values())
+    writer.writerows(zip(*cells, strict=True))
+    write_text(path, text.getvalue())
+
+
+def _cell(value: float | int | str) -> str:
+    # A numpy scalar prints its type since numpy 2.
+    plain = value if isinstance(value, str) else getattr(value, "item", lambda: value)()
+    return "" if isinstance(plain, float) and math.isnan(plain) else str(plain)

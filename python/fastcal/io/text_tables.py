@@ -1,0 +1,93 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""CSV as instruments and spreadsheets write it: comma, semicolon or tab; decimal point or comma; with or without a BOM.
+
+There are two ways through a file. The quick one (Arrow's) takes tables of plain numbers and knows no lines; whatever it
+does not take at once, and every file in which something is wrong, goes the exact way, which does.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from functools import partial
+
+import pyarrow as pa
+import pyarrow.csv
+
+from fastcal.errors import ParseError
+from fastcal.io.arrow import column_from_arrow
+from fastcal.io.table import EMPTY, Table, without_blank_columns
+
+LABELS = frozenset({"station", "mount", "anchor"})  # 007 stays 007 in these
+
+
+def read_text_table(content: bytes, path: str) -> Table:
+    """Reads the content of a CSV file; `path` is for the errors.
+
+    Raises:
+        ParseError: It is no UTF-8 text, a row has more or fewer cells than the header, a quote is not closed.
+    """
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        raise ParseError("is not UTF-8 text; save it as CSV in UTF-8, or as Parquet or xlsx", path, line) from None
+    if "\0" in text:
+        line = text.count("\n", 0, text.index("\0")) + 1
+        raise ParseError("holds a NUL character; expected a text file", path, line)
+    header = next((line for line in re.split(r"[\r\n]+", text) if line.strip()), "")
+    separator = next((mark for mark in ";\t" if mark in header), ",")
+    exact = partial(_read_exactly, text, separator, path)
+    return _read_quickly(text, separator, path, header, exact) or exact()
+
+
+def _read_exactly(text: str, separator: str, path: str) -> Table:
+    reader = csv.reader(io.StringIO(text, newline=""), delimiter=separator, strict=True)
+    names: list[str] = []
+    rows: list[list[str]] = []
+    lines: list[int] = []
+    line = 1
+    try:
+        for row in reader:
+            if any(map(str.strip, row)):  # spreadsheets leave rows of bare separators behind
+                if not names:
+                    names = [name.strip() for name in row]
+                elif len(row) != len(names):
+                    hint = "; decimal commas need ; or tab between the cells" if len(row) > len(names) else ""
+                    message = f"expected {len(names)} cells as in the header, got {len(row)}{hint}"
+                    raise ParseError(message, path, line)
+                else:
+                    rows.append(row)
+                    lines.append(line)
+            line = reader.line_num + 1
+    except csv.Error as error:
+        raise ParseError(f"cannot be read as CSV: {error}", path, line) from None
+    columns = list(zip(*rows, strict=True)) or [()] * len(names)
+    return Table(path, *without_blank_columns(names, columns), lines=lines)
+
+
+def _read_quickly(text: str, separator: str, path: str, header: str, exact: partial[Table]) -> Table | None:
+    """The table if all its rows are of one length and nothing is quoted; else None."""
+    if '"' in text:
+        return None
+    names = header.split(separator)
+    comma = separator != "," and "," in text
+    try:
+        found = pyarrow.csv.read_csv(
+            pa.BufferReader(text.encode()),
+            pyarrow.csv.ReadOptions(use_threads=False),
+            pyarrow.csv.ParseOptions(delimiter=separator, quote_char=False),
+            pyarrow.csv.ConvertOptions(
+                column_types={name: pa.string() for name in names if name.strip().lower() in LABELS},
+                null_values=sorted(EMPTY | {empty.upper() for empty in EMPTY} | {"NaN"}),
+                decimal_point="," if comma else ".",
+            ),
+        )
+    except pa.ArrowException:
+        return None
+    if any(pa.types.is_boolean(kind) or pa.types.is_temporal(kind) for kind in found.schema.types):
+        return None  # what Arrow takes for a date or a truth value may not come back as it was written
+    columns = [column_from_arrow(column) for column in found.columns]
+    return Table(path, *without_blank_columns([name.strip() for name in found.column_names], columns), exact=exact)
