@@ -104,6 +104,8 @@ void solve_with_derivative(const BeamSolver& solver, const Array& nodes, const s
 
 }  // namespace
 
+namespace fastcal {
+
 void bind_structure(py::module_& m) {
   py::class_<BeamSolver>(m, "BeamSolver", "Displacements of a frame of beams; fastcal.BeamFrame is its door.")
       .def(
@@ -132,3 +134,5 @@ void bind_structure(py::module_& m) {
       .def("evaluate", &StiffnessTable::evaluate, "angle"_a, "extension"_a,
            "Matrices (N, size * size) at N pairs of angle [rad] and extension [m].");
 }
+
+}  // namespace fastcal
