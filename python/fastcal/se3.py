@@ -1,0 +1,99 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Rigid motions in numpy, as robot files need them: T_a_b is (4, 4) and maps p_b to p_a = T_a_b p_b."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+
+_LOCKED = 1e-14  # a cosine of the pitch that is rounding and nothing else
+
+
+def skew(w: ArrayLike) -> Array:
+    """The matrix [w]x with [w]x p = w x p."""
+    x, y, z = np.asarray(w, dtype=float)
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+
+
+def rotation_x(angle: float) -> Array:
+    """Rx(angle), rad."""
+    c, s = math.cos(angle), math.sin(angle)
+    return np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
+
+
+def rotation_y(angle: float) -> Array:
+    """Ry(angle), rad."""
+    c, s = math.cos(angle), math.sin(angle)
+    return np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
+
+
+def rotation_z(angle: float) -> Array:
+    """Rz(angle), rad."""
+    c, s = math.cos(angle), math.sin(angle)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+def pose(rotation: ArrayLike | None = None, position: ArrayLike | None = None) -> Array:
+    """T = [R p; 0 1]; the identity for what is left out."""
+    T = np.eye(4)
+    if rotation is not None:
+        T[:3, :3] = rotation
+    if position is not None:
+        T[:3, 3] = position
+    return T
+
+
+def inverse(T: Array) -> Array:
+    """T_b_a from T_a_b."""
+    R = T[:3, :3].T
+    return pose(R, -R @ T[:3, 3])
+
+
+def rpy_to_rotation(rpy: ArrayLike) -> Array:
+    """R = Rz(yaw) Ry(pitch) Rx(roll) of fixed-axis XYZ angles in rad, as URDF."""
+    roll, pitch, yaw = np.asarray(rpy, dtype=float)
+    return rotation_z(yaw) @ rotation_y(pitch) @ rotation_x(roll)
+
+
+def rotation_to_rpy(R: Array) -> Array:
+    """Roll, pitch, yaw of R in rad; exact at any pitch, as the roll is taken after the yaw is undone.
+
+    At pitch = +-90 degrees, where only roll and yaw together are defined, the yaw is 0.
+    """
+    cosine = math.hypot(R[0, 0], R[1, 0])
+    yaw = math.atan2(R[1, 0], R[0, 0]) if cosine > _LOCKED else 0.0
+    c, s = math.cos(yaw), math.sin(yaw)
+    roll = math.atan2(s * R[0, 2] - c * R[1, 2], c * R[1, 1] - s * R[0, 1])
+    return np.array([roll, math.atan2(-R[2, 0], cosine), yaw])
+
+
+def screw_motion(omega: Array, v: Array, q: Array) -> Array:
+    """The motions exp(S q), S = (omega, v) in space: q (N,) -> (N, 4, 4); |omega| is 1, or 0 for a slide along v.
+
+    Rodrigues' formula: R = 1 + sin q W + (1 - cos q) W^2,  p = (q + (1 - cos q) W + (q - sin q) W^2) v,  W = [omega]x.
+    """
+    W = skew(omega)
+    sine, cosine = np.sin(q)[:, None, None], 1.0 - np.cos(q)[:, None, None]
+    angle = q[:, None, None]
+    T = np.zeros((len(q), 4, 4))
+    T[:, :3, :3] = np.eye(3) + sine * W + cosine * (W @ W)
+    T[:, :3, 3] = (angle * np.eye(3) + cosine * W + (angle - sine) * (W @ W)) @ v
+    T[:, 3, 3] = 1.0
+    return T
+
+
+def turn_between(a: Array, b: Array, about: Array) -> Array:
+    """A rotation that brings unit vector a to unit vector b: the least one up to 90 degrees.
+
+    Beyond, where the least one is ill-defined near 180 degrees, a half turn about `about` (unit, across a) goes first.
+    """
+    if a @ b < 0.0:
+        half_turn = 2.0 * np.outer(about, about) - np.eye(3)
+        return turn_between(-a, b, about) @ half_turn
+    W = skew(np.cross(a, b))
+    return np.eye(3) + W + W @ W / (1.0 + a @ b)
