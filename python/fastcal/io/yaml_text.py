@@ -1,0 +1,97 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Plain data as YAML that a person likes to read and that loads back bit for bit, under YAML 1.1 and 1.2.
+
+What fits stands on one line; longer mappings of short values are wrapped, the rest is a block.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from typing import Any
+
+WIDTH = 120
+_INDENT = 5  # "  - " before a row, and the brace
+_PLAIN_TEXT = re.compile(r"[A-Za-z][A-Za-z0-9_./@<-]*( [A-Za-z0-9_./@<-]+)*\Z")
+# Words that some YAML reader takes for something else than text.
+_RESERVED = {"null", "true", "false", "yes", "no", "on", "off", "y", "n"}
+
+
+def yaml_text(data: dict[str, Any]) -> str:
+    """The block text of a mapping, ending in a line end."""
+    return "".join(f"{line}\n" for line in _block(data))
+
+
+def _block(value: dict[str, Any] | list[Any]) -> list[str]:
+    """Lines of a mapping or list, one entry or more lines each."""
+    lines: list[str] = []
+    if isinstance(value, dict):
+        for key, entry in value.items():
+            head = f"{_scalar(key)}:"
+            # A list of mappings (joints, effects) has a line each, even where all would fit on one.
+            is_table = isinstance(entry, list) and any(isinstance(e, dict) for e in entry)
+            if not is_table and len(head) + 1 + len(_flow(entry)) <= WIDTH:
+                lines.append(f"{head} {_flow(entry)}")
+            else:
+                lines += [head, *(f"  {line}" for line in _nested(entry))]
+        return lines
+    for entry in value:
+        if isinstance(entry, (dict, list)) and len(_flow(entry)) + _INDENT > WIDTH:
+            first, *rest = _wrapped(entry)
+            lines += [f"- {first}", *(f"   {line}" for line in rest)]
+        else:
+            lines.append(f"- {_flow(entry)}")
+    return lines
+
+
+def _nested(entry: Any) -> list[str]:
+    is_table = isinstance(entry, list) and any(isinstance(e, (dict, list)) for e in entry)
+    return _block(entry) if is_table or isinstance(entry, dict) else _wrapped(entry)
+
+
+def _wrapped(entry: Any) -> list[str]:
+    """A flow collection or a scalar broken between its parts into lines of at most WIDTH where they allow it."""
+    if isinstance(entry, dict):
+        parts, (start, end) = [f"{_scalar(key)}: {_flow(value)}" for key, value in entry.items()], "{}"
+    elif isinstance(entry, list):
+        parts, (start, end) = [_flow(value) for value in entry], "[]"
+    else:
+        return [_scalar(entry)]
+    lines = [start]
+    for i, part in enumerate(parts):
+        text = part + (end if i == len(parts) - 1 else ",")
+        if lines[-1] != start and len(lines[-1]) + 1 + len(text) + _INDENT > WIDTH:
+            lines.append(text)
+        else:
+            lines[-1] += text if lines[-1] == start else f" {text}"
+    return lines
+
+
+def _flow(value: Any) -> str:
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{_scalar(key)}: {_flow(entry)}" for key, entry in value.items()) + "}"
+    if isinstance(value, list):
+        return "[" + ", ".join(_flow(entry) for entry in value) + "]"
+    return _scalar(value)
+
+
+def _scalar(value: Any) -> str:
+    if isinstance(value, str):
+        return value if _PLAIN_TEXT.match(value) and value.lower() not in _RESERVED else _quoted(value)
+    if isinstance(value, float):
+        return _number(value)
+    return json.dumps(value)
+
+
+def _number(value: float) -> str:
+    """The shortest digits that give the same double; 150 for 150.0, and 1.0e-07, as YAML 1.1 wants the point."""
+    text = repr(value)
+    if text.endswith(".0") and text != "-0.0":
+        return text[:-2]
+    return text.replace("e", ".0e") if "e" in text and "." not in text else text
+
+
+def _quoted(text: str) -> str:
+    """JSON's quotes; what can't be printed is escaped as one character, which JSON would make two."""
+    return "".join(c if c.isprintable() else f"\\U{ord(c):08x}" for c in json.dumps(text, ensure_ascii=False))
