@@ -1,0 +1,236 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""What a robot file may hold, and its canonical form: every key in its place, defaults filled in, mm and degrees.
+
+Checking a canonical spec gives the same spec, bit for bit.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from typing import Any
+
+from fastcal.io.fields import REQUIRED, Fields
+
+Spec = dict[str, Any]
+KINDS = ("dh", "mdh", "poe", "urdf")
+MAX_JOINTS = 100
+
+_ZERO = [0.0, 0.0, 0.0]
+_STANDARD_GRAVITY = [0.0, 0.0, -9.80665]
+_UNIT_TOLERANCE = 1e-6  # a direction typed with seven digits
+_EXACT = 1e-12  # what is this near is left as it is, so that a file loads back bit for bit
+
+
+def check_spec(value: Any, path: str | os.PathLike[str] = "robot") -> Spec:
+    """The canonical form of a robot given as plain data.
+
+    Args:
+        value: What the file holds; for `kinematics: urdf` with its joints already read.
+        path: Named in messages.
+
+    Raises:
+        ParseError: Something is missing, unknown or can't be meant; the sentence names the key.
+    """
+    top = Fields(value, "", path)
+    spec: Spec = {"name": top.text("name"), "kinematics": top.choice("kinematics", KINDS)}
+    kind = spec["kinematics"]
+    joints = _list(top, "joints", 1, MAX_JOINTS)
+    spec["joints"] = [_joint(fields, kind) for fields in joints]
+    if kind == "poe":
+        spec["home"] = _frame(top, "home", required=True)
+    if kind == "urdf":
+        _check_joint_names(spec["joints"], joints)
+        spec["flange"] = _frame(top, "flange")
+    spec["coupling"] = _coupling(top, len(joints))
+    spec["base"] = _frame(top, "base")
+    spec["tool"] = _frame(top, "tool")
+    payload = Fields(top.take("payload", {}), "payload", path)
+    spec["payload"] = {"com_mm": payload.quantities("com", "mm", 3, _ZERO)}
+    payload.done()
+    spec["gravity_m_s2"] = top.quantities("gravity", "m_s2", 3, _STANDARD_GRAVITY)
+    spec["gravity_frame"] = top.choice("gravity_frame", ("base", "measuring"), "base")
+    spec["wrench_frame"] = top.choice("wrench_frame", ("base", "flange", "tool"), "base")
+    if (compensator := top.optional("compensator")) is not None:
+        spec["compensator"] = _compensator(Fields(compensator, "compensator", path), len(joints))
+    spec["effects"] = [_effect(fields) for fields in _list(top, "effects", 0, 1000)]
+    spec["structure"] = _plain_mapping(top, "structure")
+    if top.has("calibration"):
+        spec["calibration"] = _calibration(Fields(top.take("calibration"), "calibration", path))
+    if notes := top.plain("notes", []):
+        if not isinstance(notes, list) or not all(isinstance(note, str) for note in notes):
+            top.fail("notes", "a list of texts", notes)
+        spec["notes"] = notes
+    top.done()
+    return spec
+
+
+def _list(top: Fields, key: str, low: int, high: int) -> list[Fields]:
+    value = top.take(key, []) if low == 0 else top.take(key)
+    if not isinstance(value, list) or not low <= len(value) <= high:
+        top.fail(key, f"a list of {low} to {high} entries", value)
+    return [Fields(entry, f"{key}[{i}]", top.path) for i, entry in enumerate(value)]
+
+
+def _plain_mapping(top: Fields, key: str) -> Spec:
+    value = top.plain(key, {})
+    if not isinstance(value, dict):
+        top.fail(key, "a mapping of names to values", value)
+    return value
+
+
+def _frame(top: Fields, key: str, required: bool = False) -> Spec:
+    fields = Fields(top.take(key) if required else top.take(key, {}), f"{top.where}.{key}".lstrip("."), top.path)
+    frame = {"xyz_mm": fields.quantities("xyz", "mm", 3, _ZERO), "rpy_deg": fields.quantities("rpy", "deg", 3, _ZERO)}
+    fields.done()
+    return frame
+
+
+def _joint(fields: Fields, kind: str) -> Spec:
+    """One joint: its type, the geometry of its kind, limits, gear, link."""
+    joint: Spec = {"name": fields.text("name")} if kind == "urdf" else {}
+    joint["type"] = fields.choice("type", ("revolute", "prismatic"))
+    revolute = joint["type"] == "revolute"
+    if kind == "poe":
+        joint |= _screw(fields, revolute)
+    elif kind == "urdf":
+        joint["origin"] = _frame(fields, "origin")
+        joint["axis"] = _direction(fields, "axis")
+    else:
+        for name, unit in (("theta", "deg"), ("d", "mm"), ("a", "mm"), ("alpha", "deg")):
+            joint[f"{name}_{unit}"] = fields.quantity(name, unit)
+        joint["beta_deg"] = fields.quantity("beta", "deg", 0.0)
+    unit, low, high = ("deg", -360.0, 360.0) if revolute else ("mm", REQUIRED, REQUIRED)
+    joint[f"min_{unit}"] = fields.quantity("min", unit, low)
+    joint[f"max_{unit}"] = fields.quantity("max", unit, high)
+    if not joint[f"min_{unit}"] < joint[f"max_{unit}"]:
+        got = f"{joint[f'min_{unit}']!r} and {joint[f'max_{unit}']!r}"
+        fields.refuse("", f"min_{unit} must be below max_{unit}, got {got}")
+    if (ratio := fields.optional("motor_ratio")) is not None:
+        joint["motor_ratio"] = fields.checked_number("motor_ratio", ratio)
+        if ratio == 0:
+            fields.fail("motor_ratio", "a number other than 0", ratio)
+    if (link := fields.optional("link")) is not None:
+        joint["link"] = _link(Fields(link, f"{fields.where}.link", fields.path))
+    fields.done()
+    return joint
+
+
+def _screw(fields: Fields, revolute: bool) -> Spec:
+    """A POE joint: omega and point_mm or v_mm = -omega x point; prismatic: omega 0 and the unit direction v."""
+    if not revolute:
+        omega = fields.vector("omega", 3, _ZERO)
+        if any(omega):
+            fields.fail("omega", "[0, 0, 0] for a prismatic joint", str(omega))
+        return {"omega": omega, "v": _direction(fields, "v"), "d_mm": fields.quantity("d", "mm", 0.0)}
+    omega = _direction(fields, "omega")
+    screw: Spec = {"omega": omega}
+    if fields.has_quantity("v", "mm"):
+        if fields.has_quantity("point", "mm"):
+            fields.refuse("", "expected point_mm or v_mm, got both")
+        screw["v_mm"] = _moment(fields, omega)
+    else:
+        screw["point_mm"] = fields.quantities("point", "mm", 3)
+    return screw | {"theta_deg": fields.quantity("theta", "deg", 0.0)}
+
+
+def _direction(fields: Fields, key: str) -> list[float]:
+    """A unit vector; one typed with few digits is brought to length 1."""
+    vector = fields.vector(key, 3)
+    length = math.hypot(*vector)
+    if abs(length - 1) > _UNIT_TOLERANCE:
+        fields.refuse(key, f"expected a vector of length 1, got one of length {length:.9g}")
+    return vector if abs(length - 1) <= _EXACT else [x / length for x in vector]
+
+
+def _moment(fields: Fields, omega: list[float]) -> list[float]:
+    """The moment v = -omega x point, perpendicular to omega; what rounding left along it is taken out."""
+    v = fields.quantities("v", "mm", 3)
+    along = sum(a * b for a, b in zip(omega, v, strict=True))
+    scale = 1 + math.hypot(*v)
+    if abs(along) > _UNIT_TOLERANCE * scale:
+        fields.refuse("v_mm", f"must be perpendicular to omega (a hinge has no pitch), got {along:.9g} mm along it")
+    return v if abs(along) <= _EXACT * scale else [x - along * w for x, w in zip(v, omega, strict=True)]
+
+
+def _link(fields: Fields) -> Spec:
+    link: Spec = {"mass_kg": fields.quantity("mass", "kg"), "com_mm": fields.quantities("com", "mm", 3, _ZERO)}
+    if link["mass_kg"] < 0:
+        fields.fail("mass_kg", "a mass that is not negative", link["mass_kg"])
+    if fields.has_quantity("inertia", "kg_m2"):
+        link["inertia_kg_m2"] = fields.quantities("inertia", "kg_m2", 6)  # xx, yy, zz, xy, xz, yz
+        if min(link["inertia_kg_m2"][:3]) < 0:
+            fields.fail("inertia_kg_m2", "moments xx, yy, zz that are not negative", str(link["inertia_kg_m2"][:3]))
+    fields.done()
+    return link
+
+
+def _check_joint_names(joints: list[Spec], fields: list[Fields]) -> None:
+    for i, joint in enumerate(joints):
+        if any(joint["name"] == other["name"] for other in joints[:i]):
+            fields[i].refuse("name", f"the name '{joint['name']:.60}' is given to two joints")
+
+
+def _coupling(top: Fields, joint_count: int) -> list[Spec]:
+    """q_joint turns by ratio when q_source turns: nominal gear coupling c_ij."""
+    coupling: list[Spec] = []
+    for fields in _list(top, "coupling", 0, joint_count * joint_count):
+        entry: Spec = {key: fields.count(key, 1, joint_count) for key in ("joint", "source")}
+        entry["ratio"] = fields.number("ratio")
+        fields.done()
+        if entry["joint"] == entry["source"]:
+            fields.fail("source", f"another joint than joint {entry['joint']} itself", entry["source"])
+        if any((e["joint"], e["source"]) == (entry["joint"], entry["source"]) for e in coupling):
+            fields.refuse("", f"the coupling of joint {entry['joint']} to joint {entry['source']} is given twice")
+        coupling.append(entry)
+    return coupling
+
+
+def _compensator(fields: Fields, joint_count: int) -> Spec:
+    """A spring between an anchor and an arm that joint `joint` turns."""
+    compensator: Spec = {
+        "joint": fields.count("joint", 1, joint_count),
+        "anchor_mm": fields.quantities("anchor", "mm", 3),
+        "arm_mm": fields.quantities("arm", "mm", 3),
+        "stiffness_n_m": fields.quantity("stiffness", "n_m"),
+        "free_length_mm": fields.quantity("free_length", "mm"),
+    }
+    if compensator["stiffness_n_m"] <= 0:
+        fields.fail("stiffness_n_m", "a stiffness above 0", compensator["stiffness_n_m"])
+    fields.done()
+    return compensator
+
+
+def _effect(fields: Fields) -> Spec:
+    """An effect of an identified model; its options belong to the effect itself."""
+    effect: Spec = {"effect": fields.text("effect"), "owner": fields.text("owner")}
+    parameters = fields.plain("parameters", {})
+    if not isinstance(parameters, dict):
+        fields.fail("parameters", "a mapping of names to values", parameters)
+    checked: Spec = {}
+    for name, given in parameters.items():
+        where = f"{fields.where}.parameters.{name}"
+        entry = Fields(given if isinstance(given, dict) else {"value": given}, where, fields.path)
+        checked[name] = {"value": entry.number("value")}
+        if (std := entry.optional("std")) is not None:
+            checked[name]["std"] = entry.checked_number("std", std)
+        checked[name] |= entry.rest()
+    return effect | {"parameters": checked} | fields.rest()
+
+
+def _calibration(fields: Fields) -> Spec:
+    """How sure an identified model is: covariance = L L^T of its parameters in SI, row i of L with i + 1 numbers."""
+    names = fields.take("parameters")
+    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+        fields.fail("parameters", "a list of names", names)
+    rows = fields.take("covariance_root")
+    if not isinstance(rows, list) or len(rows) != len(names):
+        fields.fail("covariance_root", f"a list of {len(names)} rows", rows)
+    record: Spec = {"parameters": list(names)}
+    record["covariance_root"] = [
+        fields.checked_vector(f"covariance_root[{i}]", row, i + 1) for i, row in enumerate(rows)
+    ]
+    record["sigma_mm"] = fields.number("sigma_mm")
+    record["degrees_of_freedom"] = fields.count("degrees_of_freedom", 0, 10**9)
+    return record | fields.rest()
