@@ -1,0 +1,198 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Any robot file as any other kind: the same tool pose for every q, the same bodies, limits, gears and effects."""
+
+from __future__ import annotations
+
+import copy
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from fastcal import se3, units
+from fastcal.conversion.chain import Body, Chain, Spec, chain_of, frame_of, si
+from fastcal.conversion.rows import dh_rows, mdh_rows
+from fastcal.errors import InvalidInput
+from fastcal.se3 import Array
+
+KINDS = ("dh", "mdh", "poe", "urdf")
+
+# What an effect's numbers refer to decides whether they keep their meaning: a joint's axis is in every form.
+_OF_A_JOINT_AXIS = frozenset(
+    {
+        "reduction_ratio", "coupling_ratio", "gear_harmonic", "joint_profile", "backlash", "joint_compliance",
+        "joint_compliance_nonlinear", "current_compliance", "thermal_offset", "measurement_scale", "payload_mass",
+    }
+)  # fmt: skip
+_OF_THE_BASE = frozenset({"base_drift", "base_step", "station_offset"})
+_OF_THE_FLANGE = frozenset({"tool_shift", "payload_com"})
+
+
+class HasSpec(Protocol):
+    """A robot that knows its file."""
+
+    @property
+    def spec(self) -> Spec: ...  # noqa: D102
+
+
+class Conversion(NamedTuple):
+    """A converted robot.
+
+    Attributes:
+        spec: The canonical spec of the new kind.
+        dropped: What the new kind can't carry and was left out, such as `link_bending@link2`.
+        notes: What else a reader should know, a sentence each.
+    """
+
+    spec: Spec
+    dropped: tuple[str, ...]
+    notes: tuple[str, ...]
+
+
+class _Geometry(NamedTuple):
+    """The joints and ends of the new kind; the new base frame in the old one, the old flange in the new one."""
+
+    joints: list[Spec]
+    ends: Spec
+    base: Array
+    flange: Array
+
+
+def convert(robot: HasSpec | Spec, to: str, drop_effects: bool = False) -> Conversion:
+    """Writes a robot as another kind: T_measuring_tool(q) stays within rounding (1e-12 m and rad) for every q.
+
+    Nearly parallel neighbouring axes go to beta and never to a far d. Base and tool take what rows can't hold; gravity
+    and the payload's centre are turned with them.
+
+    Args:
+        robot: A robot or its canonical spec.
+        to: dh, mdh, poe or urdf.
+        drop_effects: Leave out what refers to frames that the new kind does not have, and name it.
+
+    Raises:
+        InvalidInput: The kind is none, or the robot has effects that the new kind can't carry.
+    """
+    spec: Spec = robot if isinstance(robot, dict) else robot.spec
+    if to not in KINDS:
+        raise InvalidInput(f"expected dh, mdh, poe or urdf as the kind to convert to, got {to!r}")
+    if to == spec["kinematics"]:
+        return Conversion(copy.deepcopy(spec), (), ())
+    geometry = {"dh": _rows, "mdh": _rows, "poe": _poe, "urdf": _urdf}[to](chain_of(spec), spec, to)
+    effects, dropped = _carried(spec, geometry)
+    if dropped and not drop_effects:
+        raise InvalidInput(
+            f"{', '.join(dropped)} can't be carried from {spec['kinematics']} to {to}, where the frames they refer to "
+            "are others; allow them to be dropped (--drop-effects) or keep the kind"
+        )
+    new: Spec = {"name": spec["name"], "kinematics": to, "joints": geometry.joints} | geometry.ends
+    new["coupling"] = copy.deepcopy(spec["coupling"])
+    new |= _surroundings(spec, geometry)
+    new |= {"effects": effects, "structure": {}}
+    if "notes" in spec:
+        new["notes"] = list(spec["notes"])
+    return Conversion(new, dropped, _notes(spec, geometry))
+
+
+def _rows(chain: Chain, spec: Spec, to: str) -> _Geometry:
+    table = (dh_rows if to == "dh" else mdh_rows)(chain)
+    joints = []
+    for row, frame, body, old in zip(table.rows, table.frames, chain.bodies, spec["joints"], strict=True):
+        values = zip(("theta_deg", "d_mm", "a_mm", "alpha_deg", "beta_deg"), row, strict=True)
+        shape = {name: _edge(value, name.rpartition("_")[2]) for name, value in values}
+        joints.append(_joint(old, shape, body, frame))
+    return _Geometry(joints, {}, table.base, table.flange)
+
+
+def _poe(chain: Chain, spec: Spec, to: str) -> _Geometry:
+    joints = []
+    for i, (body, old) in enumerate(zip(chain.bodies, spec["joints"], strict=True)):
+        point = chain.point(i)
+        if point is None:
+            shape: Spec = {"omega": [0.0] * 3, "v": _list(chain.v[i], "1"), "d_mm": 0.0}
+        else:
+            shape = {"omega": _list(chain.omega[i], "1"), "point_mm": _list(point, "mm"), "theta_deg": 0.0}
+        joints.append(_joint(old, shape, body, np.eye(4)))
+    return _Geometry(joints, {"home": _frame(chain.home)}, np.eye(4), np.eye(4))
+
+
+def _urdf(chain: Chain, spec: Spec, to: str) -> _Geometry:
+    """Each joint's frame has z on its axis, turned and moved from the frame before no more than that takes."""
+    joints = []
+    T = np.eye(4)
+    for i, (body, old) in enumerate(zip(chain.bodies, spec["joints"], strict=True)):
+        u, point = chain.direction(i), chain.point(i)
+        origin = T[:3, 3] if point is None else point + ((T[:3, 3] - point) @ u) * u
+        now = se3.pose(se3.turn_between(T[:3, 2], u, T[:3, 0]) @ T[:3, :3], origin)
+        shape = {"origin": _frame(se3.inverse(T) @ now), "axis": [0.0, 0.0, 1.0]}
+        joints.append({"name": f"joint{i + 1}"} | _joint(old, shape, body, now))
+        T = now
+    return _Geometry(joints, {"flange": _frame(se3.inverse(T) @ chain.home)}, np.eye(4), np.eye(4))
+
+
+def _joint(old: Spec, shape: Spec, body: Body | None, frame: Array) -> Spec:
+    """Type, shape, limits, gear and the body seen from `frame`, in the order of the canonical form."""
+    unit = "deg" if old["type"] == "revolute" else "mm"
+    kept = {key: old[key] for key in (f"min_{unit}", f"max_{unit}", "motor_ratio") if key in old}
+    joint: Spec = {"type": old["type"]} | shape | kept
+    if body is not None:
+        seen = body.moved(se3.inverse(frame))
+        joint["link"] = {"mass_kg": seen.mass, "com_mm": _list(seen.com, "mm")}
+        if seen.inertia is not None:
+            moments = seen.inertia[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
+            joint["link"]["inertia_kg_m2"] = _list(moments, "kg_m2")
+    return joint
+
+
+def _surroundings(spec: Spec, geometry: _Geometry) -> Spec:
+    """Base, tool, payload and gravity in the new frames; untouched where the frames are the old ones."""
+    kept: Spec = {key: copy.deepcopy(spec[key]) for key in ("base", "tool", "payload", "gravity_m_s2")}
+    kept |= {"gravity_frame": spec["gravity_frame"], "wrench_frame": spec["wrench_frame"]}
+    if not _is_identity(geometry.base):
+        kept["base"] = _frame(frame_of(spec["base"]) @ geometry.base)
+        if spec["gravity_frame"] == "base":
+            kept["gravity_m_s2"] = _list(geometry.base[:3, :3].T @ si(spec["gravity_m_s2"], "m_s2"), "m_s2")
+    if not _is_identity(geometry.flange):
+        kept["tool"] = _frame(geometry.flange @ frame_of(spec["tool"]))
+        com = geometry.flange[:3, :3] @ si(spec["payload"]["com_mm"], "mm") + geometry.flange[:3, 3]
+        kept["payload"] = {"com_mm": _list(com, "mm")}
+    return kept
+
+
+def _carried(spec: Spec, geometry: _Geometry) -> tuple[list[Spec], tuple[str, ...]]:
+    """The effects that keep their meaning, and the names of what does not."""
+    meaningful = set(_OF_A_JOINT_AXIS)
+    meaningful |= _OF_THE_BASE if _is_identity(geometry.base) else set()
+    meaningful |= _OF_THE_FLANGE if _is_identity(geometry.flange) else set()
+    kept = [copy.deepcopy(effect) for effect in spec["effects"] if effect["effect"] in meaningful]
+    dropped = [f"{e['effect']}@{e['owner']}" for e in spec["effects"] if e["effect"] not in meaningful]
+    return kept, (*dropped, *(key for key in ("compensator", "structure") if spec.get(key)))
+
+
+def _notes(spec: Spec, geometry: _Geometry) -> tuple[str, ...]:
+    notes = []
+    for frame, moved in (("base", geometry.base), ("flange", geometry.flange)):
+        if spec["wrench_frame"] == frame and not _is_identity(se3.pose(moved[:3, :3])):
+            notes.append(f"the {frame} frame was turned: fx_n ... mz_nm are read along its new axes")
+    if spec.get("calibration"):
+        notes.append("the uncertainties of the identified parameters belong to the old kind and were left out")
+    return tuple(notes)
+
+
+def _is_identity(T: Array) -> bool:
+    return bool(np.array_equal(T, np.eye(4)))
+
+
+def _frame(T: Array) -> Spec:
+    return {"xyz_mm": _list(T[:3, 3], "mm"), "rpy_deg": _list(se3.rotation_to_rpy(T[:3, :3]), "deg")}
+
+
+def _list(values: Array, unit: str) -> list[float]:
+    return [_edge(value, unit) for value in values]
+
+
+def _edge(value: float, unit: str) -> float:
+    """An SI number in the unit of the file; a rounding error beside a number of few digits is taken off."""
+    converted = units.from_si(float(value), unit)
+    short = round(converted, 6)
+    rounding = 1e-15 if unit == "1" else 1e-12  # a direction's error grows with the arm
+    return short + 0.0 if abs(converted - short) <= rounding else converted
