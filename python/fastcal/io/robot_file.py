@@ -1,0 +1,94 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Robot files in and out: YAML of any kind, a bare URDF, or the name of an arm that comes with fastcal."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+from fastcal import robots
+from fastcal.errors import InvalidInput, ParseError
+from fastcal.io.atomic import write_text
+from fastcal.io.fields import Fields
+from fastcal.io.robot_schema import Spec, check_spec
+from fastcal.io.urdf_file import read_urdf, urdf_text, what_urdf_loses
+from fastcal.io.yaml_file import read_yaml
+from fastcal.io.yaml_text import yaml_text
+from fastcal.robot import Robot
+
+
+def load_robot(source: str | os.PathLike[str]) -> Robot:
+    """A robot from a YAML or URDF file, or a shipped arm by its name (see `fastcal.robots.available()`).
+
+    Raises:
+        ParseError: The file is not there or holds something that can't be meant.
+    """
+    return Robot(read_spec(source))
+
+
+def read_spec(source: str | os.PathLike[str]) -> Spec:
+    """The canonical spec of a robot file or a shipped arm: every key in its place, defaults filled in, mm and degrees.
+
+    Raises:
+        ParseError: One sentence that names the file, the key, what was expected and what came.
+    """
+    path = Path(source)
+    if not path.exists() and isinstance(source, str):
+        shipped = robots.path_of(source)
+        if shipped is None:
+            names = ", ".join(robots.available())
+            raise ParseError(f"there is no such file, and no shipped arm has that name; shipped are {names}", source)
+        path = shipped
+    if path.suffix.lower() == ".urdf":
+        return check_spec(read_urdf(path), path)
+    value = read_yaml(path)
+    if isinstance(value, dict):
+        if value.get("kinematics") == "urdf" and "urdf" in value:
+            value = _with_urdf(value, path)
+        value.setdefault("name", path.stem)
+    return check_spec(value, path)
+
+
+def write_spec(
+    spec: Spec, path: str | os.PathLike[str], comment: str = "", drop_effects: bool = False
+) -> tuple[str, ...]:
+    """Writes a canonical spec, whole or not at all: XML where the path ends in .urdf, else YAML.
+
+    The YAML loads back bit for bit. A URDF holds the joints, the links' masses, base and tool (as fixed joints).
+
+    Args:
+        spec: A canonical spec; of kind `urdf` for a .urdf file.
+        path: The file.
+        comment: Lines to stand at the top of a YAML file.
+        drop_effects: Write a .urdf though it can't hold the effects of the spec.
+
+    Returns:
+        The keys of the spec for which the file has no place (.urdf only).
+
+    Raises:
+        InvalidInput: The file cannot be written, or it can't hold what moves the tool.
+    """
+    if Path(path).suffix.lower() != ".urdf":
+        head = "".join(f"# {line}\n" for line in comment.splitlines())
+        write_text(path, head + yaml_text(spec))
+        return ()
+    lost = what_urdf_loses(spec)
+    moving = [key for key in lost if key in ("compensator", "effects", "structure")]
+    if moving and not drop_effects:
+        raise InvalidInput(
+            f"{path}: a URDF has no place for {', '.join(moving)}; write a .yaml file or drop the effects"
+        )
+    write_text(path, urdf_text(spec))
+    return lost
+
+
+def _with_urdf(value: dict[str, Any], path: Path) -> dict[str, Any]:
+    """A file of kind urdf with the joints of the URDF that it names, which lies beside it."""
+    top = Fields(value, "", path)
+    if top.has("joints"):
+        top.refuse("", "expected urdf: FILE or joints, got both")
+    links = {key: top.text(key) for key in ("base_link", "tip_link") if top.has(key)}
+    spec = read_urdf(path.parent / top.text("urdf"), **links)
+    return spec | {key: entry for key, entry in value.items() if key not in ("urdf", "base_link", "tip_link")}

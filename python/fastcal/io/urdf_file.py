@@ -1,0 +1,156 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""URDF in (through the core, which alone knows urdfdom) and out (XML text)."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping
+from typing import Any
+from xml.etree import ElementTree as ET
+
+from fastcal import _core, units
+from fastcal.errors import InvalidInput, ParseError
+from fastcal.io.robot_schema import Spec
+from fastcal.io.yaml_file import read_text
+from fastcal.se3 import Array, rotation_to_rpy
+
+_NO_LIMIT = "1e6"
+
+
+def read_urdf(path: str | os.PathLike[str], base_link: str = "", tip_link: str = "") -> Spec:
+    """The arm in a URDF file as a spec of kind `urdf`: name, joints, flange, notes; not yet checked.
+
+    Args:
+        path: The file.
+        base_link: Where the arm begins; empty: the root.
+        tip_link: Its last link, the flange; empty: the only leaf.
+
+    Raises:
+        ParseError: The file holds no serial arm; the sentence says why.
+    """
+    try:
+        chain = _core.read_urdf(read_text(path), base_link, tip_link)
+    except ParseError:
+        raise
+    except InvalidInput as error:
+        raise ParseError(str(error), path) from None
+    return {
+        "name": chain["name"] or "robot",
+        "kinematics": "urdf",
+        "joints": [_joint_spec(joint) for joint in chain["joints"]],
+        "flange": _frame_spec(chain["flange"]),
+        "notes": list(chain["notes"]),
+    }
+
+
+def urdf_text(spec: Spec) -> str:
+    """A spec of kind `urdf` as XML; base and tool stand in it as fixed joints.
+
+    Numbers have the digits that load back to the same double. `what_urdf_loses` names what it can't hold.
+    """
+    if spec["kinematics"] != "urdf":
+        raise InvalidInput(f"a URDF is written from a robot of kind urdf, got {spec['kinematics']}: convert it first")
+    robot = ET.Element("robot", name=spec["name"])
+    robot.append(
+        ET.Comment(" written by fastcal; effort and velocity limits are not known and set so that they limit nothing ")
+    )
+    parent = "base_link"
+    if _is_moved(spec["base"]):
+        ET.SubElement(robot, "link", name="world")
+        _fixed_joint(robot, "world", parent, spec["base"])
+    ET.SubElement(robot, "link", name=parent)
+    for i, joint in enumerate(spec["joints"]):
+        child = f"link{i + 1}"
+        _link_element(robot, child, joint.get("link"))
+        _moving_joint(robot, parent, child, joint)
+        parent = child
+    ET.SubElement(robot, "link", name="flange")
+    _fixed_joint(robot, parent, "flange", spec["flange"])
+    if _is_moved(spec["tool"]):
+        ET.SubElement(robot, "link", name="tool")
+        _fixed_joint(robot, "flange", "tool", spec["tool"])
+    ET.indent(robot)
+    return f'<?xml version="1.0"?>\n{ET.tostring(robot, encoding="unicode")}\n'
+
+
+def what_urdf_loses(spec: Spec) -> tuple[str, ...]:
+    """The keys of a spec that say something and have no place in a URDF."""
+    lost = [key for key in ("coupling", "compensator", "effects", "structure", "calibration") if spec.get(key)]
+    if any(spec["payload"]["com_mm"]):
+        lost.append("payload")
+    if spec["gravity_m_s2"] != [0.0, 0.0, -9.80665] or (
+        spec["gravity_frame"] == "base" and any(spec["base"]["rpy_deg"])
+    ):
+        lost.append("gravity_m_s2")
+    if any("motor_ratio" in joint for joint in spec["joints"]):
+        lost.append("motor_ratio")
+    return tuple(lost)
+
+
+def _joint_spec(joint: Mapping[str, Any]) -> Spec:
+    revolute = joint["type"] == "revolute"
+    unit = "deg" if revolute else "mm"
+    spec: Spec = {"name": joint["name"], "type": joint["type"], "origin": _frame_spec(joint["origin"])}
+    spec["axis"] = [float(x) for x in joint["axis"]]
+    spec[f"min_{unit}"] = units.from_si(float(joint["lower"]), unit)
+    spec[f"max_{unit}"] = units.from_si(float(joint["upper"]), unit)
+    inertia = [float(x) for x in joint["inertia"]]
+    if joint["mass"] or any(inertia):
+        spec["link"] = {
+            "mass_kg": float(joint["mass"]),
+            "com_mm": _from_si(joint["com"], "mm"),
+            "inertia_kg_m2": inertia,
+        }
+    return spec
+
+
+def _frame_spec(T: Array) -> Spec:
+    return {"xyz_mm": _from_si(T[:3, 3], "mm"), "rpy_deg": _from_si(rotation_to_rpy(T[:3, :3]), "deg")}
+
+
+def _from_si(values: Iterable[float], unit: str) -> list[float]:
+    return [units.from_si(float(x), unit) for x in values]
+
+
+def _is_moved(frame: Spec) -> bool:
+    return any(frame["xyz_mm"]) or any(frame["rpy_deg"])
+
+
+def _si(values: Iterable[float], unit: str) -> str:
+    return " ".join(repr(units.to_si(x, unit)) for x in values)
+
+
+def _origin(parent: ET.Element, frame: Spec) -> None:
+    ET.SubElement(parent, "origin", xyz=_si(frame["xyz_mm"], "mm"), rpy=_si(frame["rpy_deg"], "deg"))
+
+
+def _joint_element(robot: ET.Element, name: str, kind: str, parent: str, child: str, frame: Spec) -> ET.Element:
+    joint = ET.SubElement(robot, "joint", name=name, type=kind)
+    _origin(joint, frame)
+    ET.SubElement(joint, "parent", link=parent)
+    ET.SubElement(joint, "child", link=child)
+    return joint
+
+
+def _fixed_joint(robot: ET.Element, parent: str, child: str, frame: Spec) -> None:
+    _joint_element(robot, f"{parent}-{child}", "fixed", parent, child, frame)
+
+
+def _moving_joint(robot: ET.Element, parent: str, child: str, joint: Spec) -> None:
+    element = _joint_element(robot, joint["name"], joint["type"], parent, child, joint["origin"])
+    ET.SubElement(element, "axis", xyz=" ".join(repr(x) for x in joint["axis"]))
+    unit = "deg" if joint["type"] == "revolute" else "mm"
+    lower, upper = (repr(units.to_si(joint[f"{end}_{unit}"], unit)) for end in ("min", "max"))
+    ET.SubElement(element, "limit", lower=lower, upper=upper, effort=_NO_LIMIT, velocity=_NO_LIMIT)
+
+
+def _link_element(robot: ET.Element, name: str, link: Spec | None) -> None:
+    element = ET.SubElement(robot, "link", name=name)
+    if link is None:
+        return
+    inertial = ET.SubElement(element, "inertial")
+    _origin(inertial, {"xyz_mm": link["com_mm"], "rpy_deg": [0.0, 0.0, 0.0]})
+    ET.SubElement(inertial, "mass", value=repr(link["mass_kg"]))
+    moments = [repr(x) for x in link.get("inertia_kg_m2", [0.0] * 6)]
+    ET.SubElement(inertial, "inertia", dict(zip(("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), moments, strict=True)))

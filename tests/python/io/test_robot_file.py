@@ -1,0 +1,172 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Robot files: what is written loads back bit for bit, shipped arms, and no bytes that crash or hang."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from fastcal import robots
+from fastcal.conversion import convert
+from fastcal.errors import FastcalError, InvalidInput, ParseError
+from fastcal.io.robot_file import load_robot, read_spec, write_spec
+from fastcal.io.robot_schema import check_spec
+from fastcal.io.yaml_text import yaml_text
+
+Spec = dict[str, Any]
+
+
+def random_spec(seed: int) -> Spec:
+    """A robot of each kind in turn, with numbers that have all their digits and every optional key."""
+    rng = np.random.default_rng(seed)
+
+    def numbers(count: int) -> list[float]:
+        return [float(x) for x in rng.normal(size=count) * 10.0 ** rng.integers(-9, 9, count)]
+
+    spec = convert(read_spec("spray_7dof"), ("dh", "mdh", "poe", "urdf")[seed % 4]).spec
+    for joint in spec["joints"]:
+        for key in ("theta_deg", "d_mm", "a_mm", "alpha_deg", "beta_deg"):
+            if key in joint:
+                joint[key] = numbers(1)[0]
+        if "origin" in joint:
+            joint["origin"]["rpy_deg"] = numbers(3)
+        joint["motor_ratio"] = numbers(1)[0]
+        joint["link"] |= {"com_mm": numbers(3), "inertia_kg_m2": [1e300, 5e-324, 0.1, *numbers(3)]}
+    spec["tool"] = {"xyz_mm": numbers(3), "rpy_deg": [-0.0, 1e22, 1e16]}
+    spec["coupling"] = [{"joint": 7, "source": 5, "ratio": numbers(1)[0]}]
+    parameters = {"compliance_rad_nm": {"value": numbers(1)[0], "std": 1e-7}}
+    spec["effects"] = [{"effect": "joint_compliance", "owner": "joint2", "parameters": parameters, "list": [1e-7, 3]}]
+    spec["structure"] = {"nodes": [[0, 1], numbers(40)], "odd: key": "yes", "word": "a # b", "none": None, "flag": True}
+    spec["calibration"] = {"parameters": ["joint1 d", "tool x"], "covariance_root": [numbers(1), numbers(2)]}
+    spec["calibration"] |= {"sigma_mm": 0.03, "degrees_of_freedom": 12}
+    spec["notes"] = ["joint 'a' is \"odd\": \x07 \u2028 \U0001f600"]
+    return check_spec(spec)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_what_is_written_loads_back_bit_for_bit(seed: int, tmp_path: Path) -> None:
+    spec = random_spec(seed)
+    path = tmp_path / "model.yaml"
+    write_spec(spec, path, comment="two\nlines")
+    assert repr(read_spec(path)) == repr(spec)  # repr tells -0.0 from 0.0 and 3 from 3.0
+    assert path.read_text().startswith("# two\n# lines\nname: spray_7dof\n")
+    assert repr(check_spec(yaml.safe_load(path.read_text()))) == repr(spec)  # other readers of YAML see the same
+
+
+def test_a_row_is_a_line_where_it_fits_in_120_columns() -> None:
+    lines = yaml_text(read_spec("staubli_rx160l")).splitlines()
+    assert lines[3:5] == [
+        "  - {type: revolute, theta_deg: 0, d_mm: 0, a_mm: 150, alpha_deg: -90, beta_deg: 0, "
+        "min_deg: -160, max_deg: 160,",
+        "     link: {mass_kg: 80, com_mm: [-75, 20, 0]}}",
+    ]
+    assert all(len(line) <= 120 for name in robots.available() for line in yaml_text(read_spec(name)).splitlines())
+
+
+@pytest.mark.parametrize("name", robots.available())
+def test_every_shipped_arm_loads_names_its_source_and_stays_in_its_limits(name: str) -> None:
+    path = robots.path_of(name)
+    assert path is not None
+    head = path.read_text().splitlines()
+    assert head[0].startswith("# ")
+    assert any("plausible" in line for line in head if line.startswith("#"))
+    robot = load_robot(name)
+    assert robot.name == name
+    assert all(joint["link"]["mass_kg"] > 0 for joint in robot.spec["joints"])
+    assert np.isfinite(robot.forward(robot.limits.mean(axis=1))).all()
+
+
+def test_the_arms_of_the_papers_are_there() -> None:
+    assert set(robots.available()) == {
+        "siasun_sr210d", "kuka_kr500_3", "pmc6va030", "staubli_rx160l", "spray_7dof", "ur5", "ur10", "lbr_iiwa14",
+    }  # fmt: skip
+    types = "".join(joint["type"][0] for joint in read_spec("spray_7dof")["joints"])
+    assert types == "prrrrpr"
+
+
+def test_the_sr210d_has_the_screws_of_equation_1() -> None:
+    """(v, omega) with L1 ... L4 = 312, 1075, 235, 1282 and the mended row of axis 6."""
+    L1, L2, L3, L4 = 312.0, 1075.0, 235.0, 1282.0
+    screws = [
+        [0, 0, 0, 0, 0, 1], [0, 0, -L1, 0, -1, 0], [L2, 0, -L1, 0, -1, 0],
+        [0, L2 + L3, 0, 1, 0, 0], [L2 + L3, 0, -L1 - L4, 0, -1, 0], [0, L2 + L3, 0, 1, 0, 0],
+    ]  # fmt: skip
+    joints = read_spec("siasun_sr210d")["joints"]
+    np.testing.assert_array_equal([np.r_[-np.cross(j["omega"], j["point_mm"]), j["omega"]] for j in joints], screws)
+
+
+def test_shared_sets_load_and_their_arms_are_the_shipped_ones(shared_data: Path) -> None:
+    """The simulator's arms have the geometry and masses of the shipped files (the SR210D's as rows, not screws)."""
+    for folder in sorted((shared_data / "hidden_effects").iterdir()):
+        if not (folder / "robot.yaml").is_file():
+            continue
+        robot = load_robot(folder / "robot.yaml")
+        shipped = load_robot(robot.name)
+        q = np.random.default_rng(0).uniform(robot.limits[:, 0], robot.limits[:, 1], (20, robot.joint_count))
+        np.testing.assert_allclose(robot.forward(q), shipped.forward(q), atol=1e-12)
+        masses = [[joint["link"]["mass_kg"] for joint in r.spec["joints"]] for r in (robot, shipped)]
+        assert masses[0] == masses[1]
+
+
+def test_a_name_that_is_no_arm_is_told_the_arms_there_are() -> None:
+    with pytest.raises(ParseError, match=r"no shipped arm has that name; shipped are kuka_kr500_3, .*, ur10, ur5"):
+        read_spec("ur55")
+
+
+MUTANTS_OF = [robots.path_of(name).read_bytes() for name in ("ur5", "pmc6va030", "siasun_sr210d")]  # type: ignore[union-attr]
+MUTANTS_OF += [yaml_text(random_spec(seed)).encode() for seed in range(4)]
+PIECES = [
+    b"{",
+    b"[",
+    b"*a",
+    b"&a ",
+    b": ",
+    b"- ",
+    b"\n",
+    b"1e999",
+    b".nan",
+    b"!!set ",
+    b"? ",
+    b"'",
+    b'"',
+    b"null",
+    b"#",
+]
+EDIT = st.tuples(st.integers(0, 10_000), st.integers(0, 8), st.one_of(st.binary(max_size=6), st.sampled_from(PIECES)))
+
+
+@settings(max_examples=200, deadline=5000, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(content=st.sampled_from(MUTANTS_OF), edits=st.lists(EDIT, min_size=1, max_size=6))
+def test_mutated_files_are_read_or_refused(content: bytes, edits: list[tuple[int, int, bytes]], tmp_path: Path) -> None:
+    for place, length, insert in edits:
+        at = place % (len(content) + 1)
+        content = content[:at] + insert + content[at + length :]
+    path = tmp_path / "mutant.yaml"
+    path.write_bytes(content)
+    try:
+        spec = load_robot(path).spec
+    except FastcalError as error:
+        message = str(error)
+    else:
+        message = ""
+        write_spec(spec, path)
+        assert repr(read_spec(path)) == repr(spec)
+    assert "\n" not in message
+
+
+def test_a_robot_that_was_saved_predicts_the_same(tmp_path: Path) -> None:
+    robot = load_robot("staubli_rx160l")
+    robot.save(tmp_path / "again.yaml")
+    q = np.random.default_rng(1).uniform(-1, 1, (50, 6))
+    np.testing.assert_array_equal(load_robot(tmp_path / "again.yaml").forward(q), robot.forward(q))
+
+
+def test_nothing_is_left_of_a_file_that_cannot_be_written(tmp_path: Path) -> None:
+    with pytest.raises(InvalidInput, match="cannot be written"):
+        write_spec(read_spec("ur5"), tmp_path / "no" / "such" / "folder.yaml")
+    assert list(tmp_path.iterdir()) == []
