@@ -8,8 +8,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet
 
-from fastcal.errors import ParseError
-from fastcal.io.table import Cells, Table, without_blank_columns
+from fastcal.io.table import Cells, Table, unreadable, without_blank_columns
 
 
 def column_from_arrow(column: pa.ChunkedArray) -> Cells:
@@ -33,9 +32,5 @@ def read_parquet_table(content: bytes, path: str) -> Table:
         found = pyarrow.parquet.read_table(pa.BufferReader(content), use_threads=False)
         columns = [column_from_arrow(column) for column in found.columns]
     except Exception as error:  # noqa: BLE001 - a damaged file makes the decoder raise what it happens to meet
-        raise ParseError(f"is not a readable Parquet file: {_first_line(error)}", path) from None
-    return Table(path, *without_blank_columns([name.strip() for name in found.column_names], columns))
-
-
-def _first_line(error: Exception) -> str:
-    return str(error).strip().partition("\n")[0] or type(error).__name__
+        raise unreadable("Parquet", error, path) from None
+    return Table(path, *without_blank_columns(found.column_names, columns))

@@ -11,7 +11,7 @@ import numpy as np
 import openpyxl
 
 from fastcal.errors import ParseError
-from fastcal.io.table import Cells, Table, without_blank_columns
+from fastcal.io.table import Cells, Table, unreadable, without_blank_columns
 
 
 def read_excel_table(content: bytes, path: str) -> Table:
@@ -28,7 +28,7 @@ def read_excel_table(content: bytes, path: str) -> Table:
             sheet.reset_dimensions()  # some writers state them wrongly
             rows = [list(row) for row in sheet.iter_rows(values_only=True)]
     except Exception as error:  # noqa: BLE001 - a damaged file makes the decoder raise what it happens to meet
-        raise ParseError(f"is not a readable Excel file: {error or type(error).__name__}", path) from None
+        raise unreadable("Excel", error, path) from None
     filled = [(line, row) for line, row in enumerate(rows, start=1) if any(cell not in (None, "") for cell in row)]
     if not filled:
         raise ParseError(f"sheet '{sheet.title}' is empty; expected a header and rows of numbers", path)
@@ -37,7 +37,7 @@ def read_excel_table(content: bytes, path: str) -> Table:
         if any(cell is not None for cell in row[width:]):
             raise ParseError(f"expected {width} cells as in the header, got {len(row)}", path, line)
     (_, header), *body = filled
-    names = ["" if name is None else str(name).strip() for name in header]
+    names = ["" if name is None else str(name) for name in header]
     columns = [_column([row[place] if place < len(row) else None for _, row in body]) for place in range(width)]
     others = ", ".join(f"'{other.title}'" for other in book.worksheets[1:])
     notes = (f"sheet '{sheet.title}' is read; left out: {others}",) if others else ()

@@ -112,8 +112,18 @@ class Table:
                 raise self.wrong_cell(place, row, f"a decimal {word} as in column '{name}'")
 
 
+def unreadable(kind: str, error: Exception, path: str) -> ParseError:
+    """The error for a file that its decoder gives up, with the first line of what the decoder says."""
+    reason = str(error).strip().splitlines() or [type(error).__name__]
+    return ParseError(f"is not a readable {kind} file: {reason[0]}", path)
+
+
 def without_blank_columns(names: Sequence[str], columns: Sequence[Cells]) -> tuple[list[str], list[Cells]]:
-    """Leaves out columns without name and content, as spreadsheets leave behind, and names those without name only."""
+    """Leaves out columns without name and content, as spreadsheets leave behind, and names those without name only.
+
+    Names lose line ends and spaces around and in a row, so that every error is one line.
+    """
+    names = [" ".join(name.split()) for name in names]
     kept = [
         (name or f"unnamed{place}", column)
         for place, (name, column) in enumerate(zip(names, columns, strict=True), start=1)

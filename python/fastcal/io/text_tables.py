@@ -53,7 +53,7 @@ def _read_exactly(text: str, separator: str, path: str) -> Table:
         for row in reader:
             if any(map(str.strip, row)):  # spreadsheets leave rows of bare separators behind
                 if not names:
-                    names = [name.strip() for name in row]
+                    names = row
                 elif len(row) != len(names):
                     hint = "; decimal commas need ; or tab between the cells" if len(row) > len(names) else ""
                     message = f"expected {len(names)} cells as in the header, got {len(row)}{hint}"
@@ -90,4 +90,4 @@ def _read_quickly(text: str, separator: str, path: str, header: str, exact: part
     if any(pa.types.is_boolean(kind) or pa.types.is_temporal(kind) for kind in found.schema.types):
         return None  # what Arrow takes for a date or a truth value may not come back as it was written
     columns = [column_from_arrow(column) for column in found.columns]
-    return Table(path, *without_blank_columns([name.strip() for name in found.column_names], columns), exact=exact)
+    return Table(path, *without_blank_columns(found.column_names, columns), exact=exact)

@@ -1,0 +1,212 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Tables: the same numbers come out of every format, and what is wrong is named with its line."""
+
+import datetime
+from pathlib import Path
+
+import numpy as np
+import openpyxl
+import pyarrow as pa
+import pyarrow.parquet
+import pytest
+
+from fastcal.errors import InvalidInput, ParseError
+from fastcal.io.table import Table
+from fastcal.io.tables import read_table, write_csv
+
+NUMBERS = [[1.5, -2.25e-7, 3.0], [np.nan, 4.0, 1234.5]]
+
+
+def both_ways(path: Path) -> list[Table]:
+    """A text file as the quick way and as the exact way read it."""
+    table = read_table(path)
+    assert table.exact is not None
+    return [table, table.exact()]
+
+
+@pytest.mark.parametrize(
+    ("text", "encoding"),
+    [
+        ("a,b,c\n1.5,-2.25e-7,3\n,4,1234.5\n", "utf-8"),
+        ("a,b,c\r\n1.5,-2.25e-7,3\r\nnan,4,1234.5", "utf-8-sig"),
+        ("a;b;c\n1,5;-2,25e-7;3\n;4;1234,5\n", "utf-8"),
+        ("a;b;c\n1.5;-2.25e-7;3\nNA;4;1234.5\n", "utf-8-sig"),
+        ("a\tb\tc\r\n1,5\t-2,25E-07\t+3\r\n \t4\t1234,5\r\n", "utf-8"),
+        ("\n a , b , c \n\n 1.5 , -2.25e-7 , 3 \n\n N/A , 4 , 1234.5 \n\n", "utf-8"),
+        ("a,b,c\r1.5,-2.25e-7,3\r,4,1234.5\r", "utf-8"),
+        ("a,b,c,,\n1.5,-2.25e-7,3,,\n,4,1234.5,,\n", "utf-8"),
+    ],
+)
+def test_separators_decimal_marks_and_line_ends(tmp_path: Path, text: str, encoding: str) -> None:
+    path = tmp_path / "data.csv"
+    path.write_bytes(text.encode(encoding))
+    table = read_table(path)
+    exact = table if table.exact is None else table.exact()
+    assert list(exact.names) == list(table.names) == ["a", "b", "c"]
+    np.testing.assert_array_equal(np.transpose([exact.numbers(place) for place in range(3)]), NUMBERS)
+
+
+def test_the_quick_way_takes_plain_files_and_agrees_with_the_exact_way(tmp_path: Path) -> None:
+    values = np.random.default_rng(0).normal(size=(500, 4)) * 10.0 ** np.arange(-6, 6, 3)
+    for separator, mark in ((",", "."), (";", ","), ("\t", ",")):
+        path = tmp_path / "data.csv"
+        rows = [separator.join([*map(str, row), "007"]).replace(".", mark) for row in values.tolist()]
+        path.write_text("\n".join([separator.join(["a", "b", "c", "d", "station"]), *rows]))
+        for table in both_ways(path):
+            np.testing.assert_array_equal(np.transpose([table.numbers(place) for place in range(4)]), values)
+            assert table.labels(4) == ["007"] * 500
+
+
+def test_quoted_cells_may_hold_separators_line_ends_and_decimal_commas(tmp_path: Path) -> None:
+    path = tmp_path / "data.csv"
+    path.write_text('a,who\n"1,5","Doe, ""J""\nof Acme"\n"2,5",x\nfour,y\n')
+    table = read_table(path)
+    assert table.labels(1) == ['Doe, "J"\nof Acme', "x", "y"]
+    with pytest.raises(ParseError, match=r"data.csv:5: column 'a': expected a number, got 'four'$"):
+        table.numbers(0)
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "message"),
+    [
+        ("a,b\n1,2\n3\n", 3, r"expected 2 cells as in the header, got 1$"),
+        ("a,b\n\n1,5,2,5\n", 3, r"expected 2 cells .*, got 4; decimal commas need ; or tab between the cells$"),
+        ("a,b\n1,2\n3,oops\n", 3, r"column 'b': expected a number, got 'oops'$"),
+        ("a,b\n1,2\n3," + "x" * 60 + "\n", 3, r"got 'x{40}\.\.\.'$"),
+        ("a,b\n1,1_000\n", 2, r"column 'b': expected a number, got '1_000'$"),
+        ("a,b\n1,inf\n", 2, r"column 'b': expected a number, got 'inf'$"),
+        ("a,b\n1,1e999\n", 2, r"column 'b': expected a number, got '1e999'$"),
+        ('a,b\n1,2\n3,"4\n', 3, r"cannot be read as CSV: unexpected end of data$"),
+        ("a;b\n1,5;2\n3;4.5\n", 3, r"column 'b': expected a decimal comma as in column 'a', got '4.5'$"),
+        ("a;b\n1.5;2\n3;4\n1.234,5;6\n", 4, r"column 'a': expected a decimal point as in column 'a', got '1.234,5'$"),
+    ],
+)
+def test_what_is_wrong_in_a_row_is_named_with_its_line(tmp_path: Path, text: str, line: int, message: str) -> None:
+    path = tmp_path / "data.csv"
+    path.write_text(text)
+
+    def read() -> None:
+        table = read_table(path)
+        table = table.exact() if table.exact else table
+        table.numbers(0)
+        table.numbers(1)
+
+    with pytest.raises(ParseError, match=message) as caught:
+        read()
+    assert (caught.value.path, caught.value.line) == (str(path), line)
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (b"", r"is empty; expected a header"),
+        (b"\xef\xbb\xbf", r"holds no rows"),
+        (b" \n\n", r"holds no rows"),
+        (b"a,b\n", r"holds no rows; expected rows of numbers below a header"),
+        (b"a,b\n,\n ,\n", r"holds no rows"),
+        (b"a,b,A\n1,2,3\n", r"column 'A' comes twice, as columns 1 and 3"),
+        (b"a,b\n1,\xff\n", r"data:2: is not UTF-8 text; save it as CSV in UTF-8, or as Parquet or xlsx"),
+        ("a,b\n1,2\n".encode("utf-16"), r"data:1: is not UTF-8 text"),
+        (b"a,b\n1,2\n3,\0\n", r"data:3: holds a NUL character"),
+        (b"PAR1 but no more", r"is not a readable Parquet file: "),
+        (b"PK\x03\x04 but no more", r"is not a readable Excel file: "),
+        (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", r"is an old Excel file \(xls\); save it as xlsx or CSV"),
+        (b"a\n" + b"1" * 200_000 + b"_\n", r"data:2: cannot be read as CSV: field larger than field limit"),
+    ],
+)
+def test_what_is_wrong_with_a_file_is_one_sentence(tmp_path: Path, content: bytes, message: str) -> None:
+    path = tmp_path / "data"
+    path.write_bytes(content)
+
+    def read() -> None:
+        table = read_table(path)
+        if table.exact:
+            table.exact()
+
+    with pytest.raises(ParseError, match=message) as caught:
+        read()
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(("name", "why"), [("absent.csv", "No such file or directory"), (".", "Is a directory")])
+def test_a_place_without_a_file_is_an_error(tmp_path: Path, name: str, why: str) -> None:
+    with pytest.raises(ParseError, match=f"cannot be read: {why}"):
+        read_table(tmp_path / name)
+
+
+def test_parquet(tmp_path: Path) -> None:
+    path = tmp_path / "data.parquet"
+    day = datetime.datetime(2026, 1, 2, tzinfo=datetime.UTC)
+    columns = {
+        "a": pa.array([1.5, None]),
+        "b": pa.array([7, None], pa.int32()),
+        "c": pa.array(["x", None]).dictionary_encode(),
+        "d": pa.array([True, False]),
+        "e": pa.array([day, None]),
+        "f": pa.array([None, None], pa.null()),
+    }
+    pyarrow.parquet.write_table(pa.table(columns), path)
+    table = read_table(path)
+    np.testing.assert_array_equal(table.numbers(0), [1.5, np.nan])
+    np.testing.assert_array_equal(table.numbers(1), [7.0, np.nan])
+    assert table.labels(1) == ["7", ""]
+    assert table.labels(2) == ["x", ""]
+    np.testing.assert_array_equal(table.numbers(5), [np.nan, np.nan])
+    for place, got in ((3, "'True'"), (4, "'2026-01-02 00:00:00")):
+        with pytest.raises(ParseError, match=rf"data.parquet: data row 0, column '\w': expected a number, got {got}"):
+            table.numbers(place)
+
+
+def test_excel(tmp_path: Path) -> None:
+    path = tmp_path / "data.xlsx"
+    book = openpyxl.Workbook()
+    sheet = book.active
+    sheet.title = "poses"
+    for row in ([], ["a", "b", "c", None], [1.5, "x", 3], [], [None, 2.0, 4], [2, None, "5,5"]):
+        sheet.append(row)
+    book.create_sheet("notes").append(["not read"])
+    book.save(path)
+    table = read_table(path)
+    assert table.names == ["a", "b", "c"]
+    np.testing.assert_array_equal(table.numbers(0), [1.5, np.nan, 2.0])
+    np.testing.assert_array_equal(table.numbers(2), [3.0, 4.0, 5.5])
+    assert table.labels(1) == ["x", "2", ""]
+    assert table.labels(0) == ["1.5", "", "2"]
+    assert table.notes == ("sheet 'poses' is read; left out: 'notes'",)
+    with pytest.raises(ParseError, match=r"data.xlsx:3: column 'b': expected a number, got 'x'"):
+        table.numbers(1)
+
+
+def test_an_excel_row_beyond_the_header_and_an_empty_sheet_are_errors(tmp_path: Path) -> None:
+    path = tmp_path / "data.xlsx"
+    book = openpyxl.Workbook()
+    book.active.append(["a", "b"])
+    book.active.append([1, 2])
+    book.active.append([1, 2, 3])
+    book.save(path)
+    with pytest.raises(ParseError, match=r"data.xlsx:3: expected 2 cells as in the header, got 3"):
+        read_table(path)
+    openpyxl.Workbook().save(path)
+    with pytest.raises(ParseError, match=r"sheet 'Sheet' is empty"):
+        read_table(path)
+
+
+def test_csv_comes_back_bit_for_bit(tmp_path: Path) -> None:
+    path = tmp_path / "out.csv"
+    values = np.random.default_rng(0).normal(size=100) * 10.0 ** np.random.default_rng(1).integers(-300, 300, 100)
+    values[3] = np.nan
+    write_csv(path, {"row": range(100), "x_mm": values, "status": ["reached, with a comma"] * 100})
+    table = read_table(path)
+    np.testing.assert_array_equal(table.numbers(1), values)
+    np.testing.assert_array_equal(table.numbers(0), np.arange(100))
+    assert table.labels(2) == ["reached, with a comma"] * 100
+    assert path.read_text().splitlines()[4] == '3,,"reached, with a comma"'
+
+
+def test_csv_is_not_written_under_another_formats_name(tmp_path: Path) -> None:
+    with pytest.raises(InvalidInput, match=r"only CSV can be written"):
+        write_csv(tmp_path / "out.xlsx", {"a": [1.0]})
+    with pytest.raises(ValueError, match="longer"):
+        write_csv(tmp_path / "out.csv", {"a": [1.0], "b": [1.0, 2.0]})
+    assert list(tmp_path.iterdir()) == []
