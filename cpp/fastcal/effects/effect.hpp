@@ -1,0 +1,49 @@
+// SPDX-FileCopyrightText: 2026 The fastcal authors
+// SPDX-License-Identifier: MIT
+//
+// The contract of an effect: one physical cause of pose error, as small body twists on frames of the chain. The chain alone knows how a
+// twist moves the tool, the measurement alone how the tool moves the residual; no effect knows that another exists.
+// Every effect obeys: zero parameters give the nominal robot exactly; derivatives are exact; const and stateless; unknown options raise.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "fastcal/robot/kinematics.hpp"
+#include "fastcal/robot/state.hpp"
+
+namespace fastcal {
+
+/// Derivatives of frame twists: d xi_frame / d theta_parameter, a list of the few that are not zero.
+using TwistColumns = std::vector<Chain::Column>;
+
+class Effect {
+ public:
+  Effect() = default;
+  Effect(const Effect&) = delete;
+  Effect& operator=(const Effect&) = delete;
+  virtual ~Effect() = default;
+
+  virtual const std::vector<Parameter>& parameters() const = 0;
+
+  /// Adds to `xi` ([m; rad], body frame) and appends the derivatives to `columns` unless null; parameters count from 0.
+  virtual void deflect(const State& state, const double* theta, Twists& xi, TwistColumns* columns) const = 0;
+};
+
+/// An effect linear in its parameters: xi = B(state) theta, so B is the Jacobian and cannot disagree with the model.
+class LinearEffect : public Effect {
+ public:
+  /// Appends B, column by column.
+  virtual void basis(const State& state, TwistColumns& columns) const = 0;
+
+  void deflect(const State& state, const double* theta, Twists& xi, TwistColumns* columns) const final {
+    TwistColumns own;
+    TwistColumns& to = columns != nullptr ? *columns : own;
+    const std::size_t first = to.size();
+    basis(state, to);
+    for (std::size_t i = first; i < to.size(); ++i) xi.col(to[i].frame) += theta[to[i].parameter] * to[i].xi;
+  }
+};
+
+}  // namespace fastcal

@@ -1,0 +1,86 @@
+// SPDX-FileCopyrightText: 2026 The fastcal authors
+// SPDX-License-Identifier: MIT
+#include "fastcal/model/error_model.hpp"
+
+#include <utility>
+
+#include "fastcal/math/check.hpp"
+#include "fastcal/math/parallel.hpp"
+#include "fastcal/math/se3.hpp"
+
+namespace fastcal {
+
+ErrorModel::ErrorModel(RobotModel robot, std::vector<std::shared_ptr<const Effect>> effects, const Eigen::VectorXd& effect_values)
+    : robot_(std::move(robot)), effects_(std::move(effects)), parameters_(robot_.parameters()) {
+  for (const auto& effect : effects_) parameters_.insert(parameters_.end(), effect->parameters().begin(), effect->parameters().end());
+  const Eigen::Index own = robot_.nominal().size();
+  const Eigen::Index added = parameter_count() - own;
+  FASTCAL_CHECK(effect_values.size() == 0 || effect_values.size() == added) << "the effects have " << added << " parameters, got " << effect_values.size() << " values";
+  start_ = Eigen::VectorXd::Zero(own + added);
+  start_.head(own) = robot_.nominal();
+  if (effect_values.size() > 0) start_.tail(added) = effect_values;
+}
+
+RowEvaluator::RowEvaluator(const ErrorModel& model, const Eigen::Ref<const Eigen::VectorXd>& theta)
+    : model_(model), theta_(theta), chain_(model.robot().chain(theta.head(model.robot().nominal().size()))), xi_(Twists::Zero(6, chain_.frame_count())) {
+  FASTCAL_CHECK(theta.size() == model.parameter_count()) << "the model has " << model.parameter_count() << " parameters, got " << theta.size();
+}
+
+void RowEvaluator::evaluate(const State& state, bool with_columns) {
+  if (model_.effects().empty()) return forward(chain_, state.q, nullptr, frames_);
+  xi_.setZero();
+  columns_.clear();
+  int first = static_cast<int>(model_.robot().nominal().size());
+  for (const auto& effect : model_.effects()) {
+    const std::size_t before = columns_.size();
+    effect->deflect(state, theta_.data() + first, xi_, with_columns ? &columns_ : nullptr);
+    for (std::size_t i = before; i < columns_.size(); ++i) columns_[i].parameter += first;
+    first += static_cast<int>(effect->parameters().size());
+  }
+  forward(chain_, state.q, &xi_, frames_);
+}
+
+const Pose& RowEvaluator::jacobian(const State& state, Eigen::Ref<Eigen::Matrix<double, 6, Eigen::Dynamic>> J) {
+  evaluate(state, true);
+  const Pose& tool = frames_.back();
+  J.setZero();
+  for (const Chain::Column& column : chain_.columns) {
+    J.col(column.parameter) += tool_motion(frames_[static_cast<std::size_t>(column.frame)], tool.p, column.xi);
+  }
+  for (const Chain::Column& column : columns_) {
+    // exp(xi + d) = exp(xi) exp(J_r d): exact at any size of the twist.
+    const Vector6d xi = xi_.col(column.frame).isZero(0) ? column.xi : (right_jacobian_se3(xi_.col(column.frame)) * column.xi).eval();
+    J.col(column.parameter) += tool_motion(frames_[static_cast<std::size_t>(column.frame)], tool.p, xi);
+  }
+  return tool;
+}
+
+void predict(const ErrorModel& model, const Samples& samples, const Eigen::Ref<const Eigen::VectorXd>& theta, int threads, double* poses) {
+  samples.check(model.robot().joint_count());
+  parallel_chunks(samples.count(), threads, [&](Eigen::Index, Eigen::Index begin, Eigen::Index end) {
+    RowEvaluator rows(model, theta);
+    for (Eigen::Index i = begin; i < end; ++i) {
+      const Pose& T = rows.pose(samples.row(i));
+      Eigen::Map<Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> out(poses + 16 * i);
+      out.topLeftCorner<3, 3>() = T.R;
+      out.topRightCorner<3, 1>() = T.p;
+      out.row(3) << 0, 0, 0, 1;
+    }
+  });
+}
+
+void parameter_jacobian(const ErrorModel& model, const Samples& samples, const Eigen::Ref<const Eigen::VectorXd>& theta, int rows, int threads, double* J) {
+  samples.check(model.robot().joint_count());
+  FASTCAL_CHECK(rows == 3 || rows == 6) << "a parameter Jacobian has 3 or 6 rows a sample, got " << rows;
+  const int p = model.parameter_count();
+  parallel_chunks(samples.count(), threads, [&](Eigen::Index, Eigen::Index begin, Eigen::Index end) {
+    RowEvaluator evaluator(model, theta);
+    Eigen::Matrix<double, 6, Eigen::Dynamic> full(6, p);
+    for (Eigen::Index i = begin; i < end; ++i) {
+      evaluator.jacobian(samples.row(i), full);
+      Eigen::Map<RowMatrixXd>(J + i * rows * p, rows, p) = full.topRows(rows);
+    }
+  });
+}
+
+}  // namespace fastcal

@@ -1,0 +1,71 @@
+// SPDX-FileCopyrightText: 2026 The fastcal authors
+// SPDX-License-Identifier: MIT
+//
+// A robot with its effects: predicts the tool's pose and its derivative by every parameter.
+//   J_tool_theta = J_tool_xi * J_xi_theta, inner names cancel: the chain gives the first factor, geometry and effects the second.
+#pragma once
+
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "fastcal/effects/effect.hpp"
+
+namespace fastcal {
+
+/// Parameters: the robot's own (RobotModel::parameters), then each effect's in the order given.
+class ErrorModel {
+ public:
+  /// `effect_values`: where the effects' parameters start, all of them in order; empty: at zero.
+  explicit ErrorModel(RobotModel robot, std::vector<std::shared_ptr<const Effect>> effects = {}, const Eigen::VectorXd& effect_values = {});
+
+  const RobotModel& robot() const { return robot_; }
+  const std::vector<std::shared_ptr<const Effect>>& effects() const { return effects_; }
+  const std::vector<Parameter>& parameters() const { return parameters_; }
+  int parameter_count() const { return static_cast<int>(parameters_.size()); }
+  /// The robot's own values and the effects' starting values.
+  const Eigen::VectorXd& start() const { return start_; }
+  /// The same effects, starting at the same values, on another robot of the same parameters.
+  ErrorModel with_robot(RobotModel robot) const { return ErrorModel(std::move(robot), effects_, start_.tail(start_.size() - robot_.nominal().size())); }
+
+ private:
+  RobotModel robot_;
+  std::vector<std::shared_ptr<const Effect>> effects_;
+  std::vector<Parameter> parameters_;
+  Eigen::VectorXd start_;
+};
+
+/// Evaluates an ErrorModel at one parameter vector, row after row; one a thread.
+class RowEvaluator {
+ public:
+  RowEvaluator(const ErrorModel& model, const Eigen::Ref<const Eigen::VectorXd>& theta);
+
+  /// Pose of the tool in the measuring frame.
+  const Pose& pose(const State& state) { return evaluate(state, false), frames_.back(); }
+
+  /// The pose, and J (6 x P) = d [v; w] / d theta: motion of the tool in the axes of the measuring frame.
+  const Pose& jacobian(const State& state, Eigen::Ref<Eigen::Matrix<double, 6, Eigen::Dynamic>> J);
+
+  /// Poses of all frames of the last row.
+  const std::vector<Pose>& frames() const { return frames_; }
+  /// Error twists of the last row.
+  const Twists& twists() const { return xi_; }
+
+ private:
+  void evaluate(const State& state, bool with_columns);
+
+  const ErrorModel& model_;
+  Eigen::VectorXd theta_;
+  Chain chain_;
+  Twists xi_;
+  TwistColumns columns_;               // of the effects, this row
+  std::vector<Pose> frames_;
+};
+
+/// Poses (N, 16), each 4 x 4 in C order, of the tool in the measuring frame. The result does not depend on `threads`.
+void predict(const ErrorModel& model, const Samples& samples, const Eigen::Ref<const Eigen::VectorXd>& theta, int threads, double* poses);
+
+/// Derivative of the tool's position (rows = 3) or of its motion [v; w] (rows = 6) by every parameter: (N, rows, P), C order.
+void parameter_jacobian(const ErrorModel& model, const Samples& samples, const Eigen::Ref<const Eigen::VectorXd>& theta, int rows, int threads, double* J);
+
+}  // namespace fastcal

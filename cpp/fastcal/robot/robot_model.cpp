@@ -1,0 +1,179 @@
+// SPDX-FileCopyrightText: 2026 The fastcal authors
+// SPDX-License-Identifier: MIT
+#include "fastcal/robot/robot_model.hpp"
+
+#include <cmath>
+#include <utility>
+
+#include "fastcal/math/check.hpp"
+#include "fastcal/math/se3.hpp"
+
+namespace fastcal {
+namespace {
+
+constexpr double kSigmaLength = 1e-3;  // [m], [rad]: sizes of errors of a machined arm; they scale, they do not bind
+constexpr double kSigmaAngle = 1e-3;
+
+bool is_rotation(Motion motion) { return motion == Motion::kRx || motion == Motion::kRy || motion == Motion::kRz; }
+
+Eigen::Vector3d axis_of(Motion motion) {
+  switch (motion) {
+    case Motion::kTx:
+    case Motion::kRx:
+      return Eigen::Vector3d::UnitX();
+    case Motion::kTy:
+    case Motion::kRy:
+      return Eigen::Vector3d::UnitY();
+    default:
+      return Eigen::Vector3d::UnitZ();
+  }
+}
+
+Pose move(Motion motion, double value) {
+  const Eigen::Vector3d axis = axis_of(motion);
+  if (is_rotation(motion)) return {Eigen::AngleAxisd(value, axis).toRotationMatrix(), Eigen::Vector3d::Zero()};
+  return {Eigen::Matrix3d::Identity(), value * axis};
+}
+
+Vector6d twist_of(Motion motion) {
+  Vector6d xi = Vector6d::Zero();
+  if (is_rotation(motion))
+    xi.tail<3>() = axis_of(motion);
+  else
+    xi.head<3>() = axis_of(motion);
+  return xi;
+}
+
+bool is_finite(const Pose& pose) { return pose.R.allFinite() && pose.p.allFinite(); }
+
+}  // namespace
+
+RobotModel::RobotModel(RobotDescription description) : description_(std::move(description)) {
+  const int n = joint_count();
+  FASTCAL_CHECK(n > 0) << "a robot needs at least one joint, got none";
+  if (description_.bodies.empty()) description_.bodies.resize(static_cast<std::size_t>(n));
+  FASTCAL_CHECK(static_cast<int>(description_.bodies.size()) == n) << "bodies must be one a joint (" << n << "), got " << description_.bodies.size();
+  if (description_.coupling.size() == 0) description_.coupling = Eigen::MatrixXd::Zero(n, n);
+  FASTCAL_CHECK(description_.coupling.rows() == n && description_.coupling.cols() == n) << "coupling must be " << n << " x " << n;
+  FASTCAL_CHECK(is_finite(description_.T_world_base) && is_finite(description_.T_flange_tool)) << "base and tool must be finite";
+  FASTCAL_CHECK(description_.gravity.allFinite() && description_.p_flange_payload.allFinite()) << "gravity and the payload's centre must be finite";
+  add_frame_parameters("base", description_.T_world_base, StepKind::kBaseReference);
+  steps_.push_back({StepKind::kFrame, Motion::kTx, -1, 1, {}});
+}
+
+void RobotModel::add_frame_parameters(const std::string& owner, const Pose& pose, StepKind reference) {
+  const std::string whose = owner == "base" ? " of the base in the measuring frame" : " of the tool in the flange frame";
+  add_parameter(Motion::kTx, pose.p.x(), {owner, "x", "m", kSigmaLength, "position x" + whose});
+  add_parameter(Motion::kTy, pose.p.y(), {owner, "y", "m", kSigmaLength, "position y" + whose});
+  add_parameter(Motion::kTz, pose.p.z(), {owner, "z", "m", kSigmaLength, "position z" + whose});
+  steps_.push_back({reference, Motion::kTx, -1, 1, {pose.R, Eigen::Vector3d::Zero()}});
+  add_parameter(Motion::kRx, 0, {owner, "rx", "rad", kSigmaAngle, "turn about its own x" + whose});
+  add_parameter(Motion::kRy, 0, {owner, "ry", "rad", kSigmaAngle, "turn about its own y" + whose});
+  add_parameter(Motion::kRz, 0, {owner, "rz", "rad", kSigmaAngle, "turn about its own z" + whose});
+}
+
+void RobotModel::add_parameter(Motion motion, double value, Parameter parameter, double sign) {
+  FASTCAL_CHECK(std::isfinite(value)) << parameter.owner << " " << parameter.name << " must be a finite number, got " << value;
+  const int index = static_cast<int>(parameters_.size());
+  parameters_.push_back(std::move(parameter));
+  nominal_.conservativeResize(index + 1);
+  nominal_[index] = value;
+  repeat_parameter(motion, index, sign);
+}
+
+void RobotModel::repeat_parameter(Motion motion, int parameter, double sign) { steps_.push_back({StepKind::kMotion, motion, parameter, sign, {}}); }
+
+void RobotModel::add_constant(const Pose& pose) {
+  FASTCAL_CHECK(is_finite(pose)) << "a fixed frame of the chain must be finite";
+  steps_.push_back({StepKind::kConstant, Motion::kTx, -1, 1, pose});
+}
+
+void RobotModel::add_joint() {
+  ++joints_added_;
+  steps_.push_back({StepKind::kJoint, Motion::kTx, -1, 1, {}});
+}
+
+void RobotModel::add_body_frame() { steps_.push_back({StepKind::kBodyFrame, Motion::kTx, -1, 1, {}}); }
+
+void RobotModel::add_link_end() { steps_.push_back({StepKind::kFrame, Motion::kTx, -1, 1, {}}); }
+
+void RobotModel::finish() {
+  FASTCAL_CHECK(joints_added_ == joint_count()) << "the chain has " << joints_added_ << " joints, its description " << joint_count();
+  add_frame_parameters("tool", description_.T_flange_tool, StepKind::kToolReference);
+  steps_.push_back({StepKind::kFrame, Motion::kTx, -1, 1, {}});
+}
+
+Chain RobotModel::chain(const Eigen::Ref<const Eigen::VectorXd>& values) const {
+  FASTCAL_CHECK(values.size() == nominal_.size()) << "the chain has " << nominal_.size() << " parameters, got " << values.size();
+  Chain out;
+  out.joint_types = description_.joint_types;
+  out.constants.reserve(static_cast<std::size_t>(frame_count()));
+  out.columns.reserve(steps_.size());
+  Pose local;  // from the last frame passed to here
+  std::vector<Chain::Column> before_base;  // ahead of the base frame no frame carries a twist: these are moved behind it
+  for (const Step& step : steps_) {
+    const int frame = static_cast<int>(out.constants.size()) - 1;
+    switch (step.kind) {
+      case StepKind::kMotion: {
+        const Vector6d xi = step.sign * adjoint(local) * twist_of(step.motion);
+        if (frame < kBaseFrame)
+          before_base.push_back({step.parameter, kBaseFrame, xi});
+        else
+          out.columns.push_back({step.parameter, frame, xi});
+        local = local * move(step.motion, step.sign * values[step.parameter]);
+        break;
+      }
+      case StepKind::kConstant:
+      case StepKind::kBaseReference:
+      case StepKind::kToolReference:
+        local = local * step.constant;
+        break;
+      case StepKind::kBodyFrame:
+        out.body_frames.push_back(local);
+        break;
+      case StepKind::kJoint:
+      case StepKind::kFrame:
+        if (frame < kBaseFrame) {
+          const Matrix6d back = adjoint(local.inverse());
+          for (Chain::Column& column : before_base) {
+            column.xi = back * column.xi;
+            out.columns.push_back(column);
+          }
+        }
+        out.constants.push_back(local);
+        local = Pose();
+        break;
+    }
+  }
+  return out;
+}
+
+std::string RobotModel::frame_name(int frame) const {
+  if (frame == kBaseFrame) return "base";
+  if (frame == tool_frame(joint_count())) return "tool";
+  return (frame % 2 ? "joint" : "link") + std::to_string((frame + 1) / 2);
+}
+
+RobotModel RobotModel::with_base_and_tool(const Pose& T_world_base, const Pose& T_flange_tool) const {
+  RobotModel out = *this;
+  out.description_.T_world_base = T_world_base;
+  out.description_.T_flange_tool = T_flange_tool;
+  const auto set = [&out](int first, const Pose& pose) {
+    out.nominal_.segment<3>(first) = pose.p;
+    out.nominal_.segment<3>(first + 3).setZero();
+  };
+  set(0, T_world_base);
+  set(static_cast<int>(nominal_.size()) - 6, T_flange_tool);
+  for (Step& step : out.steps_) {
+    if (step.kind == StepKind::kBaseReference) step.constant.R = T_world_base.R;
+    if (step.kind == StepKind::kToolReference) step.constant.R = T_flange_tool.R;
+  }
+  return out;
+}
+
+Eigen::Matrix3d rotation_to_axis(const Eigen::Vector3d& axis) {
+  if (axis.z() < -1 + 1e-12) return Eigen::Vector3d(1, -1, -1).asDiagonal();
+  return Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), axis).toRotationMatrix();
+}
+
+}  // namespace fastcal

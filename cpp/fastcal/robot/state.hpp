@@ -1,0 +1,65 @@
+// SPDX-FileCopyrightText: 2026 The fastcal authors
+// SPDX-License-Identifier: MIT
+//
+// The state of a robot in one measured posture, and the table of all of them. A State depends on the row and on the model at the
+// start of an outer iteration, never on the parameters inside a solve: effects stay linear, and threads share nothing that changes.
+#pragma once
+
+#include <limits>
+
+#include "fastcal/math/types.hpp"
+#include "fastcal/robot/robot_model.hpp"
+
+namespace fastcal {
+
+/// What one effect may look at. Null or NaN: not given in the data. SI.
+struct State {
+  const double* q = nullptr;         ///< n joint positions as commanded [rad, m]
+  double payload = 0;                ///< [kg]
+  const double* wrench = nullptr;    ///< fx fy fz mx my mz at the payload's centre [N, N m], in base axes
+  double temperature = std::numeric_limits<double>::quiet_NaN();  ///< [K]
+  double time = std::numeric_limits<double>::quiet_NaN();         ///< [s]
+  int station = -1;
+  int mount = -1;
+  const double* approach = nullptr;  ///< n of +1, -1, or 0 where unknown
+  const double* current = nullptr;   ///< n motor currents [A]
+  const double* extra = nullptr;     ///< columns of the user's own
+  const double* load = nullptr;      ///< 6 a frame: force and moment that all beyond puts on the frame, in its axes, at its origin [N, N m]
+  const double* payload_load = nullptr;  ///< the payload's and the wrench's share of load
+};
+
+/// N rows of conditions; what is empty was not measured. `q` is required.
+struct Samples {
+  RowMatrixXd q;             ///< (N, n)
+  Eigen::VectorXd payload;   ///< (N)
+  RowMatrixXd wrench;        ///< (N, 6)
+  Eigen::VectorXd temperature, time;   ///< (N)
+  Eigen::VectorXi station, mount;      ///< (N)
+  RowMatrixXd approach, current;       ///< (N, n)
+  RowMatrixXd extra;                   ///< (N, k)
+  RowMatrixXd load, payload_load;      ///< (N, 6 (2 n + 2)), from statics
+
+  Eigen::Index count() const { return q.rows(); }
+
+  /// Throws InvalidInput where a table does not fit q or a joint position is not finite.
+  void check(int joint_count) const;
+
+  State row(Eigen::Index i) const {
+    State s;
+    s.q = q.row(i).data();
+    if (payload.size() > 0) s.payload = payload[i];
+    if (wrench.size() > 0) s.wrench = wrench.row(i).data();
+    if (temperature.size() > 0) s.temperature = temperature[i];
+    if (time.size() > 0) s.time = time[i];
+    if (station.size() > 0) s.station = station[i];
+    if (mount.size() > 0) s.mount = mount[i];
+    if (approach.size() > 0) s.approach = approach.row(i).data();
+    if (current.size() > 0) s.current = current.row(i).data();
+    if (extra.size() > 0) s.extra = extra.row(i).data();
+    if (load.size() > 0) s.load = load.row(i).data();
+    if (payload_load.size() > 0) s.payload_load = payload_load.row(i).data();
+    return s;
+  }
+};
+
+}  // namespace fastcal
