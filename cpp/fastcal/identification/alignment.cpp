@@ -1,0 +1,292 @@
+// SPDX-FileCopyrightText: 2026 The fastcal authors
+// SPDX-License-Identifier: MIT
+#include "fastcal/identification/alignment.hpp"
+
+#include <Eigen/QR>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "fastcal/identification/solver.hpp"
+#include "fastcal/math/check.hpp"
+#include "fastcal/math/se3.hpp"
+
+namespace fastcal {
+namespace {
+
+/// A row with a whole measured point, and the orientation where there is one.
+struct Row {
+  Pose T_base_flange;
+  Eigen::Vector3d p_world_tool;
+  Eigen::Matrix3d R_world_tool;
+  bool has_point = false;
+  bool has_rotation = false;
+};
+
+Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& M) {
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(M, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Eigen::Vector3d sign(1, 1, (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1);
+  return svd.matrixU() * sign.asDiagonal() * svd.matrixV().transpose();
+}
+
+/// Base pose for given tool point t: p_i = R (f_i + R_i t) + p (W. Kabsch 1976).
+Pose fit_base(const std::vector<Row>& rows, const Eigen::Vector3d& t) {
+  Eigen::Vector3d mean_base = Eigen::Vector3d::Zero();
+  Eigen::Vector3d mean_world = Eigen::Vector3d::Zero();
+  double count = 0;
+  for (const Row& row : rows) {
+    if (!row.has_point) continue;
+    mean_base += row.T_base_flange * t;
+    mean_world += row.p_world_tool;
+    ++count;
+  }
+  mean_base /= count;
+  mean_world /= count;
+  Eigen::Matrix3d M = Eigen::Matrix3d::Zero();
+  for (const Row& row : rows) {
+    if (row.has_point) M += (row.p_world_tool - mean_world) * (row.T_base_flange * t - mean_base).transpose();
+  }
+  const Eigen::Matrix3d R = nearest_rotation(M);
+  return {R, mean_world - R * mean_base};
+}
+
+/// Base position and tool point for a given base rotation: linear; directions that the rows do not show keep t_0.
+void fit_points(const std::vector<Row>& rows, const Eigen::Matrix3d& R_base, const Eigen::Vector3d& t_0, Pose& base, Eigen::Vector3d& t) {
+  Eigen::Matrix<double, 6, 6> A = Eigen::Matrix<double, 6, 6>::Zero();
+  Eigen::Matrix<double, 6, 1> b = Eigen::Matrix<double, 6, 1>::Zero();
+  for (const Row& row : rows) {
+    if (!row.has_point) continue;
+    Eigen::Matrix<double, 3, 6> D;
+    D << Eigen::Matrix3d::Identity(), R_base * row.T_base_flange.R;
+    const Eigen::Vector3d y = row.p_world_tool - R_base * (row.T_base_flange * t_0);
+    A += D.transpose() * D;
+    b += D.transpose() * y;
+  }
+  Eigen::CompleteOrthogonalDecomposition<Eigen::Matrix<double, 6, 6>> solver(A);
+  solver.setThreshold(1e-9);
+  const Eigen::Matrix<double, 6, 1> x = Eigen::CompleteOrthogonalDecomposition<Eigen::Matrix<double, 6, 6>>(solver).solve(b);
+  base = {R_base, x.head<3>()};
+  t = t_0 + x.tail<3>();
+}
+
+/// The rotation part of the lifted linear problem; false where its 13 unknowns are not all shown.
+bool lifted_rotation(const std::vector<Row>& rows, Eigen::Matrix3d& R_base) {
+  std::vector<const Row*> used;
+  for (const Row& row : rows) {
+    if (row.has_point) used.push_back(&row);
+  }
+  if (used.size() < 13) return false;
+  Eigen::MatrixXd D(used.size(), 13);
+  Eigen::MatrixXd Y(used.size(), 3);
+  for (std::size_t i = 0; i < used.size(); ++i) {
+    const auto r = static_cast<Eigen::Index>(i);
+    D.row(r).head<3>() = used[i]->T_base_flange.p.transpose();
+    D.row(r).segment<9>(3) = Eigen::Map<const Eigen::Matrix<double, 1, 9>>(used[i]->T_base_flange.R.data());
+    D(r, 12) = 1;
+    Y.row(r) = used[i]->p_world_tool.transpose();
+  }
+  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(D);
+  if (std::abs(qr.matrixR()(12, 12)) < 1e-4 * std::abs(qr.matrixR()(0, 0))) return false;
+  const Eigen::MatrixXd X = qr.solve(Y);
+  R_base = nearest_rotation(X.topRows<3>().transpose());
+  return true;
+}
+
+/// R_base and R_tool of R_i^w = R_b R_i R_t; false where fewer than two directions of turning are shown.
+bool fit_rotations(const std::vector<Row>& rows, Eigen::Matrix3d& R_base, Eigen::Matrix3d& R_tool) {
+  Eigen::Matrix<double, 9, 9> K = Eigen::Matrix<double, 9, 9>::Zero();
+  for (const Row& row : rows) {
+    if (!row.has_rotation) continue;
+    for (int a = 0; a < 3; ++a) {
+      for (int b = 0; b < 3; ++b) {
+        for (int c = 0; c < 3; ++c) {
+          for (int d = 0; d < 3; ++d) K(3 * a + b, 3 * c + d) += row.R_world_tool(a, d) * row.T_base_flange.R(b, c);
+        }
+      }
+    }
+  }
+  const Eigen::JacobiSVD<Eigen::Matrix<double, 9, 9>> svd(K, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  if (svd.singularValues()[1] > 0.999 * svd.singularValues()[0]) return false;
+  Eigen::Matrix3d B = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(svd.matrixU().col(0).eval().data());
+  Eigen::Matrix3d X = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(svd.matrixV().col(0).eval().data());
+  if (B.determinant() < 0) {
+    B = -B;
+    X = -X;
+  }
+  R_base = nearest_rotation(B);
+  R_tool = nearest_rotation(X);
+  return true;
+}
+
+/// Median distance of the points, or of the turns where only orientations were measured: what outliers cannot move.
+double misfit(const std::vector<Row>& rows, const Pose& base, const Pose& tool) {
+  std::vector<double> squares;
+  for (const Row& row : rows) {
+    if (row.has_point) squares.push_back((base * (row.T_base_flange * tool.p) - row.p_world_tool).squaredNorm());
+    if (!row.has_point && row.has_rotation) squares.push_back((base.R * row.T_base_flange.R * tool.R - row.R_world_tool).squaredNorm() / 2);
+  }
+  std::nth_element(squares.begin(), squares.begin() + static_cast<std::ptrdiff_t>(squares.size() / 2), squares.end());
+  return std::sqrt(squares[squares.size() / 2]);
+}
+
+/// Anchors from the lengths to them, for a robot that stands where `poses` say.
+bool fit_anchors(const Problem& problem, const std::vector<Pose>& T_world_tool, Eigen::Matrix3Xd& anchors) {
+  const Measurements& measured = problem.measured;
+  anchors = Eigen::Matrix3Xd::Zero(3, measured.anchor_count);
+  for (int a = 0; a < measured.anchor_count; ++a) {
+    std::vector<Eigen::Index> rows;
+    for (Eigen::Index i = 0; i < measured.distance.size(); ++i) {
+      if (!std::isnan(measured.distance[i]) && measured.anchor[i] == a) rows.push_back(i);
+    }
+    if (rows.size() < 4) return false;
+    Eigen::Vector3d center = Eigen::Vector3d::Zero();
+    for (const Eigen::Index i : rows) center += T_world_tool[static_cast<std::size_t>(i)].p / static_cast<double>(rows.size());
+    Eigen::MatrixXd D(rows.size(), 4);
+    Eigen::VectorXd y(rows.size());
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+      const Eigen::Vector3d p = T_world_tool[static_cast<std::size_t>(rows[k])].p - center;
+      const double length = measured.distance[rows[k]];
+      D.row(static_cast<Eigen::Index>(k)) << -2 * p.transpose(), 1;
+      y[static_cast<Eigen::Index>(k)] = length * length - p.squaredNorm();
+    }
+    anchors.col(a) = center + D.completeOrthogonalDecomposition().solve(y).head<3>();
+  }
+  return true;
+}
+
+std::vector<Row> rows_of(const Problem& problem) {
+  const RobotModel& robot = problem.model.robot();
+  const Pose base_back = robot.description().T_world_base.inverse();
+  const Pose tool_back = robot.description().T_flange_tool.inverse();
+  RowEvaluator nominal(problem.model, problem.model.start());
+  std::vector<Row> rows(static_cast<std::size_t>(problem.row_count()));
+  for (Eigen::Index i = 0; i < problem.row_count(); ++i) {
+    Row& row = rows[static_cast<std::size_t>(i)];
+    row.T_base_flange = base_back * nominal.pose(problem.samples.row(i)) * tool_back;
+    if (problem.measured.position.size() > 0 && !problem.measured.position.row(i).hasNaN()) {
+      row.has_point = true;
+      row.p_world_tool = problem.measured.position.row(i).transpose();
+    }
+    if (problem.measured.rotation.size() > 0 && !problem.measured.rotation.row(i).hasNaN()) {
+      row.has_rotation = true;
+      row.R_world_tool = quaternion_to_rotation(problem.measured.rotation.row(i).transpose());
+    }
+  }
+  return rows;
+}
+
+}  // namespace
+
+Alignment align(const Problem& problem) {
+  problem.check();
+  const RobotDescription& robot = problem.model.robot().description();
+  const std::vector<Row> rows = rows_of(problem);
+  const auto points = std::count_if(rows.begin(), rows.end(), [](const Row& row) { return row.has_point; });
+  const auto rotations = std::count_if(rows.begin(), rows.end(), [](const Row& row) { return row.has_rotation; });
+
+  struct Candidate {
+    Pose base, tool;
+    double misfit = 0;
+  };
+  std::vector<Candidate> candidates;
+  const auto add = [&](const Pose& base, const Pose& tool) { candidates.push_back({base, tool, misfit(rows, base, tool)}); };
+
+  Pose tool = robot.T_flange_tool;
+  Pose base = robot.T_world_base;
+  Eigen::Matrix3d R_base = base.R;
+  if (rotations >= 3 && fit_rotations(rows, R_base, tool.R)) {
+    base.R = R_base;
+    if (points >= 3) fit_points(rows, R_base, tool.p, base, tool.p);
+    add(base, tool);
+  }
+  if (points >= 3) {
+    const Eigen::Vector3d t_0 = robot.T_flange_tool.p;
+    if (lifted_rotation(rows, R_base)) {
+      fit_points(rows, R_base, t_0, base, tool.p);
+      add(base, tool);
+    }
+    // Starts that need no well spread rows: the nominal tool, no tool, and tools of 0.3 m along each axis.
+    std::vector<Eigen::Vector3d> tools{t_0, Eigen::Vector3d::Zero()};
+    for (int axis = 0; axis < 3; ++axis) {
+      for (const double sign : {-0.3, 0.3}) tools.emplace_back(sign * Eigen::Vector3d::Unit(axis));
+    }
+    for (const Eigen::Vector3d& t : tools) {
+      Pose fitted = fit_base(rows, t);
+      Eigen::Vector3d t_fitted = t;
+      for (int round = 0; round < 20; ++round) {  // alternate: each step is the exact minimum over its part
+        fit_points(rows, fitted.R, t_0, fitted, t_fitted);
+        fitted = fit_base(rows, t_fitted);
+      }
+      add(fitted, {tool.R, t_fitted});
+    }
+  }
+
+  Alignment out;
+  out.T_world_base = robot.T_world_base;
+  out.T_flange_tool = robot.T_flange_tool;
+  if (candidates.empty() && problem.measured.anchor_count == 0) {
+    out.message = "base and tool need at least three measured points or orientations, got " + std::to_string(points) + " and " + std::to_string(rotations);
+    return out;
+  }
+  std::stable_sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) { return a.misfit < b.misfit; });
+  if (candidates.empty()) candidates.push_back({robot.T_world_base, robot.T_flange_tool, 0});
+  candidates.resize(std::min<std::size_t>(candidates.size(), 3));
+
+  // Refine the best starts over base and tool alone, with a robust loss; the least cost wins.
+  double best = std::numeric_limits<double>::infinity();
+  const double level = std::max(candidates.front().misfit, 1e-6);
+  for (const Candidate& candidate : candidates) {
+    const ErrorModel model = problem.model.with_robot(problem.model.robot().with_base_and_tool(candidate.base, candidate.tool));
+    const Problem here{model, problem.samples, problem.measured, problem.threads};
+    Eigen::VectorXd theta = Eigen::VectorXd::Zero(here.parameter_count());
+    theta.head(model.parameter_count()) = model.start();
+    Eigen::Matrix3Xd anchors;
+    if (here.measured.anchor_count > 0) {
+      std::vector<Pose> poses;
+      RowEvaluator evaluator(model, model.start());
+      for (Eigen::Index i = 0; i < here.row_count(); ++i) poses.push_back(evaluator.pose(here.samples.row(i)));
+      if (!fit_anchors(here, poses, anchors)) {
+        out.message = "each anchor needs at least four lengths";
+        return out;
+      }
+      theta.tail(anchors.size()) = Eigen::Map<const Eigen::VectorXd>(anchors.data(), anchors.size());
+    }
+    std::vector<int> free;
+    const int tool_first = static_cast<int>(model.robot().nominal().size()) - 6;
+    if (points + rotations > 0) {
+      for (int k = 0; k < 6; ++k) free.push_back(k);
+      for (int k = 0; k < (rotations > 0 ? 6 : 3); ++k) free.push_back(tool_first + k);
+    }
+    for (int k = model.parameter_count(); k < here.parameter_count(); ++k) free.push_back(k);
+    Eigen::VectorXd scale = Eigen::VectorXd::Constant(static_cast<Eigen::Index>(free.size()), 1e-3);
+    Weighting weighting;
+    weighting.tau = {level, level, level};
+    weighting.loss = LossKind::kHuber;
+    Limits limits;
+    limits.prior_mean = theta;
+    limits.prior_sigma = Eigen::VectorXd::Constant(theta.size(), 10.0);  // [m], [rad]: only what the rows do not show stays for it
+    const Solution solution = solve(here, theta, free, scale, weighting, limits, {Method::kLeastSquares, 30});
+    if (!(solution.cost < best)) continue;
+    best = solution.cost;
+    out.found = true;
+    const Chain chain = model.robot().chain(solution.theta.head(model.robot().nominal().size()));
+    out.T_world_base = chain.constants[kBaseFrame];
+    out.T_flange_tool = chain.constants.back();
+    out.anchors = Eigen::Map<const Eigen::Matrix3Xd>(solution.theta.data() + model.parameter_count(), 3, here.measured.anchor_count);
+    const RowMatrixXd r = residuals(here, solution.theta);
+    double sum = 0;
+    double count = 0;
+    for (Eigen::Index i = 0; i < r.rows(); ++i) {
+      const bool has_point = !r.row(i).head<3>().hasNaN();
+      if (has_point) sum += r.row(i).head<3>().squaredNorm();
+      if (!has_point && !std::isnan(r(i, 6))) sum += r(i, 6) * r(i, 6);
+      if (has_point || !std::isnan(r(i, 6))) ++count;
+    }
+    out.rms = count > 0 ? std::sqrt(sum / count) : 0;
+  }
+  return out;
+}
+
+}  // namespace fastcal

@@ -1,0 +1,89 @@
+// SPDX-FileCopyrightText: 2026 The fastcal authors
+// SPDX-License-Identifier: MIT
+#include "fastcal/identification/identifiability.hpp"
+
+#include <Eigen/QR>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace fastcal {
+
+Gauge choose_gauge(const Eigen::MatrixXd& R, const Eigen::VectorXd& hold, const GaugeOptions& options) {
+  const Eigen::Index p = R.cols();
+  Gauge gauge;
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(R, Eigen::ComputeFullV);
+  gauge.singular_values = svd.singularValues();
+  const double largest = p > 0 ? gauge.singular_values[0] : 0;
+  Eigen::Index kept = 0;
+  for (Eigen::Index k = 0; k < p; ++k) {
+    const double s = gauge.singular_values[k];
+    if (s > options.relative_tolerance * largest && s > 0) {
+      ++gauge.rank;
+      if (s * options.practical_limit >= 1) ++kept;
+    }
+  }
+  const Eigen::Index lost = p - kept;
+  const Eigen::MatrixXd null = svd.matrixV().rightCols(lost);
+  std::vector<bool> is_held(static_cast<std::size_t>(p), false);
+  if (lost > 0) {
+    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr((hold.asDiagonal() * null).transpose());
+    for (Eigen::Index k = 0; k < lost; ++k) is_held[static_cast<std::size_t>(qr.colsPermutation().indices()[k])] = true;
+  }
+  for (int k = 0; k < p; ++k) (is_held[static_cast<std::size_t>(k)] ? gauge.held : gauge.free).push_back(k);
+  if (lost > 0) {
+    Eigen::MatrixXd at_held(lost, lost);
+    for (Eigen::Index k = 0; k < lost; ++k) at_held.row(k) = null.row(gauge.held[static_cast<std::size_t>(k)]);
+    gauge.directions = null * at_held.fullPivHouseholderQr().inverse();
+  } else {
+    gauge.directions.resize(p, 0);
+  }
+  return gauge;
+}
+
+double hold_preference(const Parameter& parameter) {
+  const bool turns = parameter.unit == "rad";
+  if (parameter.owner == "base") return 1e-4;
+  if (parameter.owner == "tool") return turns ? 1e-2 : 1e-3;
+  if (parameter.owner.rfind("anchor", 0) == 0) return 1e-5;
+  if (parameter.owner.rfind("joint", 0) == 0) {
+    if (parameter.name == "beta") return 10;
+    if (parameter.name == "theta" || parameter.name == "d" || parameter.name == "a" || parameter.name == "alpha") return 1;
+    if (parameter.name.size() <= 2) return 1;  // x, y, z, rx, ry, rz of a POE axis or a URDF origin
+  }
+  return 3;
+}
+
+std::vector<std::string> describe_directions(const Gauge& gauge, const std::vector<Parameter>& parameters) {
+  constexpr double kVisible = 0.02;  // of the largest part of the direction
+  constexpr std::size_t kNamed = 5;
+  const auto name = [&](Eigen::Index k) { return parameters[static_cast<std::size_t>(k)].owner + " " + parameters[static_cast<std::size_t>(k)].name; };
+  std::vector<std::string> out;
+  for (Eigen::Index column = 0; column < gauge.directions.cols(); ++column) {
+    const Eigen::VectorXd direction = gauge.directions.col(column);
+    const Eigen::Index held = gauge.held[static_cast<std::size_t>(column)];
+    std::vector<Eigen::Index> parts;
+    for (Eigen::Index k = 0; k < direction.size(); ++k) {
+      if (k != held && std::abs(direction[k]) > kVisible * direction.cwiseAbs().maxCoeff()) parts.push_back(k);
+    }
+    if (parts.empty()) {
+      out.push_back(name(held) + " changes nothing that was measured");
+      continue;
+    }
+    std::stable_sort(parts.begin(), parts.end(), [&](Eigen::Index a, Eigen::Index b) { return std::abs(direction[a]) > std::abs(direction[b]); });
+    const std::size_t more = parts.size() > kNamed ? parts.size() - kNamed : 0;
+    parts.resize(parts.size() - more);
+    bool all_turn = parameters[static_cast<std::size_t>(held)].unit == "rad";
+    std::string text = name(held);
+    for (std::size_t k = 0; k < parts.size(); ++k) {
+      all_turn = all_turn && parameters[static_cast<std::size_t>(parts[k])].unit == "rad";
+      text += (k + 1 == parts.size() && more == 0 ? " and " : ", ") + name(parts[k]);
+    }
+    if (more > 0) text += " and " + std::to_string(more) + " more";
+    out.push_back(text + (all_turn && more == 0 ? " turn together" : " move together"));
+  }
+  return out;
+}
+
+}  // namespace fastcal

@@ -1,0 +1,400 @@
+// SPDX-FileCopyrightText: 2026 The fastcal authors
+// SPDX-License-Identifier: MIT
+#include "fastcal/identification/identify.hpp"
+
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "fastcal/math/check.hpp"
+
+namespace fastcal {
+namespace {
+
+// Below this a residual is rounding, not noise: exact, simulated data must not divide by zero.
+constexpr CommonNoise kNoiseFloor{1e-10, 1e-10, 1e-10};
+constexpr int kMaxRounds = 30;
+
+/// How many numbers of each kind were measured.
+std::array<Eigen::Index, kKinds> counts(const RowMatrixXd& r) {
+  std::array<Eigen::Index, kKinds> out{};
+  for (int c = 0; c < kComponents; ++c) out[static_cast<std::size_t>(kind_of(c))] += (r.col(c).array() == r.col(c).array()).count();
+  return out;
+}
+
+/// Squared residuals of one kind in one row, and the variances that their row claims.
+struct KindRow {
+  double squares[3] = {0, 0, 0};
+  double claimed[3] = {0, 0, 0};
+  int components = 0;
+
+  double whitened(double tau) const {
+    double sum = 0;
+    for (int c = 0; c < components; ++c) sum += squares[c] / (claimed[c] + tau * tau);
+    return sum;
+  }
+};
+
+std::vector<KindRow> rows_of_kind(const Problem& problem, const RowMatrixXd& r, int kind) {
+  std::vector<KindRow> out;
+  for (Eigen::Index i = 0; i < r.rows(); ++i) {
+    KindRow row;
+    for (int c = 0; c < kComponents; ++c) {
+      if (static_cast<int>(kind_of(c)) != kind || std::isnan(r(i, c))) continue;
+      row.squares[row.components] = r(i, c) * r(i, c);
+      const double own = problem.measured.sigma(i, c);
+      row.claimed[row.components++] = own * own;
+    }
+    if (row.components > 0) out.push_back(row);
+  }
+  return out;
+}
+
+/// The tau at which a falling function crosses 1, at least `floor`; by bisection on a logarithmic scale.
+template <typename F>
+double crossing(const F& ratio, double floor, double guess) {
+  if (!(ratio(floor) > 1)) return floor;
+  double low = floor;
+  double high = std::max(guess, floor) * 2;
+  while (ratio(high) > 1) high *= 4;
+  for (int i = 0; i < 60; ++i) {
+    const double middle = std::sqrt(low * high);
+    (ratio(middle) > 1 ? low : high) = middle;
+  }
+  return high;
+}
+
+/// Robust first guess: the noise at which half of the rows lie inside the median of the normal law (Wilson and Hilferty's form of it).
+double median_noise(const std::vector<KindRow>& rows, double floor, double guess) {
+  std::vector<double> u(rows.size());
+  const auto ratio = [&](double tau) {
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      const double d = rows[i].components;
+      const double cube = 1 - 2 / (9 * d);
+      u[i] = rows[i].whitened(tau) / (d * cube * cube * cube);
+    }
+    const auto middle = u.begin() + static_cast<std::ptrdiff_t>(u.size() / 2);
+    std::nth_element(u.begin(), middle, u.end());
+    return *middle;
+  };
+  return crossing(ratio, floor, guess);
+}
+
+/// M-scale: the noise at which the mean of rho is what the normal law makes it, less the parameters' share of the freedom. rho is Tukey's, bounded:
+/// outliers cannot blow it up, and where a tenth of the rows and more disagree it grows and takes them in instead of dropping them.
+/// Loss none: the plain variance.
+double mean_noise(const std::vector<KindRow>& rows, LossKind loss, double freedom, double floor, double guess) {
+  const LossKind kind = loss == LossKind::kNone ? LossKind::kNone : LossKind::kTukey;
+  double expected = 0;
+  for (const KindRow& row : rows) expected += tuned_loss(kind, row.components).expectation;
+  const Loss* rho[4] = {nullptr, &tuned_loss(kind, 1), &tuned_loss(kind, 2), &tuned_loss(kind, 3)};
+  const auto ratio = [&](double tau) {
+    double sum = 0;
+    for (const KindRow& row : rows) sum += rho[row.components]->rho(row.whitened(tau));
+    return sum / (expected * freedom);
+  };
+  return crossing(ratio, floor, guess);
+}
+
+/// The noise of the rows that are no outliers: Tukey's weights, taken at `from`, on both sides of the balance. Never below 0.8 `from`.
+double clean_noise(const std::vector<KindRow>& rows, double freedom, double floor, double from) {
+  const Loss* rho[4] = {nullptr, &tuned_loss(LossKind::kTukey, 1), &tuned_loss(LossKind::kTukey, 2), &tuned_loss(LossKind::kTukey, 3)};
+  double tau = from;
+  for (int round = 0; round < 50; ++round) {
+    std::vector<double> weights(rows.size());
+    double expected = 0;
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      weights[i] = rho[rows[i].components]->weight(rows[i].whitened(tau));
+      if (weights[i] > 0) expected += rho[rows[i].components]->consistency * rows[i].components;
+    }
+    const auto ratio = [&](double t) {
+      double sum = 0;
+      for (std::size_t i = 0; i < rows.size(); ++i) sum += weights[i] * rows[i].whitened(t);
+      return sum / (expected * freedom);
+    };
+    const double now = std::max(crossing(ratio, floor, tau), 0.8 * from);
+    const double change = std::abs(now - tau);
+    tau = now;
+    if (change <= 1e-7 * tau) break;
+  }
+  return std::max(tau, floor);
+}
+
+/// Asymptotic variance of the M-estimate over that of least squares on the same rows: B / A^2, A = mean (w + u w' / d), B = mean w^2 u^2 / d.
+/// (R. Maronna, D. Martin, V. Yohai 2006, 5.6; spherical errors; the degrees of freedom correct B.)
+double variance_inflation(const std::vector<RowWeight>& rows, LossKind loss, double freedom) {
+  double a = 0;
+  double b = 0;
+  double numbers = 0;
+  for (const RowWeight& row : rows) {
+    if (row.components == 0) continue;
+    const Loss& rho = tuned_loss(loss, row.components);
+    a += row.components * row.weight + rho.weight_slope(row.squared);
+    b += row.weight * row.weight * row.squared;
+    numbers += row.components;
+  }
+  a /= numbers;
+  b /= numbers * freedom;
+  return b / (a * a);
+}
+
+Eigen::VectorXd at(const Eigen::VectorXd& values, const std::vector<int>& indices) {
+  Eigen::VectorXd out(static_cast<Eigen::Index>(indices.size()));
+  for (std::size_t k = 0; k < indices.size(); ++k) out[static_cast<Eigen::Index>(k)] = values[indices[k]];
+  return out;
+}
+
+/// Rows of a prior under the triangular factor, so that the gauge and the covariance see it like data.
+Eigen::MatrixXd with_priors(const Eigen::MatrixXd& R, const std::vector<int>& asked, const Eigen::VectorXd& scale, const Limits& limits) {
+  if (limits.prior_sigma.size() == 0) return R;
+  const Eigen::Index p = R.cols();
+  Eigen::MatrixXd stacked = Eigen::MatrixXd::Zero(2 * p, p);
+  stacked.topRows(p) = R;
+  for (Eigen::Index k = 0; k < p; ++k) {
+    const double sigma = limits.prior_sigma[asked[static_cast<std::size_t>(k)]];
+    if (std::isfinite(sigma)) stacked(p + k, k) = scale[k] / sigma;
+  }
+  return Eigen::HouseholderQR<Eigen::MatrixXd>(stacked).matrixQR().topRows(p).triangularView<Eigen::Upper>();
+}
+
+/// The work of identify(), step by step.
+class Identifier {
+ public:
+  Identifier(const Problem& problem, const std::vector<int>& asked, const Eigen::Matrix3Xd& anchors, const IdentifyOptions& options)
+      : problem_(problem), options_(options), asked_(asked) {
+    out_.parameters = problem.model.parameters();
+    for (int a = 0; a < problem.measured.anchor_count; ++a) {
+      for (const char* axis : {"x", "y", "z"}) {
+        asked_.push_back(static_cast<int>(out_.parameters.size()));
+        out_.parameters.push_back({"anchor" + std::to_string(a), axis, "m", 1e-3, "place of the anchor in the measuring frame"});
+      }
+    }
+    start_.resize(problem.parameter_count());
+    start_ << problem.model.start(), Eigen::Map<const Eigen::VectorXd>(anchors.data(), anchors.size());
+    theta_ = start_;
+    scale_.resize(static_cast<Eigen::Index>(asked_.size()));
+    hold_.resize(scale_.size());
+    for (Eigen::Index k = 0; k < scale_.size(); ++k) {
+      const Parameter& parameter = out_.parameters[static_cast<std::size_t>(asked_[static_cast<std::size_t>(k)])];
+      scale_[k] = parameter.sigma;
+      // Ties (two parallel axes) fall to the first in the chain, the same on every machine.
+      hold_[k] = hold_preference(parameter) * (1 - 1e-3 * static_cast<double>(k) / static_cast<double>(scale_.size()));
+    }
+    limits_ = options.limits;
+  }
+
+  Identification run() {
+    const auto measured = counts(residuals(problem_, theta_));
+    numbers_ = static_cast<double>(std::accumulate(measured.begin(), measured.end(), Eigen::Index{0}));
+    coarse_fit();
+    for (int attempt = 0; attempt < 3; ++attempt) {
+      choose();
+      if (gauge_.free.empty()) {
+        out_.status = Status::kTooFewEquations;
+        out_.message = "the measurements fix none of the " + std::to_string(asked_.size()) + " parameters asked for";
+        return finish();
+      }
+      fine_fit();
+      const Gauge again = choose_gauge(factor(nullptr), hold_, options_.gauge);
+      const bool settled = again.free.size() >= gauge_.free.size() || attempt == 2;
+      gauge_.rank = std::max(gauge_.rank, again.rank);
+      if (settled) break;
+    }
+    out_.status = converged_ ? Status::kConverged : Status::kNotConverged;
+    return finish();
+  }
+
+ private:
+  double freedom(std::size_t free_count) const { return std::max(1.0, numbers_ - static_cast<double>(free_count)) / numbers_; }
+
+  Eigen::MatrixXd factor(const std::vector<RowWeight>* rows) const {
+    return with_priors(triangular_factor(problem_, theta_, asked_, scale_, tau_, rows), asked_, scale_, options_.limits);
+  }
+
+  /// All asked parameters under weak priors (30 plausible sizes) and Huber's loss: a start near the solution whatever the data can't tell.
+  void coarse_fit() {
+    constexpr double kWeak = 30;
+    Limits weak = limits_;
+    if (weak.prior_sigma.size() == 0) {
+      weak.prior_mean = start_;
+      weak.prior_sigma = Eigen::VectorXd::Constant(start_.size(), std::numeric_limits<double>::infinity());
+    }
+    for (std::size_t k = 0; k < asked_.size(); ++k) {
+      double& sigma = weak.prior_sigma[asked_[k]];
+      sigma = std::min(sigma, kWeak * scale_[static_cast<Eigen::Index>(k)]);
+    }
+    tau_ = noise(NoiseRule::kMedian, LossKind::kHuber, 0);
+    for (int round = 0; round < 6; ++round) {
+      const Solution solution = solve(problem_, theta_, asked_, scale_, {tau_, LossKind::kHuber}, weak, {Method::kLeastSquares, 30});
+      theta_ = solution.theta;
+      const CommonNoise before = tau_;
+      tau_ = noise(NoiseRule::kMedian, LossKind::kHuber, 0);
+      if (largest_change(before, tau_) < 0.02) break;
+    }
+  }
+
+  enum class NoiseRule { kMedian, kMean, kClean };
+
+  /// Noise common to all rows, by kind, for the residuals at theta.
+  CommonNoise noise(NoiseRule rule, LossKind loss, std::size_t free_count) const {
+    const RowMatrixXd r = residuals(problem_, theta_);
+    CommonNoise out = kNoiseFloor;
+    for (std::size_t k = 0; k < out.size(); ++k) {
+      const std::vector<KindRow> rows = rows_of_kind(problem_, r, static_cast<int>(k));
+      if (rows.empty()) continue;
+      if (rule == NoiseRule::kMedian) out[k] = median_noise(rows, kNoiseFloor[k], tau_[k]);
+      if (rule == NoiseRule::kMean) out[k] = mean_noise(rows, loss, freedom(free_count), kNoiseFloor[k], tau_[k]);
+      if (rule == NoiseRule::kClean) out[k] = clean_noise(rows, freedom(free_count), kNoiseFloor[k], tau_[k]);
+    }
+    return out;
+  }
+
+  static double largest_change(const CommonNoise& a, const CommonNoise& b) {
+    double change = 0;
+    for (std::size_t k = 0; k < a.size(); ++k) change = std::max(change, std::abs(a[k] - b[k]) / std::max(a[k], b[k]));
+    return change;
+  }
+
+  /// The gauge at theta, and theta moved along the null directions so that the held parameters come back to where they started.
+  void choose() {
+    gauge_ = choose_gauge(factor(nullptr), hold_, options_.gauge);
+    Eigen::VectorXd x = (at(theta_, asked_) - at(start_, asked_)).cwiseQuotient(scale_);
+    for (std::size_t k = 0; k < gauge_.held.size(); ++k) {
+      x -= x[gauge_.held[k]] * gauge_.directions.col(static_cast<Eigen::Index>(k));
+    }
+    free_.clear();
+    for (const int k : gauge_.free) free_.push_back(asked_[static_cast<std::size_t>(k)]);
+    for (std::size_t k = 0; k < asked_.size(); ++k) theta_[asked_[k]] = start_[asked_[k]] + scale_[static_cast<Eigen::Index>(k)] * x[static_cast<Eigen::Index>(k)];
+    for (const int k : gauge_.held) theta_[asked_[static_cast<std::size_t>(k)]] = start_[asked_[static_cast<std::size_t>(k)]];
+    free_scale_ = at(scale_, gauge_.free);
+  }
+
+  void refit(LossKind loss) {
+    const Solution solution = solve(problem_, theta_, free_, free_scale_, {tau_, loss}, limits_, options_.solver);
+    theta_ = solution.theta;
+    converged_ = solution.converged;
+    out_.iterations += solution.iterations;
+    out_.message = solution.message;
+  }
+
+  /// MM-estimation: Huber's loss at the median noise, whose minimum is one; from there the asked loss, alternating with the M-scale of the noise
+  /// until neither moves; then once more at the noise of the rows that are no outliers.
+  void fine_fit() {
+    loss_ = options_.loss;
+    if (loss_ != LossKind::kNone) {
+      for (int round = 0; round < 3; ++round) {
+        refit(LossKind::kHuber);
+        tau_ = noise(NoiseRule::kMedian, LossKind::kHuber, free_.size());
+      }
+    }
+    for (int round = 0; round < kMaxRounds; ++round) {
+      const CommonNoise before = tau_;
+      tau_ = noise(NoiseRule::kMean, loss_, free_.size());
+      if (round > 0 && largest_change(before, tau_) < 1e-6) break;
+      refit(loss_);
+    }
+    if (loss_ == LossKind::kNone) return;
+    tau_ = noise(NoiseRule::kClean, loss_, free_.size());
+    refit(loss_);
+  }
+
+  Identification finish() {
+    out_.theta = theta_;
+    out_.free = free_;
+    for (const int k : gauge_.held) out_.held.push_back(asked_[static_cast<std::size_t>(k)]);
+    out_.rank = gauge_.rank;
+    std::vector<Parameter> asked_parameters;
+    for (const int index : asked_) asked_parameters.push_back(out_.parameters[static_cast<std::size_t>(index)]);
+    out_.unidentifiable = describe_directions(gauge_, asked_parameters);
+    for (std::size_t column = 0; column < gauge_.held.size(); ++column) {
+      std::vector<int> parts{asked_[static_cast<std::size_t>(gauge_.held[column])]};
+      const Eigen::VectorXd direction = gauge_.directions.col(static_cast<Eigen::Index>(column));
+      for (std::size_t k = 0; k < asked_.size(); ++k) {
+        if (static_cast<int>(k) != gauge_.held[column] && std::abs(direction[static_cast<Eigen::Index>(k)]) > 0.02) parts.push_back(asked_[k]);
+      }
+      out_.unidentifiable_parts.push_back(std::move(parts));
+    }
+    out_.residuals = residuals(problem_, theta_);
+    out_.weights = row_weights(problem_, out_.residuals, {tau_, loss_});
+    out_.tau = tau_;
+    out_.degrees_of_freedom = static_cast<int>(numbers_) - static_cast<int>(free_.size());
+    own_and_common_noise();
+    covariance();
+    return std::move(out_);
+  }
+
+  void own_and_common_noise() {
+    CommonNoise squares{};
+    const auto measured = counts(out_.residuals);
+    for (int c = 0; c < kComponents; ++c) {
+      const auto k = static_cast<std::size_t>(kind_of(c));
+      for (Eigen::Index i = 0; i < out_.residuals.rows(); ++i) {
+        if (std::isnan(out_.residuals(i, c))) continue;
+        const double own = problem_.measured.sigma(i, c);
+        squares[k] += own * own + tau_[k] * tau_[k];
+      }
+    }
+    for (std::size_t k = 0; k < squares.size(); ++k) {
+      if (measured[k] == 0) {
+        out_.tau[k] = 0;
+        continue;
+      }
+      if (tau_[k] <= kNoiseFloor[k] && problem_.measured.sigma_position.size() + problem_.measured.sigma_rotation.size() > 0) out_.tau[k] = 0;
+      out_.sigma[k] = std::sqrt(squares[k] / static_cast<double>(measured[k]));
+    }
+    out_.variance_factor = variance_factor();
+    for (double& sigma : out_.sigma) sigma *= std::sqrt(out_.variance_factor);
+  }
+
+  /// What the weighted squares are, over what they should be: below 1 only where the rows claim more noise than there is.
+  double variance_factor() const {
+    double sum = 0;
+    double expected = 0;
+    for (const RowWeight& row : out_.weights) {
+      if (!(row.weight > 0)) continue;
+      sum += row.weight * row.squared;
+      expected += tuned_loss(loss_, row.components).consistency * row.components;
+    }
+    return expected > 0 ? sum / (expected * freedom(free_.size())) : 1;
+  }
+
+  void covariance() {
+    const auto p = static_cast<Eigen::Index>(free_.size());
+    if (p == 0) return;
+    Eigen::MatrixXd R = triangular_factor(problem_, theta_, free_, free_scale_, tau_, nullptr);
+    // Rows that measure nothing carry no information and are not in R; rows with weight 0 are in it, and A below counts them out.
+    const double inflation = variance_inflation(out_.weights, loss_, freedom(free_.size()));
+    R /= std::sqrt(std::max(inflation, std::numeric_limits<double>::min()));
+    R = with_priors(R, free_, free_scale_, options_.limits);
+    const Eigen::MatrixXd inverse = R.triangularView<Eigen::Upper>().solve(Eigen::MatrixXd::Identity(p, p));
+    out_.covariance = free_scale_.asDiagonal() * inverse * inverse.transpose() * free_scale_.asDiagonal();
+  }
+
+  const Problem& problem_;
+  const IdentifyOptions& options_;
+  std::vector<int> asked_;
+  Eigen::VectorXd start_, theta_, scale_, hold_, free_scale_;
+  Limits limits_;
+  CommonNoise tau_{};
+  LossKind loss_ = LossKind::kNone;
+  Gauge gauge_;
+  std::vector<int> free_;
+  double numbers_ = 0;
+  bool converged_ = false;
+  Identification out_;
+};
+
+}  // namespace
+
+Identification identify(const Problem& problem, const std::vector<int>& asked, const Eigen::Matrix3Xd& anchors, const IdentifyOptions& options) {
+  problem.check();
+  for (const int index : asked) {
+    FASTCAL_CHECK(index >= 0 && index < problem.model.parameter_count()) << "asked parameters must be 0 to " << problem.model.parameter_count() - 1 << ", got " << index;
+  }
+  FASTCAL_CHECK(anchors.cols() == problem.measured.anchor_count) << "there are " << problem.measured.anchor_count << " anchors, got " << anchors.cols() << " starting places";
+  return Identifier(problem, asked, anchors, options).run();
+}
+
+}  // namespace fastcal

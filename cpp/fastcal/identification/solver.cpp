@@ -1,0 +1,212 @@
+// SPDX-FileCopyrightText: 2026 The fastcal authors
+// SPDX-License-Identifier: MIT
+#include "fastcal/identification/solver.hpp"
+
+#include <ceres/ceres.h>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace fastcal {
+namespace {
+
+/// The problem in x, priors included; remembers the last x, since Ceres asks for cost and Jacobian apart.
+class Reduced {
+ public:
+  Reduced(const Problem& problem, const Eigen::VectorXd& theta_0, const std::vector<int>& free, const Eigen::VectorXd& scale, const Weighting& weighting,
+          const Limits& limits)
+      : problem_(problem), theta_0_(theta_0), free_(free), scale_(scale), weighting_(weighting), limits_(limits) {}
+
+  Eigen::Index size() const { return static_cast<Eigen::Index>(free_.size()); }
+
+  Eigen::VectorXd theta(const double* x) const {
+    Eigen::VectorXd out = theta_0_;
+    for (Eigen::Index k = 0; k < size(); ++k) out[free_[static_cast<std::size_t>(k)]] += scale_[k] * x[k];
+    return out;
+  }
+
+  const NormalEquations& at(const double* x, bool with_jacobian) const {
+    const Eigen::Map<const Eigen::VectorXd> here(x, size());
+    if (last_x_.size() == size() && last_x_ == here && (!with_jacobian || last_.A.size() > 0 || size() == 0)) return last_;
+    const Eigen::VectorXd theta_here = theta(x);
+    last_ = normal_equations(problem_, theta_here, free_, scale_, weighting_, with_jacobian);
+    if (limits_.prior_sigma.size() > 0) {
+      for (Eigen::Index k = 0; k < size(); ++k) {
+        const int index = free_[static_cast<std::size_t>(k)];
+        if (!std::isfinite(limits_.prior_sigma[index])) continue;
+        const double u = (theta_here[index] - limits_.prior_mean[index]) / limits_.prior_sigma[index];
+        const double slope = scale_[k] / limits_.prior_sigma[index];
+        last_.cost += 0.5 * u * u;
+        if (with_jacobian) {
+          last_.A(k, k) += slope * slope;
+          last_.g[k] += slope * u;
+        }
+      }
+    }
+    last_x_ = here;
+    return last_;
+  }
+
+ private:
+  const Problem& problem_;
+  const Eigen::VectorXd& theta_0_;
+  const std::vector<int>& free_;
+  const Eigen::VectorXd& scale_;
+  const Weighting& weighting_;
+  const Limits& limits_;
+  mutable Eigen::VectorXd last_x_;
+  mutable NormalEquations last_;
+};
+
+/// The root of the normal equations as a Ceres cost function.
+class RootCost : public ceres::CostFunction {
+ public:
+  explicit RootCost(const Reduced& reduced) : reduced_(reduced) {
+    const int p = static_cast<int>(reduced.size());
+    set_num_residuals(p + 1);
+    mutable_parameter_block_sizes()->push_back(p);
+  }
+
+  bool Evaluate(double const* const* parameters, double* r, double** jacobians) const override {
+    // Cost alone is asked for at trial points; the root needs A, so it is formed there too and kept for the Jacobian that follows a good step.
+    const NormalEquations& sums = reduced_.at(parameters[0], true);
+    if (!std::isfinite(sums.cost) || !sums.A.allFinite()) return false;
+    const Eigen::Index p = reduced_.size();
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(sums.A);
+    const double floor = 1e-13 * std::max(eigen.eigenvalues()[p - 1], 0.0);
+    const Eigen::VectorXd root = eigen.eigenvalues().unaryExpr([floor](double d) { return d > floor ? std::sqrt(d) : 0.0; });
+    const Eigen::VectorXd turned = eigen.eigenvectors().transpose() * sums.g;
+    double squared = 0;
+    for (Eigen::Index k = 0; k < p; ++k) {
+      r[k] = root[k] > 0 ? turned[k] / root[k] : 0;
+      squared += r[k] * r[k];
+    }
+    r[p] = std::sqrt(std::max(0.0, 2 * sums.cost - squared));
+    if (jacobians != nullptr && jacobians[0] != nullptr) {
+      Eigen::Map<RowMatrixXd> J(jacobians[0], p + 1, p);
+      J.topRows(p) = root.asDiagonal() * eigen.eigenvectors().transpose();
+      J.row(p).setZero();
+    }
+    return true;
+  }
+
+ private:
+  const Reduced& reduced_;
+};
+
+/// The cost of the PMC paper as a function of y, x = T y: the root of the mean squared whitened distance, or with LossKind::kDistance the
+/// mean distance. T makes the Hessian nearly the identity at the start: BFGS with a well chosen first H instead of H = I
+/// (its step 1: "in the absence of more information").
+class MeanCost : public ceres::FirstOrderFunction {
+ public:
+  MeanCost(const Reduced& reduced, Eigen::MatrixXd transform, double rows, bool of_distance)
+      : reduced_(reduced), transform_(std::move(transform)), rows_(rows), of_distance_(of_distance) {}
+
+  bool Evaluate(const double* y, double* cost, double* gradient) const override {
+    const Eigen::VectorXd x = transform_ * Eigen::Map<const Eigen::VectorXd>(y, transform_.cols());
+    const NormalEquations& sums = reduced_.at(x.data(), true);
+    if (!std::isfinite(sums.cost)) return false;
+    const double root = std::sqrt(2 * sums.cost / rows_);
+    *cost = of_distance_ ? sums.cost / rows_ : root;
+    if (gradient != nullptr) {
+      const double factor = 1 / (of_distance_ ? rows_ : rows_ * std::max(root, 1e-300));
+      Eigen::Map<Eigen::VectorXd>(gradient, transform_.cols()) = factor * (transform_.transpose() * sums.g);
+    }
+    return true;
+  }
+  int NumParameters() const override { return static_cast<int>(transform_.cols()); }
+
+ private:
+  const Reduced& reduced_;
+  Eigen::MatrixXd transform_;
+  double rows_;
+  bool of_distance_;
+};
+
+/// Length of the Gauss-Newton step that is left at x, in standard deviations at whitened noise 1.
+double step_left(const Reduced& reduced, const double* x) {
+  const NormalEquations& sums = reduced.at(x, true);
+  return std::sqrt(std::abs(sums.g.dot(sums.A.completeOrthogonalDecomposition().solve(sums.g))));
+}
+
+void solve_least_squares(const Reduced& reduced, const std::vector<int>& free, const Eigen::VectorXd& theta_0, const Eigen::VectorXd& scale,
+                         const Limits& limits, int max_iterations, Eigen::VectorXd& x, Solution& out) {
+  RootCost cost(reduced);
+  ceres::Problem::Options ownership;
+  ownership.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  ceres::Problem problem(ownership);
+  problem.AddResidualBlock(&cost, nullptr, x.data());
+  for (Eigen::Index k = 0; limits.lower.size() > 0 && k < x.size(); ++k) {
+    const int index = free[static_cast<std::size_t>(k)];
+    if (std::isfinite(limits.lower[index])) problem.SetParameterLowerBound(x.data(), static_cast<int>(k), (limits.lower[index] - theta_0[index]) / scale[k]);
+    if (std::isfinite(limits.upper[index])) problem.SetParameterUpperBound(x.data(), static_cast<int>(k), (limits.upper[index] - theta_0[index]) / scale[k]);
+  }
+  ceres::Solver::Options options;
+  options.linear_solver_type = ceres::DENSE_QR;
+  options.max_num_iterations = max_iterations;
+  options.function_tolerance = 1e-15;
+  options.gradient_tolerance = 1e-13;
+  options.parameter_tolerance = 1e-13;
+  options.initial_trust_region_radius = 1e8;  // the start is close: first try the full step
+  options.max_trust_region_radius = 1e20;
+  options.logging_type = ceres::SILENT;
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, &problem, &summary);
+  out.converged = summary.termination_type == ceres::CONVERGENCE;
+  out.iterations = static_cast<int>(summary.iterations.size());
+  out.message = summary.message;
+}
+
+void solve_bfgs(const Reduced& reduced, double rows, bool of_distance, int max_iterations, Eigen::VectorXd& x, Solution& out) {
+  const NormalEquations& start = reduced.at(x.data(), true);
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(start.A);
+  const double floor = 1e-13 * std::max(eigen.eigenvalues().tail<1>()[0], 1e-300);
+  const Eigen::VectorXd stretch = eigen.eigenvalues().unaryExpr([floor](double d) { return 1 / std::sqrt(std::max(d, floor)); });
+  const Eigen::MatrixXd transform = eigen.eigenvectors() * stretch.asDiagonal();
+  ceres::GradientProblem problem(new MeanCost(reduced, transform, rows, of_distance));
+  ceres::GradientProblemSolver::Options options;
+  options.line_search_direction_type = ceres::BFGS;
+  options.line_search_type = ceres::WOLFE;
+  options.max_num_iterations = max_iterations;
+  options.function_tolerance = 0;
+  options.gradient_tolerance = 1e-16;
+  options.parameter_tolerance = 0;
+  options.logging_type = ceres::SILENT;
+  ceres::GradientProblemSolver::Summary summary;
+  Eigen::VectorXd y = eigen.eigenvectors().transpose() * x;
+  y = y.cwiseQuotient(stretch);
+  ceres::Solve(options, problem, y.data(), &summary);
+  x = transform * y;
+  out.iterations = static_cast<int>(summary.iterations.size());
+  // It ends where the cost no longer changes in double precision, which Ceres reports as a failed line search: judged by the step that is left.
+  const double left = step_left(reduced, x.data());
+  out.converged = left < 1e-4 * std::sqrt(1 + 2 * reduced.at(x.data(), true).cost);
+  out.message = "BFGS: " + summary.message;
+}
+
+}  // namespace
+
+Solution solve(const Problem& problem, const Eigen::VectorXd& theta_0, const std::vector<int>& free, const Eigen::VectorXd& scale,
+               const Weighting& weighting, const Limits& limits, const SolverOptions& options) {
+  Solution out;
+  Weighting used = weighting;
+  if (options.method == Method::kBfgsMeanDistance) used.loss = LossKind::kDistance;
+  const Reduced reduced(problem, theta_0, free, scale, used, limits);
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(reduced.size());
+  if (free.empty()) {
+    out.converged = true;
+    out.message = "nothing to identify";
+  } else if (options.method == Method::kLeastSquares) {
+    solve_least_squares(reduced, free, theta_0, scale, limits, options.max_iterations, x, out);
+  } else {
+    solve_bfgs(reduced, static_cast<double>(problem.row_count()), options.method == Method::kBfgsMeanDistance, options.max_iterations, x, out);
+  }
+  out.theta = reduced.theta(x.data());
+  out.cost = reduced.at(x.data(), true).cost;
+  return out;
+}
+
+}  // namespace fastcal

@@ -1,0 +1,45 @@
+// SPDX-FileCopyrightText: 2026 The fastcal authors
+// SPDX-License-Identifier: MIT
+//
+// Minimizes 1/2 sum rho(u_i^2) + 1/2 |prior|^2 over the free parameters, in x = (theta - theta_0) / scale, with bounds.
+// Ceres drives (trust region), a pass over the rows reduces: Ceres sees p + 1 residuals, r' = L^-1 J^T W r with Jacobian L^T
+// (J^T W J = L L^T) and one constant, so that cost, gradient and Gauss-Newton Hessian are those of the whole problem.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "fastcal/identification/problem.hpp"
+
+namespace fastcal {
+
+/// Gaussian priors and bounds on model parameters, indexed as theta; infinite where there are none.
+struct Limits {
+  Eigen::VectorXd prior_mean, prior_sigma;  ///< both empty: no priors; sigma infinite: none for this one
+  Eigen::VectorXd lower, upper;             ///< both empty: no bounds
+};
+
+enum class Method {
+  kLeastSquares,     ///< Levenberg-Marquardt on the normal equations
+  kBfgs,             ///< BFGS with line search on the root of the mean (robust) squared whitened distance (PMC paper, section III.A)
+  kBfgsMeanDistance  ///< the same on the mean distance, the cost that PMC (15) prints
+};
+
+struct SolverOptions {
+  Method method = Method::kLeastSquares;
+  int max_iterations = 100;
+};
+
+struct Solution {
+  Eigen::VectorXd theta;
+  bool converged = false;
+  int iterations = 0;
+  double cost = 0;
+  std::string message;
+};
+
+/// `free` are the parameters that move, `scale` (one each) their plausible sizes. Others stay at theta_0.
+Solution solve(const Problem& problem, const Eigen::VectorXd& theta_0, const std::vector<int>& free, const Eigen::VectorXd& scale,
+               const Weighting& weighting, const Limits& limits, const SolverOptions& options);
+
+}  // namespace fastcal
