@@ -1,0 +1,94 @@
+// SPDX-FileCopyrightText: 2026 The fastcal authors
+// SPDX-License-Identifier: MIT
+#include "convert.hpp"
+#include "fastcal/measurement/measurements.hpp"
+#include "fastcal/model/error_model.hpp"
+
+namespace fastcal {
+namespace {
+
+template <typename T>
+T or_empty(const std::optional<T>& value) {
+  return value ? *value : T();
+}
+
+}  // namespace
+
+void bind_model(py::module_& m) {
+  py::class_<Samples>(m, "Samples", "N rows of conditions, SI; what is None was not measured.")
+      .def(py::init([](const RowMatrixXd& q, const std::optional<Eigen::VectorXd>& payload, const std::optional<RowMatrixXd>& wrench,
+                       const std::optional<Eigen::VectorXd>& temperature, const std::optional<Eigen::VectorXd>& time,
+                       const std::optional<Eigen::VectorXi>& station, const std::optional<Eigen::VectorXi>& mount, const std::optional<RowMatrixXd>& approach,
+                       const std::optional<RowMatrixXd>& current, const std::optional<RowMatrixXd>& extra) {
+             Samples out;
+             out.q = q;
+             out.payload = or_empty(payload);
+             out.wrench = or_empty(wrench);
+             out.temperature = or_empty(temperature);
+             out.time = or_empty(time);
+             out.station = or_empty(station);
+             out.mount = or_empty(mount);
+             out.approach = or_empty(approach);
+             out.current = or_empty(current);
+             out.extra = or_empty(extra);
+             return out;
+           }),
+           py::arg("q"), py::kw_only(), py::arg("payload") = py::none(), py::arg("wrench") = py::none(), py::arg("temperature") = py::none(),
+           py::arg("time") = py::none(), py::arg("station") = py::none(), py::arg("mount") = py::none(), py::arg("approach") = py::none(),
+           py::arg("current") = py::none(), py::arg("extra") = py::none())
+      .def("__len__", &Samples::count);
+
+  py::class_<Measurements>(m, "Measurements", "N rows of what was measured, SI; None: not at all, NaN: not in this row.")
+      .def(py::init([](const std::optional<RowMatrixXd>& position, const std::optional<RowMatrixXd>& rotation, const std::optional<Eigen::VectorXd>& distance,
+                       const std::optional<Eigen::VectorXi>& anchor, int anchor_count, const std::optional<RowMatrixXd>& sigma_position,
+                       const std::optional<Eigen::VectorXd>& sigma_rotation) {
+             Measurements out;
+             out.position = or_empty(position);
+             out.rotation = or_empty(rotation);
+             out.distance = or_empty(distance);
+             out.anchor = or_empty(anchor);
+             out.anchor_count = anchor_count;
+             out.sigma_position = or_empty(sigma_position);
+             out.sigma_rotation = or_empty(sigma_rotation);
+             return out;
+           }),
+           py::kw_only(), py::arg("position") = py::none(), py::arg("rotation") = py::none(), py::arg("distance") = py::none(), py::arg("anchor") = py::none(),
+           py::arg("anchor_count") = 0, py::arg("sigma_position") = py::none(), py::arg("sigma_rotation") = py::none());
+
+  py::class_<ErrorModel>(m, "ErrorModel", "A robot with its effects.")
+      .def(py::init([](const RobotModel& robot, const std::vector<std::shared_ptr<Effect>>& effects, const Eigen::VectorXd& effect_values) {
+             return ErrorModel(robot, {effects.begin(), effects.end()}, effect_values);
+           }),
+           py::arg("robot"), py::arg("effects") = std::vector<std::shared_ptr<Effect>>(), py::arg("effect_values") = Eigen::VectorXd())
+      .def_property_readonly("robot", &ErrorModel::robot, py::return_value_policy::reference_internal)
+      .def_property_readonly("parameters", &ErrorModel::parameters)
+      .def_property_readonly("start", &ErrorModel::start, "Values of the parameters (P,), SI.")
+      .def("with_robot", &ErrorModel::with_robot, py::arg("robot"), "The same effects on another robot of the same parameters.")
+      .def(
+          "predict",
+          [](const ErrorModel& self, const Samples& samples, const Eigen::VectorXd& theta, int threads, const py::object& out) {
+            double* data = nullptr;
+            py::array poses = output_or_new(out, {samples.count(), 4, 4}, data);
+            {
+              const py::gil_scoped_release release;
+              predict(self, samples, theta, threads, data);
+            }
+            return poses;
+          },
+          py::arg("samples"), py::arg("theta"), py::arg("threads") = 1, py::arg("out") = py::none(), "Poses (N, 4, 4) of the tool in the measuring frame.")
+      .def(
+          "parameter_jacobian",
+          [](const ErrorModel& self, const Samples& samples, const Eigen::VectorXd& theta, int rows, int threads, const py::object& out) {
+            double* data = nullptr;
+            py::array J = output_or_new(out, {samples.count(), rows, self.parameter_count()}, data);
+            {
+              const py::gil_scoped_release release;
+              parameter_jacobian(self, samples, theta, rows, threads, data);
+            }
+            return J;
+          },
+          py::arg("samples"), py::arg("theta"), py::arg("rows") = 3, py::arg("threads") = 1, py::arg("out") = py::none(),
+          "(N, rows, P): motion of the tool by every parameter, in the axes of the measuring frame; 3 rows: position, 6: [v; w].");
+}
+
+}  // namespace fastcal

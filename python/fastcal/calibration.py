@@ -1,0 +1,409 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Calibration: a robot and measured poses go in; the identified model comes out, with how sure it is and what the data can't tell."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+
+from fastcal import _core
+from fastcal.calibration_record import CalibrationRecord
+from fastcal.dataset import Dataset
+from fastcal.effects import edge_name, edge_unit, options_of, parse_effects
+from fastcal.errors import InvalidInput
+from fastcal.evaluation import Evaluation, evaluate
+from fastcal.robot import ROW_KEYS, Robot, Spec
+from fastcal.units import factor, from_si
+
+FloatArray = NDArray[np.float64]
+Progress = Callable[[str], None]
+
+LOSSES = ("tukey", "huber", "cauchy", "none")
+METHODS = ("nls", "bfgs", "bfgs_mean_distance")
+OUTLIER_SHARE = 0.01  # a row is listed where normal noise would make one so large in one of a hundred data sets
+CORRELATED = 0.95
+PRIOR_SIZES = 3.0  # standard deviation of a prior, in plausible sizes
+
+
+@dataclass(frozen=True)
+class IdentifiedParameter:
+    """One number of the result, in the unit of its name: `theta_deg` of `joint2`."""
+
+    name: str
+    owner: str
+    value: float
+    std: float
+    unit: str
+    nominal: float
+
+
+@dataclass(frozen=True)
+class Unidentifiable:
+    """A direction that the data can't tell, in words, and the parameters in it; the first is held at nominal."""
+
+    direction: str
+    parameters: list[str]
+
+
+@dataclass(frozen=True, eq=False)
+class CalibrationResult:
+    """What `calibrate` found.
+
+    Attributes:
+        model: The identified robot; also the start of a next calibration.
+        nominal: The robot before, with the best rigid fit of base and tool.
+        status: converged, not_converged or too_few_equations.
+        parameters: Identified numbers in edge units; `covariance` (P, P) is theirs in SI, in the same order.
+        rank: Directions of the asked parameters that change anything that was measured.
+        sigma: Noise of one measured coordinate [m], `sigma_note` says where it comes from.
+        outliers: Rows whose error the noise does not explain.
+        weights: (N,) robust weight of each row, 1 is full.
+    """
+
+    status: str
+    message: str
+    model: Robot
+    nominal: Robot
+    loss: str
+    method: str
+    parameters: list[IdentifiedParameter]
+    covariance: FloatArray
+    unidentifiable: list[Unidentifiable]
+    correlated: list[tuple[str, str, float]]
+    rank: int
+    asked_count: int
+    degrees_of_freedom: int
+    iterations: int
+    sigma: float
+    sigma_note: str
+    outliers: list[int]
+    weights: FloatArray
+    train: Evaluation
+    test: Evaluation | None = None
+    notes: list[str] = field(default_factory=list)
+
+    @property
+    def sigma_mm(self) -> float:
+        return from_si(self.sigma, "mm")
+
+    def interval(self, level: float = 0.95) -> FloatArray:
+        """(P, 2) two-sided confidence intervals of the parameters in edge units, by Student's t."""
+        t = float(stats.t.ppf(0.5 + level / 2, max(self.degrees_of_freedom, 1)))
+        values = np.array([p.value for p in self.parameters])
+        half = t * np.array([p.std for p in self.parameters])
+        return np.column_stack([values - half, values + half])
+
+    def to_json_dict(self) -> dict[str, Any]:
+        """The content of result.json."""
+        return {
+            "status": self.status,
+            "message": self.message,
+            "method": self.method,
+            "loss": self.loss,
+            "train": self.train.to_json_dict(),
+            "test": None if self.test is None else self.test.to_json_dict(),
+            "parameters": [vars(p) for p in self.parameters],
+            "rank": self.rank,
+            "unidentifiable": [vars(u) for u in self.unidentifiable],
+            "correlated": [{"first": a, "second": b, "correlation": r} for a, b, r in self.correlated],
+            "sigma_mm": self.sigma_mm,
+            "sigma_note": self.sigma_note,
+            "degrees_of_freedom": self.degrees_of_freedom,
+            "outliers": self.outliers,
+            "notes": self.notes,
+        }
+
+
+def measurements(data: Dataset) -> _core.Measurements:
+    """What was measured, as the core reads it."""
+    if data.position is None and data.rotation is None and data.distance is None:
+        raise InvalidInput(f"{data.source}: no measured column; expected x_mm y_mm z_mm, an orientation, or distance_mm")
+    return _core.Measurements(
+        position=data.position,
+        rotation=data.rotation,
+        distance=data.distance,
+        anchor=None if data.anchor is None else data.anchor.astype(np.int32),
+        anchor_count=len(data.anchor_names) if data.distance is not None else 0,
+        sigma_position=data.sigma_position,
+        sigma_rotation=data.sigma_rotation,
+    )
+
+
+def align(robot: Robot, data: Dataset, threads: int = 1) -> _core.Alignment:
+    """Best rigid fit of base and tool (and anchors) to the data; closed form, no initial guess."""
+    return _core.align(robot.error_model, robot.samples(data), measurements(data), threads)
+
+
+def calibrate(
+    robot: Robot,
+    data: Dataset,
+    *,
+    test: Dataset | None = None,
+    effects: str | Sequence[str] = "geometry",
+    method: str = "nls",
+    loss: str = "tukey",
+    priors: bool = False,
+    max_iterations: int = 100,
+    threads: int = 1,
+    progress: Progress | None = None,
+) -> CalibrationResult:
+    """Identifies a robot from measured poses.
+
+    Args:
+        robot: Nominal robot, or an identified one as a new start; its effects stay and are identified again.
+        data: Measured poses; read-back joint positions are never used.
+        test: Other poses, only reported on.
+        effects: Names as on the command line; base and tool are always identified.
+        method: nls (Levenberg-Marquardt), bfgs (PMC paper: BFGS on the root of the mean squared distance), bfgs_mean_distance (its printed cost).
+        loss: Robust loss on the whitened error of a row: tukey, huber, cauchy, none.
+        priors: Hold parameters near nominal with a standard deviation of three plausible sizes.
+        max_iterations: Of one solve.
+        threads: Cores; the result does not depend on it.
+        progress: Called with a sentence at each step.
+
+    Raises:
+        InvalidInput: An unknown effect, loss or method, or data without a measured column.
+    """
+    if loss not in LOSSES:
+        raise InvalidInput(f"loss must be one of {', '.join(LOSSES)}, got '{loss}'")
+    if method not in METHODS:
+        raise InvalidInput(f"method must be one of {', '.join(METHODS)}, got '{method}'")
+    say = progress or (lambda text: None)
+    geometry, added = parse_effects(effects, robot.core)
+    known = [(e["effect"], e["owner"]) for e in robot.spec.get("effects") or []]
+    start_spec = copy.deepcopy(robot.spec)
+    start_spec["effects"] = (robot.spec.get("effects") or []) + [e for e in added if (e["effect"], e["owner"]) not in known]
+    start = Robot(start_spec)
+    measured = measurements(data)
+    samples = start.samples(data)
+
+    say("aligning base and tool")
+    alignment = _core.align(start.error_model, samples, measured, threads)
+    if not alignment.found:
+        raise InvalidInput(f"{data.source}: {alignment.message}")
+    model = start.error_model.with_robot(start.core.with_base_and_tool(alignment.T_world_base, alignment.T_flange_tool))
+    names = [f"{p.owner} {p.name}".rstrip() for p in model.parameters]
+
+    say("identifying")
+    asked = _asked(model, geometry, turned=data.rotation is not None, placed=data.position is not None or data.rotation is not None)
+    prior_mean, prior_sigma = np.zeros(0), np.zeros(0)
+    if priors:
+        anchors = 3 * len(data.anchor_names) if data.distance is not None else 0
+        prior_mean = np.concatenate([start.error_model.start, np.zeros(anchors)])
+        sizes = [np.inf if p.owner in ("base", "tool") else PRIOR_SIZES * p.sigma for p in model.parameters]
+        prior_sigma = np.concatenate([np.array(sizes), np.full(anchors, np.inf)])
+    found = _core.identify(
+        model,
+        samples,
+        measured,
+        asked=asked,
+        anchors=alignment.anchors,
+        method=method,
+        loss=loss,
+        prior_mean=prior_mean,
+        prior_sigma=prior_sigma,
+        max_iterations=max_iterations,
+        threads=threads,
+    )
+
+    say("reporting")
+    aligned = Robot(_with_frames(start.spec, alignment.T_world_base, alignment.T_flange_tool))
+    identified_spec = identified(start, model, found)
+    free_names = [f"{found.parameters[i].owner} {found.parameters[i].name}".rstrip() for i in found.free]
+    covariance = np.asarray(found.covariance)
+    sigma = found.sigma[0] if found.sigma[0] > 0 else found.sigma[2]
+    kept = [k for k, i in enumerate(found.free) if i < len(names)]
+    if kept:
+        record = CalibrationRecord([free_names[k] for k in kept], np.linalg.cholesky(covariance[np.ix_(kept, kept)]), from_si(sigma, "mm"), found.degrees_of_freedom)
+        identified_spec["calibration"] = record.to_spec()
+    result_model = Robot(identified_spec)
+    places = _anchors(found, data, len(names))
+    places_before = dict(zip(data.anchor_names, np.asarray(alignment.anchors), strict=True)) if data.distance is not None else {}
+    judge = {"before": aligned, "anchors": places, "anchors_before": places_before, "threads": threads}
+    deviations = np.sqrt(np.diag(covariance)) if len(found.free) else np.zeros(0)
+    return CalibrationResult(
+        status=found.status,
+        message=found.message,
+        model=result_model,
+        nominal=aligned,
+        loss=loss,
+        method=method,
+        parameters=_table(start, model, found, deviations, data),
+        covariance=covariance,
+        unidentifiable=[
+            Unidentifiable(text, [names[i] for i in parts if i < len(names)]) for text, parts in zip(found.unidentifiable, found.unidentifiable_parts, strict=True)
+        ],
+        correlated=_correlated(free_names, covariance),
+        rank=found.rank,
+        asked_count=len(asked),
+        degrees_of_freedom=found.degrees_of_freedom,
+        iterations=found.iterations,
+        sigma=sigma,
+        sigma_note=_sigma_note(found, data),
+        outliers=_outliers(found),
+        weights=np.asarray(found.weights),
+        train=evaluate(result_model, data, **judge),
+        test=None if test is None else evaluate(result_model, test, **judge),
+        notes=list(data.notes),
+    )
+
+
+def _asked(model: _core.ErrorModel, geometry: bool, *, turned: bool, placed: bool) -> list[int]:
+    """Base and tool always (as far as the kind of measurement can show them), geometry where asked, every effect."""
+    out = []
+    own = len(model.robot.parameters)
+    for i, parameter in enumerate(model.parameters):
+        if i >= own:
+            out.append(i)
+        elif parameter.owner == "base":
+            if placed:
+                out.append(i)
+        elif parameter.owner == "tool":
+            if turned or not parameter.name.startswith("r"):
+                out.append(i)
+        elif geometry:
+            out.append(i)
+    return out
+
+
+def _with_frames(spec: Spec, T_world_base: FloatArray, T_flange_tool: FloatArray) -> Spec:
+    """The spec with other base and tool, in edge units."""
+    out = copy.deepcopy(spec)
+    out["base"], out["tool"] = frame_spec(T_world_base), frame_spec(T_flange_tool)
+    return out
+
+
+def frame_spec(T: FloatArray) -> Spec:
+    """{xyz_mm, rpy_deg} of a pose (4, 4)."""
+    return {
+        "xyz_mm": [from_si(float(v), "mm") for v in T[:3, 3]],
+        "rpy_deg": [from_si(float(v), "deg") for v in _core.rotation_to_rpy(T[:3, :3])],
+    }
+
+
+def identified(start: Robot, model: _core.ErrorModel, found: _core.Identification) -> Spec:
+    """The robot file of the identified model: the start's, with the found numbers in its own table."""
+    theta = np.asarray(found.theta)[: len(model.parameters)]
+    own = len(model.robot.parameters)
+    spec = _with_frames(start.spec, *model.robot.base_and_tool(theta[:own]))
+    values = {(p.owner, p.name): float(theta[i]) for i, p in enumerate(model.parameters[:own])}
+    for i, joint in enumerate(spec["joints"]):
+        _set_joint(joint, spec["kinematics"], {name: value for (owner, name), value in values.items() if owner == f"joint{i + 1}"})
+    deviations = dict(zip(found.free, np.sqrt(np.diag(found.covariance)) if len(found.free) else [], strict=True))
+    at = own
+    for entry, effect in zip(spec.get("effects") or [], start.effects, strict=True):
+        entry["parameters"] = {}
+        for parameter in effect.parameters:
+            unit = edge_unit(parameter, geometry=False)
+            std = deviations.get(at)
+            entry["parameters"][edge_name(parameter, geometry=False)] = {
+                "value": from_si(float(theta[at]), unit),
+                "std": None if std is None else float(std) / factor(unit),
+            }
+            at += 1
+    return spec
+
+
+def _set_joint(joint: Spec, kinematics: str, values: dict[str, float]) -> None:
+    """Writes identified SI numbers into one joint of a spec."""
+    if kinematics in ("dh", "mdh"):
+        for name, key in ROW_KEYS.items():
+            joint[key] = from_si(values[name], key.rsplit("_", 1)[1])
+        return
+    shift = np.eye(4)
+    shift[:3, 3] = [values["x"], values["y"], values.get("z", 0.0)]
+    shift[:3, :3] = _core.rotation_about("x", values["rx"]) @ _core.rotation_about("y", values["ry"]) @ _core.rotation_about("z", values.get("rz", 0.0))
+    if kinematics == "urdf":
+        from fastcal.robot import pose
+
+        joint["origin"] = frame_spec(pose(joint["origin"]) @ shift)
+        return
+    from fastcal.robot import screw
+
+    direction, point = _poe_axis(screw(joint), joint["type"], shift)
+    if joint["type"] == "prismatic":
+        joint["v_mm"] = direction.tolist()
+        joint["d_mm"] = from_si(values["d"], "mm")
+    else:
+        joint["omega"] = direction.tolist()
+        joint["theta_deg"] = from_si(values["theta"], "deg")
+        joint.pop("v_mm", None)
+        joint["point_mm"] = [from_si(float(v), "mm") for v in point]
+
+
+def _poe_axis(values: FloatArray, kind: str, shift: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Direction (3,) and a point (3,) [m] of a screw after the error motion `shift` of its axis frame."""
+    omega, v = values[:3], values[3:6]
+    frame = np.eye(4)
+    frame[:3, :3] = _core.rotation_to_axis(v if kind == "prismatic" else omega)
+    if kind != "prismatic":
+        frame[:3, 3] = np.cross(omega, v)
+    moved = frame @ shift
+    return moved[:3, 2], moved[:3, 3]
+
+
+def _table(start: Robot, model: _core.ErrorModel, found: _core.Identification, deviations: FloatArray, data: Dataset) -> list[IdentifiedParameter]:
+    """Identified numbers in edge units. The turns of base and tool are those from nominal to identified, about their own axes."""
+    own = len(model.robot.parameters)
+    count = len(model.parameters)
+    nominal = np.concatenate([start.error_model.start, np.zeros(len(found.parameters) - count)])
+    theta = np.array(found.theta)
+    for first, T, T_nominal in zip((0, own - 6), model.robot.base_and_tool(theta[:own]), start.core.base_and_tool(start.core.nominal), strict=True):
+        theta[first + 3 : first + 6] = _core.log_so3(T_nominal[:3, :3].T @ T[:3, :3])
+    out = []
+    for k, i in enumerate(found.free):
+        parameter = found.parameters[i]
+        geometry = i < own or i >= count
+        unit = edge_unit(parameter, geometry=geometry)
+        owner = parameter.owner if i < count else f"anchor {data.anchor_names[int(parameter.owner.removeprefix('anchor'))]}"
+        size = factor(unit)
+        out.append(
+            IdentifiedParameter(
+                edge_name(parameter, geometry=geometry), owner, from_si(float(theta[i]), unit), float(deviations[k]) / size, unit, from_si(float(nominal[i]), unit)
+            )
+        )
+    return out
+
+
+def _anchors(found: _core.Identification, data: Dataset, count: int) -> dict[str, FloatArray]:
+    places = np.asarray(found.theta)[count:].reshape(-1, 3)
+    return dict(zip(data.anchor_names, places, strict=True)) if len(places) else {}
+
+
+def _correlated(names: list[str], covariance: FloatArray) -> list[tuple[str, str, float]]:
+    """Pairs whose estimates move together, strongest first."""
+    if len(names) < 2:
+        return []
+    scale = np.sqrt(np.diag(covariance))
+    r = covariance / np.outer(scale, scale)
+    i, j = np.triu_indices(len(names), 1)
+    strong = np.flatnonzero(np.abs(r[i, j]) > CORRELATED)
+    order = strong[np.argsort(-np.abs(r[i, j][strong]), kind="stable")]
+    return [(names[i[k]], names[j[k]], float(r[i[k], j[k]])) for k in order]
+
+
+def _outliers(found: _core.Identification) -> list[int]:
+    """Rows whose whitened error is larger than normal noise makes it in OUTLIER_SHARE of all such data sets."""
+    squares = np.asarray(found.whitened_squares)
+    numbers = np.sum(~np.isnan(np.asarray(found.residuals)), axis=1)
+    used = numbers > 0
+    limit = np.full(len(squares), np.inf)
+    limit[used] = stats.chi2.isf(OUTLIER_SHARE / max(int(used.sum()), 1), numbers[used])
+    return [int(i) for i in np.flatnonzero(squares / max(found.variance_factor, 1e-300) > limit)]
+
+
+def _sigma_note(found: _core.Identification, data: Dataset) -> str:
+    """Where the noise level comes from, for the reader."""
+    if data.sigma_position is None:
+        return "estimated from what the model leaves; the data claim none"
+    common = found.common_noise[0] if data.position is not None else found.common_noise[2]
+    if common > 0:
+        return f"the data's own claims and a common part of {from_si(common, 'mm'):.4f} mm, which the claims do not explain"
+    return f"the data's own claims times {found.variance_factor**0.5:.3f}, which is what the model leaves"

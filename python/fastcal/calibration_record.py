@@ -1,0 +1,48 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""What a calibrated model keeps about its own certainty: the key `calibration` of a robot file."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class CalibrationRecord:
+    """Identified parameters and the root of their covariance.
+
+    Attributes:
+        parameters: Names as `Robot.parameter_names` gives them, of the identified (free) parameters.
+        root: (P, P) lower triangular L in SI, covariance = L L^T.
+        sigma_mm: Noise of one measured coordinate.
+        degrees_of_freedom: Measured numbers less identified parameters.
+    """
+
+    parameters: list[str]
+    root: NDArray[np.float64]
+    sigma_mm: float
+    degrees_of_freedom: int
+
+    @staticmethod
+    def from_spec(spec: dict[str, Any] | None) -> CalibrationRecord | None:
+        """Reads the key `calibration`; None where there is none."""
+        if not spec:
+            return None
+        count = len(spec["parameters"])
+        root = np.zeros((count, count))
+        for i, row in enumerate(spec["covariance_root"]):
+            root[i, : i + 1] = row
+        return CalibrationRecord(list(spec["parameters"]), root, float(spec["sigma_mm"]), int(spec["degrees_of_freedom"]))
+
+    def to_spec(self) -> dict[str, Any]:
+        """Plain numbers for the robot file."""
+        return {
+            "parameters": list(self.parameters),
+            "covariance_root": [[float(v) for v in self.root[i, : i + 1]] for i in range(len(self.root))],
+            "sigma_mm": float(self.sigma_mm),
+            "degrees_of_freedom": int(self.degrees_of_freedom),
+        }

@@ -1,0 +1,236 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""A robot: what its file says (`spec`, edge units) and the C++ model that is built from it.
+
+The file's numbers are the truth and the C++ model is always built from them, so a robot that was saved and loaded predicts the same, bit for bit.
+"""
+
+from __future__ import annotations
+
+import copy
+from functools import cached_property
+from os import PathLike
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fastcal import _core
+from fastcal.calibration_record import CalibrationRecord
+from fastcal.dataset import Dataset
+from fastcal.effects import effect_from_spec, edge_name, parameter_values
+from fastcal.errors import InvalidInput
+from fastcal.units import to_si
+
+FloatArray = NDArray[np.float64]
+Spec = dict[str, Any]
+
+ROW_KEYS = {"theta": "theta_deg", "d": "d_mm", "a": "a_mm", "alpha": "alpha_deg", "beta": "beta_deg"}  # DH and MDH, in the order of the core
+
+
+def pose(frame: Spec) -> FloatArray:
+    """(4, 4) of {xyz_mm, rpy_deg}, rpy about fixed axes X, Y, Z: R = Rz Ry Rx."""
+    T = np.eye(4)
+    T[:3, :3] = _core.rpy_to_rotation(to_si(np.asarray(frame["rpy_deg"], dtype=float), "deg"))
+    T[:3, 3] = to_si(np.asarray(frame["xyz_mm"], dtype=float), "mm")
+    return T
+
+
+def length_or_angle_unit(joint: Spec) -> str:
+    """The unit in which a joint's position and limits are given: deg, or mm for a prismatic one."""
+    return "mm" if joint["type"] == "prismatic" else "deg"
+
+
+class Robot:
+    """A robot with its effects, nominal or identified.
+
+    Args:
+        spec: Canonical content of a robot file, as `fastcal.load_robot` reads it; it is copied.
+
+    Raises:
+        InvalidInput: A number is not finite, a screw has no unit length, an effect is unknown.
+    """
+
+    def __init__(self, spec: Spec) -> None:
+        self.spec: Spec = copy.deepcopy(spec)
+        self.core: _core.RobotModel = build_core(self.spec)
+        effects = self.spec.get("effects") or []
+        self.effects = [effect_from_spec(entry, self.core) for entry in effects]
+        values = [v for entry, effect in zip(effects, self.effects, strict=True) for v in parameter_values(entry, effect)]
+        self.error_model = _core.ErrorModel(self.core, self.effects, np.asarray(values, dtype=float))
+
+    def __repr__(self) -> str:
+        effects = ", ".join(f"{e['effect']}@{e['owner']}" for e in self.spec.get("effects") or [])
+        return f"<Robot {self.name}: {self.joint_count} joints, {self.kinematics}{', ' + effects if effects else ''}>"
+
+    @property
+    def name(self) -> str:
+        return str(self.spec["name"])
+
+    @property
+    def kinematics(self) -> str:
+        """dh, mdh, poe or urdf."""
+        return str(self.spec["kinematics"])
+
+    @property
+    def joint_types(self) -> list[str]:
+        """revolute or prismatic, one a joint."""
+        return [joint["type"] for joint in self.spec["joints"]]
+
+    @property
+    def joint_count(self) -> int:
+        return len(self.spec["joints"])
+
+    @cached_property
+    def limits(self) -> FloatArray:
+        """(n, 2) least and greatest joint position [rad or m]; infinite where the file has none."""
+        out = np.full((self.joint_count, 2), [-np.inf, np.inf])
+        for i, joint in enumerate(self.spec["joints"]):
+            unit = length_or_angle_unit(joint)
+            for side, key in enumerate((f"min_{unit}", f"max_{unit}")):
+                if joint.get(key) is not None:
+                    out[i, side] = to_si(float(joint[key]), unit)
+        return out
+
+    @cached_property
+    def reach(self) -> float:
+        """[m] A bound on the distance from base to tool: the sum of all lengths of the chain, stretched sliders included."""
+        zero = np.zeros((1, self.joint_count))
+        origins = self._frames(zero)
+        slides = sum(
+            float(np.max(np.abs(limits[np.isfinite(limits)]), initial=0.0))
+            for kind, limits in zip(self.joint_types, self.limits, strict=True)
+            if kind == "prismatic"
+        )
+        return float(np.linalg.norm(np.diff(origins, axis=0), axis=1).sum() + slides)
+
+    def _frames(self, q: FloatArray) -> FloatArray:
+        """(frames, 3) origins of the chain's frames in the base at one posture q (1, n)."""
+        return np.asarray(self.core.frame_origins(q[0]))
+
+    @property
+    def parameter_names(self) -> list[str]:
+        """Names of the columns of `parameter_jacobian`, such as "joint2 theta"."""
+        return [f"{p.owner} {p.name}".rstrip() for p in self.error_model.parameters]
+
+    @property
+    def record(self) -> CalibrationRecord | None:
+        """How sure the identified numbers are; None for a nominal robot."""
+        return CalibrationRecord.from_spec(self.spec.get("calibration"))
+
+    def samples(self, data: Dataset) -> _core.Samples:
+        """The conditions of a data set as the core reads them."""
+        return self.conditions(
+            data.q,
+            payload=data.payload,
+            wrench=data.wrench,
+            temperature=data.temperature,
+            time=data.time,
+            station=data.station,
+            mount=data.mount,
+            approach=data.approach,
+            current=data.current,
+        )
+
+    def conditions(self, q: ArrayLike, *, payload: ArrayLike | None = None, **columns: ArrayLike | None) -> _core.Samples:
+        """Checked conditions of N postures: q (N, n) or (n,); payload one number or (N,); wrench (N, 6) and so on, SI."""
+        joints = np.ascontiguousarray(np.atleast_2d(np.asarray(q, dtype=float)))
+        if joints.ndim != 2 or joints.shape[1] != self.joint_count:
+            raise InvalidInput(f"q must have shape (N, {self.joint_count}), got {np.shape(q)}")
+        rows = len(joints)
+        given: dict[str, Any] = {}
+        if payload is not None:
+            given["payload"] = np.broadcast_to(np.asarray(payload, dtype=float), (rows,))
+        for name, values in columns.items():
+            if values is None:
+                continue
+            array = np.asarray(values)
+            if name in ("temperature", "time", "station", "mount"):
+                array = np.broadcast_to(array, (rows,))
+            given[name] = array.astype(np.int32) if name in ("station", "mount") else array.astype(float)
+        return _core.Samples(joints, **given)
+
+    def forward(self, q: ArrayLike, *, threads: int = 1, out: FloatArray | None = None, **conditions: ArrayLike | None) -> FloatArray:
+        """Poses (N, 4, 4) of the tool in the measuring frame for joint positions q (N, n) [rad or m].
+
+        Args:
+            q: Joint positions as commanded; (n,) is one posture.
+            threads: Cores to use; the result does not depend on it.
+            out: C-order float64 (N, 4, 4) to write into.
+            **conditions: payload [kg], wrench (N, 6), temperature [K], time [s], station, mount, approach (N, n), current (N, n) [A].
+        """
+        return np.asarray(self.error_model.predict(self.conditions(q, **conditions), self.error_model.start, threads, out))
+
+    def parameter_jacobian(self, q: ArrayLike, *, rows: int = 3, threads: int = 1, out: FloatArray | None = None, **conditions: ArrayLike | None) -> FloatArray:
+        """(N, rows, P): derivative of the tool by every parameter, SI, axes of the measuring frame.
+
+        rows = 3: position; 6: [v; w], velocity of the tool's origin and turning of its frame. Columns: `parameter_names`.
+        """
+        return np.asarray(self.error_model.parameter_jacobian(self.conditions(q, **conditions), self.error_model.start, rows, threads, out))
+
+    def position_deviation(self, q: ArrayLike, **conditions: ArrayLike | None) -> FloatArray:
+        """(N, 3) standard deviation of the predicted points that comes from the identified parameters [m]; NaN for a nominal robot.
+
+        diag(J C J^T) with the covariance C of the identified parameters; a new measurement adds its own noise to it.
+        """
+        record = self.record
+        if record is None:
+            return np.full((len(np.atleast_2d(np.asarray(q))), 3), np.nan)
+        columns = [self.parameter_names.index(name) for name in record.parameters if name in self.parameter_names]
+        known = [i for i, name in enumerate(record.parameters) if name in self.parameter_names]
+        J = self.parameter_jacobian(q, **conditions)[:, :, columns]
+        return np.asarray(np.linalg.norm(J @ record.root[known], axis=2))
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Writes the robot file; it loads back to the same predictions, bit for bit."""
+        from fastcal.io.robot_file import write_spec  # the file format is a leaf: nothing that computes needs it at import
+
+        write_spec(self.spec, path)
+
+
+def build_core(spec: Spec) -> _core.RobotModel:
+    """The C++ model of a canonical spec."""
+    joints: list[Spec] = spec["joints"]
+    n = len(joints)
+    links = [joint.get("link") or {} for joint in joints]
+    coupling = np.zeros((n, n))
+    for entry in spec.get("coupling") or []:
+        coupling[entry["joint"] - 1, entry["source"] - 1] = entry["ratio"]
+    description = _core.RobotDescription(
+        joint_types=[joint["type"] for joint in joints],
+        mass=np.array([link.get("mass_kg", 0.0) for link in links], dtype=float),
+        com=to_si(np.array([link.get("com_mm", [0.0] * 3) for link in links], dtype=float), "mm"),
+        inertia=np.array([link.get("inertia_kg_m2", [0.0] * 6) for link in links], dtype=float),
+        T_world_base=pose(spec["base"]),
+        T_flange_tool=pose(spec["tool"]),
+        p_flange_payload=to_si(np.asarray(spec["payload"]["com_mm"], dtype=float), "mm"),
+        gravity=np.asarray(spec["gravity_m_s2"], dtype=float),
+        gravity_in_world=spec["gravity_frame"] == "measuring",
+        coupling=coupling,
+    )
+    kinematics = spec["kinematics"]
+    if kinematics in ("dh", "mdh"):
+        rows = np.array([[to_si(float(joint.get(key, 0.0)), key.rsplit("_", 1)[1]) for key in ROW_KEYS.values()] for joint in joints])
+        return (_core.build_dh if kinematics == "dh" else _core.build_mdh)(description, rows)
+    if kinematics == "poe":
+        return _core.build_poe(description, np.array([screw(joint) for joint in joints]), pose(spec["home"]))
+    origins = [pose(joint["origin"]) for joint in joints]
+    axes = np.array([joint["axis"] for joint in joints], dtype=float)
+    return _core.build_urdf(description, origins, axes / np.linalg.norm(axes, axis=1, keepdims=True), pose(spec["flange"]))
+
+
+def screw(joint: Spec) -> FloatArray:
+    """(7,) omega, v, offset of a POE joint in SI; v = -omega x point (or the unit direction of a prismatic joint)."""
+    omega = np.asarray(joint["omega"], dtype=float)
+    if joint["type"] == "prismatic":
+        v = np.asarray(joint["v_mm"] if "v_mm" in joint else joint["v"], dtype=float)
+        return np.concatenate([np.zeros(3), v / np.linalg.norm(v), [to_si(float(joint.get("d_mm", 0.0)), "mm")]])
+    omega = omega / np.linalg.norm(omega)
+    if "point_mm" in joint:
+        v = -np.cross(omega, to_si(np.asarray(joint["point_mm"], dtype=float), "mm"))
+    else:
+        v = to_si(np.asarray(joint["v_mm"], dtype=float), "mm")
+    return np.concatenate([omega, v, [to_si(float(joint.get("theta_deg", 0.0)), "deg")]])
+
+
+__all__ = ["Robot", "Spec", "edge_name", "pose", "screw"]
