@@ -21,6 +21,8 @@ from fastcal.se3 import Array
 
 _EXACT = 1e-13  # [m] and [rad]: below this two lines meet, two directions are one
 _PARALLEL = 1e-3  # sine of an angle at which a measured axis may as well be parallel
+_ABEAM = 0.1  # cosine of theta at which +90 and -90 degrees are told apart by the next axis and not by theta
+_SHORT = 0.01  # a length that is not a link's but an error's, as a part of the arm
 _LEVER = 10.0  # an axis tilted by 1 mrad may shift d by a hundredth of the arm, not more
 
 
@@ -98,7 +100,10 @@ def dh_rows(chain: Chain) -> Rows:
 
 
 def _next_axis(chain: Chain, i: int, x: Array, o: Array, size: float, hayati: _Form) -> _Step:
-    """The step from axis i to axis i + 1; x points so that theta stays within +-90 degrees."""
+    """The step from axis i to axis i + 1.
+
+    x points so that theta stays within +-90 degrees, and near these, where a small error decides, to the next axis.
+    """
     z, u = chain.direction(i), chain.direction(i + 1)
     w = _line_point(chain, i + 1, o) - o
     normal = np.cross(z, u)
@@ -111,7 +116,9 @@ def _next_axis(chain: Chain, i: int, x: Array, o: Array, size: float, hayati: _F
         step = hayati(z, u, w)
     if step is None:  # the next axis passes through o: any x across both will do
         step = _Step(0.0, _unit(normal) if sine > _EXACT else _unit(x - (x @ z) * z), 0.0)
-    return _Step(step.d, -step.x, -step.a, -step.beta) if step.x @ x < -_EXACT else step
+    cosine = step.x @ x
+    backwards = cosine < -_ABEAM or (cosine < _ABEAM and step.a < -_SHORT * size)
+    return _Step(step.d, -step.x, -step.a, -step.beta) if backwards else step
 
 
 def _hayati_mdh(z: Array, u: Array, w: Array) -> _Step | None:
