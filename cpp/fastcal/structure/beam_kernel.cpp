@@ -237,7 +237,7 @@ FASTCAL_INLINE void assemble(const BeamPlan& plan, const BeamBatch& batch, const
   hold_loose<D>(plan, batch, postures, work, failed);
 }
 
-/// y = -dK/ds u = -(sum over the group of K_e u) / s, then K^-1 y is the derivative of u by the scale s.
+/// y = -dK/ds u = -(sum over the group of K_e) u, then K^-1 y is the derivative of u by the group's factor s at 1.
 template <int D>
 FASTCAL_INLINE void differentiate(const BeamPlan& plan, const BeamBatch& batch, int group, const Work<D>& work) {
   constexpr int B = ElementLanes<D>::B;
@@ -263,11 +263,9 @@ FASTCAL_INLINE void differentiate(const BeamPlan& plan, const BeamBatch& batch, 
         for (int i = 0; i < 3; ++i) v[i] -= moved[i];
       }
     }
-    const double scale = plan.section[index * kSectionNumbers + 7];
     for (int i = 0; i < B; ++i) {
       force[i] = Lane{};
       for (int j = 0; j < B; ++j) force[i] += S[i * B + j] * v[j];
-      force[i] /= scale;
     }
     for (int i = 0; i < B && end >= 0; ++i) work.y[end * B + i] -= force[i];
     if (start < 0) continue;

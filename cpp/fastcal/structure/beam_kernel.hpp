@@ -48,7 +48,7 @@ struct BeamBatch {
   double* displacement = nullptr;  ///< (N, M, B)
   const int* group = nullptr;      ///< (elements) column of the derivative, -1 none
   int group_count = 0;
-  double* derivative = nullptr;  ///< (N, M, B, groups) by the scale of each group's stiffness
+  double* derivative = nullptr;  ///< (N, M, B, groups) by a factor on each group's stiffness, at 1
 };
 
 /// Lanes that a kernel needs to work in.

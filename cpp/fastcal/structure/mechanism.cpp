@@ -15,10 +15,11 @@ namespace {
 /// "y", "-x", or "(0.60, 0.80)" where no axis will do.
 std::string direction_in_words(Eigen::VectorXd direction) {
   direction.normalize();
-  Eigen::Index largest = 0;
-  const double size = direction.cwiseAbs().maxCoeff(&largest);
-  if (direction[largest] < 0) direction = -direction;  // a mechanism moves both ways
-  if (size > 1 - 1e-6) return std::string(1, "xyz"[largest]);
+  const double size = direction.cwiseAbs().maxCoeff();
+  Eigen::Index first = 0;
+  while (std::abs(direction[first]) < size / 2) ++first;
+  if (direction[first] < 0) direction = -direction;  // a mechanism moves both ways
+  if (size > 1 - 1e-6) return std::string(1, "xyz"[first]);
   std::string words = "(";
   for (Eigen::Index i = 0; i < direction.size(); ++i) {
     char number[16];
