@@ -86,12 +86,18 @@ def plausible(dataset: Dataset, robot: RobotFacts, misfit: Misfit) -> Suspicion 
     as_read = misfit(q, position)
     if as_read <= BAD_SHARE * robot.reach:
         return None
-    tried = [(meaning, *reading(q, position)) for meaning, reading in _readings(list(robot.joint_types))]
-    found = [(meaning, rms := misfit(*arrays), rms / _spread(arrays[1])) for meaning, *arrays in tried]
-    meant, rms_meant, best = min(found, key=lambda reading: reading[2])
+    found = []
+    for simplicity, meaning, reading in _readings(list(robot.joint_types)):
+        q_meant, position_meant = reading(q, position)
+        rms = misfit(q_meant, position_meant)
+        found.append((simplicity, rms / _spread(position_meant), rms, meaning))
+    best = min(share for _, share, _, _ in found)
     if not best * BETTER_BY < min(1.0, as_read / _spread(position)):
         return None
-    others = tuple(meaning for meaning, _, share in found if share <= SIMILAR * best and meaning != meant)
+    # Where base or tool take up a shift of a joint, its sign turned and any shift do as well as the sign alone.
+    similar = sorted(entry for entry in found if entry[1] <= SIMILAR * best)
+    (simplest, _, rms_meant, meant), *rest = similar
+    others = tuple(meaning for simplicity, _, _, meaning in rest if simplicity == simplest)
     return Suspicion(meant, others, as_read, rms_meant, robot.reach)
 
 
@@ -101,25 +107,25 @@ def _spread(position: FloatArray) -> float:
     return max(float(np.sqrt(np.mean(distances**2))), np.finfo(np.float64).tiny)
 
 
-def _readings(joint_types: list[str]) -> Iterator[tuple[str, Reading]]:
-    """Every other way in which one thing about the columns may have been meant, in words, and what it makes of them."""
+def _readings(joint_types: list[str]) -> Iterator[tuple[int, str, Reading]]:
+    """Every other way in which one thing may have been meant: a rank (0 the simplest), words, the data so read."""
     for words, ratio in _unit_slips("length"):
-        yield f"the points in {words}", _scaled(np.full(3, ratio))
-    yield "one axis of the points turned round or two of them swapped (they are left-handed)", _scaled(MIRROR)
+        yield 0, f"the points in {words}", _scaled(np.full(3, ratio))
+    yield 0, "one axis of the points turned round or two of them swapped (they are left-handed)", _scaled(MIRROR)
     for joint_type, kind in (("revolute", "angle"), ("prismatic", "length")):
         joints = [joint for joint, found in enumerate(joint_types) if found == joint_type]
         for words, ratio in _unit_slips(kind):
             if len(joints) > 1:
-                yield f"all {joint_type} joints in {words}", _changed(joints, ratio, 0.0)
+                yield 0, f"all {joint_type} joints in {words}", _changed(joints, ratio, 0.0)
             for joint in joints:
-                yield f"joint {joint + 1} in {words}", _changed([joint], ratio, 0.0)
+                yield 0, f"joint {joint + 1} in {words}", _changed([joint], ratio, 0.0)
         for first, second in combinations(joints, 2):
-            yield f"the columns of joints {first + 1} and {second + 1} swapped", _swapped(first, second)
+            yield 0, f"the columns of joints {first + 1} and {second + 1} swapped", _swapped(first, second)
         for joint in joints:
-            yield f"the sign of joint {joint + 1} turned", _changed([joint], -1.0, 0.0)
+            yield 0, f"the sign of joint {joint + 1} turned", _changed([joint], -1.0, 0.0)
             for words, shift in TURNS if joint_type == "revolute" else ():
-                yield f"joint {joint + 1} {words}", _changed([joint], 1.0, shift)
-                yield f"the sign of joint {joint + 1} turned and it {words}", _changed([joint], -1.0, shift)
+                yield 1, f"joint {joint + 1} {words}", _changed([joint], 1.0, shift)
+                yield 2, f"the sign of joint {joint + 1} turned and it {words}", _changed([joint], -1.0, shift)
 
 
 def _unit_slips(kind: str) -> Iterator[tuple[str, float]]:
