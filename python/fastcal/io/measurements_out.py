@@ -1,0 +1,74 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Data sets as measurement files, which `load_measurements` reads back."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal.dataset import Dataset, FloatArray
+from fastcal.io.tables import write_csv
+from fastcal.units import from_si
+
+Columns = dict[str, Sequence[float | str] | NDArray[np.generic]]
+
+
+def write_measurements(path: str | os.PathLike[str], data: Dataset, joint_types: Sequence[str]) -> None:
+    """Writes a data set as CSV in mm, deg, kg, N, A and degrees Celsius; what was not measured is left empty.
+
+    Args:
+        path: The file; written whole or not at all.
+        data: What it is to hold. Orientations are written as quaternions.
+        joint_types: `revolute` or `prismatic`, one a joint.
+
+    Raises:
+        InvalidInput: The file cannot be written.
+    """
+    columns: Columns = {}
+
+    def add(names: Sequence[str], values: FloatArray | None, unit: str | None = None) -> None:
+        if values is not None:
+            edge = values if unit is None else from_si(values, unit)
+            for name, column in zip(names, edge.reshape(len(data), -1).T, strict=True):
+                columns[name if unit is None else f"{name}_{unit}"] = column
+
+    units = ["deg" if joint_type == "revolute" else "mm" for joint_type in joint_types]
+    for suffix, values in (("", data.q), ("_read", data.q_read)):
+        for joint, unit in enumerate(units, start=1):
+            add([f"q{joint}{suffix}"], None if values is None else values[:, joint - 1], unit)
+    joints = range(1, len(units) + 1)
+    add("xyz", data.position, "mm")
+    add(["qw", "qx", "qy", "qz"], data.rotation)
+    add(["distance"], data.distance, "mm")
+    _add_labels(columns, "anchor", data.anchor, data.anchor_names)
+    sigma = data.sigma_position
+    if sigma is not None and (data.distance is not None or (sigma == sigma[:, :1]).all()):
+        add(["sigma"], sigma[:, 0], "mm")
+    else:
+        add(["sigma_x", "sigma_y", "sigma_z"], sigma, "mm")
+    add(["sigma_rot"], data.sigma_rotation, "deg")
+    add(["payload"], data.payload if data.payload.any() else None, "kg")
+    for places, names, unit in ((slice(3), ("fx", "fy", "fz"), "n"), (slice(3, 6), ("mx", "my", "mz"), "nm")):
+        add(names, None if data.wrench is None else data.wrench[:, places], unit)
+    add([f"current{joint}" for joint in joints], data.current, "a")
+    add(["temperature"], data.temperature, "c")
+    add(["time"], data.time, "s")
+    _add_labels(columns, "station", data.station, data.station_names)
+    _add_labels(columns, "mount", data.mount, data.mount_names)
+    approach = data.approach
+    add(
+        [f"approach{joint}" for joint in joints],
+        None if approach is None else np.where(approach == 0, np.nan, approach),
+    )
+    columns.update(data.extra)
+    columns.update(data.extra_labels)
+    write_csv(path, columns)
+
+
+def _add_labels(columns: Columns, name: str, codes: NDArray[np.int64] | None, names: Sequence[str]) -> None:
+    if codes is not None:
+        columns[name] = ["" if code < 0 else names[code] for code in codes.tolist()]
