@@ -1,0 +1,204 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""The report of a calibration: the parts of the page, gathered from the result."""
+
+from __future__ import annotations
+
+import os
+from pathlib import PurePath
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal.io.atomic import write_text
+from fastcal.report import calibration_tables, charts, figures, page, workspace
+from fastcal.report.formatting import alike, count, percent, plural, significant
+from fastcal.report.tables import capitalised, spaced
+from fastcal.report.trends import Trend, trend
+from fastcal.report.view import Rows, rows_of
+from fastcal.report.words import listed, verdict
+from fastcal.units import from_si
+
+if TYPE_CHECKING:
+    from fastcal.calibration import CalibrationResult
+    from fastcal.evaluation import Evaluation
+
+Array = NDArray[np.float64]
+
+POINT_LIMIT = 350
+_METHODS = {
+    "nls": "nonlinear least squares (Levenberg-Marquardt)",
+    "bfgs": "BFGS with line search on the root of the mean squared distance",
+    "bfgs_mean_distance": "BFGS with line search on the mean distance",
+}
+_MEASURING_FRAME = "the measuring frame"
+
+
+def write_report(result: CalibrationResult, path: str | os.PathLike[str], *, simulated: bool = False) -> None:
+    """Writes the report of a CalibrationResult to `path`, one HTML file that needs nothing else.
+
+    Args:
+        result: What `calibrate` gave.
+        path: The file; it appears whole or not at all.
+        simulated: True where the measurements came from a simulator: a banner says so on the page and on paper.
+    """
+    write_text(path, calibration_page(result, simulated=simulated))
+
+
+def calibration_page(result: CalibrationResult, *, simulated: bool = False) -> str:
+    """The HTML text of the report."""
+    train = rows_of("Training", result.train, result.model.joint_types)
+    test = rows_of("Test", result.test, result.model.joint_types)
+    sets = [rows for rows in (train, test) if rows is not None]
+    trends = {v.name: trend(v.values, train.residual) for v in train.variables} if train else {}
+    base = np.asarray(result.model.spec["base"]["xyz_mm"], float)
+    arrows = _arrows(sets)
+    return page.render(
+        "calibration.html",
+        title=f"Calibration of {result.model.name}",
+        robot_name=result.model.name,
+        simulated=simulated,
+        sources=_sources(result),
+        verdict=verdict(result, train, test, trends),
+        tiles=_tiles(result, sets),
+        accuracy_table=calibration_tables.accuracy_table(sets) if sets else None,
+        accuracy_figures=_accuracy_figures(sets) if sets else [],
+        accuracy_facts=_accuracy_facts(result),
+        scene=None if arrows is None else workspace.scene(*arrows, base, _MEASURING_FRAME),
+        flat_views=[] if arrows is None else workspace.flat_views(*arrows),
+        component_key=charts.component_key(train.components) if train else [],
+        trend_panels=_trend_panels(train, trends) if train else [],
+        trend_note=_drawn_note(train.row_count) if train else "",
+        parameter_table=calibration_tables.parameter_table(result.parameters),
+        unidentifiable=[
+            (capitalised(spaced(item.direction)), spaced(item.parameters[0]) if item.parameters else "")
+            for item in result.unidentifiable
+        ],
+        correlated_table=calibration_tables.correlated_table(result.correlated),
+        rank=result.rank,
+        asked_count=result.asked_count,
+        normal_plot=_normal_plot(result, train) if train else None,
+        sigma=significant(result.sigma_mm, 2),
+        sigma_note=result.sigma_note,
+        outlier_table=calibration_tables.outlier_table(train, result.outliers, result.weights) if train else None,
+        outlier_count=len(result.outliers),
+        method=_method(result),
+        notes=result.notes,
+    )
+
+
+def _sources(result: CalibrationResult) -> list[tuple[str, str, int]]:
+    """Name, file and row count of the sets; the file without its folder, which is nobody's business."""
+    sets = (("Training", result.train), ("Test", result.test))
+    return [(name, PurePath(part.data.source).name, len(part.data)) for name, part in sets if part is not None]
+
+
+def _tiles(result: CalibrationResult, sets: list[Rows]) -> list[tuple[str, str, str]]:
+    rank = ("Told from the data", f"{result.rank} of {result.asked_count}", "parameters")
+    noise = ("Noise of a coordinate", f"{significant(result.sigma_mm, 2)} mm", "standard deviation")
+    if not sets:
+        return [noise, rank]
+    before, after = sets[-1].before, sets[-1].after
+    on = f"{sets[-1].name.lower()} poses"
+    return [
+        (f"Mean error, {on}", f"{alike(after.mean, after.mean)} mm", f"was {alike(before.mean, after.mean)} mm"),
+        (f"Largest error, {on}", f"{alike(after.max, after.mean)} mm", f"was {alike(before.max, after.mean)} mm"),
+        noise,
+        rank,
+    ]
+
+
+def _accuracy_facts(result: CalibrationResult) -> list[tuple[str, str]]:
+    """Orientation and ISO 9283, where they were measured."""
+    facts = []
+    for name, part in (("training", result.train), ("test", result.test)):
+        if part is not None:
+            facts += [(f"{title}, {name} poses", text) for title, text in _facts_of(part)]
+    return facts
+
+
+def _facts_of(part: Evaluation) -> list[tuple[str, str]]:
+    facts = []
+    turn = part.turn_after[np.isfinite(part.turn_after)] if part.turn_after is not None else np.zeros(0)
+    if len(turn):
+        rms, largest = (significant(from_si(float(x), "deg")) for x in (np.sqrt(np.mean(turn**2)), turn.max()))
+        facts.append(("Orientation after", f"RMS {rms}°, largest {largest}°"))
+    if part.repeatability is not None:
+        found = part.repeatability
+        ap, rp = (significant(from_si(float(np.mean(x)), "mm")) for x in (found.accuracy, found.repeatability))
+        visits = f"{plural(found.poses, 'pose')} visited {count(found.visits)} times in all"
+        text = f"mean AP {ap} mm, mean RP {rp} mm over {visits}"
+        facts.append(("ISO 9283 after", text))
+    return facts
+
+
+def _accuracy_figures(sets: list[Rows]) -> list[figures.Figure]:
+    curves: list[tuple[str, Array, str, str]] = []
+    samples: list[tuple[str, Array, str]] = []
+    for rows in sets:
+        name, is_judged = rows.name.lower(), rows is sets[-1]
+        dash = "solid" if is_judged else "dot"
+        curves.append((f"{name} before", rows.error_before, figures.BEFORE, dash))
+        curves.append((f"{name} after", rows.error_after, figures.AFTER, dash))
+        samples.insert(0, (name, rows.error_after, figures.AFTER if is_judged else figures.INK))
+    return [charts.cumulative(curves, "mm"), charts.histogram(samples, "mm")]
+
+
+def _arrows(sets: list[Rows]) -> tuple[Array, Array, Array] | None:
+    """Positions and residuals before and after (N, 3) in mm of all rows that are complete; None where none is."""
+    whole = [(rows, rows.with_arrows) for rows in sets if rows.with_arrows.any()]
+    if not whole:
+        return None
+    return (
+        np.vstack([rows.position[kept] for rows, kept in whole]),
+        np.vstack([rows.point_before[kept] for rows, kept in whole]),
+        np.vstack([rows.point_after[kept] for rows, kept in whole]),
+    )
+
+
+def _trend_panels(rows: Rows, trends: dict[str, Trend]) -> list[figures.Figure]:
+    """A panel for each variable, those with a trend first, the strongest of them at the head."""
+    known = np.abs(rows.residual[np.isfinite(rows.residual)])
+    y_range = min(float(known.max()) * 1.1, 6.5 * float(np.median(known))) if len(known) else 0.0
+    shown = figures.spread_rows(rows.row_count, POINT_LIMIT)
+    key = charts.component_key(rows.components)
+    panels = []
+    for variable in rows.variables:
+        found = trends[variable.name]
+        flagged = found.is_flagged(len(trends))
+        badge = f"{percent(found.share)} of variance" if flagged else "no trend"
+        titles = variable.title, variable.label
+        panel = charts.trend_panel(variable.name, titles, variable.values, rows.residual, key, y_range or 1.0, shown)
+        panels.append((-found.share if flagged else 0.0, figures.marked(panel, badge, flagged=flagged)))
+    return [panel for _, panel in sorted(panels, key=lambda pair: pair[0])]
+
+
+def _drawn_note(row_count: int) -> str:
+    drawn = min(row_count, POINT_LIMIT)
+    every = "" if drawn == row_count else f" {count(drawn)} of {count(row_count)} rows are drawn as points."
+    return f"Medians and bands are of all rows.{every} Points beyond the axis are not drawn."
+
+
+def _normal_plot(result: CalibrationResult, rows: Rows) -> figures.Figure:
+    is_outlier = np.zeros(rows.residual.shape, bool)
+    is_outlier[np.asarray(result.outliers, int)] = True
+    return charts.normal_plot(rows.residual.ravel(), result.sigma_mm, is_outlier.ravel())
+
+
+def _method(result: CalibrationResult) -> list[tuple[str, str]]:
+    data = result.train.data
+    kinds = (("positions", data.position), ("orientations", data.rotation), ("lengths", data.distance))
+    robust = f"{result.loss}, robust: rows that fit badly weigh less"
+    return [
+        ("Robot", f"{result.model.name} ({result.model.kinematics}, {plural(result.model.joint_count, 'joint')})"),
+        ("Measured", f"{listed([name for name, column in kinds if column is not None])}, {plural(len(data), 'row')}"),
+        ("Method", _METHODS.get(result.method, result.method)),
+        ("Loss", "none: every row weighs by its standard deviation alone" if result.loss == "none" else robust),
+        (
+            "Outcome",
+            f"{result.status.replace('_', ' ')} after {plural(result.iterations, 'iteration')}: {result.message}",
+        ),
+        ("Parameters", f"{result.asked_count} asked for, {result.rank} told from the data"),
+        ("Degrees of freedom", f"{count(result.degrees_of_freedom)} (measured numbers less identified parameters)"),
+    ]

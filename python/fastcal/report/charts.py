@@ -1,0 +1,146 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""The flat figures: share of poses within an error, histogram, residual against a variable, normal plot."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+
+from fastcal.report import figures
+from fastcal.report.figures import Figure, Key, Trace
+from fastcal.report.formatting import plural, significant
+from fastcal.report.trends import binned_median
+
+Array = NDArray[np.float64]
+
+_HISTOGRAM_DASHES = ("solid", "dash")
+_NORMAL_PLOT_SIGMAS = 15
+
+
+def cumulative(curves: list[tuple[str, Array, str, str]], unit: str) -> Figure:
+    """Share of poses with an error up to x, on a logarithmic axis; curves are (name, errors (N,), colour, dash)."""
+    traces, low, high = [], np.inf, 0.0
+    for name, errors, colour, dash in curves:
+        errors = np.sort(errors[np.isfinite(errors) & (errors > 0.0)])
+        if len(errors) == 0:
+            continue
+        shown = figures.spread_rows(len(errors), 400)
+        low, high = min(low, float(errors[shown[len(shown) // 50]])), max(high, float(errors[-1]))
+        hover = f"{name}: %{{y:.1f}} % of poses within %{{x:.3g}} {unit}"
+        traces.append(figures.line(errors[shown], 100.0 * (shown + 1.0) / len(errors), colour, dash, hover=hover))
+    span = [math.log10(low / 1.5), math.log10(high * 1.3)] if traces else [-2.0, 1.0]
+    ticks = [step * 10.0**power for power in range(math.floor(span[0]), math.ceil(span[1])) for step in (1, 2, 5)]
+    ticks = ticks if span[1] - span[0] < 2.6 else ticks[::3]
+    drawn = figures.layout(
+        f"error ({unit}), logarithmic",
+        "poses within (%)",
+        xaxis={"type": "log", "range": span, "tickvals": ticks, "ticktext": [f"{tick:.10g}" for tick in ticks]},
+        yaxis={"range": [0, 101]},
+    )
+    alt = "Cumulative share of poses against their error, before and after calibration: further left is better."
+    key = [Key(name, colour, dash) for name, _, colour, dash in curves]
+    return Figure("cumulative", "Share of poses within an error", alt, traces, drawn, columns=3, key=key)
+
+
+def histogram(samples: list[tuple[str, Array, str]], unit: str) -> Figure:
+    """Share of poses by error; samples are (name, errors (N,), colour), the first filled. The last bin is open."""
+    known = [(name, errors[np.isfinite(errors)], colour) for name, errors, colour in samples]
+    pooled = np.concatenate([errors for _, errors, _ in known])
+    top = min(float(pooled.max()) * 1.02, 3.0 * float(np.quantile(pooled, 0.75))) if len(pooled) else 1.0
+    bin_count = int(np.clip(3.0 * np.cbrt(min(len(errors) for _, errors, _ in known)), 8, 40))
+    edges = np.linspace(0.0, top or 1.0, bin_count + 1)
+    traces: list[Trace] = []
+    for (name, errors, colour), dash in zip(known, _HISTOGRAM_DASHES, strict=False):
+        share = 100.0 * np.histogram(np.minimum(errors, edges[-1]), edges)[0] / max(1, len(errors))
+        fill = {"fill": "tozeroy", "fillcolor": figures.translucent(colour, 0.12)} if not traces else {}
+        hover = f"{name}: %{{y:.1f}} % of poses near %{{x:.3g}} {unit}"
+        steps = np.repeat(edges, 2), np.pad(np.repeat(share, 2), 1)
+        traces.append(figures.line(*steps, colour, dash, hover=hover, **fill))
+    beyond = int(np.count_nonzero(pooled > edges[-1]))
+    drawn = figures.layout(f"error after calibration ({unit})", "poses (%)", yaxis={"rangemode": "tozero"})
+    drawn["xaxis"]["range"] = [0.0, float(edges[-1])]
+    alt = "Histogram of the error after calibration, in percent of the poses."
+    note = f"Errors beyond the axis ({beyond}) are counted in the last bin." if beyond else ""
+    key = [Key(name, colour, dash) for (name, _, colour), dash in zip(samples, _HISTOGRAM_DASHES, strict=False)]
+    return Figure("histogram", "Error after calibration", alt, traces, drawn, note, columns=3, key=key)
+
+
+def component_key(components: tuple[str, ...]) -> list[Key]:
+    """The key of trend panels: one line a residual component."""
+    styles = zip(components, figures.COMPONENT_COLOURS, figures.COMPONENT_DASHES, strict=False)
+    return [Key(name, colour, dash) for name, colour, dash in styles]
+
+
+def trend_panel(
+    id_: str,
+    titles: tuple[str, str],
+    x: Array,
+    residual: Array,
+    key: list[Key],
+    y_range: float,
+    shown: NDArray[np.intp],
+) -> Figure:
+    """Residual (N, m) in mm against x (N,): the `shown` rows as points; medians of all rows, with their 95 % bands.
+
+    `titles` are those of the panel and of its x axis; `key` gives each of the m columns its name and look.
+    """
+    traces = [
+        figures.points(x[shown], y[shown], entry.colour, 3, 0.22) for entry, y in zip(key, residual.T, strict=True)
+    ]
+    for entry, y in zip(key, residual.T, strict=True):
+        bins = binned_median(x, y)
+        if len(bins.x) == 0:
+            continue
+        around = np.concatenate([bins.x, bins.x[::-1]]), np.concatenate([bins.low, bins.high[::-1]])
+        fill = {"fill": "toself", "fillcolor": figures.translucent(entry.colour, 0.18), "line": {"width": 0}}
+        hover = f"{entry.label}: median %{{y:.3g}} mm at %{{x:.4g}}"
+        traces.append(figures.line(*around, entry.colour) | fill)
+        traces.append(figures.line(bins.x, bins.median, entry.colour, entry.mark, hover=hover))
+    title, x_title = titles
+    drawn = figures.layout(x_title, "residual (mm)", yaxis={"range": [-y_range, y_range]}, xaxis={"nticks": 5})
+    drawn["margin"] |= {"l": 56, "t": 6, "b": 42}
+    alt = f"Residual in millimetres against {x_title}, with the running median of each component."
+    return Figure(f"trend-{id_}", title, alt, traces, drawn, columns=2, height=230)
+
+
+def normal_plot(residual: Array, sigma: float, is_outlier: NDArray[np.bool_], most: int = 1500) -> Figure:
+    """Sorted residual components (M,) in mm against normal quantiles, with the line of noise sigma (mm).
+
+    Quantile of rank k: (k - 3/8) / (M + 1/4) (Blom 1958). Of many points the middle is thinned, the tails are not.
+    """
+    known = np.flatnonzero(np.isfinite(residual))
+    order = known[np.argsort(residual[known])]
+    x = stats.norm.ppf((np.arange(1, len(order) + 1) - 0.375) / (len(order) + 0.25))
+    shown = _thin_middle(len(order), most)
+    x, y, outlying = x[shown], residual[order][shown], is_outlier[order][shown]
+    hover = "residual %{y:.3f} mm at normal quantile %{x:.2f}"
+    traces = [figures.points(x[~outlying], y[~outlying], figures.AFTER, 5, 0.75, hover=hover)]
+    key = [Key("residual component", figures.AFTER, "point")]
+    if outlying.any():
+        traces.append(figures.points(x[outlying], y[outlying], figures.ALERT, 6, 0.75, hover=hover, symbol="x"))
+        key.append(Key("of an outlying row", figures.ALERT, "cross"))
+    reach = float(np.abs(x).max(initial=1.0))
+    traces.append(figures.line([-reach, reach], [-reach * sigma, reach * sigma], figures.INK, "dash"))
+    key.append(Key(f"normal noise of {significant(sigma, 2)} mm", figures.INK, "dash"))
+    largest = max(float(np.abs(y).max(initial=0.0)), reach * sigma) or 1.0
+    top = min(1.08 * largest, _NORMAL_PLOT_SIGMAS * sigma or math.inf)
+    drawn = figures.layout("normal quantile (standard deviations)", "residual component (mm)")
+    drawn["yaxis"]["range"] = [-top, top]
+    beyond = int(np.count_nonzero(np.abs(residual[known]) > top))
+    note = (
+        f"{plural(beyond, 'component')} beyond {_NORMAL_PLOT_SIGMAS} standard deviations not drawn." if beyond else ""
+    )
+    alt = "Normal plot: sorted residual components against normal quantiles; normal noise lies on the dashed line."
+    return Figure("normal", "Normal plot of the residual", alt, traces, drawn, note, columns=4, height=340, key=key)
+
+
+def _thin_middle(total: int, most: int) -> NDArray[np.intp]:
+    if total <= most:
+        return np.arange(total)
+    tail = most // 4
+    middle = np.linspace(tail, total - 1 - tail, most - 2 * tail).astype(np.intp)
+    return np.unique(np.concatenate([np.arange(tail), middle, np.arange(total - tail, total)]))

@@ -1,0 +1,132 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""The common look of figures: palette, axes, lines and points.
+
+A figure is data for plotly.js as plain dictionaries; nothing of Plotly's Python side is needed to build it. Component
+colours are of Okabe and Ito (2008), told apart by readers who see no red or green, and differ by dash for grey prints.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Trace = dict[str, Any]
+
+INK, MUTED, GRID, AXIS = "#1d2731", "#5b6770", "#e3e8ec", "#aab4bd"
+BEFORE, AFTER, ALERT = "#8d99a5", "#0b5f8a", "#b3261e"
+COMPONENT_COLOURS = ("#d55e00", "#009e73", "#0072b2", "#a14a82")
+COMPONENT_DASHES = ("solid", "dash", "dot", "dashdot")
+FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif"
+
+
+@dataclass(frozen=True)
+class Key:
+    """One entry of a figure's key; `mark` is solid, dash, dot or dashdot for a line, point or cross for a symbol."""
+
+    label: str
+    colour: str
+    mark: str
+
+
+@dataclass(frozen=True)
+class Figure:
+    """One drawing.
+
+    Attributes:
+        id: Its name in the page.
+        title: Its heading.
+        alt: What a reader who can't see it should know.
+        traces, layout: What plotly.js draws; every axis has a title with its unit.
+        note: What stands under it.
+        badge: A word beside the heading; `flagged` sets it in the colour of an alert.
+        columns: How many of the page's six columns it takes.
+        height: In CSS pixels.
+        kind: `flat`, or `scene` for what needs WebGL and is not printed.
+        key: What the marks mean.
+        controls: Buttons that show some traces in place of others: label, traces, selected.
+    """
+
+    id: str
+    title: str
+    alt: str
+    traces: list[Trace]
+    layout: dict[str, Any]
+    note: str = ""
+    badge: str = ""
+    flagged: bool = False
+    columns: int = 6
+    height: int = 320
+    kind: str = "flat"
+    key: list[Key] = field(default_factory=list)
+    controls: list[dict[str, Any]] = field(default_factory=list)
+
+
+def marked(figure: Figure, badge: str, *, flagged: bool) -> Figure:
+    """The figure with a short word beside its title, in the colour of an alert where `flagged`."""
+    return replace(figure, badge=badge, flagged=flagged, alt=f"{figure.alt} Found: {badge}.")
+
+
+def layout(x_title: str, y_title: str, **more: Any) -> dict[str, Any]:
+    """The common layout of a flat figure; `more` is merged over it, axes and margin key by key."""
+    base: dict[str, Any] = {
+        "font": {"family": FONT, "size": 12, "color": INK},
+        "paper_bgcolor": "#fff",
+        "plot_bgcolor": "#fff",
+        "margin": {"l": 58, "r": 14, "t": 10, "b": 46},
+        "showlegend": False,
+        "hovermode": "closest",
+        "hoverlabel": {"bgcolor": "#fff", "bordercolor": MUTED, "font": {"color": INK, "family": FONT}},
+        "xaxis": axis(x_title),
+        "yaxis": axis(y_title),
+    }
+    for key, value in more.items():
+        base[key] = base[key] | value if key in ("xaxis", "yaxis", "margin") else value
+    return base
+
+
+def axis(title: str) -> dict[str, Any]:
+    """An axis with its title, which names the unit."""
+    return {
+        "title": {"text": title, "standoff": 8, "font": {"size": 12, "color": MUTED}},
+        "gridcolor": GRID,
+        "zerolinecolor": AXIS,
+        "linecolor": AXIS,
+        "showline": True,
+        "ticks": "outside",
+        "ticklen": 4,
+        "tickcolor": AXIS,
+        "tickangle": 0,
+        "nticks": 6,
+    }
+
+
+def line(x: Any, y: Any, colour: str, dash: str = "solid", *, hover: str = "", **more: Any) -> Trace:
+    """A line through x, y (K,); `hover` is a hover template, none without it."""
+    style = {"color": colour, "width": 2, "dash": dash}
+    return {"type": "scatter", "mode": "lines", "x": x, "y": y, "line": style, **_hover(hover), **more}
+
+
+def points(x: Any, y: Any, colour: str, size: float, opacity: float = 1.0, *, hover: str = "", **marker: Any) -> Trace:
+    """Points at x, y (K,); `hover` as for a line, `marker` is merged over their style."""
+    style = {"color": colour, "size": size, "opacity": opacity, **marker}
+    return {"type": "scatter", "mode": "markers", "x": x, "y": y, "marker": style, **_hover(hover)}
+
+
+def translucent(colour: str, opacity: float) -> str:
+    """The colour #rrggbb with an opacity."""
+    red, green, blue = (int(colour[k : k + 2], 16) for k in (1, 3, 5))
+    return f"rgba({red},{green},{blue},{opacity})"
+
+
+def spread_rows(row_count: int, most: int) -> NDArray[np.intp]:
+    """At most `most` rows, spread evenly over all of them."""
+    return np.unique(np.linspace(0, max(0, row_count - 1), min(row_count, most)).astype(np.intp))
+
+
+def _hover(template: str) -> dict[str, str]:
+    return {"hovertemplate": template + "<extra></extra>"} if template else {"hoverinfo": "skip"}

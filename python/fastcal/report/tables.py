@@ -1,0 +1,91 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Tables of the page: columns with their unit, cells with a text to read and a value to sort by, rows in groups."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+
+from fastcal.report.formatting import is_known
+
+_UNIT_TEXTS = {
+    "1": "",
+    "deg": "°",
+    "um": "µm",
+    "c": "°C",
+    "k": "K",
+    "n": "N",
+    "nm": "N\N{NO-BREAK SPACE}m",
+    "a": "A",
+    "m_s": "m/s",
+    "mm_s": "mm/s",
+    "rad_s": "rad/s",
+    "deg_s": "°/s",
+    "m_s2": "m/s²",
+    "n_m": "N/m",
+    "rad_nm": "rad/(N\N{NO-BREAK SPACE}m)",
+    "rad_a": "rad/A",
+    "rad_k": "rad/K",
+    "1_k": "1/K",
+    "1_nm2": "1/(N\N{NO-BREAK SPACE}m²)",
+    "kg_m2": "kg\N{NO-BREAK SPACE}m²",
+    "m2": "m²",
+    "m4": "m⁴",
+    "pa": "Pa",
+}
+
+
+@dataclass(frozen=True)
+class Cell:
+    """What is read and what is sorted by: a number, or a text where `sort` is None."""
+
+    text: str
+    sort: float | None = None
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column's heading; `numeric` columns are set right, with figures of equal width."""
+
+    title: str
+    numeric: bool = True
+
+
+@dataclass(frozen=True)
+class Group:
+    """Rows that belong together; a title makes them one that folds."""
+
+    rows: list[list[Cell]]
+    title: str = ""
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table; `caption` tells a reader who can't see the page what it holds."""
+
+    caption: str
+    columns: list[Column]
+    groups: list[Group] = field(default_factory=list)
+    is_sortable: bool = False
+
+
+def unit_text(unit: str) -> str:
+    """A unit of units.py as it is printed: `rad_nm` -> rad/(N m)."""
+    return _UNIT_TEXTS.get(unit, unit)
+
+
+def spaced(text: str) -> str:
+    """A text of the core as it is printed: `joint2 theta` -> joint 2 theta."""
+    return re.sub(r"\b(joint|link)(\d+)\b", "\\1\N{NO-BREAK SPACE}\\2", text)
+
+
+def capitalised(text: str) -> str:
+    """The text with its first letter large; the others stay as they are."""
+    return text[:1].upper() + text[1:]
+
+
+def number_cell(text: str, value: float | None) -> Cell:
+    """A cell that is sorted by `value`, last where that is not known."""
+    return Cell(text, value if value is not None and is_known(value) else None)

@@ -1,0 +1,132 @@
+// SPDX-FileCopyrightText: 2026 The fastcal authors
+// SPDX-License-Identifier: MIT
+"use strict";
+
+// Widths in CSS pixels of figures on A4 with 14 mm margins (182 mm of text): the sizes on paper can't be asked for before printing.
+const PAPER_WIDTH = 687;
+const PAPER_GAP = 12;
+const PAPER_ASPECT = 0.85;
+const plots = [...document.querySelectorAll(".plot")];
+const drawn = plots.map(() => false);
+
+function say(plot, text) {
+  const message = document.createElement("div");
+  message.className = "message";
+  message.textContent = text;
+  plot.replaceChildren(message);
+  plot.dataset.state = "message";
+}
+
+async function loadPlotly() {
+  const packed = atob(document.getElementById("plotly-gzip").textContent);
+  const bytes = Uint8Array.from(packed, (letter) => letter.charCodeAt(0));
+  const unpacked = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
+  const script = document.createElement("script");
+  script.textContent = await new Response(unpacked).text();
+  document.head.append(script);
+}
+
+function hasWebGL() {
+  try {
+    return Boolean(document.createElement("canvas").getContext("webgl"));
+  } catch {
+    return false;
+  }
+}
+
+async function draw(plot, place) {
+  const isScene = plot.dataset.kind === "scene";
+  if (isScene && !hasWebGL()) {
+    say(plot, "This browser has no WebGL, which the view that can be turned needs. The flat views below show the same arrows.");
+    plot.closest(".figure").querySelector(".controls").hidden = true;
+    document.querySelector("details.flat-views").open = true;
+    return;
+  }
+  const { data, layout } = JSON.parse(plot.nextElementSibling.textContent);
+  const config = { responsive: true, displaylogo: false, displayModeBar: isScene, scrollZoom: false,
+    modeBarButtons: [["resetCameraDefault3d"]] };
+  await Plotly.newPlot(plot, data, layout, config);
+  drawn[place] = true;
+  plot.dataset.state = "drawn";
+}
+
+function switchTraces(button) {
+  const figure = button.closest(".figure");
+  const plot = figure.querySelector(".plot");
+  const buttons = [...figure.querySelectorAll(".controls button")];
+  for (const other of buttons) {
+    const traces = other.dataset.traces.split(",").map(Number);
+    other.setAttribute("aria-pressed", String(other === button));
+    Plotly.restyle(plot, { visible: other === button }, traces);
+  }
+}
+
+function sortBy(header) {
+  const table = header.closest("table");
+  const column = header.cellIndex;
+  const sign = header.getAttribute("aria-sort") === "ascending" ? -1 : 1;
+  for (const other of table.querySelectorAll("thead th")) other.removeAttribute("aria-sort");
+  header.setAttribute("aria-sort", sign > 0 ? "ascending" : "descending");
+  const isNumeric = header.classList.contains("number");
+  const compare = (a, b) => {
+    const [x, y] = [a.cells[column], b.cells[column]];
+    if (!isNumeric) return sign * x.textContent.localeCompare(y.textContent, "en", { numeric: true });
+    if (!(x.dataset.sort && y.dataset.sort)) return Boolean(y.dataset.sort) - Boolean(x.dataset.sort);
+    return sign * (Number(x.dataset.sort) - Number(y.dataset.sort));
+  };
+  for (const body of table.querySelectorAll("tbody.rows")) body.append(...[...body.rows].sort(compare));
+}
+
+function fold(button) {
+  const isOpen = button.getAttribute("aria-expanded") === "true";
+  button.setAttribute("aria-expanded", String(!isOpen));
+  document.getElementById(button.getAttribute("aria-controls")).hidden = isOpen;
+}
+
+function toPaper() {
+  for (const details of document.querySelectorAll("details")) {
+    details.dataset.wasOpen = details.open;
+    details.open = true;
+  }
+  plots.forEach((plot, place) => {
+    if (!drawn[place] || plot.dataset.kind === "scene") return;
+    const columns = Number(/columns-(\d)/.exec(plot.closest(".figure").className)[1]);
+    const width = Math.floor(((PAPER_WIDTH + PAPER_GAP) * columns) / 6 - PAPER_GAP);
+    const height = Math.min(plot.offsetHeight, Math.round(PAPER_ASPECT * width));
+    plot.style.setProperty("--paper-height", `${height}px`);
+    Plotly.relayout(plot, { width, height });
+  });
+}
+
+function toScreen() {
+  for (const details of document.querySelectorAll("details")) details.open = details.dataset.wasOpen === "true";
+  plots.forEach((plot, place) => {
+    if (drawn[place] && plot.dataset.kind !== "scene") Plotly.relayout(plot, { autosize: true, width: null, height: null });
+  });
+}
+
+async function main() {
+  document.addEventListener("click", (event) => {
+    const button = event.target.closest("button");
+    if (button?.dataset.traces) switchTraces(button);
+    else if (button?.classList.contains("sort")) sortBy(button.closest("th"));
+    else if (button?.classList.contains("fold")) fold(button);
+  });
+  for (const details of document.querySelectorAll("details")) {
+    details.addEventListener("toggle", () => {
+      if (details.open) details.querySelectorAll(".plot").forEach((plot) => plot.dataset.state === "drawn" && Plotly.Plots.resize(plot));
+    });
+  }
+  try {
+    await loadPlotly();
+  } catch {
+    plots.forEach((plot) => say(plot, "The figures need a browser of 2023 or later."));
+    return;
+  }
+  for (const [place, plot] of plots.entries()) await draw(plot, place);
+  addEventListener("beforeprint", toPaper);
+  addEventListener("afterprint", toScreen);
+  document.body.dataset.state = "ready";
+}
+
+main();

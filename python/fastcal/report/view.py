@@ -1,0 +1,166 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""What the report draws of one measured set: the SI arrays of an evaluation in the units of the page.
+
+Residuals are predicted less measured, as in Evaluation: x, y, z in the measuring frame, and the length where lengths
+were measured. The error of a row is the distance of its whole point, or the size of its length residual without one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal import units
+
+if TYPE_CHECKING:
+    from fastcal.dataset import Dataset
+    from fastcal.evaluation import ErrorStatistics, Evaluation
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Variable:
+    """Something a residual may depend on: values (N,) in `unit`, called `title` in a sentence."""
+
+    name: str
+    title: str
+    unit: str
+    values: Array
+
+    @property
+    def label(self) -> str:
+        """Title and unit, as an axis has them."""
+        return f"{self.title} ({self.unit})"
+
+
+@dataclass(frozen=True)
+class Statistics:
+    """Of the errors of `count` rows, in mm."""
+
+    count: int
+    mean: float
+    std: float
+    max: float
+    rms: float
+
+
+@dataclass(frozen=True)
+class Rows:
+    """One measured set of N rows, in mm and the units of its variables.
+
+    Attributes:
+        name: Training or Test.
+        source: Where the data came from.
+        position: (N, 3) measured points, NaN where not measured.
+        components: Names of the m columns of `residual`.
+        residual: (N, m) after calibration, NaN where not measured.
+        point_before, point_after: (N, 3) residual of the point.
+        error_before, error_after: (N,) error of each row, NaN where there is none.
+        before, after: Their statistics, as the evaluation gives them.
+        joints, conditions: What the residual may depend on.
+    """
+
+    name: str
+    source: str
+    position: Array
+    components: tuple[str, ...]
+    residual: Array
+    point_before: Array
+    point_after: Array
+    error_before: Array
+    error_after: Array
+    before: Statistics
+    after: Statistics
+    joints: list[Variable]
+    conditions: list[Variable]
+
+    @property
+    def row_count(self) -> int:
+        """N."""
+        return len(self.residual)
+
+    @property
+    def variables(self) -> list[Variable]:
+        """Joints and conditions that differ between the rows."""
+        return [variable for variable in (*self.joints, *self.conditions) if _varies(variable.values)]
+
+    @property
+    def with_arrows(self) -> NDArray[np.bool_]:
+        """Rows with a whole point before and after: those an arrow can be drawn for (N,)."""
+        parts = np.hstack([self.position, self.point_before, self.point_after])
+        return np.asarray(np.isfinite(parts).all(axis=1))
+
+
+def rows_of(name: str, evaluation: Evaluation | None, joint_types: list[str]) -> Rows | None:
+    """The rows of an evaluation; None where it has no point or length to judge before and after."""
+    if evaluation is None or evaluation.before is None or evaluation.after is None:
+        return None
+    data = evaluation.data
+    point_after = _millimetres(evaluation.error_after)
+    point_before = np.full_like(point_after, np.nan)
+    if evaluation.error_before is not None:
+        point_before = _millimetres(evaluation.error_before)
+    length_before, length_after = (
+        np.full(len(point_after), np.nan) if length is None else _millimetres(length)
+        for length in (evaluation.length_before, evaluation.length_after)
+    )
+    columns = {"x": point_after[:, 0], "y": point_after[:, 1], "z": point_after[:, 2], "length": length_after}
+    measured = {part: column for part, column in columns.items() if np.isfinite(column).any()}
+    return Rows(
+        name=name,
+        source=str(data.source),
+        position=np.full_like(point_after, np.nan) if data.position is None else _millimetres(data.position),
+        components=tuple(measured),
+        residual=np.column_stack(list(measured.values())),
+        point_before=point_before,
+        point_after=point_after,
+        error_before=row_error(point_before, length_before),
+        error_after=row_error(point_after, length_after),
+        before=_statistics(evaluation.before),
+        after=_statistics(evaluation.after),
+        joints=_joints(data, joint_types),
+        conditions=_conditions(data),
+    )
+
+
+def row_error(point: Array, length: Array) -> Array:
+    """Distance of each whole point (N, 3), or |length| (N,) where it is not whole; NaN where neither is known."""
+    distance = np.linalg.norm(point, axis=1)
+    return np.where(np.isfinite(distance), distance, np.abs(length))
+
+
+def _millimetres(metres: Array) -> Array:
+    return np.asarray(units.from_si(np.asarray(metres, float), "mm"))
+
+
+def _statistics(statistics: ErrorStatistics) -> Statistics:
+    return Statistics(statistics.count, **statistics.to_mm())
+
+
+def _joints(data: Dataset, joint_types: list[str]) -> list[Variable]:
+    found = []
+    for k, kind in enumerate(joint_types):
+        unit, text = ("mm", "mm") if kind == "prismatic" else ("deg", "°")
+        found.append(Variable(f"q{k + 1}", f"joint {k + 1}", text, np.asarray(units.from_si(data.q[:, k], unit))))
+    return found
+
+
+def _conditions(data: Dataset) -> list[Variable]:
+    order = np.asarray(data.extra.get("order", np.arange(len(data.q))), float)
+    found = [Variable("order", "order of measurement", "row", order)]
+    if data.time is not None and not np.array_equal(np.argsort(data.time), np.argsort(order)):
+        found.append(Variable("time", "time", "s since the first", data.time - np.nanmin(data.time)))
+    if data.temperature is not None:
+        found.append(Variable("temperature", "temperature", "°C", np.asarray(units.from_si(data.temperature, "c"))))
+    found.append(Variable("payload", "payload", "kg", data.payload))
+    return found
+
+
+def _varies(values: Array) -> bool:
+    known = values[np.isfinite(values)]
+    return len(known) > 1 and bool(np.ptp(known) > 0.0)

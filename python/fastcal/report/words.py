@@ -1,0 +1,126 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""The verdict on a calibration in sentences: what was reached, on which poses, and what to be careful about."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fastcal.report.formatting import alike, count, percent, plural, significant
+from fastcal.report.trends import Trend
+from fastcal.report.view import Rows
+
+if TYPE_CHECKING:
+    from fastcal.calibration import CalibrationResult
+
+_WORSE_ON_TEST = 1.3
+_NO_GAIN = 0.97
+_MANY_OUTLIERS = 0.05
+_FAILURES = {"not_converged": "Not converged", "too_few_equations": "Too few measurements"}
+
+
+@dataclass(frozen=True)
+class Remark:
+    """A sentence under the verdict; `is_caution` where a reader should doubt, `link` the section that shows it."""
+
+    text: str
+    is_caution: bool
+    link: str
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """The page's first sentence, its word (`tone`: good, caution or bad), and what is to be added."""
+
+    tone: str
+    word: str
+    headline: str
+    remarks: list[Remark] = field(default_factory=list)
+
+
+def verdict(result: CalibrationResult, train: Rows | None, test: Rows | None, trends: dict[str, Trend]) -> Verdict:
+    """The verdict; `trends` are those of the training residual after calibration, by the name of the variable."""
+    remarks = [_untold(result)]
+    if train is not None:
+        remarks = [_on_test(train, test), _what_remains(train, trends), *remarks, *_outlying(result, train)]
+    if result.status != "converged":
+        headline = f"The calibration failed: {result.message.rstrip('.')}. The figures show where it stopped."
+        return Verdict("bad", _FAILURES.get(result.status, "Failed"), headline, remarks)
+    rows = test or train
+    if rows is None:
+        headline = "The calibration converged; no point or length was measured that its accuracy could be told from."
+        return Verdict("caution", "Not judged", headline, remarks)
+    before, after = rows.before, rows.after
+    poses = plural(after.count, "test pose" if test else "pose")
+    where = f"{poses} not used in the fit" if test else f"the {poses} of the fit"
+    numbers = f"from {_millimetres(before.mean, after.mean)} to {_millimetres(after.mean, after.mean)} on {where}"
+    if after.rms > _NO_GAIN * before.rms:
+        headline = f"Calibration did not make the robot markedly more accurate: the mean error went {numbers}."
+        return Verdict("caution", "Little gained", headline, remarks)
+    ratio = before.mean / after.mean if after.mean > 0 else np.inf
+    times = f", {significant(ratio, 2)} times less" if np.isfinite(ratio) and ratio >= 1.5 else ""
+    headline = f"Calibration reduced the mean error {numbers}{times}."
+    is_careful = any(remark.is_caution for remark in remarks)
+    return Verdict("caution" if is_careful else "good", "With remarks" if is_careful else "Good", headline, remarks)
+
+
+def listed(names: list[str]) -> str:
+    """'a', 'a and b', 'a, b and c'."""
+    return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
+
+
+def _millimetres(value: float, like: float) -> str:
+    return f"{alike(value, like)}\N{NO-BREAK SPACE}mm"
+
+
+def _on_test(train: Rows, test: Rows | None) -> Remark:
+    if test is None:
+        text = "No test poses were given: how well the model predicts poses outside the fit is not shown here."
+        return Remark(text, True, "accuracy")
+    ratio = test.after.rms / max(train.after.rms, np.finfo(float).tiny)
+    if ratio > _WORSE_ON_TEST:
+        text = (
+            f"On the test poses the RMS error is {significant(ratio, 2)} times that of the fit: the test poses are of "
+            "another kind than those of the fit, or the fit had too few."
+        )
+        return Remark(text, True, "accuracy")
+    return Remark("The model predicts poses that it has not seen as well as those of the fit.", False, "accuracy")
+
+
+def _what_remains(train: Rows, trends: dict[str, Trend]) -> Remark:
+    titles = {variable.name: variable.title for variable in train.variables}
+    flagged = [name for name, trend in trends.items() if trend.is_flagged(len(trends))]
+    if not flagged:
+        return Remark("What remains shows no trend over any recorded variable.", False, "remaining")
+    flagged.sort(key=lambda name: -trends[name].share)
+    named = [f"{titles[name]} ({percent(trends[name].share)})" for name in flagged[:3]]
+    if len(flagged) > 3:
+        named.append(plural(len(flagged) - 3, "more variable"))
+    text = f"What remains is not all noise: it depends on {listed(named)}."
+    return Remark(text, True, "remaining")
+
+
+def _untold(result: CalibrationResult) -> Remark:
+    held = len(result.unidentifiable)
+    if held == 0:
+        return Remark("Every parameter asked for can be told from these data.", False, "untold")
+    text = (
+        f"{plural(held, 'combination')} of parameters can\N{RIGHT SINGLE QUOTATION MARK}t be told from these data and "
+        f"{'is' if held == 1 else 'are'} held at nominal; nothing measured here depends on "
+        f"{'it' if held == 1 else 'them'}."
+    )
+    return Remark(text, False, "untold")
+
+
+def _outlying(result: CalibrationResult, train: Rows) -> list[Remark]:
+    if not result.outliers:
+        return []
+    share = len(result.outliers) / max(1, train.row_count)
+    less = "" if result.loss == "none" else " and weigh less"
+    rows = f"{plural(len(result.outliers), 'row')} of {count(train.row_count)} ({percent(share)})"
+    return [
+        Remark(f"{rows} {'fits' if len(result.outliers) == 1 else 'fit'} badly{less}.", share > _MANY_OUTLIERS, "noise")
+    ]

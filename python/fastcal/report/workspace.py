@@ -1,0 +1,187 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""The errors as arrows in the workspace: one 3D scene with before and after, and flat views for paper.
+
+An arrow starts at the measured point and is scale * error long, in mm like the axes; the scale is 1, 2 or 5 times a
+power of ten, so that the 90th percentile of the arrows is near 8 % of the workspace's diagonal.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal.report import figures
+from fastcal.report.figures import FONT, INK, MUTED, Figure, Trace
+from fastcal.report.formatting import count, significant
+
+Array = NDArray[np.float64]
+
+ARROW_LIMIT = 900
+FLAT_ARROW_LIMIT = 350
+_ARROW_SHARE = 0.08
+_HEAD_SHARE = 0.012
+_COLOURS = [[0.0, "#b9cbd6"], [0.35, "#5b9bc0"], [0.65, "#e09f3e"], [1.0, "#a11d1d"]]
+
+
+@dataclass(frozen=True)
+class Arrows:
+    """Error vectors to draw: label, enlargement, vectors (N, 3) in mm, and the end of the colour scale in mm."""
+
+    label: str
+    scale: float
+    vectors: Array
+    colour_end: float
+
+
+def arrow_scale(positions: Array, vectors: Array) -> float:
+    """The round factor that draws the vectors (N, 3) at a good size among the positions (N, 3), both in mm."""
+    diagonal = float(np.linalg.norm(np.ptp(positions, axis=0)))
+    length = float(np.quantile(np.linalg.norm(vectors, axis=1), 0.9))
+    if not (length > 0.0 and diagonal > 0.0):
+        return 1.0
+    wanted = _ARROW_SHARE * diagonal / length
+    power = 10.0 ** np.floor(np.log10(wanted))
+    return float(power * max(step for step in (1, 2, 5) if step * power <= wanted * (1 + 1e-12)))
+
+
+def arrow_modes(positions: Array, before: Array, after: Array) -> list[Arrows]:
+    """Before; after at the same scale, to compare; after enlarged on its own, to see the pattern of what is left."""
+    scale_before, scale_after = arrow_scale(positions, before), arrow_scale(positions, after)
+    end_before, end_after = (float(np.quantile(np.linalg.norm(v, axis=1), 0.98)) or 1.0 for v in (before, after))
+    modes = [
+        Arrows("Before", scale_before, before, end_before),
+        Arrows("After, same scale", scale_before, after, end_before),
+    ]
+    if scale_after > scale_before:
+        modes.append(Arrows("After, enlarged", scale_after, after, end_after))
+    return modes
+
+
+def scene(positions: Array, before: Array, after: Array, base: Array | None, frame: str) -> Figure:
+    """The 3D view; positions and errors (N, 3) in mm in `frame`, base (3,) in mm if it is known."""
+    row_count = len(positions)
+    shown = figures.spread_rows(row_count, ARROW_LIMIT)
+    modes = arrow_modes(positions, before, after)
+    traces: list[Trace] = []
+    controls = []
+    for place, mode in enumerate(modes):
+        first = len(traces)
+        traces += _arrows_3d(positions[shown], mode.vectors[shown], mode, visible=place == 0)
+        label = f"{mode.label} {_times(mode.scale)}"
+        controls.append({"label": label, "traces": [first, first + 1], "selected": place == 0})
+    if base is not None:
+        traces.append(_base(base))
+    limits = _limits(positions, base)
+    figure_layout: dict[str, Any] = {
+        "font": {"family": FONT, "size": 12, "color": INK},
+        "paper_bgcolor": "#fff",
+        "margin": {"l": 0, "r": 0, "t": 0, "b": 0},
+        "showlegend": False,
+        "uirevision": "kept",
+        "scene": {
+            "aspectmode": "data",
+            "camera": {"eye": {"x": 1.3, "y": -1.5, "z": 0.65}, "center": {"x": 0, "y": 0, "z": -0.15}},
+            **{f"{name}axis": _axis_3d(f"{name} (mm)", limits[k]) for k, name in enumerate("xyz")},
+        },
+    }
+    note = (
+        f"Each arrow goes from the measured towards the predicted point in {frame}, enlarged as the button says; "
+        "what would leave the box is cut."
+    )
+    if len(shown) < row_count:
+        note += f" {count(len(shown))} of {count(row_count)} poses are drawn, spread evenly over the rows."
+    alt = "Three-dimensional view of the workspace with an arrow for the error of each pose; drag to turn it."
+    return Figure(
+        "workspace", "Errors in the workspace", alt, traces, figure_layout, note,
+        height=560, kind="scene", controls=controls,
+    )  # fmt: skip
+
+
+def flat_views(positions: Array, before: Array, after: Array) -> list[Figure]:
+    """Top, front and side view of the arrows before and after, each at its own scale, for paper and without WebGL."""
+    shown = figures.spread_rows(len(positions), FLAT_ARROW_LIMIT)
+    modes = arrow_modes(positions, before, after)
+    limits = _limits(positions)
+    views = []
+    for mode in (modes[0], modes[-1]):
+        state = mode.label.split(",")[0].lower()
+        colour = figures.AFTER if state == "after" else figures.MUTED
+        for view, (a, b) in {"Top": (0, 1), "Front": (0, 2), "Side": (1, 2)}.items():
+            start, end = positions[shown], positions[shown] + mode.scale * mode.vectors[shown]
+            x, y = (np.column_stack([start[:, k], end[:, k], np.full(len(shown), np.nan)]).ravel() for k in (a, b))
+            shafts = figures.line(x, y, colour) | {"line": {"width": 1, "color": colour}}
+            traces = [shafts, figures.points(start[:, a], start[:, b], colour, 2.4)]
+            drawn = figures.layout(f"{'xyz'[a]} (mm)", f"{'xyz'[b]} (mm)", margin={"l": 60, "t": 4})
+            for name, k in (("xaxis", a), ("yaxis", b)):
+                drawn[name] |= {"range": limits[k].tolist(), "nticks": 5, "constrain": "domain", "zeroline": False}
+            drawn["yaxis"]["scaleanchor"] = "x"
+            title = f"{view}, {state} {_times(mode.scale)}"
+            alt = f"{view} view of the error arrows {state} calibration, {_times(mode.scale)}."
+            views.append(Figure(f"flat-{view.lower()}-{state}", title, alt, traces, drawn, columns=2, height=270))
+    return views
+
+
+def _times(scale: float) -> str:
+    return f"×\N{NARROW NO-BREAK SPACE}{significant(scale, 1)}"
+
+
+def _arrows_3d(start: Array, vectors: Array, mode: Arrows, *, visible: bool) -> list[Trace]:
+    size = np.linalg.norm(vectors, axis=1)
+    scale = {"colorscale": _COLOURS, "cmin": 0.0, "cmax": mode.colour_end}
+    drawn = _arrow_lines(start, mode.scale * vectors)
+    bar = {"title": {"text": "error (mm)", "side": "right"}, "thickness": 12, "len": 0.6, "outlinewidth": 0, "x": 0.98}
+    return [
+        {
+            "type": "scatter3d", "mode": "lines", **_coordinates(drawn.reshape(-1, 3)), "visible": visible,
+            "hoverinfo": "skip", "line": {"width": 3, "color": np.repeat(size, drawn.shape[1]), **scale},
+        },
+        {
+            "type": "scatter3d", "mode": "markers", **_coordinates(start), "visible": visible, "customdata": size,
+            "hovertemplate": "error %{customdata:.3f} mm<extra></extra>",
+            "marker": {"size": 2, "color": size, **scale, "showscale": True, "colorbar": bar},
+        },
+    ]  # fmt: skip
+
+
+def _arrow_lines(start: Array, shaft: Array) -> Array:
+    """Shaft and two barbs of each arrow as one broken line (N, 7, 3): start, end, gap, barb, end, barb, gap."""
+    length = np.linalg.norm(shaft, axis=1, keepdims=True)
+    along = np.divide(shaft, length, out=np.zeros_like(shaft), where=length > 0.0)
+    least = np.eye(3)[np.argmin(np.abs(along), axis=1)]
+    across = np.cross(along, least)
+    size = np.minimum(_HEAD_SHARE * float(np.linalg.norm(np.ptp(start, axis=0))), 0.4 * length)
+    end, back, side = start + shaft, -size * along, 0.45 * size * across
+    gap = np.full_like(start, np.nan)
+    return np.stack([start, end, gap, end + back + side, end, end + back - side, gap], axis=1)
+
+
+def _coordinates(points: Array) -> dict[str, Array]:
+    return {name: points[:, k] for k, name in enumerate("xyz")}
+
+
+def _base(base: Array) -> Trace:
+    x, y, z = ([float(value)] for value in base)
+    return {
+        "type": "scatter3d", "mode": "markers+text", "x": x, "y": y, "z": z, "text": ["robot base"],
+        "textposition": "bottom center", "hoverinfo": "skip", "textfont": {"color": MUTED},
+        "marker": {"size": 6, "color": INK, "symbol": "diamond"},
+    }  # fmt: skip
+
+
+def _limits(positions: Array, base: Array | None = None) -> Array:
+    """The box (3, 2) around the positions with room for arrows, and around the base where it is near."""
+    margin = 0.6 * _ARROW_SHARE * (float(np.linalg.norm(np.ptp(positions, axis=0))) or 1.0)
+    low, high = positions.min(axis=0), positions.max(axis=0)
+    if base is not None and bool(np.all(np.abs(base - (low + high) / 2) < 25 * margin)):
+        low, high = np.minimum(low, base), np.maximum(high, base)
+    return np.column_stack([low - margin, high + margin])
+
+
+def _axis_3d(title: str, limits: Array) -> dict[str, Any]:
+    kept = {key: value for key, value in figures.axis(title).items() if key in ("gridcolor", "linecolor", "nticks")}
+    plain = {"showbackground": False, "zeroline": False, "color": MUTED}
+    return kept | plain | {"title": {"text": title}, "range": limits.tolist()}
