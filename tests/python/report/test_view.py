@@ -1,0 +1,107 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from fastcal import units
+from fastcal.calibration import CalibrationResult
+from fastcal.dataset import Dataset
+from fastcal.evaluation import ErrorStatistics, Evaluation, distances
+from fastcal.report import tables
+from fastcal.report.calibration_tables import accuracy_table, outlier_table, parameter_table
+from fastcal.report.view import rows_of
+
+TYPES = ["revolute"] * 6
+
+
+def test_the_error_of_rows_agrees_with_the_evaluations_statistics(
+    make_result: Callable[..., CalibrationResult],
+) -> None:
+    for kind in ({}, {"missing": 0.2}, {"lengths": True}):
+        rows = rows_of("Training", make_result(rows=200, **kind).train, TYPES)
+        assert rows is not None
+        known = rows.error_after[np.isfinite(rows.error_after)]
+        assert len(known) == rows.after.count
+        np.testing.assert_allclose([known.mean(), known.max()], [rows.after.mean, rows.after.max], rtol=1e-12)
+
+
+def test_units_are_those_of_the_page(make_result: Callable[..., CalibrationResult]) -> None:
+    result = make_result(rows=50)
+    rows = rows_of("Training", result.train, ["prismatic", *TYPES[1:]])
+    assert rows is not None
+    assert [rows.joints[0].unit, rows.joints[1].unit] == ["mm", "°"]
+    np.testing.assert_allclose(rows.joints[0].values, 1000 * result.train.data.q[:, 0])
+    np.testing.assert_allclose(rows.joints[1].values, np.degrees(result.train.data.q[:, 1]))
+    np.testing.assert_allclose(rows.residual, 1000 * result.train.error_after)
+    temperature = next(variable for variable in rows.variables if variable.name == "temperature")
+    assert temperature.label == "temperature (°C)"
+    np.testing.assert_allclose(temperature.values, np.asarray(result.train.data.temperature) - 273.15)
+
+
+def test_what_does_not_vary_has_no_panel(make_result: Callable[..., CalibrationResult]) -> None:
+    rows = rows_of("Training", make_result(rows=50, conditions=False).train, TYPES)
+    assert rows is not None
+    assert [variable.name for variable in rows.variables] == ["q1", "q2", "q3", "q4", "q5", "q6", "order"]
+
+
+def test_points_and_lengths_stand_side_by_side() -> None:
+    point = np.array([[3e-3, 0.0, 4e-3], [np.nan] * 3, [np.nan, 1e-3, 0.0]])
+    length = np.array([np.nan, -2e-3, np.nan])
+    data = Dataset(np.zeros((3, 6)), np.zeros(3), position=np.zeros((3, 3)), distance=np.ones(3))
+    judged = ErrorStatistics.of(distances(point, length))
+    rows = rows_of("Training", Evaluation(data, point, length, None, judged, point, length, judged), TYPES)
+    assert rows is not None
+    assert rows.components == ("x", "y", "z", "length")
+    np.testing.assert_allclose(rows.error_after, [5.0, 2.0, np.nan])
+    assert rows.with_arrows.tolist() == [True, False, False]
+
+
+def test_a_set_without_anything_to_judge_has_no_rows() -> None:
+    nothing = np.full((4, 3), np.nan)
+    data = Dataset(np.zeros((4, 6)), np.zeros(4))
+    assert rows_of("Test", Evaluation(data, nothing, None, None, None, nothing), TYPES) is None
+    assert rows_of("Test", None, TYPES) is None
+
+
+def test_every_unit_has_a_printed_form() -> None:
+    assert [unit for unit in units.UNITS if "_" in tables.unit_text(unit)] == []
+
+
+def test_parameters_are_grouped_by_owner_and_sorted_by_value(make_result: Callable[..., CalibrationResult]) -> None:
+    result = make_result(rows=50)
+    table = parameter_table(result.parameters)
+    assert [group.title for group in table.groups][:2] == ["Joint\N{NO-BREAK SPACE}1", "Joint\N{NO-BREAK SPACE}2"]
+    assert [group.title for group in table.groups][-2:] == ["Base", "Tool"]
+    assert sum(len(group.rows) for group in table.groups) == len(result.parameters)
+    theta = table.groups[0].rows[0]
+    assert [theta[0].text, theta[1].text] == ["theta", "°"]
+    parameter = result.parameters[0]
+    assert [cell.sort for cell in theta[2:5]] == [parameter.nominal, parameter.value, parameter.std]
+    assert theta[6].sort == abs(parameter.value - parameter.nominal) / parameter.std
+
+
+def test_accuracy_tells_what_remains(make_result: Callable[..., CalibrationResult]) -> None:
+    rows = rows_of("Test", make_result(rows=50, test_rows=40).test, TYPES)
+    assert rows is not None
+    before, after, left = accuracy_table([rows]).groups[0].rows
+    assert float(before[2].text) == round(rows.before.mean, 4)
+    share = rows.after.mean / rows.before.mean
+    assert abs(float(left[2].text.split("\N{NARROW NO-BREAK SPACE}")[0]) / 100 - share) < 0.0051
+    assert [before[1].text, after[1].text] == ["40", "40"]
+
+
+def test_the_worst_row_is_first(make_result: Callable[..., CalibrationResult]) -> None:
+    result = make_result(rows=300, outlier_count=40)
+    rows = rows_of("Training", result.train, TYPES)
+    assert rows is not None
+    table = outlier_table(rows, result.outliers, result.weights)
+    assert table is not None
+    listed = table.groups[0].rows
+    assert len(listed) == 25
+    errors = [cells[1].sort for cells in listed]
+    assert errors == sorted(errors, reverse=True)
+    assert listed[0][0].sort == float(np.argmax(rows.error_after))
+    assert len(listed[0][-1].text.split(", ")) == 6
