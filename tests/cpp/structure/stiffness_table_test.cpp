@@ -75,7 +75,7 @@ TEST(StiffnessTable, HigherDegreesFitATelescopeBetter) {
 TEST(StiffnessTable, NoOtherProductFitsBetter) {
   const StiffnessSamples samples = sample([](double theta, double d) {
     Matrix3 K = telescope(theta, d);
-    K(1, 1) *= 1 + 0.2 * theta + 0.3 * theta * d;
+    K(1, 1) *= 2 + 0.2 * theta + 0.3 * theta * d;
     return K;
   });
   const Eigen::VectorXd k = samples.matrices.col(4);
