@@ -62,7 +62,7 @@ def arrow_modes(positions: Array, before: Array, after: Array) -> list[Arrows]:
 
 
 def scene(positions: Array, before: Array, after: Array, base: Array | None, frame: str) -> Figure:
-    """The 3D view; positions and errors (N, 3) in mm in `frame`, base (3,) in mm if it is known."""
+    """The 3D view; positions and errors (N, 3) in mm in `frame`, base (3,) in mm, drawn where it is near."""
     row_count = len(positions)
     shown = figures.spread_rows(row_count, ARROW_LIMIT)
     modes = arrow_modes(positions, before, after)
@@ -73,9 +73,10 @@ def scene(positions: Array, before: Array, after: Array, base: Array | None, fra
         traces += _arrows_3d(positions[shown], mode.vectors[shown], mode, visible=place == 0)
         label = f"{mode.label} {_times(mode.scale)}"
         controls.append({"label": label, "traces": [first, first + 1], "selected": place == 0})
-    if base is not None:
-        traces.append(_base(base))
-    limits = _limits(positions, base)
+    shown_base = base if base is not None and _is_near(base, positions) else None
+    if shown_base is not None:
+        traces.append(_base(shown_base))
+    limits = _limits(positions, shown_base)
     figure_layout: dict[str, Any] = {
         "font": {"family": FONT, "size": 12, "color": INK},
         "paper_bgcolor": "#fff",
@@ -116,8 +117,8 @@ def flat_views(positions: Array, before: Array, after: Array) -> list[Figure]:
             shafts = figures.line(x, y, colour) | {"line": {"width": 1, "color": colour}}
             traces = [shafts, figures.points(start[:, a], start[:, b], colour, 2.4)]
             drawn = figures.layout(f"{'xyz'[a]} (mm)", f"{'xyz'[b]} (mm)", margin={"l": 60, "t": 4})
-            for name, k in (("xaxis", a), ("yaxis", b)):
-                drawn[name] |= {"range": limits[k].tolist(), "nticks": 5, "constrain": "domain", "zeroline": False}
+            for name, k, ticks in (("xaxis", a, 4), ("yaxis", b, 6)):
+                drawn[name] |= {"range": limits[k].tolist(), "nticks": ticks, "constrain": "domain", "zeroline": False}
             drawn["yaxis"]["scaleanchor"] = "x"
             title = f"{view}, {state} {_times(mode.scale)}"
             alt = f"{view} view of the error arrows {state} calibration, {_times(mode.scale)}."
@@ -173,12 +174,16 @@ def _base(base: Array) -> Trace:
 
 
 def _limits(positions: Array, base: Array | None = None) -> Array:
-    """The box (3, 2) around the positions with room for arrows, and around the base where it is near."""
+    """The box (3, 2) around the positions with room for arrows, and around the base where one is given."""
     margin = 0.6 * _ARROW_SHARE * (float(np.linalg.norm(np.ptp(positions, axis=0))) or 1.0)
+    inside = positions if base is None else np.vstack([positions, base])
+    return np.column_stack([inside.min(axis=0) - margin, inside.max(axis=0) + margin])
+
+
+def _is_near(base: Array, positions: Array) -> bool:
+    """False for a base so far away that showing it would make the arrows small."""
     low, high = positions.min(axis=0), positions.max(axis=0)
-    if base is not None and bool(np.all(np.abs(base - (low + high) / 2) < 25 * margin)):
-        low, high = np.minimum(low, base), np.maximum(high, base)
-    return np.column_stack([low - margin, high + margin])
+    return bool(np.all(np.abs(base - (low + high) / 2) < 0.5 * np.linalg.norm(high - low)))
 
 
 def _axis_3d(title: str, limits: Array) -> dict[str, Any]:

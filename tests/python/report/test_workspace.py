@@ -73,6 +73,14 @@ def test_buttons_name_their_scale_and_cover_the_traces() -> None:
     assert [k for control in figure.controls for k in control["traces"]] == list(range(6))
 
 
+def test_a_far_base_does_not_make_the_arrows_small() -> None:
+    positions, before = cloud(100, 1.0)
+    near = scene(positions, before, before / 10, np.array([500.0, 500.0, -300.0]), "the frame")
+    far = scene(positions, before, before / 10, np.array([500.0, 500.0, -900.0]), "the frame")
+    assert len(near.traces) == len(far.traces) + 1
+    assert near.layout["scene"]["zaxis"]["range"][0] < -300 < -100 < far.layout["scene"]["zaxis"]["range"][0]
+
+
 def test_flat_views_show_the_two_axes_they_name() -> None:
     positions, before = cloud(30, 1.0)
     views = {figure.id: figure for figure in flat_views(positions, before, before / 10)}
