@@ -16,7 +16,7 @@ JointType joint_type(const std::string& name) {
 
 RobotDescription describe(const std::vector<std::string>& joint_types, const Eigen::VectorXd& mass, const RowMatrixXd& com, const RowMatrixXd& inertia,
                           const Eigen::Matrix4d& T_world_base, const Eigen::Matrix4d& T_flange_tool, const Eigen::Vector3d& p_flange_payload,
-                          const Eigen::Vector3d& gravity, bool gravity_in_world, const Eigen::MatrixXd& coupling) {
+                          const Eigen::Vector3d& gravity, bool gravity_in_world, const Eigen::MatrixXd& coupling, const std::string& wrench_frame) {
   RobotDescription out;
   const auto n = static_cast<Eigen::Index>(joint_types.size());
   FASTCAL_CHECK(mass.size() == n && com.rows() == n && com.cols() == 3 && inertia.rows() == n && inertia.cols() == 6)
@@ -36,6 +36,7 @@ RobotDescription describe(const std::vector<std::string>& joint_types, const Eig
   out.gravity = gravity;
   out.gravity_in_world = gravity_in_world;
   out.coupling = coupling;
+  out.wrench_frame = wrench_frame == "flange" ? WrenchFrame::kFlange : wrench_frame == "tool" ? WrenchFrame::kTool : WrenchFrame::kBase;
   return out;
 }
 
@@ -66,7 +67,7 @@ void bind_robot(py::module_& m) {
 
   py::class_<RobotDescription>(m, "RobotDescription", "What every kind of robot file has beside its geometry; SI.")
       .def(py::init(&describe), py::kw_only(), py::arg("joint_types"), py::arg("mass"), py::arg("com"), py::arg("inertia"), py::arg("T_world_base"),
-           py::arg("T_flange_tool"), py::arg("p_flange_payload"), py::arg("gravity"), py::arg("gravity_in_world"), py::arg("coupling"),
+           py::arg("T_flange_tool"), py::arg("p_flange_payload"), py::arg("gravity"), py::arg("gravity_in_world"), py::arg("coupling"), py::arg("wrench_frame"),
            "joint_types (n) 'revolute' or 'prismatic'; mass (n,), com (n, 3), inertia (n, 6) as xx yy zz xy xz yz; poses (4, 4); coupling (n, n).");
 
   py::class_<RobotModel>(m, "RobotModel", "A robot as a chain of elementary motions; const.")

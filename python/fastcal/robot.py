@@ -207,6 +207,7 @@ def build_core(spec: Spec) -> _core.RobotModel:
         gravity=np.asarray(spec["gravity_m_s2"], dtype=float),
         gravity_in_world=spec["gravity_frame"] == "measuring",
         coupling=coupling,
+        wrench_frame=spec["wrench_frame"],
     )
     kinematics = spec["kinematics"]
     if kinematics in ("dh", "mdh"):

@@ -18,6 +18,15 @@ namespace fastcal {
 /// Derivatives of frame twists: d xi_frame / d theta_parameter, a list of the few that are not zero.
 using TwistColumns = std::vector<Chain::Column>;
 
+/// What an effect looks at beyond the data's own columns; settle() computes it.
+enum Need : unsigned {
+  kNothing = 0,
+  kFrames = 1,      ///< State::frames, gravity
+  kLoads = 2,       ///< State::load, payload_load
+  kOutput = 4,      ///< State::output
+  kCompliance = 8,  ///< State::compliance
+};
+
 class Effect {
  public:
   Effect() = default;
@@ -26,6 +35,13 @@ class Effect {
   virtual ~Effect() = default;
 
   virtual const std::vector<Parameter>& parameters() const = 0;
+
+  /// Bits of Need.
+  virtual unsigned needs() const { return kNothing; }
+
+  /// What a reduction ratio adds to k - 1 of a joint (State::output), and what a compliance adds to d q / d torque of it (State::compliance).
+  virtual double output_error(int /*joint*/, const double* /*theta*/) const { return 0; }
+  virtual double joint_compliance(const State& /*state*/, int /*joint*/, const double* /*theta*/) const { return 0; }
 
   /// Adds to `xi` ([m; rad], body frame) and appends the derivatives to `columns` unless null; parameters count from 0.
   virtual void deflect(const State& state, const double* theta, Twists& xi, TwistColumns* columns) const = 0;

@@ -12,6 +12,7 @@
 #include "fastcal/identification/solver.hpp"
 #include "fastcal/math/check.hpp"
 #include "fastcal/math/se3.hpp"
+#include "fastcal/model/settle.hpp"
 
 namespace fastcal {
 namespace {
@@ -179,8 +180,15 @@ std::vector<Row> rows_of(const Problem& problem) {
 
 }  // namespace
 
-Alignment align(const Problem& problem) {
-  problem.check();
+Alignment align(const Problem& given) {
+  given.check();
+  // Loads of the arm as it starts: where it stands turns gravity, but hardly what the arm looks like.
+  Samples settled;
+  if (given.model.needs() != kNothing) {
+    settled = given.samples;
+    settle(given.model, given.model.start(), given.threads, settled);
+  }
+  const Problem problem{given.model, given.model.needs() != kNothing ? settled : given.samples, given.measured, given.threads};
   const RobotDescription& robot = problem.model.robot().description();
   const std::vector<Row> rows = rows_of(problem);
   const auto points = std::count_if(rows.begin(), rows.end(), [](const Row& row) { return row.has_point; });

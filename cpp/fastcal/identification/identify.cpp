@@ -9,6 +9,7 @@
 #include <numeric>
 
 #include "fastcal/math/check.hpp"
+#include "fastcal/model/settle.hpp"
 
 namespace fastcal {
 namespace {
@@ -16,6 +17,7 @@ namespace {
 // Below this a residual is rounding, not noise: exact, simulated data must not divide by zero.
 constexpr CommonNoise kNoiseFloor{1e-10, 1e-10, 1e-10};
 constexpr int kMaxRounds = 30;
+constexpr int kMaxOuterRounds = 30;
 
 /// How many numbers of each kind were measured.
 std::array<Eigen::Index, kKinds> counts(const RowMatrixXd& r) {
@@ -163,7 +165,10 @@ Eigen::MatrixXd with_priors(const Eigen::MatrixXd& R, const std::vector<int>& as
 class Identifier {
  public:
   Identifier(const Problem& problem, const std::vector<int>& asked, const Eigen::Matrix3Xd& anchors, const IdentifyOptions& options)
-      : problem_(problem), options_(options), asked_(asked) {
+      : settled_(problem.model.needs() == kNothing ? Samples() : problem.samples),
+        problem_{problem.model, problem.model.needs() == kNothing ? problem.samples : settled_, problem.measured, problem.threads},
+        options_(options),
+        asked_(asked) {
     out_.parameters = problem.model.parameters();
     for (int a = 0; a < problem.measured.anchor_count; ++a) {
       for (const char* axis : {"x", "y", "z"}) {
@@ -186,6 +191,7 @@ class Identifier {
   }
 
   Identification run() {
+    bring_to_equilibrium();
     const auto measured = counts(residuals(problem_, theta_));
     numbers_ = static_cast<double>(std::accumulate(measured.begin(), measured.end(), Eigen::Index{0}));
     coarse_fit();
@@ -196,7 +202,7 @@ class Identifier {
         out_.message = "the measurements fix none of the " + std::to_string(asked_.size()) + " parameters asked for";
         return finish();
       }
-      fine_fit();
+      outer_iterations();
       const Gauge again = choose_gauge(factor(nullptr), hold_, options_.gauge);
       const bool settled = again.free.size() >= gauge_.free.size() || attempt == 2;
       gauge_.rank = std::max(gauge_.rank, again.rank);
@@ -269,6 +275,25 @@ class Identifier {
     for (std::size_t k = 0; k < asked_.size(); ++k) theta_[asked_[k]] = start_[asked_[k]] + scale_[static_cast<Eigen::Index>(k)] * x[static_cast<Eigen::Index>(k)];
     for (const int k : gauge_.held) theta_[asked_[static_cast<std::size_t>(k)]] = start_[asked_[static_cast<std::size_t>(k)]];
     free_scale_ = at(scale_, gauge_.free);
+  }
+
+  /// Loads at the present parameters: constant inside a solve.
+  void bring_to_equilibrium() {
+    if (problem_.model.needs() != kNothing) settle(problem_.model, theta_.head(problem_.model.parameter_count()), problem_.threads, settled_);
+  }
+
+  /// Solves at fixed loads, brings the loads to the equilibrium of what was found, and again until the parameters stand.
+  void outer_iterations() {
+    for (int round = 0; round < kMaxOuterRounds; ++round) {
+      fine_fit();
+      if (problem_.model.needs() == kNothing) return;
+      const Eigen::VectorXd before = at(theta_, free_);
+      if (round > 0 && (before - last_).cwiseQuotient(free_scale_).cwiseAbs().maxCoeff() < 1e-8) return;
+      last_ = before;
+      bring_to_equilibrium();
+    }
+    converged_ = false;
+    out_.message = "loads and deflections did not settle in " + std::to_string(kMaxOuterRounds) + " outer iterations";
   }
 
   void refit(LossKind loss) {
@@ -372,7 +397,8 @@ class Identifier {
     out_.covariance = free_scale_.asDiagonal() * inverse * inverse.transpose() * free_scale_.asDiagonal();
   }
 
-  const Problem& problem_;
+  Samples settled_;  // the conditions with loads at the last outer iteration; empty where no effect needs any
+  const Problem problem_;
   const IdentifyOptions& options_;
   std::vector<int> asked_;
   Eigen::VectorXd start_, theta_, scale_, hold_, free_scale_;
@@ -383,6 +409,7 @@ class Identifier {
   std::vector<int> free_;
   double numbers_ = 0;
   bool converged_ = false;
+  Eigen::VectorXd last_;
   Identification out_;
 };
 

@@ -7,6 +7,7 @@
 #include "fastcal/math/check.hpp"
 #include "fastcal/math/parallel.hpp"
 #include "fastcal/math/se3.hpp"
+#include "fastcal/model/settle.hpp"
 
 namespace fastcal {
 
@@ -16,9 +17,20 @@ ErrorModel::ErrorModel(RobotModel robot, std::vector<std::shared_ptr<const Effec
   const Eigen::Index own = robot_.nominal().size();
   const Eigen::Index added = parameter_count() - own;
   FASTCAL_CHECK(effect_values.size() == 0 || effect_values.size() == added) << "the effects have " << added << " parameters, got " << effect_values.size() << " values";
+  for (const auto& effect : effects_) needs_ |= effect->needs();
   start_ = Eigen::VectorXd::Zero(own + added);
   start_.head(own) = robot_.nominal();
   if (effect_values.size() > 0) start_.tail(added) = effect_values;
+}
+
+ErrorModel ErrorModel::with_robot(RobotModel robot) const {
+  return ErrorModel(std::move(robot), effects_, start_.tail(start_.size() - robot_.nominal().size())).with_equilibrium(at_equilibrium_);
+}
+
+ErrorModel ErrorModel::with_equilibrium(bool at_equilibrium) const {
+  ErrorModel out = *this;
+  out.at_equilibrium_ = at_equilibrium;
+  return out;
 }
 
 RowEvaluator::RowEvaluator(const ErrorModel& model, const Eigen::Ref<const Eigen::VectorXd>& theta)
@@ -40,6 +52,14 @@ void RowEvaluator::evaluate(const State& state, bool with_columns) {
   forward(chain_, state.q, &xi_, frames_);
 }
 
+const std::vector<Pose>& RowEvaluator::frames(const State& state, bool deflected) {
+  if (deflected)
+    evaluate(state, false);
+  else
+    forward(chain_, state.q, nullptr, frames_);
+  return frames_;
+}
+
 const Pose& RowEvaluator::jacobian(const State& state, Eigen::Ref<Eigen::Matrix<double, 6, Eigen::Dynamic>> J) {
   evaluate(state, true);
   const Pose& tool = frames_.back();
@@ -55,12 +75,24 @@ const Pose& RowEvaluator::jacobian(const State& state, Eigen::Ref<Eigen::Matrix<
   return tool;
 }
 
+namespace {
+
+/// Rows begin ... end - 1 with what the effects need of them.
+Samples settled(const ErrorModel& model, const Samples& samples, const Eigen::VectorXd& theta, Eigen::Index begin, Eigen::Index end) {
+  Samples part = samples.slice(begin, end);
+  settle(model, theta, 1, part);
+  return part;
+}
+
+}  // namespace
+
 void predict(const ErrorModel& model, const Samples& samples, const Eigen::Ref<const Eigen::VectorXd>& theta, int threads, double* poses) {
   samples.check(model.robot().joint_count());
   parallel_chunks(samples.count(), threads, [&](Eigen::Index, Eigen::Index begin, Eigen::Index end) {
     RowEvaluator rows(model, theta);
+    const Samples part = settled(model, samples, theta, begin, end);
     for (Eigen::Index i = begin; i < end; ++i) {
-      const Pose& T = rows.pose(samples.row(i));
+      const Pose& T = rows.pose(part.row(i - begin));
       Eigen::Map<Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> out(poses + 16 * i);
       out.topLeftCorner<3, 3>() = T.R;
       out.topRightCorner<3, 1>() = T.p;
@@ -76,8 +108,9 @@ void parameter_jacobian(const ErrorModel& model, const Samples& samples, const E
   parallel_chunks(samples.count(), threads, [&](Eigen::Index, Eigen::Index begin, Eigen::Index end) {
     RowEvaluator evaluator(model, theta);
     Eigen::Matrix<double, 6, Eigen::Dynamic> full(6, p);
+    const Samples part = settled(model, samples, theta, begin, end);
     for (Eigen::Index i = begin; i < end; ++i) {
-      evaluator.jacobian(samples.row(i), full);
+      evaluator.jacobian(part.row(i - begin), full);
       Eigen::Map<RowMatrixXd>(J + i * rows * p, rows, p) = full.topRows(rows);
     }
   });

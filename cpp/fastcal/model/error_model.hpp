@@ -22,17 +22,24 @@ class ErrorModel {
   const RobotModel& robot() const { return robot_; }
   const std::vector<std::shared_ptr<const Effect>>& effects() const { return effects_; }
   const std::vector<Parameter>& parameters() const { return parameters_; }
+  /// What the effects need that settle() must compute: bits of Need.
+  unsigned needs() const { return needs_; }
+  /// Loads are taken in the deflected posture, at equilibrium; false: in the undeflected one, to first order.
+  bool at_equilibrium() const { return at_equilibrium_; }
+  ErrorModel with_equilibrium(bool at_equilibrium) const;
   int parameter_count() const { return static_cast<int>(parameters_.size()); }
   /// The robot's own values and the effects' starting values.
   const Eigen::VectorXd& start() const { return start_; }
   /// The same effects, starting at the same values, on another robot of the same parameters.
-  ErrorModel with_robot(RobotModel robot) const { return ErrorModel(std::move(robot), effects_, start_.tail(start_.size() - robot_.nominal().size())); }
+  ErrorModel with_robot(RobotModel robot) const;
 
  private:
   RobotModel robot_;
   std::vector<std::shared_ptr<const Effect>> effects_;
   std::vector<Parameter> parameters_;
   Eigen::VectorXd start_;
+  unsigned needs_ = kNothing;
+  bool at_equilibrium_ = true;
 };
 
 /// Evaluates an ErrorModel at one parameter vector, row after row; one a thread.
@@ -41,15 +48,13 @@ class RowEvaluator {
   RowEvaluator(const ErrorModel& model, const Eigen::Ref<const Eigen::VectorXd>& theta);
 
   /// Pose of the tool in the measuring frame.
-  const Pose& pose(const State& state) { return evaluate(state, false), frames_.back(); }
+  const Pose& pose(const State& state) { return frames(state).back(); }
 
   /// The pose, and J (6 x P) = d [v; w] / d theta: motion of the tool in the axes of the measuring frame.
   const Pose& jacobian(const State& state, Eigen::Ref<Eigen::Matrix<double, 6, Eigen::Dynamic>> J);
 
-  /// Poses of all frames of the last row.
-  const std::vector<Pose>& frames() const { return frames_; }
-  /// Error twists of the last row.
-  const Twists& twists() const { return xi_; }
+  /// Poses of all frames, with (default) or without the effects' twists.
+  const std::vector<Pose>& frames(const State& state, bool deflected = true);
 
  private:
   void evaluate(const State& state, bool with_columns);
@@ -62,7 +67,7 @@ class RowEvaluator {
   std::vector<Pose> frames_;
 };
 
-/// Poses (N, 16), each 4 x 4 in C order, of the tool in the measuring frame. The result does not depend on `threads`.
+/// Poses (N, 16), each 4 x 4 in C order, of the tool in the measuring frame, loads settled. The result does not depend on `threads`.
 void predict(const ErrorModel& model, const Samples& samples, const Eigen::Ref<const Eigen::VectorXd>& theta, int threads, double* poses);
 
 /// Derivative of the tool's position (rows = 3) or of its motion [v; w] (rows = 6) by every parameter: (N, rows, P), C order.

@@ -45,6 +45,7 @@ RobotModel build_dh(RobotDescription description, const RowMatrixXd& rows) {
     add_beta(model, i, rows(i, 4));
     model.add_body_frame();
     model.add_link_end();
+    model.set_link_axis(i, rows(i, 2) != 0 ? Eigen::Vector3d(rows(i, 2), 0, 0) : Eigen::Vector3d(0, 0, rows(i, 1)));
   }
   model.finish();
   return model;
@@ -62,6 +63,9 @@ RobotModel build_mdh(RobotDescription description, const RowMatrixXd& rows) {
     add_d(model, i, rows(i, 1));
     add_beta(model, i, rows(i, 4));
     model.add_body_frame();
+    const double a = i + 1 < model.joint_count() ? rows(i + 1, 2) : 0;
+    const Eigen::Vector3d x = Eigen::AngleAxisd(rows(i, 4), Eigen::Vector3d::UnitY()) * Eigen::Vector3d::UnitX();
+    model.set_link_axis(i, a != 0 ? (a * x).eval() : Eigen::Vector3d(0, 0, rows(i, 1)));
   }
   model.add_link_end();
   model.finish();

@@ -97,6 +97,16 @@ void RobotModel::add_body_frame() { steps_.push_back({StepKind::kBodyFrame, Moti
 
 void RobotModel::add_link_end() { steps_.push_back({StepKind::kFrame, Motion::kTx, -1, 1, {}}); }
 
+void RobotModel::set_link_axis(int joint, const Eigen::Vector3d& axis) {
+  link_axes_.resize(static_cast<std::size_t>(joint_count()), Eigen::Vector3d::Zero());
+  link_axes_[static_cast<std::size_t>(joint)] = axis;
+}
+
+Eigen::Vector3d RobotModel::link_axis(int joint) const {
+  if (!link_axes_.empty()) return link_axes_[static_cast<std::size_t>(joint)];
+  return chain().constants[static_cast<std::size_t>(link_frame(joint))].p;
+}
+
 void RobotModel::finish() {
   FASTCAL_CHECK(joints_added_ == joint_count()) << "the chain has " << joints_added_ << " joints, its description " << joint_count();
   add_frame_parameters("tool", description_.T_flange_tool, StepKind::kToolReference);

@@ -19,6 +19,9 @@ namespace fastcal {
 
 enum class JointType { kRevolute, kPrismatic };
 
+/// In whose axes the wrenches of the data are given; they act at the payload's centre.
+enum class WrenchFrame { kBase, kFlange, kTool };
+
 /// One rotation about or translation along an own axis.
 enum class Motion { kTx, kTy, kTz, kRx, kRy, kRz };
 
@@ -47,6 +50,7 @@ struct RobotDescription {
   Eigen::Vector3d p_flange_payload = Eigen::Vector3d::Zero();     ///< [m] where a payload's weight acts
   Eigen::Vector3d gravity{0, 0, -9.80665};                        ///< [m/s^2], in base, or in the measuring frame:
   bool gravity_in_world = false;
+  WrenchFrame wrench_frame = WrenchFrame::kBase;
   Eigen::MatrixXd coupling;                                       ///< (n, n) nominal c_ij: joint i turns by c_ij when joint j turns
 };
 
@@ -84,6 +88,7 @@ class RobotModel {
   void add_joint();           ///< the next joint's motion along z
   void add_body_frame();      ///< here lies the frame in which the last joint's body is given
   void add_link_end();        ///< the far end of the last joint's link
+  void set_link_axis(int joint, const Eigen::Vector3d& axis);  ///< see link_axis
   void finish();              ///< flange to tool; checks that the chain is complete
 
   int joint_count() const { return static_cast<int>(description_.joint_types.size()); }
@@ -95,6 +100,10 @@ class RobotModel {
   /// The chain at `values` (same order and size as parameters()).
   Chain chain(const Eigen::Ref<const Eigen::VectorXd>& values) const;
   Chain chain() const { return chain(nominal_); }
+
+  /// The link as a beam: the vector [m] along its own axis from root to far end, in the axes of joint_i. DH: a_i along x, MDH: the a of
+  /// row i + 1, where these are 0 the d of the link along z; POE and URDF: from the joint's origin to the next joint's.
+  Eigen::Vector3d link_axis(int joint) const;
 
   /// Name of a frame: "base", "joint2", "link2", "tool".
   std::string frame_name(int frame) const;
@@ -118,6 +127,7 @@ class RobotModel {
   std::vector<Step> steps_;
   std::vector<Parameter> parameters_;
   Eigen::VectorXd nominal_;
+  std::vector<Eigen::Vector3d> link_axes_;
   int joints_added_ = 0;
 };
 

@@ -12,7 +12,7 @@ void Samples::check(int joint_count) const {
   const auto vector = [this](const auto& values, const char* name) {
     FASTCAL_CHECK(values.size() == 0 || values.size() == q.rows()) << name << " must have shape (" << q.rows() << ",), got (" << values.size() << ",)";
   };
-  const auto table = [this](const RowMatrixXd& values, Eigen::Index cols, const char* name) {
+  const auto shape = [this](const RowMatrixXd& values, Eigen::Index cols, const char* name) {
     FASTCAL_CHECK(values.size() == 0 || (values.rows() == q.rows() && values.cols() == cols))
         << name << " must have shape (" << q.rows() << ", " << cols << "), got (" << values.rows() << ", " << values.cols() << ")";
   };
@@ -21,12 +21,30 @@ void Samples::check(int joint_count) const {
   vector(time, "time");
   vector(station, "station");
   vector(mount, "mount");
-  table(wrench, 6, "wrench");
-  table(approach, joint_count, "approach");
-  table(current, joint_count, "current");
-  table(extra, extra.cols(), "extra");
-  table(load, 6 * (2 * joint_count + 2), "load");
-  table(payload_load, 6 * (2 * joint_count + 2), "payload_load");
+  shape(wrench, 6, "wrench");
+  shape(approach, joint_count, "approach");
+  shape(current, joint_count, "current");
+  shape(extra, extra.cols(), "extra");
+  shape(table, table.cols(), "table");
+}
+
+Samples Samples::slice(Eigen::Index begin, Eigen::Index end) const {
+  Samples out;
+  const auto cut = [begin, end](const auto& from, auto& to) {
+    if (from.size() > 0) to = from.middleRows(begin, end - begin);
+  };
+  cut(q, out.q);
+  cut(payload, out.payload);
+  cut(wrench, out.wrench);
+  cut(temperature, out.temperature);
+  cut(time, out.time);
+  cut(station, out.station);
+  cut(mount, out.mount);
+  cut(approach, out.approach);
+  cut(current, out.current);
+  cut(extra, out.extra);
+  cut(table, out.table);
+  return out;
 }
 
 }  // namespace fastcal

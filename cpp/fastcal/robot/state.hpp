@@ -6,6 +6,7 @@
 #pragma once
 
 #include <limits>
+#include <vector>
 
 #include "fastcal/math/types.hpp"
 #include "fastcal/robot/robot_model.hpp"
@@ -16,7 +17,7 @@ namespace fastcal {
 struct State {
   const double* q = nullptr;         ///< n joint positions as commanded [rad, m]
   double payload = 0;                ///< [kg]
-  const double* wrench = nullptr;    ///< fx fy fz mx my mz at the payload's centre [N, N m], in base axes
+  const double* wrench = nullptr;    ///< fx fy fz mx my mz at the payload's centre [N, N m], in the axes of the robot's wrench frame
   double temperature = std::numeric_limits<double>::quiet_NaN();  ///< [K]
   double time = std::numeric_limits<double>::quiet_NaN();         ///< [s]
   int station = -1;
@@ -24,8 +25,20 @@ struct State {
   const double* approach = nullptr;  ///< n of +1, -1, or 0 where unknown
   const double* current = nullptr;   ///< n motor currents [A]
   const double* extra = nullptr;     ///< columns of the user's own
-  const double* load = nullptr;      ///< 6 a frame: force and moment that all beyond puts on the frame, in its axes, at its origin [N, N m]
-  const double* payload_load = nullptr;  ///< the payload's and the wrench's share of load
+  const double* table = nullptr;     ///< basis values of effects that a user registered
+
+  // What the model itself makes of the row, at the start of an outer iteration (model/settle.hpp); null where no effect asked for it.
+  const Pose* frames = nullptr;          ///< T_world_frame of the deflected arm, one a frame
+  const double* gravity = nullptr;       ///< [m/s^2] in the measuring frame
+  const double* load = nullptr;          ///< 6 a frame: force and moment that all beyond puts on the frame, its axes, its origin [N, N m]
+  const double* payload_load = nullptr;  ///< the payload's and the wrench's share of `load`
+  const double* output = nullptr;        ///< n joint positions behind the gears: q with the identified reduction ratios
+  const double* compliance = nullptr;    ///< n slopes d q / d torque of all compliances of the joint [rad/(N m), m/N]
+
+  /// Load about (revolute) or along (prismatic) the axis of a joint, which is z of its frame.
+  double joint_load(const double* loads, int joint, JointType type) const {
+    return loads[6 * joint_frame(joint) + (type == JointType::kRevolute ? 5 : 2)];
+  }
 };
 
 /// N rows of conditions; what is empty was not measured. `q` is required.
@@ -37,9 +50,18 @@ struct Samples {
   Eigen::VectorXi station, mount;      ///< (N)
   RowMatrixXd approach, current;       ///< (N, n)
   RowMatrixXd extra;                   ///< (N, k)
-  RowMatrixXd load, payload_load;      ///< (N, 6 (2 n + 2)), from statics
+  RowMatrixXd table;                   ///< (N, k) basis values of effects that a user registered
+
+  // Filled by settle().
+  std::vector<Pose> frames;            ///< N x frames
+  Eigen::Vector3d gravity = Eigen::Vector3d::Zero();
+  RowMatrixXd load, payload_load;      ///< (N, 6 frames)
+  RowMatrixXd output, compliance;      ///< (N, n)
 
   Eigen::Index count() const { return q.rows(); }
+
+  /// Rows begin ... end - 1, without what settle() fills.
+  Samples slice(Eigen::Index begin, Eigen::Index end) const;
 
   /// Throws InvalidInput where a table does not fit q or a joint position is not finite.
   void check(int joint_count) const;
@@ -56,8 +78,15 @@ struct Samples {
     if (approach.size() > 0) s.approach = approach.row(i).data();
     if (current.size() > 0) s.current = current.row(i).data();
     if (extra.size() > 0) s.extra = extra.row(i).data();
+    if (table.size() > 0) s.table = table.row(i).data();
+    if (!frames.empty()) {
+      s.frames = frames.data() + i * static_cast<Eigen::Index>(frames.size()) / q.rows();
+      s.gravity = gravity.data();
+    }
     if (load.size() > 0) s.load = load.row(i).data();
     if (payload_load.size() > 0) s.payload_load = payload_load.row(i).data();
+    if (output.size() > 0) s.output = output.row(i).data();
+    if (compliance.size() > 0) s.compliance = compliance.row(i).data();
     return s;
   }
 };

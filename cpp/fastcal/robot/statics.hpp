@@ -1,0 +1,25 @@
+// SPDX-FileCopyrightText: 2026 The fastcal authors
+// SPDX-License-Identifier: MIT
+//
+// What weighs on every frame of the chain: links, payload and wrench, in a given (deflected) posture.
+// A joint's load is z . sum_k ((p_k - o) x m_k g), the moment that all weights beyond it exert about its axis; it is minus the torque that
+// KDL's and pinocchio's inverse dynamics give, which hold the arm. All six components are kept, for bearings and links bend too.
+#pragma once
+
+#include <vector>
+
+#include "fastcal/robot/kinematics.hpp"
+#include "fastcal/robot/state.hpp"
+
+namespace fastcal {
+
+/// Gravity [m/s^2] in the measuring frame, for a base that stands as T_world_base.
+Eigen::Vector3d gravity_in_world(const RobotDescription& robot, const Pose& T_world_base);
+
+/// Loads on all frames, 6 each: force and moment of all beyond the frame, in its axes, about its origin [N, N m].
+/// The payload hangs behind the flange: the tool frame carries nothing.
+/// `load`: everything; `payload_load`: payload and wrench alone. Both have 6 * frame_count numbers.
+void frame_loads(const RobotDescription& robot, const Chain& chain, const std::vector<Pose>& T_world_frame, const State& state,
+                 const Eigen::Vector3d& gravity, double* load, double* payload_load);
+
+}  // namespace fastcal
