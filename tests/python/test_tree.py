@@ -13,7 +13,7 @@ import fastcal
 
 ROOT = Path(__file__).parents[2]
 HEADER = ["SPDX-FileCopyrightText: 2026 The fastcal authors", "SPDX-License-Identifier: MIT"]
-SOURCES = {".cpp", ".hpp", ".py", ".pyi", ".sh", ".toml", ".yaml"}
+SOURCES = {".cpp", ".hpp", ".py", ".pyi", ".sh", ".supp", ".toml", ".yaml"}
 SCRIPTS = {"CMakeLists.txt", "run", "setup", "test", "stubs"}
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 
