@@ -13,13 +13,13 @@ import functools
 import gzip
 import json
 from datetime import UTC, datetime
-from importlib import metadata
 from typing import Any
 
 import jinja2
 import numpy as np
 from markupsafe import Markup
 
+import fastcal
 from fastcal.report import formatting
 
 
@@ -32,7 +32,7 @@ def render(template: str, **context: Any) -> str:
         script=Markup(source),  # noqa: S704  our own file
         style=Markup(style),  # noqa: S704  our own file
         plotly=_plotly_base64(),
-        version=metadata.version("fastcal") if _is_installed() else "from source",
+        version=fastcal.__version__,
         date=datetime.now(UTC).date().isoformat(),
         **context,
     )
@@ -77,11 +77,3 @@ def _plotly_base64() -> str:
     from plotly.offline import get_plotlyjs
 
     return base64.b64encode(gzip.compress(get_plotlyjs().encode(), compresslevel=9, mtime=0)).decode("ascii")
-
-
-def _is_installed() -> bool:
-    try:
-        metadata.version("fastcal")
-    except metadata.PackageNotFoundError:
-        return False
-    return True
