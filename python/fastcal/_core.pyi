@@ -1,0 +1,295 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""
+fastcal's core: robots, effects, identification. Everything is SI; twists are [v; w].
+"""
+from __future__ import annotations
+import collections.abc
+import numpy
+import numpy.typing
+import typing
+__all__: list[str] = ['Alignment', 'Effect', 'ErrorModel', 'Identification', 'Measurements', 'Parameter', 'RobotDescription', 'RobotModel', 'Samples', 'align', 'build_dh', 'build_mdh', 'build_poe', 'build_urdf', 'effect_names', 'effect_owners', 'exp_so3', 'identify', 'log_so3', 'make_effect', 'quaternion_to_rotation', 'read_urdf', 'rotation_about', 'rotation_to_axis', 'rotation_to_rpy', 'rpy_to_rotation']
+class Parameter:
+    """
+    A named number of a model, in SI.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def doc(self) -> str:
+        ...
+    @property
+    def name(self) -> str:
+        ...
+    @property
+    def owner(self) -> str:
+        ...
+    @property
+    def sigma(self) -> float:
+        """
+        a plausible size of its error
+        """
+    @property
+    def unit(self) -> str:
+        ...
+class RobotDescription:
+    """
+    What every kind of robot file has beside its geometry; SI.
+    """
+    def __init__(self, *, joint_types: collections.abc.Sequence[str], mass: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], com: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], inertia: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], T_world_base: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], T_flange_tool: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], p_flange_payload: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], gravity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], gravity_in_world: bool, coupling: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], wrench_frame: str) -> None:
+        """
+        joint_types (n) 'revolute' or 'prismatic'; mass (n,), com (n, 3), inertia (n, 6) as xx yy zz xy xz yz; poses (4, 4); coupling (n, n).
+        """
+class RobotModel:
+    """
+    A robot as a chain of elementary motions; const.
+    """
+    def base_and_tool(self, values: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"]) -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 4]"], typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 4]"]]:
+        """
+        T_world_base and T_flange_tool (4, 4) at parameter values (P,).
+        """
+    def frame_name(self, frame: typing.SupportsInt | typing.SupportsIndex) -> str:
+        ...
+    def frame_origins(self, q: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        """
+        Origins (frames, 3) of the chain's frames in the measuring frame, at joint positions q (n,).
+        """
+    def with_base_and_tool(self, T_world_base: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], T_flange_tool: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"]) -> RobotModel:
+        """
+        The same robot with base and tool (4, 4) there; their rx, ry, rz are measured from there.
+        """
+    @property
+    def frame_count(self) -> int:
+        ...
+    @property
+    def joint_count(self) -> int:
+        ...
+    @property
+    def nominal(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        Values of the parameters (P,), SI.
+        """
+    @property
+    def parameters(self) -> list[Parameter]:
+        ...
+class Effect:
+    """
+    One physical cause of pose error, as small twists on frames of the chain.
+    """
+    @property
+    def parameters(self) -> list[Parameter]:
+        ...
+class Samples:
+    """
+    N rows of conditions, SI; what is None was not measured.
+    """
+    def __init__(self, q: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], *, payload: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] | None = None, wrench: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] | None = None, temperature: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] | None = None, time: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] | None = None, station: typing.Annotated[numpy.typing.ArrayLike, numpy.int32, "[m, 1]"] | None = None, mount: typing.Annotated[numpy.typing.ArrayLike, numpy.int32, "[m, 1]"] | None = None, approach: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] | None = None, current: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] | None = None, extra: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] | None = None) -> None:
+        ...
+    def __len__(self) -> int:
+        ...
+class Measurements:
+    """
+    N rows of what was measured, SI; None: not at all, NaN: not in this row.
+    """
+    def __init__(self, *, position: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] | None = None, rotation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] | None = None, distance: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] | None = None, anchor: typing.Annotated[numpy.typing.ArrayLike, numpy.int32, "[m, 1]"] | None = None, anchor_count: typing.SupportsInt | typing.SupportsIndex = 0, sigma_position: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] | None = None, sigma_rotation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] | None = None) -> None:
+        ...
+class ErrorModel:
+    """
+    A robot with its effects.
+    """
+    def __init__(self, robot: RobotModel, effects: collections.abc.Sequence[Effect] = [], effect_values: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] = ...) -> None:
+        ...
+    def parameter_jacobian(self, samples: Samples, theta: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], rows: typing.SupportsInt | typing.SupportsIndex = 3, threads: typing.SupportsInt | typing.SupportsIndex = 1, out: typing.Any = None) -> numpy.ndarray:
+        """
+        (N, rows, P): motion of the tool by every parameter, in the axes of the measuring frame; 3 rows: position, 6: [v; w].
+        """
+    def predict(self, samples: Samples, theta: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], threads: typing.SupportsInt | typing.SupportsIndex = 1, out: typing.Any = None) -> numpy.ndarray:
+        """
+        Poses (N, 4, 4) of the tool in the measuring frame.
+        """
+    def with_robot(self, robot: RobotModel) -> ErrorModel:
+        """
+        The same effects on another robot of the same parameters.
+        """
+    @property
+    def parameters(self) -> list[Parameter]:
+        ...
+    @property
+    def robot(self) -> RobotModel:
+        ...
+    @property
+    def start(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        Values of the parameters (P,), SI.
+        """
+class Alignment:
+    """
+    Best rigid fit of base and tool.
+    """
+    @property
+    def T_flange_tool(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 4]"]:
+        ...
+    @property
+    def T_world_base(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 4]"]:
+        ...
+    @property
+    def anchors(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        """
+        (anchors, 3) [m]
+        """
+    @property
+    def found(self) -> bool:
+        ...
+    @property
+    def message(self) -> str:
+        ...
+    @property
+    def rms(self) -> float:
+        """
+        [m] what the rigid fit leaves
+        """
+class Identification:
+    """
+    What identify() found; SI.
+    """
+    @property
+    def common_noise(self) -> typing.Annotated[list[float], "FixedSize(3)"]:
+        """
+        standard deviation common to all rows: position [m], rotation [rad], distance [m]
+        """
+    @property
+    def covariance(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        """
+        of the free ones
+        """
+    @property
+    def degrees_of_freedom(self) -> int:
+        ...
+    @property
+    def free(self) -> list[int]:
+        """
+        indices that were identified
+        """
+    @property
+    def held(self) -> list[int]:
+        """
+        indices that the gauge holds at nominal
+        """
+    @property
+    def iterations(self) -> int:
+        ...
+    @property
+    def message(self) -> str:
+        ...
+    @property
+    def parameters(self) -> list[Parameter]:
+        """
+        of theta: the model's, then the anchors'
+        """
+    @property
+    def rank(self) -> int:
+        ...
+    @property
+    def residuals(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        """
+        (N, 7): position, rotation, distance; NaN where not measured
+        """
+    @property
+    def sigma(self) -> typing.Annotated[list[float], "FixedSize(3)"]:
+        """
+        RMS standard deviation used: position [m], rotation [rad], distance [m]
+        """
+    @property
+    def status(self) -> str:
+        ...
+    @property
+    def theta(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        ...
+    @property
+    def unidentifiable(self) -> list[str]:
+        ...
+    @property
+    def unidentifiable_parts(self) -> list[list[int]]:
+        ...
+    @property
+    def variance_factor(self) -> float:
+        ...
+    @property
+    def weights(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        (N,) robust weight of each row
+        """
+    @property
+    def whitened_squares(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        (N,) u^2 of each row
+        """
+def align(model: ErrorModel, samples: Samples, measured: Measurements, threads: typing.SupportsInt | typing.SupportsIndex = 1) -> Alignment:
+    """
+    Closed-form base and tool (and anchors of lengths) of a model, refined; no initial guess is needed.
+    """
+def build_dh(description: RobotDescription, rows: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"]) -> RobotModel:
+    """
+    Classic DH; rows (n, 5): theta, d, a, alpha, beta in rad and m.
+    """
+def build_mdh(description: RobotDescription, rows: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"]) -> RobotModel:
+    """
+    Modified DH (Craig); row i holds alpha_(i-1), a_(i-1); columns as build_dh.
+    """
+def build_poe(description: RobotDescription, screws: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], home: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"]) -> RobotModel:
+    """
+    Products of exponentials; screws (n, 7): omega, v, offset in the base frame; home (4, 4).
+    """
+def build_urdf(description: RobotDescription, origins: collections.abc.Sequence[typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"]], axes: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], flange: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"]) -> RobotModel:
+    """
+    URDF chain; origins n of (4, 4), axes (n, 3), flange (4, 4).
+    """
+def effect_names() -> list[str]:
+    """
+    Names of all registered effects, sorted.
+    """
+def effect_owners(name: str, robot: RobotModel) -> list[str]:
+    """
+    All owners that a robot has for an effect.
+    """
+def exp_so3(w: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
+    """
+    Rotation (3, 3) of the rotation vector w (3,) in rad.
+    """
+def identify(model: ErrorModel, samples: Samples, measured: Measurements, *, asked: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], anchors: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] = ..., method: str = 'nls', loss: str = 'tukey', prior_mean: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] = ..., prior_sigma: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] = ..., lower: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] = ..., upper: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] = ..., max_iterations: typing.SupportsInt | typing.SupportsIndex = 100, practical_limit: typing.SupportsFloat | typing.SupportsIndex = 10.0, threads: typing.SupportsInt | typing.SupportsIndex = 1) -> Identification:
+    """
+    Identifies the parameters `asked` (indices) and all anchors, from the model's start.
+    """
+def log_so3(R: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 3]"]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+    """
+    Rotation vector (3,) in rad of a rotation (3, 3), of length 0 to pi.
+    """
+def make_effect(name: str, robot: RobotModel, owner: str, options: collections.abc.Mapping[str, typing.SupportsFloat | typing.SupportsIndex | str | collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex]] = {}) -> Effect:
+    """
+    The effect of one owner; InvalidInput names what is wrong.
+    """
+def quaternion_to_rotation(wxyz: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 1]"]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
+    """
+    Rotation (3, 3) of a quaternion w, x, y, z, brought to length 1.
+    """
+def read_urdf(xml_text: str, base_link: str = '', tip_link: str = '') -> dict:
+    """
+    The chain from base_link to tip_link of a URDF, as a dict of SI numbers; InvalidInput where it is none.
+    """
+def rotation_about(axis: str, angle: typing.SupportsFloat | typing.SupportsIndex) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
+    """
+    Rotation (3, 3) by an angle in rad about the axis 'x', 'y' or 'z'.
+    """
+def rotation_to_axis(axis: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
+    """
+    A rotation (3, 3) whose z axis is `axis` (unit), by the least turn.
+    """
+def rotation_to_rpy(R: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 3]"]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+    """
+    Roll, pitch, yaw in rad of a rotation (3, 3); roll is 0 at pitch = +-90 degrees.
+    """
+def rpy_to_rotation(rpy: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
+    """
+    Fixed-axis XYZ angles (3,) in rad to R = Rz(yaw) Ry(pitch) Rx(roll), (3, 3), as URDF.
+    """
+__version__: str = '0.1.0'
