@@ -3,7 +3,7 @@
 """Every example of the README and the docs runs: Python blocks, and console lines that begin with `$ fastcal`.
 
 The blocks of a page run in one folder and share their names, in the order in which a reader meets them. The folder
-holds what a reader would bring: robot.yaml, measurements.csv, test.csv; and a public set from the block on that uses it.
+holds what a reader would bring: robot.yaml, measurements.csv, test.csv; and a public set once a block uses it.
 """
 
 import re
