@@ -12,6 +12,8 @@ matrices are taken either whole, (2B, 2B), or as K_ee, (B, B), the stiffness of 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -21,7 +23,7 @@ from fastcal.errors import InvalidInput
 Array = NDArray[np.float64]
 
 EQUILIBRIUM = 1e-6
-"""Largest sum of the forces of both ends, relative to K_ee: what a finite-element program rounds off, and no support."""
+"""Largest sum of the forces of both ends, relative to K_ee: what a finite-element program rounds off, no support."""
 
 
 def as_numbers(name: str, value: ArrayLike) -> Array:
@@ -34,6 +36,14 @@ def as_numbers(name: str, value: ArrayLike) -> Array:
         where = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
         raise InvalidInput(f"{name} must be finite, got {array[where]} at index {where}")
     return array
+
+
+def rows(name: str, value: ArrayLike, shape: tuple[int, ...], count: int) -> Array:
+    """The value with `shape`, one for all postures, or (count, *shape); another shape raises InvalidInput."""
+    numbers = as_numbers(name, value)
+    if numbers.shape not in (shape, (count, *shape)):
+        raise InvalidInput(f"{name} must have shape {shape} or {(count, *shape)}, got {numbers.shape}")
+    return numbers
 
 
 def end_stiffness(name: str, matrix: ArrayLike, size: int) -> Array:
@@ -122,3 +132,76 @@ class StiffnessTable:
 
     def __repr__(self) -> str:
         return f"StiffnessTable({self.size} x {self.size}, relative error {self.relative_error:.1e})"
+
+
+ElementStiffness = StiffnessTable | ArrayLike | None
+
+
+class ElementMatrices:
+    """The elements of a frame whose stiffness is no section's.
+
+    Args:
+        stiffness: {element: a matrix, a StiffnessTable, or None where every call brings its own}.
+        element_count: How many elements the frame has.
+        size: B, 3 or 6.
+
+    Attributes:
+        own: {element: what it was given}, ascending.
+    """
+
+    def __init__(self, stiffness: Mapping[int, ElementStiffness], element_count: int, size: int) -> None:
+        self.size = size
+        self.own: dict[int, StiffnessTable | Array | None] = {}
+        for index in sorted(stiffness):
+            given, name = stiffness[index], f"stiffness of element {index}"
+            if not 0 <= index < element_count:
+                raise InvalidInput(f"there is no element {index} to have a stiffness; there are {element_count}")
+            if given is None:
+                self.own[index] = None
+            elif isinstance(given, StiffnessTable):
+                if given.size != size:
+                    raise InvalidInput(f"the {name} has {given.size} displacements a node, the frame {size}")
+                self.own[index] = given
+            else:
+                matrix = end_stiffness(name, given, size)
+                if matrix.ndim != 2:
+                    raise InvalidInput(
+                        f"{name} must be one matrix, got shape {matrix.shape}; give None, and it to solve"
+                    )
+                self.own[index] = matrix
+
+    def at(
+        self, count: int, angle_rad: ArrayLike | None, extension_m: ArrayLike | None, given: Mapping[int, ArrayLike]
+    ) -> Array | None:
+        """K_ee (T, B, B), or (N, T, B, B) where one changes, of these T elements at N = count postures."""
+        unknown = sorted(set(given) - set(self.own))
+        if unknown:
+            raise InvalidInput(f"element {unknown[0]} was made with a section: give BeamFrame a stiffness for it first")
+        if not self.own:
+            return None
+        shape = (self.size, self.size)
+        matrices = []
+        for index, own in self.own.items():
+            name = f"stiffness of element {index}"
+            if index in given:
+                matrices.append(rows(name, end_stiffness(name, given[index], self.size), shape, count))
+            elif isinstance(own, StiffnessTable):
+                if angle_rad is None or extension_m is None:
+                    raise InvalidInput(f"the {name} is a table: angle_rad and extension_m are needed")
+                matrices.append(
+                    own(_postures("angle_rad", angle_rad, count), _postures("extension_m", extension_m, count))
+                )
+            elif own is None:
+                raise InvalidInput(f"the {name} must be given with the postures")
+            else:
+                matrices.append(own)
+        if all(matrix.ndim == 2 for matrix in matrices):
+            return np.stack(matrices)
+        return np.stack([np.broadcast_to(matrix, (count, *shape)) for matrix in matrices], axis=1).copy(order="C")
+
+
+def _postures(name: str, values: ArrayLike, count: int) -> Array:
+    numbers = as_numbers(name, values)
+    if numbers.shape != (count,):
+        raise InvalidInput(f"{name} must have shape ({count},), got {numbers.shape}")
+    return numbers

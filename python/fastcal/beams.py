@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fastcal import _core
-from fastcal.beam_stiffness import Array, StiffnessTable, as_numbers, end_stiffness
+from fastcal.beam_stiffness import Array, ElementMatrices, ElementStiffness, StiffnessTable, as_numbers, rows
 from fastcal.errors import InvalidInput
 
 __all__ = ["BeamFrame", "StiffnessTable"]
@@ -26,11 +26,12 @@ DIRECTIONS = {2: ("ux", "uy", "rz"), 3: ("ux", "uy", "uz", "rx", "ry", "rz")}
 
 Hinge = tuple[int, int] | tuple[int, int, str]
 Support = int | tuple[int, str]
-ElementStiffness = StiffnessTable | ArrayLike | None
 
 
 class BeamFrame:
-    """What a frame of beams is, apart from where its nodes stand. E elements, M nodes; a number is meant for all elements.
+    """What a frame of beams is, apart from where its nodes stand.
+
+    E elements, M nodes, B displacements of a node. Of a section's numbers, one is meant for all elements.
 
     Args:
         elements: (start, end) nodes of each element; its local x runs from start to end.
@@ -98,13 +99,13 @@ class BeamFrame:
             "mass_kg": mass_kg,
         }
         sections = np.column_stack([self._per_element(name, value) for name, value in columns.items()])
-        self._stiffness = self._read_stiffness(stiffness or {})
+        self._matrices = ElementMatrices(stiffness or {}, len(self.elements), self.freedom_count)
         self._solver = _core.BeamSolver(
             self.dimension,
             self.node_count,
             self.elements,
             np.ascontiguousarray(sections),
-            [index in self._stiffness for index in range(len(self.elements))],
+            [index in self._matrices.own for index in range(len(self.elements))],
             [self._hinge_bits(hinge) for hinge in hinges],
             [self._support_bits(support) for support in fixed],
         )
@@ -151,13 +152,19 @@ class BeamFrame:
         Raises:
             InvalidInput: Wrong shapes, or a frame that is a mechanism at some posture: node and direction are named.
         """
-        given = self._given(nodes, load, gravity, up, angle_rad, extension_m, stiffness)
+        given = self._given(nodes, load, gravity, up, angle_rad, extension_m, stiffness, threads)
         displacement = self._output(out, (len(given[0]), self.node_count, self.freedom_count))
         self._solver.solve(*given, list(self._per_element("scale", scale)), threads, displacement)
         return displacement
 
     def solve_with_derivative(
-        self, nodes: ArrayLike, groups: Sequence[Iterable[int]], *, scale: ArrayLike = 1.0, threads: int = 1, **given: Any
+        self,
+        nodes: ArrayLike,
+        groups: Sequence[Iterable[int]],
+        *,
+        scale: ArrayLike = 1.0,
+        threads: int = 1,
+        **given: Any,
     ) -> tuple[Array, Array]:
         """Displacements and their derivatives by stiffness factors: K du/ds = -K_group u.
 
@@ -180,7 +187,7 @@ class BeamFrame:
         keywords = {name: given.pop(name, None) for name in _SOLVE_KEYWORDS}
         if given:
             raise InvalidInput(f"solve knows no {', '.join(given)}")
-        arrays = self._given(nodes, **keywords)
+        arrays = self._given(nodes, **keywords, threads=threads)
         displacement = np.empty((len(arrays[0]), self.node_count, self.freedom_count))
         derivative = np.empty((*displacement.shape, len(groups)))
         factors = list(self._per_element("scale", scale))
@@ -201,9 +208,12 @@ class BeamFrame:
         angle_rad: ArrayLike | None,
         extension_m: ArrayLike | None,
         stiffness: Mapping[int, ArrayLike] | None,
+        threads: int,
     ) -> tuple[Array, Array | None, Array, Array | None, Array | None]:
         """The arrays of a call, checked, as the core takes them."""
         D, M, B = self.dimension, self.node_count, self.freedom_count
+        if threads < 1:
+            raise InvalidInput(f"threads must be at least 1, got {threads}")
         positions = as_numbers("nodes", nodes)
         if positions.ndim != 3 or positions.shape[1:] != (M, D):
             raise InvalidInput(f"nodes must have shape (N, {M}, {D}), got {positions.shape}")
@@ -216,62 +226,11 @@ class BeamFrame:
             up = np.broadcast_to(direction, (len(self.elements), 3)) if direction.shape == (3,) else direction
         return (
             positions,
-            None if load is None else _rows("load", load, (M, B), count),
-            _rows("gravity", weight, (D,), count),
-            None if up is None else _rows("up", up, (len(self.elements), 3), count),
-            self._end_stiffness(count, angle_rad, extension_m, stiffness or {}),
+            None if load is None else rows("load", load, (M, B), count),
+            rows("gravity", weight, (D,), count),
+            None if up is None else rows("up", up, (len(self.elements), 3), count),
+            self._matrices.at(count, angle_rad, extension_m, stiffness or {}),
         )
-
-    def _end_stiffness(
-        self,
-        count: int,
-        angle_rad: ArrayLike | None,
-        extension_m: ArrayLike | None,
-        given: Mapping[int, ArrayLike],
-    ) -> Array | None:
-        """K_ee (T, B, B) or (N, T, B, B) of the T elements that have no section."""
-        unknown = set(given) - set(self._stiffness)
-        if unknown:
-            raise InvalidInput(f"element {min(unknown)} was made with a section: give it a stiffness in BeamFrame first")
-        if not self._stiffness:
-            return None
-        size, matrices = self.freedom_count, []
-        for index, own in self._stiffness.items():
-            name = f"stiffness of element {index}"
-            if index in given:
-                matrices.append(_rows(name, end_stiffness(name, given[index], size), (size, size), count))
-            elif isinstance(own, StiffnessTable):
-                if angle_rad is None or extension_m is None:
-                    raise InvalidInput(f"the {name} is a table: angle_rad and extension_m are needed")
-                pairs = (as_numbers("angle_rad", angle_rad), as_numbers("extension_m", extension_m))
-                for pair, values in zip(("angle_rad", "extension_m"), pairs, strict=True):
-                    if values.shape != (count,):
-                        raise InvalidInput(f"{pair} must have shape ({count},), got {values.shape}")
-                matrices.append(own(*pairs))
-            elif own is None:
-                raise InvalidInput(f"the {name} must be given with the postures")
-            else:
-                matrices.append(np.asarray(own))
-        if all(matrix.ndim == 2 for matrix in matrices):
-            return np.ascontiguousarray(np.stack(matrices))
-        full = [np.broadcast_to(matrix, (count, size, size)) for matrix in matrices]
-        return np.ascontiguousarray(np.stack(full, axis=1))
-
-    def _read_stiffness(self, stiffness: Mapping[int, ElementStiffness]) -> dict[int, StiffnessTable | Array | None]:
-        read: dict[int, StiffnessTable | Array | None] = {}
-        for index in sorted(stiffness):
-            own, name = stiffness[index], f"stiffness of element {index}"
-            if not 0 <= index < len(self.elements):
-                raise InvalidInput(f"there is no element {index} to have a stiffness; there are {len(self.elements)}")
-            if isinstance(own, StiffnessTable):
-                if own.size != self.freedom_count:
-                    raise InvalidInput(f"the {name} must be of dimension {self.dimension}, like the frame")
-                read[index] = own
-            elif own is None:
-                read[index] = None
-            else:
-                read[index] = _rows(name, end_stiffness(name, own, self.freedom_count), (self.freedom_count,) * 2, 0)
-        return read
 
     def _per_element(self, name: str, value: ArrayLike | None) -> Array:
         numbers = as_numbers(name, 0.0 if value is None else value)
@@ -310,14 +269,6 @@ def _pairs(elements: Iterable[tuple[int, int]]) -> list[tuple[int, int]]:
     if not pairs:
         raise InvalidInput("a frame needs at least one element")
     return pairs
-
-
-def _rows(name: str, value: ArrayLike, shape: tuple[int, ...], count: int) -> Array:
-    """The value with `shape`, one for all postures, or (count, *shape)."""
-    numbers = as_numbers(name, value)
-    if numbers.shape not in (shape, (count, *shape)):
-        raise InvalidInput(f"{name} must have shape {shape} or {(count, *shape)}, got {numbers.shape}")
-    return numbers
 
 
 def _require(values: Mapping[str, object], what: str) -> None:
