@@ -1,0 +1,81 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""fastcal: from a robot file and measured poses to an identified robot, how sure it is, and a report."""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+from fastcal._core import __version__
+
+if TYPE_CHECKING:
+    from fastcal.beams import BeamFrame
+    from fastcal.calibration import CalibrationResult, calibrate
+    from fastcal.conversion import convert
+    from fastcal.dataset import Dataset
+    from fastcal.errors import FastcalError, InvalidInput, ParseError
+    from fastcal.evaluation import evaluate
+    from fastcal.io.measurements import load_measurements
+    from fastcal.io.measurements_out import write_measurements
+    from fastcal.io.robot_file import load_robot
+    from fastcal.prediction import predict
+    from fastcal.report import write_report
+    from fastcal.robot import Robot
+    from fastcal.simulation import perturbed, random_poses, simulate
+
+# Public name: the module that defines it, imported at the name's first use, so that `import fastcal` takes no time.
+_HOMES = {
+    "BeamFrame": "beams",
+    "CalibrationResult": "calibration",
+    "Dataset": "dataset",
+    "FastcalError": "errors",
+    "InvalidInput": "errors",
+    "ParseError": "errors",
+    "Robot": "robot",
+    "calibrate": "calibration",
+    "convert": "conversion",
+    "evaluate": "evaluation",
+    "load_measurements": "io.measurements",
+    "load_robot": "io.robot_file",
+    "perturbed": "simulation",
+    "predict": "prediction",
+    "random_poses": "simulation",
+    "simulate": "simulation",
+    "write_measurements": "io.measurements_out",
+    "write_report": "report",
+}
+
+__all__ = [
+    "BeamFrame",
+    "CalibrationResult",
+    "Dataset",
+    "FastcalError",
+    "InvalidInput",
+    "ParseError",
+    "Robot",
+    "__version__",
+    "calibrate",
+    "convert",
+    "evaluate",
+    "load_measurements",
+    "load_robot",
+    "perturbed",
+    "predict",
+    "random_poses",
+    "simulate",
+    "write_measurements",
+    "write_report",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module 'fastcal' has no attribute '{name}'")
+    value = getattr(importlib.import_module(f"fastcal.{_HOMES[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -1,0 +1,90 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""The commands, and the one place where an error becomes a line and an exit code."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+from typing import Annotated, cast
+
+import typer
+
+from fastcal.cli import calibrate, convert, demo, models, simulate
+from fastcal.errors import FastcalError
+
+OK, INTERNAL, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
+
+# The base of what typer raises over usage, for which it has no name of its own in every version.
+_UsageError = cast("type[Exception]", typer.BadParameter.__mro__[2])
+
+COMMANDS = (
+    calibrate.calibrate,
+    models.predict,
+    models.evaluate,
+    simulate.simulate,
+    convert.convert,
+    demo.demo,
+)
+
+app = typer.Typer(
+    add_completion=False,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+for command in COMMANDS:
+    app.command()(command)
+
+
+def _show_version(wanted: bool) -> None:
+    if wanted:
+        from fastcal import __version__
+
+        typer.echo(f"fastcal {__version__}")
+        raise typer.Exit
+
+
+@app.callback(epilog="Exit code 0: done. 2: bad input or usage. 3: not converged, or too few equations.")
+def _fastcal(
+    version: Annotated[
+        bool, typer.Option("--version", help="Show the version.", callback=_show_version, is_eager=True)
+    ] = False,
+) -> None:
+    """Kinematic calibration of robot arms.
+
+    Files carry the unit of every quantity at the end of its name: x_mm, q1_deg, payload_kg.
+    """
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Runs `fastcal` with the given arguments, or with those of the process; returns the exit code."""
+    try:
+        code = typer.main.get_command(app).main(arguments, prog_name="fastcal", standalone_mode=False)
+        sys.stdout.flush()
+    except FastcalError as error:
+        return _failed(str(error), BAD_INPUT)
+    except _UsageError as error:
+        said = str(error.format_message()).replace("Value error, ", "")  # type: ignore[attr-defined]
+        return _failed(f"{said} (see fastcal --help)", BAD_INPUT)
+    except (KeyboardInterrupt, typer.Abort):
+        return _failed("interrupted", INTERRUPTED)
+    except BrokenPipeError:
+        # The reader has gone: nothing can be said, and the interpreter must not try again when it ends.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return INTERNAL
+    except OSError as error:
+        return _failed(str(error), BAD_INPUT)
+    except Exception as error:
+        # A fault of fastcal itself is told in one line too.
+        if os.environ.get("FASTCAL_TRACEBACK"):
+            raise
+        said = f"internal error, {type(error).__name__}: {error} (FASTCAL_TRACEBACK=1 shows where; please report it)"
+        return _failed(said, INTERNAL)
+    return int(code or OK)
+
+
+def _failed(message: str, code: int) -> int:
+    typer.echo(f"fastcal: error: {' '.join(message.splitlines())}", err=True)
+    return code

@@ -1,0 +1,85 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""`fastcal predict` and `fastcal evaluate`: what a model says of other poses, and how far that is from measurements."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from fastcal.cli.console import progress, say, warn
+from fastcal.cli.options import DataFile, ModelFile, OutFile, Threads
+
+if TYPE_CHECKING:
+    from fastcal.evaluation import Evaluation
+
+
+def predict(
+    model: ModelFile,
+    data: Annotated[Path, typer.Argument(metavar="DATA", help="Poses; only q and the conditions are read.")],
+    output: OutFile,
+    threads: Threads = 1,
+) -> None:
+    """Predict where the tool is, and how surely, into a CSV file."""
+    from fastcal.io.measurements import load_measurements
+    from fastcal.io.robot_file import load_robot
+    from fastcal.io.tables import write_csv
+    from fastcal.prediction import predict as predicted
+    from fastcal.units import from_si
+
+    robot = load_robot(model)
+    poses = load_measurements(data, robot, require_measured=False)
+    with progress() as show:
+        show("predicting")
+        found = predicted(robot, poses, threads=threads)
+    columns = {"row": range(len(poses))}
+    columns |= zip(("x_mm", "y_mm", "z_mm"), from_si(found.position, "mm").T, strict=True)
+    columns |= zip(("qw", "qx", "qy", "qz"), found.rotation.T, strict=True)
+    columns |= zip(("sigma_x_mm", "sigma_y_mm", "sigma_z_mm"), from_si(found.sigma_position, "mm").T, strict=True)
+    write_csv(output, columns)
+    warn(poses.notes)
+
+
+def evaluate(
+    model: ModelFile,
+    data: DataFile,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="FILE", help="Also write the figures, as JSON.")
+    ] = None,
+    threads: Threads = 1,
+) -> None:
+    """Hold a model against measured poses: error statistics, and ISO 9283 where poses repeat."""
+    from fastcal.evaluation import evaluate as evaluated
+    from fastcal.inspection import readback_notes
+    from fastcal.io.measurements import load_measurements
+    from fastcal.io.results import write_json
+    from fastcal.io.robot_file import load_robot
+
+    robot = load_robot(model)
+    measured = load_measurements(data, robot)
+    found = evaluated(robot, measured, threads=threads)
+    if output is not None:
+        write_json(output, found.to_json_dict())
+    warn([*measured.notes, *readback_notes(robot, measured)])
+    say_evaluation(found, f"{robot.name} on {data.name}")
+
+
+def say_evaluation(found: Evaluation, title: str) -> None:
+    """The figures of `evaluate` in a few lines."""
+    figures = found.to_json_dict()
+    say(f"{title}: {figures['count']} rows")
+    if figures["after_mm"] is not None:
+        after = figures["after_mm"]
+        say("position error: " + ", ".join(f"{name} {after[name]:.4f} mm" for name in ("mean", "std", "rms", "max")))
+    elif found.data.distance is not None:
+        say("lengths are not judged: their anchors are known only while a calibration runs")
+    if (turn := figures.get("after_rotation_deg")) is not None:
+        say("orientation error: " + ", ".join(f"{name} {turn[name]:.4f} deg" for name in ("mean", "rms", "max")))
+    if (iso := figures.get("iso_9283")) is not None:
+        say(
+            f"ISO 9283, {iso['poses']} poses visited {iso['visits']} times: "
+            f"mean AP {iso['accuracy_mm']['mean']:.4f} mm, mean RP {iso['repeatability_mm']['mean']:.4f} mm, "
+            f"noise of a coordinate {iso['sigma_mm']:.4f} mm"
+        )

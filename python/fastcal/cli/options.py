@@ -1,0 +1,26 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Arguments and options that several commands have."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+RobotFile = Annotated[
+    str, typer.Argument(metavar="ROBOT", help="A robot file (.yaml, .urdf) or the name of a shipped arm.")
+]
+ModelFile = Annotated[str, typer.Argument(metavar="MODEL", help="A calibrated robot: model.yaml.")]
+DataFile = Annotated[
+    Path, typer.Argument(metavar="DATA", help="Measured poses: CSV, Parquet or Excel, one row a pose.")
+]
+OutFile = Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="The file to write.")]
+OutFolder = Annotated[Path, typer.Option("-o", "--output", metavar="OUT", help="The folder to write into.")]
+Threads = Annotated[int, typer.Option(min=1, help="Cores to use; the result does not depend on it.")]
+Seed = Annotated[int, typer.Option(min=0, help="The same seed gives the same numbers.")]
+
+# As fastcal.calibration has them; written out here so that `fastcal --help` need not load it.
+Method = Literal["nls", "bfgs", "bfgs_mean_distance"]
+Loss = Literal["tukey", "huber", "cauchy", "none"]

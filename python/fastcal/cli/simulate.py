@@ -1,0 +1,52 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""`fastcal simulate`: poses in, what an instrument would have measured out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from fastcal.cli.console import progress, warn
+from fastcal.cli.options import OutFile, RobotFile, Seed, Threads
+
+
+def simulate(
+    robot: RobotFile,
+    poses: Annotated[Path, typer.Argument(metavar="POSES", help="Joint positions and conditions, as in DATA.")],
+    output: OutFile,
+    noise_mm: Annotated[float, typer.Option(min=0, help="Standard deviation of a measured coordinate.")] = 0.0,
+    noise_rot_deg: Annotated[
+        float | None, typer.Option(min=0, help="Of the orientation about each axis; without it none is measured.")
+    ] = None,
+    repeatability_deg: Annotated[
+        float, typer.Option(min=0, help="Standard deviation of each turning joint about where it is sent.")
+    ] = 0.0,
+    seed: Seed = 0,
+    threads: Threads = 1,
+) -> None:
+    """Simulate the measurement of a robot with its effects, into a CSV file."""
+    from fastcal.io.measurements import load_measurements
+    from fastcal.io.measurements_out import write_measurements
+    from fastcal.io.robot_file import load_robot
+    from fastcal.simulation import simulate as simulated
+    from fastcal.units import to_si
+
+    arm = load_robot(robot)
+    sent = load_measurements(poses, arm, require_measured=False)
+    turning = [kind == "revolute" for kind in arm.joint_types]
+    with progress() as show:
+        show("simulating")
+        data = simulated(
+            arm,
+            sent,
+            noise=to_si(noise_mm, "mm"),
+            noise_rotation=None if noise_rot_deg is None else to_si(noise_rot_deg, "deg"),
+            repeatability=[to_si(repeatability_deg, "deg") * turns for turns in turning],
+            seed=seed,
+            threads=threads,
+        )
+    write_measurements(output, data, arm.joint_types)
+    warn(sent.notes)

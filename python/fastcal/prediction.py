@@ -1,0 +1,67 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Where a model says that its tool is, and how sure it is of that."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal.dataset import Dataset
+from fastcal.robot import Robot
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Prediction:
+    """Poses of the tool in the measuring frame.
+
+    Attributes:
+        position: (N, 3) [m].
+        rotation: (N, 4) unit quaternion w, x, y, z, w at least 0.
+        sigma_position: (N, 3) standard deviation that comes from the identified parameters alone [m]; NaN for a robot
+            that was not calibrated. A new measurement adds its own noise.
+    """
+
+    position: FloatArray
+    rotation: FloatArray
+    sigma_position: FloatArray
+
+
+def predict(robot: Robot, data: Dataset, *, threads: int = 1) -> Prediction:
+    """The tool's pose in every row of `data`, of which only q and the conditions are read."""
+    T = np.asarray(robot.error_model.predict(robot.samples(data), robot.error_model.start, threads))
+    conditions = {
+        name: getattr(data, name)
+        for name in ("payload", "wrench", "temperature", "time", "station", "mount", "approach", "current")
+    }
+    deviation = robot.position_deviation(data.q, **conditions)
+    return Prediction(T[:, :3, 3].copy(), quaternions(T[:, :3, :3]), deviation)
+
+
+def quaternions(R: FloatArray) -> FloatArray:
+    """Unit quaternions w, x, y, z (N, 4), w at least 0, of rotations (N, 3, 3).
+
+    From the largest of the four squares 4 w^2 = 1 + trace ..., so that nothing small is divided by (S. Shepperd,
+    "Quaternion from rotation matrix", 1978).
+    """
+    xx, yy, zz = R[:, 0, 0], R[:, 1, 1], R[:, 2, 2]
+    squares = np.column_stack([1 + xx + yy + zz, 1 + xx - yy - zz, 1 - xx + yy - zz, 1 - xx - yy + zz])
+    products = np.empty((len(R), 4, 4))  # 4 times the outer product of the quaternion with itself
+    for i in range(4):
+        products[:, i, i] = squares[:, i]
+    for i, j, value in (
+        (0, 1, R[:, 2, 1] - R[:, 1, 2]),
+        (0, 2, R[:, 0, 2] - R[:, 2, 0]),
+        (0, 3, R[:, 1, 0] - R[:, 0, 1]),
+        (1, 2, R[:, 0, 1] + R[:, 1, 0]),
+        (1, 3, R[:, 0, 2] + R[:, 2, 0]),
+        (2, 3, R[:, 1, 2] + R[:, 2, 1]),
+    ):
+        products[:, i, j] = products[:, j, i] = value
+    row = products[np.arange(len(R)), np.argmax(squares, axis=1)]
+    q = row / np.linalg.norm(row, axis=1, keepdims=True)
+    return np.asarray(np.where(q[:, :1] < 0, -q, q))
