@@ -29,9 +29,9 @@ struct Work {
     element = y + plan.free_count * B;
     loose = element + plan.element_count * (B * B + D);
   }
-  static std::size_t size(const BeamPlan& plan) {
-    return static_cast<std::size_t>(plan.block_count * B * B + 3 * plan.free_count * B +
-                                    plan.element_count * (B * B + D) + 10 * plan.loose_count);
+  static int size(const BeamPlan& plan) {
+    return plan.block_count * B * B + 3 * plan.free_count * B + plan.element_count * (B * B + D) +
+           10 * plan.loose_count;
   }
 };
 
@@ -339,7 +339,9 @@ Solve choose() {
 
 }  // namespace
 
-std::size_t work_lanes(const BeamPlan& plan) { return plan.dimension == 2 ? Work<2>::size(plan) : Work<3>::size(plan); }
+std::size_t work_lanes(const BeamPlan& plan) {
+  return static_cast<std::size_t>(plan.dimension == 2 ? Work<2>::size(plan) : Work<3>::size(plan));
+}
 
 unsigned solve_lanes(const BeamPlan& plan, const BeamBatch& batch, std::ptrdiff_t first, int count, Lane* work) {
   static const Solve plane = choose<2>(), space = choose<3>();

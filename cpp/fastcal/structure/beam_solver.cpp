@@ -54,8 +54,9 @@ void BeamSolver::plan_nodes() {
   Arrays& arrays = *arrays_;
   std::vector<unsigned> directions(at(frame_.node_count), 0);
   for (const BeamSupport& support : frame_.supports) directions[at(support.node)] |= support.directions;
-  std::vector<bool> fixed;
-  for (const unsigned held : directions) fixed.push_back(held == frame_.all_directions());
+  std::vector<bool> fixed(directions.size());
+  std::transform(directions.begin(), directions.end(), fixed.begin(),
+                 [this](unsigned held) { return held == frame_.all_directions(); });
   std::vector<std::pair<int, int>> edges;
   for (const BeamElement& element : frame_.elements) edges.emplace_back(element.start, element.end);
 

@@ -14,8 +14,8 @@ namespace fastcal::beam {
 
 constexpr int kLanes = 4;
 
-typedef double Lane __attribute__((vector_size(kLanes * sizeof(double)), may_alias));
-typedef long long LaneMask __attribute__((vector_size(kLanes * sizeof(long long)), may_alias));
+using Lane __attribute__((vector_size(kLanes * sizeof(double)), may_alias)) = double;
+using LaneMask __attribute__((vector_size(kLanes * sizeof(long long)), may_alias)) = long long;
 
 /// Storage of a Lane with its alignment, fit for std::vector.
 struct alignas(kLanes * sizeof(double)) LaneStorage {

@@ -19,7 +19,7 @@ std::string direction_in_words(Eigen::VectorXd direction) {
   Eigen::Index first = 0;
   while (std::abs(direction[first]) < size / 2) ++first;
   if (direction[first] < 0) direction = -direction;  // a mechanism moves both ways
-  if (size > 1 - 1e-6) return std::string(1, "xyz"[first]);
+  if (size > 1 - 1e-6) return {"xyz"[first]};
   std::string words = "(";
   for (Eigen::Index i = 0; i < direction.size(); ++i) {
     char number[16];
