@@ -18,6 +18,7 @@ namespace {
 constexpr CommonNoise kNoiseFloor{1e-10, 1e-10, 1e-10};
 constexpr int kMaxRounds = 30;
 constexpr int kMaxOuterRounds = 30;
+constexpr double kNoiseSettled = 1e-4;  // relative; the parameters move by far less than their deviation when the noise moves by this
 
 /// How many numbers of each kind were measured.
 std::array<Eigen::Index, kKinds> counts(const RowMatrixXd& r) {
@@ -68,6 +69,10 @@ double crossing(const F& ratio, double floor, double guess) {
   return high;
 }
 
+bool nothing_claimed(const std::vector<KindRow>& rows) {
+  return std::all_of(rows.begin(), rows.end(), [](const KindRow& row) { return row.claimed[0] + row.claimed[1] + row.claimed[2] == 0; });
+}
+
 /// Robust first guess: the noise at which half of the rows lie inside the median of the normal law (Wilson and Hilferty's form of it).
 double median_noise(const std::vector<KindRow>& rows, double floor, double guess) {
   std::vector<double> u(rows.size());
@@ -81,6 +86,7 @@ double median_noise(const std::vector<KindRow>& rows, double floor, double guess
     std::nth_element(u.begin(), middle, u.end());
     return *middle;
   };
+  if (nothing_claimed(rows)) return std::max(floor, std::sqrt(ratio(1.0)));
   return crossing(ratio, floor, guess);
 }
 
@@ -188,6 +194,7 @@ class Identifier {
       hold_[k] = hold_preference(parameter) * (1 - 1e-3 * static_cast<double>(k) / static_cast<double>(scale_.size()));
     }
     limits_ = options.limits;
+    claims_ = problem.measured.sigma_position.size() + problem.measured.sigma_rotation.size() > 0;
   }
 
   Identification run() {
@@ -233,11 +240,12 @@ class Identifier {
     }
     tau_ = noise(NoiseRule::kMedian, LossKind::kHuber, 0);
     for (int round = 0; round < 6; ++round) {
-      const Solution solution = solve(problem_, theta_, asked_, scale_, {tau_, LossKind::kHuber}, weak, {Method::kLeastSquares, 30});
+      // Few steps a round: this is a start, and the next round weights the rows anew.
+      const Solution solution = solve(problem_, theta_, asked_, scale_, {tau_, LossKind::kHuber}, weak, {Method::kLeastSquares, 3});
       theta_ = solution.theta;
       const CommonNoise before = tau_;
       tau_ = noise(NoiseRule::kMedian, LossKind::kHuber, 0);
-      if (largest_change(before, tau_) < 0.02) break;
+      if (largest_change(before, tau_) < 0.05) break;
     }
   }
 
@@ -317,8 +325,13 @@ class Identifier {
     for (int round = 0; round < kMaxRounds; ++round) {
       const CommonNoise before = tau_;
       tau_ = noise(NoiseRule::kMean, loss_, free_.size());
-      if (round > 0 && largest_change(before, tau_) < 1e-6) break;
+      if (round > 0 && largest_change(before, tau_) < kNoiseSettled) break;
       refit(loss_);
+      // Without a loss and without claims of the rows' own, the noise scales the cost and nothing else.
+      if (loss_ == LossKind::kNone && !claims_) {
+        tau_ = noise(NoiseRule::kMean, loss_, free_.size());
+        return;
+      }
     }
     if (loss_ == LossKind::kNone) return;
     tau_ = noise(NoiseRule::kClean, loss_, free_.size());
@@ -366,7 +379,7 @@ class Identifier {
         out_.tau[k] = 0;
         continue;
       }
-      if (tau_[k] <= kNoiseFloor[k] && problem_.measured.sigma_position.size() + problem_.measured.sigma_rotation.size() > 0) out_.tau[k] = 0;
+      if (tau_[k] <= kNoiseFloor[k] && claims_) out_.tau[k] = 0;
       out_.sigma[k] = std::sqrt(squares[k] / static_cast<double>(measured[k]));
     }
     out_.variance_factor = variance_factor();
@@ -409,6 +422,7 @@ class Identifier {
   std::vector<int> free_;
   double numbers_ = 0;
   bool converged_ = false;
+  bool claims_ = false;  // do the rows claim a noise of their own?
   Eigen::VectorXd last_;
   Identification out_;
 };

@@ -114,7 +114,7 @@ NormalEquations normal_equations(const Problem& problem, const Eigen::VectorXd& 
   NormalEquations sum;
   Eigen::MatrixXd total = Eigen::MatrixXd::Zero(p + 1, p + 1);
   // Groups of chunks bound the memory; within a group the chunks are summed in their order, whoever worked on them.
-  constexpr Eigen::Index kGroupChunks = 64;
+  constexpr Eigen::Index kGroupChunks = 128;
   for (Eigen::Index first = 0; first < problem.row_count(); first += kGroupChunks * kChunkRows) {
     const Eigen::Index rows = std::min(problem.row_count() - first, kGroupChunks * kChunkRows);
     std::vector<Eigen::MatrixXd> parts(static_cast<std::size_t>(chunk_count(rows)));
@@ -122,7 +122,7 @@ NormalEquations normal_equations(const Problem& problem, const Eigen::VectorXd& 
     parallel_chunks(rows, problem.threads, [&](Eigen::Index chunk, Eigen::Index begin, Eigen::Index end) {
       WhitenedRows whitened(problem, theta, free, scale, weighting.tau);
       const auto c = static_cast<std::size_t>(chunk);
-      RowMatrixXd block = with_jacobian ? RowMatrixXd(kComponents * (end - begin), p + 1) : RowMatrixXd();
+      RowMatrixXd block = with_jacobian ? RowMatrixXd(problem.measured.components() * (end - begin), p + 1) : RowMatrixXd();
       Eigen::Index used = 0;
       for (Eigen::Index i = first + begin; i < first + end; ++i) {
         const RowWeight row = with_jacobian ? whitened.rows(i, block, used) : whitened.residual(i);
@@ -197,7 +197,7 @@ Eigen::MatrixXd triangular_factor(const Problem& problem, const Eigen::VectorXd&
   };
   parallel_chunks(problem.row_count(), problem.threads, [&](Eigen::Index chunk, Eigen::Index begin, Eigen::Index end) {
     WhitenedRows whitened(problem, theta, free, scale, tau);
-    RowMatrixXd block(kComponents * (end - begin), p + 1);
+    RowMatrixXd block(problem.measured.components() * (end - begin), p + 1);
     Eigen::Index used = 0;
     for (Eigen::Index i = begin; i < end; ++i) {
       if (rows != nullptr && !((*rows)[static_cast<std::size_t>(i)].weight > 0)) continue;

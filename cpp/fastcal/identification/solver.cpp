@@ -147,9 +147,9 @@ void solve_least_squares(const Reduced& reduced, const std::vector<int>& free, c
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_QR;
   options.max_num_iterations = max_iterations;
-  options.function_tolerance = 1e-15;
-  options.gradient_tolerance = 1e-13;
-  options.parameter_tolerance = 1e-13;
+  options.function_tolerance = 1e-14;
+  options.gradient_tolerance = 1e-12;
+  options.parameter_tolerance = 1e-11;
   options.initial_trust_region_radius = 1e8;  // the start is close: first try the full step
   options.max_trust_region_radius = 1e20;
   options.logging_type = ceres::SILENT;

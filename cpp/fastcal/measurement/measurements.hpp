@@ -31,6 +31,9 @@ struct Measurements {
   /// Throws InvalidInput where a table does not fit `rows` or a standard deviation is not positive.
   void check(Eigen::Index rows) const;
 
+  /// Most numbers that one row can hold.
+  Eigen::Index components() const { return (position.size() > 0 ? 3 : 0) + (rotation.size() > 0 ? 3 : 0) + (distance.size() > 0 ? 1 : 0); }
+
   /// Claimed standard deviation of component c in row i; 0 where none is claimed.
   double sigma(Eigen::Index i, int component) const;
 };

@@ -68,9 +68,11 @@ const Pose& RowEvaluator::jacobian(const State& state, Eigen::Ref<Eigen::Matrix<
     J.col(column.parameter) += tool_motion(frames_[static_cast<std::size_t>(column.frame)], tool.p, column.xi);
   }
   for (const Chain::Column& column : columns_) {
-    // exp(xi + d) = exp(xi) exp(J_r d): exact at any size of the twist.
-    const Vector6d xi = xi_.col(column.frame).isZero(0) ? column.xi : (right_jacobian_se3(xi_.col(column.frame)) * column.xi).eval();
-    J.col(column.parameter) += tool_motion(frames_[static_cast<std::size_t>(column.frame)], tool.p, xi);
+    // exp(xi + d) = exp(xi) exp(J_r d): exact at any size of the twist; J_r is 1 where both turn about the same axis.
+    const auto twist = xi_.col(column.frame);
+    const bool same = twist.isZero(0) || (is_turn_about_z(twist) && is_turn_about_z(column.xi));
+    const Pose& frame = frames_[static_cast<std::size_t>(column.frame)];
+    J.col(column.parameter) += tool_motion(frame, tool.p, same ? column.xi : (right_jacobian_se3(twist) * column.xi).eval());
   }
   return tool;
 }

@@ -7,6 +7,18 @@
 #include "fastcal/math/se3.hpp"
 
 namespace fastcal {
+namespace {
+
+void turn_about_z(double angle, Pose& T) {
+  if (angle == 0) return;
+  const double c = std::cos(angle);
+  const double s = std::sin(angle);
+  const Eigen::Vector3d x = T.R.col(0);
+  T.R.col(0) = c * x + s * T.R.col(1);
+  T.R.col(1) = c * T.R.col(1) - s * x;
+}
+
+}  // namespace
 
 void forward(const Chain& chain, const double* q, const Twists* xi, std::vector<Pose>& T_world_frame) {
   const int frames = chain.frame_count();
@@ -16,17 +28,18 @@ void forward(const Chain& chain, const double* q, const Twists* xi, std::vector<
     T = T * chain.constants[static_cast<std::size_t>(f)];
     if (f % 2 == 1 && f < frames - 1) {
       const int joint = f / 2;
-      if (chain.joint_types[static_cast<std::size_t>(joint)] == JointType::kRevolute) {
-        const double c = std::cos(q[joint]);
-        const double s = std::sin(q[joint]);
-        const Eigen::Vector3d x = T.R.col(0);
-        T.R.col(0) = c * x + s * T.R.col(1);
-        T.R.col(1) = c * T.R.col(1) - s * x;
-      } else {
+      if (chain.joint_types[static_cast<std::size_t>(joint)] == JointType::kRevolute)
+        turn_about_z(q[joint], T);
+      else
         T.p += q[joint] * T.R.col(2);
-      }
     }
-    if (xi != nullptr && !xi->col(f).isZero(0)) T = T * exp_se3(xi->col(f));
+    if (xi != nullptr) {
+      const auto twist = xi->col(f);
+      if (is_turn_about_z(twist))  // most effects move joints: these need no general exponential
+        turn_about_z(twist[5], T);
+      else
+        T = T * exp_se3(twist);
+    }
     T_world_frame[static_cast<std::size_t>(f)] = T;
   }
 }
