@@ -42,8 +42,10 @@ def suspicion(robot: Robot, data: Dataset) -> str | None:
     return found.message
 
 
-def check_fit(robot: Robot, fit: Evaluation) -> None:
+def check_fit(robot: Robot, fit: Evaluation, suspected: str | None = None) -> None:
     """Refuses a calibration that explains nothing: half of the rows are still farther off than a part of the reach.
+
+    `suspected` is what `suspicion` said of the data, if anything.
 
     Raises:
         InvalidInput: The data are of another robot, or no measurements at all.
@@ -52,6 +54,8 @@ def check_fit(robot: Robot, fit: Evaluation) -> None:
     known = known[~np.isnan(known)]
     median = float(np.median(known)) if len(known) else 0.0
     if median > guard.BAD_SHARE * robot.reach:
+        if suspected is not None:
+            raise InvalidInput(f"{fit.data.source}: {suspected}")
         miss, reach = (f"{from_si(length, 'mm'):.4g} mm" for length in (median, robot.reach))
         raise InvalidInput(
             f"{fit.data.source}: the points do not fit this robot: even when calibrated it misses half of them by more "

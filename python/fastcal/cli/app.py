@@ -12,6 +12,7 @@ from typing import Annotated, cast
 import typer
 
 from fastcal.cli import calibrate, convert, demo, models, simulate
+from fastcal.cli.console import fail
 from fastcal.errors import FastcalError
 
 OK, INTERNAL, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
@@ -86,5 +87,5 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _failed(message: str, code: int) -> int:
-    typer.echo(f"fastcal: error: {' '.join(message.splitlines())}", err=True)
+    fail(message)
     return code

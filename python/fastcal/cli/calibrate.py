@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fastcal.cli.console import progress, say, warn
+from fastcal.cli.console import fail, progress, say, warn
 from fastcal.cli.options import DataFile, Loss, Method, OutFolder, RobotFile, Threads
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ def calibrate(
     other = None if test is None else load_measurements(test, nominal)
     with progress() as show:
         show("looking at the columns")
-        suspicion = inspection.suspicion(nominal, measured)
+        suspected = inspection.suspicion(nominal, measured)
         found = calibration.calibrate(
             nominal,
             measured,
@@ -61,9 +61,13 @@ def calibrate(
             threads=threads,
             progress=show,
         )
-        inspection.check_fit(nominal, found.train)
-        notes = [] if suspicion is None else [suspicion]
-        found = replace(found, notes=notes + found.notes + inspection.readback_notes(nominal, measured))
+        inspection.check_fit(nominal, found.train, suspected)
+        notes = [*([suspected] if suspected else []), *found.notes, *inspection.readback_notes(nominal, measured)]
+        if found.degrees_of_freedom <= 0:
+            notes.append(
+                "as many parameters as measured numbers: nothing is left to tell the noise or any deviation by"
+            )
+        found = replace(found, notes=notes)
         show("writing the report")
         write(found, output)
     warn(found.notes)
@@ -71,7 +75,7 @@ def calibrate(
         warn(f"{test}: {note}" for note in other.notes if note not in found.notes)
     say_result(found, output)
     if found.status != "converged":
-        warn([f"{found.status.replace('_', ' ')}: {found.message}; no model.yaml was written"])
+        fail(f"{found.status.replace('_', ' ')}: {found.message}; no model.yaml")
         raise typer.Exit(NOT_CONVERGED)
 
 

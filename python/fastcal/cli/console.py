@@ -22,6 +22,11 @@ def warn(warnings: Iterable[str]) -> None:
         typer.echo(f"fastcal: warning: {text}", err=True)
 
 
+def fail(text: str) -> None:
+    """The one line of an error, on standard error."""
+    typer.echo(f"fastcal: error: {' '.join(text.splitlines())}", err=True)
+
+
 @contextmanager
 def progress() -> Iterator[Callable[[str], None]]:
     """Gives a function that shows what is being done, on a terminal; in a pipe it shows nothing."""

@@ -1,0 +1,185 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Every input that can't be meant gives one line on standard error and exit code 2, and leaves no file."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+Edit = Callable[[list[list[str]]], object]
+
+
+def cell(row: int, column: int, text: str) -> Edit:
+    return lambda rows: rows[row].__setitem__(column, text)
+
+
+def renamed(old: str, new: str) -> Edit:
+    return lambda rows: rows[0].__setitem__(rows[0].index(old), new)
+
+
+def scaled(name: str, factor: float) -> Edit:
+    def edit(rows: list[list[str]]) -> None:
+        place = rows[0].index(name)
+        for row in rows[1:]:
+            row[place] = repr(float(row[place]) * factor)
+
+    return edit
+
+
+def swapped(first: int, second: int) -> Edit:
+    def edit(rows: list[list[str]]) -> None:
+        for row in rows[1:]:
+            row[first], row[second] = row[second], row[first]
+
+    return edit
+
+
+def shuffled(rows: list[list[str]]) -> None:
+    """The points of other poses: no reading of the columns explains them."""
+    points = [row[6:9] for row in rows[1:]]
+    for row, point in zip(rows[1:], points[7:] + points[:7], strict=True):
+        row[6:9] = point
+
+
+# What formats.md lists: the edit of a good file, and what the line says.
+LISTED: dict[str, tuple[Edit, str]] = {
+    "nan": (cell(3, 1, "nan"), ".csv:4: column 'q2_deg': expected a finite number, got 'nan'"),
+    "text": (cell(2, 7, "left"), ".csv:3: column 'y_mm': expected a number, got 'left'"),
+    "duplicate": (renamed("y_mm", "x_mm"), ".csv: column 'x_mm' comes twice, as columns 7 and 8"),
+    "no rows": (lambda rows: rows.__delitem__(slice(1, None)), ".csv: holds no rows; expected rows of numbers"),
+    "missing joint": (renamed("q4_deg", "turn"), ".csv: joint 4 has no column; expected q4_rad, q4_mrad or q4_deg"),
+    "limits": (cell(5, 0, "900"), ".csv:6: column 'q1_deg': expected at most 360 deg outside joint 1's limits"),
+    "scale": (scaled("x_mm", 1e6), "column 'x_mm': expected a number that fits an arm with a reach of"),
+    "no unit": (renamed("x_mm", "x"), ".csv: column 'x' has no unit; expected x_m, x_mm, x_um or x_in"),
+    "other unit": (renamed("x_mm", "x_cm"), ".csv: column 'x_cm': 'cm' is no unit of length known here"),
+    "nothing measured": (lambda rows: [row.__delitem__(slice(6, 9)) for row in rows], "holds nothing measured"),
+}
+# What the columns were probably meant to be, and what can't be any measurement of this arm.
+MISREAD: dict[str, tuple[Edit, str]] = {
+    "joints swapped": (swapped(1, 2), "with the columns of joints 2 and 3 swapped it would be"),
+    "joint turned": (scaled("q2_deg", -1.0), "with the sign of joint 2 turned it would be"),
+    "left-handed": (scaled("z_mm", -1.0), "left-handed"),
+    "a slip of the wrist": (scaled("q6_deg", -1.0), "with the sign of joint 6 turned it would be"),
+    "another arm": (shuffled, "is it the right robot, in the order of its joints?"),
+}
+
+
+@pytest.fixture
+def good(demo: Path, tmp_path: Path, rewritten) -> Path:
+    """Forty of the demonstration's rows, and a result of an older calibration beside them."""
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out/model.yaml").write_text("older")
+    return rewritten(demo / "measurements.csv", tmp_path / "good.csv", lambda rows: rows.__delitem__(slice(41, None)))
+
+
+def assert_nothing_written(folder: Path) -> None:
+    assert {path.name for path in folder.iterdir()} - {"good.csv", "bad.csv", "bad.yaml"} == {"out"}
+    assert [(path.name, path.read_text()) for path in (folder / "out").iterdir()] == [("model.yaml", "older")]
+
+
+@pytest.mark.parametrize("case", LISTED)
+def test_a_bad_file_is_refused_by_the_process(demo, good, tmp_path, case, process, rewritten) -> None:
+    edit, line = LISTED[case]
+    bad = rewritten(good, tmp_path / "bad.csv", edit)
+    said = process("calibrate", demo / "robot.yaml", bad, "-o", "out", cwd=tmp_path)
+    assert said.code == 2
+    assert line in said.error
+    assert "bad.csv" in said.error
+    assert said.out == ""
+    assert_nothing_written(tmp_path)
+
+
+@pytest.mark.parametrize("case", MISREAD)
+def test_columns_that_were_meant_otherwise_are_refused_with_the_evidence(
+    demo, good, tmp_path, fastcal, case, rewritten
+) -> None:
+    edit, line = MISREAD[case]
+    said = fastcal(
+        "calibrate", demo / "robot.yaml", rewritten(good, tmp_path / "bad.csv", edit), "-o", tmp_path / "out"
+    )
+    assert said.code == 2
+    assert line in said.error
+    assert_nothing_written(tmp_path)
+
+
+def test_what_calibration_takes_up_is_a_warning_and_not_corrected(demo, good, tmp_path, fastcal, monkeypatch) -> None:
+    suspected = "the points do not fit this robot: ...; nothing was changed"
+    monkeypatch.setattr("fastcal.inspection.suspicion", lambda robot, data: suspected)
+    said = fastcal("calibrate", demo / "robot.yaml", good, "-o", tmp_path / "new")
+    assert said.code == 0
+    assert f"fastcal: warning: {suspected}" in said.err.splitlines()
+    assert suspected in json.loads((tmp_path / "new/result.json").read_text())["notes"]
+
+
+def test_three_poses_leave_nothing_to_tell_the_noise_by(demo, good, tmp_path, fastcal, rewritten) -> None:
+    few = rewritten(good, tmp_path / "few.csv", lambda rows: rows.__delitem__(slice(4, None)))
+    said = fastcal("calibrate", demo / "robot.yaml", few, "-o", tmp_path / "new")
+    assert said.code == 0
+    assert "fastcal: warning: as many parameters as measured numbers" in said.err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "line"),
+    [
+        ([], "Missing command."),
+        (["calibrat"], "No such command 'calibrat'"),
+        (["calibrate", "ROBOT"], "Missing argument 'DATA'"),
+        (["calibrate", "ROBOT", "DATA"], "Missing option '-o' / '--output'"),
+        (["calibrate", "ROBOT", "DATA", "-o", "out", "--loss", "square"], "'square' is not one of 'tukey', 'huber'"),
+        (["calibrate", "ROBOT", "DATA", "-o", "out", "--method", "simplex"], "'simplex' is not one of 'nls', 'bfgs'"),
+        (["calibrate", "ROBOT", "DATA", "-o", "out", "--threads", "0"], "Invalid value for '--threads'"),
+        (["calibrate", "ROBOT", "DATA", "-o", "out", "--effects", "sag"], "no effect is called 'sag'"),
+        (["calibrate", "ROBOT", "DATA", "-o", "out", "--effects", "joint_compliance@joint9"], "no owner 'joint9'"),
+        (["calibrate", "ROBOT", "nothing.csv", "-o", "out"], "nothing.csv: cannot be read: No such file or directory"),
+        (["calibrate", "nothing.yaml", "DATA", "-o", "out"], "nothing.yaml: there is no such file"),
+        (["calibrate", "ROBOT", "DATA", "-o", "good.csv"], "good.csv is not a folder"),
+        (["calibrate", "ROBOT", "DATA", "-o", "good.csv/in"], "good.csv is not a folder"),
+        (["predict", "ROBOT", "DATA", "-o", "none/there.csv"], "none/there.csv: cannot be written: No such file"),
+        (["predict", "ROBOT", "DATA", "-o", "out"], "out: cannot be written: it is not a regular file"),
+        (["convert", "ROBOT", "--to", "xml", "-o", "new.yaml"], "'xml' is not one of 'urdf', 'dh', 'mdh', 'poe'"),
+        (["convert", "ROBOT", "--to", "dh", "-o", "new.urdf"], "a .urdf file holds the kind urdf, not dh"),
+        (["simulate", "ROBOT", "DATA", "-o", "new.csv", "--noise-mm", "-1"], "Invalid value for '--noise-mm'"),
+        (["simulate", "ROBOT", "DATA", "-o", "new.csv", "--noise-mm", "nan"], "noise"),
+        (["demo", "-o", "out"], "out: holds other files"),
+    ],
+)
+def test_a_wrong_use_is_told_in_a_line(demo, good, tmp_path, fastcal, monkeypatch, arguments, line) -> None:
+    monkeypatch.chdir(tmp_path)
+    places = {"ROBOT": demo / "robot.yaml", "DATA": "good.csv"}
+    said = fastcal(*(places.get(argument, argument) for argument in arguments))
+    assert said.code == 2
+    assert line in said.error
+    assert said.out == ""
+    assert_nothing_written(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line"),
+    [
+        ("d_mm: 925", "d_mm: far", "joints[3].d_mm"),
+        ("kinematics: dh", "kinematics: hd", "kinematics"),
+        ("alpha_deg: -90", "alpha: -90", "alpha"),
+        ("name: staubli_rx160l", "name: [", "bad.yaml:"),
+    ],
+)
+def test_a_bad_robot_file_is_refused(demo, good, tmp_path, fastcal, old, new, line) -> None:
+    text = (demo / "robot.yaml").read_text()
+    assert old in text
+    (tmp_path / "bad.yaml").write_text(text.replace(old, new, 1))
+    said = fastcal("calibrate", tmp_path / "bad.yaml", good, "-o", tmp_path / "out")
+    assert said.code == 2
+    assert line in said.error
+    assert_nothing_written(tmp_path)
+
+
+def test_a_fault_of_fastcal_is_one_line_too(demo, good, tmp_path, fastcal, monkeypatch) -> None:
+    def breaks(*args: object, **options: object) -> Callable[..., None]:
+        raise ZeroDivisionError("a fault\nof two lines")
+
+    monkeypatch.setattr("fastcal.calibration.calibrate", breaks)
+    said = fastcal("calibrate", demo / "robot.yaml", good, "-o", tmp_path / "out")
+    assert said.code == 1
+    assert said.error.startswith("internal error, ZeroDivisionError: a fault of two lines")
+    assert_nothing_written(tmp_path)
