@@ -11,6 +11,7 @@ void bind_effects(py::module_& m);
 void bind_model(py::module_& m);
 void bind_identification(py::module_& m);
 void bind_structure(py::module_& m);
+void bind_subset_search(py::module_& m);
 }  // namespace fastcal
 
 PYBIND11_MODULE(_core, m) {
@@ -29,4 +30,5 @@ PYBIND11_MODULE(_core, m) {
   fastcal::bind_effects(m);
   fastcal::bind_model(m);
   fastcal::bind_identification(m);
+  fastcal::bind_subset_search(m);
 }
