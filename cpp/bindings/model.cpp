@@ -19,7 +19,7 @@ void bind_model(py::module_& m) {
       .def(py::init([](const RowMatrixXd& q, const std::optional<Eigen::VectorXd>& payload, const std::optional<RowMatrixXd>& wrench,
                        const std::optional<Eigen::VectorXd>& temperature, const std::optional<Eigen::VectorXd>& time,
                        const std::optional<Eigen::VectorXi>& station, const std::optional<Eigen::VectorXi>& mount, const std::optional<RowMatrixXd>& approach,
-                       const std::optional<RowMatrixXd>& current, const std::optional<RowMatrixXd>& extra) {
+                       const std::optional<RowMatrixXd>& current, const std::optional<RowMatrixXd>& extra, const std::optional<RowMatrixXd>& table) {
              Samples out;
              out.q = q;
              out.payload = or_empty(payload);
@@ -31,11 +31,12 @@ void bind_model(py::module_& m) {
              out.approach = or_empty(approach);
              out.current = or_empty(current);
              out.extra = or_empty(extra);
+             out.table = or_empty(table);
              return out;
            }),
            py::arg("q"), py::kw_only(), py::arg("payload") = py::none(), py::arg("wrench") = py::none(), py::arg("temperature") = py::none(),
            py::arg("time") = py::none(), py::arg("station") = py::none(), py::arg("mount") = py::none(), py::arg("approach") = py::none(),
-           py::arg("current") = py::none(), py::arg("extra") = py::none())
+           py::arg("current") = py::none(), py::arg("extra") = py::none(), py::arg("table") = py::none())
       .def("__len__", &Samples::count);
 
   py::class_<Measurements>(m, "Measurements", "N rows of what was measured, SI; None: not at all, NaN: not in this row.")
@@ -63,6 +64,8 @@ void bind_model(py::module_& m) {
       .def_property_readonly("robot", &ErrorModel::robot, py::return_value_policy::reference_internal)
       .def_property_readonly("parameters", &ErrorModel::parameters)
       .def_property_readonly("start", &ErrorModel::start, "Values of the parameters (P,), SI.")
+      .def_property_readonly("at_equilibrium", &ErrorModel::at_equilibrium, "Are loads taken in the deflected posture?")
+      .def("with_equilibrium", &ErrorModel::with_equilibrium, py::arg("at_equilibrium"), "The same model, loads in the deflected or the undeflected posture.")
       .def("with_robot", &ErrorModel::with_robot, py::arg("robot"), "The same effects on another robot of the same parameters.")
       .def(
           "predict",

@@ -16,7 +16,8 @@ JointType joint_type(const std::string& name) {
 
 RobotDescription describe(const std::vector<std::string>& joint_types, const Eigen::VectorXd& mass, const RowMatrixXd& com, const RowMatrixXd& inertia,
                           const Eigen::Matrix4d& T_world_base, const Eigen::Matrix4d& T_flange_tool, const Eigen::Vector3d& p_flange_payload,
-                          const Eigen::Vector3d& gravity, bool gravity_in_world, const Eigen::MatrixXd& coupling, const std::string& wrench_frame) {
+                          const Eigen::Vector3d& gravity, bool gravity_in_world, const Eigen::MatrixXd& coupling, const std::string& wrench_frame,
+                          const std::optional<Compensator>& compensator, const Eigen::VectorXd& motor_ratio) {
   RobotDescription out;
   const auto n = static_cast<Eigen::Index>(joint_types.size());
   FASTCAL_CHECK(mass.size() == n && com.rows() == n && com.cols() == 3 && inertia.rows() == n && inertia.cols() == 6)
@@ -37,6 +38,10 @@ RobotDescription describe(const std::vector<std::string>& joint_types, const Eig
   out.gravity_in_world = gravity_in_world;
   out.coupling = coupling;
   out.wrench_frame = wrench_frame == "flange" ? WrenchFrame::kFlange : wrench_frame == "tool" ? WrenchFrame::kTool : WrenchFrame::kBase;
+  FASTCAL_CHECK(!compensator || (compensator->joint >= 0 && compensator->joint < n)) << "the compensator's joint must be 0 to " << n - 1;
+  out.compensator = compensator;
+  FASTCAL_CHECK(motor_ratio.size() == 0 || motor_ratio.size() == n) << "motor_ratio must have shape (" << n << ",), got (" << motor_ratio.size() << ",)";
+  out.motor_ratio = motor_ratio;
   return out;
 }
 
@@ -63,11 +68,20 @@ void bind_robot(py::module_& m) {
       .def_readonly("unit", &Parameter::unit)
       .def_readonly("sigma", &Parameter::sigma, "a plausible size of its error")
       .def_readonly("doc", &Parameter::doc)
+      .def_readonly("lower", &Parameter::lower, "what it can be at all")
+      .def_readonly("upper", &Parameter::upper)
       .def("__repr__", [](const Parameter& p) { return "<Parameter " + p.owner + " " + p.name + " [" + p.unit + "]>"; });
+
+  py::class_<Compensator>(m, "Compensator", "A spring on a joint; anchor and arm [m] in the joint's frame at joint position 0.")
+      .def(py::init([](int joint, const Eigen::Vector3d& anchor, const Eigen::Vector3d& arm, double stiffness, double free_length) {
+             return Compensator{joint, anchor, arm, stiffness, free_length};
+           }),
+           py::kw_only(), py::arg("joint"), py::arg("anchor"), py::arg("arm"), py::arg("stiffness"), py::arg("free_length"));
 
   py::class_<RobotDescription>(m, "RobotDescription", "What every kind of robot file has beside its geometry; SI.")
       .def(py::init(&describe), py::kw_only(), py::arg("joint_types"), py::arg("mass"), py::arg("com"), py::arg("inertia"), py::arg("T_world_base"),
-           py::arg("T_flange_tool"), py::arg("p_flange_payload"), py::arg("gravity"), py::arg("gravity_in_world"), py::arg("coupling"), py::arg("wrench_frame"),
+           py::arg("T_flange_tool"), py::arg("p_flange_payload"), py::arg("gravity"), py::arg("gravity_in_world"), py::arg("coupling"), py::arg("wrench_frame"), py::arg("compensator") = py::none(),
+           py::arg("motor_ratio") = Eigen::VectorXd(),
            "joint_types (n) 'revolute' or 'prismatic'; mass (n,), com (n, 3), inertia (n, 6) as xx yy zz xy xz yz; poses (4, 4); coupling (n, n).");
 
   py::class_<RobotModel>(m, "RobotModel", "A robot as a chain of elementary motions; const.")

@@ -21,7 +21,7 @@ using TwistColumns = std::vector<Chain::Column>;
 /// What an effect looks at beyond the data's own columns; settle() computes it.
 enum Need : unsigned {
   kNothing = 0,
-  kFrames = 1,      ///< State::frames, gravity
+  kFrames = 1,      ///< State::chain, frames, gravity
   kLoads = 2,       ///< State::load, payload_load
   kOutput = 4,      ///< State::output
   kCompliance = 8,  ///< State::compliance
@@ -39,9 +39,18 @@ class Effect {
   /// Bits of Need.
   virtual unsigned needs() const { return kNothing; }
 
+  /// Columns of the data that it cannot do without, beside q: fields of State, "approach2" for that of one joint.
+  virtual std::vector<std::string> data_columns() const { return {}; }
+
+  /// Weights w_k of a quadratic penalty, sum w_k theta_k^2 / s^2 with one s for all; 0: free of it. Empty: no penalty.
+  virtual std::vector<double> penalty() const { return {}; }
+
   /// What a reduction ratio adds to k - 1 of a joint (State::output), and what a compliance adds to d q / d torque of it (State::compliance).
   virtual double output_error(int /*joint*/, const double* /*theta*/) const { return 0; }
   virtual double joint_compliance(const State& /*state*/, int /*joint*/, const double* /*theta*/) const { return 0; }
+
+  /// What the effect's weights add to those of the robot file: part of every load from the next settle() on.
+  virtual void add_weights(const double* /*theta*/, Weights& /*weights*/) const {}
 
   /// Adds to `xi` ([m; rad], body frame) and appends the derivatives to `columns` unless null; parameters count from 0.
   virtual void deflect(const State& state, const double* theta, Twists& xi, TwistColumns* columns) const = 0;

@@ -15,7 +15,7 @@ class JointCompliance : public LinearEffect {
       : joint_(owner_index("joint_compliance", "joint", owner, robot.joint_count())),
         types_(robot.description().joint_types),
         type_(types_[static_cast<std::size_t>(joint_)]),
-        parameters_{{owner, "compliance", type_ == JointType::kRevolute ? "rad_nm" : "m_n", 1e-6, "turn per torque about the joint's axis"}} {
+        parameters_{{owner, "compliance", type_ == JointType::kRevolute ? "rad_nm" : "m_n", 1e-6, "turn per torque about the joint's axis", 0}} {
     check_options("joint_compliance", options, {});
   }
 

@@ -19,6 +19,51 @@ std::vector<std::string> joint_owners(const RobotModel& robot) { return numbered
 
 std::vector<std::string> link_owners(const RobotModel& robot) { return numbered("link", robot.joint_count()); }
 
+std::vector<std::string> long_link_owners(const RobotModel& robot) {
+  std::vector<std::string> out;
+  for (int i = 0; i < robot.joint_count(); ++i) {
+    if (!robot.link_axis(i).isZero(0)) out.push_back("link" + std::to_string(i + 1));
+  }
+  return out;
+}
+
+std::vector<std::string> revolute_owners(const RobotModel& robot) {
+  std::vector<std::string> out;
+  for (int i = 0; i < robot.joint_count(); ++i) {
+    if (robot.description().joint_types[static_cast<std::size_t>(i)] == JointType::kRevolute) out.push_back("joint" + std::to_string(i + 1));
+  }
+  return out;
+}
+
+std::vector<std::string> frame_owners(const RobotModel& robot) {
+  std::vector<std::string> out;
+  for (int f = 0; f < robot.frame_count(); ++f) out.push_back(robot.frame_name(f));
+  return out;
+}
+
+std::function<std::vector<std::string>(const RobotModel&)> single_owner(const std::string& owner) {
+  return [owner](const RobotModel&) { return std::vector<std::string>{owner}; };
+}
+
+Vector6d base_motion(const State& state, int axis, double amount) {
+  Vector6d xi = Vector6d::Zero();
+  const Eigen::Vector3d direction = amount * state.chain->constants[kBaseFrame].R.transpose().col(axis % 3);
+  (axis < 3 ? xi.head<3>() : xi.tail<3>()) = direction;
+  return xi;
+}
+
+int frame_index(const std::string& effect, const std::string& owner, const RobotModel& robot) {
+  for (int f = 0; f < robot.frame_count(); ++f) {
+    if (robot.frame_name(f) == owner) return f;
+  }
+  FASTCAL_CHECK(false) << effect << " is owned by base, joint1 to joint" << robot.joint_count() << ", link1 to link" << robot.joint_count() << " or tool, got '" << owner << "'";
+  return -1;
+}
+
+void check_owner(const std::string& effect, const std::string& owner, const std::string& expected) {
+  FASTCAL_CHECK(owner == expected) << effect << " is owned by " << expected << ", got '" << owner << "'";
+}
+
 int owner_index(const std::string& effect, const std::string& prefix, const std::string& owner, int count) {
   for (int i = 0; i < count; ++i) {
     if (owner == prefix + std::to_string(i + 1)) return i;

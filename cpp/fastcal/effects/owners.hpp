@@ -4,6 +4,7 @@
 // What the makers of effects share: reading owners and options, with one clear sentence where they do not fit.
 #pragma once
 
+#include <functional>
 #include <set>
 #include <string>
 #include <vector>
@@ -25,12 +26,32 @@ inline Vector6d joint_motion(const std::vector<JointType>& types, int joint, dou
   return xi;
 }
 
+/// The body twist of the base's frame that moves it along (axis 0 to 2) or about (3 to 5) an axis of the measuring frame, about the base's own
+/// origin. Needs kFrames.
+Vector6d base_motion(const State& state, int axis, double amount);
+
+/// What the parameters of a rigid motion are called: x, y, z [m], rx, ry, rz [rad]; in the order of a twist.
+inline constexpr const char* kAxes[6] = {"x", "y", "z", "rx", "ry", "rz"};
+
 /// "joint1" ... "jointn" / "link1" ... "linkn"
 std::vector<std::string> joint_owners(const RobotModel& robot);
 std::vector<std::string> link_owners(const RobotModel& robot);
+/// Links whose own axis has a length.
+std::vector<std::string> long_link_owners(const RobotModel& robot);
+std::vector<std::string> revolute_owners(const RobotModel& robot);
+/// Every frame of the chain by its name: "base", "joint1", "link1", ... "tool".
+std::vector<std::string> frame_owners(const RobotModel& robot);
+/// The one owner of an effect that a robot has but once.
+std::function<std::vector<std::string>(const RobotModel&)> single_owner(const std::string& owner);
 
 /// Index from 0 of "joint3" or "link3"; throws InvalidInput for another owner.
 int owner_index(const std::string& effect, const std::string& prefix, const std::string& owner, int count);
+
+/// The frame of that name; throws InvalidInput where there is none.
+int frame_index(const std::string& effect, const std::string& owner, const RobotModel& robot);
+
+/// Throws InvalidInput unless the owner is `expected`.
+void check_owner(const std::string& effect, const std::string& owner, const std::string& expected);
 
 /// Throws InvalidInput where options hold a key that is not in `known`.
 void check_options(const std::string& effect, const Options& options, const std::set<std::string>& known);

@@ -13,7 +13,7 @@ namespace fastcal {
 namespace {
 
 constexpr int kMaxRounds = 60;
-constexpr double kSettled = 1e-14;  // of the largest load
+constexpr double kSettled = 1e-14;  // of the largest load, of the arm's length
 
 /// q behind the gears: q_j (1 + sum of ratio errors).
 void fill_output(const ErrorModel& model, const Eigen::VectorXd& theta, Samples& samples) {
@@ -21,6 +21,16 @@ void fill_output(const ErrorModel& model, const Eigen::VectorXd& theta, Samples&
   Eigen::Index first = model.robot().nominal().size();
   for (const auto& effect : model.effects()) {
     for (int j = 0; j < model.robot().joint_count(); ++j) samples.output.col(j) += effect->output_error(j, theta.data() + first) * samples.q.col(j);
+    first += static_cast<Eigen::Index>(effect->parameters().size());
+  }
+}
+
+/// What the effects' weights add to the robot file's.
+void fill_weights(const ErrorModel& model, const Eigen::VectorXd& theta, Samples& samples) {
+  samples.weights = Weights(model.robot().joint_count());
+  Eigen::Index first = model.robot().nominal().size();
+  for (const auto& effect : model.effects()) {
+    effect->add_weights(theta.data() + first, samples.weights);
     first += static_cast<Eigen::Index>(effect->parameters().size());
   }
 }
@@ -41,19 +51,29 @@ double settle(const ErrorModel& model, const Eigen::Ref<const Eigen::VectorXd>& 
   if (model.needs() == kNothing || samples.count() == 0) return 0;
   const Eigen::VectorXd theta = theta_in;
   const RobotDescription& robot = model.robot().description();
-  const Chain chain = model.robot().chain(theta.head(model.robot().nominal().size()));
+  samples.chain = std::make_shared<const Chain>(model.robot().chain(theta.head(model.robot().nominal().size())));
+  const Chain& chain = *samples.chain;
   const Eigen::Index rows = samples.count();
   const Eigen::Index frames = chain.frame_count();
   samples.gravity = gravity_in_world(robot, chain.constants[kBaseFrame]);
   samples.frames.resize(static_cast<std::size_t>(rows * frames));
   samples.load = samples.payload_load = RowMatrixXd::Zero(rows, 6 * frames);
   samples.compliance = RowMatrixXd::Zero(rows, chain.joint_count());
+  samples.spring = Eigen::VectorXd::Zero(rows);
   fill_output(model, theta, samples);
+  fill_weights(model, theta, samples);
+  // A revolute joint feels the moment about its axis, a prismatic one the force along it.
+  const int spring_joint = robot.compensator ? robot.compensator->joint : 0;
+  const int spring_axis = robot.joint_types[static_cast<std::size_t>(spring_joint)] == JointType::kRevolute ? 5 : 2;
+
+  double length = 0;
+  for (const Pose& T : chain.constants) length += T.p.norm();
 
   std::vector<double> changes(static_cast<std::size_t>(chunk_count(rows)), 0.0);
   parallel_chunks(rows, threads, [&](Eigen::Index chunk, Eigen::Index begin, Eigen::Index end) {
     RowEvaluator evaluator(model, theta);
     Eigen::VectorXd before(6 * frames);
+    Eigen::Vector3d tool_before;
     for (Eigen::Index i = begin; i < end; ++i) {
       const State state = samples.row(i);
       double change = 0;
@@ -63,10 +83,13 @@ double settle(const ErrorModel& model, const Eigen::Ref<const Eigen::VectorXd>& 
         std::copy(T.begin(), T.end(), samples.frames.begin() + i * frames);
         before = samples.load.row(i);
         frame_loads(robot, chain, T, state, samples.gravity, samples.load.row(i).data(), samples.payload_load.row(i).data());
-        fill_compliance(model, theta, i, samples);
+        if (robot.compensator) samples.spring[i] = spring_load(robot, chain, T)[spring_axis];
+        if (model.needs() & kCompliance) fill_compliance(model, theta, i, samples);
         const double largest = samples.load.row(i).cwiseAbs().maxCoeff();
         change = largest > 0 ? (samples.load.row(i).transpose() - before).cwiseAbs().maxCoeff() / largest : 0;
-        if (!model.at_equilibrium() || change <= kSettled) break;
+        const bool still = (model.needs() & kFrames) == 0 || (round > 0 && (T.back().p - tool_before).norm() <= kSettled * length);
+        tool_before = T.back().p;
+        if (!model.at_equilibrium() || (change <= kSettled && still)) break;
       }
       changes[static_cast<std::size_t>(chunk)] = std::max(changes[static_cast<std::size_t>(chunk)], change);
     }

@@ -111,6 +111,12 @@ void RobotModel::finish() {
   FASTCAL_CHECK(joints_added_ == joint_count()) << "the chain has " << joints_added_ << " joints, its description " << joint_count();
   add_frame_parameters("tool", description_.T_flange_tool, StepKind::kToolReference);
   steps_.push_back({StepKind::kFrame, Motion::kTx, -1, 1, {}});
+  const Chain whole = chain();
+  for (int i = 0; i < joint_count(); ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    Body& body = description_.bodies[k];
+    if (body.mass == 0 && body.com.isZero(0)) body.com = whole.body_frames[k].inverse() * (0.5 * link_axis(i)).eval();
+  }
 }
 
 Chain RobotModel::chain(const Eigen::Ref<const Eigen::VectorXd>& values) const {

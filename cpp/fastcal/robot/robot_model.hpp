@@ -10,6 +10,8 @@
 // After P. Corke, J. Haviland, "Not your grandmother's toolbox" (2021): elementary transform sequences.
 #pragma once
 
+#include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -32,13 +34,25 @@ struct Parameter {
   std::string unit;   ///< "rad", "m", ...: known to fastcal.units
   double sigma;       ///< a plausible size of its error: scales the solver, judges what data can't tell; no prior
   std::string doc;    ///< one line
+  double lower = -std::numeric_limits<double>::infinity();  ///< what it can be at all
+  double upper = std::numeric_limits<double>::infinity();
 };
 
 /// The rigid body that joint i moves.
 struct Body {
   double mass = 0;                                         ///< [kg]
-  Eigen::Vector3d com = Eigen::Vector3d::Zero();           ///< [m], in the body's frame (see RobotModel::add_body)
+  Eigen::Vector3d com = Eigen::Vector3d::Zero();           ///< [m], in the body's frame; half way along the link where neither it nor a mass is given
   Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();       ///< [kg m^2], about the com, axes of the body's frame
+};
+
+/// A spring that carries a part of the weight on a joint. Both points are in the joint's frame at joint position 0: the anchor stays
+/// there with the link before the joint, the arm moves with the joint.
+struct Compensator {
+  int joint = 0;                                         ///< counts from 0
+  Eigen::Vector3d anchor = Eigen::Vector3d::Zero();      ///< [m]
+  Eigen::Vector3d arm = Eigen::Vector3d::Zero();         ///< [m]
+  double stiffness = 0;                                  ///< [N/m]
+  double free_length = 0;                                ///< [m]
 };
 
 /// What every kind of robot file has beside its geometry.
@@ -52,6 +66,8 @@ struct RobotDescription {
   bool gravity_in_world = false;
   WrenchFrame wrench_frame = WrenchFrame::kBase;
   Eigen::MatrixXd coupling;                                       ///< (n, n) nominal c_ij: joint i turns by c_ij when joint j turns
+  std::optional<Compensator> compensator;
+  Eigen::VectorXd motor_ratio;                                    ///< (n) turns of the motor per turn of the joint, NaN where unknown; or empty
 };
 
 /// The chain at given parameter values: what a batch loop needs, and nothing else.

@@ -6,12 +6,24 @@
 #pragma once
 
 #include <limits>
+#include <memory>
 #include <vector>
 
 #include "fastcal/math/types.hpp"
 #include "fastcal/robot/robot_model.hpp"
 
 namespace fastcal {
+
+/// What identified weights and springs add to those of the robot file.
+struct Weights {
+  Eigen::VectorXd mass;                                           ///< (n) of the links [kg]
+  Eigen::Matrix3Xd moment;                                        ///< (3, n) mass times shift of the centre [kg m], frames of the bodies
+  double payload_mass = 0;                                        ///< [kg], in rows that carry one
+  Eigen::Vector3d payload_shift = Eigen::Vector3d::Zero();        ///< [m], flange
+  double spring_scale = 0;                                        ///< share by which the compensator is stiffer
+
+  explicit Weights(int joint_count = 0) : mass(Eigen::VectorXd::Zero(joint_count)), moment(Eigen::Matrix3Xd::Zero(3, joint_count)) {}
+};
 
 /// What one effect may look at. Null or NaN: not given in the data. SI.
 struct State {
@@ -28,12 +40,15 @@ struct State {
   const double* table = nullptr;     ///< basis values of effects that a user registered
 
   // What the model itself makes of the row, at the start of an outer iteration (model/settle.hpp); null where no effect asked for it.
+  const Chain* chain = nullptr;          ///< the geometry as far as it is identified, no effect in it
   const Pose* frames = nullptr;          ///< T_world_frame of the deflected arm, one a frame
   const double* gravity = nullptr;       ///< [m/s^2] in the measuring frame
   const double* load = nullptr;          ///< 6 a frame: force and moment that all beyond puts on the frame, its axes, its origin [N, N m]
   const double* payload_load = nullptr;  ///< the payload's and the wrench's share of `load`
   const double* output = nullptr;        ///< n joint positions behind the gears: q with the identified reduction ratios
   const double* compliance = nullptr;    ///< n slopes d q / d torque of all compliances of the joint [rad/(N m), m/N]
+  const Weights* weights = nullptr;      ///< what `load` holds beyond the weights of the robot file
+  double spring = 0;                     ///< the nominal compensator's share of its joint's load [N m, N]
 
   /// Load about (revolute) or along (prismatic) the axis of a joint, which is z of its frame.
   double joint_load(const double* loads, int joint, JointType type) const {
@@ -53,10 +68,13 @@ struct Samples {
   RowMatrixXd table;                   ///< (N, k) basis values of effects that a user registered
 
   // Filled by settle().
+  std::shared_ptr<const Chain> chain;
   std::vector<Pose> frames;            ///< N x frames
   Eigen::Vector3d gravity = Eigen::Vector3d::Zero();
   RowMatrixXd load, payload_load;      ///< (N, 6 frames)
   RowMatrixXd output, compliance;      ///< (N, n)
+  Weights weights;
+  Eigen::VectorXd spring;              ///< (N)
 
   Eigen::Index count() const { return q.rows(); }
 
@@ -80,10 +98,15 @@ struct Samples {
     if (extra.size() > 0) s.extra = extra.row(i).data();
     if (table.size() > 0) s.table = table.row(i).data();
     if (!frames.empty()) {
+      s.chain = chain.get();
       s.frames = frames.data() + i * static_cast<Eigen::Index>(frames.size()) / q.rows();
       s.gravity = gravity.data();
     }
-    if (load.size() > 0) s.load = load.row(i).data();
+    if (load.size() > 0) {
+      s.load = load.row(i).data();
+      s.weights = &weights;
+      s.spring = spring[i];
+    }
     if (payload_load.size() > 0) s.payload_load = payload_load.row(i).data();
     if (output.size() > 0) s.output = output.row(i).data();
     if (compliance.size() > 0) s.compliance = compliance.row(i).data();

@@ -17,6 +17,12 @@ struct Wrench {
     moment += at.cross(f);
   }
 
+  /// The weight of a mass whose first moment (mass times centre) is given in `frame`.
+  void add_weight(double mass, const Eigen::Vector3d& moment_in_frame, const Pose& frame, const Eigen::Vector3d& gravity) {
+    force += mass * gravity;
+    moment += (frame.R * moment_in_frame + mass * frame.p).cross(gravity);
+  }
+
   /// In the axes of a frame, about its origin.
   void write(const Pose& frame, double* out) const {
     Eigen::Map<Eigen::Vector3d>(out).noalias() = frame.R.transpose() * force;
@@ -30,7 +36,11 @@ Wrench payload_wrench(const RobotDescription& robot, const std::vector<Pose>& T_
   const Pose& tool = T_world_frame.back();
   const Eigen::Vector3d at = flange * robot.p_flange_payload;
   Wrench out;
-  out.add(state.payload * gravity, at);
+  if (state.payload > 0 && state.weights != nullptr) {
+    out.add((state.payload + state.weights->payload_mass) * gravity, flange * (robot.p_flange_payload + state.weights->payload_shift));
+  } else {
+    out.add(state.payload * gravity, at);
+  }
   if (state.wrench != nullptr) {
     const Eigen::Matrix3d& R = robot.wrench_frame == WrenchFrame::kBase ? base.R : robot.wrench_frame == WrenchFrame::kFlange ? flange.R : tool.R;
     out.add(R * Eigen::Map<const Eigen::Vector3d>(state.wrench), at);
@@ -43,6 +53,19 @@ Wrench payload_wrench(const RobotDescription& robot, const std::vector<Pose>& T_
 
 Eigen::Vector3d gravity_in_world(const RobotDescription& robot, const Pose& T_world_base) {
   return robot.gravity_in_world ? robot.gravity : (T_world_base.R * robot.gravity).eval();
+}
+
+Vector6d spring_load(const RobotDescription& robot, const Chain& chain, const std::vector<Pose>& T_world_frame) {
+  Vector6d out = Vector6d::Zero();
+  if (!robot.compensator) return out;
+  const Compensator& spring = *robot.compensator;
+  const auto frame = static_cast<std::size_t>(joint_frame(spring.joint));
+  const Eigen::Vector3d anchor = T_world_frame[frame].inverse() * (T_world_frame[frame - 1] * (chain.constants[frame] * spring.anchor));
+  const Eigen::Vector3d span = anchor - spring.arm;
+  const double length = span.norm();
+  if (length > 0) out.head<3>() = spring.stiffness * (1 - spring.free_length / length) * span;
+  out.tail<3>() = spring.arm.cross(out.head<3>());
+  return out;
 }
 
 void frame_loads(const RobotDescription& robot, const Chain& chain, const std::vector<Pose>& T_world_frame, const State& state,
@@ -61,13 +84,18 @@ void frame_loads(const RobotDescription& robot, const Chain& chain, const std::v
     write(link_frame(joint));
     const auto i = static_cast<std::size_t>(joint);
     const Body& body = robot.bodies[i];
-    if (body.mass != 0) {
-      const Pose& T_joint = T_world_frame[static_cast<std::size_t>(joint_frame(joint))];
-      sum.add(body.mass * gravity, T_joint * (chain.body_frames[i] * body.com));
-    }
+    const double mass = body.mass + (state.weights != nullptr ? state.weights->mass[joint] : 0);
+    Eigen::Vector3d moment = mass * body.com;
+    if (state.weights != nullptr) moment += state.weights->moment.col(joint);
+    const Pose& T_joint = T_world_frame[static_cast<std::size_t>(joint_frame(joint))];
+    if (mass != 0 || !moment.isZero(0)) sum.add_weight(mass, moment, T_joint * chain.body_frames[i], gravity);
     write(joint_frame(joint));
   }
   write(kBaseFrame);
+  if (robot.compensator) {
+    const double scale = state.weights != nullptr ? 1 + state.weights->spring_scale : 1;
+    Eigen::Map<Vector6d>(load + 6 * joint_frame(robot.compensator->joint)) += scale * spring_load(robot, chain, T_world_frame);
+  }
 }
 
 }  // namespace fastcal
