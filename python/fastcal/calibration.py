@@ -7,7 +7,7 @@ from __future__ import annotations
 import copy
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -141,12 +141,63 @@ def align(robot: Robot, data: Dataset, threads: int = 1) -> _core.Alignment:
     return _core.align(robot.error_model, robot.samples(data), measurements(data), threads)
 
 
+class Prepared(NamedTuple):
+    """A robot with the effects asked for, and its model with base and tool fitted to the data."""
+
+    robot: Robot
+    model: _core.ErrorModel
+    samples: _core.Samples
+    measured: _core.Measurements
+    alignment: _core.Alignment
+    asked: list[int]
+
+
+def prepare(
+    robot: Robot,
+    data: Dataset,
+    *,
+    effects: str | Sequence[str],
+    parameters: Sequence[str] | None = None,
+    threads: int = 1,
+) -> Prepared:
+    """Adds effects, fits base and tool, and says which parameters of the model are asked for; arguments of `calibrate`.
+
+    Raises:
+        InvalidInput: An unknown effect or parameter, data without a measured column, or poses that fix no base.
+    """
+    geometry, added = parse_effects(effects, robot.core)
+    known = [(e["effect"], e["owner"]) for e in robot.spec.get("effects") or []]
+    spec = copy.deepcopy(robot.spec)
+    spec["effects"] = (robot.spec.get("effects") or []) + [e for e in added if (e["effect"], e["owner"]) not in known]
+    start = Robot(spec)
+    samples, measured = start.samples(data), measurements(data)
+    alignment = _core.align(start.error_model, samples, measured, threads)
+    if not alignment.found:
+        raise InvalidInput(f"{data.source}: {alignment.message}")
+    model = start.error_model.with_robot(start.core.with_base_and_tool(alignment.T_world_base, alignment.T_flange_tool))
+    placed = data.position is not None or data.rotation is not None
+    asked = _asked(model, geometry or parameters is not None, turned=data.rotation is not None, placed=placed)
+    if parameters is not None:
+        names = parameter_names(model)
+        for name in parameters:
+            if name not in names:
+                raise InvalidInput(f"there is no parameter '{name}' to identify; there are {', '.join(names)}")
+        asked = [i for i in asked if names[i] in parameters or model.parameters[i].owner in ("base", "tool")]
+    return Prepared(start, model, samples, measured, alignment, asked)
+
+
+def parameter_names(model: _core.ErrorModel) -> list[str]:
+    """Names such as "joint2 a", in the order of the model."""
+    return [f"{p.owner} {p.name}".rstrip() for p in model.parameters]
+
+
 def calibrate(
     robot: Robot,
     data: Dataset,
     *,
     test: Dataset | None = None,
     effects: str | Sequence[str] = "geometry",
+    parameters: Sequence[str] | None = None,
     method: str = "nls",
     loss: str = "tukey",
     priors: bool = False,
@@ -161,6 +212,8 @@ def calibrate(
         data: Measured poses; read-back joint positions are never used.
         test: Other poses, only reported on.
         effects: Names as on the command line; base and tool are always identified.
+        parameters: Exactly these besides base and tool, such as "joint2 a" (`Robot.parameter_names`); the others keep
+            their values. None: all parameters of `effects`.
         method: nls (Levenberg-Marquardt), bfgs (PMC paper: BFGS on the root of the mean squared distance), bfgs_mean_distance (its printed cost).
         loss: Robust loss on the whitened error of a row: tukey, huber, cauchy, none.
         priors: Hold parameters near nominal with a standard deviation of three plausible sizes.
@@ -169,30 +222,20 @@ def calibrate(
         progress: Called with a sentence at each step.
 
     Raises:
-        InvalidInput: An unknown effect, loss or method, or data without a measured column.
+        InvalidInput: An unknown effect, parameter, loss or method, or data without a measured column.
     """
     if loss not in LOSSES:
         raise InvalidInput(f"loss must be one of {', '.join(LOSSES)}, got '{loss}'")
     if method not in METHODS:
         raise InvalidInput(f"method must be one of {', '.join(METHODS)}, got '{method}'")
     say = progress or (lambda text: None)
-    geometry, added = parse_effects(effects, robot.core)
-    known = [(e["effect"], e["owner"]) for e in robot.spec.get("effects") or []]
-    start_spec = copy.deepcopy(robot.spec)
-    start_spec["effects"] = (robot.spec.get("effects") or []) + [e for e in added if (e["effect"], e["owner"]) not in known]
-    start = Robot(start_spec)
-    measured = measurements(data)
-    samples = start.samples(data)
-
     say("aligning base and tool")
-    alignment = _core.align(start.error_model, samples, measured, threads)
-    if not alignment.found:
-        raise InvalidInput(f"{data.source}: {alignment.message}")
-    model = start.error_model.with_robot(start.core.with_base_and_tool(alignment.T_world_base, alignment.T_flange_tool))
-    names = [f"{p.owner} {p.name}".rstrip() for p in model.parameters]
+    start, model, samples, measured, alignment, asked = prepare(
+        robot, data, effects=effects, parameters=parameters, threads=threads
+    )
+    names = parameter_names(model)
 
     say("identifying")
-    asked = _asked(model, geometry, turned=data.rotation is not None, placed=data.position is not None or data.rotation is not None)
     prior_mean, prior_sigma = np.zeros(0), np.zeros(0)
     if priors:
         anchors = 3 * len(data.anchor_names) if data.distance is not None else 0

@@ -25,7 +25,7 @@ def problem(seed: int, rows: int, kept: int, optional: int, folds: int) -> tuple
 
 
 def by_lstsq(kept: Array, optional: Array, r: Array, fold: NDArray[np.int32]) -> tuple[Array, Array]:
-    """Mean and standard error over the folds of the mean squared error held out, of every set in the order of its bits."""
+    """Mean and standard error over the folds of the mean squared error held out; sets in the order of their bits."""
     sets = [bits[::-1] for bits in product([False, True], repeat=optional.shape[1])]
     mse = np.empty((len(sets), fold.max() + 1))
     for s, chosen in enumerate(sets):
@@ -61,11 +61,12 @@ def test_sets_given_one_by_one_are_those_of_the_walk() -> None:
 
 
 def test_a_column_in_the_span_of_others_changes_nothing() -> None:
-    """Column 0 stands in the span of the kept, 3 in that of 1 and 2, 4 is zero: sets that differ by them tie to the bit."""
+    """Column 0 is in the span of the kept, 3 in that of 1 and 2, 4 is zero: sets that differ by them tie to the bit."""
     kept, optional, r, fold = problem(7, 60, 3, 6, 5)
     optional = optional.copy()
     optional[:, 0] = kept @ [1.0, -2.0, 0.5]
-    optional[:, 3] = 3 * optional[:, 1] - optional[:, 2] * np.linalg.norm(optional[:, 1]) / np.linalg.norm(optional[:, 2])
+    sizes = np.linalg.norm(optional, axis=0)
+    optional[:, 3] = 3 * optional[:, 1] - sizes[1] / sizes[2] * optional[:, 2]
     optional[:, 4] = 0
     found = _core.SubsetSearch(kept, optional, r, fold).all()
     np.testing.assert_allclose(found.mean, by_lstsq(kept, optional, r, fold)[0], rtol=1e-8)
