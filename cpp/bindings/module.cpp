@@ -30,5 +30,6 @@ PYBIND11_MODULE(_core, m) {
   fastcal::bind_effects(m);
   fastcal::bind_model(m);
   fastcal::bind_identification(m);
+  fastcal::bind_structure(m);
   fastcal::bind_subset_search(m);
 }
