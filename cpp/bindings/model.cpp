@@ -3,6 +3,7 @@
 #include "convert.hpp"
 #include "fastcal/measurement/measurements.hpp"
 #include "fastcal/model/error_model.hpp"
+#include "fastcal/model/settle.hpp"
 
 namespace fastcal {
 namespace {
@@ -79,6 +80,20 @@ void bind_model(py::module_& m) {
             return poses;
           },
           py::arg("samples"), py::arg("theta"), py::arg("threads") = 1, py::arg("out") = py::none(), "Poses (N, 4, 4) of the tool in the measuring frame.")
+      .def(
+          "loads",
+          [](const ErrorModel& self, const Samples& samples, const Eigen::VectorXd& theta, bool payload_alone, int threads) {
+            samples.check(self.robot().joint_count());
+            Samples settled = samples;
+            {
+              const py::gil_scoped_release release;
+              settle(self, theta, threads, settled, kLoads);
+            }
+            const RowMatrixXd& loads = payload_alone ? settled.payload_load : settled.load;
+            return py::array_t<double>({settled.count(), loads.cols() / 6, Eigen::Index{6}}, loads.data());
+          },
+          py::arg("samples"), py::arg("theta"), py::arg("payload_alone") = false, py::arg("threads") = 1,
+          "Force and moment (N, frames, 6) that all beyond a frame puts on it, in its axes, about its origin [N, N m]; joint i has frame 2 i - 1, z its axis.")
       .def(
           "parameter_jacobian",
           [](const ErrorModel& self, const Samples& samples, const Eigen::VectorXd& theta, int rows, int threads, const py::object& out) {

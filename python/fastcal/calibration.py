@@ -15,10 +15,12 @@ from scipy import stats
 
 from fastcal import _core
 from fastcal.calibration_record import CalibrationRecord
+from fastcal.critical_loads import with_critical_loads
 from fastcal.dataset import Dataset
 from fastcal.effects import edge_name, edge_unit, options_of, parse_effects
 from fastcal.errors import InvalidInput
 from fastcal.evaluation import Evaluation, evaluate
+from fastcal.parameter_limits import parameter_limits
 from fastcal.robot import ROW_KEYS, Robot, Spec
 from fastcal.units import factor, from_si
 
@@ -29,7 +31,6 @@ LOSSES = ("tukey", "huber", "cauchy", "none")
 METHODS = ("nls", "bfgs", "bfgs_mean_distance")
 OUTLIER_SHARE = 0.01  # a row is listed where normal noise would make one so large in one of a hundred data sets
 CORRELATED = 0.95
-PRIOR_SIZES = 3.0  # standard deviation of a prior, in plausible sizes
 
 
 @dataclass(frozen=True)
@@ -158,6 +159,7 @@ def prepare(
     *,
     effects: str | Sequence[str],
     parameters: Sequence[str] | None = None,
+    equilibrium: bool | None = None,
     threads: int = 1,
 ) -> Prepared:
     """Adds effects, fits base and tool, and says which parameters of the model are asked for; arguments of `calibrate`.
@@ -169,6 +171,8 @@ def prepare(
     known = [(e["effect"], e["owner"]) for e in robot.spec.get("effects") or []]
     spec = copy.deepcopy(robot.spec)
     spec["effects"] = (robot.spec.get("effects") or []) + [e for e in added if (e["effect"], e["owner"]) not in known]
+    if equilibrium is not None:
+        spec["equilibrium"] = equilibrium
     start = Robot(spec)
     samples, measured = start.samples(data), measurements(data)
     alignment = _core.align(start.error_model, samples, measured, threads)
@@ -201,6 +205,7 @@ def calibrate(
     method: str = "nls",
     loss: str = "tukey",
     priors: bool = False,
+    equilibrium: bool | None = None,
     max_iterations: int = 100,
     threads: int = 1,
     progress: Progress | None = None,
@@ -217,6 +222,8 @@ def calibrate(
         method: nls (Levenberg-Marquardt), bfgs (PMC paper: BFGS on the root of the mean squared distance), bfgs_mean_distance (its printed cost).
         loss: Robust loss on the whitened error of a row: tukey, huber, cauchy, none.
         priors: Hold parameters near nominal with a standard deviation of three plausible sizes.
+        equilibrium: Take loads in the deflected posture (True) or in the undeflected one, to first order (False, as the
+            papers do); the model keeps it. None: as the robot says, which is True unless its file has `equilibrium: false`.
         max_iterations: Of one solve.
         threads: Cores; the result does not depend on it.
         progress: Called with a sentence at each step.
@@ -231,17 +238,13 @@ def calibrate(
     say = progress or (lambda text: None)
     say("aligning base and tool")
     start, model, samples, measured, alignment, asked = prepare(
-        robot, data, effects=effects, parameters=parameters, threads=threads
+        robot, data, effects=effects, parameters=parameters, equilibrium=equilibrium, threads=threads
     )
     names = parameter_names(model)
 
     say("identifying")
-    prior_mean, prior_sigma = np.zeros(0), np.zeros(0)
-    if priors:
-        anchors = 3 * len(data.anchor_names) if data.distance is not None else 0
-        prior_mean = np.concatenate([start.error_model.start, np.zeros(anchors)])
-        sizes = [np.inf if p.owner in ("base", "tool") else PRIOR_SIZES * p.sigma for p in model.parameters]
-        prior_sigma = np.concatenate([np.array(sizes), np.full(anchors, np.inf)])
+    start = with_critical_loads(start, model, samples, measured, asked, alignment.anchors, loss=loss, threads=threads)
+    model = start.error_model.with_robot(model.robot)
     found = _core.identify(
         model,
         samples,
@@ -250,10 +253,9 @@ def calibrate(
         anchors=alignment.anchors,
         method=method,
         loss=loss,
-        prior_mean=prior_mean,
-        prior_sigma=prior_sigma,
         max_iterations=max_iterations,
         threads=threads,
+        **parameter_limits(start, model, len(alignment.anchors), priors=priors),
     )
 
     say("reporting")

@@ -47,8 +47,12 @@ void fill_compliance(const ErrorModel& model, const Eigen::VectorXd& theta, Eige
 
 }  // namespace
 
-double settle(const ErrorModel& model, const Eigen::Ref<const Eigen::VectorXd>& theta_in, int threads, Samples& samples) {
-  if (model.needs() == kNothing || samples.count() == 0) return 0;
+double settle(const ErrorModel& model, const Eigen::Ref<const Eigen::VectorXd>& theta, int threads, Samples& samples) {
+  return settle(model, theta, threads, samples, model.needs());
+}
+
+double settle(const ErrorModel& model, const Eigen::Ref<const Eigen::VectorXd>& theta_in, int threads, Samples& samples, unsigned needs) {
+  if (needs == kNothing || samples.count() == 0) return 0;
   const Eigen::VectorXd theta = theta_in;
   const RobotDescription& robot = model.robot().description();
   samples.chain = std::make_shared<const Chain>(model.robot().chain(theta.head(model.robot().nominal().size())));
@@ -84,7 +88,7 @@ double settle(const ErrorModel& model, const Eigen::Ref<const Eigen::VectorXd>& 
         before = samples.load.row(i);
         frame_loads(robot, chain, T, state, samples.gravity, samples.load.row(i).data(), samples.payload_load.row(i).data());
         if (robot.compensator) samples.spring[i] = spring_load(robot, chain, T)[spring_axis];
-        if (model.needs() & kCompliance) fill_compliance(model, theta, i, samples);
+        if (needs & kCompliance) fill_compliance(model, theta, i, samples);
         const double largest = samples.load.row(i).cwiseAbs().maxCoeff();
         change = largest > 0 ? (samples.load.row(i).transpose() - before).cwiseAbs().maxCoeff() / largest : 0;
         const bool still = (model.needs() & kFrames) == 0 || (round > 0 && (T.back().p - tool_before).norm() <= kSettled * length);

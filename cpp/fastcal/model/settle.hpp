@@ -13,4 +13,7 @@ namespace fastcal {
 /// Fills what model.needs() asks for in `samples`, at parameters theta. Returns the greatest relative change of a load by the last round.
 double settle(const ErrorModel& model, const Eigen::Ref<const Eigen::VectorXd>& theta, int threads, Samples& samples);
 
+/// The same for given needs (bits of Need): who wants to see loads that no effect asks for.
+double settle(const ErrorModel& model, const Eigen::Ref<const Eigen::VectorXd>& theta, int threads, Samples& samples, unsigned needs);
+
 }  // namespace fastcal

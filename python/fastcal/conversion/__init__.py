@@ -146,7 +146,7 @@ def _joint(old: Spec, shape: Spec, body: Body | None, frame: Array) -> Spec:
 def _surroundings(spec: Spec, geometry: _Geometry) -> Spec:
     """Base, tool, payload and gravity in the new frames; untouched where the frames are the old ones."""
     kept: Spec = {key: copy.deepcopy(spec[key]) for key in ("base", "tool", "payload", "gravity_m_s2")}
-    kept |= {"gravity_frame": spec["gravity_frame"], "wrench_frame": spec["wrench_frame"]}
+    kept |= {key: spec[key] for key in ("gravity_frame", "wrench_frame", "equilibrium") if key in spec}
     if not _is_identity(geometry.base):
         kept["base"] = _frame(frame_of(spec["base"]) @ geometry.base)
         if spec["gravity_frame"] == "base":

@@ -54,6 +54,10 @@ def check_spec(value: Any, path: str | os.PathLike[str] = "robot") -> Spec:
     spec["wrench_frame"] = top.choice("wrench_frame", ("base", "flange", "tool"), "base")
     if (compensator := top.optional("compensator")) is not None:
         spec["compensator"] = _compensator(Fields(compensator, "compensator", path), len(joints))
+    if (equilibrium := top.optional("equilibrium")) is not None:
+        if not isinstance(equilibrium, bool):
+            top.fail("equilibrium", "true or false", equilibrium)
+        spec["equilibrium"] = equilibrium
     spec["effects"] = [_effect(fields) for fields in _list(top, "effects", 0, 1000)]
     spec["structure"] = _plain_mapping(top, "structure")
     if top.has("calibration"):
