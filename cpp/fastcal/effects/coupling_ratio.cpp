@@ -1,0 +1,55 @@
+// SPDX-FileCopyrightText: 2026 The fastcal authors
+// SPDX-License-Identifier: MIT
+//
+// Coupling ratio: joint i also turns by h when joint j turns behind its gear,  q_i += h k_j q_j^n,  k_j q_j^n the output of joint j with its
+// identified reduction ratio. h adds to the nominal coupling c_ij of the robot file.
+// Source: SIASUN SR210D paper, equations 13 to 15, mended as docs/effects/reduction_ratio.md says.
+#include "fastcal/effects/owners.hpp"
+#include "fastcal/math/check.hpp"
+
+namespace fastcal {
+namespace {
+
+constexpr const char* kArrow = "<-";
+
+std::vector<std::string> pairs(const RobotModel& robot) {
+  std::vector<std::string> out;
+  for (const std::string& driven : joint_owners(robot)) {
+    for (const std::string& source : joint_owners(robot)) {
+      if (driven != source) out.push_back(driven + kArrow + source);
+    }
+  }
+  return out;
+}
+
+class CouplingRatio : public LinearEffect {
+ public:
+  CouplingRatio(const RobotModel& robot, const std::string& owner, const Options& options)
+      : types_(robot.description().joint_types), parameters_{{owner, "ratio", "1", 1e-3, "turn of the driven joint per turn of its source, beyond the nominal coupling"}} {
+    check_options("coupling_ratio", options, {});
+    const std::size_t arrow = owner.find(kArrow);
+    FASTCAL_CHECK(arrow != std::string::npos) << "coupling_ratio is owned by a pair such as joint6<-joint5, got '" << owner << "'";
+    driven_ = owner_index("coupling_ratio", "joint", owner.substr(0, arrow), robot.joint_count());
+    source_ = owner_index("coupling_ratio", "joint", owner.substr(arrow + 2), robot.joint_count());
+    FASTCAL_CHECK(driven_ != source_) << "coupling_ratio joins two joints, got '" << owner << "'";
+  }
+
+  const std::vector<Parameter>& parameters() const override { return parameters_; }
+  unsigned needs() const override { return kOutput; }
+
+  void basis(const State& state, TwistColumns& columns) const override {
+    columns.push_back({0, joint_frame(driven_), joint_motion(types_, driven_, state.output[source_])});
+  }
+
+ private:
+  int driven_ = 0;
+  int source_ = 0;
+  std::vector<JointType> types_;
+  std::vector<Parameter> parameters_;
+};
+
+}  // namespace
+
+FASTCAL_REGISTER_EFFECT("coupling_ratio", {make<CouplingRatio>, pairs})
+
+}  // namespace fastcal
