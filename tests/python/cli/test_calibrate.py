@@ -2,9 +2,13 @@
 # SPDX-License-Identifier: MIT
 """`fastcal calibrate`: what it writes belongs together, agrees with the library, and comes whole or not at all."""
 
+import contextlib
 import dataclasses
 import json
 import math
+import os
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -171,3 +175,22 @@ def test_a_folder_that_fails_on_the_way_leaves_the_older_one(demo, tmp_path, fas
 def test_the_choices_offered_are_those_of_the_library() -> None:
     assert options.Loss.__args__ == LOSSES
     assert options.Method.__args__ == METHODS
+
+
+def test_progress_is_shown_on_a_terminal(demo, tmp_path) -> None:
+    """With standard error on a terminal; standard output, a pipe, stays as it is."""
+    ours, theirs = os.openpty()
+    arguments = "calibrate", demo / "robot.yaml", demo / "measurements.csv", "-o", tmp_path / "out"
+    command = [sys.executable, "-m", "fastcal", *map(str, arguments)]
+    environment = os.environ | {"TERM": "xterm", "COLUMNS": "80"}
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=theirs, text=True, env=environment) as running:
+        os.close(theirs)
+        shown = b""
+        with contextlib.suppress(OSError):  # Linux ends a terminal whose other side has gone by an error
+            while piece := os.read(ours, 4096):
+                shown += piece
+        out = running.communicate(timeout=60)[0]
+    os.close(ours)
+    assert running.returncode == 0
+    assert b"identifying ..." in shown
+    assert all(letter.isprintable() or letter == "\n" for letter in out)
