@@ -33,7 +33,7 @@ def parameter_limits(robot: Robot, model: _core.ErrorModel, anchor_count: int, *
             says, with its plausible size as standard deviation.
         model: The model of `robot` with base and tool fitted.
         anchor_count: Anchors of measured lengths; nothing is known of them.
-        priors: Hold all parameters of `robot` but base and tool near its own values, with PRIOR_SIZES plausible sizes.
+        priors: Hold all parameters but base and tool where the model starts, with PRIOR_SIZES plausible sizes.
 
     Returns:
         lower, upper: infinite where there is none. prior_mean, prior_sigma: empty where there are no priors.
@@ -45,7 +45,7 @@ def parameter_limits(robot: Robot, model: _core.ErrorModel, anchor_count: int, *
         "upper": np.concatenate([[p.upper for p in parameters], infinite]),
     }
     size = np.array([p.sigma for p in parameters])
-    mean = np.array(robot.error_model.start)
+    mean = np.array(model.start)
     sigma = np.full(len(parameters), np.inf)
     if priors:
         held = np.array([p.owner not in ("base", "tool") for p in parameters])

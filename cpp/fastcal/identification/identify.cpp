@@ -18,6 +18,7 @@ namespace {
 constexpr CommonNoise kNoiseFloor{1e-10, 1e-10, 1e-10};
 constexpr int kMaxRounds = 30;
 constexpr int kMaxOuterRounds = 30;
+constexpr double kLoadsSettled = 1e-8;  // of a plausible size
 constexpr double kNoiseSettled = 1e-4;  // relative; the parameters move by far less than their deviation when the noise moves by this
 
 /// How many numbers of each kind were measured.
@@ -236,6 +237,7 @@ class Identifier {
     }
     for (std::size_t k = 0; k < asked_.size(); ++k) {
       double& sigma = weak.prior_sigma[asked_[k]];
+      if (!std::isfinite(sigma)) weak.prior_mean[asked_[k]] = start_[asked_[k]];
       sigma = std::min(sigma, kWeak * scale_[static_cast<Eigen::Index>(k)]);
     }
     tau_ = noise(NoiseRule::kMedian, LossKind::kHuber, 0);
@@ -243,6 +245,7 @@ class Identifier {
       // Few steps a round: this is a start, and the next round weights the rows anew.
       const Solution solution = solve(problem_, theta_, asked_, scale_, {tau_, LossKind::kHuber}, weak, {Method::kLeastSquares, 3});
       theta_ = solution.theta;
+      bring_to_equilibrium();
       const CommonNoise before = tau_;
       tau_ = noise(NoiseRule::kMedian, LossKind::kHuber, 0);
       if (largest_change(before, tau_) < 0.05) break;
@@ -290,18 +293,27 @@ class Identifier {
     if (problem_.model.needs() != kNothing) settle(problem_.model, theta_.head(problem_.model.parameter_count()), problem_.threads, settled_);
   }
 
-  /// Solves at fixed loads, brings the loads to the equilibrium of what was found, and again until the parameters stand.
+  /// Solves at fixed loads, brings the loads to the equilibrium of what was found, and again until parameters and noise stand.
   void outer_iterations() {
-    for (int round = 0; round < kMaxOuterRounds; ++round) {
+    for (int round = 0; round < kMaxRounds; ++round) {
       fine_fit();
-      if (problem_.model.needs() == kNothing) return;
+      if (problem_.model.needs() == kNothing || !settle_loads()) return;
+      // The loads were right to a per mille already, so the noise hardly moves: it is found anew only where it does.
+      if (largest_change(tuned_, noise(NoiseRule::kMean, loss_, free_.size())) < kNoiseSettled) return;
+    }
+  }
+
+  /// Loads and parameters in turn, at the noise that was found; false where they do not come to rest.
+  bool settle_loads() {
+    for (int round = 0; round < kMaxOuterRounds; ++round) {
       const Eigen::VectorXd before = at(theta_, free_);
-      if (round > 0 && (before - last_).cwiseQuotient(free_scale_).cwiseAbs().maxCoeff() < 1e-8) return;
-      last_ = before;
       bring_to_equilibrium();
+      refit(loss_);
+      if ((at(theta_, free_) - before).cwiseQuotient(free_scale_).cwiseAbs().maxCoeff() < kLoadsSettled) return true;
     }
     converged_ = false;
     out_.message = "loads and deflections did not settle in " + std::to_string(kMaxOuterRounds) + " outer iterations";
+    return false;
   }
 
   void refit(LossKind loss) {
@@ -329,10 +341,11 @@ class Identifier {
       refit(loss_);
       // Without a loss and without claims of the rows' own, the noise scales the cost and nothing else.
       if (loss_ == LossKind::kNone && !claims_) {
-        tau_ = noise(NoiseRule::kMean, loss_, free_.size());
+        tuned_ = tau_ = noise(NoiseRule::kMean, loss_, free_.size());
         return;
       }
     }
+    tuned_ = tau_;
     if (loss_ == LossKind::kNone) return;
     tau_ = noise(NoiseRule::kClean, loss_, free_.size());
     refit(loss_);
@@ -417,13 +430,13 @@ class Identifier {
   Eigen::VectorXd start_, theta_, scale_, hold_, free_scale_;
   Limits limits_;
   CommonNoise tau_{};
+  CommonNoise tuned_{};  // the noise before the last step of fine_fit, which leaves the outliers out
   LossKind loss_ = LossKind::kNone;
   Gauge gauge_;
   std::vector<int> free_;
   double numbers_ = 0;
   bool converged_ = false;
   bool claims_ = false;  // do the rows claim a noise of their own?
-  Eigen::VectorXd last_;
   Identification out_;
 };
 
