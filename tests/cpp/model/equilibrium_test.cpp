@@ -1,0 +1,128 @@
+// SPDX-FileCopyrightText: 2026 The fastcal authors
+// SPDX-License-Identifier: MIT
+//
+// The settled arm is where its potential energy is least: elastic energy of the joints, heights of all weights, the compensator's spring.
+// The minimum is found here by Newton's method on that energy alone, with numeric derivatives; nothing of statics.cpp is used.
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+#include <cmath>
+#include <functional>
+
+#include "effects/loaded.hpp"
+#include "support/robots.hpp"
+
+namespace fastcal::test {
+namespace {
+
+struct Arm {
+  RobotModel robot;
+  Eigen::VectorXd compliance;  // one a joint
+  double payload;
+};
+
+/// Energy [J] of the arm at commanded q whose joints give by `turn`.
+double energy(const Arm& arm, const Eigen::VectorXd& q, const Eigen::VectorXd& turn) {
+  const RobotDescription& description = arm.robot.description();
+  const Chain chain = arm.robot.chain();
+  const Eigen::VectorXd there = q + turn;
+  std::vector<Pose> frames;
+  forward(chain, there.data(), nullptr, frames);
+  double out = 0.5 * (turn.array().square() / arm.compliance.array()).sum();
+  for (int i = 0; i < chain.joint_count(); ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    const Eigen::Vector3d centre = frames[static_cast<std::size_t>(joint_frame(i))] * (chain.body_frames[k] * description.bodies[k].com);
+    out -= description.bodies[k].mass * description.gravity.dot(centre);
+  }
+  out -= arm.payload * description.gravity.dot(frames[frames.size() - 2] * description.p_flange_payload);
+  if (description.compensator) {
+    // Anchor and arm in the joint's frame at joint position 0: the arm is turned about (or moved along) z, the anchor is not.
+    const Compensator& spring = *description.compensator;
+    Eigen::Vector3d end = spring.arm;
+    if (description.joint_types[static_cast<std::size_t>(spring.joint)] == JointType::kRevolute) {
+      end = Eigen::AngleAxisd(there[spring.joint], Eigen::Vector3d::UnitZ()) * end;
+    } else {
+      end.z() += there[spring.joint];
+    }
+    const double stretch = (spring.anchor - end).norm() - spring.free_length;
+    out += 0.5 * spring.stiffness * stretch * stretch;
+  }
+  return out;
+}
+
+/// First derivative of f at 0 to eighth order.
+double slope(const std::function<double(double)>& f) {
+  constexpr double h = 2e-2;
+  constexpr double c[4] = {4.0 / 5, -1.0 / 5, 4.0 / 105, -1.0 / 280};
+  double sum = 0;
+  for (int k = 1; k <= 4; ++k) sum += c[k - 1] * (f(k * h) - f(-k * h));
+  return sum / h;
+}
+
+Eigen::VectorXd gradient(const Arm& arm, const Eigen::VectorXd& q, const Eigen::VectorXd& turn) {
+  return Eigen::VectorXd::NullaryExpr(q.size(), [&](Eigen::Index j) {
+    // The elastic part is known; only the rest needs differences, without the large numbers of stiff joints.
+    const auto rest = [&](double step) {
+      Eigen::VectorXd moved = turn;
+      moved[j] += step;
+      Arm bare = arm;
+      bare.compliance.setConstant(1e300);
+      return energy(bare, q, moved);
+    };
+    return turn[j] / arm.compliance[j] + slope(rest);
+  });
+}
+
+Eigen::VectorXd least_energy(const Arm& arm, const Eigen::VectorXd& q) {
+  Eigen::VectorXd turn = Eigen::VectorXd::Zero(q.size());
+  for (int round = 0; round < 30; ++round) {
+    const Eigen::VectorXd g = gradient(arm, q, turn);
+    Eigen::MatrixXd H(q.size(), q.size());
+    for (Eigen::Index j = 0; j < q.size(); ++j) {
+      Eigen::VectorXd moved = turn;
+      moved[j] += 1e-4;
+      H.col(j) = (gradient(arm, q, moved) - g) / 1e-4;
+    }
+    const Eigen::VectorXd step = H.partialPivLu().solve(g);
+    turn -= step;
+    if (step.cwiseAbs().maxCoeff() < 1e-14) break;
+  }
+  return turn;
+}
+
+TEST(Equilibrium, IsWhereThePotentialEnergyIsLeast) {
+  Random random(23);
+  for (int repeat_index = 0; repeat_index < repeat(20); ++repeat_index) {
+    const int n = random.whole(2, 6);
+    Tables tables = random_tables(random, n);
+    tables.base = Pose();
+    const RobotModel bare = build("dh", tables);
+    RobotDescription description = bare.description();
+    for (Body& body : description.bodies) {
+      body.mass = random.uniform(5, 80);
+      body.com = random.vector(0.4);
+    }
+    description.p_flange_payload = random.vector(0.3);
+    description.gravity = 9.8 * random.unit();
+    if (random.chance(0.5)) description.compensator = Compensator{random.whole(0, n - 1), random.vector(0.5), random.vector(0.5), 3000, 0.2};
+    Arm arm{build_dh(description, tables.rows), Eigen::VectorXd(n), random.uniform(0, 50)};
+    std::vector<Cause> causes;
+    for (int j = 0; j < n; ++j) {
+      arm.compliance[j] = random.uniform(1e-6, 2e-5);
+      causes.push_back({"joint_compliance", "joint" + std::to_string(j + 1), {arm.compliance[j]}, {}});
+    }
+    const Eigen::VectorXd q = random.values(n, 1.5);
+    const Twists xi = twists(with(arm.robot, causes), posture({q.data(), q.data() + n}, arm.payload));
+    const Eigen::VectorXd expected = least_energy(arm, q);
+    for (int j = 0; j < n; ++j) {
+      const bool revolute = description.joint_types[static_cast<std::size_t>(j)] == JointType::kRevolute;
+      EXPECT_NEAR(xi(revolute ? 5 : 2, joint_frame(j)), expected[j], 1e-9 * std::max(1e-3, expected.cwiseAbs().maxCoeff())) << "arm " << repeat_index;
+    }
+    // To first order it is somewhere else, by more than the tolerance above.
+    const Twists first = twists(with(arm.robot, causes).with_equilibrium(false), posture({q.data(), q.data() + n}, arm.payload));
+    EXPECT_GT((first - xi).norm(), 1e-7);
+  }
+}
+
+}  // namespace
+}  // namespace fastcal::test
