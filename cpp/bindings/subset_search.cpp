@@ -20,7 +20,8 @@ void bind_subset_search(py::module_& m) {
                        double least_norm) { return SubsetSearch(kept, optional, r, fold, least_norm); }),
            py::arg("kept"), py::arg("optional"), py::arg("r"), py::arg("fold"), py::kw_only(),
            py::arg("least_norm") = 0.0, py::call_guard<py::gil_scoped_release>(),
-           "kept (n, c) columns of every set, optional (n, m), r (n) with J b ~ r, fold (n) 0 ... K - 1.")
+           "kept (n, c) columns of every set, optional (n, m), r (n) with J b ~ r, fold (n) 0 ... K - 1 or, fitted "
+           "always, -1.")
       .def("all", &SubsetSearch::all, py::call_guard<py::gil_scoped_release>(),
            "All 2^m sets; bit j of a set's index: optional column j is in it.")
       .def(

@@ -91,6 +91,18 @@ def test_a_column_seen_in_one_fold_alone_stays_at_zero_there() -> None:
     np.testing.assert_allclose(found.mean, by_lstsq(kept, optional, r, fold)[0], rtol=1e-9)
 
 
+def test_rows_without_a_fold_are_always_fitted() -> None:
+    """Priors: two rows that hold the first optional column and the first kept one."""
+    kept, optional, r, fold = problem(14, 40, 2, 4, 5)
+    weight = 3 * np.linalg.norm(optional[:, 0])
+    kept, optional = np.vstack([kept, np.zeros((2, 2))]), np.vstack([optional, np.zeros((2, 4))])
+    optional[-2, 0] = weight
+    kept[-1, 0] = weight
+    r, fold = np.append(r, [0.5, -0.3]), np.append(fold, np.int32([-1, -1]))
+    found = _core.SubsetSearch(kept, optional, r, fold).all()
+    np.testing.assert_allclose(found.mean, by_lstsq(kept, optional, r, fold)[0], rtol=1e-9)
+
+
 def test_more_columns_than_rows_give_numbers() -> None:
     given = problem(10, 9, 4, 8, 3)
     found = _core.SubsetSearch(*given).all()

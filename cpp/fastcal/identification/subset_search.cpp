@@ -57,12 +57,13 @@ SubsetSearch::SubsetSearch(const Eigen::Ref<const RowMatrixXd>& kept, const Eige
       << n << " and " << fold.size();
   FASTCAL_CHECK(kept.allFinite() && optional.allFinite() && r.allFinite()) << "kept, optional and r must be finite";
   FASTCAL_CHECK(least_norm >= 0) << "least_norm must be at least 0, got " << least_norm;
-  FASTCAL_CHECK(n > 0 && fold.minCoeff() >= 0 && fold.maxCoeff() >= 1)
-      << "there must be two folds or more, 0 ... K - 1";
+  FASTCAL_CHECK(n > 0 && fold.minCoeff() >= -1 && fold.maxCoeff() >= 1)
+      << "fold must hold -1 ... K - 1, and there must be two folds or more";
   const Eigen::Index folds = fold.maxCoeff() + 1;
-  std::vector<Eigen::Index> counts(static_cast<std::size_t>(folds), 0);
-  for (Eigen::Index i = 0; i < n; ++i) ++counts[static_cast<std::size_t>(fold[i])];
-  for (std::size_t k = 0; k < counts.size(); ++k) FASTCAL_CHECK(counts[k] > 0) << "fold " << k << " has no rows";
+  std::vector<Eigen::Index> counts(static_cast<std::size_t>(folds + 1), 0);  // the last: rows that are always fitted
+  const auto place = [&](Eigen::Index i) { return static_cast<std::size_t>(fold[i] < 0 ? folds : fold[i]); };
+  for (Eigen::Index i = 0; i < n; ++i) ++counts[place(i)];
+  for (std::size_t k = 0; k + 1 < counts.size(); ++k) FASTCAL_CHECK(counts[k] > 0) << "fold " << k << " has no rows";
 
   // The kept columns as an orthonormal basis, and the others without what lies in it: the same sets of predictions, and
   // Gram matrices that are as well conditioned as the kept columns allow.
@@ -78,16 +79,16 @@ SubsetSearch::SubsetSearch(const Eigen::Ref<const RowMatrixXd>& kept, const Eige
         std::max(kGramNoise * others.col(j).squaredNorm(), least_norm * least_norm);
   }
 
-  std::vector<Eigen::MatrixXd> grams(static_cast<std::size_t>(folds), Eigen::MatrixXd::Zero(c + m + 1, c + m + 1));
+  std::vector<Eigen::MatrixXd> grams(counts.size(), Eigen::MatrixXd::Zero(c + m + 1, c + m + 1));
   for (std::size_t k = 0; k < grams.size(); ++k) {
     Eigen::MatrixXd block(counts[k], A.cols());
     Eigen::Index at = 0;
     for (Eigen::Index i = 0; i < n; ++i) {
-      if (fold[i] == static_cast<int>(k)) block.row(at++) = A.row(i);
+      if (place(i) == k) block.row(at++) = A.row(i);
     }
     grams[k].selfadjointView<Eigen::Upper>().rankUpdate(block.transpose());
   }
-  for (std::size_t k = 0; k < grams.size(); ++k) {
+  for (std::size_t k = 0; k + 1 < grams.size(); ++k) {
     Fold all{Eigen::MatrixXd::Zero(c + m + 1, c + m + 1), grams[k], static_cast<double>(counts[k])};
     for (std::size_t other = 0; other < grams.size(); ++other) {
       if (other != k) all.M += grams[other];  // a sum, not the whole less this fold, which would cancel

@@ -30,7 +30,8 @@ class SubsetSearch {
  public:
   static constexpr int kMostOptional = 24;  ///< of all(): 2^24 sets are 256 MB
 
-  /// `kept` (n, c): columns of every set; `optional` (n, m); `r` (n): what is fitted, J b ~ r; `fold` (n): 0 ... K - 1.
+  /// `kept` (n, c): columns of every set; `optional` (n, m); `r` (n): what is fitted, J b ~ r; `fold` (n): 0 ... K - 1,
+  /// or -1 for a row that is always fitted and never held out (a prior).
   /// A column that the fitted rows can hardly tell from those before it (its remaining norm is below `least_norm`, or
   /// rounding) has the coefficient 0 and changes nothing. Throws InvalidInput where sizes differ, a fold is empty, or a
   /// number is not finite.
