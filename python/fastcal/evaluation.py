@@ -161,14 +161,19 @@ def evaluate(
     return Evaluation(data, points, lengths, turns, out.after, points_before, lengths_before, first, out.repeatability)
 
 
+def pose_groups(data: Dataset) -> NDArray[np.intp]:
+    """(N,) 0 ... poses - 1: rows with the same commanded joints and payload have the same number."""
+    # 1e-6 rad or m: commands are rounded in files, and nobody commands two poses that close
+    keys = np.round(np.column_stack([data.q, data.payload]) / 1e-6).astype(np.int64)
+    return np.unique(keys, axis=0, return_inverse=True)[1].ravel()
+
+
 def repeatability(robot: Robot, data: Dataset, error: FloatArray) -> Repeatability | None:
     """ISO 9283 accuracy and repeatability over poses with the same commanded joints and payload; None where no pose repeats."""
     whole = ~np.isnan(error).any(axis=1)
     if not whole.any():
         return None
-    # 1e-6 rad or m: commands are rounded in files, and nobody commands two poses that close
-    keys = np.round(np.column_stack([data.q, data.payload]) / 1e-6).astype(np.int64)[whole]
-    _, group, count = np.unique(keys, axis=0, return_inverse=True, return_counts=True)
+    _, group, count = np.unique(pose_groups(data)[whole], return_inverse=True, return_counts=True)
     repeated = np.flatnonzero(count > 1)
     if len(repeated) == 0:
         return None
