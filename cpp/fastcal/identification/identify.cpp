@@ -91,7 +91,7 @@ double median_noise(const std::vector<KindRow>& rows, double floor, double guess
   return crossing(ratio, floor, guess);
 }
 
-/// M-scale: the noise at which the mean of rho is what the normal law makes it, less the parameters' share of the freedom. rho is Tukey's, bounded:
+/// M-scale: the noise at which the mean of rho is what the normal law makes it; fitting shrinks squared residuals by `freedom`. rho is Tukey's, bounded:
 /// outliers cannot blow it up, and where a tenth of the rows and more disagree it grows and takes them in instead of dropping them.
 /// Loss none: the plain variance.
 double mean_noise(const std::vector<KindRow>& rows, LossKind loss, double freedom, double floor, double guess) {
@@ -101,8 +101,8 @@ double mean_noise(const std::vector<KindRow>& rows, LossKind loss, double freedo
   const Loss* rho[4] = {nullptr, &tuned_loss(kind, 1), &tuned_loss(kind, 2), &tuned_loss(kind, 3)};
   const auto ratio = [&](double tau) {
     double sum = 0;
-    for (const KindRow& row : rows) sum += rho[row.components]->rho(row.whitened(tau));
-    return sum / (expected * freedom);
+    for (const KindRow& row : rows) sum += rho[row.components]->rho(row.whitened(tau) / freedom);
+    return sum / expected;
   };
   return crossing(ratio, floor, guess);
 }
@@ -115,7 +115,7 @@ double clean_noise(const std::vector<KindRow>& rows, double freedom, double floo
     std::vector<double> weights(rows.size());
     double expected = 0;
     for (std::size_t i = 0; i < rows.size(); ++i) {
-      weights[i] = rho[rows[i].components]->weight(rows[i].whitened(tau));
+      weights[i] = rho[rows[i].components]->weight(rows[i].whitened(tau) / freedom);
       if (weights[i] > 0) expected += rho[rows[i].components]->consistency * rows[i].components;
     }
     const auto ratio = [&](double t) {
@@ -131,22 +131,29 @@ double clean_noise(const std::vector<KindRow>& rows, double freedom, double floo
   return std::max(tau, floor);
 }
 
-/// Asymptotic variance of the M-estimate over that of least squares on the same rows: B / A^2, A = mean (w + u w' / d), B = mean w^2 u^2 / d.
-/// (R. Maronna, D. Martin, V. Yohai 2006, 5.6; spherical errors; the degrees of freedom correct B.)
+/// Variance of the M-estimate over that of least squares with unit noise on the same rows: K^2 B / A^2 with A = mean psi',
+/// B = mean psi^2 over all numbers (R. Maronna, D. Martin, V. Yohai 2006, 5.6; psi' of a row is w I + (u w') u u^T / u^2),
+/// K = 1 + (p / n) var psi' / A^2 for samples that are not large (P. Huber, E. Ronchetti, "Robust Statistics" 2009, 7.6).
+/// Fitting shrinks residuals by the root of the freedom (n - p) / n, so psi is taken at what they were before.
 double variance_inflation(const std::vector<RowWeight>& rows, LossKind loss, double freedom) {
-  double a = 0;
-  double b = 0;
+  double slope = 0;
+  double slope_squared = 0;
+  double psi_squared = 0;
   double numbers = 0;
   for (const RowWeight& row : rows) {
     if (row.components == 0) continue;
     const Loss& rho = tuned_loss(loss, row.components);
-    a += row.components * row.weight + rho.weight_slope(row.squared);
-    b += row.weight * row.weight * row.squared;
+    const double s = row.squared / freedom;
+    const double across = rho.weight(s);
+    const double along = across + rho.weight_slope(s);
+    slope += (row.components - 1) * across + along;
+    slope_squared += (row.components - 1) * across * across + along * along;
+    psi_squared += across * across * s;
     numbers += row.components;
   }
-  a /= numbers;
-  b /= numbers * freedom;
-  return b / (a * a);
+  const double a = slope / numbers;
+  const double k = 1 + (1 - freedom) * (slope_squared / numbers / (a * a) - 1);
+  return k * k * psi_squared / numbers / (a * a);
 }
 
 Eigen::VectorXd at(const Eigen::VectorXd& values, const std::vector<int>& indices) {
