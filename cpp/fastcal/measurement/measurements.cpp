@@ -26,8 +26,15 @@ void Measurements::check(Eigen::Index rows) const {
     FASTCAL_CHECK(std::isnan(distance[i]) || (anchor[i] >= 0 && anchor[i] < anchor_count))
         << "row " << i << ": anchor must be 0 to " << anchor_count - 1 << ", got " << anchor[i];
   }
-  FASTCAL_CHECK(sigma_position.size() == 0 || (sigma_position.array() > 0).all()) << "sigma_position must be positive";
-  FASTCAL_CHECK(sigma_rotation.size() == 0 || (sigma_rotation.array() > 0).all()) << "sigma_rotation must be positive";
+  FASTCAL_CHECK(!position.array().isInf().any()) << "position must be finite, or NaN where it was not measured";
+  for (Eigen::Index i = 0; i < rotation.rows(); ++i) {
+    if (rotation.row(i).hasNaN()) continue;
+    const double length = rotation.row(i).norm();
+    FASTCAL_CHECK(std::abs(length - 1) < 1e-3) << "row " << i << ": a quaternion must have length 1, got " << length;
+  }
+  FASTCAL_CHECK(!distance.array().isInf().any() && !(distance.array() < 0).any()) << "distance must be finite and not negative, or NaN where it was not measured";
+  FASTCAL_CHECK((sigma_position.array() > 0).all() && sigma_position.allFinite()) << "sigma_position must be positive and finite";
+  FASTCAL_CHECK((sigma_rotation.array() > 0).all() && sigma_rotation.allFinite()) << "sigma_rotation must be positive and finite";
 }
 
 double Measurements::sigma(Eigen::Index i, int component) const {
