@@ -33,10 +33,17 @@ ErrorModel ErrorModel::with_equilibrium(bool at_equilibrium) const {
   return out;
 }
 
-RowEvaluator::RowEvaluator(const ErrorModel& model, const Eigen::Ref<const Eigen::VectorXd>& theta)
-    : model_(model), theta_(theta), chain_(model.robot().chain(theta.head(model.robot().nominal().size()))), xi_(Twists::Zero(6, chain_.frame_count())) {
+namespace {
+
+const Eigen::Ref<const Eigen::VectorXd>& checked(const ErrorModel& model, const Eigen::Ref<const Eigen::VectorXd>& theta) {
   FASTCAL_CHECK(theta.size() == model.parameter_count()) << "the model has " << model.parameter_count() << " parameters, got " << theta.size();
+  return theta;
 }
+
+}  // namespace
+
+RowEvaluator::RowEvaluator(const ErrorModel& model, const Eigen::Ref<const Eigen::VectorXd>& theta)
+    : model_(model), theta_(checked(model, theta)), chain_(model.robot().chain(theta.head(model.robot().nominal().size()))), xi_(Twists::Zero(6, chain_.frame_count())) {}
 
 void RowEvaluator::evaluate(const State& state, bool with_columns) {
   if (model_.effects().empty()) return forward(chain_, state.q, nullptr, frames_);
@@ -64,8 +71,10 @@ const Pose& RowEvaluator::jacobian(const State& state, Eigen::Ref<Eigen::Matrix<
   evaluate(state, true);
   const Pose& tool = frames_.back();
   J.setZero();
+  const Pose world;
   for (const Chain::Column& column : chain_.columns) {
-    J.col(column.parameter) += tool_motion(frames_[static_cast<std::size_t>(column.frame)], tool.p, column.xi);
+    const Pose& frame = column.frame == kWorldFrame ? world : frames_[static_cast<std::size_t>(column.frame)];
+    J.col(column.parameter) += tool_motion(frame, tool.p, column.xi);
   }
   for (const Chain::Column& column : columns_) {
     // exp(xi + d) = exp(xi) exp(J_r d): exact at any size of the twist; J_r is 1 where both turn about the same axis.

@@ -126,16 +126,11 @@ Chain RobotModel::chain(const Eigen::Ref<const Eigen::VectorXd>& values) const {
   out.constants.reserve(static_cast<std::size_t>(frame_count()));
   out.columns.reserve(steps_.size());
   Pose local;  // from the last frame passed to here
-  std::vector<Chain::Column> before_base;  // ahead of the base frame no frame carries a twist: these are moved behind it
   for (const Step& step : steps_) {
-    const int frame = static_cast<int>(out.constants.size()) - 1;
+    const int frame = static_cast<int>(out.constants.size()) - 1;  // the last one passed; kWorldFrame ahead of the base
     switch (step.kind) {
       case StepKind::kMotion: {
-        const Vector6d xi = step.sign * adjoint(local) * twist_of(step.motion);
-        if (frame < kBaseFrame)
-          before_base.push_back({step.parameter, kBaseFrame, xi});
-        else
-          out.columns.push_back({step.parameter, frame, xi});
+        out.columns.push_back({step.parameter, frame, step.sign * adjoint(local) * twist_of(step.motion)});
         local = local * move(step.motion, step.sign * values[step.parameter]);
         break;
       }
@@ -149,13 +144,6 @@ Chain RobotModel::chain(const Eigen::Ref<const Eigen::VectorXd>& values) const {
         break;
       case StepKind::kJoint:
       case StepKind::kFrame:
-        if (frame < kBaseFrame) {
-          const Matrix6d back = adjoint(local.inverse());
-          for (Chain::Column& column : before_base) {
-            column.xi = back * column.xi;
-            out.columns.push_back(column);
-          }
-        }
         out.constants.push_back(local);
         local = Pose();
         break;
@@ -188,8 +176,11 @@ RobotModel RobotModel::with_base_and_tool(const Pose& T_world_base, const Pose& 
 }
 
 Eigen::Matrix3d rotation_to_axis(const Eigen::Vector3d& axis) {
-  if (axis.z() < -1 + 1e-12) return Eigen::Vector3d(1, -1, -1).asDiagonal();
-  return Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), axis).toRotationMatrix();
+  const bool down = axis.z() < -0.9;
+  const Eigen::Vector3d from = down ? Eigen::Vector3d(-Eigen::Vector3d::UnitZ()) : Eigen::Vector3d(Eigen::Vector3d::UnitZ());
+  const Eigen::Matrix3d V = skew(from.cross(axis));
+  const Eigen::Matrix3d R = Eigen::Matrix3d::Identity() + V + V * V / (1 + from.dot(axis));
+  return down ? Eigen::Matrix3d(R * Eigen::Vector3d(1, -1, -1).asDiagonal()) : R;
 }
 
 }  // namespace fastcal

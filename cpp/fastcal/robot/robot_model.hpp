@@ -72,7 +72,7 @@ struct RobotDescription {
 
 /// The chain at given parameter values: what a batch loop needs, and nothing else.
 struct Chain {
-  /// d T_world_tool / d parameter is the twist `xi` (body) of frame `frame`, the same in every posture.
+  /// d T_world_tool / d parameter is the twist `xi` (body) of frame `frame`, the same in every posture; base parameters: of kWorldFrame.
   struct Column {
     int parameter;
     int frame;
@@ -87,6 +87,7 @@ struct Chain {
   int frame_count() const { return 2 * joint_count() + 2; }
 };
 
+constexpr int kWorldFrame = -1;  ///< the measuring frame: no effect moves it
 constexpr int kBaseFrame = 0;
 constexpr int joint_frame(int joint) { return 2 * joint + 1; }  ///< joint counts from 0
 constexpr int link_frame(int joint) { return 2 * joint + 2; }
@@ -162,7 +163,8 @@ RobotModel build_poe(RobotDescription description, const RowMatrixXd& screws, co
 /// `flange` is what is fixed behind the last joint. An origin's error is six numbers: x, y, z, rx, ry, rz in its own frame.
 RobotModel build_urdf(RobotDescription description, const std::vector<Pose>& origins, const RowMatrixXd& axes, const Pose& flange);
 
-/// A rotation whose z axis is `axis` (unit): the least turn from the z axis; from -z it turns about x.
+/// A rotation whose z axis is `axis` (unit): the least turn from z; within 26 degrees of -z, where the least turn has no limit,
+/// a half turn about x and the least turn from there, so that a slightly tilted axis gets a slightly turned frame.
 Eigen::Matrix3d rotation_to_axis(const Eigen::Vector3d& axis);
 
 }  // namespace fastcal
