@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <set>
 
 #include "fastcal/math/check.hpp"
 #include "fastcal/model/settle.hpp"
@@ -135,6 +136,7 @@ double clean_noise(const std::vector<KindRow>& rows, double freedom, double floo
 /// B = mean psi^2 over all numbers (R. Maronna, D. Martin, V. Yohai 2006, 5.6; psi' of a row is w I + (u w') u u^T / u^2),
 /// K = 1 + (p / n) var psi' / A^2 for samples that are not large (P. Huber, E. Ronchetti, "Robust Statistics" 2009, 7.6).
 /// Fitting shrinks residuals by the root of the freedom (n - p) / n, so psi is taken at what they were before.
+/// The distance's psi' has a pole at 0: its mean is taken as that of psi u, the same at the normal law (C. Stein 1981), and K as 1.
 double variance_inflation(const std::vector<RowWeight>& rows, LossKind loss, double freedom) {
   double slope = 0;
   double slope_squared = 0;
@@ -146,13 +148,13 @@ double variance_inflation(const std::vector<RowWeight>& rows, LossKind loss, dou
     const double s = row.squared / freedom;
     const double across = rho.weight(s);
     const double along = across + rho.weight_slope(s);
-    slope += (row.components - 1) * across + along;
+    slope += loss == LossKind::kDistance ? across * s : (row.components - 1) * across + along;
     slope_squared += (row.components - 1) * across * across + along * along;
     psi_squared += across * across * s;
     numbers += row.components;
   }
   const double a = slope / numbers;
-  const double k = 1 + (1 - freedom) * (slope_squared / numbers / (a * a) - 1);
+  const double k = loss == LossKind::kDistance ? 1 : 1 + (1 - freedom) * (slope_squared / numbers / (a * a) - 1);
   return k * k * psi_squared / numbers / (a * a);
 }
 
@@ -209,13 +211,15 @@ class Identifier {
     bring_to_equilibrium();
     const auto measured = counts(residuals(problem_, theta_));
     numbers_ = static_cast<double>(std::accumulate(measured.begin(), measured.end(), Eigen::Index{0}));
+    kinds_ = std::count_if(measured.begin(), measured.end(), [](Eigen::Index count) { return count > 0; });
+    if (numbers_ == 0) return too_few("nothing was measured in any row");
     coarse_fit();
     for (int attempt = 0; attempt < 3; ++attempt) {
       choose();
-      if (gauge_.free.empty()) {
-        out_.status = Status::kTooFewEquations;
-        out_.message = "the measurements fix none of the " + std::to_string(asked_.size()) + " parameters asked for";
-        return finish();
+      if (free_.empty()) return too_few("the measurements fix none of the " + std::to_string(asked_.size()) + " parameters asked for");
+      if (!claims_ && !has_priors() && numbers_ <= static_cast<double>(free_.size())) {
+        return too_few("what was measured is " + std::to_string(free_.size()) + " independent numbers for " + std::to_string(asked_.size()) +
+                       " parameters: any robot fits them exactly, and nothing is left to tell their noise");
       }
       outer_iterations();
       const Gauge again = choose_gauge(factor(nullptr), hold_, options_.gauge);
@@ -228,7 +232,18 @@ class Identifier {
   }
 
  private:
-  double freedom(std::size_t free_count) const { return std::max(1.0, numbers_ - static_cast<double>(free_count)) / numbers_; }
+  bool has_priors() const { return limits_.prior_sigma.size() > 0; }
+
+  /// Numbers that the fit uses up: the free parameters, less what their priors give, |J R^-1|^2 with R^T R = J^T J + priors.
+  double spent() const {
+    if (!has_priors()) return static_cast<double>(free_.size());
+    const Eigen::MatrixXd J = triangular_factor(problem_, theta_, free_, free_scale_, tau_, nullptr);
+    const Eigen::MatrixXd R = with_priors(J, free_, free_scale_, limits_);
+    return R.transpose().triangularView<Eigen::Lower>().solve(J.transpose()).squaredNorm();
+  }
+
+  /// The share of the squared residuals that a fit leaves.
+  void count_freedom() { freedom_ = std::max(1.0, numbers_ - spent()) / numbers_; }
 
   Eigen::MatrixXd factor(const std::vector<RowWeight>* rows) const {
     return with_priors(triangular_factor(problem_, theta_, asked_, scale_, tau_, rows), asked_, scale_, options_.limits);
@@ -238,7 +253,7 @@ class Identifier {
   void coarse_fit() {
     constexpr double kWeak = 30;
     Limits weak = limits_;
-    if (weak.prior_sigma.size() == 0) {
+    if (!has_priors()) {
       weak.prior_mean = start_;
       weak.prior_sigma = Eigen::VectorXd::Constant(start_.size(), std::numeric_limits<double>::infinity());
     }
@@ -247,14 +262,14 @@ class Identifier {
       if (!std::isfinite(sigma)) weak.prior_mean[asked_[k]] = start_[asked_[k]];
       sigma = std::min(sigma, kWeak * scale_[static_cast<Eigen::Index>(k)]);
     }
-    tau_ = noise(NoiseRule::kMedian, LossKind::kHuber, 0);
+    tau_ = noise(NoiseRule::kMedian, LossKind::kHuber);
     for (int round = 0; round < 6; ++round) {
       // Few steps a round: this is a start, and the next round weights the rows anew.
       const Solution solution = solve(problem_, theta_, asked_, scale_, {tau_, LossKind::kHuber}, weak, {Method::kLeastSquares, 3});
       theta_ = solution.theta;
       bring_to_equilibrium();
       const CommonNoise before = tau_;
-      tau_ = noise(NoiseRule::kMedian, LossKind::kHuber, 0);
+      tau_ = noise(NoiseRule::kMedian, LossKind::kHuber);
       if (largest_change(before, tau_) < 0.05) break;
     }
   }
@@ -262,15 +277,15 @@ class Identifier {
   enum class NoiseRule { kMedian, kMean, kClean };
 
   /// Noise common to all rows, by kind, for the residuals at theta.
-  CommonNoise noise(NoiseRule rule, LossKind loss, std::size_t free_count) const {
+  CommonNoise noise(NoiseRule rule, LossKind loss) const {
     const RowMatrixXd r = residuals(problem_, theta_);
     CommonNoise out = kNoiseFloor;
     for (std::size_t k = 0; k < out.size(); ++k) {
       const std::vector<KindRow> rows = rows_of_kind(problem_, r, static_cast<int>(k));
       if (rows.empty()) continue;
       if (rule == NoiseRule::kMedian) out[k] = median_noise(rows, kNoiseFloor[k], tau_[k]);
-      if (rule == NoiseRule::kMean) out[k] = mean_noise(rows, loss, freedom(free_count), kNoiseFloor[k], tau_[k]);
-      if (rule == NoiseRule::kClean) out[k] = clean_noise(rows, freedom(free_count), kNoiseFloor[k], tau_[k]);
+      if (rule == NoiseRule::kMean) out[k] = mean_noise(rows, loss, freedom_, kNoiseFloor[k], tau_[k]);
+      if (rule == NoiseRule::kClean) out[k] = clean_noise(rows, freedom_, kNoiseFloor[k], tau_[k]);
     }
     return out;
   }
@@ -306,7 +321,7 @@ class Identifier {
       fine_fit();
       if (problem_.model.needs() == kNothing || !settle_loads()) return;
       // The loads were right to a per mille already, so the noise hardly moves: it is found anew only where it does.
-      if (largest_change(tuned_, noise(NoiseRule::kMean, loss_, free_.size())) < kNoiseSettled) return;
+      if (largest_change(tuned_, noise(NoiseRule::kMean, loss_)) < kNoiseSettled) return;
     }
   }
 
@@ -327,6 +342,7 @@ class Identifier {
     const Solution solution = solve(problem_, theta_, free_, free_scale_, {tau_, loss}, limits_, options_.solver);
     theta_ = solution.theta;
     converged_ = solution.converged;
+    count_freedom();
     out_.iterations += solution.iterations;
     out_.message = solution.message;
   }
@@ -338,35 +354,49 @@ class Identifier {
     if (loss_ != LossKind::kNone) {
       for (int round = 0; round < 3; ++round) {
         refit(LossKind::kHuber);
-        tau_ = noise(NoiseRule::kMedian, LossKind::kHuber, free_.size());
+        tau_ = noise(NoiseRule::kMedian, LossKind::kHuber);
       }
     }
     for (int round = 0; round < kMaxRounds; ++round) {
       const CommonNoise before = tau_;
-      tau_ = noise(NoiseRule::kMean, loss_, free_.size());
+      tau_ = noise(NoiseRule::kMean, loss_);
       if (round > 0 && largest_change(before, tau_) < kNoiseSettled) break;
       refit(loss_);
-      // Without a loss and without claims of the rows' own, the noise scales the cost and nothing else.
-      if (loss_ == LossKind::kNone && !claims_) {
-        tuned_ = tau_ = noise(NoiseRule::kMean, loss_, free_.size());
+      // Where all numbers are of one kind, without a loss, claims of the rows' own or priors, the noise scales the cost and nothing else.
+      if (loss_ == LossKind::kNone && kinds_ == 1 && !claims_ && !has_priors()) {
+        tuned_ = tau_ = noise(NoiseRule::kMean, loss_);
         return;
       }
     }
     tuned_ = tau_;
     if (loss_ == LossKind::kNone) return;
-    tau_ = noise(NoiseRule::kClean, loss_, free_.size());
+    tau_ = noise(NoiseRule::kClean, loss_);
     refit(loss_);
+  }
+
+  /// All stay where they started.
+  Identification too_few(const std::string& message) {
+    out_.status = Status::kTooFewEquations;
+    out_.message = message;
+    theta_ = start_;
+    free_.clear();
+    gauge_.held.resize(asked_.size());
+    std::iota(gauge_.held.begin(), gauge_.held.end(), 0);
+    gauge_.directions.resize(0, 0);
+    count_freedom();
+    tau_ = noise(NoiseRule::kMedian, LossKind::kHuber);
+    return finish();
   }
 
   Identification finish() {
     out_.theta = theta_;
     out_.free = free_;
     for (const int k : gauge_.held) out_.held.push_back(asked_[static_cast<std::size_t>(k)]);
-    out_.rank = gauge_.rank;
+    out_.rank = has_priors() ? choose_gauge(triangular_factor(problem_, theta_, asked_, scale_, tau_, nullptr), hold_).rank : gauge_.rank;
     std::vector<Parameter> asked_parameters;
     for (const int index : asked_) asked_parameters.push_back(out_.parameters[static_cast<std::size_t>(index)]);
     out_.unidentifiable = describe_directions(gauge_, asked_parameters);
-    for (std::size_t column = 0; column < gauge_.held.size(); ++column) {
+    for (std::size_t column = 0; column < out_.unidentifiable.size(); ++column) {
       std::vector<int> parts{asked_[static_cast<std::size_t>(gauge_.held[column])]};
       const Eigen::VectorXd direction = gauge_.directions.col(static_cast<Eigen::Index>(column));
       for (std::size_t k = 0; k < asked_.size(); ++k) {
@@ -377,7 +407,7 @@ class Identifier {
     out_.residuals = residuals(problem_, theta_);
     out_.weights = row_weights(problem_, out_.residuals, {tau_, loss_});
     out_.tau = tau_;
-    out_.degrees_of_freedom = static_cast<int>(numbers_) - static_cast<int>(free_.size());
+    out_.degrees_of_freedom = static_cast<int>(std::lround(numbers_ - spent()));
     own_and_common_noise();
     covariance();
     return std::move(out_);
@@ -406,16 +436,28 @@ class Identifier {
     for (double& sigma : out_.sigma) sigma *= std::sqrt(out_.variance_factor);
   }
 
-  /// What the weighted squares are, over what they should be: below 1 only where the rows claim more noise than there is.
+  /// What all variances must be multiplied by for the weighted squares to be what they should: below 1 only where the rows
+  /// claim more noise than there is. The weights are taken at the noise that comes out.
   double variance_factor() const {
-    double sum = 0;
-    double expected = 0;
-    for (const RowWeight& row : out_.weights) {
-      if (!(row.weight > 0)) continue;
-      sum += row.weight * row.squared;
-      expected += tuned_loss(loss_, row.components).consistency * row.components;
+    double factor = 1;
+    for (int round = 0; round < 50; ++round) {
+      double sum = 0;
+      double expected = 0;
+      for (const RowWeight& row : out_.weights) {
+        if (row.components == 0) continue;
+        const Loss& rho = tuned_loss(loss_, row.components);
+        const double s = row.squared / freedom_;
+        const double weight = rho.weight(s / factor);
+        if (!(weight > 0)) continue;
+        sum += weight * s;
+        expected += rho.consistency * row.components;
+      }
+      if (!(expected > 0 && sum > 0)) return factor;
+      const double change = std::abs(sum / expected - factor);
+      factor = sum / expected;
+      if (change <= 1e-9 * factor) break;
     }
-    return expected > 0 ? sum / (expected * freedom(free_.size())) : 1;
+    return factor;
   }
 
   void covariance() {
@@ -423,7 +465,8 @@ class Identifier {
     if (p == 0) return;
     Eigen::MatrixXd R = triangular_factor(problem_, theta_, free_, free_scale_, tau_, nullptr);
     // Rows that measure nothing carry no information and are not in R; rows with weight 0 are in it, and A below counts them out.
-    const double inflation = variance_inflation(out_.weights, loss_, freedom(free_.size()));
+    const LossKind used = options_.solver.method == Method::kBfgsMeanDistance ? LossKind::kDistance : loss_;
+    const double inflation = variance_inflation(out_.weights, used, freedom_);
     R /= std::sqrt(std::max(inflation, std::numeric_limits<double>::min()));
     R = with_priors(R, free_, free_scale_, options_.limits);
     const Eigen::MatrixXd inverse = R.triangularView<Eigen::Upper>().solve(Eigen::MatrixXd::Identity(p, p));
@@ -442,10 +485,22 @@ class Identifier {
   Gauge gauge_;
   std::vector<int> free_;
   double numbers_ = 0;
+  double freedom_ = 1;
+  std::ptrdiff_t kinds_ = 0;
   bool converged_ = false;
   bool claims_ = false;  // do the rows claim a noise of their own?
   Identification out_;
 };
+
+void check_limits(const IdentifyOptions& options, int count) {
+  const Limits& limits = options.limits;
+  const auto fits = [count](const Eigen::VectorXd& a, const Eigen::VectorXd& b) { return a.size() == b.size() && (a.size() == 0 || a.size() == count); };
+  FASTCAL_CHECK(fits(limits.prior_mean, limits.prior_sigma)) << "priors must be " << count << " means and as many standard deviations, or none";
+  FASTCAL_CHECK(limits.prior_mean.allFinite() && (limits.prior_sigma.array() > 0).all()) << "priors must have finite means and positive standard deviations";
+  FASTCAL_CHECK(fits(limits.lower, limits.upper)) << "bounds must be " << count << " lower and as many upper ones, or none";
+  FASTCAL_CHECK((limits.lower.array() < limits.upper.array()).all()) << "each lower bound must be below its upper bound";
+  FASTCAL_CHECK(limits.lower.size() == 0 || options.solver.method == Method::kLeastSquares) << "bounds need least squares; BFGS with a line search has none";
+}
 
 }  // namespace
 
@@ -454,6 +509,9 @@ Identification identify(const Problem& problem, const std::vector<int>& asked, c
   for (const int index : asked) {
     FASTCAL_CHECK(index >= 0 && index < problem.model.parameter_count()) << "asked parameters must be 0 to " << problem.model.parameter_count() - 1 << ", got " << index;
   }
+  FASTCAL_CHECK(std::set<int>(asked.begin(), asked.end()).size() == asked.size()) << "asked parameters must differ from each other";
+  check_limits(options, problem.parameter_count());
+  FASTCAL_CHECK(anchors.allFinite()) << "starting places of anchors must be finite";
   FASTCAL_CHECK(anchors.cols() == problem.measured.anchor_count) << "there are " << problem.measured.anchor_count << " anchors, got " << anchors.cols() << " starting places";
   return Identifier(problem, asked, anchors, options).run();
 }

@@ -141,8 +141,11 @@ void solve_least_squares(const Reduced& reduced, const std::vector<int>& free, c
   problem.AddResidualBlock(&cost, nullptr, x.data());
   for (Eigen::Index k = 0; limits.lower.size() > 0 && k < x.size(); ++k) {
     const int index = free[static_cast<std::size_t>(k)];
-    if (std::isfinite(limits.lower[index])) problem.SetParameterLowerBound(x.data(), static_cast<int>(k), (limits.lower[index] - theta_0[index]) / scale[k]);
-    if (std::isfinite(limits.upper[index])) problem.SetParameterUpperBound(x.data(), static_cast<int>(k), (limits.upper[index] - theta_0[index]) / scale[k]);
+    const double low = (limits.lower[index] - theta_0[index]) / scale[k];
+    const double high = (limits.upper[index] - theta_0[index]) / scale[k];
+    x[k] = std::clamp(x[k], low, high);  // Ceres refuses a start outside
+    if (std::isfinite(low)) problem.SetParameterLowerBound(x.data(), static_cast<int>(k), low);
+    if (std::isfinite(high)) problem.SetParameterUpperBound(x.data(), static_cast<int>(k), high);
   }
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_QR;
