@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from fastcal.prediction import predict
     from fastcal.report import write_report
     from fastcal.robot import Robot
+    from fastcal.selection import choose_parameters
     from fastcal.simulation import perturbed, random_poses, simulate
 
 # Public name: the module that defines it, imported at the name's first use, so that `import fastcal` takes no time.
@@ -34,6 +35,7 @@ _HOMES = {
     "ParseError": "errors",
     "Robot": "robot",
     "calibrate": "calibration",
+    "choose_parameters": "selection",
     "convert": "conversion",
     "evaluate": "evaluation",
     "load_measurements": "io.measurements",
@@ -56,6 +58,7 @@ __all__ = [
     "Robot",
     "__version__",
     "calibrate",
+    "choose_parameters",
     "convert",
     "evaluate",
     "load_measurements",
