@@ -8,7 +8,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['Alignment', 'Effect', 'ErrorModel', 'Identification', 'Measurements', 'Parameter', 'RobotDescription', 'RobotModel', 'Samples', 'align', 'build_dh', 'build_mdh', 'build_poe', 'build_urdf', 'effect_names', 'effect_owners', 'exp_so3', 'identify', 'log_so3', 'make_effect', 'quaternion_to_rotation', 'read_urdf', 'rotation_about', 'rotation_to_axis', 'rotation_to_rpy', 'rpy_to_rotation']
+__all__: list[str] = ['Alignment', 'BeamSolver', 'Compensator', 'Effect', 'ErrorModel', 'FoldErrors', 'Identification', 'Linearization', 'Measurements', 'Parameter', 'RobotDescription', 'RobotModel', 'Samples', 'StiffnessTable', 'SubsetSearch', 'align', 'build_dh', 'build_mdh', 'build_poe', 'build_urdf', 'effect_names', 'effect_owners', 'exp_so3', 'identify', 'linearize', 'log_so3', 'make_effect', 'quaternion_to_rotation', 'read_urdf', 'rotation_about', 'rotation_to_axis', 'rotation_to_rpy', 'rpy_to_rotation', 'tabulated_effect']
 class Parameter:
     """
     A named number of a model, in SI.
@@ -18,6 +18,11 @@ class Parameter:
     @property
     def doc(self) -> str:
         ...
+    @property
+    def lower(self) -> float:
+        """
+        what it can be at all
+        """
     @property
     def name(self) -> str:
         ...
@@ -32,11 +37,20 @@ class Parameter:
     @property
     def unit(self) -> str:
         ...
+    @property
+    def upper(self) -> float:
+        ...
+class Compensator:
+    """
+    A spring on a joint; anchor and arm [m] in the joint's frame at joint position 0.
+    """
+    def __init__(self, *, joint: typing.SupportsInt | typing.SupportsIndex, anchor: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], arm: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], stiffness: typing.SupportsFloat | typing.SupportsIndex, free_length: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
 class RobotDescription:
     """
     What every kind of robot file has beside its geometry; SI.
     """
-    def __init__(self, *, joint_types: collections.abc.Sequence[str], mass: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], com: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], inertia: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], T_world_base: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], T_flange_tool: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], p_flange_payload: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], gravity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], gravity_in_world: bool, coupling: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], wrench_frame: str) -> None:
+    def __init__(self, *, joint_types: collections.abc.Sequence[str], mass: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], com: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], inertia: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], T_world_base: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], T_flange_tool: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], p_flange_payload: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], gravity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], gravity_in_world: bool, coupling: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], wrench_frame: str, compensator: Compensator | None = None, motor_ratio: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] = ...) -> None:
         """
         joint_types (n) 'revolute' or 'prismatic'; mass (n,), com (n, 3), inertia (n, 6) as xx yy zz xy xz yz; poses (4, 4); coupling (n, n).
         """
@@ -77,13 +91,23 @@ class Effect:
     One physical cause of pose error, as small twists on frames of the chain.
     """
     @property
+    def data_columns(self) -> list[str]:
+        """
+        Columns of the data that it cannot do without, beside q.
+        """
+    @property
     def parameters(self) -> list[Parameter]:
         ...
+    @property
+    def penalty(self) -> list[float]:
+        """
+        Weights of a quadratic penalty on the parameters, one each; empty: none.
+        """
 class Samples:
     """
     N rows of conditions, SI; what is None was not measured.
     """
-    def __init__(self, q: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], *, payload: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] | None = None, wrench: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] | None = None, temperature: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] | None = None, time: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] | None = None, station: typing.Annotated[numpy.typing.ArrayLike, numpy.int32, "[m, 1]"] | None = None, mount: typing.Annotated[numpy.typing.ArrayLike, numpy.int32, "[m, 1]"] | None = None, approach: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] | None = None, current: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] | None = None, extra: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] | None = None) -> None:
+    def __init__(self, q: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], *, payload: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] | None = None, wrench: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] | None = None, temperature: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] | None = None, time: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] | None = None, station: typing.Annotated[numpy.typing.ArrayLike, numpy.int32, "[m, 1]"] | None = None, mount: typing.Annotated[numpy.typing.ArrayLike, numpy.int32, "[m, 1]"] | None = None, approach: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] | None = None, current: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] | None = None, extra: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] | None = None, table: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] | None = None) -> None:
         ...
     def __len__(self) -> int:
         ...
@@ -99,6 +123,10 @@ class ErrorModel:
     """
     def __init__(self, robot: RobotModel, effects: collections.abc.Sequence[Effect] = [], effect_values: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] = ...) -> None:
         ...
+    def loads(self, samples: Samples, theta: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], payload_alone: bool = False, threads: typing.SupportsInt | typing.SupportsIndex = 1) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        Force and moment (N, frames, 6) that all beyond a frame puts on it, in its axes, about its origin [N, N m]; joint i has frame 2 i - 1, z its axis.
+        """
     def parameter_jacobian(self, samples: Samples, theta: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], rows: typing.SupportsInt | typing.SupportsIndex = 3, threads: typing.SupportsInt | typing.SupportsIndex = 1, out: typing.Any = None) -> numpy.ndarray:
         """
         (N, rows, P): motion of the tool by every parameter, in the axes of the measuring frame; 3 rows: position, 6: [v; w].
@@ -107,9 +135,18 @@ class ErrorModel:
         """
         Poses (N, 4, 4) of the tool in the measuring frame.
         """
+    def with_equilibrium(self, at_equilibrium: bool) -> ErrorModel:
+        """
+        The same model, loads in the deflected or the undeflected posture.
+        """
     def with_robot(self, robot: RobotModel) -> ErrorModel:
         """
         The same effects on another robot of the same parameters.
+        """
+    @property
+    def at_equilibrium(self) -> bool:
+        """
+        Are loads taken in the deflected posture?
         """
     @property
     def parameters(self) -> list[Parameter]:
@@ -224,6 +261,95 @@ class Identification:
         """
         (N,) u^2 of each row
         """
+class BeamSolver:
+    """
+    Displacements of a frame of beams; fastcal.BeamFrame is its door.
+    """
+    def __init__(self, dimension: typing.SupportsInt | typing.SupportsIndex, node_count: typing.SupportsInt | typing.SupportsIndex, elements: collections.abc.Sequence[tuple[typing.SupportsInt | typing.SupportsIndex, typing.SupportsInt | typing.SupportsIndex]], sections: numpy.typing.NDArray[numpy.float64], sampled: collections.abc.Sequence[bool], hinges: collections.abc.Sequence[tuple[typing.SupportsInt | typing.SupportsIndex, typing.SupportsInt | typing.SupportsIndex, typing.SupportsInt | typing.SupportsIndex]], supports: collections.abc.Sequence[tuple[typing.SupportsInt | typing.SupportsIndex, typing.SupportsInt | typing.SupportsIndex]]) -> None:
+        """
+        `sections` (elements, 9): E, A, I_z, I_y, J, G, shear area y and z, mass. `hinges` (element, end, axes) and `supports` (node, directions) hold bits.
+        """
+    def solve(self, nodes: numpy.typing.NDArray[numpy.float64], load: numpy.typing.NDArray[numpy.float64] | None, gravity: numpy.typing.NDArray[numpy.float64], up: numpy.typing.NDArray[numpy.float64] | None, stiffness: numpy.typing.NDArray[numpy.float64] | None, scale: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], threads: typing.SupportsInt | typing.SupportsIndex, displacement: numpy.typing.NDArray[numpy.float64]) -> None:
+        """
+        Fills `displacement` (N, M, B) from `nodes` (N, M, D); the other arrays hold one row, or one a posture.
+        """
+    def solve_with_derivative(self, nodes: numpy.typing.NDArray[numpy.float64], load: numpy.typing.NDArray[numpy.float64] | None, gravity: numpy.typing.NDArray[numpy.float64], up: numpy.typing.NDArray[numpy.float64] | None, stiffness: numpy.typing.NDArray[numpy.float64] | None, scale: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], group: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], group_count: typing.SupportsInt | typing.SupportsIndex, threads: typing.SupportsInt | typing.SupportsIndex, displacement: numpy.typing.NDArray[numpy.float64], derivative: numpy.typing.NDArray[numpy.float64]) -> None:
+        """
+        Fills `derivative` (N, M, B, groups) too: by a factor on the stiffness of each group of elements.
+        """
+    @property
+    def sampled_count(self) -> int:
+        ...
+class StiffnessTable:
+    """
+    Stiffness of an element's end, K_ij = f_ij(extension) g_ij(angle), from samples.
+    """
+    def __init__(self, angle: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], extension: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], matrices: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], angle_degree: typing.SupportsInt | typing.SupportsIndex, extension_degree: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    def evaluate(self, angle: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"], extension: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        """
+        Matrices (N, size * size) at N pairs of angle [rad] and extension [m].
+        """
+    @property
+    def relative_error(self) -> float:
+        ...
+    @property
+    def size(self) -> int:
+        ...
+class FoldErrors:
+    """
+    Mean over the folds of the mean squared error held out, one a set.
+    """
+    @property
+    def mean(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        ...
+    @property
+    def standard_error(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        of the mean, from the spread over the folds
+        """
+class SubsetSearch:
+    """
+    Cross-validated error of subsets of the columns of a least-squares problem.
+    """
+    most_optional: typing.ClassVar[int] = 24
+    def __init__(self, kept: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], optional: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], r: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], fold: typing.Annotated[numpy.typing.ArrayLike, numpy.int32, "[m, 1]"], *, least_norm: typing.SupportsFloat | typing.SupportsIndex = 0.0) -> None:
+        """
+        kept (n, c) columns of every set, optional (n, m), r (n) with J b ~ r, fold (n) 0 ... K - 1 or, fitted always, -1.
+        """
+    def all(self) -> FoldErrors:
+        """
+        All 2^m sets; bit j of a set's index: optional column j is in it.
+        """
+    def of(self, sets: typing.Annotated[numpy.typing.ArrayLike, numpy.bool, "[m, n]"]) -> FoldErrors:
+        """
+        The sets of a boolean array (S, m).
+        """
+    @property
+    def fold_count(self) -> int:
+        ...
+    @property
+    def optional_count(self) -> int:
+        ...
+class Linearization:
+    """
+    The problem near a parameter vector; one row a measured number, whitened.
+    """
+    @property
+    def J(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        """
+        (n, parameters and anchors), SI parameters
+        """
+    @property
+    def r(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        (n) predicted less measured
+        """
+    @property
+    def row(self) -> typing.Annotated[numpy.typing.NDArray[numpy.int32], "[m, 1]"]:
+        """
+        (n) row of the data
+        """
 def align(model: ErrorModel, samples: Samples, measured: Measurements, threads: typing.SupportsInt | typing.SupportsIndex = 1) -> Alignment:
     """
     Closed-form base and tool (and anchors of lengths) of a model, refined; no initial guess is needed.
@@ -260,6 +386,10 @@ def identify(model: ErrorModel, samples: Samples, measured: Measurements, *, ask
     """
     Identifies the parameters `asked` (indices) and all anchors, from the model's start.
     """
+def linearize(model: ErrorModel, samples: Samples, measured: Measurements, theta: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], common_noise: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], threads: typing.SupportsInt | typing.SupportsIndex = 1) -> Linearization:
+    """
+    Whitened residuals and their Jacobian at theta (model parameters and anchors).
+    """
 def log_so3(R: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 3]"]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
     """
     Rotation vector (3,) in rad of a rotation (3, 3), of length 0 to pi.
@@ -291,5 +421,9 @@ def rotation_to_rpy(R: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "
 def rpy_to_rotation(rpy: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
     """
     Fixed-axis XYZ angles (3,) in rad to R = Rz(yaw) Ry(pitch) Rx(roll), (3, 3), as URDF.
+    """
+def tabulated_effect(robot: RobotModel, owner: str, parameters: collections.abc.Sequence[tuple[str, str, typing.SupportsFloat | typing.SupportsIndex, str]], frames: collections.abc.Sequence[str], first: typing.SupportsInt | typing.SupportsIndex) -> Effect:
+    """
+    An effect whose basis stands in Samples.table from column `first` on, (frame, parameter, 6); parameters: (name, unit, sigma, doc).
     """
 __version__: str = '0.1.0'
