@@ -33,12 +33,9 @@ class Prediction:
 
 def predict(robot: Robot, data: Dataset, *, threads: int = 1) -> Prediction:
     """The tool's pose in every row of `data`, of which only q and the conditions are read."""
-    T = np.asarray(robot.error_model.predict(robot.samples(data), robot.error_model.start, threads))
-    conditions = {
-        name: getattr(data, name)
-        for name in ("payload", "wrench", "temperature", "time", "station", "mount", "approach", "current")
-    }
-    deviation = robot.position_deviation(data.q, **conditions)
+    samples = robot.samples(data)
+    T = np.asarray(robot.error_model.predict(samples, robot.error_model.start, threads))
+    deviation = robot.deviation_at(samples, threads)
     return Prediction(T[:, :3, 3].copy(), quaternions(T[:, :3, :3]), deviation)
 
 

@@ -17,8 +17,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from fastcal import _core
 from fastcal.calibration_record import CalibrationRecord
+from fastcal.conditions import build_samples
 from fastcal.dataset import Dataset
-from fastcal.effects import effect_from_spec, edge_name, parameter_values
+from fastcal.effect_values import parameter_values
+from fastcal.effects import build_effects, edge_name, full_name
 from fastcal.errors import InvalidInput
 from fastcal.units import to_si
 
@@ -55,9 +57,9 @@ class Robot:
         self.spec: Spec = copy.deepcopy(spec)
         self.core: _core.RobotModel = build_core(self.spec)
         effects = self.spec.get("effects") or []
-        self.effects = [effect_from_spec(entry, self.core) for entry in effects]
+        self.effects = build_effects(effects, self.core)
         values = [v for entry, effect in zip(effects, self.effects, strict=True) for v in parameter_values(entry, effect)]
-        self.error_model = _core.ErrorModel(self.core, self.effects, np.asarray(values, dtype=float))
+        self.error_model = _core.ErrorModel(self.core, self.effects, np.asarray(values, dtype=float)).with_equilibrium(self.at_equilibrium)
 
     def __repr__(self) -> str:
         effects = ", ".join(f"{e['effect']}@{e['owner']}" for e in self.spec.get("effects") or [])
@@ -73,8 +75,13 @@ class Robot:
         return str(self.spec["kinematics"])
 
     @property
+    def at_equilibrium(self) -> bool:
+        """Are loads taken in the deflected posture (the default), or in the undeflected one, to first order?"""
+        return bool(self.spec.get("equilibrium", True))
+
+    @property
     def joint_types(self) -> list[str]:
-        """revolute or prismatic, one a joint."""
+        """Revolute or prismatic, one a joint."""
         return [joint["type"] for joint in self.spec["joints"]]
 
     @property
@@ -111,7 +118,7 @@ class Robot:
     @property
     def parameter_names(self) -> list[str]:
         """Names of the columns of `parameter_jacobian`, such as "joint2 theta"."""
-        return [f"{p.owner} {p.name}".rstrip() for p in self.error_model.parameters]
+        return [full_name(parameter) for parameter in self.error_model.parameters]
 
     @property
     def record(self) -> CalibrationRecord | None:
@@ -119,71 +126,68 @@ class Robot:
         return CalibrationRecord.from_spec(self.spec.get("calibration"))
 
     def samples(self, data: Dataset) -> _core.Samples:
-        """The conditions of a data set as the core reads them."""
+        """The conditions of a data set as the core reads them; InvalidInput where the data lack a column that an effect needs."""
         return self.conditions(
             data.q,
             payload=data.payload,
             wrench=data.wrench,
             temperature=data.temperature,
             time=data.time,
-            station=data.station,
-            mount=data.mount,
+            station=None if data.station is None else np.array(data.station_names)[data.station],
+            mount=None if data.mount is None else np.array(data.mount_names)[data.mount],
             approach=data.approach,
             current=data.current,
+            extra=data.extra,
         )
 
-    def conditions(self, q: ArrayLike, *, payload: ArrayLike | None = None, **columns: ArrayLike | None) -> _core.Samples:
-        """Checked conditions of N postures: q (N, n) or (n,); payload one number or (N,); wrench (N, 6) and so on, SI."""
+    def conditions(self, q: ArrayLike, **columns: Any) -> _core.Samples:
+        """Checked conditions of N postures q (N, n) or (n,), SI; see `forward`."""
         joints = np.ascontiguousarray(np.atleast_2d(np.asarray(q, dtype=float)))
         if joints.ndim != 2 or joints.shape[1] != self.joint_count:
             raise InvalidInput(f"q must have shape (N, {self.joint_count}), got {np.shape(q)}")
-        rows = len(joints)
-        given: dict[str, Any] = {}
-        if payload is not None:
-            given["payload"] = np.broadcast_to(np.asarray(payload, dtype=float), (rows,))
-        for name, values in columns.items():
-            if values is None:
-                continue
-            array = np.asarray(values)
-            if name in ("temperature", "time", "station", "mount"):
-                array = np.broadcast_to(array, (rows,))
-            given[name] = array.astype(np.int32) if name in ("station", "mount") else array.astype(float)
-        return _core.Samples(joints, **given)
+        return build_samples(self.spec.get("effects") or [], self.effects, self.core, joints, columns)
 
-    def forward(self, q: ArrayLike, *, threads: int = 1, out: FloatArray | None = None, **conditions: ArrayLike | None) -> FloatArray:
+    def forward(self, q: ArrayLike, *, threads: int = 1, out: FloatArray | None = None, **conditions: Any) -> FloatArray:
         """Poses (N, 4, 4) of the tool in the measuring frame for joint positions q (N, n) [rad or m].
 
         Args:
             q: Joint positions as commanded; (n,) is one posture.
             threads: Cores to use; the result does not depend on it.
             out: C-order float64 (N, 4, 4) to write into.
-            **conditions: payload [kg], wrench (N, 6), temperature [K], time [s], station, mount, approach (N, n), current (N, n) [A].
+            **conditions: payload [kg], wrench (N, 6), temperature [K], time [s], station and mount (labels), approach (N, n),
+                current (N, n) [A], extra (name to (N,)); one number or label stands for all rows.
         """
         return np.asarray(self.error_model.predict(self.conditions(q, **conditions), self.error_model.start, threads, out))
 
-    def parameter_jacobian(self, q: ArrayLike, *, rows: int = 3, threads: int = 1, out: FloatArray | None = None, **conditions: ArrayLike | None) -> FloatArray:
+    def parameter_jacobian(self, q: ArrayLike, *, rows: int = 3, threads: int = 1, out: FloatArray | None = None, **conditions: Any) -> FloatArray:
         """(N, rows, P): derivative of the tool by every parameter, SI, axes of the measuring frame.
 
         rows = 3: position; 6: [v; w], velocity of the tool's origin and turning of its frame. Columns: `parameter_names`.
         """
         return np.asarray(self.error_model.parameter_jacobian(self.conditions(q, **conditions), self.error_model.start, rows, threads, out))
 
-    def position_deviation(self, q: ArrayLike, **conditions: ArrayLike | None) -> FloatArray:
+    def position_deviation(self, q: ArrayLike, **conditions: Any) -> FloatArray:
         """(N, 3) standard deviation of the predicted points that comes from the identified parameters [m]; NaN for a nominal robot.
 
         diag(J C J^T) with the covariance C of the identified parameters; a new measurement adds its own noise to it.
         """
+        return self.deviation_at(self.conditions(q, **conditions))
+
+    def deviation_at(self, samples: _core.Samples, threads: int = 1) -> FloatArray:
+        """`position_deviation` at conditions that are checked already."""
         record = self.record
         if record is None:
-            return np.full((len(np.atleast_2d(np.asarray(q))), 3), np.nan)
+            return np.full((len(samples), 3), np.nan)
         columns = [self.parameter_names.index(name) for name in record.parameters if name in self.parameter_names]
         known = [i for i, name in enumerate(record.parameters) if name in self.parameter_names]
-        J = self.parameter_jacobian(q, **conditions)[:, :, columns]
+        J = np.asarray(self.error_model.parameter_jacobian(samples, self.error_model.start, 3, threads, None))[:, :, columns]
         return np.asarray(np.linalg.norm(J @ record.root[known], axis=2))
 
     def save(self, path: str | PathLike[str]) -> None:
         """Writes the robot file; it loads back to the same predictions, bit for bit."""
-        from fastcal.io.robot_file import write_spec  # the file format is a leaf: nothing that computes needs it at import
+        from fastcal.io.robot_file import (
+            write_spec,  # the file format is a leaf: nothing that computes needs it at import
+        )
 
         write_spec(self.spec, path)
 
@@ -208,6 +212,8 @@ def build_core(spec: Spec) -> _core.RobotModel:
         gravity_in_world=spec["gravity_frame"] == "measuring",
         coupling=coupling,
         wrench_frame=spec["wrench_frame"],
+        motor_ratio=np.array([joint.get("motor_ratio", np.nan) for joint in joints], dtype=float),
+        compensator=_compensator(spec.get("compensator")),
     )
     kinematics = spec["kinematics"]
     if kinematics in ("dh", "mdh"):
@@ -218,6 +224,19 @@ def build_core(spec: Spec) -> _core.RobotModel:
     origins = [pose(joint["origin"]) for joint in joints]
     axes = np.array([joint["axis"] for joint in joints], dtype=float)
     return _core.build_urdf(description, origins, axes / np.linalg.norm(axes, axis=1, keepdims=True), pose(spec["flange"]))
+
+
+def _compensator(entry: Spec | None) -> _core.Compensator | None:
+    """The spring of a robot file; anchor and arm are in the joint's frame at joint position 0."""
+    if not entry:
+        return None
+    return _core.Compensator(
+        joint=entry["joint"] - 1,
+        anchor=to_si(np.asarray(entry["anchor_mm"], dtype=float), "mm"),
+        arm=to_si(np.asarray(entry["arm_mm"], dtype=float), "mm"),
+        stiffness=float(entry["stiffness_n_m"]),
+        free_length=to_si(float(entry["free_length_mm"]), "mm"),
+    )
 
 
 def screw(joint: Spec) -> FloatArray:

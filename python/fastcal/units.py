@@ -65,6 +65,7 @@ UNITS: dict[str, Unit] = {
         Unit("m_n", "length per force"),
         Unit("rad_a", "angle per current"),
         Unit("m_a", "length per current"),
+        Unit("m_k", "length per temperature"),
         Unit("rad_k", "angle per temperature"),
         Unit("1_k", "number per temperature"),
         Unit("1_nm2", "inverse bending stiffness"),

@@ -1,0 +1,155 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Effects written in Python: a function gives the twists of a basis for all rows at once, the core fits coefficients.
+
+xi_frame(row) = sum_k theta_k basis[row, frame, :, k], body twists [m; rad] = [v; w] of frames of the chain.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fastcal import _core
+from fastcal.errors import InvalidInput
+from fastcal.units import UNITS
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+ParameterText = tuple[str, str, float, str]
+
+
+@dataclass(frozen=True, eq=False)
+class States:
+    """What a basis function may look at: N rows, SI, None where the data have no such column.
+
+    Attributes:
+        owner: Whose effect is asked for, such as "joint4".
+        robot: The robot without effects.
+        q: (N, n) joint positions as commanded [rad or m].
+        payload: (N,) [kg].
+        wrench: (N, 6) [N, N m].
+        temperature: (N,) [K].
+        time: (N,) [s].
+        station, mount: (N,) numbers of labels.
+        approach: (N, n) +1, -1, or 0 where unknown.
+        current: (N, n) [A].
+        extra: The user's own columns that the effect asked for, by name, each (N,).
+    """
+
+    owner: str
+    robot: _core.RobotModel
+    q: FloatArray
+    payload: FloatArray | None = None
+    wrench: FloatArray | None = None
+    temperature: FloatArray | None = None
+    time: FloatArray | None = None
+    station: IntArray | None = None
+    mount: IntArray | None = None
+    approach: FloatArray | None = None
+    current: FloatArray | None = None
+    extra: Mapping[str, FloatArray] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class RegisteredEffect:
+    """An effect as `register_effect` took it."""
+
+    name: str
+    owners: Sequence[str] | Callable[[_core.RobotModel], Sequence[str]]
+    parameters: tuple[ParameterText, ...]
+    basis: Callable[[States], ArrayLike]
+    frames: tuple[str, ...] | None
+    columns: tuple[str, ...]
+    extra: tuple[str, ...]
+
+    def owners_of(self, core: _core.RobotModel) -> list[str]:
+        """All owners that a robot has for it."""
+        return list(self.owners(core) if callable(self.owners) else self.owners)
+
+    def frames_of(self, owner: str) -> tuple[str, ...]:
+        """The frames that one owner's effect moves."""
+        return self.frames or (owner,)
+
+    def width(self, owner: str) -> int:
+        """Columns of the table that one owner's effect takes."""
+        return 6 * len(self.frames_of(owner)) * len(self.parameters)
+
+    def build(self, owner: str, core: _core.RobotModel, first: int) -> _core.Effect:
+        """The core's effect, whose basis stands in the table from column `first` on."""
+        owners = self.owners_of(core)
+        if owner not in owners:
+            there = ", ".join(owners) or "none"
+            raise InvalidInput(f"{self.name} has no owner '{owner}' on this robot; there are {there}")
+        return _core.tabulated_effect(core, owner, list(self.parameters), list(self.frames_of(owner)), first)
+
+    def table(self, states: States) -> FloatArray:
+        """(N, width) in the core's order: frame, parameter, six numbers."""
+        frames, count = len(self.frames_of(states.owner)), len(self.parameters)
+        basis = np.asarray(self.basis(states), dtype=float)
+        if frames == 1 and basis.ndim == 3:
+            basis = basis[:, np.newaxis]
+        expected = (len(states.q), frames, 6, count)
+        if basis.shape != expected:
+            shape = expected if frames > 1 else (expected[0], *expected[2:])
+            raise InvalidInput(f"the basis of {self.name}@{states.owner} must have shape {shape}, got {basis.shape}")
+        if not np.isfinite(basis).all():
+            row = int(np.argwhere(~np.isfinite(basis))[0][0])
+            raise InvalidInput(f"the basis of {self.name}@{states.owner} is not finite in row {row}")
+        return np.ascontiguousarray(basis.transpose(0, 1, 3, 2)).reshape(len(states.q), -1)
+
+
+_effects: dict[str, RegisteredEffect] = {}
+
+
+def register_effect(
+    name: str,
+    *,
+    owners: Sequence[str] | Callable[[_core.RobotModel], Sequence[str]],
+    parameters: Sequence[ParameterText],
+    basis: Callable[[States], ArrayLike],
+    frames: Sequence[str] | None = None,
+    columns: Sequence[str] = (),
+    extra: Sequence[str] = (),
+) -> None:
+    """Makes an effect of one's own known by name, to be used as those that come with fastcal.
+
+    It must be registered again in every program that loads a model with it. Registering a name anew replaces it.
+
+    Args:
+        name: As it will stand in files and effect lists.
+        owners: Where it can act, such as ["joint1", "joint2"], or a function that tells them of a robot.
+        parameters: (name, unit, plausible size, one line on it) of each; units are SI: "rad", "m", "rad_nm", "1" ...
+        basis: From `States` of N rows to the body twists [v; w] that one unit of each parameter causes,
+            (N, 6, parameters).
+        frames: The frames that it moves ("base", "joint3", "link3", "tool"); the owner's own where not given. With
+            several, the basis is (N, frames, 6, parameters).
+        columns: Fields of `States` that the data must have.
+        extra: The user's own columns that the data must have.
+
+    Raises:
+        InvalidInput: The name is taken by the core, or a parameter can't be meant.
+    """
+    if name in _core.effect_names() or name == "geometry" or not name.replace("_", "").isalnum():
+        raise InvalidInput(f"an effect needs a name of letters, digits and _ that is not taken, got '{name}'")
+    if not parameters:
+        raise InvalidInput(f"{name} needs at least one parameter")
+    for parameter in parameters:
+        if len(parameter) != 4 or parameter[1] not in UNITS or not parameter[2] > 0:
+            raise InvalidInput(f"a parameter of {name} must be (name, known unit, size above 0, text), got {parameter}")
+    _effects[name] = RegisteredEffect(
+        name, owners, tuple(parameters), basis, tuple(frames) if frames else None, tuple(columns), tuple(extra)
+    )
+
+
+def find(name: str) -> RegisteredEffect | None:
+    """The registered effect of that name, if there is one."""
+    return _effects.get(name)
+
+
+def names() -> list[str]:
+    """Names of all registered effects."""
+    return sorted(_effects)
