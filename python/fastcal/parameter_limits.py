@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from fastcal import _core
 from fastcal.errors import InvalidInput
+from fastcal.profile_penalty import prior_deviations
 from fastcal.robot import Robot, Spec
 
 FloatArray = NDArray[np.float64]
@@ -36,14 +37,14 @@ def parameter_limits(robot: Robot, model: _core.ErrorModel, anchor_count: int, *
         priors: Hold all parameters but base and tool where the model starts, with PRIOR_SIZES plausible sizes.
 
     Returns:
-        lower, upper: infinite where there is none. prior_mean, prior_sigma: empty where there are no priors.
+        lower, upper: empty where nothing is bounded. prior_mean, prior_sigma: empty where there are no priors.
     """
     parameters = model.parameters
     infinite = np.full(3 * anchor_count, np.inf)
-    limits = {
-        "lower": np.concatenate([[p.lower for p in parameters], -infinite]),
-        "upper": np.concatenate([[p.upper for p in parameters], infinite]),
-    }
+    limits: dict[str, FloatArray] = {}
+    if any(np.isfinite([p.lower, p.upper]).any() for p in parameters):
+        limits["lower"] = np.concatenate([[p.lower for p in parameters], -infinite])
+        limits["upper"] = np.concatenate([[p.upper for p in parameters], infinite])
     size = np.array([p.sigma for p in parameters])
     mean = np.array(model.start)
     sigma = np.full(len(parameters), np.inf)
@@ -55,6 +56,8 @@ def parameter_limits(robot: Robot, model: _core.ErrorModel, anchor_count: int, *
         own = slice(at, at + len(effect.parameters))
         if has_prior(entry):
             mean[own], sigma[own] = 0.0, size[own]
+        if effect.penalty and "curvature" in entry:
+            mean[own], sigma[own] = 0.0, prior_deviations(float(entry["curvature"]), np.asarray(effect.penalty))
         at = own.stop
     if np.isfinite(sigma).any():
         limits["prior_mean"] = np.concatenate([mean, np.zeros(len(infinite))])

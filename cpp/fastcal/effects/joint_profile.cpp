@@ -19,6 +19,8 @@ namespace {
 
 constexpr double kFadeAngle = 5 * std::numbers::pi / 180;
 constexpr double kFadeLength = 5e-3;
+constexpr double kKnotAngle = 4 * std::numbers::pi / 180;  // between knots, where `knots` is not given: 8 to 48 of them
+constexpr double kKnotLength = 0.02;
 
 class JointProfile : public LinearEffect {
  public:
@@ -56,7 +58,7 @@ class JointProfile : public LinearEffect {
   SmoothCurves make_curves(const Options& options) const {
     FASTCAL_CHECK(turns_ || !periodic_) << "joint_profile: a joint that slides has no period";
     FASTCAL_CHECK(std::isfinite(low_) && std::isfinite(high_) && low_ < high_) << "joint_profile: low must be below high, got " << low_ << " and " << high_;
-    const double knots = number_option(options, "knots", 24);
+    const double knots = number_option(options, "knots", std::clamp(std::ceil((high_ - low_) / (turns_ ? kKnotAngle : kKnotLength)), 8.0, 48.0));
     FASTCAL_CHECK(knots >= 4 && knots <= 1000 && knots == std::floor(knots)) << "joint_profile: knots must be a whole number from 4 to 1000, got " << knots;
     return {low_, high_, static_cast<int>(knots), periodic_};
   }

@@ -1,0 +1,21 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Huber's weights on whole rows, for the searches on the linearized problem."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+HUBER = 1.5  # rows whose error is larger than this many typical ones pull with less than their square
+
+
+def huber_weights(left: FloatArray, row: IntArray) -> FloatArray:
+    """(m,) min(1, HUBER typical / size): size the RMS of the numbers `left` (m,) of a row, typical its median."""
+    count = np.bincount(row)
+    size = np.sqrt(np.bincount(row, left**2) / np.maximum(count, 1))
+    typical = np.median(size[count > 0])
+    return np.asarray(np.minimum(1.0, HUBER * typical / np.maximum(size, np.finfo(float).tiny))[row])
