@@ -17,11 +17,15 @@ from fastcal import _core
 from fastcal.calibration_record import CalibrationRecord
 from fastcal.critical_loads import with_critical_loads
 from fastcal.dataset import Dataset
-from fastcal.effects import edge_name, edge_unit, options_of, parse_effects
+from fastcal.effect_origins import with_origins
+from fastcal.effect_values import polar_pairs
+from fastcal.effects import edge_name, edge_unit, full_name, parse_effects, without_repeats
 from fastcal.errors import InvalidInput
 from fastcal.evaluation import Evaluation, evaluate
+from fastcal.identified import identified, with_frames
+from fastcal.open_effects import with_open_effects_set
 from fastcal.parameter_limits import parameter_limits
-from fastcal.robot import ROW_KEYS, Robot, Spec
+from fastcal.robot import Robot
 from fastcal.units import factor, from_si
 
 FloatArray = NDArray[np.float64]
@@ -168,9 +172,8 @@ def prepare(
         InvalidInput: An unknown effect or parameter, data without a measured column, or poses that fix no base.
     """
     geometry, added = parse_effects(effects, robot.core)
-    known = [(e["effect"], e["owner"]) for e in robot.spec.get("effects") or []]
     spec = copy.deepcopy(robot.spec)
-    spec["effects"] = (robot.spec.get("effects") or []) + [e for e in added if (e["effect"], e["owner"]) not in known]
+    spec["effects"] = without_repeats([with_origins(entry, robot, data) for entry in (spec.get("effects") or []) + added])
     if equilibrium is not None:
         spec["equilibrium"] = equilibrium
     start = Robot(spec)
@@ -192,7 +195,7 @@ def prepare(
 
 def parameter_names(model: _core.ErrorModel) -> list[str]:
     """Names such as "joint2 a", in the order of the model."""
-    return [f"{p.owner} {p.name}".rstrip() for p in model.parameters]
+    return [full_name(parameter) for parameter in model.parameters]
 
 
 def calibrate(
@@ -244,6 +247,7 @@ def calibrate(
 
     say("identifying")
     start = with_critical_loads(start, model, samples, measured, asked, alignment.anchors, loss=loss, threads=threads)
+    start = with_open_effects_set(start, model, samples, measured, asked, alignment.anchors, data, loss=loss, threads=threads)
     model = start.error_model.with_robot(model.robot)
     found = _core.identify(
         model,
@@ -259,9 +263,9 @@ def calibrate(
     )
 
     say("reporting")
-    aligned = Robot(_with_frames(start.spec, alignment.T_world_base, alignment.T_flange_tool))
+    aligned = Robot(with_frames(start.spec, alignment.T_world_base, alignment.T_flange_tool))
     identified_spec = identified(start, model, found)
-    free_names = [f"{found.parameters[i].owner} {found.parameters[i].name}".rstrip() for i in found.free]
+    free_names = [full_name(found.parameters[i]) for i in found.free]
     covariance = np.asarray(found.covariance)
     sigma = found.sigma[0] if found.sigma[0] > 0 else found.sigma[2]
     kept = [k for k, i in enumerate(found.free) if i < len(names)]
@@ -272,7 +276,7 @@ def calibrate(
     places = _anchors(found, data, len(names))
     places_before = dict(zip(data.anchor_names, np.asarray(alignment.anchors), strict=True)) if data.distance is not None else {}
     judge = {"before": aligned, "anchors": places, "anchors_before": places_before, "threads": threads}
-    deviations = np.sqrt(np.diag(covariance)) if len(found.free) else np.zeros(0)
+    table, table_covariance = _table(start, model, found, data)
     return CalibrationResult(
         status=found.status,
         message=found.message,
@@ -280,8 +284,8 @@ def calibrate(
         nominal=aligned,
         loss=loss,
         method=method,
-        parameters=_table(start, model, found, deviations, data),
-        covariance=covariance,
+        parameters=table,
+        covariance=table_covariance,
         unidentifiable=[
             Unidentifiable(text, [names[i] for i in parts if i < len(names)]) for text, parts in zip(found.unidentifiable, found.unidentifiable_parts, strict=True)
         ],
@@ -318,103 +322,35 @@ def _asked(model: _core.ErrorModel, geometry: bool, *, turned: bool, placed: boo
     return out
 
 
-def _with_frames(spec: Spec, T_world_base: FloatArray, T_flange_tool: FloatArray) -> Spec:
-    """The spec with other base and tool, in edge units."""
-    out = copy.deepcopy(spec)
-    out["base"], out["tool"] = frame_spec(T_world_base), frame_spec(T_flange_tool)
-    return out
+def _table(start: Robot, model: _core.ErrorModel, found: _core.Identification, data: Dataset) -> tuple[list[IdentifiedParameter], FloatArray]:
+    """Identified numbers in edge units and their covariance in SI; harmonics as amplitude and phase.
 
-
-def frame_spec(T: FloatArray) -> Spec:
-    """{xyz_mm, rpy_deg} of a pose (4, 4)."""
-    return {
-        "xyz_mm": [from_si(float(v), "mm") for v in T[:3, 3]],
-        "rpy_deg": [from_si(float(v), "deg") for v in _core.rotation_to_rpy(T[:3, :3])],
-    }
-
-
-def identified(start: Robot, model: _core.ErrorModel, found: _core.Identification) -> Spec:
-    """The robot file of the identified model: the start's, with the found numbers in its own table."""
-    theta = np.asarray(found.theta)[: len(model.parameters)]
-    own = len(model.robot.parameters)
-    spec = _with_frames(start.spec, *model.robot.base_and_tool(theta[:own]))
-    values = {(p.owner, p.name): float(theta[i]) for i, p in enumerate(model.parameters[:own])}
-    for i, joint in enumerate(spec["joints"]):
-        _set_joint(joint, spec["kinematics"], {name: value for (owner, name), value in values.items() if owner == f"joint{i + 1}"})
-    deviations = dict(zip(found.free, np.sqrt(np.diag(found.covariance)) if len(found.free) else [], strict=True))
-    at = own
-    for entry, effect in zip(spec.get("effects") or [], start.effects, strict=True):
-        entry["parameters"] = {}
-        for parameter in effect.parameters:
-            unit = edge_unit(parameter, geometry=False)
-            std = deviations.get(at)
-            entry["parameters"][edge_name(parameter, geometry=False)] = {
-                "value": from_si(float(theta[at]), unit),
-                "std": None if std is None else float(std) / factor(unit),
-            }
-            at += 1
-    return spec
-
-
-def _set_joint(joint: Spec, kinematics: str, values: dict[str, float]) -> None:
-    """Writes identified SI numbers into one joint of a spec."""
-    if kinematics in ("dh", "mdh"):
-        for name, key in ROW_KEYS.items():
-            joint[key] = from_si(values[name], key.rsplit("_", 1)[1])
-        return
-    shift = np.eye(4)
-    shift[:3, 3] = [values["x"], values["y"], values.get("z", 0.0)]
-    shift[:3, :3] = _core.rotation_about("x", values["rx"]) @ _core.rotation_about("y", values["ry"]) @ _core.rotation_about("z", values.get("rz", 0.0))
-    if kinematics == "urdf":
-        from fastcal.robot import pose
-
-        joint["origin"] = frame_spec(pose(joint["origin"]) @ shift)
-        return
-    from fastcal.robot import screw
-
-    direction, point = _poe_axis(screw(joint), joint["type"], shift)
-    if joint["type"] == "prismatic":
-        joint["v_mm"] = direction.tolist()
-        joint["d_mm"] = from_si(values["d"], "mm")
-    else:
-        joint["omega"] = direction.tolist()
-        joint["theta_deg"] = from_si(values["theta"], "deg")
-        joint.pop("v_mm", None)
-        joint["point_mm"] = [from_si(float(v), "mm") for v in point]
-
-
-def _poe_axis(values: FloatArray, kind: str, shift: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Direction (3,) and a point (3,) [m] of a screw after the error motion `shift` of its axis frame."""
-    omega, v = values[:3], values[3:6]
-    frame = np.eye(4)
-    frame[:3, :3] = _core.rotation_to_axis(v if kind == "prismatic" else omega)
-    if kind != "prismatic":
-        frame[:3, 3] = np.cross(omega, v)
-    moved = frame @ shift
-    return moved[:3, 2], moved[:3, 3]
-
-
-def _table(start: Robot, model: _core.ErrorModel, found: _core.Identification, deviations: FloatArray, data: Dataset) -> list[IdentifiedParameter]:
-    """Identified numbers in edge units. The turns of base and tool are those from nominal to identified, about their own axes."""
+    The turns of base and tool are those from nominal to identified, about their own axes.
+    """
     own = len(model.robot.parameters)
     count = len(model.parameters)
     nominal = np.concatenate([start.error_model.start, np.zeros(len(found.parameters) - count)])
     theta = np.array(found.theta)
     for first, T, T_nominal in zip((0, own - 6), model.robot.base_and_tool(theta[:own]), start.core.base_and_tool(start.core.nominal), strict=True):
         theta[first + 3 : first + 6] = _core.log_so3(T_nominal[:3, :3].T @ T[:3, :3])
+    names = {i: edge_name(p, geometry=i < own or i >= count) for i, p in enumerate(found.parameters)}
+    place = {i: k for k, i in enumerate(found.free)}
+    slope = np.eye(len(place))
+    for pair in polar_pairs(start.spec.get("effects") or [], start.effects, own, theta):
+        if all(i in place for i in pair.indices):
+            at = [place[i] for i in pair.indices]
+            slope[np.ix_(at, at)] = pair.slope
+            theta[pair.indices], nominal[pair.indices] = pair.values, pair.polar_of(nominal[pair.indices])
+            names |= dict(zip(pair.indices, pair.names, strict=True))
+    covariance = slope @ np.asarray(found.covariance).reshape(slope.shape) @ slope.T
     out = []
-    for k, i in enumerate(found.free):
+    for i, deviation in zip(found.free, np.sqrt(np.diag(covariance)), strict=True):
         parameter = found.parameters[i]
-        geometry = i < own or i >= count
-        unit = edge_unit(parameter, geometry=geometry)
+        unit = edge_unit(parameter, geometry=i < own or i >= count)
         owner = parameter.owner if i < count else f"anchor {data.anchor_names[int(parameter.owner.removeprefix('anchor'))]}"
-        size = factor(unit)
-        out.append(
-            IdentifiedParameter(
-                edge_name(parameter, geometry=geometry), owner, from_si(float(theta[i]), unit), float(deviations[k]) / size, unit, from_si(float(nominal[i]), unit)
-            )
-        )
-    return out
+        value, before = from_si(float(theta[i]), unit), from_si(float(nominal[i]), unit)
+        out.append(IdentifiedParameter(names[i], owner, value, float(deviation) / factor(unit), unit, before))
+    return out, covariance
 
 
 def _anchors(found: _core.Identification, data: Dataset, count: int) -> dict[str, FloatArray]:
