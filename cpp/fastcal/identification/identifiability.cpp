@@ -13,9 +13,10 @@ namespace fastcal {
 Gauge choose_gauge(const Eigen::MatrixXd& R, const Eigen::VectorXd& hold, const GaugeOptions& options) {
   const Eigen::Index p = R.cols();
   Gauge gauge;
+  if (p == 0) return gauge;
   const Eigen::JacobiSVD<Eigen::MatrixXd> svd(R, Eigen::ComputeFullV);
   gauge.singular_values = svd.singularValues();
-  const double largest = p > 0 ? gauge.singular_values[0] : 0;
+  const double largest = gauge.singular_values[0];
   Eigen::Index kept = 0;
   for (Eigen::Index k = 0; k < p; ++k) {
     const double s = gauge.singular_values[k];

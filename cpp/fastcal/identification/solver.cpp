@@ -30,7 +30,7 @@ class Reduced {
 
   const NormalEquations& at(const double* x, bool with_jacobian) const {
     const Eigen::Map<const Eigen::VectorXd> here(x, size());
-    if (last_x_.size() == size() && last_x_ == here && (!with_jacobian || last_.A.size() > 0 || size() == 0)) return last_;
+    if (known_ && last_x_ == here && (!with_jacobian || last_.A.size() > 0 || size() == 0)) return last_;
     const Eigen::VectorXd theta_here = theta(x);
     last_ = normal_equations(problem_, theta_here, free_, scale_, weighting_, with_jacobian);
     if (limits_.prior_sigma.size() > 0) {
@@ -47,6 +47,7 @@ class Reduced {
       }
     }
     last_x_ = here;
+    known_ = true;
     return last_;
   }
 
@@ -57,6 +58,7 @@ class Reduced {
   const Eigen::VectorXd& scale_;
   const Weighting& weighting_;
   const Limits& limits_;
+  mutable bool known_ = false;
   mutable Eigen::VectorXd last_x_;
   mutable NormalEquations last_;
 };
@@ -192,6 +194,37 @@ void solve_bfgs(const Reduced& reduced, double rows, bool of_distance, int max_i
   out.message = "BFGS: " + summary.message;
 }
 
+/// Near an active bound Ceres converges slowly. The parameters that the cost pushes against theirs stay there, the others are solved for anew.
+void solve_inside(const Problem& problem, const Reduced& reduced, const std::vector<int>& free, const Eigen::VectorXd& scale, const Weighting& weighting,
+                  const Limits& limits, const SolverOptions& options, Eigen::VectorXd& x, Solution& out) {
+  if (limits.lower.size() == 0) return;
+  Eigen::VectorXd theta = reduced.theta(x.data());
+  const Eigen::VectorXd slope = reduced.at(x.data(), true).g;
+  std::vector<int> inside;
+  std::vector<double> inside_scale;
+  for (std::size_t k = 0; k < free.size(); ++k) {
+    const auto i = static_cast<Eigen::Index>(k);
+    const double bound = slope[i] > 0 ? limits.lower[free[k]] : limits.upper[free[k]];
+    if (std::abs(theta[free[k]] - bound) <= 1e-9 * scale[i]) {
+      theta[free[k]] = bound;
+    } else {
+      inside.push_back(free[k]);
+      inside_scale.push_back(scale[i]);
+    }
+  }
+  if (inside.size() == free.size()) return;
+  const Solution rest = solve(problem, theta, inside, Eigen::Map<const Eigen::VectorXd>(inside_scale.data(), static_cast<Eigen::Index>(inside.size())),
+                              weighting, limits, options);
+  const Eigen::VectorXd start = reduced.theta(Eigen::VectorXd::Zero(x.size()).eval().data());
+  for (std::size_t k = 0; k < free.size(); ++k) {
+    const auto i = static_cast<Eigen::Index>(k);
+    x[i] = (rest.theta[free[k]] - start[free[k]]) / scale[i];
+  }
+  out.converged = rest.converged;
+  out.iterations += rest.iterations;
+  out.message = rest.message;
+}
+
 }  // namespace
 
 Solution solve(const Problem& problem, const Eigen::VectorXd& theta_0, const std::vector<int>& free, const Eigen::VectorXd& scale,
@@ -206,6 +239,7 @@ Solution solve(const Problem& problem, const Eigen::VectorXd& theta_0, const std
     out.message = "nothing to identify";
   } else if (options.method == Method::kLeastSquares) {
     solve_least_squares(reduced, free, theta_0, scale, limits, options.max_iterations, x, out);
+    solve_inside(problem, reduced, free, scale, weighting, limits, options, x, out);
   } else {
     solve_bfgs(reduced, static_cast<double>(problem.row_count()), options.method == Method::kBfgsMeanDistance, options.max_iterations, x, out);
   }

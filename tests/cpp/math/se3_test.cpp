@@ -41,8 +41,9 @@ Eigen::Matrix4d series_exp(const Vector6d& xi) {
 }
 
 /// Angles around every place where a formula changes or breaks.
-const std::vector<double> kAngles{0,   1e-300, 1e-160, 1e-12, 1e-9,       1e-8,       1e-5,        1e-3,        0.0499999, 0.0500001, 0.499999,
-                                  0.500001, 1, 2,  3,     kPi - 1e-3, kPi - 1e-6, kPi - 1e-9, kPi - 1e-12, kPi};
+const std::vector<double> kAngles{0,    1e-300,     1e-160,     1e-12,      1e-9,        1e-8, 1e-5,
+                                  1e-3, 0.0499999,  0.0500001,  0.499999,   0.500001,    1,    2,
+                                  3,    kPi - 1e-3, kPi - 1e-6, kPi - 1e-9, kPi - 1e-12, kPi};
 
 TEST(Se3, ExpIsThePowerSeries) {
   Random random(1);
@@ -100,16 +101,20 @@ TEST(Se3, RightJacobiansAreTheDerivativeOfExp) {
     xi << random.vector(2), angle * random.unit();
     const Matrix6d J = right_jacobian_se3(xi);
     for (int k = 0; k < 6; ++k) {
-      const auto column = derivative([&](double h) { return log_se3(exp_se3(xi).inverse() * exp_se3(xi + h * Vector6d::Unit(k))); });
+      const auto column =
+          derivative([&](double h) { return log_se3(exp_se3(xi).inverse() * exp_se3(xi + h * Vector6d::Unit(k))); });
       EXPECT_LT((J.col(k) - column).cwiseAbs().maxCoeff(), 1e-11) << "angle " << angle << ", column " << k;
     }
     const Eigen::Vector3d w = xi.tail<3>();
     EXPECT_LT((right_jacobian_so3(w) - J.bottomRightCorner<3, 3>()).cwiseAbs().maxCoeff(), 1e-15);
-    EXPECT_LT((right_jacobian_inverse_so3(w) * right_jacobian_so3(w) - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff(), 1e-14);
+    EXPECT_LT(
+        (right_jacobian_inverse_so3(w) * right_jacobian_so3(w) - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff(),
+        1e-14);
   }
 }
 
-// The formulas switch from a series to a closed form: on both sides of the switch they must agree far better than the derivative test can see.
+// The formulas switch from a series to a closed form: on both sides of the switch they must agree far better than the
+// derivative test can see.
 TEST(Se3, JacobiansDoNotJumpWhereTheirFormulasChange) {
   Random random(5);
   for (const double border : {0.05, 0.5}) {
@@ -121,7 +126,10 @@ TEST(Se3, JacobiansDoNotJumpWhereTheirFormulasChange) {
       below << v, border * (1 - 1e-15) * axis;
       above << v, border * (1 + 1e-15) * axis;
       EXPECT_LT((right_jacobian_se3(below) - right_jacobian_se3(above)).cwiseAbs().maxCoeff(), 5e-15);
-      EXPECT_LT((right_jacobian_inverse_so3(below.tail<3>()) - right_jacobian_inverse_so3(above.tail<3>())).cwiseAbs().maxCoeff(), 5e-15);
+      EXPECT_LT((right_jacobian_inverse_so3(below.tail<3>()) - right_jacobian_inverse_so3(above.tail<3>()))
+                    .cwiseAbs()
+                    .maxCoeff(),
+                5e-15);
     }
   }
 }
@@ -155,10 +163,12 @@ TEST(Se3, RollPitchYawComeBackAlsoNextToTheVertical) {
   for (const double from_vertical : {1.0, 1e-2, 1e-6, 1e-7, 1e-8, 1e-10, 1e-13, 1e-15, 0.0}) {
     for (const double sign : {-1.0, 1.0}) {
       for (int k = 0; k < 50; ++k) {
-        const Eigen::Vector3d rpy(random.uniform(-kPi, kPi), sign * (kPi / 2 - from_vertical), random.uniform(-kPi, kPi));
+        const Eigen::Vector3d rpy(random.uniform(-kPi, kPi), sign * (kPi / 2 - from_vertical),
+                                  random.uniform(-kPi, kPi));
         const Eigen::Matrix3d R = rpy_to_rotation(rpy);
         const Eigen::Vector3d back = rotation_to_rpy(R);
-        EXPECT_LT((rpy_to_rotation(back) - R).cwiseAbs().maxCoeff(), 5e-15) << "pitch " << rpy.y() << " roll " << rpy.x() << " yaw " << rpy.z();
+        EXPECT_LT((rpy_to_rotation(back) - R).cwiseAbs().maxCoeff(), 5e-15)
+            << "pitch " << rpy.y() << " roll " << rpy.x() << " yaw " << rpy.z();
         EXPECT_LE(std::abs(back.y()), kPi / 2);
         if (from_vertical == 1) {
           EXPECT_LT((back - rpy).norm(), 1e-14);

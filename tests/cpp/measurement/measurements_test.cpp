@@ -22,7 +22,8 @@ Eigen::Vector4d wxyz(const Eigen::Matrix3d& R) {
 }
 
 /// One row with everything measured, at `T` but for the errors given.
-Measurements measured_at(const Pose& T, const Eigen::Vector3d& dp, const Eigen::Vector3d& turn, const Eigen::Vector3d& anchor, double stretch) {
+Measurements measured_at(const Pose& T, const Eigen::Vector3d& dp, const Eigen::Vector3d& turn,
+                         const Eigen::Vector3d& anchor, double stretch) {
   Measurements m;
   m.position = (T.p - dp).transpose();
   m.rotation = wxyz(T.R * exp_so3(-turn)).transpose();
@@ -141,13 +142,16 @@ TEST(Measurements, BadTablesAreRefusedInASentence) {
   EXPECT_EQ(refusal([](Measurements&) {}), "nothing was refused");
   EXPECT_EQ(refusal([](Measurements& m) { m.position.setConstant(kNan); }), "nothing was refused");
   EXPECT_EQ(refusal([](Measurements&) {}, 2), "position must have 2 rows and 3 columns, got 1 and 3");
-  EXPECT_EQ(refusal([&](Measurements& m) { m.position(0, 2) = inf; }), "position must be finite, or NaN where it was not measured");
+  EXPECT_EQ(refusal([&](Measurements& m) { m.position(0, 2) = inf; }),
+            "position must be finite, or NaN where it was not measured");
   EXPECT_EQ(refusal([](Measurements& m) { m.rotation *= 2; }), "row 0: a quaternion must have length 1, got 2");
-  EXPECT_EQ(refusal([](Measurements& m) { m.distance[0] = -1; }), "distance must be finite and not negative, or NaN where it was not measured");
+  EXPECT_EQ(refusal([](Measurements& m) { m.distance[0] = -1; }),
+            "distance must be finite and not negative, or NaN where it was not measured");
   EXPECT_EQ(refusal([](Measurements& m) { m.anchor[0] = 1; }), "row 0: anchor must be 0 to 0, got 1");
   EXPECT_EQ(refusal([](Measurements& m) { m.anchor.resize(0); }), "distances need an anchor in every row");
   EXPECT_EQ(refusal([](Measurements& m) { m.sigma_position(0, 1) = 0; }), "sigma_position must be positive and finite");
-  EXPECT_EQ(refusal([](Measurements& m) { m.sigma_position(0, 1) = kNan; }), "sigma_position must be positive and finite");
+  EXPECT_EQ(refusal([](Measurements& m) { m.sigma_position(0, 1) = kNan; }),
+            "sigma_position must be positive and finite");
   EXPECT_EQ(refusal([&](Measurements& m) { m.sigma_rotation[0] = inf; }), "sigma_rotation must be positive and finite");
   EXPECT_EQ(refusal([](Measurements& m) {
               m.position.resize(0, 3);

@@ -17,7 +17,8 @@ class FreeTwists : public LinearEffect {
  public:
   explicit FreeTwists(const RobotModel& robot) {
     for (int f = 0; f < robot.frame_count(); ++f) {
-      for (int k = 0; k < 6; ++k) parameters_.push_back({robot.frame_name(f), "xi" + std::to_string(k), k < 3 ? "m" : "rad", 1e-3, "a twist"});
+      for (int k = 0; k < 6; ++k)
+        parameters_.push_back({robot.frame_name(f), "xi" + std::to_string(k), k < 3 ? "m" : "rad", 1e-3, "a twist"});
     }
   }
   const std::vector<Parameter>& parameters() const override { return parameters_; }
@@ -39,7 +40,8 @@ Samples random_samples(Random& random, Eigen::Index rows, int joints) {
 TEST(ErrorModel, TwistsOfSeveralEffectsAddUpAndTheirJacobianIsExactAtAnySize) {
   Random random(1);
   for (int trial = 0; trial < test::repeat(50); ++trial) {
-    const RobotModel robot = test::build(test::kKinds4[static_cast<std::size_t>(trial % 4)], test::random_tables(random, 3));
+    const RobotModel robot =
+        test::build(test::kKinds4[static_cast<std::size_t>(trial % 4)], test::random_tables(random, 3));
     const auto effect = std::make_shared<FreeTwists>(robot);
     const ErrorModel model(robot, {effect, effect});
     const Samples samples = random_samples(random, 1, 3);
@@ -51,14 +53,16 @@ TEST(ErrorModel, TwistsOfSeveralEffectsAddUpAndTheirJacobianIsExactAtAnySize) {
       Eigen::Vector3d dp = Eigen::Vector3d::Zero();
       Eigen::Matrix3d dR = Eigen::Matrix3d::Zero();
       for (const auto& [step, weight] : {std::pair{1, 8.0}, {-1, -8.0}, {2, -1.0}, {-2, 1.0}}) {
-        const Pose moved = RowEvaluator(model, theta + step * h * Eigen::VectorXd::Unit(model.parameter_count(), k)).pose(samples.row(0));
+        const Pose moved = RowEvaluator(model, theta + step * h * Eigen::VectorXd::Unit(model.parameter_count(), k))
+                               .pose(samples.row(0));
         dp += weight / (12 * h) * moved.p;
         dR += weight / (12 * h) * moved.R;
       }
       const Eigen::Matrix3d W = dR * T.R.transpose();
       Vector6d wanted;
       wanted << dp, (W(2, 1) - W(1, 2)) / 2, (W(0, 2) - W(2, 0)) / 2, (W(1, 0) - W(0, 1)) / 2;
-      EXPECT_LT((J.col(k) - wanted).norm(), 1e-7 * wanted.norm() + 1e-10) << model.parameters()[static_cast<std::size_t>(k)].owner;
+      EXPECT_LT((J.col(k) - wanted).norm(), 1e-7 * wanted.norm() + 1e-10)
+          << model.parameters()[static_cast<std::size_t>(k)].owner;
     }
     const Eigen::Index twists = effect->parameters().size();
     Eigen::VectorXd swapped = theta;
@@ -106,8 +110,10 @@ TEST(ErrorModel, BatchesAreTheRowsWhateverTheThreads) {
   Eigen::Matrix<double, 6, Eigen::Dynamic> one(6, p);
   for (const Eigen::Index i : {0, 255, 256, 1099}) {
     const Pose& T = rows.jacobian(samples.row(i), one);
-    EXPECT_EQ((Eigen::Map<const RowMatrixXd>(&poses[static_cast<std::size_t>(16 * i)], 4, 4).topLeftCorner<3, 3>()), T.R);
-    EXPECT_EQ((Eigen::Map<const RowMatrixXd>(&poses[static_cast<std::size_t>(16 * i)], 4, 4).topRightCorner<3, 1>()), T.p);
+    EXPECT_EQ((Eigen::Map<const RowMatrixXd>(&poses[static_cast<std::size_t>(16 * i)], 4, 4).topLeftCorner<3, 3>()),
+              T.R);
+    EXPECT_EQ((Eigen::Map<const RowMatrixXd>(&poses[static_cast<std::size_t>(16 * i)], 4, 4).topRightCorner<3, 1>()),
+              T.p);
     EXPECT_EQ(Eigen::Map<const RowMatrixXd>(&J[static_cast<std::size_t>(6 * i * p)], 6, p), one);
     EXPECT_EQ(Eigen::Map<const RowMatrixXd>(&J_position[static_cast<std::size_t>(3 * i * p)], 3, p), one.topRows(3));
   }
@@ -131,9 +137,12 @@ TEST(ErrorModel, BadShapesAreRefusedInASentence) {
   Samples samples = random_samples(random, 1, 4);
   EXPECT_EQ(refusal([&] { predict(model, samples, model.start(), 1, out); }), "q must have shape (N, 3), got (1, 4)");
   samples = random_samples(random, 1, 3);
-  EXPECT_EQ(refusal([&] { predict(model, samples, model.start().head(5), 1, out); }), "the model has 27 parameters, got 5");
-  EXPECT_EQ(refusal([&] { parameter_jacobian(model, samples, model.start(), 4, 1, out); }), "a parameter Jacobian has 3 or 6 rows a sample, got 4");
-  EXPECT_EQ(refusal([&] { ErrorModel(model.robot(), {}, Eigen::VectorXd::Ones(2)); }), "the effects have 0 parameters, got 2 values");
+  EXPECT_EQ(refusal([&] { predict(model, samples, model.start().head(5), 1, out); }),
+            "the model has 27 parameters, got 5");
+  EXPECT_EQ(refusal([&] { parameter_jacobian(model, samples, model.start(), 4, 1, out); }),
+            "a parameter Jacobian has 3 or 6 rows a sample, got 4");
+  EXPECT_EQ(refusal([&] { ErrorModel(model.robot(), {}, Eigen::VectorXd::Ones(2)); }),
+            "the effects have 0 parameters, got 2 values");
   samples.payload = Eigen::VectorXd::Zero(2);
   EXPECT_EQ(refusal([&] { predict(model, samples, model.start(), 1, out); }), "payload must have shape (1,), got (2,)");
   samples.payload.resize(0);

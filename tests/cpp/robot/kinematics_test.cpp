@@ -22,7 +22,9 @@ using test::Tables;
 
 KDL::Vector kdl(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 KDL::Frame kdl(const Pose& T) {
-  KDL::Frame F(KDL::Rotation(T.R(0, 0), T.R(0, 1), T.R(0, 2), T.R(1, 0), T.R(1, 1), T.R(1, 2), T.R(2, 0), T.R(2, 1), T.R(2, 2)), kdl(T.p));
+  KDL::Frame F(
+      KDL::Rotation(T.R(0, 0), T.R(0, 1), T.R(0, 2), T.R(1, 0), T.R(1, 1), T.R(1, 2), T.R(2, 0), T.R(2, 1), T.R(2, 2)),
+      kdl(T.p));
   return F;
 }
 KDL::Frame turn(const KDL::Rotation& R) { return KDL::Frame(R); }
@@ -53,7 +55,8 @@ KDL::Chain kdl_chain(const std::string& kind, const Tables& t) {
       // The tip lies in the base's axes at q = 0: a segment then is a motion about or along a line in space.
       const Eigen::Vector3d omega = t.screws.row(i).head<3>();
       const Eigen::Vector3d v = t.screws.row(i).segment<3>(3);
-      const KDL::Joint joint(kdl(revolute ? Eigen::Vector3d(omega.cross(v)) : Eigen::Vector3d(0, 0, 0)), kdl(revolute ? omega : v), moving);
+      const KDL::Joint joint(kdl(revolute ? Eigen::Vector3d(omega.cross(v)) : Eigen::Vector3d(0, 0, 0)),
+                             kdl(revolute ? omega : v), moving);
       chain.addSegment(KDL::Segment(joint, KDL::Frame::Identity()));
     } else {
       const Eigen::Vector3d rpy = t.origin_rpy[k];
@@ -68,7 +71,8 @@ KDL::Chain kdl_chain(const std::string& kind, const Tables& t) {
 }
 
 class EveryKind : public ::testing::TestWithParam<const char*> {};
-INSTANTIATE_TEST_SUITE_P(Kinds, EveryKind, ::testing::ValuesIn(test::kKinds4), [](const auto& kind) { return std::string(kind.param); });
+INSTANTIATE_TEST_SUITE_P(Kinds, EveryKind, ::testing::ValuesIn(test::kKinds4),
+                         [](const auto& kind) { return std::string(kind.param); });
 
 TEST_P(EveryKind, ForwardKinematicsAgreesWithKdl) {
   Random random(11);
@@ -84,7 +88,8 @@ TEST_P(EveryKind, ForwardKinematicsAgreesWithKdl) {
     for (int k = 0; k < 50; ++k) {
       const Eigen::VectorXd q = random.values(t.joint_count(), 3);
       KDL::JntArray q_kdl(static_cast<unsigned>(t.joint_count()));
-      for (int i = 0; i < t.joint_count(); ++i) q_kdl(static_cast<unsigned>(i)) = q[i] + (std::string(GetParam()) == "poe" ? t.screws(i, 6) : 0);
+      for (int i = 0; i < t.joint_count(); ++i)
+        q_kdl(static_cast<unsigned>(i)) = q[i] + (std::string(GetParam()) == "poe" ? t.screws(i, 6) : 0);
       KDL::Frame F;
       ASSERT_GE(solver.JntToCart(q_kdl, F), 0);
       forward(model.chain(), q.data(), nullptr, frames);
@@ -129,7 +134,8 @@ void expect_exact_jacobian(const RobotModel& robot, const Eigen::VectorXd& theta
   for (int k = 0; k < model.parameter_count(); ++k) {
     const Vector6d wanted = difference(model, samples.row(0), theta, k);
     EXPECT_LT((J.col(k) - wanted).norm(), 1e-7 * wanted.norm() + 1e-10)
-        << robot.parameters()[static_cast<std::size_t>(k)].owner << " " << robot.parameters()[static_cast<std::size_t>(k)].name;
+        << robot.parameters()[static_cast<std::size_t>(k)].owner << " "
+        << robot.parameters()[static_cast<std::size_t>(k)].name;
   }
 }
 
@@ -153,7 +159,8 @@ TEST_P(EveryKind, EveryJacobianColumnIsTheDerivativeFarFromNominal) {
 TEST_P(EveryKind, EveryJacobianColumnIsTheDerivativeFromOtherReferences) {
   Random random(14);
   for (int robot = 0; robot < test::repeat(100); ++robot) {
-    const RobotModel model = test::build(GetParam(), test::random_tables(random, 4)).with_base_and_tool(random.pose(10), random.pose(1));
+    const RobotModel model =
+        test::build(GetParam(), test::random_tables(random, 4)).with_base_and_tool(random.pose(10), random.pose(1));
     expect_exact_jacobian(model, model.nominal() + random.values(model.nominal().size(), 0.5), random);
   }
 }
@@ -202,7 +209,8 @@ TEST(Kinematics, IdentifiedRowsAreTheRowsOfTheRobot) {
   }
 }
 
-// A wrist turned by the shift of a POE axis: the whole line moves, seen at q = 0 as no motion at all and at pi as twice the shift.
+// A wrist turned by the shift of a POE axis: the whole line moves, seen at q = 0 as no motion at all and at pi as twice
+// the shift.
 TEST(Kinematics, AShiftedScrewMovesTheToolByTheTurnsShareOfIt) {
   Tables t;
   t.types = {JointType::kRevolute};
@@ -268,13 +276,20 @@ TEST(Builders, BadGeometryIsRefusedInASentence) {
   };
   const double nan = std::nan("");
   EXPECT_EQ(with("dh", [&](Tables& t) { t.rows(1, 2) = nan; }), "joint2 a must be a finite number, got nan");
-  EXPECT_EQ(with("mdh", [&](Tables& t) { t.rows.conservativeResize(2, 5); }), "the geometry table must be 3 x 5, got 2 x 5");
+  EXPECT_EQ(with("mdh", [&](Tables& t) { t.rows.conservativeResize(2, 5); }),
+            "the geometry table must be 3 x 5, got 2 x 5");
   EXPECT_EQ(with("poe", [&](Tables& t) { t.screws(1, 5) = 0.3; }),
             "joint2: v must be perpendicular to omega (a screw without pitch), got omega . v = 0.3");
-  EXPECT_EQ(with("poe", [&](Tables& t) { t.screws(2, 5) = 2; }), "joint3: the screw's direction must have length 1, got 2");
+  EXPECT_EQ(with("poe", [&](Tables& t) { t.screws(2, 5) = 2; }),
+            "joint3: the screw's direction must have length 1, got 2");
   EXPECT_EQ(with("urdf", [&](Tables& t) { t.axes.row(0) << 0, 0, 3; }), "joint1: the axis must have length 1, got 3");
   EXPECT_EQ(with("dh", [&](Tables& t) { t.base.p.x() = nan; }), "base and tool must be finite");
-  EXPECT_EQ(with("dh", [&](Tables& t) { t.types.clear(); t.rows.resize(0, 5); }), "a robot needs at least one joint, got none");
+  EXPECT_EQ(with("dh",
+                 [&](Tables& t) {
+                   t.types.clear();
+                   t.rows.resize(0, 5);
+                 }),
+            "a robot needs at least one joint, got none");
 }
 
 TEST(Builders, RotationToAnAxisHasItAsItsZ) {
@@ -296,7 +311,8 @@ TEST(Builders, RotationToAnAxisHasItAsItsZ) {
 // Else the tilts that a calibration identified about x and y would turn into others when its file is read again.
 TEST(Builders, ASlightlyTiltedAxisGetsASlightlyTurnedFrame) {
   Random random(20);
-  for (const Eigen::Vector3d& axis : {Eigen::Vector3d(0, 0, 1), Eigen::Vector3d(0, 0, -1), Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(0, 1, 0)}) {
+  for (const Eigen::Vector3d& axis :
+       {Eigen::Vector3d(0, 0, 1), Eigen::Vector3d(0, 0, -1), Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(0, 1, 0)}) {
     for (int k = 0; k < 20; ++k) {
       const Eigen::Vector3d tilted = (axis + 1e-3 * random.unit()).normalized();
       EXPECT_LT(log_so3(rotation_to_axis(axis).transpose() * rotation_to_axis(tilted)).norm(), 2.5e-3);
