@@ -50,7 +50,8 @@ inline double* output(py::array& out, const std::vector<py::ssize_t>& shape, con
 
 /// `out` if given (checked), else a new array.
 inline py::array output_or_new(const py::object& out, const std::vector<py::ssize_t>& shape, double*& data) {
-  py::array array = out.is_none() ? py::array(py::array_t<double>(shape)) : py::array(py::reinterpret_borrow<py::array>(out));
+  py::array array =
+      out.is_none() ? py::array(py::array_t<double>(shape)) : py::array(py::reinterpret_borrow<py::array>(out));
   data = output(array, shape, "out");
   return array;
 }

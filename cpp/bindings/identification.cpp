@@ -1,9 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The fastcal authors
 // SPDX-License-Identifier: MIT
-#include "fastcal/identification/identify.hpp"
-
 #include "convert.hpp"
 #include "fastcal/identification/alignment.hpp"
+#include "fastcal/identification/identify.hpp"
 
 namespace fastcal {
 namespace {
@@ -11,7 +10,8 @@ namespace {
 Method method_of(const std::string& name) {
   if (name == "nls") return Method::kLeastSquares;
   if (name == "bfgs") return Method::kBfgs;
-  FASTCAL_CHECK(name == "bfgs_mean_distance") << "the method must be nls, bfgs or bfgs_mean_distance, got '" << name << "'";
+  FASTCAL_CHECK(name == "bfgs_mean_distance")
+      << "the method must be nls, bfgs or bfgs_mean_distance, got '" << name << "'";
   return Method::kBfgsMeanDistance;
 }
 
@@ -38,15 +38,19 @@ void bind_identification(py::module_& m) {
   py::class_<Alignment>(m, "Alignment", "Best rigid fit of base and tool.")
       .def_property_readonly("T_world_base", [](const Alignment& self) { return from_pose(self.T_world_base); })
       .def_property_readonly("T_flange_tool", [](const Alignment& self) { return from_pose(self.T_flange_tool); })
-      .def_property_readonly("anchors", [](const Alignment& self) { return RowMatrixXd(self.anchors.transpose()); }, "(anchors, 3) [m]")
+      .def_property_readonly(
+          "anchors", [](const Alignment& self) { return RowMatrixXd(self.anchors.transpose()); }, "(anchors, 3) [m]")
       .def_readonly("rms", &Alignment::rms, "[m] what the rigid fit leaves")
       .def_readonly("found", &Alignment::found)
       .def_readonly("message", &Alignment::message);
 
   m.def(
       "align",
-      [](const ErrorModel& model, const Samples& samples, const Measurements& measured, int threads) { return align({model, samples, measured, threads}); },
-      py::arg("model"), py::arg("samples"), py::arg("measured"), py::arg("threads") = 1, py::call_guard<py::gil_scoped_release>(),
+      [](const ErrorModel& model, const Samples& samples, const Measurements& measured, int threads) {
+        return align({model, samples, measured, threads});
+      },
+      py::arg("model"), py::arg("samples"), py::arg("measured"), py::arg("threads") = 1,
+      py::call_guard<py::gil_scoped_release>(),
       "Closed-form base and tool (and anchors of lengths) of a model, refined; no initial guess is needed.");
 
   py::class_<Identification>(m, "Identification", "What identify() found; SI.")
@@ -60,19 +64,27 @@ void bind_identification(py::module_& m) {
       .def_readonly("rank", &Identification::rank)
       .def_readonly("unidentifiable", &Identification::unidentifiable)
       .def_readonly("unidentifiable_parts", &Identification::unidentifiable_parts)
-      .def_readonly("common_noise", &Identification::tau, "standard deviation common to all rows: position [m], rotation [rad], distance [m]")
-      .def_readonly("sigma", &Identification::sigma, "RMS standard deviation used: position [m], rotation [rad], distance [m]")
+      .def_readonly("common_noise", &Identification::tau,
+                    "standard deviation common to all rows: position [m], rotation [rad], distance [m]")
+      .def_readonly("sigma", &Identification::sigma,
+                    "RMS standard deviation used: position [m], rotation [rad], distance [m]")
       .def_readonly("variance_factor", &Identification::variance_factor)
       .def_readonly("degrees_of_freedom", &Identification::degrees_of_freedom)
       .def_readonly("iterations", &Identification::iterations)
-      .def_readonly("residuals", &Identification::residuals, "(N, 7): position, rotation, distance; NaN where not measured")
-      .def_property_readonly("weights", [](const Identification& self) { return row_numbers(self, &RowWeight::weight); }, "(N,) robust weight of each row")
-      .def_property_readonly("whitened_squares", [](const Identification& self) { return row_numbers(self, &RowWeight::squared); }, "(N,) u^2 of each row");
+      .def_readonly("residuals", &Identification::residuals,
+                    "(N, 7): position, rotation, distance; NaN where not measured")
+      .def_property_readonly(
+          "weights", [](const Identification& self) { return row_numbers(self, &RowWeight::weight); },
+          "(N,) robust weight of each row")
+      .def_property_readonly(
+          "whitened_squares", [](const Identification& self) { return row_numbers(self, &RowWeight::squared); },
+          "(N,) u^2 of each row");
 
   m.def(
       "identify",
-      [](const ErrorModel& model, const Samples& samples, const Measurements& measured, const std::vector<int>& asked, const RowMatrixXd& anchors,
-         const std::string& method, const std::string& loss, const Eigen::VectorXd& prior_mean, const Eigen::VectorXd& prior_sigma, const Eigen::VectorXd& lower,
+      [](const ErrorModel& model, const Samples& samples, const Measurements& measured, const std::vector<int>& asked,
+         const RowMatrixXd& anchors, const std::string& method, const std::string& loss,
+         const Eigen::VectorXd& prior_mean, const Eigen::VectorXd& prior_sigma, const Eigen::VectorXd& lower,
          const Eigen::VectorXd& upper, int max_iterations, double practical_limit, int threads) {
         IdentifyOptions options;
         options.solver = {method_of(method), max_iterations};
@@ -82,10 +94,11 @@ void bind_identification(py::module_& m) {
         const Eigen::Matrix3Xd starts = anchors.transpose();
         return identify({model, samples, measured, threads}, asked, starts, options);
       },
-      py::arg("model"), py::arg("samples"), py::arg("measured"), py::kw_only(), py::arg("asked"), py::arg("anchors") = RowMatrixXd(0, 3),
-      py::arg("method") = "nls", py::arg("loss") = "tukey", py::arg("prior_mean") = Eigen::VectorXd(), py::arg("prior_sigma") = Eigen::VectorXd(),
-      py::arg("lower") = Eigen::VectorXd(), py::arg("upper") = Eigen::VectorXd(), py::arg("max_iterations") = 100, py::arg("practical_limit") = 10.0,
-      py::arg("threads") = 1, py::call_guard<py::gil_scoped_release>(),
+      py::arg("model"), py::arg("samples"), py::arg("measured"), py::kw_only(), py::arg("asked"),
+      py::arg("anchors") = RowMatrixXd(0, 3), py::arg("method") = "nls", py::arg("loss") = "tukey",
+      py::arg("prior_mean") = Eigen::VectorXd(), py::arg("prior_sigma") = Eigen::VectorXd(),
+      py::arg("lower") = Eigen::VectorXd(), py::arg("upper") = Eigen::VectorXd(), py::arg("max_iterations") = 100,
+      py::arg("practical_limit") = 10.0, py::arg("threads") = 1, py::call_guard<py::gil_scoped_release>(),
       "Identifies the parameters `asked` (indices) and all anchors, from the model's start.");
 }
 

@@ -1,15 +1,17 @@
 // SPDX-FileCopyrightText: 2026 The fastcal authors
 // SPDX-License-Identifier: MIT
-#include "fastcal/math/se3.hpp"
-
 #include "convert.hpp"
+#include "fastcal/math/se3.hpp"
 
 namespace fastcal {
 
 void bind_math(py::module_& m) {
-  m.def("rpy_to_rotation", &rpy_to_rotation, py::arg("rpy"), "Fixed-axis XYZ angles (3,) in rad to R = Rz(yaw) Ry(pitch) Rx(roll), (3, 3), as URDF.");
-  m.def("rotation_to_rpy", &rotation_to_rpy, py::arg("R"), "Roll, pitch, yaw in rad of a rotation (3, 3); roll is 0 at pitch = +-90 degrees.");
-  m.def("quaternion_to_rotation", &quaternion_to_rotation, py::arg("wxyz"), "Rotation (3, 3) of a quaternion w, x, y, z, brought to length 1.");
+  m.def("rpy_to_rotation", &rpy_to_rotation, py::arg("rpy"),
+        "Fixed-axis XYZ angles (3,) in rad to R = Rz(yaw) Ry(pitch) Rx(roll), (3, 3), as URDF.");
+  m.def("rotation_to_rpy", &rotation_to_rpy, py::arg("R"),
+        "Roll, pitch, yaw in rad of a rotation (3, 3); roll is 0 at pitch = +-90 degrees.");
+  m.def("quaternion_to_rotation", &quaternion_to_rotation, py::arg("wxyz"),
+        "Rotation (3, 3) of a quaternion w, x, y, z, brought to length 1.");
   m.def("exp_so3", &exp_so3, py::arg("w"), "Rotation (3, 3) of the rotation vector w (3,) in rad.");
   m.def(
       "rotation_about",

@@ -17,10 +17,12 @@ T or_empty(const std::optional<T>& value) {
 
 void bind_model(py::module_& m) {
   py::class_<Samples>(m, "Samples", "N rows of conditions, SI; what is None was not measured.")
-      .def(py::init([](const RowMatrixXd& q, const std::optional<Eigen::VectorXd>& payload, const std::optional<RowMatrixXd>& wrench,
-                       const std::optional<Eigen::VectorXd>& temperature, const std::optional<Eigen::VectorXd>& time,
-                       const std::optional<Eigen::VectorXi>& station, const std::optional<Eigen::VectorXi>& mount, const std::optional<RowMatrixXd>& approach,
-                       const std::optional<RowMatrixXd>& current, const std::optional<RowMatrixXd>& extra, const std::optional<RowMatrixXd>& table) {
+      .def(py::init([](const RowMatrixXd& q, const std::optional<Eigen::VectorXd>& payload,
+                       const std::optional<RowMatrixXd>& wrench, const std::optional<Eigen::VectorXd>& temperature,
+                       const std::optional<Eigen::VectorXd>& time, const std::optional<Eigen::VectorXi>& station,
+                       const std::optional<Eigen::VectorXi>& mount, const std::optional<RowMatrixXd>& approach,
+                       const std::optional<RowMatrixXd>& current, const std::optional<RowMatrixXd>& extra,
+                       const std::optional<RowMatrixXd>& table) {
              Samples out;
              out.q = q;
              out.payload = or_empty(payload);
@@ -35,14 +37,17 @@ void bind_model(py::module_& m) {
              out.table = or_empty(table);
              return out;
            }),
-           py::arg("q"), py::kw_only(), py::arg("payload") = py::none(), py::arg("wrench") = py::none(), py::arg("temperature") = py::none(),
-           py::arg("time") = py::none(), py::arg("station") = py::none(), py::arg("mount") = py::none(), py::arg("approach") = py::none(),
-           py::arg("current") = py::none(), py::arg("extra") = py::none(), py::arg("table") = py::none())
+           py::arg("q"), py::kw_only(), py::arg("payload") = py::none(), py::arg("wrench") = py::none(),
+           py::arg("temperature") = py::none(), py::arg("time") = py::none(), py::arg("station") = py::none(),
+           py::arg("mount") = py::none(), py::arg("approach") = py::none(), py::arg("current") = py::none(),
+           py::arg("extra") = py::none(), py::arg("table") = py::none())
       .def("__len__", &Samples::count);
 
-  py::class_<Measurements>(m, "Measurements", "N rows of what was measured, SI; None: not at all, NaN: not in this row.")
-      .def(py::init([](const std::optional<RowMatrixXd>& position, const std::optional<RowMatrixXd>& rotation, const std::optional<Eigen::VectorXd>& distance,
-                       const std::optional<Eigen::VectorXi>& anchor, int anchor_count, const std::optional<RowMatrixXd>& sigma_position,
+  py::class_<Measurements>(m, "Measurements",
+                           "N rows of what was measured, SI; None: not at all, NaN: not in this row.")
+      .def(py::init([](const std::optional<RowMatrixXd>& position, const std::optional<RowMatrixXd>& rotation,
+                       const std::optional<Eigen::VectorXd>& distance, const std::optional<Eigen::VectorXi>& anchor,
+                       int anchor_count, const std::optional<RowMatrixXd>& sigma_position,
                        const std::optional<Eigen::VectorXd>& sigma_rotation) {
              Measurements out;
              out.position = or_empty(position);
@@ -54,23 +59,29 @@ void bind_model(py::module_& m) {
              out.sigma_rotation = or_empty(sigma_rotation);
              return out;
            }),
-           py::kw_only(), py::arg("position") = py::none(), py::arg("rotation") = py::none(), py::arg("distance") = py::none(), py::arg("anchor") = py::none(),
-           py::arg("anchor_count") = 0, py::arg("sigma_position") = py::none(), py::arg("sigma_rotation") = py::none());
+           py::kw_only(), py::arg("position") = py::none(), py::arg("rotation") = py::none(),
+           py::arg("distance") = py::none(), py::arg("anchor") = py::none(), py::arg("anchor_count") = 0,
+           py::arg("sigma_position") = py::none(), py::arg("sigma_rotation") = py::none());
 
   py::class_<ErrorModel>(m, "ErrorModel", "A robot with its effects.")
-      .def(py::init([](const RobotModel& robot, const std::vector<std::shared_ptr<Effect>>& effects, const Eigen::VectorXd& effect_values) {
+      .def(py::init([](const RobotModel& robot, const std::vector<std::shared_ptr<Effect>>& effects,
+                       const Eigen::VectorXd& effect_values) {
              return ErrorModel(robot, {effects.begin(), effects.end()}, effect_values);
            }),
-           py::arg("robot"), py::arg("effects") = std::vector<std::shared_ptr<Effect>>(), py::arg("effect_values") = Eigen::VectorXd())
+           py::arg("robot"), py::arg("effects") = std::vector<std::shared_ptr<Effect>>(),
+           py::arg("effect_values") = Eigen::VectorXd())
       .def_property_readonly("robot", &ErrorModel::robot, py::return_value_policy::reference_internal)
       .def_property_readonly("parameters", &ErrorModel::parameters)
       .def_property_readonly("start", &ErrorModel::start, "Values of the parameters (P,), SI.")
       .def_property_readonly("at_equilibrium", &ErrorModel::at_equilibrium, "Are loads taken in the deflected posture?")
-      .def("with_equilibrium", &ErrorModel::with_equilibrium, py::arg("at_equilibrium"), "The same model, loads in the deflected or the undeflected posture.")
-      .def("with_robot", &ErrorModel::with_robot, py::arg("robot"), "The same effects on another robot of the same parameters.")
+      .def("with_equilibrium", &ErrorModel::with_equilibrium, py::arg("at_equilibrium"),
+           "The same model, loads in the deflected or the undeflected posture.")
+      .def("with_robot", &ErrorModel::with_robot, py::arg("robot"),
+           "The same effects on another robot of the same parameters.")
       .def(
           "predict",
-          [](const ErrorModel& self, const Samples& samples, const Eigen::VectorXd& theta, int threads, const py::object& out) {
+          [](const ErrorModel& self, const Samples& samples, const Eigen::VectorXd& theta, int threads,
+             const py::object& out) {
             double* data = nullptr;
             py::array poses = output_or_new(out, {samples.count(), 4, 4}, data);
             {
@@ -79,10 +90,12 @@ void bind_model(py::module_& m) {
             }
             return poses;
           },
-          py::arg("samples"), py::arg("theta"), py::arg("threads") = 1, py::arg("out") = py::none(), "Poses (N, 4, 4) of the tool in the measuring frame.")
+          py::arg("samples"), py::arg("theta"), py::arg("threads") = 1, py::arg("out") = py::none(),
+          "Poses (N, 4, 4) of the tool in the measuring frame.")
       .def(
           "loads",
-          [](const ErrorModel& self, const Samples& samples, const Eigen::VectorXd& theta, bool payload_alone, int threads) {
+          [](const ErrorModel& self, const Samples& samples, const Eigen::VectorXd& theta, bool payload_alone,
+             int threads) {
             samples.check(self.robot().joint_count());
             Samples settled = samples;
             {
@@ -93,10 +106,12 @@ void bind_model(py::module_& m) {
             return py::array_t<double>({settled.count(), loads.cols() / 6, Eigen::Index{6}}, loads.data());
           },
           py::arg("samples"), py::arg("theta"), py::arg("payload_alone") = false, py::arg("threads") = 1,
-          "Force and moment (N, frames, 6) that all beyond a frame puts on it, in its axes, about its origin [N, N m]; joint i has frame 2 i - 1, z its axis.")
+          "Force and moment (N, frames, 6) that all beyond a frame puts on it, in its axes, about its origin [N, N m]; "
+          "joint i has frame 2 i - 1, z its axis.")
       .def(
           "parameter_jacobian",
-          [](const ErrorModel& self, const Samples& samples, const Eigen::VectorXd& theta, int rows, int threads, const py::object& out) {
+          [](const ErrorModel& self, const Samples& samples, const Eigen::VectorXd& theta, int rows, int threads,
+             const py::object& out) {
             double* data = nullptr;
             py::array J = output_or_new(out, {samples.count(), rows, self.parameter_count()}, data);
             {
@@ -105,8 +120,10 @@ void bind_model(py::module_& m) {
             }
             return J;
           },
-          py::arg("samples"), py::arg("theta"), py::arg("rows") = 3, py::arg("threads") = 1, py::arg("out") = py::none(),
-          "(N, rows, P): motion of the tool by every parameter, in the axes of the measuring frame; 3 rows: position, 6: [v; w].");
+          py::arg("samples"), py::arg("theta"), py::arg("rows") = 3, py::arg("threads") = 1,
+          py::arg("out") = py::none(),
+          "(N, rows, P): motion of the tool by every parameter, in the axes of the measuring frame; 3 rows: position, "
+          "6: [v; w].");
 }
 
 }  // namespace fastcal

@@ -14,10 +14,12 @@ JointType joint_type(const std::string& name) {
   return JointType::kPrismatic;
 }
 
-RobotDescription describe(const std::vector<std::string>& joint_types, const Eigen::VectorXd& mass, const RowMatrixXd& com, const RowMatrixXd& inertia,
-                          const Eigen::Matrix4d& T_world_base, const Eigen::Matrix4d& T_flange_tool, const Eigen::Vector3d& p_flange_payload,
-                          const Eigen::Vector3d& gravity, bool gravity_in_world, const Eigen::MatrixXd& coupling, const std::string& wrench_frame,
-                          const std::optional<Compensator>& compensator, const Eigen::VectorXd& motor_ratio) {
+RobotDescription describe(const std::vector<std::string>& joint_types, const Eigen::VectorXd& mass,
+                          const RowMatrixXd& com, const RowMatrixXd& inertia, const Eigen::Matrix4d& T_world_base,
+                          const Eigen::Matrix4d& T_flange_tool, const Eigen::Vector3d& p_flange_payload,
+                          const Eigen::Vector3d& gravity, bool gravity_in_world, const Eigen::MatrixXd& coupling,
+                          const std::string& wrench_frame, const std::optional<Compensator>& compensator,
+                          const Eigen::VectorXd& motor_ratio) {
   RobotDescription out;
   const auto n = static_cast<Eigen::Index>(joint_types.size());
   FASTCAL_CHECK(mass.size() == n && com.rows() == n && com.cols() == 3 && inertia.rows() == n && inertia.cols() == 6)
@@ -37,10 +39,14 @@ RobotDescription describe(const std::vector<std::string>& joint_types, const Eig
   out.gravity = gravity;
   out.gravity_in_world = gravity_in_world;
   out.coupling = coupling;
-  out.wrench_frame = wrench_frame == "flange" ? WrenchFrame::kFlange : wrench_frame == "tool" ? WrenchFrame::kTool : WrenchFrame::kBase;
-  FASTCAL_CHECK(!compensator || (compensator->joint >= 0 && compensator->joint < n)) << "the compensator's joint must be 0 to " << n - 1;
+  out.wrench_frame = wrench_frame == "flange" ? WrenchFrame::kFlange
+                     : wrench_frame == "tool" ? WrenchFrame::kTool
+                                              : WrenchFrame::kBase;
+  FASTCAL_CHECK(!compensator || (compensator->joint >= 0 && compensator->joint < n))
+      << "the compensator's joint must be 0 to " << n - 1;
   out.compensator = compensator;
-  FASTCAL_CHECK(motor_ratio.size() == 0 || motor_ratio.size() == n) << "motor_ratio must have shape (" << n << ",), got (" << motor_ratio.size() << ",)";
+  FASTCAL_CHECK(motor_ratio.size() == 0 || motor_ratio.size() == n)
+      << "motor_ratio must have shape (" << n << ",), got (" << motor_ratio.size() << ",)";
   out.motor_ratio = motor_ratio;
   return out;
 }
@@ -50,12 +56,15 @@ py::dict urdf_dict(const std::string& xml, const std::string& base_link, const s
   py::list joints;
   for (const UrdfJoint& joint : chain.joints) {
     const Eigen::Matrix3d& I = joint.body.inertia;
-    joints.append(py::dict(py::arg("name") = joint.name, py::arg("type") = joint.type == JointType::kRevolute ? "revolute" : "prismatic",
-                           py::arg("continuous") = joint.continuous, py::arg("origin") = from_pose(joint.origin), py::arg("axis") = joint.axis,
-                           py::arg("lower") = joint.lower, py::arg("upper") = joint.upper, py::arg("mass") = joint.body.mass, py::arg("com") = joint.body.com,
-                           py::arg("inertia") = std::vector<double>{I(0, 0), I(1, 1), I(2, 2), I(0, 1), I(0, 2), I(1, 2)}));
+    joints.append(py::dict(
+        py::arg("name") = joint.name, py::arg("type") = joint.type == JointType::kRevolute ? "revolute" : "prismatic",
+        py::arg("continuous") = joint.continuous, py::arg("origin") = from_pose(joint.origin),
+        py::arg("axis") = joint.axis, py::arg("lower") = joint.lower, py::arg("upper") = joint.upper,
+        py::arg("mass") = joint.body.mass, py::arg("com") = joint.body.com,
+        py::arg("inertia") = std::vector<double>{I(0, 0), I(1, 1), I(2, 2), I(0, 1), I(0, 2), I(1, 2)}));
   }
-  return py::dict(py::arg("name") = chain.name, py::arg("base_link") = chain.base_link, py::arg("tip_link") = chain.tip_link, py::arg("joints") = joints,
+  return py::dict(py::arg("name") = chain.name, py::arg("base_link") = chain.base_link,
+                  py::arg("tip_link") = chain.tip_link, py::arg("joints") = joints,
                   py::arg("flange") = from_pose(chain.flange), py::arg("notes") = chain.notes);
 }
 
@@ -70,19 +79,25 @@ void bind_robot(py::module_& m) {
       .def_readonly("doc", &Parameter::doc)
       .def_readonly("lower", &Parameter::lower, "what it can be at all")
       .def_readonly("upper", &Parameter::upper)
-      .def("__repr__", [](const Parameter& p) { return "<Parameter " + p.owner + " " + p.name + " [" + p.unit + "]>"; });
+      .def("__repr__",
+           [](const Parameter& p) { return "<Parameter " + p.owner + " " + p.name + " [" + p.unit + "]>"; });
 
-  py::class_<Compensator>(m, "Compensator", "A spring on a joint; anchor and arm [m] in the joint's frame at joint position 0.")
-      .def(py::init([](int joint, const Eigen::Vector3d& anchor, const Eigen::Vector3d& arm, double stiffness, double free_length) {
+  py::class_<Compensator>(m, "Compensator",
+                          "A spring on a joint; anchor and arm [m] in the joint's frame at joint position 0.")
+      .def(py::init([](int joint, const Eigen::Vector3d& anchor, const Eigen::Vector3d& arm, double stiffness,
+                       double free_length) {
              return Compensator{joint, anchor, arm, stiffness, free_length};
            }),
-           py::kw_only(), py::arg("joint"), py::arg("anchor"), py::arg("arm"), py::arg("stiffness"), py::arg("free_length"));
+           py::kw_only(), py::arg("joint"), py::arg("anchor"), py::arg("arm"), py::arg("stiffness"),
+           py::arg("free_length"));
 
   py::class_<RobotDescription>(m, "RobotDescription", "What every kind of robot file has beside its geometry; SI.")
-      .def(py::init(&describe), py::kw_only(), py::arg("joint_types"), py::arg("mass"), py::arg("com"), py::arg("inertia"), py::arg("T_world_base"),
-           py::arg("T_flange_tool"), py::arg("p_flange_payload"), py::arg("gravity"), py::arg("gravity_in_world"), py::arg("coupling"), py::arg("wrench_frame"), py::arg("compensator") = py::none(),
-           py::arg("motor_ratio") = Eigen::VectorXd(),
-           "joint_types (n) 'revolute' or 'prismatic'; mass (n,), com (n, 3), inertia (n, 6) as xx yy zz xy xz yz; poses (4, 4); coupling (n, n).");
+      .def(py::init(&describe), py::kw_only(), py::arg("joint_types"), py::arg("mass"), py::arg("com"),
+           py::arg("inertia"), py::arg("T_world_base"), py::arg("T_flange_tool"), py::arg("p_flange_payload"),
+           py::arg("gravity"), py::arg("gravity_in_world"), py::arg("coupling"), py::arg("wrench_frame"),
+           py::arg("compensator") = py::none(), py::arg("motor_ratio") = Eigen::VectorXd(),
+           "joint_types (n) 'revolute' or 'prismatic'; mass (n,), com (n, 3), inertia (n, 6) as xx yy zz xy xz yz; "
+           "poses (4, 4); coupling (n, n).");
 
   py::class_<RobotModel>(m, "RobotModel", "A robot as a chain of elementary motions; const.")
       .def_property_readonly("joint_count", &RobotModel::joint_count)
@@ -93,7 +108,8 @@ void bind_robot(py::module_& m) {
       .def(
           "frame_origins",
           [](const RobotModel& self, const Eigen::VectorXd& q) {
-            FASTCAL_CHECK(q.size() == self.joint_count()) << "q must have shape (" << self.joint_count() << ",), got (" << q.size() << ",)";
+            FASTCAL_CHECK(q.size() == self.joint_count())
+                << "q must have shape (" << self.joint_count() << ",), got (" << q.size() << ",)";
             std::vector<Pose> frames;
             forward(self.chain(), q.data(), nullptr, frames);
             RowMatrixXd out(self.frame_count(), 3);
@@ -103,8 +119,11 @@ void bind_robot(py::module_& m) {
           py::arg("q"), "Origins (frames, 3) of the chain's frames in the measuring frame, at joint positions q (n,).")
       .def(
           "with_base_and_tool",
-          [](const RobotModel& self, const Eigen::Matrix4d& base, const Eigen::Matrix4d& tool) { return self.with_base_and_tool(to_pose(base), to_pose(tool)); },
-          py::arg("T_world_base"), py::arg("T_flange_tool"), "The same robot with base and tool (4, 4) there; their rx, ry, rz are measured from there.")
+          [](const RobotModel& self, const Eigen::Matrix4d& base, const Eigen::Matrix4d& tool) {
+            return self.with_base_and_tool(to_pose(base), to_pose(tool));
+          },
+          py::arg("T_world_base"), py::arg("T_flange_tool"),
+          "The same robot with base and tool (4, 4) there; their rx, ry, rz are measured from there.")
       .def(
           "base_and_tool",
           [](const RobotModel& self, const Eigen::VectorXd& values) {
@@ -113,20 +132,29 @@ void bind_robot(py::module_& m) {
           },
           py::arg("values"), "T_world_base and T_flange_tool (4, 4) at parameter values (P,).");
 
-  m.def("build_dh", &build_dh, py::arg("description"), py::arg("rows"), "Classic DH; rows (n, 5): theta, d, a, alpha, beta in rad and m.");
-  m.def("build_mdh", &build_mdh, py::arg("description"), py::arg("rows"), "Modified DH (Craig); row i holds alpha_(i-1), a_(i-1); columns as build_dh.");
+  m.def("build_dh", &build_dh, py::arg("description"), py::arg("rows"),
+        "Classic DH; rows (n, 5): theta, d, a, alpha, beta in rad and m.");
+  m.def("build_mdh", &build_mdh, py::arg("description"), py::arg("rows"),
+        "Modified DH (Craig); row i holds alpha_(i-1), a_(i-1); columns as build_dh.");
   m.def(
-      "build_poe", [](const RobotDescription& d, const RowMatrixXd& screws, const Eigen::Matrix4d& home) { return build_poe(d, screws, to_pose(home)); },
-      py::arg("description"), py::arg("screws"), py::arg("home"), "Products of exponentials; screws (n, 7): omega, v, offset in the base frame; home (4, 4).");
+      "build_poe",
+      [](const RobotDescription& d, const RowMatrixXd& screws, const Eigen::Matrix4d& home) {
+        return build_poe(d, screws, to_pose(home));
+      },
+      py::arg("description"), py::arg("screws"), py::arg("home"),
+      "Products of exponentials; screws (n, 7): omega, v, offset in the base frame; home (4, 4).");
   m.def(
       "build_urdf",
-      [](const RobotDescription& d, const std::vector<Eigen::Matrix4d>& origins, const RowMatrixXd& axes, const Eigen::Matrix4d& flange) {
+      [](const RobotDescription& d, const std::vector<Eigen::Matrix4d>& origins, const RowMatrixXd& axes,
+         const Eigen::Matrix4d& flange) {
         std::vector<Pose> poses;
         for (const Eigen::Matrix4d& T : origins) poses.push_back(to_pose(T));
         return build_urdf(d, poses, axes, to_pose(flange));
       },
-      py::arg("description"), py::arg("origins"), py::arg("axes"), py::arg("flange"), "URDF chain; origins n of (4, 4), axes (n, 3), flange (4, 4).");
-  m.def("rotation_to_axis", &rotation_to_axis, py::arg("axis"), "A rotation (3, 3) whose z axis is `axis` (unit), by the least turn.");
+      py::arg("description"), py::arg("origins"), py::arg("axes"), py::arg("flange"),
+      "URDF chain; origins n of (4, 4), axes (n, 3), flange (4, 4).");
+  m.def("rotation_to_axis", &rotation_to_axis, py::arg("axis"),
+        "A rotation (3, 3) whose z axis is `axis` (unit), by the least turn.");
   m.def("read_urdf", &urdf_dict, py::arg("xml_text"), py::arg("base_link") = "", py::arg("tip_link") = "",
         "The chain from base_link to tip_link of a URDF, as a dict of SI numbers; InvalidInput where it is none.");
 }

@@ -3,7 +3,8 @@
 //
 // Backlash: the joint rests on one flank of its gap or the other,  dq = s gap / 2.
 // side = approach: s the direction in which the joint last moved, 0 where it is unknown.
-// side = load: the load on the joint presses it to a flank,  s = tanh(tau / width), width [N m, N] the load that does so for sure.
+// side = load: the load on the joint presses it to a flank,  s = tanh(tau / width), width [N m, N] the load that does
+// so for sure.
 #include <cmath>
 
 #include "fastcal/effects/owners.hpp"
@@ -20,10 +21,12 @@ class Backlash : public LinearEffect {
         by_load_(text_option(options, "side", "approach") == "load"),
         width_(number_option(options, "width", 1)) {
     check_options("backlash", options, {"side", "width"});
-    FASTCAL_CHECK(by_load_ || text_option(options, "side", "approach") == "approach") << "backlash: side must be approach or load";
+    FASTCAL_CHECK(by_load_ || text_option(options, "side", "approach") == "approach")
+        << "backlash: side must be approach or load";
     FASTCAL_CHECK(width_ > 0) << "backlash: width must be above 0, got " << width_;
     const bool turns = types_[static_cast<std::size_t>(joint_)] == JointType::kRevolute;
-    parameters_ = {{owner, by_load_ ? "load_gap" : "gap", turns ? "rad" : "m", turns ? 3e-4 : 1e-4, "distance between the flanks, at the joint"}};
+    parameters_ = {{owner, by_load_ ? "load_gap" : "gap", turns ? "rad" : "m", turns ? 3e-4 : 1e-4,
+                    "distance between the flanks, at the joint"}};
   }
 
   const std::vector<Parameter>& parameters() const override { return parameters_; }
@@ -33,7 +36,9 @@ class Backlash : public LinearEffect {
   }
 
   void basis(const State& state, TwistColumns& columns) const override {
-    const double side = by_load_ ? std::tanh(state.joint_load(state.load, joint_, types_[static_cast<std::size_t>(joint_)]) / width_) : state.approach[joint_];
+    const double side =
+        by_load_ ? std::tanh(state.joint_load(state.load, joint_, types_[static_cast<std::size_t>(joint_)]) / width_)
+                 : state.approach[joint_];
     columns.push_back({0, joint_frame(joint_), joint_motion(types_, joint_, side / 2)});
   }
 

@@ -12,11 +12,13 @@ namespace {
 
 class BaseStep : public LinearEffect {
  public:
-  BaseStep(const RobotModel&, const std::string& owner, const Options& options) : at_(number_option(options, "at", std::numeric_limits<double>::infinity())) {
+  BaseStep(const RobotModel&, const std::string& owner, const Options& options)
+      : at_(number_option(options, "at", std::numeric_limits<double>::infinity())) {
     check_owner("base_step", owner, "base");
     check_options("base_step", options, {"at"});
     for (int axis = 0; axis < 6; ++axis) {
-      parameters_.push_back({owner, std::string("step_") + kAxes[axis], axis < 3 ? "m" : "rad", 1e-4, "motion of the base in the measuring frame at that moment"});
+      parameters_.push_back({owner, std::string("step_") + kAxes[axis], axis < 3 ? "m" : "rad", 1e-4,
+                             "motion of the base in the measuring frame at that moment"});
     }
   }
 

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The fastcal authors
 // SPDX-License-Identifier: MIT
 //
-// Bearing tilt: the moments across a joint's axis tilt its bearing,  phi_x = c M_x, phi_y = c M_y,  M [N m] the load on the joint's frame,
-// one c [rad/(N m)] for both directions, for a bearing is round.
+// Bearing tilt: the moments across a joint's axis tilt its bearing,  phi_x = c M_x, phi_y = c M_y,  M [N m] the load on
+// the joint's frame, one c [rad/(N m)] for both directions, for a bearing is round.
 #include "fastcal/effects/owners.hpp"
 
 namespace fastcal {

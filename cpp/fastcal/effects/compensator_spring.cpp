@@ -1,9 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The fastcal authors
 // SPDX-License-Identifier: MIT
 //
-// The spring that carries a part of the weight is stiffer than the robot file says: its moment about the joint is (1 + stiffness_scale)
-// times the nominal one. It pulls with k (L - L0) along the line between its anchor on the link before and its arm on the joint; the
-// nominal moment is part of the joint's load (statics.hpp), its error acts as any change of load, through the joint's compliance.
+// The spring that carries a part of the weight is stiffer than the robot file says: its moment about the joint is (1 +
+// stiffness_scale) times the nominal one. It pulls with k (L - L0) along the line between its anchor on the link before
+// and its arm on the joint; the nominal moment is part of the joint's load (statics.hpp), its error acts as any change
+// of load, through the joint's compliance.
 #include "fastcal/effects/weight_effect.hpp"
 
 namespace fastcal {
@@ -17,7 +18,8 @@ std::vector<std::string> spring_owners(const RobotModel& robot) {
 class CompensatorSpring : public WeightEffect {
  public:
   CompensatorSpring(const RobotModel& robot, const std::string& owner, const Options& options)
-      : WeightEffect(robot), parameters_{{owner, "stiffness_scale", "1", 0.05, "relative error of the spring's stiffness", -1}} {
+      : WeightEffect(robot),
+        parameters_{{owner, "stiffness_scale", "1", 0.05, "relative error of the spring's stiffness", -1}} {
     const auto owners = spring_owners(robot);
     FASTCAL_CHECK(!owners.empty()) << "compensator_spring needs a robot with a compensator, and this one has none";
     FASTCAL_CHECK(owner == owners[0]) << "compensator_spring is owned by " << owners[0] << ", got '" << owner << "'";

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The fastcal authors
 // SPDX-License-Identifier: MIT
 //
-// Coupling ratio: joint i also turns by h when joint j turns behind its gear,  q_i += h k_j q_j^n,  k_j q_j^n the output of joint j with its
-// identified reduction ratio. h adds to the nominal coupling c_ij of the robot file.
-// Source: SIASUN SR210D paper, equations 13 to 15, mended as docs/effects/reduction_ratio.md says.
+// Coupling ratio: joint i also turns by h when joint j turns behind its gear,  q_i += h k_j q_j^n,  k_j q_j^n the
+// output of joint j with its identified reduction ratio. h adds to the nominal coupling c_ij of the robot file. Source:
+// SIASUN SR210D paper, equations 13 to 15, mended as docs/effects/reduction_ratio.md says.
 #include "fastcal/effects/owners.hpp"
 #include "fastcal/math/check.hpp"
 
@@ -25,10 +25,13 @@ std::vector<std::string> pairs(const RobotModel& robot) {
 class CouplingRatio : public LinearEffect {
  public:
   CouplingRatio(const RobotModel& robot, const std::string& owner, const Options& options)
-      : types_(robot.description().joint_types), parameters_{{owner, "ratio", "1", 1e-3, "turn of the driven joint per turn of its source, beyond the nominal coupling"}} {
+      : types_(robot.description().joint_types),
+        parameters_{{owner, "ratio", "1", 1e-3,
+                     "turn of the driven joint per turn of its source, beyond the nominal coupling"}} {
     check_options("coupling_ratio", options, {});
     const std::size_t arrow = owner.find(kArrow);
-    FASTCAL_CHECK(arrow != std::string::npos) << "coupling_ratio is owned by a pair such as joint6<-joint5, got '" << owner << "'";
+    FASTCAL_CHECK(arrow != std::string::npos)
+        << "coupling_ratio is owned by a pair such as joint6<-joint5, got '" << owner << "'";
     driven_ = owner_index("coupling_ratio", "joint", owner.substr(0, arrow), robot.joint_count());
     source_ = owner_index("coupling_ratio", "joint", owner.substr(arrow + 2), robot.joint_count());
     FASTCAL_CHECK(driven_ != source_) << "coupling_ratio joins two joints, got '" << owner << "'";

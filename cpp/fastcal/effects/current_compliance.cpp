@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The fastcal authors
 // SPDX-License-Identifier: MIT
 //
-// Compliance from motor currents: dq_i = c_i I_i, I_i [A] the motor's current, c_i = C_e phi / k_i [rad/A] of either sign. It needs no
-// masses, but sees friction as load, and a joint on its brake not at all.
-// Source: SIASUN SR210D paper, equations 24 to 30.
+// Compliance from motor currents: dq_i = c_i I_i, I_i [A] the motor's current, c_i = C_e phi / k_i [rad/A] of either
+// sign. It needs no masses, but sees friction as load, and a joint on its brake not at all. Source: SIASUN SR210D
+// paper, equations 24 to 30.
 #include "fastcal/effects/owners.hpp"
 
 namespace fastcal {
@@ -12,7 +12,8 @@ namespace {
 class CurrentCompliance : public LinearEffect {
  public:
   CurrentCompliance(const RobotModel& robot, const std::string& owner, const Options& options)
-      : joint_(owner_index("current_compliance", "joint", owner, robot.joint_count())), types_(robot.description().joint_types) {
+      : joint_(owner_index("current_compliance", "joint", owner, robot.joint_count())),
+        types_(robot.description().joint_types) {
     check_options("current_compliance", options, {});
     const bool revolute = types_[static_cast<std::size_t>(joint_)] == JointType::kRevolute;
     parameters_ = {{owner, "", revolute ? "rad_a" : "m_a", 1e-5, "turn of the joint per current of its motor"}};
@@ -22,7 +23,8 @@ class CurrentCompliance : public LinearEffect {
   std::vector<std::string> data_columns() const override { return {"current" + std::to_string(joint_ + 1)}; }
 
   void basis(const State& state, TwistColumns& columns) const override {
-    if (state.current != nullptr) columns.push_back({0, joint_frame(joint_), joint_motion(types_, joint_, state.current[joint_])});
+    if (state.current != nullptr)
+      columns.push_back({0, joint_frame(joint_), joint_motion(types_, joint_, state.current[joint_])});
   }
 
  private:

@@ -1,9 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The fastcal authors
 // SPDX-License-Identifier: MIT
 //
-// The contract of an effect: one physical cause of pose error, as small body twists on frames of the chain. The chain alone knows how a
-// twist moves the tool, the measurement alone how the tool moves the residual; no effect knows that another exists.
-// Every effect obeys: zero parameters give the nominal robot exactly; derivatives are exact; const and stateless; unknown options raise.
+// The contract of an effect: one physical cause of pose error, as small body twists on frames of the chain. The chain
+// alone knows how a twist moves the tool, the measurement alone how the tool moves the residual; no effect knows that
+// another exists. Every effect obeys: zero parameters give the nominal robot exactly; derivatives are exact; const and
+// stateless; unknown options raise.
 #pragma once
 
 #include <memory>
@@ -45,7 +46,8 @@ class Effect {
   /// Weights w_k of a quadratic penalty, sum w_k theta_k^2 / s^2 with one s for all; 0: free of it. Empty: no penalty.
   virtual std::vector<double> penalty() const { return {}; }
 
-  /// What a reduction ratio adds to k - 1 of a joint (State::output), and what a compliance adds to d q / d torque of it (State::compliance).
+  /// What a reduction ratio adds to k - 1 of a joint (State::output), and what a compliance adds to d q / d torque of
+  /// it (State::compliance).
   virtual double output_error(int /*joint*/, const double* /*theta*/) const { return 0; }
   virtual double joint_compliance(const State& /*state*/, int /*joint*/, const double* /*theta*/) const { return 0; }
 

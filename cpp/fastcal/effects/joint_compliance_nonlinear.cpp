@@ -2,11 +2,14 @@
 // SPDX-License-Identifier: MIT
 //
 // A joint whose compliance depends on its load tau (torque about, or force along its axis).
-// Piecewise linear (default), continuous, corners at critical loads t_k, odd in tau; RX160L paper, equation 11 without its jump:
+// Piecewise linear (default), continuous, corners at critical loads t_k, odd in tau; RX160L paper, equation 11 without
+// its jump:
 //   dq = sign(tau) (c_1 |tau| + sum_k (c_(k+1) - c_k) max(|tau| - t_k, 0))
 // form=cubic, monotone; RX160L paper, equations 9 and 10 (tau = a d^3 + b d^2 + c d with 4 b^2 <= 12 a c), written as
-//   compliance tau = d + skew d^2 + (skew^2 + hardening) d^3 / 3,   compliance = 1 / c, skew = b / c, hardening = (3 a c - b^2) / c^2 >= 0,
-// so that the condition is one bound and compliance = 0 is a rigid joint. torque=payload: tau of payload and wrench alone, as the paper.
+//   compliance tau = d + skew d^2 + (skew^2 + hardening) d^3 / 3,   compliance = 1 / c, skew = b / c, hardening = (3 a
+//   c - b^2) / c^2 >= 0,
+// so that the condition is one bound and compliance = 0 is a rigid joint. torque=payload: tau of payload and wrench
+// alone, as the paper.
 #include <cmath>
 
 #include "fastcal/effects/owners.hpp"
@@ -51,7 +54,8 @@ struct Cubic {
     const double target = theta[0] * tau;
     const double skew = theta[1];
     const double cube = (skew * skew + theta[2]) / 3;
-    // Newton from the linear answer, kept in a bracket: the cubic is monotone, so there is one root, between 0 and far enough out.
+    // Newton from the linear answer, kept in a bracket: the cubic is monotone, so there is one root, between 0 and far
+    // enough out.
     double low = -1, high = 1;
     while (value(low, skew, cube) > target) low *= 2;
     while (value(high, skew, cube) < target) high *= 2;
@@ -80,7 +84,9 @@ struct Cubic {
 
   static double value(double d, double skew, double cube) { return d * (1 + d * (skew + d * cube)); }
   /// (1 + skew d)^2 + hardening d^2: 0 only where hardening is, at an inflection.
-  static double steepness(double d, double skew, double cube) { return std::max(1 + d * (2 * skew + 3 * d * cube), 1e-12); }
+  static double steepness(double d, double skew, double cube) {
+    return std::max(1 + d * (2 * skew + 3 * d * cube), 1e-12);
+  }
 };
 
 template <typename Law>
@@ -106,7 +112,9 @@ class NonlinearCompliance : public Effect {
   }
 
  private:
-  double load(const State& state) const { return state.joint_load(of_payload_ ? state.payload_load : state.load, joint_, type_); }
+  double load(const State& state) const {
+    return state.joint_load(of_payload_ ? state.payload_load : state.load, joint_, type_);
+  }
 
   Law law_;
   int joint_;
@@ -115,18 +123,21 @@ class NonlinearCompliance : public Effect {
   std::vector<Parameter> parameters_;
 };
 
-/// A load that the joint may well see: a fifth of what all links beyond it weigh, stretched out. Where no mass is given: 100 N m, 100 N.
+/// A load that the joint may well see: a fifth of what all links beyond it weigh, stretched out. Where no mass is
+/// given: 100 N m, 100 N.
 double plausible_load(const RobotModel& robot, int joint, JointType type) {
   double sum = 0, reach = 0;
   for (int i = joint; i < robot.joint_count(); ++i) {
     reach += robot.link_axis(i).norm();
-    const double weight = robot.description().bodies[static_cast<std::size_t>(i)].mass * robot.description().gravity.norm();
+    const double weight =
+        robot.description().bodies[static_cast<std::size_t>(i)].mass * robot.description().gravity.norm();
     sum += weight * (type == JointType::kRevolute ? reach : 1);
   }
   return sum > 0 ? 0.2 * sum : 100;
 }
 
-std::vector<Parameter> piecewise_parameters(const std::string& owner, int pieces, bool named, bool revolute, double load) {
+std::vector<Parameter> piecewise_parameters(const std::string& owner, int pieces, bool named, bool revolute,
+                                            double load) {
   const std::string unit = revolute ? "rad_nm" : "m_n";
   std::vector<Parameter> out;
   for (int k = 1; k <= pieces; ++k) {
@@ -140,15 +151,18 @@ std::vector<Parameter> piecewise_parameters(const std::string& owner, int pieces
   return out;
 }
 
-std::shared_ptr<const Effect> make_nonlinear(const RobotModel& robot, const std::string& owner, const Options& options) {
+std::shared_ptr<const Effect> make_nonlinear(const RobotModel& robot, const std::string& owner,
+                                             const Options& options) {
   const std::string effect = "joint_compliance_nonlinear";
   const int joint = owner_index(effect, "joint", owner, robot.joint_count());
   check_options(effect, options, {"form", "pieces", "torque"});
   const std::string form = text_option(options, "form", "piecewise");
   const std::string torque = text_option(options, "torque", "total");
   const double pieces = number_option(options, "pieces", 2);
-  FASTCAL_CHECK(form == "piecewise" || form == "cubic") << effect << ": form is piecewise or cubic, got '" << form << "'";
-  FASTCAL_CHECK(torque == "total" || torque == "payload") << effect << ": torque is total or payload, got '" << torque << "'";
+  FASTCAL_CHECK(form == "piecewise" || form == "cubic")
+      << effect << ": form is piecewise or cubic, got '" << form << "'";
+  FASTCAL_CHECK(torque == "total" || torque == "payload")
+      << effect << ": torque is total or payload, got '" << torque << "'";
   FASTCAL_CHECK(pieces >= 2 && pieces <= kMostPieces && pieces == std::floor(pieces))
       << effect << ": pieces is a whole number from 2 to " << kMostPieces << ", got " << pieces;
   FASTCAL_CHECK(form != "cubic" || options.count("pieces") == 0) << effect << ": the cubic form has no pieces";
@@ -159,11 +173,14 @@ std::shared_ptr<const Effect> make_nonlinear(const RobotModel& robot, const std:
         {owner, "compliance", revolute ? "rad_nm" : "m_n", 1e-6, "turn per torque without load", 0},
         {owner, "skew", revolute ? "1_rad" : "1_m", 1e2, "how the two directions of load differ"},
         {owner, "hardening", revolute ? "1_rad2" : "1_m2", 1e6, "how much stiffer than without load", 0}};
-    return std::make_shared<NonlinearCompliance<Cubic>>(Cubic{}, joint, type, torque == "payload", std::move(parameters));
+    return std::make_shared<NonlinearCompliance<Cubic>>(Cubic{}, joint, type, torque == "payload",
+                                                        std::move(parameters));
   }
   const int count = static_cast<int>(pieces);
-  auto parameters = piecewise_parameters(owner, count, options.count("pieces") == 0, revolute, plausible_load(robot, joint, type));
-  return std::make_shared<NonlinearCompliance<Piecewise>>(Piecewise{count}, joint, type, torque == "payload", std::move(parameters));
+  auto parameters =
+      piecewise_parameters(owner, count, options.count("pieces") == 0, revolute, plausible_load(robot, joint, type));
+  return std::make_shared<NonlinearCompliance<Piecewise>>(Piecewise{count}, joint, type, torque == "payload",
+                                                          std::move(parameters));
 }
 
 }  // namespace

@@ -1,11 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The fastcal authors
 // SPDX-License-Identifier: MIT
 //
-// Joint profile: a smooth curve of joint error over the joint's position,  dq = sum_k c_k phi_k(q),  phi_k the smooth basis of smooth_curves.hpp
-// over the range [low, high] that it was fitted on (or over a whole turn: periodic = 1). Outside the range it goes on as a straight line that a
-// window takes to zero, slope and all, within 5 degrees (5 mm of a slider). The constant is left out: it is the joint's offset.
-// Source: P. Eilers, B. Marx, "Flexible smoothing with B-splines and penalties" (1996); the penalty is on the curvature, as in
-// C. Reinsch, "Smoothing by spline functions" (1967).
+// Joint profile: a smooth curve of joint error over the joint's position,  dq = sum_k c_k phi_k(q),  phi_k the smooth
+// basis of smooth_curves.hpp over the range [low, high] that it was fitted on (or over a whole turn: periodic = 1).
+// Outside the range it goes on as a straight line that a window takes to zero, slope and all, within 5 degrees (5 mm of
+// a slider). The constant is left out: it is the joint's offset. Source: P. Eilers, B. Marx, "Flexible smoothing with
+// B-splines and penalties" (1996); the penalty is on the curvature, as in C. Reinsch, "Smoothing by spline functions"
+// (1967).
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -34,7 +35,8 @@ class JointProfile : public LinearEffect {
         curves_(make_curves(options)) {
     check_options("joint_profile", options, {"low", "high", "knots", "periodic"});
     for (int k = 0; k < curves_.count(); ++k) {
-      parameters_.push_back({owner, "curve" + std::to_string(k + 1), turns_ ? "rad" : "m", turns_ ? 3e-4 : 1e-4, "RMS size of this part of the curve over its range"});
+      parameters_.push_back({owner, "curve" + std::to_string(k + 1), turns_ ? "rad" : "m", turns_ ? 3e-4 : 1e-4,
+                             "RMS size of this part of the curve over its range"});
     }
   }
 
@@ -51,15 +53,19 @@ class JointProfile : public LinearEffect {
     if (u >= 1) return;
     const double window = 1 - u * u * u * (10 - 15 * u + 6 * u * u);
     const Eigen::VectorXd value = window * (curves_.values(inside) + (q - inside) * curves_.slopes(inside));
-    for (int k = 0; k < curves_.count(); ++k) columns.push_back({k, joint_frame(joint_), joint_motion(types_, joint_, value[k])});
+    for (int k = 0; k < curves_.count(); ++k)
+      columns.push_back({k, joint_frame(joint_), joint_motion(types_, joint_, value[k])});
   }
 
  private:
   SmoothCurves make_curves(const Options& options) const {
     FASTCAL_CHECK(turns_ || !periodic_) << "joint_profile: a joint that slides has no period";
-    FASTCAL_CHECK(std::isfinite(low_) && std::isfinite(high_) && low_ < high_) << "joint_profile: low must be below high, got " << low_ << " and " << high_;
-    const double knots = number_option(options, "knots", std::clamp(std::ceil((high_ - low_) / (turns_ ? kKnotAngle : kKnotLength)), 8.0, 48.0));
-    FASTCAL_CHECK(knots >= 4 && knots <= 1000 && knots == std::floor(knots)) << "joint_profile: knots must be a whole number from 4 to 1000, got " << knots;
+    FASTCAL_CHECK(std::isfinite(low_) && std::isfinite(high_) && low_ < high_)
+        << "joint_profile: low must be below high, got " << low_ << " and " << high_;
+    const double knots = number_option(
+        options, "knots", std::clamp(std::ceil((high_ - low_) / (turns_ ? kKnotAngle : kKnotLength)), 8.0, 48.0));
+    FASTCAL_CHECK(knots >= 4 && knots <= 1000 && knots == std::floor(knots))
+        << "joint_profile: knots must be a whole number from 4 to 1000, got " << knots;
     return {low_, high_, static_cast<int>(knots), periodic_};
   }
 

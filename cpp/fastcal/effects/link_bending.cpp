@@ -1,11 +1,13 @@
 // SPDX-FileCopyrightText: 2026 The fastcal authors
 // SPDX-License-Identifier: MIT
 //
-// Link bending: the link is an Euler-Bernoulli cantilever along its own axis e, of length L (RobotModel::link_axis, nominal). Force F [N]
-// and moment M [N m] of all that hangs beyond its far end, and its own weight spread evenly, w = m g / L, deflect and turn that end:
-//   u = (F_t L^3 / 3 + (M x e) L^2 / 2 + w_t L^4 / 8) / EI,   phi = (e x F L^2 / 2 + M_t L + e x w L^3 / 6) / EI,   t: across e.
-// Both planes share one inverse bending stiffness 1 / EI [1/(N m^2)], since the links' sections are not in the robot file.
-// Source: S. Timoshenko, "Strength of Materials", part I (1955), chapter V.
+// Link bending: the link is an Euler-Bernoulli cantilever along its own axis e, of length L (RobotModel::link_axis,
+// nominal). Force F [N] and moment M [N m] of all that hangs beyond its far end, and its own weight spread evenly, w =
+// m g / L, deflect and turn that end:
+//   u = (F_t L^3 / 3 + (M x e) L^2 / 2 + w_t L^4 / 8) / EI,   phi = (e x F L^2 / 2 + M_t L + e x w L^3 / 6) / EI,   t:
+//   across e.
+// Both planes share one inverse bending stiffness 1 / EI [1/(N m^2)], since the links' sections are not in the robot
+// file. Source: S. Timoshenko, "Strength of Materials", part I (1955), chapter V.
 #include <Eigen/Geometry>
 
 #include "fastcal/effects/owners.hpp"

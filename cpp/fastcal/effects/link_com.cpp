@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The fastcal authors
 // SPDX-License-Identifier: MIT
 //
-// A link's centre of gravity is not where the robot file says: its first moment, mass times centre, differs by `moment` [kg m] in the
-// body's frame. The moment is what joints feel, so it stays linear where the mass is unknown too; moment / mass is the shift [m].
-// Its plausible size is its prior where it is a nuisance (`prior=yes`).
+// A link's centre of gravity is not where the robot file says: its first moment, mass times centre, differs by `moment`
+// [kg m] in the body's frame. The moment is what joints feel, so it stays linear where the mass is unknown too; moment
+// / mass is the shift [m]. Its plausible size is its prior where it is a nuisance (`prior=yes`).
 #include "fastcal/effects/weight_effect.hpp"
 
 namespace fastcal {
@@ -22,7 +22,8 @@ class LinkCom : public WeightEffect {
     const double mass = robot.description().bodies[i].mass;
     const double size = mass > 0 ? kShift * mass : kUnknown;
     for (const std::string axis : {"x", "y", "z"}) {
-      parameters_.push_back({owner, "moment_" + axis, "kg_m", size, "mass times shift of the centre of gravity along " + axis});
+      parameters_.push_back(
+          {owner, "moment_" + axis, "kg_m", size, "mass times shift of the centre of gravity along " + axis});
     }
   }
 

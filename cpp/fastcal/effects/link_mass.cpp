@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The fastcal authors
 // SPDX-License-Identifier: MIT
 //
-// A link is heavier than the robot file says by `extra` [kg] at its centre of gravity. Where the file gives no mass, the centre is half
-// way along the link and the mass is an unknown like any other. Its plausible size is its prior where it is a nuisance (`prior=yes`).
+// A link is heavier than the robot file says by `extra` [kg] at its centre of gravity. Where the file gives no mass,
+// the centre is half way along the link and the mass is an unknown like any other. Its plausible size is its prior
+// where it is a nuisance (`prior=yes`).
 #include "fastcal/effects/weight_effect.hpp"
 
 namespace fastcal {

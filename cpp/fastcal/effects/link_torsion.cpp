@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The fastcal authors
 // SPDX-License-Identifier: MIT
 //
-// Link torsion: the far end of the link turns about the link's own axis e by phi = (M . e) L / GJ, M [N m] the moment about that end of
-// all that hangs beyond it. The link's own weight lies on the axis and twists nothing. Parameter: 1 / GJ [1/(N m^2)].
-// Source: S. Timoshenko, "Strength of Materials", part I (1955), chapter X.
+// Link torsion: the far end of the link turns about the link's own axis e by phi = (M . e) L / GJ, M [N m] the moment
+// about that end of all that hangs beyond it. The link's own weight lies on the axis and twists nothing. Parameter: 1 /
+// GJ [1/(N m^2)]. Source: S. Timoshenko, "Strength of Materials", part I (1955), chapter X.
 #include "fastcal/effects/owners.hpp"
 #include "fastcal/math/check.hpp"
 

@@ -2,7 +2,8 @@
 // SPDX-License-Identifier: MIT
 //
 // Measurement scale: the instrument's lengths are wrong,  measured = (1 + error) true,  about the instrument's origin.
-// The tool's frame moves by R^T p e,  p the true place. At equilibrium the state's tool is the measured one, p (1 + e), hence
+// The tool's frame moves by R^T p e,  p the true place. At equilibrium the state's tool is the measured one, p (1 + e),
+// hence
 //   xi = R^T p_state e / (1 + e).
 // Only lengths that are known show it: of an arm whose lengths are all identified, it is that arm grown by e.
 #include "fastcal/effects/owners.hpp"
@@ -13,7 +14,8 @@ namespace {
 class MeasurementScale : public Effect {
  public:
   MeasurementScale(const RobotModel& robot, const std::string& owner, const Options& options)
-      : frame_(tool_frame(robot.joint_count())), parameters_{{owner, "error", "1", 1e-5, "relative error of the measured lengths"}} {
+      : frame_(tool_frame(robot.joint_count())),
+        parameters_{{owner, "error", "1", 1e-5, "relative error of the measured lengths"}} {
     check_owner("measurement_scale", owner, "instrument");
     check_options("measurement_scale", options, {});
   }

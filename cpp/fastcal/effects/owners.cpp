@@ -30,7 +30,8 @@ std::vector<std::string> long_link_owners(const RobotModel& robot) {
 std::vector<std::string> revolute_owners(const RobotModel& robot) {
   std::vector<std::string> out;
   for (int i = 0; i < robot.joint_count(); ++i) {
-    if (robot.description().joint_types[static_cast<std::size_t>(i)] == JointType::kRevolute) out.push_back("joint" + std::to_string(i + 1));
+    if (robot.description().joint_types[static_cast<std::size_t>(i)] == JointType::kRevolute)
+      out.push_back("joint" + std::to_string(i + 1));
   }
   return out;
 }
@@ -56,7 +57,8 @@ int frame_index(const std::string& effect, const std::string& owner, const Robot
   for (int f = 0; f < robot.frame_count(); ++f) {
     if (robot.frame_name(f) == owner) return f;
   }
-  FASTCAL_CHECK(false) << effect << " is owned by base, joint1 to joint" << robot.joint_count() << ", link1 to link" << robot.joint_count() << " or tool, got '" << owner << "'";
+  FASTCAL_CHECK(false) << effect << " is owned by base, joint1 to joint" << robot.joint_count() << ", link1 to link"
+                       << robot.joint_count() << " or tool, got '" << owner << "'";
   return -1;
 }
 
@@ -68,7 +70,8 @@ int owner_index(const std::string& effect, const std::string& prefix, const std:
   for (int i = 0; i < count; ++i) {
     if (owner == prefix + std::to_string(i + 1)) return i;
   }
-  FASTCAL_CHECK(false) << effect << " is owned by " << prefix << "1 to " << prefix << count << ", got '" << owner << "'";
+  FASTCAL_CHECK(false) << effect << " is owned by " << prefix << "1 to " << prefix << count << ", got '" << owner
+                       << "'";
   return -1;
 }
 
@@ -77,7 +80,8 @@ void check_options(const std::string& effect, const Options& options, const std:
     if (known.count(key) > 0) continue;
     std::string names;
     for (const std::string& name : known) names += (names.empty() ? "" : ", ") + name;
-    FASTCAL_CHECK(false) << effect << " has no option '" << key << "'; " << (names.empty() ? "it has none" : "there are " + names);
+    FASTCAL_CHECK(false) << effect << " has no option '" << key << "'; "
+                         << (names.empty() ? "it has none" : "there are " + names);
   }
 }
 

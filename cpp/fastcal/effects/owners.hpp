@@ -26,8 +26,8 @@ inline Vector6d joint_motion(const std::vector<JointType>& types, int joint, dou
   return xi;
 }
 
-/// The body twist of the base's frame that moves it along (axis 0 to 2) or about (3 to 5) an axis of the measuring frame, about the base's own
-/// origin. Needs kFrames.
+/// The body twist of the base's frame that moves it along (axis 0 to 2) or about (3 to 5) an axis of the measuring
+/// frame, about the base's own origin. Needs kFrames.
 Vector6d base_motion(const State& state, int axis, double amount);
 
 /// What the parameters of a rigid motion are called: x, y, z [m], rx, ry, rz [rad]; in the order of a twist.
@@ -56,7 +56,8 @@ void check_owner(const std::string& effect, const std::string& owner, const std:
 /// Throws InvalidInput where options hold a key that is not in `known`.
 void check_options(const std::string& effect, const Options& options, const std::set<std::string>& known);
 
-/// An option as a number, text or list; `fallback` where it is not given; throws InvalidInput where it is of another type.
+/// An option as a number, text or list; `fallback` where it is not given; throws InvalidInput where it is of another
+/// type.
 double number_option(const Options& options, const std::string& key, double fallback);
 std::string text_option(const Options& options, const std::string& key, const std::string& fallback);
 std::vector<double> list_option(const Options& options, const std::string& key);

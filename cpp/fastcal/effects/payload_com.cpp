@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The fastcal authors
 // SPDX-License-Identifier: MIT
 //
-// The payload's centre of gravity is shifted in the flange frame, by the same `shift` [m] in every row that carries one. The point at
-// which a measured wrench is given stays where it is.
+// The payload's centre of gravity is shifted in the flange frame, by the same `shift` [m] in every row that carries
+// one. The point at which a measured wrench is given stays where it is.
 #include "fastcal/effects/weight_effect.hpp"
 
 namespace fastcal {
@@ -14,7 +14,8 @@ class PayloadCom : public WeightEffect {
     check_payload_owner("payload_com", owner);
     check_options("payload_com", options, {});
     for (const std::string axis : {"x", "y", "z"}) {
-      parameters_.push_back({owner, "shift_" + axis, "m", 0.01, "shift of the payload's centre of gravity along the flange's " + axis});
+      parameters_.push_back(
+          {owner, "shift_" + axis, "m", 0.01, "shift of the payload's centre of gravity along the flange's " + axis});
     }
   }
 

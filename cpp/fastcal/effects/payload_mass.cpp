@@ -24,7 +24,8 @@ class PayloadMass : public WeightEffect {
   void basis(const State& state, TwistColumns& columns) const override {
     if (!(state.payload > 0)) return;
     const int last = static_cast<int>(types_.size()) - 1;
-    const Eigen::Vector3d centre = state.frames[link_frame(last)] * (p_flange_payload_ + state.weights->payload_shift).eval();
+    const Eigen::Vector3d centre =
+        state.frames[link_frame(last)] * (p_flange_payload_ + state.weights->payload_shift).eval();
     push_weight(state, last, 0, 1, centre, columns);
   }
 

@@ -27,7 +27,8 @@ class ReductionRatio : public LinearEffect {
     for (int m = 0; m < static_cast<int>(types_.size()); ++m) own -= coupling_(joint_, m) * state.q[m];
     columns.push_back({0, joint_frame(joint_), joint_motion(types_, joint_, own)});
     for (int i = 0; i < static_cast<int>(types_.size()); ++i) {
-      if (coupling_(i, joint_) != 0) columns.push_back({0, joint_frame(i), joint_motion(types_, i, coupling_(i, joint_) * state.q[joint_])});
+      if (coupling_(i, joint_) != 0)
+        columns.push_back({0, joint_frame(i), joint_motion(types_, i, coupling_(i, joint_) * state.q[joint_])});
     }
   }
 

@@ -17,7 +17,8 @@ std::map<std::string, EffectEntry>& entries() {
 }  // namespace
 
 bool register_effect(const std::string& name, EffectEntry entry) {
-  FASTCAL_CHECK(entries().emplace(name, std::move(entry)).second) << "the effect name '" << name << "' is registered twice";
+  FASTCAL_CHECK(entries().emplace(name, std::move(entry)).second)
+      << "the effect name '" << name << "' is registered twice";
   return true;
 }
 
@@ -32,12 +33,14 @@ const EffectEntry& effect_entry(const std::string& name) {
   if (found == entries().end()) {
     std::string known;
     for (const auto& [other, entry] : entries()) known += (known.empty() ? "" : ", ") + other;
-    FASTCAL_CHECK(false) << "no effect is called '" << name << "'; there are: geometry" << (known.empty() ? "" : ", ") << known;
+    FASTCAL_CHECK(false) << "no effect is called '" << name << "'; there are: geometry" << (known.empty() ? "" : ", ")
+                         << known;
   }
   return found->second;
 }
 
-std::shared_ptr<const Effect> make_effect(const std::string& name, const RobotModel& robot, const std::string& owner, const Options& options) {
+std::shared_ptr<const Effect> make_effect(const std::string& name, const RobotModel& robot, const std::string& owner,
+                                          const Options& options) {
   return effect_entry(name).make(robot, owner, options);
 }
 

@@ -19,8 +19,10 @@ namespace fastcal {
 using Option = std::variant<double, std::string, std::vector<double>>;
 using Options = std::map<std::string, Option>;
 
-/// Builds the effect for one owner ("joint2", "link3", "base"); throws InvalidInput on an owner or option that it does not know.
-using EffectMaker = std::function<std::shared_ptr<const Effect>(const RobotModel&, const std::string& owner, const Options&)>;
+/// Builds the effect for one owner ("joint2", "link3", "base"); throws InvalidInput on an owner or option that it does
+/// not know.
+using EffectMaker =
+    std::function<std::shared_ptr<const Effect>(const RobotModel&, const std::string& owner, const Options&)>;
 
 /// What the tools that iterate the registry ask of a name.
 struct EffectEntry {
@@ -31,14 +33,15 @@ struct EffectEntry {
 /// Registered names, sorted.
 std::vector<std::string> effect_names();
 const EffectEntry& effect_entry(const std::string& name);
-std::shared_ptr<const Effect> make_effect(const std::string& name, const RobotModel& robot, const std::string& owner, const Options& options);
+std::shared_ptr<const Effect> make_effect(const std::string& name, const RobotModel& robot, const std::string& owner,
+                                          const Options& options);
 
 /// Returns true, so that a namespace-scope constant can call it.
 bool register_effect(const std::string& name, EffectEntry entry);
 
 }  // namespace fastcal
 
-#define FASTCAL_REGISTER_EFFECT(name, ...) \
-  namespace {                              \
+#define FASTCAL_REGISTER_EFFECT(name, ...)                                                 \
+  namespace {                                                                              \
   [[maybe_unused]] const bool kRegistered = ::fastcal::register_effect(name, __VA_ARGS__); \
   }

@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The fastcal authors
 // SPDX-License-Identifier: MIT
 //
-// Regressor: a column of the user's own moves a frame,  xi = coefficient c,  c the number in the column (a tilt sensor, a pressure, a count).
-// Options: `column` its name, `index` its place in State::extra, `axis` one of x, y, z, rx, ry, rz of the frame, or all six where it is not given.
+// Regressor: a column of the user's own moves a frame,  xi = coefficient c,  c the number in the column (a tilt sensor,
+// a pressure, a count). Options: `column` its name, `index` its place in State::extra, `axis` one of x, y, z, rx, ry,
+// rz of the frame, or all six where it is not given.
 #include <algorithm>
 #include <iterator>
 
@@ -15,16 +16,20 @@ namespace {
 class Regressor : public LinearEffect {
  public:
   Regressor(const RobotModel& robot, const std::string& owner, const Options& options)
-      : frame_(frame_index("regressor", owner, robot)), column_(text_option(options, "column", "")), index_(static_cast<int>(number_option(options, "index", 0))) {
+      : frame_(frame_index("regressor", owner, robot)),
+        column_(text_option(options, "column", "")),
+        index_(static_cast<int>(number_option(options, "index", 0))) {
     check_options("regressor", options, {"column", "index", "axis"});
     FASTCAL_CHECK(!column_.empty()) << "regressor needs the option column, the name of a column of numbers in the data";
     FASTCAL_CHECK(index_ >= 0) << "regressor: index must not be negative, got " << index_;
     const std::string axis = text_option(options, "axis", "all");
-    FASTCAL_CHECK(axis == "all" || std::find(std::begin(kAxes), std::end(kAxes), axis) != std::end(kAxes)) << "regressor: axis must be x, y, z, rx, ry, rz or all, got '" << axis << "'";
+    FASTCAL_CHECK(axis == "all" || std::find(std::begin(kAxes), std::end(kAxes), axis) != std::end(kAxes))
+        << "regressor: axis must be x, y, z, rx, ry, rz or all, got '" << axis << "'";
     for (int k = 0; k < 6; ++k) {
       if (axis != "all" && axis != kAxes[k]) continue;
       axes_.push_back(k);
-      parameters_.push_back({owner, column_ + "_" + kAxes[k], k < 3 ? "m" : "rad", 1e-4, "motion of the frame per unit of the column"});
+      parameters_.push_back(
+          {owner, column_ + "_" + kAxes[k], k < 3 ? "m" : "rad", 1e-4, "motion of the frame per unit of the column"});
     }
   }
 
@@ -32,7 +37,8 @@ class Regressor : public LinearEffect {
   std::vector<std::string> data_columns() const override { return {"extra:" + column_}; }
 
   void basis(const State& state, TwistColumns& columns) const override {
-    for (std::size_t k = 0; k < axes_.size(); ++k) columns.push_back({static_cast<int>(k), frame_, state.extra[index_] * Vector6d::Unit(axes_[k])});
+    for (std::size_t k = 0; k < axes_.size(); ++k)
+      columns.push_back({static_cast<int>(k), frame_, state.extra[index_] * Vector6d::Unit(axes_[k])});
   }
 
  private:

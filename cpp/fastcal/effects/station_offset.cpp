@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The fastcal authors
 // SPDX-License-Identifier: MIT
 //
-// Station offset: from every set-up of the instrument the base appears a little elsewhere,  xi = offset of the row's station; the first station
-// defines the measuring frame. Along and about the measuring frame's axes, through the base's origin.
-// Option `count`: how many stations there are, the first included; State::station counts from 0.
+// Station offset: from every set-up of the instrument the base appears a little elsewhere,  xi = offset of the row's
+// station; the first station defines the measuring frame. Along and about the measuring frame's axes, through the
+// base's origin. Option `count`: how many stations there are, the first included; State::station counts from 0.
 #include "fastcal/effects/owners.hpp"
 #include "fastcal/math/check.hpp"
 
@@ -19,7 +19,8 @@ class StationOffset : public LinearEffect {
     FASTCAL_CHECK(count >= 2) << "station_offset needs at least two stations, got " << count;
     for (int station = 2; station <= static_cast<int>(count); ++station) {
       for (int axis = 0; axis < 6; ++axis) {
-        parameters_.push_back({owner, "station" + std::to_string(station) + "_" + kAxes[axis], axis < 3 ? "m" : "rad", 1e-4, "where this station sees the base, against the first"});
+        parameters_.push_back({owner, "station" + std::to_string(station) + "_" + kAxes[axis], axis < 3 ? "m" : "rad",
+                               1e-4, "where this station sees the base, against the first"});
       }
     }
   }
@@ -30,7 +31,8 @@ class StationOffset : public LinearEffect {
 
   void basis(const State& state, TwistColumns& columns) const override {
     if (state.station < 1) return;
-    for (int axis = 0; axis < 6; ++axis) columns.push_back({6 * (state.station - 1) + axis, kBaseFrame, base_motion(state, axis, 1)});
+    for (int axis = 0; axis < 6; ++axis)
+      columns.push_back({6 * (state.station - 1) + axis, kBaseFrame, base_motion(state, axis, 1)});
   }
 
  private:

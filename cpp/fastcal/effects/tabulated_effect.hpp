@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The fastcal authors
 // SPDX-License-Identifier: MIT
 //
-// An effect that a user registered in Python: it gives the twists of its basis for all rows at once, and here they are only looked up.
+// An effect that a user registered in Python: it gives the twists of its basis for all rows at once, and here they are
+// only looked up.
 //   xi_f = sum_k theta_k table[f, k],  6 numbers each, in this order in State::table from `first` on.
 #pragma once
 

@@ -10,7 +10,9 @@ namespace {
 class ThermalOffset : public LinearEffect {
  public:
   ThermalOffset(const RobotModel& robot, const std::string& owner, const Options& options)
-      : joint_(owner_index("thermal_offset", "joint", owner, robot.joint_count())), types_(robot.description().joint_types), t0_(number_option(options, "t0", 293.15)) {
+      : joint_(owner_index("thermal_offset", "joint", owner, robot.joint_count())),
+        types_(robot.description().joint_types),
+        t0_(number_option(options, "t0", 293.15)) {
     check_options("thermal_offset", options, {"t0"});
     const bool turns = types_[static_cast<std::size_t>(joint_)] == JointType::kRevolute;
     parameters_ = {{owner, "", turns ? "rad_k" : "m_k", turns ? 1e-5 : 5e-6, "shift of the joint's zero per kelvin"}};

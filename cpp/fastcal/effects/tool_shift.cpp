@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The fastcal authors
 // SPDX-License-Identifier: MIT
 //
-// Tool shift: each time it is mounted the target sits a little elsewhere,  xi = shift of the row's mount along the tool's axes; the first mount
-// defines the tool. Option `count`: how many mounts there are, the first included; State::mount counts from 0.
+// Tool shift: each time it is mounted the target sits a little elsewhere,  xi = shift of the row's mount along the
+// tool's axes; the first mount defines the tool. Option `count`: how many mounts there are, the first included;
+// State::mount counts from 0.
 #include "fastcal/effects/owners.hpp"
 #include "fastcal/math/check.hpp"
 
@@ -11,14 +12,16 @@ namespace {
 
 class ToolShift : public LinearEffect {
  public:
-  ToolShift(const RobotModel& robot, const std::string& owner, const Options& options) : frame_(tool_frame(robot.joint_count())) {
+  ToolShift(const RobotModel& robot, const std::string& owner, const Options& options)
+      : frame_(tool_frame(robot.joint_count())) {
     check_owner("tool_shift", owner, "tool");
     check_options("tool_shift", options, {"count"});
     const double count = number_option(options, "count", 2);
     FASTCAL_CHECK(count >= 2) << "tool_shift needs at least two mounts, got " << count;
     for (int mount = 2; mount <= static_cast<int>(count); ++mount) {
       for (int axis = 0; axis < 3; ++axis) {
-        parameters_.push_back({owner, "mount" + std::to_string(mount) + "_" + kAxes[axis], "m", 5e-5, "where the target sits, against the first mount"});
+        parameters_.push_back({owner, "mount" + std::to_string(mount) + "_" + kAxes[axis], "m", 5e-5,
+                               "where the target sits, against the first mount"});
       }
     }
   }
@@ -28,7 +31,8 @@ class ToolShift : public LinearEffect {
 
   void basis(const State& state, TwistColumns& columns) const override {
     if (state.mount < 1) return;
-    for (int axis = 0; axis < 3; ++axis) columns.push_back({3 * (state.mount - 1) + axis, frame_, Vector6d::Unit(axis)});
+    for (int axis = 0; axis < 3; ++axis)
+      columns.push_back({3 * (state.mount - 1) + axis, frame_, Vector6d::Unit(axis)});
   }
 
  private:

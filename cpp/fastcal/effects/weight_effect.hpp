@@ -1,10 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The fastcal authors
 // SPDX-License-Identifier: MIT
 //
-// What weights that are not as the robot file says have in common. They move nothing themselves: they change the loads, and the arm's
-// compliances answer. All loads hold them since the last settle() (add_weights), where theta was theta_s; what theta has moved since acts
-// to first order through the joints:
-//   dq_j = C_j (d tau_j / d theta) (theta - theta_s),  C_j = d q_j / d tau_j of all compliances of joint j, tau_j its load,
+// What weights that are not as the robot file says have in common. They move nothing themselves: they change the loads,
+// and the arm's compliances answer. All loads hold them since the last settle() (add_weights), where theta was theta_s;
+// what theta has moved since acts to first order through the joints:
+//   dq_j = C_j (d tau_j / d theta) (theta - theta_s),  C_j = d q_j / d tau_j of all compliances of joint j, tau_j its
+//   load,
 // which is 0 at the fixed point of the outer iterations and gives the solver its derivative.
 #pragma once
 
@@ -43,9 +44,10 @@ class WeightEffect : public Effect {
   }
 
  protected:
-  /// Parameter `k` makes `mass` [kg] more with first moment `moment` [kg m] (axes of the measuring frame, about its origin) hang beyond
-  /// the joints 0 ... last.
-  void push_weight(const State& state, int last, int k, double mass, const Eigen::Vector3d& moment, TwistColumns& columns) const {
+  /// Parameter `k` makes `mass` [kg] more with first moment `moment` [kg m] (axes of the measuring frame, about its
+  /// origin) hang beyond the joints 0 ... last.
+  void push_weight(const State& state, int last, int k, double mass, const Eigen::Vector3d& moment,
+                   TwistColumns& columns) const {
     const Eigen::Map<const Eigen::Vector3d> gravity(state.gravity);
     for (int j = 0; j <= last; ++j) {
       const Pose& joint = state.frames[joint_frame(j)];

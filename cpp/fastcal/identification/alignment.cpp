@@ -54,7 +54,8 @@ Pose fit_base(const std::vector<Row>& rows, const Eigen::Vector3d& t) {
 }
 
 /// Base position and tool point for a given base rotation: linear; directions that the rows do not show keep t_0.
-void fit_points(const std::vector<Row>& rows, const Eigen::Matrix3d& R_base, const Eigen::Vector3d& t_0, Pose& base, Eigen::Vector3d& t) {
+void fit_points(const std::vector<Row>& rows, const Eigen::Matrix3d& R_base, const Eigen::Vector3d& t_0, Pose& base,
+                Eigen::Vector3d& t) {
   Eigen::Matrix<double, 6, 6> A = Eigen::Matrix<double, 6, 6>::Zero();
   Eigen::Matrix<double, 6, 1> b = Eigen::Matrix<double, 6, 1>::Zero();
   for (const Row& row : rows) {
@@ -67,7 +68,8 @@ void fit_points(const std::vector<Row>& rows, const Eigen::Matrix3d& R_base, con
   }
   Eigen::CompleteOrthogonalDecomposition<Eigen::Matrix<double, 6, 6>> solver(A);
   solver.setThreshold(1e-9);
-  const Eigen::Matrix<double, 6, 1> x = Eigen::CompleteOrthogonalDecomposition<Eigen::Matrix<double, 6, 6>>(solver).solve(b);
+  const Eigen::Matrix<double, 6, 1> x =
+      Eigen::CompleteOrthogonalDecomposition<Eigen::Matrix<double, 6, 6>>(solver).solve(b);
   base = {R_base, x.head<3>()};
   t = t_0 + x.tail<3>();
 }
@@ -110,8 +112,10 @@ bool fit_rotations(const std::vector<Row>& rows, Eigen::Matrix3d& R_base, Eigen:
   }
   const Eigen::JacobiSVD<Eigen::Matrix<double, 9, 9>> svd(K, Eigen::ComputeFullU | Eigen::ComputeFullV);
   if (svd.singularValues()[1] > 0.999 * svd.singularValues()[0]) return false;
-  Eigen::Matrix3d B = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(svd.matrixU().col(0).eval().data());
-  Eigen::Matrix3d X = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(svd.matrixV().col(0).eval().data());
+  Eigen::Matrix3d B =
+      Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(svd.matrixU().col(0).eval().data());
+  Eigen::Matrix3d X =
+      Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(svd.matrixV().col(0).eval().data());
   if (B.determinant() < 0) {
     B = -B;
     X = -X;
@@ -126,7 +130,8 @@ double misfit(const std::vector<Row>& rows, const Pose& base, const Pose& tool) 
   std::vector<double> squares;
   for (const Row& row : rows) {
     if (row.has_point) squares.push_back((base * (row.T_base_flange * tool.p) - row.p_world_tool).squaredNorm());
-    if (!row.has_point && row.has_rotation) squares.push_back((base.R * row.T_base_flange.R * tool.R - row.R_world_tool).squaredNorm() / 2);
+    if (!row.has_point && row.has_rotation)
+      squares.push_back((base.R * row.T_base_flange.R * tool.R - row.R_world_tool).squaredNorm() / 2);
   }
   std::nth_element(squares.begin(), squares.begin() + static_cast<std::ptrdiff_t>(squares.size() / 2), squares.end());
   return std::sqrt(squares[squares.size() / 2]);
@@ -143,7 +148,8 @@ bool fit_anchors(const Problem& problem, const std::vector<Pose>& T_world_tool, 
     }
     if (rows.size() < 4) return false;
     Eigen::Vector3d center = Eigen::Vector3d::Zero();
-    for (const Eigen::Index i : rows) center += T_world_tool[static_cast<std::size_t>(i)].p / static_cast<double>(rows.size());
+    for (const Eigen::Index i : rows)
+      center += T_world_tool[static_cast<std::size_t>(i)].p / static_cast<double>(rows.size());
     Eigen::MatrixXd D(rows.size(), 4);
     Eigen::VectorXd y(rows.size());
     for (std::size_t k = 0; k < rows.size(); ++k) {
@@ -188,7 +194,8 @@ Alignment align(const Problem& given) {
     settled = given.samples;
     settle(given.model, given.model.start(), given.threads, settled);
   }
-  const Problem problem{given.model, given.model.needs() != kNothing ? settled : given.samples, given.measured, given.threads};
+  const Problem problem{given.model, given.model.needs() != kNothing ? settled : given.samples, given.measured,
+                        given.threads};
   const RobotDescription& robot = problem.model.robot().description();
   const std::vector<Row> rows = rows_of(problem);
   const auto points = std::count_if(rows.begin(), rows.end(), [](const Row& row) { return row.has_point; });
@@ -199,7 +206,9 @@ Alignment align(const Problem& given) {
     double misfit = 0;
   };
   std::vector<Candidate> candidates;
-  const auto add = [&](const Pose& base, const Pose& tool) { candidates.push_back({base, tool, misfit(rows, base, tool)}); };
+  const auto add = [&](const Pose& base, const Pose& tool) {
+    candidates.push_back({base, tool, misfit(rows, base, tool)});
+  };
 
   Pose tool = robot.T_flange_tool;
   Pose base = robot.T_world_base;
@@ -235,10 +244,12 @@ Alignment align(const Problem& given) {
   out.T_world_base = robot.T_world_base;
   out.T_flange_tool = robot.T_flange_tool;
   if (candidates.empty() && problem.measured.anchor_count == 0) {
-    out.message = "base and tool need at least three measured points or orientations, got " + std::to_string(points) + " and " + std::to_string(rotations);
+    out.message = "base and tool need at least three measured points or orientations, got " + std::to_string(points) +
+                  " and " + std::to_string(rotations);
     return out;
   }
-  std::stable_sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) { return a.misfit < b.misfit; });
+  std::stable_sort(candidates.begin(), candidates.end(),
+                   [](const Candidate& a, const Candidate& b) { return a.misfit < b.misfit; });
   if (candidates.empty()) candidates.push_back({robot.T_world_base, robot.T_flange_tool, 0});
   candidates.resize(std::min<std::size_t>(candidates.size(), 3));
 
@@ -246,7 +257,8 @@ Alignment align(const Problem& given) {
   double best = std::numeric_limits<double>::infinity();
   const double level = std::max(candidates.front().misfit, 1e-6);
   for (const Candidate& candidate : candidates) {
-    const ErrorModel model = problem.model.with_robot(problem.model.robot().with_base_and_tool(candidate.base, candidate.tool));
+    const ErrorModel model =
+        problem.model.with_robot(problem.model.robot().with_base_and_tool(candidate.base, candidate.tool));
     const Problem here{model, problem.samples, problem.measured, problem.threads};
     Eigen::VectorXd theta = Eigen::VectorXd::Zero(here.parameter_count());
     theta.head(model.parameter_count()) = model.start();
@@ -274,7 +286,8 @@ Alignment align(const Problem& given) {
     weighting.loss = LossKind::kHuber;
     Limits limits;
     limits.prior_mean = theta;
-    limits.prior_sigma = Eigen::VectorXd::Constant(theta.size(), 10.0);  // [m], [rad]: only what the rows do not show stays for it
+    limits.prior_sigma =
+        Eigen::VectorXd::Constant(theta.size(), 10.0);  // [m], [rad]: only what the rows do not show stays for it
     const Solution solution = solve(here, theta, free, scale, weighting, limits, {Method::kLeastSquares, 30});
     if (!(solution.cost < best)) continue;
     best = solution.cost;
@@ -282,7 +295,8 @@ Alignment align(const Problem& given) {
     const Chain chain = model.robot().chain(solution.theta.head(model.robot().nominal().size()));
     out.T_world_base = chain.constants[kBaseFrame];
     out.T_flange_tool = chain.constants.back();
-    out.anchors = Eigen::Map<const Eigen::Matrix3Xd>(solution.theta.data() + model.parameter_count(), 3, here.measured.anchor_count);
+    out.anchors = Eigen::Map<const Eigen::Matrix3Xd>(solution.theta.data() + model.parameter_count(), 3,
+                                                     here.measured.anchor_count);
     const RowMatrixXd r = residuals(here, solution.theta);
     double sum = 0;
     double count = 0;

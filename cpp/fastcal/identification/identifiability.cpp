@@ -50,7 +50,8 @@ double hold_preference(const Parameter& parameter) {
   if (parameter.owner.rfind("anchor", 0) == 0) return 1e-5;
   if (parameter.owner.rfind("joint", 0) == 0) {
     if (parameter.name == "beta") return 10;
-    if (parameter.name == "theta" || parameter.name == "d" || parameter.name == "a" || parameter.name == "alpha") return 1;
+    if (parameter.name == "theta" || parameter.name == "d" || parameter.name == "a" || parameter.name == "alpha")
+      return 1;
     if (parameter.name.size() <= 2) return 1;  // x, y, z, rx, ry, rz of a POE axis or a URDF origin
   }
   return 3;
@@ -59,7 +60,9 @@ double hold_preference(const Parameter& parameter) {
 std::vector<std::string> describe_directions(const Gauge& gauge, const std::vector<Parameter>& parameters) {
   constexpr double kVisible = 0.02;  // of the largest part of the direction
   constexpr std::size_t kNamed = 5;
-  const auto name = [&](Eigen::Index k) { return parameters[static_cast<std::size_t>(k)].owner + " " + parameters[static_cast<std::size_t>(k)].name; };
+  const auto name = [&](Eigen::Index k) {
+    return parameters[static_cast<std::size_t>(k)].owner + " " + parameters[static_cast<std::size_t>(k)].name;
+  };
   std::vector<std::string> out;
   for (Eigen::Index column = 0; column < gauge.directions.cols(); ++column) {
     const Eigen::VectorXd direction = gauge.directions.col(column);
@@ -72,7 +75,8 @@ std::vector<std::string> describe_directions(const Gauge& gauge, const std::vect
       out.push_back(name(held) + " changes nothing that was measured");
       continue;
     }
-    std::stable_sort(parts.begin(), parts.end(), [&](Eigen::Index a, Eigen::Index b) { return std::abs(direction[a]) > std::abs(direction[b]); });
+    std::stable_sort(parts.begin(), parts.end(),
+                     [&](Eigen::Index a, Eigen::Index b) { return std::abs(direction[a]) > std::abs(direction[b]); });
     const std::size_t more = parts.size() > kNamed ? parts.size() - kNamed : 0;
     parts.resize(parts.size() - more);
     bool all_turn = parameters[static_cast<std::size_t>(held)].unit == "rad";

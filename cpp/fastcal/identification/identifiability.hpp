@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: MIT
 //
 // Which directions of the parameter space the data can tell, which parameters the gauge holds, and the rest in words.
-// All of it works on R, the triangular factor of the whitened Jacobian with columns scaled by plausible sizes: a singular value s means
-// that the data tell this direction with a standard deviation of 1 / s plausible sizes.
+// All of it works on R, the triangular factor of the whitened Jacobian with columns scaled by plausible sizes: a
+// singular value s means that the data tell this direction with a standard deviation of 1 / s plausible sizes.
 #pragma once
 
 #include <Eigen/Core>
@@ -21,23 +21,25 @@ struct GaugeOptions {
 
 /// What is free, what is held, and why.
 struct Gauge {
-  std::vector<int> free;          ///< positions (0 ... p - 1) that the data fix, ascending
-  std::vector<int> held;          ///< positions held at nominal, ascending
-  int rank = 0;                   ///< directions that do anything at all (structural rank)
+  std::vector<int> free;  ///< positions (0 ... p - 1) that the data fix, ascending
+  std::vector<int> held;  ///< positions held at nominal, ascending
+  int rank = 0;           ///< directions that do anything at all (structural rank)
   Eigen::VectorXd singular_values;
-  Eigen::MatrixXd directions;     ///< (p, held): moving held parameter k by 1 (scaled) and the free ones by this changes (nearly) nothing
+  Eigen::MatrixXd directions;  ///< (p, held): moving held parameter k by 1 (scaled) and the free ones by this changes
+                               ///< (nearly) nothing
 };
 
-/// Chooses the gauge: singular directions by SVD of R, then the parameters to hold by QR with column pivoting of the null basis,
-/// weighted by `hold` (large: hold this rather than others), which keeps what is left as well conditioned as the data allow
-/// (G. Golub, C. Van Loan, "Matrix Computations", 4th ed., 5.5.7: subset selection).
+/// Chooses the gauge: singular directions by SVD of R, then the parameters to hold by QR with column pivoting of the
+/// null basis, weighted by `hold` (large: hold this rather than others), which keeps what is left as well conditioned
+/// as the data allow (G. Golub, C. Van Loan, "Matrix Computations", 4th ed., 5.5.7: subset selection).
 Gauge choose_gauge(const Eigen::MatrixXd& R, const Eigen::VectorXd& hold, const GaugeOptions& options = {});
 
-/// How gladly the gauge holds a parameter: base and tool hardly ever (no arm is measured without them), beta gladly (it serves only
-/// where the axes are so nearly parallel that d would run away), an effect rather than the geometry.
+/// How gladly the gauge holds a parameter: base and tool hardly ever (no arm is measured without them), beta gladly (it
+/// serves only where the axes are so nearly parallel that d would run away), an effect rather than the geometry.
 double hold_preference(const Parameter& parameter);
 
-/// "joint1 d and base z move together", "joint6 theta changes nothing that was measured": one sentence a column of gauge.directions.
+/// "joint1 d and base z move together", "joint6 theta changes nothing that was measured": one sentence a column of
+/// gauge.directions.
 std::vector<std::string> describe_directions(const Gauge& gauge, const std::vector<Parameter>& parameters);
 
 }  // namespace fastcal

@@ -20,12 +20,14 @@ constexpr CommonNoise kNoiseFloor{1e-10, 1e-10, 1e-10};
 constexpr int kMaxRounds = 30;
 constexpr int kMaxOuterRounds = 30;
 constexpr double kLoadsSettled = 1e-8;  // of a plausible size
-constexpr double kNoiseSettled = 1e-4;  // relative; the parameters move by far less than their deviation when the noise moves by this
+constexpr double kNoiseSettled =
+    1e-4;  // relative; the parameters move by far less than their deviation when the noise moves by this
 
 /// How many numbers of each kind were measured.
 std::array<Eigen::Index, kKinds> counts(const RowMatrixXd& r) {
   std::array<Eigen::Index, kKinds> out{};
-  for (int c = 0; c < kComponents; ++c) out[static_cast<std::size_t>(kind_of(c))] += (r.col(c).array() == r.col(c).array()).count();
+  for (int c = 0; c < kComponents; ++c)
+    out[static_cast<std::size_t>(kind_of(c))] += (r.col(c).array() == r.col(c).array()).count();
   return out;
 }
 
@@ -72,10 +74,12 @@ double crossing(const F& ratio, double floor, double guess) {
 }
 
 bool nothing_claimed(const std::vector<KindRow>& rows) {
-  return std::all_of(rows.begin(), rows.end(), [](const KindRow& row) { return row.claimed[0] + row.claimed[1] + row.claimed[2] == 0; });
+  return std::all_of(rows.begin(), rows.end(),
+                     [](const KindRow& row) { return row.claimed[0] + row.claimed[1] + row.claimed[2] == 0; });
 }
 
-/// Robust first guess: the noise at which half of the rows lie inside the median of the normal law (Wilson and Hilferty's form of it).
+/// Robust first guess: the noise at which half of the rows lie inside the median of the normal law (Wilson and
+/// Hilferty's form of it).
 double median_noise(const std::vector<KindRow>& rows, double floor, double guess) {
   std::vector<double> u(rows.size());
   const auto ratio = [&](double tau) {
@@ -92,9 +96,9 @@ double median_noise(const std::vector<KindRow>& rows, double floor, double guess
   return crossing(ratio, floor, guess);
 }
 
-/// M-scale: the noise at which the mean of rho is what the normal law makes it; fitting shrinks squared residuals by `freedom`. rho is Tukey's, bounded:
-/// outliers cannot blow it up, and where a tenth of the rows and more disagree it grows and takes them in instead of dropping them.
-/// Loss none: the plain variance.
+/// M-scale: the noise at which the mean of rho is what the normal law makes it; fitting shrinks squared residuals by
+/// `freedom`. rho is Tukey's, bounded: outliers cannot blow it up, and where a tenth of the rows and more disagree it
+/// grows and takes them in instead of dropping them. Loss none: the plain variance.
 double mean_noise(const std::vector<KindRow>& rows, LossKind loss, double freedom, double floor, double guess) {
   const LossKind kind = loss == LossKind::kNone ? LossKind::kNone : LossKind::kTukey;
   double expected = 0;
@@ -108,9 +112,11 @@ double mean_noise(const std::vector<KindRow>& rows, LossKind loss, double freedo
   return crossing(ratio, floor, guess);
 }
 
-/// The noise of the rows that are no outliers: Tukey's weights, taken at `from`, on both sides of the balance. Never below 0.8 `from`.
+/// The noise of the rows that are no outliers: Tukey's weights, taken at `from`, on both sides of the balance. Never
+/// below 0.8 `from`.
 double clean_noise(const std::vector<KindRow>& rows, double freedom, double floor, double from) {
-  const Loss* rho[4] = {nullptr, &tuned_loss(LossKind::kTukey, 1), &tuned_loss(LossKind::kTukey, 2), &tuned_loss(LossKind::kTukey, 3)};
+  const Loss* rho[4] = {nullptr, &tuned_loss(LossKind::kTukey, 1), &tuned_loss(LossKind::kTukey, 2),
+                        &tuned_loss(LossKind::kTukey, 3)};
   double tau = from;
   for (int round = 0; round < 50; ++round) {
     std::vector<double> weights(rows.size());
@@ -132,11 +138,12 @@ double clean_noise(const std::vector<KindRow>& rows, double freedom, double floo
   return std::max(tau, floor);
 }
 
-/// Variance of the M-estimate over that of least squares with unit noise on the same rows: K^2 B / A^2 with A = mean psi',
-/// B = mean psi^2 over all numbers (R. Maronna, D. Martin, V. Yohai 2006, 5.6; psi' of a row is w I + (u w') u u^T / u^2),
-/// K = 1 + (p / n) var psi' / A^2 for samples that are not large (P. Huber, E. Ronchetti, "Robust Statistics" 2009, 7.6).
-/// Fitting shrinks residuals by the root of the freedom (n - p) / n, so psi is taken at what they were before.
-/// The distance's psi' has a pole at 0: its mean is taken as that of psi u, the same at the normal law (C. Stein 1981), and K as 1.
+/// Variance of the M-estimate over that of least squares with unit noise on the same rows: K^2 B / A^2 with A = mean
+/// psi', B = mean psi^2 over all numbers (R. Maronna, D. Martin, V. Yohai 2006, 5.6; psi' of a row is w I + (u w') u
+/// u^T / u^2), K = 1 + (p / n) var psi' / A^2 for samples that are not large (P. Huber, E. Ronchetti, "Robust
+/// Statistics" 2009, 7.6). Fitting shrinks residuals by the root of the freedom (n - p) / n, so psi is taken at what
+/// they were before. The distance's psi' has a pole at 0: its mean is taken as that of psi u, the same at the normal
+/// law (C. Stein 1981), and K as 1.
 double variance_inflation(const std::vector<RowWeight>& rows, LossKind loss, double freedom) {
   double slope = 0;
   double slope_squared = 0;
@@ -165,7 +172,8 @@ Eigen::VectorXd at(const Eigen::VectorXd& values, const std::vector<int>& indice
 }
 
 /// Rows of a prior under the triangular factor, so that the gauge and the covariance see it like data.
-Eigen::MatrixXd with_priors(const Eigen::MatrixXd& R, const std::vector<int>& asked, const Eigen::VectorXd& scale, const Limits& limits) {
+Eigen::MatrixXd with_priors(const Eigen::MatrixXd& R, const std::vector<int>& asked, const Eigen::VectorXd& scale,
+                            const Limits& limits) {
   if (limits.prior_sigma.size() == 0) return R;
   const Eigen::Index p = R.cols();
   Eigen::MatrixXd stacked = Eigen::MatrixXd::Zero(2 * p, p);
@@ -180,16 +188,19 @@ Eigen::MatrixXd with_priors(const Eigen::MatrixXd& R, const std::vector<int>& as
 /// The work of identify(), step by step.
 class Identifier {
  public:
-  Identifier(const Problem& problem, const std::vector<int>& asked, const Eigen::Matrix3Xd& anchors, const IdentifyOptions& options)
+  Identifier(const Problem& problem, const std::vector<int>& asked, const Eigen::Matrix3Xd& anchors,
+             const IdentifyOptions& options)
       : settled_(problem.model.needs() == kNothing ? Samples() : problem.samples),
-        problem_{problem.model, problem.model.needs() == kNothing ? problem.samples : settled_, problem.measured, problem.threads},
+        problem_{problem.model, problem.model.needs() == kNothing ? problem.samples : settled_, problem.measured,
+                 problem.threads},
         options_(options),
         asked_(asked) {
     out_.parameters = problem.model.parameters();
     for (int a = 0; a < problem.measured.anchor_count; ++a) {
       for (const char* axis : {"x", "y", "z"}) {
         asked_.push_back(static_cast<int>(out_.parameters.size()));
-        out_.parameters.push_back({"anchor" + std::to_string(a), axis, "m", 1e-3, "place of the anchor in the measuring frame"});
+        out_.parameters.push_back(
+            {"anchor" + std::to_string(a), axis, "m", 1e-3, "place of the anchor in the measuring frame"});
       }
     }
     start_.resize(problem.parameter_count());
@@ -216,9 +227,11 @@ class Identifier {
     coarse_fit();
     for (int attempt = 0; attempt < 3; ++attempt) {
       choose();
-      if (free_.empty()) return too_few("the measurements fix none of the " + std::to_string(asked_.size()) + " parameters asked for");
+      if (free_.empty())
+        return too_few("the measurements fix none of the " + std::to_string(asked_.size()) + " parameters asked for");
       if (!claims_ && !has_priors() && numbers_ <= static_cast<double>(free_.size())) {
-        return too_few("what was measured is " + std::to_string(free_.size()) + " independent numbers for " + std::to_string(asked_.size()) +
+        return too_few("what was measured is " + std::to_string(free_.size()) + " independent numbers for " +
+                       std::to_string(asked_.size()) +
                        " parameters: any robot fits them exactly, and nothing is left to tell their noise");
       }
       outer_iterations();
@@ -234,7 +247,8 @@ class Identifier {
  private:
   bool has_priors() const { return limits_.prior_sigma.size() > 0; }
 
-  /// Numbers that the fit uses up: the free parameters, less what their priors give, |J R^-1|^2 with R^T R = J^T J + priors.
+  /// Numbers that the fit uses up: the free parameters, less what their priors give, |J R^-1|^2 with R^T R = J^T J +
+  /// priors.
   double spent() const {
     if (!has_priors()) return static_cast<double>(free_.size());
     const Eigen::MatrixXd J = triangular_factor(problem_, theta_, free_, free_scale_, tau_, nullptr);
@@ -246,10 +260,12 @@ class Identifier {
   void count_freedom() { freedom_ = std::max(1.0, numbers_ - spent()) / numbers_; }
 
   Eigen::MatrixXd factor(const std::vector<RowWeight>* rows) const {
-    return with_priors(triangular_factor(problem_, theta_, asked_, scale_, tau_, rows), asked_, scale_, options_.limits);
+    return with_priors(triangular_factor(problem_, theta_, asked_, scale_, tau_, rows), asked_, scale_,
+                       options_.limits);
   }
 
-  /// All asked parameters under weak priors (30 plausible sizes) and Huber's loss: a start near the solution whatever the data can't tell.
+  /// All asked parameters under weak priors (30 plausible sizes) and Huber's loss: a start near the solution whatever
+  /// the data can't tell.
   void coarse_fit() {
     constexpr double kWeak = 30;
     Limits weak = limits_;
@@ -265,7 +281,8 @@ class Identifier {
     tau_ = noise(NoiseRule::kMedian, LossKind::kHuber);
     for (int round = 0; round < 6; ++round) {
       // Few steps a round: this is a start, and the next round weights the rows anew.
-      const Solution solution = solve(problem_, theta_, asked_, scale_, {tau_, LossKind::kHuber}, weak, {Method::kLeastSquares, 3});
+      const Solution solution =
+          solve(problem_, theta_, asked_, scale_, {tau_, LossKind::kHuber}, weak, {Method::kLeastSquares, 3});
       theta_ = solution.theta;
       bring_to_equilibrium();
       const CommonNoise before = tau_;
@@ -296,7 +313,8 @@ class Identifier {
     return change;
   }
 
-  /// The gauge at theta, and theta moved along the null directions so that the held parameters come back to where they started.
+  /// The gauge at theta, and theta moved along the null directions so that the held parameters come back to where they
+  /// started.
   void choose() {
     gauge_ = choose_gauge(factor(nullptr), hold_, options_.gauge);
     Eigen::VectorXd x = (at(theta_, asked_) - at(start_, asked_)).cwiseQuotient(scale_);
@@ -305,17 +323,21 @@ class Identifier {
     }
     free_.clear();
     for (const int k : gauge_.free) free_.push_back(asked_[static_cast<std::size_t>(k)]);
-    for (std::size_t k = 0; k < asked_.size(); ++k) theta_[asked_[k]] = start_[asked_[k]] + scale_[static_cast<Eigen::Index>(k)] * x[static_cast<Eigen::Index>(k)];
-    for (const int k : gauge_.held) theta_[asked_[static_cast<std::size_t>(k)]] = start_[asked_[static_cast<std::size_t>(k)]];
+    for (std::size_t k = 0; k < asked_.size(); ++k)
+      theta_[asked_[k]] = start_[asked_[k]] + scale_[static_cast<Eigen::Index>(k)] * x[static_cast<Eigen::Index>(k)];
+    for (const int k : gauge_.held)
+      theta_[asked_[static_cast<std::size_t>(k)]] = start_[asked_[static_cast<std::size_t>(k)]];
     free_scale_ = at(scale_, gauge_.free);
   }
 
   /// Loads at the present parameters: constant inside a solve.
   void bring_to_equilibrium() {
-    if (problem_.model.needs() != kNothing) settle(problem_.model, theta_.head(problem_.model.parameter_count()), problem_.threads, settled_);
+    if (problem_.model.needs() != kNothing)
+      settle(problem_.model, theta_.head(problem_.model.parameter_count()), problem_.threads, settled_);
   }
 
-  /// Solves at fixed loads, brings the loads to the equilibrium of what was found, and again until parameters and noise stand.
+  /// Solves at fixed loads, brings the loads to the equilibrium of what was found, and again until parameters and noise
+  /// stand.
   void outer_iterations() {
     for (int round = 0; round < kMaxRounds; ++round) {
       fine_fit();
@@ -347,8 +369,8 @@ class Identifier {
     out_.message = solution.message;
   }
 
-  /// MM-estimation: Huber's loss at the median noise, whose minimum is one; from there the asked loss, alternating with the M-scale of the noise
-  /// until neither moves; then once more at the noise of the rows that are no outliers.
+  /// MM-estimation: Huber's loss at the median noise, whose minimum is one; from there the asked loss, alternating with
+  /// the M-scale of the noise until neither moves; then once more at the noise of the rows that are no outliers.
   void fine_fit() {
     loss_ = options_.loss;
     if (loss_ != LossKind::kNone) {
@@ -362,7 +384,8 @@ class Identifier {
       tau_ = noise(NoiseRule::kMean, loss_);
       if (round > 0 && largest_change(before, tau_) < kNoiseSettled) break;
       refit(loss_);
-      // Where all numbers are of one kind, without a loss, claims of the rows' own or priors, the noise scales the cost and nothing else.
+      // Where all numbers are of one kind, without a loss, claims of the rows' own or priors, the noise scales the cost
+      // and nothing else.
       if (loss_ == LossKind::kNone && kinds_ == 1 && !claims_ && !has_priors()) {
         tuned_ = tau_ = noise(NoiseRule::kMean, loss_);
         return;
@@ -392,7 +415,9 @@ class Identifier {
     out_.theta = theta_;
     out_.free = free_;
     for (const int k : gauge_.held) out_.held.push_back(asked_[static_cast<std::size_t>(k)]);
-    out_.rank = has_priors() ? choose_gauge(triangular_factor(problem_, theta_, asked_, scale_, tau_, nullptr), hold_).rank : gauge_.rank;
+    out_.rank = has_priors()
+                    ? choose_gauge(triangular_factor(problem_, theta_, asked_, scale_, tau_, nullptr), hold_).rank
+                    : gauge_.rank;
     std::vector<Parameter> asked_parameters;
     for (const int index : asked_) asked_parameters.push_back(out_.parameters[static_cast<std::size_t>(index)]);
     out_.unidentifiable = describe_directions(gauge_, asked_parameters);
@@ -400,7 +425,8 @@ class Identifier {
       std::vector<int> parts{asked_[static_cast<std::size_t>(gauge_.held[column])]};
       const Eigen::VectorXd direction = gauge_.directions.col(static_cast<Eigen::Index>(column));
       for (std::size_t k = 0; k < asked_.size(); ++k) {
-        if (static_cast<int>(k) != gauge_.held[column] && std::abs(direction[static_cast<Eigen::Index>(k)]) > 0.02) parts.push_back(asked_[k]);
+        if (static_cast<int>(k) != gauge_.held[column] && std::abs(direction[static_cast<Eigen::Index>(k)]) > 0.02)
+          parts.push_back(asked_[k]);
       }
       out_.unidentifiable_parts.push_back(std::move(parts));
     }
@@ -436,8 +462,8 @@ class Identifier {
     for (double& sigma : out_.sigma) sigma *= std::sqrt(out_.variance_factor);
   }
 
-  /// What all variances must be multiplied by for the weighted squares to be what they should: below 1 only where the rows
-  /// claim more noise than there is. The weights are taken at the noise that comes out.
+  /// What all variances must be multiplied by for the weighted squares to be what they should: below 1 only where the
+  /// rows claim more noise than there is. The weights are taken at the noise that comes out.
   double variance_factor() const {
     double factor = 1;
     for (int round = 0; round < 50; ++round) {
@@ -464,7 +490,8 @@ class Identifier {
     const auto p = static_cast<Eigen::Index>(free_.size());
     if (p == 0) return;
     Eigen::MatrixXd R = triangular_factor(problem_, theta_, free_, free_scale_, tau_, nullptr);
-    // Rows that measure nothing carry no information and are not in R; rows with weight 0 are in it, and A below counts them out.
+    // Rows that measure nothing carry no information and are not in R; rows with weight 0 are in it, and A below counts
+    // them out.
     const LossKind used = options_.solver.method == Method::kBfgsMeanDistance ? LossKind::kDistance : loss_;
     const double inflation = variance_inflation(out_.weights, used, freedom_);
     R /= std::sqrt(std::max(inflation, std::numeric_limits<double>::min()));
@@ -494,25 +521,36 @@ class Identifier {
 
 void check_limits(const IdentifyOptions& options, int count) {
   const Limits& limits = options.limits;
-  const auto fits = [count](const Eigen::VectorXd& a, const Eigen::VectorXd& b) { return a.size() == b.size() && (a.size() == 0 || a.size() == count); };
-  FASTCAL_CHECK(fits(limits.prior_mean, limits.prior_sigma)) << "priors must be " << count << " means and as many standard deviations, or none";
-  FASTCAL_CHECK(limits.prior_mean.allFinite() && (limits.prior_sigma.array() > 0).all()) << "priors must have finite means and positive standard deviations";
-  FASTCAL_CHECK(fits(limits.lower, limits.upper)) << "bounds must be " << count << " lower and as many upper ones, or none";
-  FASTCAL_CHECK((limits.lower.array() < limits.upper.array()).all()) << "each lower bound must be below its upper bound";
-  FASTCAL_CHECK(limits.lower.size() == 0 || options.solver.method == Method::kLeastSquares) << "bounds need least squares; BFGS with a line search has none";
+  const auto fits = [count](const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
+    return a.size() == b.size() && (a.size() == 0 || a.size() == count);
+  };
+  FASTCAL_CHECK(fits(limits.prior_mean, limits.prior_sigma))
+      << "priors must be " << count << " means and as many standard deviations, or none";
+  FASTCAL_CHECK(limits.prior_mean.allFinite() && (limits.prior_sigma.array() > 0).all())
+      << "priors must have finite means and positive standard deviations";
+  FASTCAL_CHECK(fits(limits.lower, limits.upper))
+      << "bounds must be " << count << " lower and as many upper ones, or none";
+  FASTCAL_CHECK((limits.lower.array() < limits.upper.array()).all())
+      << "each lower bound must be below its upper bound";
+  FASTCAL_CHECK(limits.lower.size() == 0 || options.solver.method == Method::kLeastSquares)
+      << "bounds need least squares; BFGS with a line search has none";
 }
 
 }  // namespace
 
-Identification identify(const Problem& problem, const std::vector<int>& asked, const Eigen::Matrix3Xd& anchors, const IdentifyOptions& options) {
+Identification identify(const Problem& problem, const std::vector<int>& asked, const Eigen::Matrix3Xd& anchors,
+                        const IdentifyOptions& options) {
   problem.check();
   for (const int index : asked) {
-    FASTCAL_CHECK(index >= 0 && index < problem.model.parameter_count()) << "asked parameters must be 0 to " << problem.model.parameter_count() - 1 << ", got " << index;
+    FASTCAL_CHECK(index >= 0 && index < problem.model.parameter_count())
+        << "asked parameters must be 0 to " << problem.model.parameter_count() - 1 << ", got " << index;
   }
-  FASTCAL_CHECK(std::set<int>(asked.begin(), asked.end()).size() == asked.size()) << "asked parameters must differ from each other";
+  FASTCAL_CHECK(std::set<int>(asked.begin(), asked.end()).size() == asked.size())
+      << "asked parameters must differ from each other";
   check_limits(options, problem.parameter_count());
   FASTCAL_CHECK(anchors.allFinite()) << "starting places of anchors must be finite";
-  FASTCAL_CHECK(anchors.cols() == problem.measured.anchor_count) << "there are " << problem.measured.anchor_count << " anchors, got " << anchors.cols() << " starting places";
+  FASTCAL_CHECK(anchors.cols() == problem.measured.anchor_count)
+      << "there are " << problem.measured.anchor_count << " anchors, got " << anchors.cols() << " starting places";
   return Identifier(problem, asked, anchors, options).run();
 }
 

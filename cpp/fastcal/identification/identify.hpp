@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The fastcal authors
 // SPDX-License-Identifier: MIT
 //
-// Identification: from a model and its measurements to parameter values, how sure they are, and what the data cannot tell.
-// A robust M-estimate with an unknown noise common to all rows (KR500, PMC and SR210D identify by plain least squares, loss = none here).
+// Identification: from a model and its measurements to parameter values, how sure they are, and what the data cannot
+// tell. A robust M-estimate with an unknown noise common to all rows (KR500, PMC and SR210D identify by plain least
+// squares, loss = none here).
 #pragma once
 
 #include <string>
@@ -30,25 +31,26 @@ struct IdentifyOptions {
 struct Identification {
   Status status = Status::kNotConverged;
   std::string message;
-  Eigen::VectorXd theta;            ///< model parameters and anchors
+  Eigen::VectorXd theta;              ///< model parameters and anchors
   std::vector<Parameter> parameters;  ///< of theta, anchors included
-  std::vector<int> free;            ///< what was identified, ascending
-  std::vector<int> held;            ///< asked, but held at nominal by the gauge
-  Eigen::MatrixXd covariance;       ///< of the free ones, SI
-  int rank = 0;                     ///< directions of the asked parameters that change anything that was measured
-  std::vector<std::string> unidentifiable;          ///< one sentence a held parameter
-  std::vector<std::vector<int>> unidentifiable_parts;   ///< the parameters in it, the held one first
-  CommonNoise tau{};                ///< noise common to all rows that was found (standard deviation by kind)
-  CommonNoise sigma{};              ///< RMS standard deviation by kind of what is used: own and common together
-  double variance_factor = 1;       ///< where rows claim more noise than there is: what their variance was multiplied by
+  std::vector<int> free;              ///< what was identified, ascending
+  std::vector<int> held;              ///< asked, but held at nominal by the gauge
+  Eigen::MatrixXd covariance;         ///< of the free ones, SI
+  int rank = 0;                       ///< directions of the asked parameters that change anything that was measured
+  std::vector<std::string> unidentifiable;             ///< one sentence a held parameter
+  std::vector<std::vector<int>> unidentifiable_parts;  ///< the parameters in it, the held one first
+  CommonNoise tau{};           ///< noise common to all rows that was found (standard deviation by kind)
+  CommonNoise sigma{};         ///< RMS standard deviation by kind of what is used: own and common together
+  double variance_factor = 1;  ///< where rows claim more noise than there is: what their variance was multiplied by
   int degrees_of_freedom = 0;
   int iterations = 0;
-  RowMatrixXd residuals;            ///< (N, 7), NaN where not measured
-  std::vector<RowWeight> weights;   ///< robust weight of each row at the solution
+  RowMatrixXd residuals;           ///< (N, 7), NaN where not measured
+  std::vector<RowWeight> weights;  ///< robust weight of each row at the solution
 };
 
-/// Identifies the parameters `asked` (indices into the model's parameters) and all anchors, starting from the model's own values,
-/// whose base and tool should come from align(). `anchors` are their starting places.
-Identification identify(const Problem& problem, const std::vector<int>& asked, const Eigen::Matrix3Xd& anchors, const IdentifyOptions& options);
+/// Identifies the parameters `asked` (indices into the model's parameters) and all anchors, starting from the model's
+/// own values, whose base and tool should come from align(). `anchors` are their starting places.
+Identification identify(const Problem& problem, const std::vector<int>& asked, const Eigen::Matrix3Xd& anchors,
+                        const IdentifyOptions& options);
 
 }  // namespace fastcal

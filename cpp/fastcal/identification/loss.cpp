@@ -25,14 +25,15 @@ double expectation(int d, const F& f) {
   double sum = 0;
   for (int i = 0; i <= kSteps; ++i) {
     const double u = i * h;
-    const double density = (u > 0 ? std::exp((d - 1) * std::log(u) - 0.5 * u * u - log_norm) : (d == 1 ? std::exp(-log_norm) : 0.0));
+    const double density =
+        (u > 0 ? std::exp((d - 1) * std::log(u) - 0.5 * u * u - log_norm) : (d == 1 ? std::exp(-log_norm) : 0.0));
     sum += (i == 0 || i == kSteps ? 1 : i % 2 ? 4 : 2) * density * f(u * u);
   }
   return sum * h / 3;
 }
 
-/// Asymptotic efficiency at the normal law: A^2 / B, A = E[div psi] / d = E[w u^2] / d (C. Stein 1981), B = E[w^2 u^2] / d.
-/// In its second form A has no jump at Huber's corner, on which Simpson's rule loses three digits.
+/// Asymptotic efficiency at the normal law: A^2 / B, A = E[div psi] / d = E[w u^2] / d (C. Stein 1981), B = E[w^2 u^2]
+/// / d. In its second form A has no jump at Huber's corner, on which Simpson's rule loses three digits.
 double efficiency(const Loss& loss, int d) {
   const double a = expectation(d, [&](double s) { return loss.weight(s) * s; }) / d;
   const double b = expectation(d, [&](double s) { return loss.weight(s) * loss.weight(s) * s; }) / d;
@@ -116,7 +117,8 @@ double Loss::weight_slope(double s) const {
 }
 
 const Loss& tuned_loss(LossKind kind, int components) {
-  FASTCAL_CHECK(components >= 1 && components <= kComponents) << "a row has 1 to " << kComponents << " components, got " << components;
+  FASTCAL_CHECK(components >= 1 && components <= kComponents)
+      << "a row has 1 to " << kComponents << " components, got " << components;
   struct Slot {
     std::once_flag once;
     Loss loss;

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: MIT
 //
 // Robust losses on the whitened error u = |r_i| of a whole row: cost = 1/2 sum rho(u^2).
-// Tuned to 95 % efficiency at the normal law for every number of components d of a row, so that d = 3 is not treated as d = 1.
-// Source: R. Maronna, D. Martin, V. Yohai, "Robust Statistics" (2006), chapters 2, 5 and 6.
+// Tuned to 95 % efficiency at the normal law for every number of components d of a row, so that d = 3 is not treated as
+// d = 1. Source: R. Maronna, D. Martin, V. Yohai, "Robust Statistics" (2006), chapters 2, 5 and 6.
 #pragma once
 
 #include <string>
@@ -28,9 +28,9 @@ struct Loss {
   double consistency = 1;  ///< E[w(u) u^2] / d at the normal law
   double expectation = 0;  ///< E[rho(u^2)] at the normal law: both make a scale unbiased there
 
-  double rho(double s) const;              ///< s = u^2
-  double weight(double s) const;           ///< w = d rho / d s
-  double weight_slope(double s) const;     ///< u dw/du, at u^2 = s
+  double rho(double s) const;           ///< s = u^2
+  double weight(double s) const;        ///< w = d rho / d s
+  double weight_slope(double s) const;  ///< u dw/du, at u^2 = s
 };
 
 /// The tuned loss for rows of `components` (1 to 7) numbers.

@@ -14,7 +14,8 @@ namespace {
 
 /// Reads anchors out of theta's tail.
 Eigen::Matrix3Xd anchors_of(const Problem& problem, const Eigen::VectorXd& theta) {
-  return Eigen::Map<const Eigen::Matrix3Xd>(theta.data() + problem.model.parameter_count(), 3, problem.measured.anchor_count);
+  return Eigen::Map<const Eigen::Matrix3Xd>(theta.data() + problem.model.parameter_count(), 3,
+                                            problem.measured.anchor_count);
 }
 
 double deviation(const Problem& problem, const CommonNoise& tau, Eigen::Index i, int component) {
@@ -26,7 +27,8 @@ double deviation(const Problem& problem, const CommonNoise& tau, Eigen::Index i,
 /// Evaluates rows one by one and writes them whitened.
 class WhitenedRows {
  public:
-  WhitenedRows(const Problem& problem, const Eigen::VectorXd& theta, const std::vector<int>& free, const Eigen::VectorXd& scale, const CommonNoise& tau)
+  WhitenedRows(const Problem& problem, const Eigen::VectorXd& theta, const std::vector<int>& free,
+               const Eigen::VectorXd& scale, const CommonNoise& tau)
       : problem_(problem),
         free_(free),
         scale_(scale),
@@ -50,7 +52,8 @@ class WhitenedRows {
     for (int c = 0; c < kComponents; ++c) {
       if (!row_.present[static_cast<std::size_t>(c)]) continue;
       const double inverse = 1 / deviations_[static_cast<std::size_t>(c)];
-      for (Eigen::Index k = 0; k < p; ++k) block(at, k) = derivative(c, free_[static_cast<std::size_t>(k)]) * scale_[k] * inverse;
+      for (Eigen::Index k = 0; k < p; ++k)
+        block(at, k) = derivative(c, free_[static_cast<std::size_t>(k)]) * scale_[k] * inverse;
       block(at, p) = row_.r[c] * inverse;
       ++at;
     }
@@ -107,8 +110,8 @@ void Problem::check() const {
   FASTCAL_CHECK(samples.count() > 0) << "there are no rows";
 }
 
-NormalEquations normal_equations(const Problem& problem, const Eigen::VectorXd& theta, const std::vector<int>& free, const Eigen::VectorXd& scale,
-                                 const Weighting& weighting, bool with_jacobian) {
+NormalEquations normal_equations(const Problem& problem, const Eigen::VectorXd& theta, const std::vector<int>& free,
+                                 const Eigen::VectorXd& scale, const Weighting& weighting, bool with_jacobian) {
   const auto p = static_cast<Eigen::Index>(free.size());
   const auto loss = losses(weighting.loss);
   NormalEquations sum;
@@ -122,7 +125,8 @@ NormalEquations normal_equations(const Problem& problem, const Eigen::VectorXd& 
     parallel_chunks(rows, problem.threads, [&](Eigen::Index chunk, Eigen::Index begin, Eigen::Index end) {
       WhitenedRows whitened(problem, theta, free, scale, weighting.tau);
       const auto c = static_cast<std::size_t>(chunk);
-      RowMatrixXd block = with_jacobian ? RowMatrixXd(problem.measured.components() * (end - begin), p + 1) : RowMatrixXd();
+      RowMatrixXd block =
+          with_jacobian ? RowMatrixXd(problem.measured.components() * (end - begin), p + 1) : RowMatrixXd();
       Eigen::Index used = 0;
       for (Eigen::Index i = first + begin; i < first + end; ++i) {
         const RowWeight row = with_jacobian ? whitened.rows(i, block, used) : whitened.residual(i);
@@ -184,8 +188,9 @@ std::vector<RowWeight> row_weights(const Problem& problem, const RowMatrixXd& re
   return out;
 }
 
-Eigen::MatrixXd triangular_factor(const Problem& problem, const Eigen::VectorXd& theta, const std::vector<int>& free, const Eigen::VectorXd& scale,
-                                  const CommonNoise& tau, const std::vector<RowWeight>* rows) {
+Eigen::MatrixXd triangular_factor(const Problem& problem, const Eigen::VectorXd& theta, const std::vector<int>& free,
+                                  const Eigen::VectorXd& scale, const CommonNoise& tau,
+                                  const std::vector<RowWeight>* rows) {
   const auto p = static_cast<Eigen::Index>(free.size());
   const Eigen::Index chunks = chunk_count(problem.row_count());
   std::vector<Eigen::MatrixXd> factors(static_cast<std::size_t>(chunks));

@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The fastcal authors
 // SPDX-License-Identifier: MIT
 //
-// The least-squares problem of a model and its measurements: whitened, weighted, reduced to normal equations in one pass over the rows.
-// theta = [model parameters; anchors, three numbers each].  Residual of row i, component c: r_ic / s_ic, s_ic^2 = sigma_ic^2 + tau_kind^2.
+// The least-squares problem of a model and its measurements: whitened, weighted, reduced to normal equations in one
+// pass over the rows. theta = [model parameters; anchors, three numbers each].  Residual of row i, component c: r_ic /
+// s_ic, s_ic^2 = sigma_ic^2 + tau_kind^2.
 #pragma once
 
 #include <array>
@@ -27,7 +28,8 @@ struct Problem {
   void check() const;
 };
 
-/// Noise that all rows share, beside what each row claims: standard deviation by kind (position [m], rotation [rad], distance [m]).
+/// Noise that all rows share, beside what each row claims: standard deviation by kind (position [m], rotation [rad],
+/// distance [m]).
 using CommonNoise = std::array<double, kKinds>;
 
 /// How residuals are weighted.
@@ -38,9 +40,9 @@ struct Weighting {
 
 /// A row's part of the weighted sum.
 struct RowWeight {
-  double squared = 0;    ///< u^2: whitened squared length of the residual
-  double weight = 1;     ///< rho'
-  int components = 0;    ///< d, how many numbers the row has; 0: nothing was measured
+  double squared = 0;  ///< u^2: whitened squared length of the residual
+  double weight = 1;   ///< rho'
+  int components = 0;  ///< d, how many numbers the row has; 0: nothing was measured
 };
 
 /// Sums over all rows: A = J^T W J, g = J^T W r, cost = 1/2 sum rho; columns of `free`, scaled by `scale`.
@@ -50,9 +52,10 @@ struct NormalEquations {
   double cost = 0;
 };
 
-/// One pass over the rows. With `with_jacobian` false, only the cost is formed. The sums do not depend on the number of threads.
-NormalEquations normal_equations(const Problem& problem, const Eigen::VectorXd& theta, const std::vector<int>& free, const Eigen::VectorXd& scale,
-                                 const Weighting& weighting, bool with_jacobian);
+/// One pass over the rows. With `with_jacobian` false, only the cost is formed. The sums do not depend on the number of
+/// threads.
+NormalEquations normal_equations(const Problem& problem, const Eigen::VectorXd& theta, const std::vector<int>& free,
+                                 const Eigen::VectorXd& scale, const Weighting& weighting, bool with_jacobian);
 
 /// Residuals (N, 7) as they are, NaN where not measured.
 RowMatrixXd residuals(const Problem& problem, const Eigen::VectorXd& theta);
@@ -60,9 +63,11 @@ RowMatrixXd residuals(const Problem& problem, const Eigen::VectorXd& theta);
 /// Weights of all rows for given residuals.
 std::vector<RowWeight> row_weights(const Problem& problem, const RowMatrixXd& residuals, const Weighting& weighting);
 
-/// The upper triangular factor (p x p) of the whitened, scaled J without robust weights, rows with weight 0 in `rows` left out
-/// (null: all rows): QR by blocks of rows, which sees singular values down to 1e-15 of the largest where A sees 1e-8.
-Eigen::MatrixXd triangular_factor(const Problem& problem, const Eigen::VectorXd& theta, const std::vector<int>& free, const Eigen::VectorXd& scale,
-                                  const CommonNoise& tau, const std::vector<RowWeight>* rows);
+/// The upper triangular factor (p x p) of the whitened, scaled J without robust weights, rows with weight 0 in `rows`
+/// left out (null: all rows): QR by blocks of rows, which sees singular values down to 1e-15 of the largest where A
+/// sees 1e-8.
+Eigen::MatrixXd triangular_factor(const Problem& problem, const Eigen::VectorXd& theta, const std::vector<int>& free,
+                                  const Eigen::VectorXd& scale, const CommonNoise& tau,
+                                  const std::vector<RowWeight>* rows);
 
 }  // namespace fastcal

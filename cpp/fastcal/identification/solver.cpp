@@ -16,8 +16,8 @@ namespace {
 /// The problem in x, priors included; remembers the last x, since Ceres asks for cost and Jacobian apart.
 class Reduced {
  public:
-  Reduced(const Problem& problem, const Eigen::VectorXd& theta_0, const std::vector<int>& free, const Eigen::VectorXd& scale, const Weighting& weighting,
-          const Limits& limits)
+  Reduced(const Problem& problem, const Eigen::VectorXd& theta_0, const std::vector<int>& free,
+          const Eigen::VectorXd& scale, const Weighting& weighting, const Limits& limits)
       : problem_(problem), theta_0_(theta_0), free_(free), scale_(scale), weighting_(weighting), limits_(limits) {}
 
   Eigen::Index size() const { return static_cast<Eigen::Index>(free_.size()); }
@@ -73,13 +73,15 @@ class RootCost : public ceres::CostFunction {
   }
 
   bool Evaluate(double const* const* parameters, double* r, double** jacobians) const override {
-    // Cost alone is asked for at trial points; the root needs A, so it is formed there too and kept for the Jacobian that follows a good step.
+    // Cost alone is asked for at trial points; the root needs A, so it is formed there too and kept for the Jacobian
+    // that follows a good step.
     const NormalEquations& sums = reduced_.at(parameters[0], true);
     if (!std::isfinite(sums.cost) || !sums.A.allFinite()) return false;
     const Eigen::Index p = reduced_.size();
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(sums.A);
     const double floor = 1e-13 * std::max(eigen.eigenvalues()[p - 1], 0.0);
-    const Eigen::VectorXd root = eigen.eigenvalues().unaryExpr([floor](double d) { return d > floor ? std::sqrt(d) : 0.0; });
+    const Eigen::VectorXd root =
+        eigen.eigenvalues().unaryExpr([floor](double d) { return d > floor ? std::sqrt(d) : 0.0; });
     const Eigen::VectorXd turned = eigen.eigenvectors().transpose() * sums.g;
     double squared = 0;
     for (Eigen::Index k = 0; k < p; ++k) {
@@ -99,9 +101,9 @@ class RootCost : public ceres::CostFunction {
   const Reduced& reduced_;
 };
 
-/// The cost of the PMC paper as a function of y, x = T y: the root of the mean squared whitened distance, or with LossKind::kDistance the
-/// mean distance. T makes the Hessian nearly the identity at the start: BFGS with a well chosen first H instead of H = I
-/// (its step 1: "in the absence of more information").
+/// The cost of the PMC paper as a function of y, x = T y: the root of the mean squared whitened distance, or with
+/// LossKind::kDistance the mean distance. T makes the Hessian nearly the identity at the start: BFGS with a well chosen
+/// first H instead of H = I (its step 1: "in the absence of more information").
 class MeanCost : public ceres::FirstOrderFunction {
  public:
   MeanCost(const Reduced& reduced, Eigen::MatrixXd transform, double rows, bool of_distance)
@@ -134,8 +136,9 @@ double step_left(const Reduced& reduced, const double* x) {
   return std::sqrt(std::abs(sums.g.dot(sums.A.completeOrthogonalDecomposition().solve(sums.g))));
 }
 
-void solve_least_squares(const Reduced& reduced, const std::vector<int>& free, const Eigen::VectorXd& theta_0, const Eigen::VectorXd& scale,
-                         const Limits& limits, int max_iterations, Eigen::VectorXd& x, Solution& out) {
+void solve_least_squares(const Reduced& reduced, const std::vector<int>& free, const Eigen::VectorXd& theta_0,
+                         const Eigen::VectorXd& scale, const Limits& limits, int max_iterations, Eigen::VectorXd& x,
+                         Solution& out) {
   RootCost cost(reduced);
   ceres::Problem::Options ownership;
   ownership.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
@@ -160,18 +163,24 @@ void solve_least_squares(const Reduced& reduced, const std::vector<int>& free, c
   options.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem, &summary);
-  // A robust loss converges step by step where many parameters meet outliers: the step that is left decides, not how many there were.
+  // A robust loss converges step by step where many parameters meet outliers: the step that is left decides, not how
+  // many there were.
   constexpr double kNothingLeft = 1e-3;  // standard deviations
-  out.converged = summary.termination_type == ceres::CONVERGENCE || (summary.termination_type == ceres::NO_CONVERGENCE && step_left(reduced, x.data()) < kNothingLeft);
+  out.converged = summary.termination_type == ceres::CONVERGENCE ||
+                  (summary.termination_type == ceres::NO_CONVERGENCE && step_left(reduced, x.data()) < kNothingLeft);
   out.iterations = static_cast<int>(summary.iterations.size());
-  out.message = summary.termination_type == ceres::NO_CONVERGENCE && out.converged ? "the step that is left is below 0.001 standard deviations" : summary.message;
+  out.message = summary.termination_type == ceres::NO_CONVERGENCE && out.converged
+                    ? "the step that is left is below 0.001 standard deviations"
+                    : summary.message;
 }
 
-void solve_bfgs(const Reduced& reduced, double rows, bool of_distance, int max_iterations, Eigen::VectorXd& x, Solution& out) {
+void solve_bfgs(const Reduced& reduced, double rows, bool of_distance, int max_iterations, Eigen::VectorXd& x,
+                Solution& out) {
   const NormalEquations& start = reduced.at(x.data(), true);
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(start.A);
   const double floor = 1e-13 * std::max(eigen.eigenvalues().tail<1>()[0], 1e-300);
-  const Eigen::VectorXd stretch = eigen.eigenvalues().unaryExpr([floor](double d) { return 1 / std::sqrt(std::max(d, floor)); });
+  const Eigen::VectorXd stretch =
+      eigen.eigenvalues().unaryExpr([floor](double d) { return 1 / std::sqrt(std::max(d, floor)); });
   const Eigen::MatrixXd transform = eigen.eigenvectors() * stretch.asDiagonal();
   ceres::GradientProblem problem(new MeanCost(reduced, transform, rows, of_distance));
   ceres::GradientProblemSolver::Options options;
@@ -188,15 +197,18 @@ void solve_bfgs(const Reduced& reduced, double rows, bool of_distance, int max_i
   ceres::Solve(options, problem, y.data(), &summary);
   x = transform * y;
   out.iterations = static_cast<int>(summary.iterations.size());
-  // It ends where the cost no longer changes in double precision, which Ceres reports as a failed line search: judged by the step that is left.
+  // It ends where the cost no longer changes in double precision, which Ceres reports as a failed line search: judged
+  // by the step that is left.
   const double left = step_left(reduced, x.data());
   out.converged = left < 1e-4 * std::sqrt(1 + 2 * reduced.at(x.data(), true).cost);
   out.message = "BFGS: " + summary.message;
 }
 
-/// Near an active bound Ceres converges slowly. The parameters that the cost pushes against theirs stay there, the others are solved for anew.
-void solve_inside(const Problem& problem, const Reduced& reduced, const std::vector<int>& free, const Eigen::VectorXd& scale, const Weighting& weighting,
-                  const Limits& limits, const SolverOptions& options, Eigen::VectorXd& x, Solution& out) {
+/// Near an active bound Ceres converges slowly. The parameters that the cost pushes against theirs stay there, the
+/// others are solved for anew.
+void solve_inside(const Problem& problem, const Reduced& reduced, const std::vector<int>& free,
+                  const Eigen::VectorXd& scale, const Weighting& weighting, const Limits& limits,
+                  const SolverOptions& options, Eigen::VectorXd& x, Solution& out) {
   if (limits.lower.size() == 0) return;
   Eigen::VectorXd theta = reduced.theta(x.data());
   const Eigen::VectorXd slope = reduced.at(x.data(), true).g;
@@ -213,8 +225,10 @@ void solve_inside(const Problem& problem, const Reduced& reduced, const std::vec
     }
   }
   if (inside.size() == free.size()) return;
-  const Solution rest = solve(problem, theta, inside, Eigen::Map<const Eigen::VectorXd>(inside_scale.data(), static_cast<Eigen::Index>(inside.size())),
-                              weighting, limits, options);
+  const Solution rest =
+      solve(problem, theta, inside,
+            Eigen::Map<const Eigen::VectorXd>(inside_scale.data(), static_cast<Eigen::Index>(inside.size())), weighting,
+            limits, options);
   const Eigen::VectorXd start = reduced.theta(Eigen::VectorXd::Zero(x.size()).eval().data());
   for (std::size_t k = 0; k < free.size(); ++k) {
     const auto i = static_cast<Eigen::Index>(k);
@@ -227,8 +241,9 @@ void solve_inside(const Problem& problem, const Reduced& reduced, const std::vec
 
 }  // namespace
 
-Solution solve(const Problem& problem, const Eigen::VectorXd& theta_0, const std::vector<int>& free, const Eigen::VectorXd& scale,
-               const Weighting& weighting, const Limits& limits, const SolverOptions& options) {
+Solution solve(const Problem& problem, const Eigen::VectorXd& theta_0, const std::vector<int>& free,
+               const Eigen::VectorXd& scale, const Weighting& weighting, const Limits& limits,
+               const SolverOptions& options) {
   Solution out;
   Weighting used = weighting;
   if (options.method == Method::kBfgsMeanDistance) used.loss = LossKind::kDistance;
@@ -241,7 +256,8 @@ Solution solve(const Problem& problem, const Eigen::VectorXd& theta_0, const std
     solve_least_squares(reduced, free, theta_0, scale, limits, options.max_iterations, x, out);
     solve_inside(problem, reduced, free, scale, weighting, limits, options, x, out);
   } else {
-    solve_bfgs(reduced, static_cast<double>(problem.row_count()), options.method == Method::kBfgsMeanDistance, options.max_iterations, x, out);
+    solve_bfgs(reduced, static_cast<double>(problem.row_count()), options.method == Method::kBfgsMeanDistance,
+               options.max_iterations, x, out);
   }
   out.theta = reduced.theta(x.data());
   out.cost = reduced.at(x.data(), true).cost;

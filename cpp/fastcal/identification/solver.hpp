@@ -2,8 +2,9 @@
 // SPDX-License-Identifier: MIT
 //
 // Minimizes 1/2 sum rho(u_i^2) + 1/2 |prior|^2 over the free parameters, in x = (theta - theta_0) / scale, with bounds.
-// Ceres drives (trust region), a pass over the rows reduces: Ceres sees p + 1 residuals, r' = L^-1 J^T W r with Jacobian L^T
-// (J^T W J = L L^T) and one constant, so that cost, gradient and Gauss-Newton Hessian are those of the whole problem.
+// Ceres drives (trust region), a pass over the rows reduces: Ceres sees p + 1 residuals, r' = L^-1 J^T W r with
+// Jacobian L^T (J^T W J = L L^T) and one constant, so that cost, gradient and Gauss-Newton Hessian are those of the
+// whole problem.
 #pragma once
 
 #include <string>
@@ -20,8 +21,9 @@ struct Limits {
 };
 
 enum class Method {
-  kLeastSquares,     ///< Levenberg-Marquardt on the normal equations
-  kBfgs,             ///< BFGS with line search on the root of the mean (robust) squared whitened distance (PMC paper, section III.A)
+  kLeastSquares,  ///< Levenberg-Marquardt on the normal equations
+  kBfgs,  ///< BFGS with line search on the root of the mean (robust) squared whitened distance (PMC paper, section
+          ///< III.A)
   kBfgsMeanDistance  ///< the same on the mean distance, the cost that PMC (15) prints
 };
 
@@ -39,7 +41,8 @@ struct Solution {
 };
 
 /// `free` are the parameters that move, `scale` (one each) their plausible sizes. Others stay at theta_0.
-Solution solve(const Problem& problem, const Eigen::VectorXd& theta_0, const std::vector<int>& free, const Eigen::VectorXd& scale,
-               const Weighting& weighting, const Limits& limits, const SolverOptions& options);
+Solution solve(const Problem& problem, const Eigen::VectorXd& theta_0, const std::vector<int>& free,
+               const Eigen::VectorXd& scale, const Weighting& weighting, const Limits& limits,
+               const SolverOptions& options);
 
 }  // namespace fastcal

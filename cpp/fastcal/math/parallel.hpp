@@ -22,7 +22,9 @@ inline Eigen::Index chunk_count(Eigen::Index rows) { return (rows + kChunkRows -
 template <typename Body>
 void parallel_chunks(Eigen::Index rows, int threads, const Body& body) {
   const Eigen::Index chunks = chunk_count(rows);
-  const auto one = [&](Eigen::Index chunk) { body(chunk, chunk * kChunkRows, std::min(rows, (chunk + 1) * kChunkRows)); };
+  const auto one = [&](Eigen::Index chunk) {
+    body(chunk, chunk * kChunkRows, std::min(rows, (chunk + 1) * kChunkRows));
+  };
   const int workers = static_cast<int>(std::min<Eigen::Index>(std::max(threads, 1), chunks));
   if (workers <= 1) {
     for (Eigen::Index chunk = 0; chunk < chunks; ++chunk) one(chunk);

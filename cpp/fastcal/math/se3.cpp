@@ -8,7 +8,8 @@ namespace fastcal {
 namespace {
 
 // The four series that SO(3) and SE(3) need, as functions of t = |w|, by Taylor below kSmall (error < 1e-16 there):
-// a = sin t / t, b = (1 - cos t) / t^2, c = (t - sin t) / t^3, d = (t^2 + 2 cos t - 2) / (2 t^4), e = (2 t - 3 sin t + t cos t) / (2 t^5).
+// a = sin t / t, b = (1 - cos t) / t^2, c = (t - sin t) / t^3, d = (t^2 + 2 cos t - 2) / (2 t^4), e = (2 t - 3 sin t +
+// t cos t) / (2 t^5).
 constexpr double kSmall = 0.05;
 
 double series_a(double t) {
@@ -87,7 +88,8 @@ Eigen::Matrix3d right_jacobian_inverse_so3(const Eigen::Vector3d& w) {
   const double t = w.norm();
   const Eigen::Matrix3d W = skew(w);
   // 1/t^2 - (1 + cos t) / (2 t sin t) = (1 - a / (2 b)) / t^2
-  const double k = t > kSmall ? (1 - series_a(t) / (2 * series_b(t))) / (t * t) : (1 + t * t / 60 * (1 + t * t / 42)) / 12;
+  const double k =
+      t > kSmall ? (1 - series_a(t) / (2 * series_b(t))) / (t * t) : (1 + t * t / 60 * (1 + t * t / 42)) / 12;
   return Eigen::Matrix3d::Identity() + 0.5 * W + k * W * W;
 }
 
@@ -109,7 +111,8 @@ Matrix6d right_jacobian_se3(const Vector6d& xi) {
   const double t = w.norm();
   const Eigen::Matrix3d W = skew(w);
   const Eigen::Matrix3d V = skew(v);
-  const Eigen::Matrix3d Q = 0.5 * V + series_c(t) * (W * V + V * W + W * V * W) + series_d(t) * (W * W * V + V * W * W - 3 * W * V * W) +
+  const Eigen::Matrix3d Q = 0.5 * V + series_c(t) * (W * V + V * W + W * V * W) +
+                            series_d(t) * (W * W * V + V * W * W - 3 * W * V * W) +
                             series_e(t) * (W * V * W * W + W * W * V * W);
   Matrix6d J = Matrix6d::Zero();
   J.topLeftCorner<3, 3>() = J.bottomRightCorner<3, 3>() = right_jacobian_so3(-w);
@@ -127,7 +130,9 @@ Matrix6d adjoint(const Pose& T_a_b) {
 Eigen::Matrix3d rpy_to_rotation(const Eigen::Vector3d& rpy) {
   using Eigen::AngleAxisd;
   using Eigen::Vector3d;
-  return (AngleAxisd(rpy.z(), Vector3d::UnitZ()) * AngleAxisd(rpy.y(), Vector3d::UnitY()) * AngleAxisd(rpy.x(), Vector3d::UnitX())).toRotationMatrix();
+  return (AngleAxisd(rpy.z(), Vector3d::UnitZ()) * AngleAxisd(rpy.y(), Vector3d::UnitY()) *
+          AngleAxisd(rpy.x(), Vector3d::UnitX()))
+      .toRotationMatrix();
 }
 
 Eigen::Vector3d rotation_to_rpy(const Eigen::Matrix3d& R) {
@@ -135,7 +140,8 @@ Eigen::Vector3d rotation_to_rpy(const Eigen::Matrix3d& R) {
   const double pitch = std::atan2(-R(2, 0), c);
   if (c < 1e-14) return {0, pitch, std::atan2(-R(0, 1), R(1, 1))};
   const double yaw = std::atan2(R(1, 0), R(0, 0));
-  // Roll from what Rz(-yaw) leaves: as exact near the singular pitch as far from it (rows of R alone lose digits there).
+  // Roll from what Rz(-yaw) leaves: as exact near the singular pitch as far from it (rows of R alone lose digits
+  // there).
   const double s = std::sin(yaw);
   const double k = std::cos(yaw);
   return {std::atan2(s * R(0, 2) - k * R(1, 2), k * R(1, 1) - s * R(0, 1)), pitch, yaw};

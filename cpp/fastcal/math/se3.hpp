@@ -2,7 +2,8 @@
 // SPDX-License-Identifier: MIT
 //
 // SO(3) and SE(3): exponential, logarithm, adjoint and their derivatives. Twists are [v; w], body frame.
-// Source: J. Solà, J. Deray, D. Atchuthan, "A micro Lie theory for state estimation in robotics" (2018), appendices B and D.
+// Source: J. Solà, J. Deray, D. Atchuthan, "A micro Lie theory for state estimation in robotics" (2018), appendices B
+// and D.
 #pragma once
 
 #include "fastcal/math/types.hpp"

@@ -15,8 +15,9 @@ namespace {
 constexpr double kPoints[4] = {0.06943184420297371, 0.33000947820757187, 0.6699905217924281, 0.9305681557970263};
 constexpr double kWeights[4] = {0.17392742256872692, 0.32607257743127307, 0.32607257743127307, 0.17392742256872692};
 
-/// Columns that span the B-splines' coefficients, apart by symmetry: curves of different symmetry never mix, which keeps pairs of nearly equal
-/// roughness apart by more than rounding, so that coefficients in a file mean the same curve on every machine.
+/// Columns that span the B-splines' coefficients, apart by symmetry: curves of different symmetry never mix, which
+/// keeps pairs of nearly equal roughness apart by more than rounding, so that coefficients in a file mean the same
+/// curve on every machine.
 std::vector<Eigen::MatrixXd> even_and_odd(Eigen::Index count) {
   std::vector<Eigen::MatrixXd> out;
   for (const double sign : {1.0, -1.0}) {
@@ -46,7 +47,8 @@ Eigen::MatrixXd waves(Eigen::Index count) {
 
 }  // namespace
 
-SmoothCurves::SmoothCurves(double low, double high, int knots, bool periodic) : low_(low), step_((high - low) / knots), knots_(knots), periodic_(periodic) {
+SmoothCurves::SmoothCurves(double low, double high, int knots, bool periodic)
+    : low_(low), step_((high - low) / knots), knots_(knots), periodic_(periodic) {
   const Eigen::Index splines = periodic ? knots : knots + 3;
   Eigen::MatrixXd size = Eigen::MatrixXd::Zero(splines, splines);
   Eigen::MatrixXd rough = size;
@@ -79,13 +81,16 @@ SmoothCurves::SmoothCurves(double low, double high, int knots, bool periodic) : 
   };
   std::vector<Curve> curves;
   for (const Eigen::MatrixXd& S : even_and_odd(splines)) {
-    const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(S.transpose() * rough * S, S.transpose() * size * S);
-    for (Eigen::Index k = 0; k < S.cols(); ++k) curves.push_back({solver.eigenvalues()[k], S * solver.eigenvectors().col(k)});
+    const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(S.transpose() * rough * S,
+                                                                           S.transpose() * size * S);
+    for (Eigen::Index k = 0; k < S.cols(); ++k)
+      curves.push_back({solver.eigenvalues()[k], S * solver.eigenvectors().col(k)});
   }
   // The even half begins with the constant, the odd one with the straight line, whose roughness is 0 but for rounding.
   curves[static_cast<std::size_t>((splines + 1) / 2)].roughness = 0;
   curves.erase(curves.begin());
-  std::stable_sort(curves.begin(), curves.end(), [](const Curve& a, const Curve& b) { return a.roughness < b.roughness; });
+  std::stable_sort(curves.begin(), curves.end(),
+                   [](const Curve& a, const Curve& b) { return a.roughness < b.roughness; });
   coefficients_.resize(splines, static_cast<Eigen::Index>(curves.size()));
   roughness_.resize(coefficients_.cols());
   for (Eigen::Index k = 0; k < coefficients_.cols(); ++k) {

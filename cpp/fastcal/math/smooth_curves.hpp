@@ -3,9 +3,9 @@
 //
 // Cubic B-splines over an interval, turned into their smooth basis: curves phi_k with
 //   mean phi_j phi_k = delta_jk,   mean phi_j'' phi_k'' = w_k delta_jk,   0 <= w_1 <= w_2 <= ...
-// so that "how large" and "how rough" are sums of squares at once, and a penalty on the curvature is a prior of its own for each coefficient.
-// The constant (w = 0) is left out; of an interval with ends, phi_1 is the straight line (w = 0 too).
-// Source: A. Demmler, C. Reinsch, "Oscillation matrices with spline smoothing", Numerische Mathematik 24 (1975).
+// so that "how large" and "how rough" are sums of squares at once, and a penalty on the curvature is a prior of its own
+// for each coefficient. The constant (w = 0) is left out; of an interval with ends, phi_1 is the straight line (w = 0
+// too). Source: A. Demmler, C. Reinsch, "Oscillation matrices with spline smoothing", Numerische Mathematik 24 (1975).
 #pragma once
 
 #include <Eigen/Core>
@@ -26,7 +26,8 @@ class SmoothCurves {
 
  private:
   Eigen::VectorXd combine(double x, int derivative) const;
-  /// The piece that x lies in and the values there of the four B-splines that are not zero on it, or of their first or second derivative.
+  /// The piece that x lies in and the values there of the four B-splines that are not zero on it, or of their first or
+  /// second derivative.
   int piece(double x, int derivative, double* spline) const;
 
   double low_, step_;

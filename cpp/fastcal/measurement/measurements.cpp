@@ -12,7 +12,8 @@ namespace fastcal {
 void Measurements::check(Eigen::Index rows) const {
   const auto shape = [rows](const auto& table, Eigen::Index cols, const char* name) {
     FASTCAL_CHECK(table.size() == 0 || (table.rows() == rows && table.cols() == cols))
-        << name << " must have " << rows << " rows and " << cols << " columns, got " << table.rows() << " and " << table.cols();
+        << name << " must have " << rows << " rows and " << cols << " columns, got " << table.rows() << " and "
+        << table.cols();
   };
   shape(position, 3, "position");
   shape(rotation, 4, "rotation");
@@ -20,7 +21,8 @@ void Measurements::check(Eigen::Index rows) const {
   shape(anchor, 1, "anchor");
   shape(sigma_position, 3, "sigma_position");
   shape(sigma_rotation, 1, "sigma_rotation");
-  FASTCAL_CHECK(position.size() + rotation.size() + distance.size() > 0) << "nothing was measured: position, rotation and distance are all missing";
+  FASTCAL_CHECK(position.size() + rotation.size() + distance.size() > 0)
+      << "nothing was measured: position, rotation and distance are all missing";
   FASTCAL_CHECK(distance.size() == 0 || anchor.size() == rows) << "distances need an anchor in every row";
   for (Eigen::Index i = 0; i < distance.size(); ++i) {
     FASTCAL_CHECK(std::isnan(distance[i]) || (anchor[i] >= 0 && anchor[i] < anchor_count))
@@ -32,9 +34,12 @@ void Measurements::check(Eigen::Index rows) const {
     const double length = rotation.row(i).norm();
     FASTCAL_CHECK(std::abs(length - 1) < 1e-3) << "row " << i << ": a quaternion must have length 1, got " << length;
   }
-  FASTCAL_CHECK(!distance.array().isInf().any() && !(distance.array() < 0).any()) << "distance must be finite and not negative, or NaN where it was not measured";
-  FASTCAL_CHECK((sigma_position.array() > 0).all() && sigma_position.allFinite()) << "sigma_position must be positive and finite";
-  FASTCAL_CHECK((sigma_rotation.array() > 0).all() && sigma_rotation.allFinite()) << "sigma_rotation must be positive and finite";
+  FASTCAL_CHECK(!distance.array().isInf().any() && !(distance.array() < 0).any())
+      << "distance must be finite and not negative, or NaN where it was not measured";
+  FASTCAL_CHECK((sigma_position.array() > 0).all() && sigma_position.allFinite())
+      << "sigma_position must be positive and finite";
+  FASTCAL_CHECK((sigma_rotation.array() > 0).all() && sigma_rotation.allFinite())
+      << "sigma_rotation must be positive and finite";
 }
 
 double Measurements::sigma(Eigen::Index i, int component) const {
@@ -48,7 +53,8 @@ double Measurements::sigma(Eigen::Index i, int component) const {
   }
 }
 
-void row_residual(const Measurements& measured, Eigen::Index row, const Pose& T_world_tool, const Eigen::Matrix3Xd* anchors, RowResidual& out) {
+void row_residual(const Measurements& measured, Eigen::Index row, const Pose& T_world_tool,
+                  const Eigen::Matrix3Xd* anchors, RowResidual& out) {
   out.present.fill(false);
   out.r.setZero();
   out.J_r_tool.setZero();

@@ -11,12 +11,15 @@
 
 namespace fastcal {
 
-ErrorModel::ErrorModel(RobotModel robot, std::vector<std::shared_ptr<const Effect>> effects, const Eigen::VectorXd& effect_values)
+ErrorModel::ErrorModel(RobotModel robot, std::vector<std::shared_ptr<const Effect>> effects,
+                       const Eigen::VectorXd& effect_values)
     : robot_(std::move(robot)), effects_(std::move(effects)), parameters_(robot_.parameters()) {
-  for (const auto& effect : effects_) parameters_.insert(parameters_.end(), effect->parameters().begin(), effect->parameters().end());
+  for (const auto& effect : effects_)
+    parameters_.insert(parameters_.end(), effect->parameters().begin(), effect->parameters().end());
   const Eigen::Index own = robot_.nominal().size();
   const Eigen::Index added = parameter_count() - own;
-  FASTCAL_CHECK(effect_values.size() == 0 || effect_values.size() == added) << "the effects have " << added << " parameters, got " << effect_values.size() << " values";
+  FASTCAL_CHECK(effect_values.size() == 0 || effect_values.size() == added)
+      << "the effects have " << added << " parameters, got " << effect_values.size() << " values";
   for (const auto& effect : effects_) needs_ |= effect->needs();
   start_ = Eigen::VectorXd::Zero(own + added);
   start_.head(own) = robot_.nominal();
@@ -24,7 +27,8 @@ ErrorModel::ErrorModel(RobotModel robot, std::vector<std::shared_ptr<const Effec
 }
 
 ErrorModel ErrorModel::with_robot(RobotModel robot) const {
-  return ErrorModel(std::move(robot), effects_, start_.tail(start_.size() - robot_.nominal().size())).with_equilibrium(at_equilibrium_);
+  return ErrorModel(std::move(robot), effects_, start_.tail(start_.size() - robot_.nominal().size()))
+      .with_equilibrium(at_equilibrium_);
 }
 
 ErrorModel ErrorModel::with_equilibrium(bool at_equilibrium) const {
@@ -35,15 +39,20 @@ ErrorModel ErrorModel::with_equilibrium(bool at_equilibrium) const {
 
 namespace {
 
-const Eigen::Ref<const Eigen::VectorXd>& checked(const ErrorModel& model, const Eigen::Ref<const Eigen::VectorXd>& theta) {
-  FASTCAL_CHECK(theta.size() == model.parameter_count()) << "the model has " << model.parameter_count() << " parameters, got " << theta.size();
+const Eigen::Ref<const Eigen::VectorXd>& checked(const ErrorModel& model,
+                                                 const Eigen::Ref<const Eigen::VectorXd>& theta) {
+  FASTCAL_CHECK(theta.size() == model.parameter_count())
+      << "the model has " << model.parameter_count() << " parameters, got " << theta.size();
   return theta;
 }
 
 }  // namespace
 
 RowEvaluator::RowEvaluator(const ErrorModel& model, const Eigen::Ref<const Eigen::VectorXd>& theta)
-    : model_(model), theta_(checked(model, theta)), chain_(model.robot().chain(theta.head(model.robot().nominal().size()))), xi_(Twists::Zero(6, chain_.frame_count())) {}
+    : model_(model),
+      theta_(checked(model, theta)),
+      chain_(model.robot().chain(theta.head(model.robot().nominal().size()))),
+      xi_(Twists::Zero(6, chain_.frame_count())) {}
 
 void RowEvaluator::evaluate(const State& state, bool with_columns) {
   if (model_.effects().empty()) return forward(chain_, state.q, nullptr, frames_);
@@ -81,7 +90,8 @@ const Pose& RowEvaluator::jacobian(const State& state, Eigen::Ref<Eigen::Matrix<
     const auto twist = xi_.col(column.frame);
     const bool same = twist.isZero(0) || (is_turn_about_z(twist) && is_turn_about_z(column.xi));
     const Pose& frame = frames_[static_cast<std::size_t>(column.frame)];
-    J.col(column.parameter) += tool_motion(frame, tool.p, same ? column.xi : (right_jacobian_se3(twist) * column.xi).eval());
+    J.col(column.parameter) +=
+        tool_motion(frame, tool.p, same ? column.xi : (right_jacobian_se3(twist) * column.xi).eval());
   }
   return tool;
 }
@@ -89,7 +99,8 @@ const Pose& RowEvaluator::jacobian(const State& state, Eigen::Ref<Eigen::Matrix<
 namespace {
 
 /// Rows begin ... end - 1 with what the effects need of them.
-Samples settled(const ErrorModel& model, const Samples& samples, const Eigen::VectorXd& theta, Eigen::Index begin, Eigen::Index end) {
+Samples settled(const ErrorModel& model, const Samples& samples, const Eigen::VectorXd& theta, Eigen::Index begin,
+                Eigen::Index end) {
   Samples part = samples.slice(begin, end);
   settle(model, theta, 1, part);
   return part;
@@ -97,7 +108,8 @@ Samples settled(const ErrorModel& model, const Samples& samples, const Eigen::Ve
 
 }  // namespace
 
-void predict(const ErrorModel& model, const Samples& samples, const Eigen::Ref<const Eigen::VectorXd>& theta, int threads, double* poses) {
+void predict(const ErrorModel& model, const Samples& samples, const Eigen::Ref<const Eigen::VectorXd>& theta,
+             int threads, double* poses) {
   samples.check(model.robot().joint_count());
   parallel_chunks(samples.count(), threads, [&](Eigen::Index, Eigen::Index begin, Eigen::Index end) {
     RowEvaluator rows(model, theta);
@@ -112,7 +124,8 @@ void predict(const ErrorModel& model, const Samples& samples, const Eigen::Ref<c
   });
 }
 
-void parameter_jacobian(const ErrorModel& model, const Samples& samples, const Eigen::Ref<const Eigen::VectorXd>& theta, int rows, int threads, double* J) {
+void parameter_jacobian(const ErrorModel& model, const Samples& samples, const Eigen::Ref<const Eigen::VectorXd>& theta,
+                        int rows, int threads, double* J) {
   samples.check(model.robot().joint_count());
   FASTCAL_CHECK(rows == 3 || rows == 6) << "a parameter Jacobian has 3 or 6 rows a sample, got " << rows;
   const int p = model.parameter_count();

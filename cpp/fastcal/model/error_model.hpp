@@ -2,7 +2,8 @@
 // SPDX-License-Identifier: MIT
 //
 // A robot with its effects: predicts the tool's pose and its derivative by every parameter.
-//   J_tool_theta = J_tool_xi * J_xi_theta, inner names cancel: the chain gives the first factor, geometry and effects the second.
+//   J_tool_theta = J_tool_xi * J_xi_theta, inner names cancel: the chain gives the first factor, geometry and effects
+//   the second.
 #pragma once
 
 #include <memory>
@@ -17,7 +18,8 @@ namespace fastcal {
 class ErrorModel {
  public:
   /// `effect_values`: where the effects' parameters start, all of them in order; empty: at zero.
-  explicit ErrorModel(RobotModel robot, std::vector<std::shared_ptr<const Effect>> effects = {}, const Eigen::VectorXd& effect_values = {});
+  explicit ErrorModel(RobotModel robot, std::vector<std::shared_ptr<const Effect>> effects = {},
+                      const Eigen::VectorXd& effect_values = {});
 
   const RobotModel& robot() const { return robot_; }
   const std::vector<std::shared_ptr<const Effect>>& effects() const { return effects_; }
@@ -63,14 +65,18 @@ class RowEvaluator {
   Eigen::VectorXd theta_;
   Chain chain_;
   Twists xi_;
-  TwistColumns columns_;               // of the effects, this row
+  TwistColumns columns_;  // of the effects, this row
   std::vector<Pose> frames_;
 };
 
-/// Poses (N, 16), each 4 x 4 in C order, of the tool in the measuring frame, loads settled. The result does not depend on `threads`.
-void predict(const ErrorModel& model, const Samples& samples, const Eigen::Ref<const Eigen::VectorXd>& theta, int threads, double* poses);
+/// Poses (N, 16), each 4 x 4 in C order, of the tool in the measuring frame, loads settled. The result does not depend
+/// on `threads`.
+void predict(const ErrorModel& model, const Samples& samples, const Eigen::Ref<const Eigen::VectorXd>& theta,
+             int threads, double* poses);
 
-/// Derivative of the tool's position (rows = 3) or of its motion [v; w] (rows = 6) by every parameter: (N, rows, P), C order.
-void parameter_jacobian(const ErrorModel& model, const Samples& samples, const Eigen::Ref<const Eigen::VectorXd>& theta, int rows, int threads, double* J);
+/// Derivative of the tool's position (rows = 3) or of its motion [v; w] (rows = 6) by every parameter: (N, rows, P), C
+/// order.
+void parameter_jacobian(const ErrorModel& model, const Samples& samples, const Eigen::Ref<const Eigen::VectorXd>& theta,
+                        int rows, int threads, double* J);
 
 }  // namespace fastcal

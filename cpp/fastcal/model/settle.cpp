@@ -20,7 +20,8 @@ void fill_output(const ErrorModel& model, const Eigen::VectorXd& theta, Samples&
   samples.output = samples.q;
   Eigen::Index first = model.robot().nominal().size();
   for (const auto& effect : model.effects()) {
-    for (int j = 0; j < model.robot().joint_count(); ++j) samples.output.col(j) += effect->output_error(j, theta.data() + first) * samples.q.col(j);
+    for (int j = 0; j < model.robot().joint_count(); ++j)
+      samples.output.col(j) += effect->output_error(j, theta.data() + first) * samples.q.col(j);
     first += static_cast<Eigen::Index>(effect->parameters().size());
   }
 }
@@ -40,7 +41,8 @@ void fill_compliance(const ErrorModel& model, const Eigen::VectorXd& theta, Eige
   samples.compliance.row(i).setZero();
   Eigen::Index first = model.robot().nominal().size();
   for (const auto& effect : model.effects()) {
-    for (int j = 0; j < model.robot().joint_count(); ++j) samples.compliance(i, j) += effect->joint_compliance(state, j, theta.data() + first);
+    for (int j = 0; j < model.robot().joint_count(); ++j)
+      samples.compliance(i, j) += effect->joint_compliance(state, j, theta.data() + first);
     first += static_cast<Eigen::Index>(effect->parameters().size());
   }
 }
@@ -51,7 +53,8 @@ double settle(const ErrorModel& model, const Eigen::Ref<const Eigen::VectorXd>& 
   return settle(model, theta, threads, samples, model.needs());
 }
 
-double settle(const ErrorModel& model, const Eigen::Ref<const Eigen::VectorXd>& theta_in, int threads, Samples& samples, unsigned needs) {
+double settle(const ErrorModel& model, const Eigen::Ref<const Eigen::VectorXd>& theta_in, int threads, Samples& samples,
+              unsigned needs) {
   if (needs == kNothing || samples.count() == 0) return 0;
   const Eigen::VectorXd theta = theta_in;
   const RobotDescription& robot = model.robot().description();
@@ -86,12 +89,14 @@ double settle(const ErrorModel& model, const Eigen::Ref<const Eigen::VectorXd>& 
         const std::vector<Pose>& T = evaluator.frames(state, round > 0);
         std::copy(T.begin(), T.end(), samples.frames.begin() + i * frames);
         before = samples.load.row(i);
-        frame_loads(robot, chain, T, state, samples.gravity, samples.load.row(i).data(), samples.payload_load.row(i).data());
+        frame_loads(robot, chain, T, state, samples.gravity, samples.load.row(i).data(),
+                    samples.payload_load.row(i).data());
         if (robot.compensator) samples.spring[i] = spring_load(robot, chain, T)[spring_axis];
         if (needs & kCompliance) fill_compliance(model, theta, i, samples);
         const double largest = samples.load.row(i).cwiseAbs().maxCoeff();
         change = largest > 0 ? (samples.load.row(i).transpose() - before).cwiseAbs().maxCoeff() / largest : 0;
-        const bool still = (model.needs() & kFrames) == 0 || (round > 0 && (T.back().p - tool_before).norm() <= kSettled * length);
+        const bool still =
+            (model.needs() & kFrames) == 0 || (round > 0 && (T.back().p - tool_before).norm() <= kSettled * length);
         tool_before = T.back().p;
         if (!model.at_equilibrium() || (change <= kSettled && still)) break;
       }

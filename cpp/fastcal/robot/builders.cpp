@@ -20,15 +20,25 @@ Parameter parameter(int joint, const std::string& name, const std::string& unit,
 
 void check_rows(const RobotDescription& description, Eigen::Index rows, Eigen::Index cols, Eigen::Index wanted_cols) {
   const auto n = static_cast<Eigen::Index>(description.joint_types.size());
-  FASTCAL_CHECK(rows == n && cols == wanted_cols) << "the geometry table must be " << n << " x " << wanted_cols << ", got " << rows << " x " << cols;
+  FASTCAL_CHECK(rows == n && cols == wanted_cols)
+      << "the geometry table must be " << n << " x " << wanted_cols << ", got " << rows << " x " << cols;
 }
 
-void add_theta(RobotModel& model, int joint, double value) { model.add_parameter(Motion::kRz, value, parameter(joint, "theta", "rad", "joint angle offset")); }
-void add_d(RobotModel& model, int joint, double value) { model.add_parameter(Motion::kTz, value, parameter(joint, "d", "m", "offset along the joint axis")); }
-void add_a(RobotModel& model, int joint, double value) { model.add_parameter(Motion::kTx, value, parameter(joint, "a", "m", "link length")); }
-void add_alpha(RobotModel& model, int joint, double value) { model.add_parameter(Motion::kRx, value, parameter(joint, "alpha", "rad", "link twist")); }
+void add_theta(RobotModel& model, int joint, double value) {
+  model.add_parameter(Motion::kRz, value, parameter(joint, "theta", "rad", "joint angle offset"));
+}
+void add_d(RobotModel& model, int joint, double value) {
+  model.add_parameter(Motion::kTz, value, parameter(joint, "d", "m", "offset along the joint axis"));
+}
+void add_a(RobotModel& model, int joint, double value) {
+  model.add_parameter(Motion::kTx, value, parameter(joint, "a", "m", "link length"));
+}
+void add_alpha(RobotModel& model, int joint, double value) {
+  model.add_parameter(Motion::kRx, value, parameter(joint, "alpha", "rad", "link twist"));
+}
 void add_beta(RobotModel& model, int joint, double value) {
-  model.add_parameter(Motion::kRy, value, parameter(joint, "beta", "rad", "tilt about y (Hayati), for nearly parallel axes"));
+  model.add_parameter(Motion::kRy, value,
+                      parameter(joint, "beta", "rad", "tilt about y (Hayati), for nearly parallel axes"));
 }
 
 }  // namespace
@@ -80,16 +90,23 @@ RobotModel build_poe(RobotDescription description, const RowMatrixXd& screws, co
     const Eigen::Vector3d omega = screws.row(i).head<3>();
     const Eigen::Vector3d v = screws.row(i).segment<3>(3);
     const Eigen::Vector3d direction = revolute ? omega : v;
-    FASTCAL_CHECK(std::abs(direction.norm() - 1) < 1e-6) << "joint" << i + 1 << ": the screw's direction must have length 1, got " << direction.norm();
+    FASTCAL_CHECK(std::abs(direction.norm() - 1) < 1e-6)
+        << "joint" << i + 1 << ": the screw's direction must have length 1, got " << direction.norm();
     FASTCAL_CHECK(!revolute || std::abs(omega.dot(v)) < 1e-9 * (1 + v.norm()))
-        << "joint" << i + 1 << ": v must be perpendicular to omega (a screw without pitch), got omega . v = " << omega.dot(v);
-    const Pose axis{rotation_to_axis(direction.normalized()), revolute ? omega.cross(v).eval() : Eigen::Vector3d::Zero()};
+        << "joint" << i + 1
+        << ": v must be perpendicular to omega (a screw without pitch), got omega . v = " << omega.dot(v);
+    const Pose axis{rotation_to_axis(direction.normalized()),
+                    revolute ? omega.cross(v).eval() : Eigen::Vector3d::Zero()};
     const int first = static_cast<int>(model.parameters().size());
     model.add_constant(axis);
-    model.add_parameter(Motion::kTx, 0, parameter(i, "x", "m", "shift of the axis along the first direction across it"));
-    model.add_parameter(Motion::kTy, 0, parameter(i, "y", "m", "shift of the axis along the second direction across it"));
-    model.add_parameter(Motion::kRx, 0, parameter(i, "rx", "rad", "tilt of the axis about the first direction across it"));
-    model.add_parameter(Motion::kRy, 0, parameter(i, "ry", "rad", "tilt of the axis about the second direction across it"));
+    model.add_parameter(Motion::kTx, 0,
+                        parameter(i, "x", "m", "shift of the axis along the first direction across it"));
+    model.add_parameter(Motion::kTy, 0,
+                        parameter(i, "y", "m", "shift of the axis along the second direction across it"));
+    model.add_parameter(Motion::kRx, 0,
+                        parameter(i, "rx", "rad", "tilt of the axis about the first direction across it"));
+    model.add_parameter(Motion::kRy, 0,
+                        parameter(i, "ry", "rad", "tilt of the axis about the second direction across it"));
     if (i > 0) model.add_link_end();
     if (revolute)
       add_theta(model, i, screws(i, 6));
@@ -109,13 +126,15 @@ RobotModel build_poe(RobotDescription description, const RowMatrixXd& screws, co
   return model;
 }
 
-RobotModel build_urdf(RobotDescription description, const std::vector<Pose>& origins, const RowMatrixXd& axes, const Pose& flange) {
+RobotModel build_urdf(RobotDescription description, const std::vector<Pose>& origins, const RowMatrixXd& axes,
+                      const Pose& flange) {
   check_rows(description, static_cast<Eigen::Index>(origins.size()), axes.cols(), 3);
   check_rows(description, axes.rows(), axes.cols(), 3);
   RobotModel model(std::move(description));
   for (int i = 0; i < model.joint_count(); ++i) {
     const Eigen::Vector3d axis = axes.row(i);
-    FASTCAL_CHECK(std::abs(axis.norm() - 1) < 1e-6) << "joint" << i + 1 << ": the axis must have length 1, got " << axis.norm();
+    FASTCAL_CHECK(std::abs(axis.norm() - 1) < 1e-6)
+        << "joint" << i + 1 << ": the axis must have length 1, got " << axis.norm();
     const Pose align{rotation_to_axis(axis.normalized()), Eigen::Vector3d::Zero()};
     model.add_constant(origins[static_cast<std::size_t>(i)]);
     model.add_parameter(Motion::kTx, 0, parameter(i, "x", "m", "shift of the joint's origin along its own x"));

@@ -13,7 +13,8 @@ namespace fastcal {
 /// One body twist [v; w] a frame, 6 x (2 n + 2).
 using Twists = Eigen::Matrix<double, 6, Eigen::Dynamic>;
 
-/// Does the twist turn its frame about the frame's own z axis and nothing else (or nothing at all)? Such twists commute.
+/// Does the twist turn its frame about the frame's own z axis and nothing else (or nothing at all)? Such twists
+/// commute.
 template <typename Derived>
 bool is_turn_about_z(const Eigen::MatrixBase<Derived>& xi) {
   return xi[0] == 0 && xi[1] == 0 && xi[2] == 0 && xi[3] == 0 && xi[4] == 0;
@@ -22,7 +23,8 @@ bool is_turn_about_z(const Eigen::MatrixBase<Derived>& xi) {
 /// Poses of all frames in the measuring frame: T_f = T_(f-1) C_f Z_f(q) exp(xi_f). `xi` null: no error twists.
 void forward(const Chain& chain, const double* q, const Twists* xi, std::vector<Pose>& T_world_frame);
 
-/// How the tool moves, [v; w] of its origin in the axes of the measuring frame, when frame `T_world_frame` makes the body twist `xi`.
+/// How the tool moves, [v; w] of its origin in the axes of the measuring frame, when frame `T_world_frame` makes the
+/// body twist `xi`.
 inline Vector6d tool_motion(const Pose& T_world_frame, const Eigen::Vector3d& p_world_tool, const Vector6d& xi) {
   Vector6d out;
   out.tail<3>().noalias() = T_world_frame.R * xi.tail<3>();

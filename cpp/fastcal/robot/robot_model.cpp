@@ -52,17 +52,22 @@ RobotModel::RobotModel(RobotDescription description) : description_(std::move(de
   const int n = joint_count();
   FASTCAL_CHECK(n > 0) << "a robot needs at least one joint, got none";
   if (description_.bodies.empty()) description_.bodies.resize(static_cast<std::size_t>(n));
-  FASTCAL_CHECK(static_cast<int>(description_.bodies.size()) == n) << "bodies must be one a joint (" << n << "), got " << description_.bodies.size();
+  FASTCAL_CHECK(static_cast<int>(description_.bodies.size()) == n)
+      << "bodies must be one a joint (" << n << "), got " << description_.bodies.size();
   if (description_.coupling.size() == 0) description_.coupling = Eigen::MatrixXd::Zero(n, n);
-  FASTCAL_CHECK(description_.coupling.rows() == n && description_.coupling.cols() == n) << "coupling must be " << n << " x " << n;
-  FASTCAL_CHECK(is_finite(description_.T_world_base) && is_finite(description_.T_flange_tool)) << "base and tool must be finite";
-  FASTCAL_CHECK(description_.gravity.allFinite() && description_.p_flange_payload.allFinite()) << "gravity and the payload's centre must be finite";
+  FASTCAL_CHECK(description_.coupling.rows() == n && description_.coupling.cols() == n)
+      << "coupling must be " << n << " x " << n;
+  FASTCAL_CHECK(is_finite(description_.T_world_base) && is_finite(description_.T_flange_tool))
+      << "base and tool must be finite";
+  FASTCAL_CHECK(description_.gravity.allFinite() && description_.p_flange_payload.allFinite())
+      << "gravity and the payload's centre must be finite";
   add_frame_parameters("base", description_.T_world_base, StepKind::kBaseReference);
   steps_.push_back({StepKind::kFrame, Motion::kTx, -1, 1, {}});
 }
 
 void RobotModel::add_frame_parameters(const std::string& owner, const Pose& pose, StepKind reference) {
-  const std::string whose = owner == "base" ? " of the base in the measuring frame" : " of the tool in the flange frame";
+  const std::string whose =
+      owner == "base" ? " of the base in the measuring frame" : " of the tool in the flange frame";
   add_parameter(Motion::kTx, pose.p.x(), {owner, "x", "m", kSigmaLength, "position x" + whose});
   add_parameter(Motion::kTy, pose.p.y(), {owner, "y", "m", kSigmaLength, "position y" + whose});
   add_parameter(Motion::kTz, pose.p.z(), {owner, "z", "m", kSigmaLength, "position z" + whose});
@@ -73,7 +78,8 @@ void RobotModel::add_frame_parameters(const std::string& owner, const Pose& pose
 }
 
 void RobotModel::add_parameter(Motion motion, double value, Parameter parameter, double sign) {
-  FASTCAL_CHECK(std::isfinite(value)) << parameter.owner << " " << parameter.name << " must be a finite number, got " << value;
+  FASTCAL_CHECK(std::isfinite(value)) << parameter.owner << " " << parameter.name << " must be a finite number, got "
+                                      << value;
   const int index = static_cast<int>(parameters_.size());
   parameters_.push_back(std::move(parameter));
   nominal_.conservativeResize(index + 1);
@@ -81,7 +87,9 @@ void RobotModel::add_parameter(Motion motion, double value, Parameter parameter,
   repeat_parameter(motion, index, sign);
 }
 
-void RobotModel::repeat_parameter(Motion motion, int parameter, double sign) { steps_.push_back({StepKind::kMotion, motion, parameter, sign, {}}); }
+void RobotModel::repeat_parameter(Motion motion, int parameter, double sign) {
+  steps_.push_back({StepKind::kMotion, motion, parameter, sign, {}});
+}
 
 void RobotModel::add_constant(const Pose& pose) {
   FASTCAL_CHECK(is_finite(pose)) << "a fixed frame of the chain must be finite";
@@ -108,7 +116,8 @@ Eigen::Vector3d RobotModel::link_axis(int joint) const {
 }
 
 void RobotModel::finish() {
-  FASTCAL_CHECK(joints_added_ == joint_count()) << "the chain has " << joints_added_ << " joints, its description " << joint_count();
+  FASTCAL_CHECK(joints_added_ == joint_count())
+      << "the chain has " << joints_added_ << " joints, its description " << joint_count();
   add_frame_parameters("tool", description_.T_flange_tool, StepKind::kToolReference);
   steps_.push_back({StepKind::kFrame, Motion::kTx, -1, 1, {}});
   const Chain whole = chain();
@@ -120,7 +129,8 @@ void RobotModel::finish() {
 }
 
 Chain RobotModel::chain(const Eigen::Ref<const Eigen::VectorXd>& values) const {
-  FASTCAL_CHECK(values.size() == nominal_.size()) << "the chain has " << nominal_.size() << " parameters, got " << values.size();
+  FASTCAL_CHECK(values.size() == nominal_.size())
+      << "the chain has " << nominal_.size() << " parameters, got " << values.size();
   Chain out;
   out.joint_types = description_.joint_types;
   out.constants.reserve(static_cast<std::size_t>(frame_count()));
@@ -177,7 +187,8 @@ RobotModel RobotModel::with_base_and_tool(const Pose& T_world_base, const Pose& 
 
 Eigen::Matrix3d rotation_to_axis(const Eigen::Vector3d& axis) {
   const bool down = axis.z() < -0.9;
-  const Eigen::Vector3d from = down ? Eigen::Vector3d(-Eigen::Vector3d::UnitZ()) : Eigen::Vector3d(Eigen::Vector3d::UnitZ());
+  const Eigen::Vector3d from =
+      down ? Eigen::Vector3d(-Eigen::Vector3d::UnitZ()) : Eigen::Vector3d(Eigen::Vector3d::UnitZ());
   const Eigen::Matrix3d V = skew(from.cross(axis));
   const Eigen::Matrix3d R = Eigen::Matrix3d::Identity() + V + V * V / (1 + from.dot(axis));
   return down ? Eigen::Matrix3d(R * Eigen::Vector3d(1, -1, -1).asDiagonal()) : R;

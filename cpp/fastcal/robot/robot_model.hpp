@@ -1,13 +1,16 @@
 // SPDX-FileCopyrightText: 2026 The fastcal authors
 // SPDX-License-Identifier: MIT
 //
-// A robot as a chain of elementary motions: DH, MDH, POE and URDF all end here, so that nothing behind this file knows which it was.
+// A robot as a chain of elementary motions: DH, MDH, POE and URDF all end here, so that nothing behind this file knows
+// which it was.
 //
-// The chain passes 2 n + 2 frames, in this order:  base, joint_1, link_1, joint_2, ..., joint_n, link_n (= flange), tool.
+// The chain passes 2 n + 2 frames, in this order:  base, joint_1, link_1, joint_2, ..., joint_n, link_n (= flange),
+// tool.
 //   joint_i  moves with joint i, its z axis is the joint's axis;
 //   link_i   is the far end of link i, where joint i + 1 is mounted (before that joint's motion); link_n is the flange.
-// In each of them an error twist may act:  T_f = T_(f-1) * C_f * Z_f(q) * exp(xi_f),  Z the joint's motion along z (joint frames only).
-// After P. Corke, J. Haviland, "Not your grandmother's toolbox" (2021): elementary transform sequences.
+// In each of them an error twist may act:  T_f = T_(f-1) * C_f * Z_f(q) * exp(xi_f),  Z the joint's motion along z
+// (joint frames only). After P. Corke, J. Haviland, "Not your grandmother's toolbox" (2021): elementary transform
+// sequences.
 #pragma once
 
 #include <limits>
@@ -40,48 +43,50 @@ struct Parameter {
 
 /// The rigid body that joint i moves.
 struct Body {
-  double mass = 0;                                         ///< [kg]
-  Eigen::Vector3d com = Eigen::Vector3d::Zero();           ///< [m], in the body's frame; half way along the link where neither it nor a mass is given
-  Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();       ///< [kg m^2], about the com, axes of the body's frame
+  double mass = 0;                                ///< [kg]
+  Eigen::Vector3d com = Eigen::Vector3d::Zero();  ///< [m], in the body's frame; half way along the link where neither
+                                                  ///< it nor a mass is given
+  Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();  ///< [kg m^2], about the com, axes of the body's frame
 };
 
-/// A spring that carries a part of the weight on a joint. Both points are in the joint's frame at joint position 0: the anchor stays
-/// there with the link before the joint, the arm moves with the joint.
+/// A spring that carries a part of the weight on a joint. Both points are in the joint's frame at joint position 0: the
+/// anchor stays there with the link before the joint, the arm moves with the joint.
 struct Compensator {
-  int joint = 0;                                         ///< counts from 0
-  Eigen::Vector3d anchor = Eigen::Vector3d::Zero();      ///< [m]
-  Eigen::Vector3d arm = Eigen::Vector3d::Zero();         ///< [m]
-  double stiffness = 0;                                  ///< [N/m]
-  double free_length = 0;                                ///< [m]
+  int joint = 0;                                     ///< counts from 0
+  Eigen::Vector3d anchor = Eigen::Vector3d::Zero();  ///< [m]
+  Eigen::Vector3d arm = Eigen::Vector3d::Zero();     ///< [m]
+  double stiffness = 0;                              ///< [N/m]
+  double free_length = 0;                            ///< [m]
 };
 
 /// What every kind of robot file has beside its geometry.
 struct RobotDescription {
   std::vector<JointType> joint_types;
-  std::vector<Body> bodies;                                       ///< one a joint; mass 0 where the file gives none
-  Pose T_world_base;                                              ///< nominal, from the measuring frame
-  Pose T_flange_tool;                                             ///< nominal
-  Eigen::Vector3d p_flange_payload = Eigen::Vector3d::Zero();     ///< [m] where a payload's weight acts
-  Eigen::Vector3d gravity{0, 0, -9.80665};                        ///< [m/s^2], in base, or in the measuring frame:
+  std::vector<Body> bodies;                                    ///< one a joint; mass 0 where the file gives none
+  Pose T_world_base;                                           ///< nominal, from the measuring frame
+  Pose T_flange_tool;                                          ///< nominal
+  Eigen::Vector3d p_flange_payload = Eigen::Vector3d::Zero();  ///< [m] where a payload's weight acts
+  Eigen::Vector3d gravity{0, 0, -9.80665};                     ///< [m/s^2], in base, or in the measuring frame:
   bool gravity_in_world = false;
   WrenchFrame wrench_frame = WrenchFrame::kBase;
-  Eigen::MatrixXd coupling;                                       ///< (n, n) nominal c_ij: joint i turns by c_ij when joint j turns
+  Eigen::MatrixXd coupling;  ///< (n, n) nominal c_ij: joint i turns by c_ij when joint j turns
   std::optional<Compensator> compensator;
-  Eigen::VectorXd motor_ratio;                                    ///< (n) turns of the motor per turn of the joint, NaN where unknown; or empty
+  Eigen::VectorXd motor_ratio;  ///< (n) turns of the motor per turn of the joint, NaN where unknown; or empty
 };
 
 /// The chain at given parameter values: what a batch loop needs, and nothing else.
 struct Chain {
-  /// d T_world_tool / d parameter is the twist `xi` (body) of frame `frame`, the same in every posture; base parameters: of kWorldFrame.
+  /// d T_world_tool / d parameter is the twist `xi` (body) of frame `frame`, the same in every posture; base
+  /// parameters: of kWorldFrame.
   struct Column {
     int parameter;
     int frame;
     Vector6d xi;
   };
   std::vector<JointType> joint_types;
-  std::vector<Pose> constants;      ///< C_f, 2 n + 2
-  std::vector<Column> columns;      ///< in the order of the chain; a parameter may have several
-  std::vector<Pose> body_frames;    ///< pose of body i's frame in joint_i, n
+  std::vector<Pose> constants;    ///< C_f, 2 n + 2
+  std::vector<Column> columns;    ///< in the order of the chain; a parameter may have several
+  std::vector<Pose> body_frames;  ///< pose of body i's frame in joint_i, n
 
   int joint_count() const { return static_cast<int>(joint_types.size()); }
   int frame_count() const { return 2 * joint_count() + 2; }
@@ -99,14 +104,15 @@ class RobotModel {
   explicit RobotModel(RobotDescription description);
 
   // Building, in the order of the chain; called by the builders below only.
-  void add_parameter(Motion motion, double value, Parameter parameter, double sign = 1);  ///< a new parameter and its motion
-  void repeat_parameter(Motion motion, int parameter, double sign);                       ///< the same parameter once more
+  void add_parameter(Motion motion, double value, Parameter parameter,
+                     double sign = 1);                               ///< a new parameter and its motion
+  void repeat_parameter(Motion motion, int parameter, double sign);  ///< the same parameter once more
   void add_constant(const Pose& pose);
-  void add_joint();           ///< the next joint's motion along z
-  void add_body_frame();      ///< here lies the frame in which the last joint's body is given
-  void add_link_end();        ///< the far end of the last joint's link
+  void add_joint();       ///< the next joint's motion along z
+  void add_body_frame();  ///< here lies the frame in which the last joint's body is given
+  void add_link_end();    ///< the far end of the last joint's link
   void set_link_axis(int joint, const Eigen::Vector3d& axis);  ///< see link_axis
-  void finish();              ///< flange to tool; checks that the chain is complete
+  void finish();                                               ///< flange to tool; checks that the chain is complete
 
   int joint_count() const { return static_cast<int>(description_.joint_types.size()); }
   int frame_count() const { return 2 * joint_count() + 2; }
@@ -118,8 +124,9 @@ class RobotModel {
   Chain chain(const Eigen::Ref<const Eigen::VectorXd>& values) const;
   Chain chain() const { return chain(nominal_); }
 
-  /// The link as a beam: the vector [m] along its own axis from root to far end, in the axes of joint_i. DH: a_i along x, MDH: the a of
-  /// row i + 1, where these are 0 the d of the link along z; POE and URDF: from the joint's origin to the next joint's.
+  /// The link as a beam: the vector [m] along its own axis from root to far end, in the axes of joint_i. DH: a_i along
+  /// x, MDH: the a of row i + 1, where these are 0 the d of the link along z; POE and URDF: from the joint's origin to
+  /// the next joint's.
   Eigen::Vector3d link_axis(int joint) const;
 
   /// Name of a frame: "base", "joint2", "link2", "tool".
@@ -151,20 +158,25 @@ class RobotModel {
 /// Classic DH: T_i = Rz(theta + q) Tz(d) Tx(a) Rx(alpha) Ry(beta); rows (n, 5): theta, d, a, alpha, beta in rad and m.
 RobotModel build_dh(RobotDescription description, const RowMatrixXd& rows);
 
-/// Modified DH (Craig): T_i = Rx(alpha) Tx(a) Rz(theta + q) Tz(d) Ry(beta); row i holds alpha_(i-1), a_(i-1). Columns as build_dh.
+/// Modified DH (Craig): T_i = Rx(alpha) Tx(a) Rz(theta + q) Tz(d) Ry(beta); row i holds alpha_(i-1), a_(i-1). Columns
+/// as build_dh.
 RobotModel build_mdh(RobotDescription description, const RowMatrixXd& rows);
 
-/// Products of exponentials: T = exp(S_1 (q_1 + o_1)) ... exp(S_n (q_n + o_n)) home; screws (n, 7): omega (unit, or 0 for
-/// prismatic), v = -omega x point (or the unit direction), offset o; base frame, q = 0 (SR210D, equations 1 and 2).
-/// An axis' error is four numbers, tilt (rx, ry) and shift (x, y) across it, where equation 20 has six of which two do nothing.
+/// Products of exponentials: T = exp(S_1 (q_1 + o_1)) ... exp(S_n (q_n + o_n)) home; screws (n, 7): omega (unit, or 0
+/// for prismatic), v = -omega x point (or the unit direction), offset o; base frame, q = 0 (SR210D, equations 1 and 2).
+/// An axis' error is four numbers, tilt (rx, ry) and shift (x, y) across it, where equation 20 has six of which two do
+/// nothing.
 RobotModel build_poe(RobotDescription description, const RowMatrixXd& screws, const Pose& home);
 
 /// URDF: joint i is mounted at origins[i] in the frame of joint i - 1 and moves about or along axes (n, 3, unit) there.
-/// `flange` is what is fixed behind the last joint. An origin's error is six numbers: x, y, z, rx, ry, rz in its own frame.
-RobotModel build_urdf(RobotDescription description, const std::vector<Pose>& origins, const RowMatrixXd& axes, const Pose& flange);
+/// `flange` is what is fixed behind the last joint. An origin's error is six numbers: x, y, z, rx, ry, rz in its own
+/// frame.
+RobotModel build_urdf(RobotDescription description, const std::vector<Pose>& origins, const RowMatrixXd& axes,
+                      const Pose& flange);
 
-/// A rotation whose z axis is `axis` (unit): the least turn from z; within 26 degrees of -z, where the least turn has no limit,
-/// a half turn about x and the least turn from there, so that a slightly tilted axis gets a slightly turned frame.
+/// A rotation whose z axis is `axis` (unit): the least turn from z; within 26 degrees of -z, where the least turn has
+/// no limit, a half turn about x and the least turn from there, so that a slightly tilted axis gets a slightly turned
+/// frame.
 Eigen::Matrix3d rotation_to_axis(const Eigen::Vector3d& axis);
 
 }  // namespace fastcal

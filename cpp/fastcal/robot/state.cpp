@@ -7,14 +7,17 @@
 namespace fastcal {
 
 void Samples::check(int joint_count) const {
-  FASTCAL_CHECK(q.cols() == joint_count) << "q must have shape (N, " << joint_count << "), got (" << q.rows() << ", " << q.cols() << ")";
+  FASTCAL_CHECK(q.cols() == joint_count) << "q must have shape (N, " << joint_count << "), got (" << q.rows() << ", "
+                                         << q.cols() << ")";
   FASTCAL_CHECK(q.allFinite()) << "q must be finite";
   const auto vector = [this](const auto& values, const char* name) {
-    FASTCAL_CHECK(values.size() == 0 || values.size() == q.rows()) << name << " must have shape (" << q.rows() << ",), got (" << values.size() << ",)";
+    FASTCAL_CHECK(values.size() == 0 || values.size() == q.rows())
+        << name << " must have shape (" << q.rows() << ",), got (" << values.size() << ",)";
   };
   const auto shape = [this](const RowMatrixXd& values, Eigen::Index cols, const char* name) {
     FASTCAL_CHECK(values.size() == 0 || (values.rows() == q.rows() && values.cols() == cols))
-        << name << " must have shape (" << q.rows() << ", " << cols << "), got (" << values.rows() << ", " << values.cols() << ")";
+        << name << " must have shape (" << q.rows() << ", " << cols << "), got (" << values.rows() << ", "
+        << values.cols() << ")";
   };
   vector(payload, "payload");
   vector(temperature, "temperature");

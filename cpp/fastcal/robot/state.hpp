@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The fastcal authors
 // SPDX-License-Identifier: MIT
 //
-// The state of a robot in one measured posture, and the table of all of them. A State depends on the row and on the model at the
-// start of an outer iteration, never on the parameters inside a solve: effects stay linear, and threads share nothing that changes.
+// The state of a robot in one measured posture, and the table of all of them. A State depends on the row and on the
+// model at the start of an outer iteration, never on the parameters inside a solve: effects stay linear, and threads
+// share nothing that changes.
 #pragma once
 
 #include <limits>
@@ -16,20 +17,22 @@ namespace fastcal {
 
 /// What identified weights and springs add to those of the robot file.
 struct Weights {
-  Eigen::VectorXd mass;                                           ///< (n) of the links [kg]
-  Eigen::Matrix3Xd moment;                                        ///< (3, n) mass times shift of the centre [kg m], frames of the bodies
-  double payload_mass = 0;                                        ///< [kg], in rows that carry one
-  Eigen::Vector3d payload_shift = Eigen::Vector3d::Zero();        ///< [m], flange
-  double spring_scale = 0;                                        ///< share by which the compensator is stiffer
+  Eigen::VectorXd mass;     ///< (n) of the links [kg]
+  Eigen::Matrix3Xd moment;  ///< (3, n) mass times shift of the centre [kg m], frames of the bodies
+  double payload_mass = 0;  ///< [kg], in rows that carry one
+  Eigen::Vector3d payload_shift = Eigen::Vector3d::Zero();  ///< [m], flange
+  double spring_scale = 0;                                  ///< share by which the compensator is stiffer
 
-  explicit Weights(int joint_count = 0) : mass(Eigen::VectorXd::Zero(joint_count)), moment(Eigen::Matrix3Xd::Zero(3, joint_count)) {}
+  explicit Weights(int joint_count = 0)
+      : mass(Eigen::VectorXd::Zero(joint_count)), moment(Eigen::Matrix3Xd::Zero(3, joint_count)) {}
 };
 
 /// What one effect may look at. Null or NaN: not given in the data. SI.
 struct State {
-  const double* q = nullptr;         ///< n joint positions as commanded [rad, m]
-  double payload = 0;                ///< [kg]
-  const double* wrench = nullptr;    ///< fx fy fz mx my mz at the payload's centre [N, N m], in the axes of the robot's wrench frame
+  const double* q = nullptr;  ///< n joint positions as commanded [rad, m]
+  double payload = 0;         ///< [kg]
+  const double* wrench =
+      nullptr;  ///< fx fy fz mx my mz at the payload's centre [N, N m], in the axes of the robot's wrench frame
   double temperature = std::numeric_limits<double>::quiet_NaN();  ///< [K]
   double time = std::numeric_limits<double>::quiet_NaN();         ///< [s]
   int station = -1;
@@ -39,11 +42,13 @@ struct State {
   const double* extra = nullptr;     ///< columns of the user's own
   const double* table = nullptr;     ///< basis values of effects that a user registered
 
-  // What the model itself makes of the row, at the start of an outer iteration (model/settle.hpp); null where no effect asked for it.
-  const Chain* chain = nullptr;          ///< the geometry as far as it is identified, no effect in it
-  const Pose* frames = nullptr;          ///< T_world_frame of the deflected arm, one a frame
-  const double* gravity = nullptr;       ///< [m/s^2] in the measuring frame
-  const double* load = nullptr;          ///< 6 a frame: force and moment that all beyond puts on the frame, its axes, its origin [N, N m]
+  // What the model itself makes of the row, at the start of an outer iteration (model/settle.hpp); null where no effect
+  // asked for it.
+  const Chain* chain = nullptr;     ///< the geometry as far as it is identified, no effect in it
+  const Pose* frames = nullptr;     ///< T_world_frame of the deflected arm, one a frame
+  const double* gravity = nullptr;  ///< [m/s^2] in the measuring frame
+  const double* load =
+      nullptr;  ///< 6 a frame: force and moment that all beyond puts on the frame, its axes, its origin [N, N m]
   const double* payload_load = nullptr;  ///< the payload's and the wrench's share of `load`
   const double* output = nullptr;        ///< n joint positions behind the gears: q with the identified reduction ratios
   const double* compliance = nullptr;    ///< n slopes d q / d torque of all compliances of the joint [rad/(N m), m/N]
@@ -58,23 +63,23 @@ struct State {
 
 /// N rows of conditions; what is empty was not measured. `q` is required.
 struct Samples {
-  RowMatrixXd q;             ///< (N, n)
-  Eigen::VectorXd payload;   ///< (N)
-  RowMatrixXd wrench;        ///< (N, 6)
-  Eigen::VectorXd temperature, time;   ///< (N)
-  Eigen::VectorXi station, mount;      ///< (N)
-  RowMatrixXd approach, current;       ///< (N, n)
-  RowMatrixXd extra;                   ///< (N, k)
-  RowMatrixXd table;                   ///< (N, k) basis values of effects that a user registered
+  RowMatrixXd q;                      ///< (N, n)
+  Eigen::VectorXd payload;            ///< (N)
+  RowMatrixXd wrench;                 ///< (N, 6)
+  Eigen::VectorXd temperature, time;  ///< (N)
+  Eigen::VectorXi station, mount;     ///< (N)
+  RowMatrixXd approach, current;      ///< (N, n)
+  RowMatrixXd extra;                  ///< (N, k)
+  RowMatrixXd table;                  ///< (N, k) basis values of effects that a user registered
 
   // Filled by settle().
   std::shared_ptr<const Chain> chain;
-  std::vector<Pose> frames;            ///< N x frames
+  std::vector<Pose> frames;  ///< N x frames
   Eigen::Vector3d gravity = Eigen::Vector3d::Zero();
-  RowMatrixXd load, payload_load;      ///< (N, 6 frames)
-  RowMatrixXd output, compliance;      ///< (N, n)
+  RowMatrixXd load, payload_load;  ///< (N, 6 frames)
+  RowMatrixXd output, compliance;  ///< (N, n)
   Weights weights;
-  Eigen::VectorXd spring;              ///< (N)
+  Eigen::VectorXd spring;  ///< (N)
 
   Eigen::Index count() const { return q.rows(); }
 

@@ -18,7 +18,8 @@ struct Wrench {
   }
 
   /// The weight of a mass whose first moment (mass times centre) is given in `frame`.
-  void add_weight(double mass, const Eigen::Vector3d& moment_in_frame, const Pose& frame, const Eigen::Vector3d& gravity) {
+  void add_weight(double mass, const Eigen::Vector3d& moment_in_frame, const Pose& frame,
+                  const Eigen::Vector3d& gravity) {
     force += mass * gravity;
     moment += (frame.R * moment_in_frame + mass * frame.p).cross(gravity);
   }
@@ -30,19 +31,23 @@ struct Wrench {
   }
 };
 
-Wrench payload_wrench(const RobotDescription& robot, const std::vector<Pose>& T_world_frame, const State& state, const Eigen::Vector3d& gravity) {
+Wrench payload_wrench(const RobotDescription& robot, const std::vector<Pose>& T_world_frame, const State& state,
+                      const Eigen::Vector3d& gravity) {
   const Pose& base = T_world_frame.front();
   const Pose& flange = T_world_frame[T_world_frame.size() - 2];
   const Pose& tool = T_world_frame.back();
   const Eigen::Vector3d at = flange * robot.p_flange_payload;
   Wrench out;
   if (state.payload > 0 && state.weights != nullptr) {
-    out.add((state.payload + state.weights->payload_mass) * gravity, flange * (robot.p_flange_payload + state.weights->payload_shift));
+    out.add((state.payload + state.weights->payload_mass) * gravity,
+            flange * (robot.p_flange_payload + state.weights->payload_shift));
   } else {
     out.add(state.payload * gravity, at);
   }
   if (state.wrench != nullptr) {
-    const Eigen::Matrix3d& R = robot.wrench_frame == WrenchFrame::kBase ? base.R : robot.wrench_frame == WrenchFrame::kFlange ? flange.R : tool.R;
+    const Eigen::Matrix3d& R = robot.wrench_frame == WrenchFrame::kBase     ? base.R
+                               : robot.wrench_frame == WrenchFrame::kFlange ? flange.R
+                                                                            : tool.R;
     out.add(R * Eigen::Map<const Eigen::Vector3d>(state.wrench), at);
     out.moment += R * Eigen::Map<const Eigen::Vector3d>(state.wrench + 3);
   }
@@ -60,7 +65,8 @@ Vector6d spring_load(const RobotDescription& robot, const Chain& chain, const st
   if (!robot.compensator) return out;
   const Compensator& spring = *robot.compensator;
   const auto frame = static_cast<std::size_t>(joint_frame(spring.joint));
-  const Eigen::Vector3d anchor = T_world_frame[frame].inverse() * (T_world_frame[frame - 1] * (chain.constants[frame] * spring.anchor));
+  const Eigen::Vector3d anchor =
+      T_world_frame[frame].inverse() * (T_world_frame[frame - 1] * (chain.constants[frame] * spring.anchor));
   const Eigen::Vector3d span = anchor - spring.arm;
   const double length = span.norm();
   if (length > 0) out.head<3>() = spring.stiffness * (1 - spring.free_length / length) * span;
@@ -68,8 +74,8 @@ Vector6d spring_load(const RobotDescription& robot, const Chain& chain, const st
   return out;
 }
 
-void frame_loads(const RobotDescription& robot, const Chain& chain, const std::vector<Pose>& T_world_frame, const State& state,
-                 const Eigen::Vector3d& gravity, double* load, double* payload_load) {
+void frame_loads(const RobotDescription& robot, const Chain& chain, const std::vector<Pose>& T_world_frame,
+                 const State& state, const Eigen::Vector3d& gravity, double* load, double* payload_load) {
   const int n = chain.joint_count();
   const Wrench payload = payload_wrench(robot, T_world_frame, state, gravity);
   Wrench sum = payload;
@@ -94,7 +100,8 @@ void frame_loads(const RobotDescription& robot, const Chain& chain, const std::v
   write(kBaseFrame);
   if (robot.compensator) {
     const double scale = state.weights != nullptr ? 1 + state.weights->spring_scale : 1;
-    Eigen::Map<Vector6d>(load + 6 * joint_frame(robot.compensator->joint)) += scale * spring_load(robot, chain, T_world_frame);
+    Eigen::Map<Vector6d>(load + 6 * joint_frame(robot.compensator->joint)) +=
+        scale * spring_load(robot, chain, T_world_frame);
   }
 }
 

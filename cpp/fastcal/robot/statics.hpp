@@ -2,8 +2,9 @@
 // SPDX-License-Identifier: MIT
 //
 // What weighs on every frame of the chain: links, payload and wrench, in a given (deflected) posture.
-// A joint's load is z . sum_k ((p_k - o) x m_k g), the moment that all weights beyond it exert about its axis; it is minus the torque that
-// KDL's and pinocchio's inverse dynamics give, which hold the arm. All six components are kept, for bearings and links bend too.
+// A joint's load is z . sum_k ((p_k - o) x m_k g), the moment that all weights beyond it exert about its axis; it is
+// minus the torque that KDL's and pinocchio's inverse dynamics give, which hold the arm. All six components are kept,
+// for bearings and links bend too.
 #pragma once
 
 #include <vector>
@@ -16,14 +17,14 @@ namespace fastcal {
 /// Gravity [m/s^2] in the measuring frame, for a base that stands as T_world_base.
 Eigen::Vector3d gravity_in_world(const RobotDescription& robot, const Pose& T_world_base);
 
-/// Force and moment of the nominal compensator on its joint's frame, in its axes, about its origin; 0 where there is none. What it does
-/// to the anchor cancels it for all frames before, so it belongs to this one frame's load alone.
+/// Force and moment of the nominal compensator on its joint's frame, in its axes, about its origin; 0 where there is
+/// none. What it does to the anchor cancels it for all frames before, so it belongs to this one frame's load alone.
 Vector6d spring_load(const RobotDescription& robot, const Chain& chain, const std::vector<Pose>& T_world_frame);
 
 /// Loads on all frames, 6 each: force and moment of all beyond the frame, in its axes, about its origin [N, N m].
-/// The payload hangs behind the flange: the tool frame carries nothing. State::weights are part of it where they are given.
-/// `load`: everything; `payload_load`: payload and wrench alone. Both have 6 * frame_count numbers.
-void frame_loads(const RobotDescription& robot, const Chain& chain, const std::vector<Pose>& T_world_frame, const State& state,
-                 const Eigen::Vector3d& gravity, double* load, double* payload_load);
+/// The payload hangs behind the flange: the tool frame carries nothing. State::weights are part of it where they are
+/// given. `load`: everything; `payload_load`: payload and wrench alone. Both have 6 * frame_count numbers.
+void frame_loads(const RobotDescription& robot, const Chain& chain, const std::vector<Pose>& T_world_frame,
+                 const State& state, const Eigen::Vector3d& gravity, double* load, double* payload_load);
 
 }  // namespace fastcal

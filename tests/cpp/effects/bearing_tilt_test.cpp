@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The fastcal authors
 // SPDX-License-Identifier: MIT
 //
-// An arm of 1 m on an upright axis: 10 kg at its end load the bearing with 98.0665 N m; at 1e-6 rad/(N m) it tilts by 9.80665e-5 rad.
+// An arm of 1 m on an upright axis: 10 kg at its end load the bearing with 98.0665 N m; at 1e-6 rad/(N m) it tilts
+// by 9.80665e-5 rad.
 #include <gtest/gtest.h>
 
 #include "effects/loaded.hpp"

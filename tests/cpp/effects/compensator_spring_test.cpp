@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The fastcal authors
 // SPDX-License-Identifier: MIT
 //
-// A spring of 10 kN/m, 0.2 m long when free, from an anchor at (0, 0.3) to an arm at (0.4, 0) of the joint: at q = 0 it is 0.5 m long,
-// pulls with 3000 N and turns the joint by 0.4 m * 3000 N * 0.3 / 0.5 = 720 N m.
+// A spring of 10 kN/m, 0.2 m long when free, from an anchor at (0, 0.3) to an arm at (0.4, 0) of the joint: at q = 0 it
+// is 0.5 m long, pulls with 3000 N and turns the joint by 0.4 m * 3000 N * 0.3 / 0.5 = 720 N m.
 #include <gtest/gtest.h>
 
 #include "effects/loaded.hpp"
@@ -28,7 +28,7 @@ double load(const RobotModel& robot, double q) {
 
 TEST(CompensatorSpring, ItsMomentIsPartOfTheJointsLoad) {
   EXPECT_NEAR(load(level_arm(sprung()), 0), 720 - 49.03325, 1e-11);
-  EXPECT_NEAR(load(level_arm(sprung()), kHalfPi), 0, 1e-11);      // arm, anchor and axis in one line
+  EXPECT_NEAR(load(level_arm(sprung()), kHalfPi), 0, 1e-11);                    // arm, anchor and axis in one line
   EXPECT_NEAR(load(level_arm(sprung()), 2 * kHalfPi), -720 + 49.03325, 1e-11);  // the other side of it
 }
 
@@ -52,7 +52,8 @@ TEST(CompensatorSpring, FramesBeforeTheJointDoNotFeelIt) {
 TEST(CompensatorSpring, ItsErrorActsThroughTheJointsCompliance) {
   const RobotModel robot = level_arm(sprung());
   const auto turned = [&](double scale) {
-    const ErrorModel model = with(robot, {{"joint_compliance", "joint1", {1e-6}, {}}, {"compensator_spring", "joint1", {scale}, {}}});
+    const ErrorModel model =
+        with(robot, {{"joint_compliance", "joint1", {1e-6}, {}}, {"compensator_spring", "joint1", {scale}, {}}});
     return twists(model.with_equilibrium(false), posture({0}))(5, joint_frame(0));
   };
   EXPECT_NEAR(turned(0), (720 - 49.03325) * 1e-6, 1e-15);

@@ -16,7 +16,8 @@ namespace {
 constexpr double kTau = -49.03325;
 
 double turn(const std::vector<double>& values, const Options& options = {}, double payload = 0, double q = 0) {
-  const ErrorModel model = with(level_arm(), {{"joint_compliance_nonlinear", "joint1", values, options}}).with_equilibrium(false);
+  const ErrorModel model =
+      with(level_arm(), {{"joint_compliance_nonlinear", "joint1", values, options}}).with_equilibrium(false);
   return twists(model, posture({q}, payload))(5, joint_frame(0));
 }
 
@@ -68,7 +69,10 @@ TEST(NonlinearCompliance, SlopesAreExact) {
       Eigen::VectorXd theta(static_cast<Eigen::Index>(effect->parameters().size()));
       for (Eigen::Index k = 0; k < theta.size(); ++k) {
         const bool critical = effect->parameters()[static_cast<std::size_t>(k)].unit == "nm";
-        theta[k] = critical ? random.uniform(1, 60) : cubic && k == 1 ? random.uniform(-900, 900) : cubic && k == 2 ? random.uniform(1e5, 1e7) : random.uniform(1e-6, 1e-5);
+        theta[k] = critical          ? random.uniform(1, 60)
+                   : cubic && k == 1 ? random.uniform(-900, 900)
+                   : cubic && k == 2 ? random.uniform(1e5, 1e7)
+                                     : random.uniform(1e-6, 1e-5);
       }
       Twists xi = Twists::Zero(6, 4);
       TwistColumns columns;
@@ -108,13 +112,15 @@ TEST(NonlinearCompliance, ItsComplianceIsTheSlopeOverTheLoad) {
     };
     const Samples samples = state(2);
     const double h = 1e-3;
-    EXPECT_NEAR(effect->joint_compliance(samples.row(0), 0, theta), (turned(2 + h) - turned(2 - h)) / (-2 * h * kG), 1e-11);
+    EXPECT_NEAR(effect->joint_compliance(samples.row(0), 0, theta), (turned(2 + h) - turned(2 - h)) / (-2 * h * kG),
+                1e-11);
   }
 }
 
 TEST(NonlinearCompliance, RefusesWhatItDoesNotKnow) {
-  for (const Options& options : {Options{{"form", "quintic"}}, Options{{"torque", "gravity"}}, Options{{"pieces", 1.0}}, Options{{"pieces", 2.5}},
-                                 Options{{"form", "cubic"}, {"pieces", 3.0}}, Options{{"knee", 3.0}}}) {
+  for (const Options& options :
+       {Options{{"form", "quintic"}}, Options{{"torque", "gravity"}}, Options{{"pieces", 1.0}},
+        Options{{"pieces", 2.5}}, Options{{"form", "cubic"}, {"pieces", 3.0}}, Options{{"knee", 3.0}}}) {
     EXPECT_THROW(make_effect("joint_compliance_nonlinear", level_arm(), "joint1", options), InvalidInput);
   }
 }

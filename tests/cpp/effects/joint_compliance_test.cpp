@@ -48,7 +48,8 @@ TEST(JointCompliance, WrenchesLoadItAtThePayloadsCentre) {
   description.bodies[0].mass = 0;
   description.p_flange_payload = {0.2, 0, 0};
   description.wrench_frame = WrenchFrame::kFlange;
-  const ErrorModel model = with(level_arm(description), {{"joint_compliance", "joint1", {1e-5}, {}}}).with_equilibrium(false);
+  const ErrorModel model =
+      with(level_arm(description), {{"joint_compliance", "joint1", {1e-5}, {}}}).with_equilibrium(false);
   Samples samples = posture({0.4});
   samples.wrench = RowMatrixXd::Zero(1, 6);
   samples.wrench(0, 1) = 100;  // across the arm, in flange axes: y is where the joint turns to

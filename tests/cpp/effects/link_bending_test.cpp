@@ -2,7 +2,8 @@
 // SPDX-License-Identifier: MIT
 //
 // A cantilever of 1 m, 10 kg spread evenly, EI = 1e5 N m^2, with 20 kg whose centre lies 0.1 m beyond its end:
-//   P = 196.133 N, M = 19.6133 N m, w = 98.0665 N/m:  sag (P/3 + M/2 + w/8)/EI = 8.744263e-4 m,  slope (P/2 + M + w/6)/EI.
+//   P = 196.133 N, M = 19.6133 N m, w = 98.0665 N/m:  sag (P/3 + M/2 + w/8)/EI = 8.744263e-4 m,  slope (P/2 + M +
+//   w/6)/EI.
 #include <gtest/gtest.h>
 
 #include "effects/loaded.hpp"
@@ -18,7 +19,8 @@ constexpr double kSlope = (kP / 2 + kM + kW / 6) / kEI;
 TEST(LinkBending, SagsAndSlopesAtTheFarEnd) {
   RobotDescription description = level_description();
   description.p_flange_payload = {0.1, 0, 0};
-  const ErrorModel model = with(level_arm(description), {{"link_bending", "link1", {1 / kEI}, {}}}).with_equilibrium(false);
+  const ErrorModel model =
+      with(level_arm(description), {{"link_bending", "link1", {1 / kEI}, {}}}).with_equilibrium(false);
   const Twists xi = twists(model, posture({0}, 20));
   // The axis is world -y: DH's y is up.
   EXPECT_NEAR(kSag, 8.744263e-4, 1e-10);
@@ -43,9 +45,10 @@ TEST(LinkBending, BendsInTheOtherPlaneToo) {
   samples.wrench(0, 4) = 40;
   // About y the end turns by -F L^2/2 + M L; the moment about +y bends it towards -z.
   const Vector6d expected = (Vector6d() << 0, 0, 100 - 20, 0, -150 + 40, 0).finished() / kEI;
-  EXPECT_TRUE(twists(with(level_arm(description), {{"link_bending", "link1", {1 / kEI}, {}}}).with_equilibrium(false), samples)
-                  .col(link_frame(0))
-                  .isApprox(expected, 1e-12));
+  EXPECT_TRUE(
+      twists(with(level_arm(description), {{"link_bending", "link1", {1 / kEI}, {}}}).with_equilibrium(false), samples)
+          .col(link_frame(0))
+          .isApprox(expected, 1e-12));
   EXPECT_TRUE(model.at_equilibrium());
 }
 
@@ -65,7 +68,8 @@ TEST(LinkBending, TheBeamRunsAsTheTableSays) {
   RobotDescription column;
   column.joint_types = {JointType::kRevolute};
   column.wrench_frame = WrenchFrame::kFlange;
-  const ErrorModel model = with(build_dh(column, one_row(0, 2, 0)), {{"link_bending", "link1", {1 / kEI}, {}}}).with_equilibrium(false);
+  const ErrorModel model =
+      with(build_dh(column, one_row(0, 2, 0)), {{"link_bending", "link1", {1 / kEI}, {}}}).with_equilibrium(false);
   Samples samples = posture({0});
   samples.wrench = RowMatrixXd::Zero(1, 6);
   samples.wrench(0, 0) = 100;

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The fastcal authors
 // SPDX-License-Identifier: MIT
 //
-// What physics tests of effects under load share: arms so simple that their loads are worked out by hand, in one posture.
+// What physics tests of effects under load share: arms so simple that their loads are worked out by hand, in one
+// posture.
 #pragma once
 
 #include <memory>
@@ -17,7 +18,8 @@ namespace fastcal::test {
 constexpr double kG = 9.80665;
 inline const double kHalfPi = std::acos(0.0);
 
-/// One revolute joint whose axis is level (world -y): DH, a link of 1 m along x with 10 kg in its middle, payload at the flange.
+/// One revolute joint whose axis is level (world -y): DH, a link of 1 m along x with 10 kg in its middle, payload at
+/// the flange.
 inline RobotDescription level_description() {
   RobotDescription description;
   description.joint_types = {JointType::kRevolute};
@@ -35,7 +37,9 @@ inline RowMatrixXd one_row(double theta, double d, double a) {
   return rows;
 }
 
-inline RobotModel level_arm(const RobotDescription& description = level_description()) { return build_dh(description, one_row(0, 0, 1)); }
+inline RobotModel level_arm(const RobotDescription& description = level_description()) {
+  return build_dh(description, one_row(0, 0, 1));
+}
 
 /// An effect, its owner, its options and its values.
 struct Cause {
@@ -51,7 +55,8 @@ inline ErrorModel with(const RobotModel& robot, const std::vector<Cause>& causes
     effects.push_back(make_effect(cause.name, robot, cause.owner, cause.options));
     values.insert(values.end(), cause.values.begin(), cause.values.end());
   }
-  return ErrorModel(robot, effects, Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size())));
+  return ErrorModel(robot, effects,
+                    Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size())));
 }
 
 inline Samples posture(const std::vector<double>& q, double payload = 0) {

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The fastcal authors
 // SPDX-License-Identifier: MIT
 //
-// Masses and centres that differ from the robot file: the arm stands as one whose file gives the true ones, under every compliance.
+// Masses and centres that differ from the robot file: the arm stands as one whose file gives the true ones, under every
+// compliance.
 #include <gtest/gtest.h>
 
 #include "effects/loaded.hpp"
@@ -33,15 +34,13 @@ RobotModel build(const RobotDescription& description) {
 
 /// Something of every kind gives way.
 std::vector<Cause> soft() {
-  return {{"joint_compliance", "joint1", {2e-6}, {}},
-          {"joint_compliance_nonlinear", "joint2", {4e-6, 1e-6, 100}, {}},
-          {"joint_compliance", "joint3", {3e-7}, {}},
-          {"link_bending", "link2", {1e-6}, {}},
-          {"link_torsion", "link4", {1e-6}, {}},
-          {"bearing_tilt", "joint1", {1e-6}, {}}};
+  return {{"joint_compliance", "joint1", {2e-6}, {}}, {"joint_compliance_nonlinear", "joint2", {4e-6, 1e-6, 100}, {}},
+          {"joint_compliance", "joint3", {3e-7}, {}}, {"link_bending", "link2", {1e-6}, {}},
+          {"link_torsion", "link4", {1e-6}, {}},      {"bearing_tilt", "joint1", {1e-6}, {}}};
 }
 
-void expect_same_arm(const RobotDescription& truth, const std::vector<Cause>& weights, double payload, double true_payload) {
+void expect_same_arm(const RobotDescription& truth, const std::vector<Cause>& weights, double payload,
+                     double true_payload) {
   std::vector<Cause> causes = soft();
   causes.insert(causes.end(), weights.begin(), weights.end());
   const std::vector<double> q{0.3, -0.7, 0.2, 1.1, -0.4, 2.0};
@@ -70,11 +69,13 @@ TEST(Weights, ALinksCentreIsElsewhere) {
 TEST(Weights, ThePayloadIsHeavierAndElsewhere) {
   RobotDescription truth = six_bodies();
   truth.p_flange_payload += Eigen::Vector3d(0.02, 0.01, -0.03);
-  expect_same_arm(truth, {{"payload_mass", "payload", {3}, {}}, {"payload_com", "payload", {0.02, 0.01, -0.03}, {}}}, 20, 23);
+  expect_same_arm(truth, {{"payload_mass", "payload", {3}, {}}, {"payload_com", "payload", {0.02, 0.01, -0.03}, {}}},
+                  20, 23);
 }
 
 TEST(Weights, RowsWithoutAPayloadHaveNone) {
-  const ErrorModel model = with(level_arm(), {{"joint_compliance", "joint1", {1e-5}, {}}, {"payload_mass", "payload", {3}, {}}});
+  const ErrorModel model =
+      with(level_arm(), {{"joint_compliance", "joint1", {1e-5}, {}}, {"payload_mass", "payload", {3}, {}}});
   const ErrorModel without = with(level_arm(), {{"joint_compliance", "joint1", {1e-5}, {}}});
   EXPECT_EQ(tool(model, posture({0.2})).p, tool(without, posture({0.2})).p);
 }
@@ -82,12 +83,14 @@ TEST(Weights, RowsWithoutAPayloadHaveNone) {
 TEST(Weights, AMassThatTheFileDoesNotGiveHangsHalfWayAlongTheLink) {
   RobotDescription description = level_description();
   description.bodies[0] = Body();
-  const ErrorModel model = with(level_arm(description), {{"joint_compliance", "joint1", {1e-5}, {}}, {"link_mass", "link1", {10}, {}}});
+  const ErrorModel model =
+      with(level_arm(description), {{"joint_compliance", "joint1", {1e-5}, {}}, {"link_mass", "link1", {10}, {}}});
   EXPECT_NEAR(twists(model.with_equilibrium(false), posture({0}))(5, joint_frame(0)), -4.903325e-4, 1e-16);
 }
 
 TEST(Weights, TheSolversDerivativeIsThatOfTheSettledArm) {
-  // At equilibrium the deflection feeds back on the loads, by less than a per cent here; J leaves that to the outer iterations.
+  // At equilibrium the deflection feeds back on the loads, by less than a per cent here; J leaves that to the outer
+  // iterations.
   const auto at = [](double extra) {
     return with(level_arm(), {{"joint_compliance", "joint1", {1e-5}, {}}, {"link_mass", "link1", {extra}, {}}});
   };

@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The fastcal authors
 // SPDX-License-Identifier: MIT
 //
-// The settled arm is where its potential energy is least: elastic energy of the joints, heights of all weights, the compensator's spring.
-// The minimum is found here by Newton's method on that energy alone, with numeric derivatives; nothing of statics.cpp is used.
+// The settled arm is where its potential energy is least: elastic energy of the joints, heights of all weights, the
+// compensator's spring. The minimum is found here by Newton's method on that energy alone, with numeric derivatives;
+// nothing of statics.cpp is used.
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
@@ -31,12 +32,14 @@ double energy(const Arm& arm, const Eigen::VectorXd& q, const Eigen::VectorXd& t
   double out = 0.5 * (turn.array().square() / arm.compliance.array()).sum();
   for (int i = 0; i < chain.joint_count(); ++i) {
     const auto k = static_cast<std::size_t>(i);
-    const Eigen::Vector3d centre = frames[static_cast<std::size_t>(joint_frame(i))] * (chain.body_frames[k] * description.bodies[k].com);
+    const Eigen::Vector3d centre =
+        frames[static_cast<std::size_t>(joint_frame(i))] * (chain.body_frames[k] * description.bodies[k].com);
     out -= description.bodies[k].mass * description.gravity.dot(centre);
   }
   out -= arm.payload * description.gravity.dot(frames[frames.size() - 2] * description.p_flange_payload);
   if (description.compensator) {
-    // Anchor and arm in the joint's frame at joint position 0: the arm is turned about (or moved along) z, the anchor is not.
+    // Anchor and arm in the joint's frame at joint position 0: the arm is turned about (or moved along) z, the anchor
+    // is not.
     const Compensator& spring = *description.compensator;
     Eigen::Vector3d end = spring.arm;
     if (description.joint_types[static_cast<std::size_t>(spring.joint)] == JointType::kRevolute) {
@@ -104,7 +107,8 @@ TEST(Equilibrium, IsWhereThePotentialEnergyIsLeast) {
     }
     description.p_flange_payload = random.vector(0.3);
     description.gravity = 9.8 * random.unit();
-    if (random.chance(0.5)) description.compensator = Compensator{random.whole(0, n - 1), random.vector(0.5), random.vector(0.5), 3000, 0.2};
+    if (random.chance(0.5))
+      description.compensator = Compensator{random.whole(0, n - 1), random.vector(0.5), random.vector(0.5), 3000, 0.2};
     Arm arm{build_dh(description, tables.rows), Eigen::VectorXd(n), random.uniform(0, 50)};
     std::vector<Cause> causes;
     for (int j = 0; j < n; ++j) {
@@ -116,10 +120,13 @@ TEST(Equilibrium, IsWhereThePotentialEnergyIsLeast) {
     const Eigen::VectorXd expected = least_energy(arm, q);
     for (int j = 0; j < n; ++j) {
       const bool revolute = description.joint_types[static_cast<std::size_t>(j)] == JointType::kRevolute;
-      EXPECT_NEAR(xi(revolute ? 5 : 2, joint_frame(j)), expected[j], 1e-9 * std::max(1e-3, expected.cwiseAbs().maxCoeff())) << "arm " << repeat_index;
+      EXPECT_NEAR(xi(revolute ? 5 : 2, joint_frame(j)), expected[j],
+                  1e-9 * std::max(1e-3, expected.cwiseAbs().maxCoeff()))
+          << "arm " << repeat_index;
     }
     // To first order it is somewhere else, by more than the tolerance above.
-    const Twists first = twists(with(arm.robot, causes).with_equilibrium(false), posture({q.data(), q.data() + n}, arm.payload));
+    const Twists first =
+        twists(with(arm.robot, causes).with_equilibrium(false), posture({q.data(), q.data() + n}, arm.payload));
     EXPECT_GT((first - xi).norm(), 1e-7);
   }
 }

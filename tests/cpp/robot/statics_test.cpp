@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The fastcal authors
 // SPDX-License-Identifier: MIT
 //
-// Gravity torques against KDL's recursive Newton-Euler, whose torques hold the arm: they are minus our loads. Random arms of every kind,
-// revolute and prismatic joints, in random postures.
+// Gravity torques against KDL's recursive Newton-Euler, whose torques hold the arm: they are minus our loads. Random
+// arms of every kind, revolute and prismatic joints, in random postures.
 #include "fastcal/robot/statics.hpp"
 
 #include <gtest/gtest.h>
@@ -17,13 +17,15 @@ namespace {
 
 KDL::Frame to_kdl(const Pose& T) {
   const Eigen::Matrix3d& R = T.R;
-  return {KDL::Rotation(R(0, 0), R(0, 1), R(0, 2), R(1, 0), R(1, 1), R(1, 2), R(2, 0), R(2, 1), R(2, 2)), KDL::Vector(T.p.x(), T.p.y(), T.p.z())};
+  return {KDL::Rotation(R(0, 0), R(0, 1), R(0, 2), R(1, 0), R(1, 1), R(1, 2), R(2, 0), R(2, 1), R(2, 2)),
+          KDL::Vector(T.p.x(), T.p.y(), T.p.z())};
 }
 
 /// The chain with its bodies, the payload as one more at the flange.
 KDL::Chain to_kdl(const Chain& chain, const RobotDescription& description, double payload) {
   const auto fixed = [&](int frame, const KDL::RigidBodyInertia& inertia = KDL::RigidBodyInertia::Zero()) {
-    return KDL::Segment(KDL::Joint(KDL::Joint::None), to_kdl(chain.constants[static_cast<std::size_t>(frame)]), inertia);
+    return KDL::Segment(KDL::Joint(KDL::Joint::None), to_kdl(chain.constants[static_cast<std::size_t>(frame)]),
+                        inertia);
   };
   const auto weight = [](double mass, const Eigen::Vector3d& at) {
     return KDL::RigidBodyInertia(mass, KDL::Vector(at.x(), at.y(), at.z()), KDL::RotationalInertia::Zero());
@@ -69,7 +71,8 @@ TEST_P(Statics, LoadsAreMinusTheTorquesOfKdl) {
     Eigen::VectorXd load(6 * chain.frame_count()), payload_load(6 * chain.frame_count());
     frame_loads(description, chain, frames, state, gravity, load.data(), payload_load.data());
 
-    KDL::ChainDynParam dynamics(to_kdl(chain, description, state.payload), KDL::Vector(gravity.x(), gravity.y(), gravity.z()));
+    KDL::ChainDynParam dynamics(to_kdl(chain, description, state.payload),
+                                KDL::Vector(gravity.x(), gravity.y(), gravity.z()));
     KDL::JntArray positions(static_cast<unsigned>(n)), torques(static_cast<unsigned>(n));
     for (int i = 0; i < n; ++i) positions(static_cast<unsigned>(i)) = q[i];
     ASSERT_EQ(dynamics.JntToGravity(positions, torques), 0);
@@ -80,7 +83,8 @@ TEST_P(Statics, LoadsAreMinusTheTorquesOfKdl) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Kinds, Statics, testing::ValuesIn(kKinds4), [](const auto& info) { return std::string(info.param); });
+INSTANTIATE_TEST_SUITE_P(Kinds, Statics, testing::ValuesIn(kKinds4),
+                         [](const auto& info) { return std::string(info.param); });
 
 }  // namespace
 }  // namespace fastcal::test
