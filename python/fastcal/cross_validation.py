@@ -22,6 +22,7 @@ from fastcal.critical_loads import with_critical_loads
 from fastcal.dataset import Dataset
 from fastcal.errors import InvalidInput
 from fastcal.evaluation import pose_groups
+from fastcal.open_effects import with_open_effects_set
 from fastcal.parameter_limits import parameter_limits
 from fastcal.robot import Robot
 from fastcal.set_search import Sets
@@ -67,7 +68,7 @@ class CrossValidation:
     ) -> None:
         self._samples, self._measured, self._anchors = start.samples, start.measured, start.alignment.anchors
         self._loss, self._threads = loss, threads
-        robot = self._started(start)
+        robot = self._started(start, data)
         self._model = robot.error_model.with_robot(start.model.robot)
         self._limits = parameter_limits(robot, self._model, len(self._anchors), priors=False)
         self.names = parameter_names(self._model)
@@ -87,21 +88,22 @@ class CrossValidation:
         self.always = [i for i in start.asked if self.names[i] in always]
         self._kept = [*frames, *self.always, *range(count, len(full.parameters))]
         self.identifiable = [i for i in full.free if i < count and i not in self._kept]
-        self.sigma: float | None = full.sigma[0] or full.sigma[2] or None
-        self._set_unit(len(full.free))
+        self._set_unit(full)
 
-    def _started(self, start: Prepared) -> Robot:
+    def _started(self, start: Prepared, data: Dataset) -> Robot:
         """The robot with what its effects need before a solve, as `calibrate` finds it."""
         given = (start.model, start.samples, start.measured, start.asked, start.alignment.anchors)
-        return with_critical_loads(start.robot, *given, loss=self._loss, threads=self._threads)
+        robot = with_critical_loads(start.robot, *given, loss=self._loss, threads=self._threads)
+        return with_open_effects_set(robot, *given, data, loss=self._loss, threads=self._threads)
 
-    def _set_unit(self, free_count: int) -> None:
+    def _set_unit(self, full: _core.Identification) -> None:
         """Makes 1 of the mean square that the fit leaves: weights below 1 and too large claims of noise shrink it."""
         near = self._near(self._theta)
         weight = self._weights[np.asarray(near.row)]
-        left = float(np.sum(weight * np.asarray(near.r) ** 2)) / max(int(np.count_nonzero(weight)) - free_count, 1)
-        if left > 0:
-            self._weights = self._weights / left
+        left = float(np.sum(weight * np.asarray(near.r) ** 2)) / max(full.degrees_of_freedom, 1)
+        self._unit = left if left > 0 else 1.0
+        self._weights = self._weights / self._unit
+        self.sigma: float | None = full.sigma[0] or full.sigma[2] or None
 
     def _identify(self, asked: list[int]) -> _core.Identification:
         limits: dict[str, Any] = dict(self._limits)
@@ -139,10 +141,10 @@ class CrossValidation:
         return Sets([_core.SubsetSearch(kept, free, target, fold, least_norm=LEAST_EFFECT) for fold in folds])
 
     def _priors(self, at: FloatArray, moved: FloatArray, columns: list[int]) -> tuple[FloatArray, FloatArray]:
-        """Rows of x / deviation = wanted / deviation for the parameters with a prior."""
+        """Rows of x / deviation = wanted / deviation for the parameters with a prior; in the unit of the others."""
         if "prior_sigma" not in self._limits:
             return np.zeros((0, len(at))), np.zeros(0)
-        deviation = self._limits["prior_sigma"] / self._size
+        deviation = self._limits["prior_sigma"] / self._size * self._unit**0.5
         held = np.array([i for i in columns if np.isfinite(deviation[i])], dtype=np.intp)
         rows = np.zeros((len(held), len(at)))
         rows[np.arange(len(held)), held] = 1 / deviation[held]
