@@ -1,27 +1,24 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Identification of 33 parameters (27 geometric, 6 joint gains) from 50, 1,000 and 100,000 measured points, beside two peers in the same run.
+"""Identification of 33 parameters (27 geometric, 6 joint gains) from 50, 1,000 and 100,000 points, beside two peers.
 
     python bench/python/bench_identification.py [--json FILE] [--repeats N]
 
-Peers: SciPy's least_squares (lm) with an analytic numpy Jacobian, and Gauss-Newton on normal equations summed over chunks of 1,000 rows in numpy,
-the strongest way that numpy has. All start at the nominal arm, fit the same rows to the same 33 parameters without a robust loss, and must end at
-the same values; fastcal's time includes rank, gauge, noise and covariance, which the peers do not compute. CPU time of one thread, best of the repeats.
+Peers: SciPy's least_squares (lm) with an analytic numpy Jacobian, and Gauss-Newton on normal equations summed over
+chunks of 1,000 rows in numpy, the strongest way that numpy has. All start at the nominal arm, fit the same rows to the
+same 33 parameters without a robust loss, in one run, and must end at the same values; fastcal's time includes rank,
+gauge, noise and covariance, which the peers do not compute. CPU time of one thread, best of the repeats.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
-import os
 import platform
 import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
-
-for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
-    os.environ[variable] = "1"
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,11 +42,10 @@ class Arm:
         spec = fastcal.load_robot("ur10").spec
         effects = [{"effect": "reduction_ratio", "owner": f"joint{i + 1}"} for i in range(6)]
         self.robot = fastcal.Robot({**spec, "effects": effects})
-        self.rows = np.array([[to_si(float(j.get(k, 0.0)), k.rsplit("_", 1)[1]) for k in ROW_KEYS.values()] for j in spec["joints"]])
+        self.rows = np.array(
+            [[to_si(float(j.get(k, 0.0)), k.rsplit("_", 1)[1]) for k in ROW_KEYS.values()] for j in spec["joints"]]
+        )
         self.tool = pose(spec["tool"])[:3, 3] + [0.03, 0.02, 0.0]
-        # Of the 45 columns: without theta1, d1 (base), d2, d3 (parallel axes: beta instead), beta but on joints 2 and 3, and row 6 (tool).
-        held = {6, 7, 10, 12, 17, 25, 30, 31, 32, 33, 34, 35}
-        held -= {16, 20, 21}
         self.free = self._independent()
 
     def _independent(self) -> list[int]:
@@ -63,7 +59,9 @@ class Arm:
         return sorted(int(i) for i in order[:33])
 
     def model(self, q: FloatArray, delta: FloatArray) -> tuple[FloatArray, FloatArray]:
-        return position_and_jacobian(q, delta[:6], self.rows + delta[6:36].reshape(6, 5), self.tool + delta[36:39], delta[39:])
+        return position_and_jacobian(
+            q, delta[:6], self.rows + delta[6:36].reshape(6, 5), self.tool + delta[36:39], delta[39:]
+        )
 
     def core_indices(self) -> list[int]:
         """The same parameters in the core's order: base 6, rows 30, tool 6, gains 6."""
@@ -92,7 +90,9 @@ def by_scipy(arm: Arm, q: FloatArray, p: FloatArray) -> FloatArray:
             last[key] = (got - p).ravel(), J.reshape(-1, 45)[:, arm.free]
         return last[key]
 
-    return least_squares(lambda x: at(x)[0], np.zeros(33), jac=lambda x: at(x)[1], method="lm", xtol=1e-12, ftol=1e-12).x
+    return least_squares(
+        lambda x: at(x)[0], np.zeros(33), jac=lambda x: at(x)[1], method="lm", xtol=1e-12, ftol=1e-12
+    ).x
 
 
 def by_numpy(arm: Arm, q: FloatArray, p: FloatArray) -> FloatArray:
@@ -117,17 +117,21 @@ def by_fastcal(arm: Arm, q: FloatArray, p: FloatArray) -> FloatArray:
     T_tool = np.eye(4)
     T_tool[:3, 3] = arm.tool
     model = arm.robot.error_model.with_robot(arm.robot.core.with_base_and_tool(np.eye(4), T_tool))
-    found = _core.identify(model, _core.Samples(q), _core.Measurements(position=p), asked=arm.core_indices(), loss="none")
+    found = _core.identify(
+        model, _core.Samples(q), _core.Measurements(position=p), asked=arm.core_indices(), loss="none"
+    )
     if found.status != "converged" or len(found.free) != 33:
         raise RuntimeError(f"{found.status}, {len(found.free)} of 33 identified")
     return (np.asarray(found.theta) - np.asarray(model.start))[arm.core_indices()]
 
 
-def cpu_seconds(run: Callable[[], FloatArray], repeats: int) -> tuple[float, FloatArray]:
+def cpu_seconds(
+    run: Callable[[Arm, FloatArray, FloatArray], FloatArray], arm: Arm, q: FloatArray, p: FloatArray, repeats: int
+) -> tuple[float, FloatArray]:
     best, answer = np.inf, np.zeros(0)
     for _ in range(repeats):
         start = time.process_time()
-        answer = run()
+        answer = run(arm, q, p)
         best = min(best, time.process_time() - start)
     return best, answer
 
@@ -139,21 +143,34 @@ def main() -> None:
     options = parser.parse_args()
     arm = Arm()
     table: list[dict[str, Any]] = []
-    print(f"{'poses':>8} {'fastcal':>10} {'scipy':>10} {'numpy GN':>10}   scipy / fastcal   numpy GN / fastcal   largest difference")
+    print("   poses    fastcal      scipy   numpy GN   scipy / fastcal   numpy GN / fastcal   largest difference")
     for count in (50, 1000, 100_000):
         q, p = make_data(arm, count)
         repeats = options.repeats if count < 100_000 else min(2, options.repeats)
         seconds, answers = {}, {}
         for name, solver in (("fastcal", by_fastcal), ("scipy", by_scipy), ("numpy", by_numpy)):
-            seconds[name], answers[name] = cpu_seconds(lambda s=solver: s(arm, q, p), repeats)
+            seconds[name], answers[name] = cpu_seconds(solver, arm, q, p, repeats)
         apart = max(float(np.abs(answers["fastcal"] - answers[name]).max()) for name in ("scipy", "numpy"))
-        row = {"poses": count, **seconds, "scipy_over_fastcal": seconds["scipy"] / seconds["fastcal"], "numpy_over_fastcal": seconds["numpy"] / seconds["fastcal"], "apart": apart}
+        row = {
+            "poses": count,
+            **seconds,
+            "scipy_over_fastcal": seconds["scipy"] / seconds["fastcal"],
+            "numpy_over_fastcal": seconds["numpy"] / seconds["fastcal"],
+            "apart": apart,
+        }
         table.append(row)
         print(
-            f"{count:8d} {seconds['fastcal']:9.4f}s {seconds['scipy']:9.4f}s {seconds['numpy']:9.4f}s   {row['scipy_over_fastcal']:15.1f}   {row['numpy_over_fastcal']:18.1f}   {apart:.1e} m, rad"
+            f"{count:8d} " + " ".join(f"{seconds[name]:9.4f}s" for name in ("fastcal", "scipy", "numpy")),
+            f"  {row['scipy_over_fastcal']:15.1f}   {row['numpy_over_fastcal']:18.1f}   {apart:.1e} m, rad",
         )
     if options.json:
-        options.json.write_text(json.dumps({"machine": platform.processor() or platform.machine(), "noise_m": NOISE, "rows": table}, indent=1) + "\n", encoding="utf-8")
+        options.json.write_text(
+            json.dumps(
+                {"machine": platform.processor() or platform.machine(), "noise_m": NOISE, "rows": table}, indent=1
+            )
+            + "\n",
+            encoding="utf-8",
+        )
 
 
 if __name__ == "__main__":

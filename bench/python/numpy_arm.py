@@ -28,8 +28,10 @@ def _shift(T: FloatArray, axis: int, length: float) -> None:
     T[:, :, 3] += length * T[:, :, axis]
 
 
-def position_and_jacobian(q: FloatArray, base: FloatArray, rows: FloatArray, tool: FloatArray, gain: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Points (N, 3) and derivatives (N, 3, 6 + 5 n + 3 + n): base x y z rx ry rz, rows theta d a alpha beta, tool x y z, gains.
+def position_and_jacobian(
+    q: FloatArray, base: FloatArray, rows: FloatArray, tool: FloatArray, gain: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Points (N, 3) and derivatives (N, 3, 6 + 5 n + 3 + n): base, rows theta d a alpha beta, tool, gains.
 
     q (N, n) [rad]; base (6,); rows (n, 5); tool (3,); gain (n,).
     """

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Calibration: a robot and measured poses go in; the identified model comes out, with how sure it is and what the data can't tell."""
+"""Calibration: from a robot and measured poses to the identified model, how sure it is, and what can't be told."""
 
 from __future__ import annotations
 
@@ -96,6 +96,7 @@ class CalibrationResult:
 
     @property
     def sigma_mm(self) -> float:
+        """`sigma` in mm."""
         return from_si(self.sigma, "mm")
 
     def interval(self, level: float = 0.95) -> FloatArray:
@@ -129,7 +130,9 @@ class CalibrationResult:
 def measurements(data: Dataset) -> _core.Measurements:
     """What was measured, as the core reads it."""
     if data.position is None and data.rotation is None and data.distance is None:
-        raise InvalidInput(f"{data.source}: no measured column; expected x_mm y_mm z_mm, an orientation, or distance_mm")
+        raise InvalidInput(
+            f"{data.source}: no measured column; expected x_mm y_mm z_mm, an orientation, or distance_mm"
+        )
     return _core.Measurements(
         position=data.position,
         rotation=data.rotation,
@@ -173,7 +176,9 @@ def prepare(
     """
     geometry, added = parse_effects(effects, robot.core)
     spec = copy.deepcopy(robot.spec)
-    spec["effects"] = without_repeats([with_origins(entry, robot, data) for entry in (spec.get("effects") or []) + added])
+    spec["effects"] = without_repeats(
+        [with_origins(entry, robot, data) for entry in (spec.get("effects") or []) + added]
+    )
     if equilibrium is not None:
         spec["equilibrium"] = equilibrium
     start = Robot(spec)
@@ -222,11 +227,13 @@ def calibrate(
         effects: Names as on the command line; base and tool are always identified.
         parameters: Exactly these besides base and tool, such as "joint2 a" (`Robot.parameter_names`); the others keep
             their values. None: all parameters of `effects`.
-        method: nls (Levenberg-Marquardt), bfgs (PMC paper: BFGS on the root of the mean squared distance), bfgs_mean_distance (its printed cost).
+        method: nls (Levenberg-Marquardt), bfgs (PMC paper: BFGS on the root of the mean squared distance),
+            bfgs_mean_distance (its printed cost).
         loss: Robust loss on the whitened error of a row: tukey, huber, cauchy, none.
         priors: Hold parameters near nominal with a standard deviation of three plausible sizes.
         equilibrium: Take loads in the deflected posture (True) or in the undeflected one, to first order (False, as the
-            papers do); the model keeps it. None: as the robot says, which is True unless its file has `equilibrium: false`.
+            papers do); the model keeps it. None: as the robot says, which is True unless its file has `equilibrium:
+            false`.
         max_iterations: Of one solve.
         threads: Cores; the result does not depend on it.
         progress: Called with a sentence at each step.
@@ -247,7 +254,9 @@ def calibrate(
 
     say("identifying")
     start = with_critical_loads(start, model, samples, measured, asked, alignment.anchors, loss=loss, threads=threads)
-    start = with_open_effects_set(start, model, samples, measured, asked, alignment.anchors, data, loss=loss, threads=threads)
+    start = with_open_effects_set(
+        start, model, samples, measured, asked, alignment.anchors, data, loss=loss, threads=threads
+    )
     model = start.error_model.with_robot(model.robot)
     found = _core.identify(
         model,
@@ -270,12 +279,19 @@ def calibrate(
     sigma = found.sigma[0] if found.sigma[0] > 0 else found.sigma[2]
     kept = [k for k, i in enumerate(found.free) if i < len(names)]
     if kept:
-        record = CalibrationRecord([free_names[k] for k in kept], np.linalg.cholesky(covariance[np.ix_(kept, kept)]), from_si(sigma, "mm"), found.degrees_of_freedom)
+        record = CalibrationRecord(
+            [free_names[k] for k in kept],
+            np.asarray(np.linalg.cholesky(covariance[np.ix_(kept, kept)]), dtype=np.float64),
+            from_si(sigma, "mm"),
+            found.degrees_of_freedom,
+        )
         identified_spec["calibration"] = record.to_spec()
     result_model = Robot(identified_spec)
     places = _anchors(found, data, len(names))
-    places_before = dict(zip(data.anchor_names, np.asarray(alignment.anchors), strict=True)) if data.distance is not None else {}
-    judge = {"before": aligned, "anchors": places, "anchors_before": places_before, "threads": threads}
+    places_before = (
+        dict(zip(data.anchor_names, np.asarray(alignment.anchors), strict=True)) if data.distance is not None else {}
+    )
+    judge: dict[str, Any] = {"before": aligned, "anchors": places, "anchors_before": places_before, "threads": threads}
     table, table_covariance = _table(start, model, found, data)
     return CalibrationResult(
         status=found.status,
@@ -287,7 +303,8 @@ def calibrate(
         parameters=table,
         covariance=table_covariance,
         unidentifiable=[
-            Unidentifiable(text, [names[i] for i in parts if i < len(names)]) for text, parts in zip(found.unidentifiable, found.unidentifiable_parts, strict=True)
+            Unidentifiable(text, [names[i] for i in parts if i < len(names)])
+            for text, parts in zip(found.unidentifiable, found.unidentifiable_parts, strict=True)
         ],
         correlated=_correlated(free_names, covariance),
         rank=found.rank,
@@ -322,7 +339,9 @@ def _asked(model: _core.ErrorModel, geometry: bool, *, turned: bool, placed: boo
     return out
 
 
-def _table(start: Robot, model: _core.ErrorModel, found: _core.Identification, data: Dataset) -> tuple[list[IdentifiedParameter], FloatArray]:
+def _table(
+    start: Robot, model: _core.ErrorModel, found: _core.Identification, data: Dataset
+) -> tuple[list[IdentifiedParameter], FloatArray]:
     """Identified numbers in edge units and their covariance in SI; harmonics as amplitude and phase.
 
     The turns of base and tool are those from nominal to identified, about their own axes.
@@ -331,7 +350,9 @@ def _table(start: Robot, model: _core.ErrorModel, found: _core.Identification, d
     count = len(model.parameters)
     nominal = np.concatenate([start.error_model.start, np.zeros(len(found.parameters) - count)])
     theta = np.array(found.theta)
-    for first, T, T_nominal in zip((0, own - 6), model.robot.base_and_tool(theta[:own]), start.core.base_and_tool(start.core.nominal), strict=True):
+    for first, T, T_nominal in zip(
+        (0, own - 6), model.robot.base_and_tool(theta[:own]), start.core.base_and_tool(start.core.nominal), strict=True
+    ):
         theta[first + 3 : first + 6] = _core.log_so3(T_nominal[:3, :3].T @ T[:3, :3])
     names = {i: edge_name(p, geometry=i < own or i >= count) for i, p in enumerate(found.parameters)}
     place = {i: k for k, i in enumerate(found.free)}
@@ -347,7 +368,9 @@ def _table(start: Robot, model: _core.ErrorModel, found: _core.Identification, d
     for i, deviation in zip(found.free, np.sqrt(np.diag(covariance)), strict=True):
         parameter = found.parameters[i]
         unit = edge_unit(parameter, geometry=i < own or i >= count)
-        owner = parameter.owner if i < count else f"anchor {data.anchor_names[int(parameter.owner.removeprefix('anchor'))]}"
+        owner = (
+            parameter.owner if i < count else f"anchor {data.anchor_names[int(parameter.owner.removeprefix('anchor'))]}"
+        )
         value, before = from_si(float(theta[i]), unit), from_si(float(nominal[i]), unit)
         out.append(IdentifiedParameter(names[i], owner, value, float(deviation) / factor(unit), unit, before))
     return out, covariance
@@ -384,7 +407,7 @@ def _sigma_note(found: _core.Identification, data: Dataset) -> str:
     """Where the noise level comes from, for the reader."""
     if data.sigma_position is None:
         return "estimated from what the model leaves; the data claim none"
-    common = found.common_noise[0] if data.position is not None else found.common_noise[2]
+    common = from_si(found.common_noise[0] if data.position is not None else found.common_noise[2], "mm")
     if common > 0:
-        return f"the data's own claims and a common part of {from_si(common, 'mm'):.4f} mm, which the claims do not explain"
+        return f"the data's own claims and a common part of {common:.4f} mm, which the claims do not explain"
     return f"the data's own claims times {found.variance_factor**0.5:.3f}, which is what the model leaves"

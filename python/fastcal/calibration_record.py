@@ -36,7 +36,9 @@ class CalibrationRecord:
         root = np.zeros((count, count))
         for i, row in enumerate(spec["covariance_root"]):
             root[i, : i + 1] = row
-        return CalibrationRecord(list(spec["parameters"]), root, float(spec["sigma_mm"]), int(spec["degrees_of_freedom"]))
+        return CalibrationRecord(
+            list(spec["parameters"]), root, float(spec["sigma_mm"]), int(spec["degrees_of_freedom"])
+        )
 
     def to_spec(self) -> dict[str, Any]:
         """Plain numbers for the robot file."""

@@ -1,9 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Where a piecewise linear compliance bends: a start for its critical loads, from a grid over the loads that the data hold.
+"""Where a piecewise linear compliance bends: a start for its critical loads, from a grid over the data's loads.
 
-The error is not convex in a critical load, so the solver needs a start near it. For given critical loads everything else is linear or
-nearly so: one Gauss-Newton step from a common fit tells what error each would leave (RX160L paper, equation 12, by variable projection).
+The error is not convex in a critical load, so the solver needs a start near it. For given critical loads everything
+else is linear or
+nearly so: one Gauss-Newton step from a common fit tells what error each would leave (RX160L paper, equation 12, by
+variable projection).
 """
 
 from __future__ import annotations
@@ -28,7 +30,7 @@ _SWEEPS = 3
 
 @dataclass(frozen=True, eq=False)
 class _Corners:
-    """The critical loads of one effect: its entry in the robot file, their parameters in the model, the loads |tau| (N,) of its joint."""
+    """The critical loads of one effect: its entry, their parameters in the model, the loads |tau| (N,) of its joint."""
 
     entry: int
     indices: list[int]
@@ -50,12 +52,17 @@ def with_critical_loads(
     loss: str,
     threads: int = 1,
 ) -> Robot:
-    """The robot with starting values for all critical loads that its file does not give; the same robot where there are none.
+    """The robot with starting values for the critical loads that its file lacks; the same robot where there are none.
 
     Args:
         robot: With the effects to identify.
         model: Its model with base and tool fitted to the data.
-        samples, measured, asked, anchors: As for the core's `identify`.
+        samples: As for the core's `identify`, as all that follow.
+        measured: What was measured.
+        asked: Indices of the parameters to identify.
+        anchors: (K, 3) starting places [m].
+        loss: Robust loss.
+        threads: Cores.
     """
     corners = list(_open_corners(robot, model, samples, threads))
     if not corners:
@@ -99,7 +106,9 @@ def with_critical_loads(
     spec = copy.deepcopy(robot.spec)
     for own in corners:
         spec["effects"][own.entry]["parameters"] = {
-            edge_name(model.parameters[i], geometry=False): value_at_edge(model.parameters[i], float(theta[i]), geometry=False)
+            edge_name(model.parameters[i], geometry=False): value_at_edge(
+                model.parameters[i], float(theta[i]), geometry=False
+            )
             for i in own.indices
         }
     return Robot(spec)

@@ -35,7 +35,9 @@ class ErrorStatistics:
         if len(known) == 0:
             return None
         std = float(np.std(known, ddof=1)) if len(known) > 1 else 0.0
-        return ErrorStatistics(len(known), float(np.mean(known)), std, float(np.max(known)), float(np.sqrt(np.mean(known**2))))
+        return ErrorStatistics(
+            len(known), float(np.mean(known)), std, float(np.max(known)), float(np.sqrt(np.mean(known**2)))
+        )
 
     def to_mm(self) -> dict[str, float]:
         """mean, std, max, rms in mm, as result.json holds them."""
@@ -67,7 +69,8 @@ class Evaluation:
 
     Attributes:
         data: What was measured.
-        error_before, error_after: (N, 3) predicted less measured point [m], NaN where not measured; error_before is None where only one model is judged.
+        error_before, error_after: (N, 3) predicted less measured point [m], NaN where not measured; error_before is
+            None where only one model is judged.
         length_before, length_after: (N,) predicted less measured length [m], or None where no length was measured.
         turn_after: (N,) angle between predicted and measured orientation [rad], or None.
         before, after: Statistics of the distances; None where nothing of the kind was measured.
@@ -101,17 +104,25 @@ class Evaluation:
             out["iso_9283"] = {
                 "poses": r.poses,
                 "visits": r.visits,
-                "accuracy_mm": {"mean": from_si(float(np.mean(r.accuracy)), "mm"), "max": from_si(float(np.max(r.accuracy)), "mm")},
-                "repeatability_mm": {"mean": from_si(float(np.mean(r.repeatability)), "mm"), "max": from_si(float(np.max(r.repeatability)), "mm")},
+                "accuracy_mm": {
+                    "mean": from_si(float(np.mean(r.accuracy)), "mm"),
+                    "max": from_si(float(np.max(r.accuracy)), "mm"),
+                },
+                "repeatability_mm": {
+                    "mean": from_si(float(np.mean(r.repeatability)), "mm"),
+                    "max": from_si(float(np.max(r.repeatability)), "mm"),
+                },
                 "sigma_mm": from_si(r.sigma, "mm"),
             }
         return out
 
 
-def residuals(robot: Robot, data: Dataset, anchors: dict[str, FloatArray] | None = None, threads: int = 1) -> tuple[FloatArray, FloatArray | None, FloatArray | None]:
-    """Predicted less measured: points (N, 3) [m], lengths (N,) [m] or None, angles (N,) [rad] or None; NaN where not measured.
+def residuals(
+    robot: Robot, data: Dataset, anchors: dict[str, FloatArray] | None = None, threads: int = 1
+) -> tuple[FloatArray, FloatArray | None, FloatArray | None]:
+    """Predicted less measured: points (N, 3) [m], lengths (N,) [m] or None, angles (N,) [rad] or None.
 
-    `anchors` are the known places of the anchors by name; a length to another one is NaN.
+    NaN where not measured. `anchors` are the known places of the anchors by name; a length to another one is NaN.
     """
     T = np.asarray(robot.error_model.predict(robot.samples(data), robot.error_model.start, threads))
     points = np.full((len(data), 3), np.nan) if data.position is None else T[:, :3, 3] - data.position
@@ -133,7 +144,7 @@ def _angle(R: FloatArray, wxyz: FloatArray) -> float:
 
 
 def distances(points: FloatArray, lengths: FloatArray | None) -> FloatArray:
-    """(N,) length of the error of each whole point, or |error| of the row's length where it has no point; NaN where neither."""
+    """(N,) length of each whole point's error, or |error| of the row's length where it has no point; else NaN."""
     out = np.linalg.norm(points, axis=1)
     return out if lengths is None else np.where(np.isnan(out), np.abs(lengths), out)
 
@@ -153,7 +164,9 @@ def evaluate(
     """
     points, lengths, turns = residuals(robot, data, anchors, threads)
     after = distances(points, lengths)
-    out = Evaluation(data, points, lengths, turns, ErrorStatistics.of(after), repeatability=repeatability(robot, data, points))
+    out = Evaluation(
+        data, points, lengths, turns, ErrorStatistics.of(after), repeatability=repeatability(robot, data, points)
+    )
     if before is None:
         return out
     points_before, lengths_before, _ = residuals(before, data, anchors_before, threads)
@@ -169,7 +182,7 @@ def pose_groups(data: Dataset) -> NDArray[np.intp]:
 
 
 def repeatability(robot: Robot, data: Dataset, error: FloatArray) -> Repeatability | None:
-    """ISO 9283 accuracy and repeatability over poses with the same commanded joints and payload; None where no pose repeats."""
+    """ISO 9283 accuracy and repeatability over poses with the same command and payload; None where none repeats."""
     whole = ~np.isnan(error).any(axis=1)
     if not whole.any():
         return None
@@ -187,4 +200,10 @@ def repeatability(robot: Robot, data: Dataset, error: FloatArray) -> Repeatabili
         spread.append(float(lengths.mean() + 3 * lengths.std(ddof=1)))
         squares += float(((visits - mean) ** 2).sum())
         freedom += 3 * (len(visits) - 1)
-    return Repeatability(len(repeated), int(count[repeated].sum()), np.array(accuracy), np.array(spread), float(np.sqrt(squares / freedom)))
+    return Repeatability(
+        len(repeated),
+        int(count[repeated].sum()),
+        np.array(accuracy),
+        np.array(spread),
+        float(np.sqrt(squares / freedom)),
+    )

@@ -18,7 +18,7 @@ PRIOR_SIZES = 3.0  # standard deviation of a prior that `priors` asks for, in pl
 
 
 def has_prior(entry: Spec) -> bool:
-    """Is an effect a nuisance (`prior: yes`), each parameter held near 0 with its plausible size as standard deviation?"""
+    """Is an effect a nuisance (`prior: yes`), its parameters held near 0 with their plausible sizes as deviations?"""
     answers = {True: True, "yes": True, False: False, "no": False}
     prior = entry.get("prior", False)
     if not isinstance(prior, str | bool) or prior not in answers:
@@ -26,11 +26,14 @@ def has_prior(entry: Spec) -> bool:
     return answers[prior]
 
 
-def parameter_limits(robot: Robot, model: _core.ErrorModel, anchor_count: int, *, priors: bool) -> dict[str, FloatArray]:
+def parameter_limits(
+    robot: Robot, model: _core.ErrorModel, anchor_count: int, *, priors: bool
+) -> dict[str, FloatArray]:
     """Keyword arguments of the core's `identify`, one number a parameter of the model and three an anchor, SI.
 
     Args:
-        robot: Its effects say which of them are nuisances (`prior: yes`): each parameter is held near 0, what the robot file
+        robot: Its effects say which of them are nuisances (`prior: yes`): each parameter is held near 0, what the
+            robot file
             says, with its plausible size as standard deviation.
         model: The model of `robot` with base and tool fitted.
         anchor_count: Anchors of measured lengths; nothing is known of them.

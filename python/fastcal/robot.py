@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: MIT
 """A robot: what its file says (`spec`, edge units) and the C++ model that is built from it.
 
-The file's numbers are the truth and the C++ model is always built from them, so a robot that was saved and loaded predicts the same, bit for bit.
+The file's numbers are the truth and the C++ model is always built from them, so a robot that was saved and loaded
+predicts the same, bit for bit.
 """
 
 from __future__ import annotations
@@ -27,7 +28,13 @@ from fastcal.units import to_si
 FloatArray = NDArray[np.float64]
 Spec = dict[str, Any]
 
-ROW_KEYS = {"theta": "theta_deg", "d": "d_mm", "a": "a_mm", "alpha": "alpha_deg", "beta": "beta_deg"}  # DH and MDH, in the order of the core
+ROW_KEYS = {
+    "theta": "theta_deg",
+    "d": "d_mm",
+    "a": "a_mm",
+    "alpha": "alpha_deg",
+    "beta": "beta_deg",
+}  # DH and MDH, in the order of the core
 
 
 def pose(frame: Spec) -> FloatArray:
@@ -58,8 +65,12 @@ class Robot:
         self.core: _core.RobotModel = build_core(self.spec)
         effects = self.spec.get("effects") or []
         self.effects = build_effects(effects, self.core)
-        values = [v for entry, effect in zip(effects, self.effects, strict=True) for v in parameter_values(entry, effect)]
-        self.error_model = _core.ErrorModel(self.core, self.effects, np.asarray(values, dtype=float)).with_equilibrium(self.at_equilibrium)
+        values = [
+            v for entry, effect in zip(effects, self.effects, strict=True) for v in parameter_values(entry, effect)
+        ]
+        self.error_model = _core.ErrorModel(self.core, self.effects, np.asarray(values, dtype=float)).with_equilibrium(
+            self.at_equilibrium
+        )
 
     def __repr__(self) -> str:
         effects = ", ".join(f"{e['effect']}@{e['owner']}" for e in self.spec.get("effects") or [])
@@ -67,6 +78,7 @@ class Robot:
 
     @property
     def name(self) -> str:
+        """As the file names it."""
         return str(self.spec["name"])
 
     @property
@@ -86,6 +98,7 @@ class Robot:
 
     @property
     def joint_count(self) -> int:
+        """n, moving joints."""
         return len(self.spec["joints"])
 
     @cached_property
@@ -101,7 +114,7 @@ class Robot:
 
     @cached_property
     def reach(self) -> float:
-        """[m] A bound on the distance from base to tool: the sum of all lengths of the chain, stretched sliders included."""
+        """[m] A bound on the distance from base to tool: all lengths of the chain, stretched sliders included."""
         zero = np.zeros((1, self.joint_count))
         origins = self._frames(zero)
         slides = sum(
@@ -126,7 +139,7 @@ class Robot:
         return CalibrationRecord.from_spec(self.spec.get("calibration"))
 
     def samples(self, data: Dataset) -> _core.Samples:
-        """The conditions of a data set as the core reads them; InvalidInput where the data lack a column that an effect needs."""
+        """The conditions of a data set for the core; InvalidInput where a column that an effect needs is missing."""
         return self.conditions(
             data.q,
             payload=data.payload,
@@ -147,29 +160,42 @@ class Robot:
             raise InvalidInput(f"q must have shape (N, {self.joint_count}), got {np.shape(q)}")
         return build_samples(self.spec.get("effects") or [], self.effects, self.core, joints, columns)
 
-    def forward(self, q: ArrayLike, *, threads: int = 1, out: FloatArray | None = None, **conditions: Any) -> FloatArray:
+    def forward(
+        self, q: ArrayLike, *, threads: int = 1, out: FloatArray | None = None, **conditions: Any
+    ) -> FloatArray:
         """Poses (N, 4, 4) of the tool in the measuring frame for joint positions q (N, n) [rad or m].
 
         Args:
             q: Joint positions as commanded; (n,) is one posture.
             threads: Cores to use; the result does not depend on it.
             out: C-order float64 (N, 4, 4) to write into.
-            **conditions: payload [kg], wrench (N, 6), temperature [K], time [s], station and mount (labels), approach (N, n),
+            **conditions: payload [kg], wrench (N, 6), temperature [K], time [s], station and mount (labels), approach
+                (N, n),
                 current (N, n) [A], extra (name to (N,)); one number or label stands for all rows.
         """
-        return np.asarray(self.error_model.predict(self.conditions(q, **conditions), self.error_model.start, threads, out))
+        return np.asarray(
+            self.error_model.predict(self.conditions(q, **conditions), self.error_model.start, threads, out)
+        )
 
-    def parameter_jacobian(self, q: ArrayLike, *, rows: int = 3, threads: int = 1, out: FloatArray | None = None, **conditions: Any) -> FloatArray:
+    def parameter_jacobian(
+        self, q: ArrayLike, *, rows: int = 3, threads: int = 1, out: FloatArray | None = None, **conditions: Any
+    ) -> FloatArray:
         """(N, rows, P): derivative of the tool by every parameter, SI, axes of the measuring frame.
 
-        rows = 3: position; 6: [v; w], velocity of the tool's origin and turning of its frame. Columns: `parameter_names`.
+        rows = 3: position; 6: [v; w], velocity of the tool's origin and turning of its frame. Columns:
+        `parameter_names`.
         """
-        return np.asarray(self.error_model.parameter_jacobian(self.conditions(q, **conditions), self.error_model.start, rows, threads, out))
+        return np.asarray(
+            self.error_model.parameter_jacobian(
+                self.conditions(q, **conditions), self.error_model.start, rows, threads, out
+            )
+        )
 
     def position_deviation(self, q: ArrayLike, **conditions: Any) -> FloatArray:
-        """(N, 3) standard deviation of the predicted points that comes from the identified parameters [m]; NaN for a nominal robot.
+        """(N, 3) standard deviation [m] of the predicted points that comes from the identified parameters.
 
-        diag(J C J^T) with the covariance C of the identified parameters; a new measurement adds its own noise to it.
+        NaN for a nominal robot; else the root of diag(J C J^T) with the covariance C of the identified parameters; a
+        new measurement adds its own noise to it.
         """
         return self.deviation_at(self.conditions(q, **conditions))
 
@@ -180,7 +206,9 @@ class Robot:
             return np.full((len(samples), 3), np.nan)
         columns = [self.parameter_names.index(name) for name in record.parameters if name in self.parameter_names]
         known = [i for i, name in enumerate(record.parameters) if name in self.parameter_names]
-        J = np.asarray(self.error_model.parameter_jacobian(samples, self.error_model.start, 3, threads, None))[:, :, columns]
+        J = np.asarray(self.error_model.parameter_jacobian(samples, self.error_model.start, 3, threads, None))[
+            :, :, columns
+        ]
         return np.asarray(np.linalg.norm(J @ record.root[known], axis=2))
 
     def save(self, path: str | PathLike[str]) -> None:
@@ -217,13 +245,20 @@ def build_core(spec: Spec) -> _core.RobotModel:
     )
     kinematics = spec["kinematics"]
     if kinematics in ("dh", "mdh"):
-        rows = np.array([[to_si(float(joint.get(key, 0.0)), key.rsplit("_", 1)[1]) for key in ROW_KEYS.values()] for joint in joints])
+        rows = np.array(
+            [
+                [to_si(float(joint.get(key, 0.0)), key.rsplit("_", 1)[1]) for key in ROW_KEYS.values()]
+                for joint in joints
+            ]
+        )
         return (_core.build_dh if kinematics == "dh" else _core.build_mdh)(description, rows)
     if kinematics == "poe":
         return _core.build_poe(description, np.array([screw(joint) for joint in joints]), pose(spec["home"]))
     origins = [pose(joint["origin"]) for joint in joints]
     axes = np.array([joint["axis"] for joint in joints], dtype=float)
-    return _core.build_urdf(description, origins, axes / np.linalg.norm(axes, axis=1, keepdims=True), pose(spec["flange"]))
+    return _core.build_urdf(
+        description, origins, axes / np.linalg.norm(axes, axis=1, keepdims=True), pose(spec["flange"])
+    )
 
 
 def _compensator(entry: Spec | None) -> _core.Compensator | None:
