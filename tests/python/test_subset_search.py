@@ -13,7 +13,9 @@ from fastcal import InvalidInput, _core
 Array = NDArray[np.float64]
 
 
-def problem(seed: int, rows: int, kept: int, optional: int, folds: int) -> tuple[Array, Array, Array, NDArray[np.int32]]:
+def problem(
+    seed: int, rows: int, kept: int, optional: int, folds: int
+) -> tuple[Array, Array, Array, NDArray[np.int32]]:
     """Columns of very different sizes that lean on each other, r of some of them and noise, folds of unlike sizes."""
     rng = np.random.default_rng(seed)
     columns = rng.standard_normal((rows, kept + optional)) @ rng.standard_normal((kept + optional, kept + optional))
