@@ -20,7 +20,7 @@ from fastcal.dataset import Dataset
 from fastcal.effect_origins import with_origins
 from fastcal.effect_values import polar_pairs
 from fastcal.effects import edge_name, edge_unit, full_name, parse_effects, without_repeats
-from fastcal.errors import InvalidInput
+from fastcal.errors import InvalidInput, Undetermined
 from fastcal.evaluation import Evaluation, evaluate
 from fastcal.identified import identified, with_frames
 from fastcal.open_effects import with_open_effects_set
@@ -185,7 +185,7 @@ def prepare(
     samples, measured = start.samples(data), measurements(data)
     alignment = _core.align(start.error_model, samples, measured, threads)
     if not alignment.found:
-        raise InvalidInput(f"{data.source}: {alignment.message}")
+        raise Undetermined(f"{data.source}: {alignment.message}")
     model = start.error_model.with_robot(start.core.with_base_and_tool(alignment.T_world_base, alignment.T_flange_tool))
     placed = data.position is not None or data.rotation is not None
     asked = _asked(model, geometry or parameters is not None, turned=data.rotation is not None, placed=placed)

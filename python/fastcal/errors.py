@@ -15,6 +15,10 @@ class InvalidInput(FastcalError, ValueError):  # noqa: N818 - the same name on b
     """An argument or a file holds something that cannot be meant."""
 
 
+class Undetermined(FastcalError):  # noqa: N818 - a state of the problem, not a fault of the caller
+    """The measurements are too few to fix even one of the parameters that were asked for."""
+
+
 class ParseError(InvalidInput):
     """A file cannot be read; names the file and, where there is one, the line.
 

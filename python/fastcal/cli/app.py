@@ -13,7 +13,7 @@ import typer
 
 from fastcal.cli import calibrate, convert, demo, models, simulate
 from fastcal.cli.console import fail
-from fastcal.errors import FastcalError
+from fastcal.errors import FastcalError, Undetermined
 
 OK, INTERNAL, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 
@@ -64,6 +64,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         code = typer.main.get_command(app).main(arguments, prog_name="fastcal", standalone_mode=False)
         sys.stdout.flush()
+    except Undetermined as error:
+        return _failed(str(error), calibrate.NOT_CONVERGED)
     except FastcalError as error:
         return _failed(str(error), BAD_INPUT)
     except _UsageError as error:

@@ -183,3 +183,11 @@ def test_a_fault_of_fastcal_is_one_line_too(demo, good, tmp_path, fastcal, monke
     assert said.code == 1
     assert said.error.startswith("internal error, ZeroDivisionError: a fault of two lines")
     assert_nothing_written(tmp_path)
+
+
+def test_two_poses_cannot_place_the_arm_and_end_with_3(demo, good, tmp_path, fastcal, rewritten) -> None:
+    few = rewritten(good, tmp_path / "few.csv", lambda rows: rows.__delitem__(slice(3, None)))
+    said = fastcal("calibrate", demo / "robot.yaml", few, "-o", tmp_path / "new")
+    assert said.code == 3
+    assert "base and tool need at least three measured points or orientations, got 2" in said.error
+    assert not (tmp_path / "new").exists()
