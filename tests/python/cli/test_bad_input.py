@@ -116,8 +116,10 @@ def test_what_calibration_takes_up_is_a_warning_and_not_corrected(demo, good, tm
 def test_three_poses_leave_nothing_to_tell_the_noise_by(demo, good, tmp_path, fastcal, rewritten) -> None:
     few = rewritten(good, tmp_path / "few.csv", lambda rows: rows.__delitem__(slice(4, None)))
     said = fastcal("calibrate", demo / "robot.yaml", few, "-o", tmp_path / "new")
-    assert said.code == 0
-    assert "fastcal: warning: as many parameters as measured numbers" in said.err
+    assert said.code == 3
+    assert "nothing is left to tell their noise" in said.err
+    assert json.loads((tmp_path / "new/result.json").read_text())["status"] == "too_few_equations"
+    assert not (tmp_path / "new/model.yaml").exists()
 
 
 @pytest.mark.parametrize(
