@@ -1,0 +1,482 @@
+// SPDX-FileCopyrightText: 2026 The fastcal authors
+// SPDX-License-Identifier: MIT
+#include "fastcal/identification/identify.hpp"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "fastcal/math/check.hpp"
+#include "support/simulation.hpp"
+
+namespace fastcal {
+namespace {
+
+using test::Random;
+using test::What;
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
+
+/// A disturbed arm and its data.
+struct Scene {
+  ErrorModel model;
+  Samples samples;
+  Measurements measured;
+  Eigen::VectorXd truth;
+  What what = What::kPositions;
+
+  Identification identified(const IdentifyOptions& options = {}, int threads = 1) const {
+    return identify({model, samples, measured, threads}, test::asked(model, what), Eigen::Matrix3Xd(3, 0), options);
+  }
+};
+
+Scene scene(std::uint64_t seed, What what, Eigen::Index rows, const test::Noise& noise, double error = 5e-4,
+            double angle = 0) {
+  Random random(seed);
+  Scene s{ErrorModel(test::build("dh", test::six_axes(angle))), test::postures(random, rows, 6), {}, {}, what};
+  s.truth = test::disturbed(random, s.model, error);
+  s.measured = test::measure(random, s.model, s.samples, s.truth, what, noise);
+  return s;
+}
+
+IdentifyOptions with(LossKind loss) {
+  IdentifyOptions options;
+  options.loss = loss;
+  return options;
+}
+
+bool is_free(const Identification& result, int parameter) {
+  return std::find(result.free.begin(), result.free.end(), parameter) != result.free.end();
+}
+
+void expect_finite(const Identification& result) {
+  EXPECT_TRUE(result.theta.allFinite());
+  EXPECT_TRUE(result.covariance.allFinite());
+  EXPECT_EQ(result.covariance.rows(), static_cast<Eigen::Index>(result.free.size()));
+  for (const double value : {result.tau[0], result.tau[1], result.tau[2], result.sigma[0], result.sigma[1],
+                             result.sigma[2], result.variance_factor})
+    EXPECT_TRUE(std::isfinite(value));
+  for (const RowWeight& row : result.weights) EXPECT_TRUE(std::isfinite(row.weight) && std::isfinite(row.squared));
+}
+
+TEST(Identify, ExactDataGiveAnExactRobot) {
+  for (const LossKind loss : {LossKind::kNone, LossKind::kTukey, LossKind::kHuber, LossKind::kCauchy}) {
+    const Scene s = scene(1, What::kPoses, 60, {});
+    const Identification result = s.identified(with(loss));
+    EXPECT_EQ(result.status, Status::kConverged) << result.message;
+    expect_finite(result);
+    Random random(2);
+    EXPECT_LT(test::rms_distance(s.model, test::postures(random, 50, 6), result.theta, s.truth), 1e-8);
+  }
+}
+
+TEST(Identify, NoiseIsFoundForEveryKindOfNumberOnItsOwn) {
+  for (const LossKind loss : {LossKind::kNone, LossKind::kTukey, LossKind::kHuber, LossKind::kCauchy}) {
+    const Scene s = scene(3, What::kPoses, 400, {2e-5, 1e-3});
+    const Identification result = s.identified(with(loss));
+    EXPECT_EQ(result.status, Status::kConverged) << result.message;
+    EXPECT_NEAR(result.sigma[0], 2e-5, 1e-6);
+    EXPECT_NEAR(result.sigma[1], 1e-3, 5e-5);
+    EXPECT_EQ(result.sigma[2], 0);
+    EXPECT_EQ(result.rank, 30);
+    EXPECT_EQ(result.degrees_of_freedom, 2400 - static_cast<int>(result.free.size()));
+  }
+}
+
+// Weighted as they deserve, coarse orientations do no harm to positions: with the weights of a first guess they would.
+TEST(Identify, WithoutALossTheWeightsOfTheKindsAreSettledToo) {
+  const Scene s = scene(4, What::kPoses, 60, {1e-5, 5e-3});
+  const Identification result = s.identified(with(LossKind::kNone));
+  Random random(5);
+  EXPECT_LT(test::rms_distance(s.model, test::postures(random, 200, 6), result.theta, s.truth), 2e-5);
+}
+
+TEST(Identify, RowsThatClaimTheirNoiseAreWeighedByIt) {
+  Scene s = scene(6, What::kPositions, 200, {});
+  Random random(7);
+  s.measured.sigma_position = RowMatrixXd::Constant(200, 3, 1e-5);
+  s.measured.sigma_position.bottomRows(100).setConstant(1e-3);
+  for (Eigen::Index i = 0; i < 200; ++i)
+    s.measured.position.row(i) += random.normals(s.measured.sigma_position(i, 0)).transpose();
+  const Identification result = s.identified(with(LossKind::kNone));
+  EXPECT_LT(result.tau[0], 6e-6);  // the claims explain what remains
+  EXPECT_NEAR(result.variance_factor, 1, 0.15);
+  EXPECT_LT(test::rms_distance(s.model, test::postures(random, 200, 6), result.theta, s.truth), 1.2e-5);
+}
+
+TEST(Identify, NoiseThatTheClaimsDoNotExplainIsFoundAndAdded) {
+  for (const LossKind loss : {LossKind::kNone, LossKind::kTukey}) {
+    Scene s = scene(8, What::kPositions, 300, {8e-5, 0});
+    s.measured.sigma_position = RowMatrixXd::Constant(300, 3, 6e-5);
+    Random random(9);
+    for (Eigen::Index i = 0; i < 300; ++i) s.measured.position.row(i) += random.normals(6e-5).transpose();
+    const Identification result = s.identified(with(loss));
+    EXPECT_NEAR(result.tau[0], 8e-5, 6e-6);
+    EXPECT_NEAR(result.sigma[0], 1e-4, 5e-6);
+    EXPECT_NEAR(result.variance_factor, 1, 0.03);
+  }
+}
+
+TEST(Identify, ClaimsOfTooMuchNoiseAreBroughtDown) {
+  Scene s = scene(10, What::kPositions, 300, {3e-5, 0});
+  const Identification unclaimed = s.identified(with(LossKind::kNone));
+  s.measured.sigma_position = RowMatrixXd::Constant(300, 3, 3e-4);
+  for (const LossKind loss : {LossKind::kNone, LossKind::kTukey, LossKind::kHuber, LossKind::kCauchy}) {
+    const Identification result = s.identified(with(loss));
+    EXPECT_NEAR(result.sigma[0], 3e-5, 1.5e-6);
+    EXPECT_EQ(result.tau[0], 0);
+    if (result.free != unclaimed.free) continue;
+    const Eigen::VectorXd ratio = result.covariance.diagonal().cwiseQuotient(unclaimed.covariance.diagonal());
+    EXPECT_NEAR(ratio.mean(), 1, 0.1);
+  }
+}
+
+TEST(Identify, GrossPointsLoseTheirWeightAndMoveNothing) {
+  Scene s = scene(11, What::kPositions, 100, {5e-5, 0});
+  const Identification clean = s.identified();
+  Random random(12);
+  for (const Eigen::Index i : {3, 40, 41, 77, 99})
+    s.measured.position.row(i) += (random.uniform(2e-3, 0.5) * random.unit()).transpose();
+  const Samples elsewhere = test::postures(random, 200, 6);
+  const double error_clean = test::rms_distance(s.model, elsewhere, clean.theta, s.truth);
+  for (const LossKind loss : {LossKind::kTukey, LossKind::kHuber, LossKind::kCauchy}) {
+    const Identification result = s.identified(with(loss));
+    EXPECT_EQ(result.status, Status::kConverged) << result.message;
+    for (const Eigen::Index i : {3, 40, 41, 77, 99}) EXPECT_LT(result.weights[static_cast<std::size_t>(i)].weight, 0.1);
+    EXPECT_LT(test::rms_distance(s.model, elsewhere, result.theta, s.truth), 2 * error_clean);
+    if (loss != LossKind::kTukey) continue;
+    EXPECT_EQ(result.weights[3].weight, 0);
+    EXPECT_LT(test::rms_distance(s.model, elsewhere, result.theta, s.truth), 1.3 * error_clean);
+    EXPECT_NEAR(result.sigma[0], 5e-5, 5e-6);
+  }
+  EXPECT_GT(test::rms_distance(s.model, elsewhere, s.identified(with(LossKind::kNone)).theta, s.truth),
+            5 * error_clean);
+}
+
+TEST(Identify, CovarianceWithoutALossIsThatOfLeastSquares) {
+  const Scene s = scene(13, What::kPositions, 80, {5e-5, 0});
+  const Identification result = s.identified(with(LossKind::kNone));
+  const Eigen::VectorXd ones = Eigen::VectorXd::Ones(static_cast<Eigen::Index>(result.free.size()));
+  const NormalEquations sums = normal_equations({s.model, s.samples, s.measured}, result.theta, result.free, ones,
+                                                {{1, 1, 1}, LossKind::kNone}, true);
+  const double variance = 2 * sums.cost / result.degrees_of_freedom;
+  const Eigen::MatrixXd wanted = variance * sums.A.inverse();
+  EXPECT_LT((result.covariance - wanted).norm(), 1e-5 * wanted.norm());
+  EXPECT_NEAR(result.sigma[0], std::sqrt(variance), 1e-4 * result.sigma[0]);
+}
+
+// The house's near-parallel rule: from a tenth of a radian to a billionth, d stays within 20 mm of nominal and
+// prediction is as good as anywhere.
+TEST(Identify, NearlyParallelAxesNeverSendDAway) {
+  for (int step = 0; step <= 16; ++step) {
+    const double angle = std::pow(10.0, -1 - 0.5 * step);
+    for (int seed = 0; seed < test::repeat(20); ++seed) {
+      const Scene s = scene(static_cast<std::uint64_t>(1000 * step + seed), What::kPositions, 60, {5e-5, 0}, 5e-4,
+                            seed % 2 == 0 ? angle : -angle);
+      const Identification result = s.identified();
+      ASSERT_EQ(result.status, Status::kConverged) << result.message;
+      expect_finite(result);
+      EXPECT_EQ(result.rank, 27);
+      for (int k = 0; k < s.model.parameter_count(); ++k) {
+        if (s.model.parameters()[static_cast<std::size_t>(k)].name != "d") continue;
+        const double change = std::abs(result.theta[k] - s.model.start()[k]);
+        EXPECT_LT(change, 0.02) << "angle " << angle << ", seed " << seed << ", " << test::name(s.model, k);
+      }
+      Random random(7);
+      EXPECT_LT(test::rms_distance(s.model, test::postures(random, 50, 6), result.theta, s.truth), 1.5e-4) << angle;
+      if (angle > 2e-3) continue;
+      EXPECT_TRUE(is_free(result, test::index_of(s.model, "joint2 beta"))) << angle;
+      EXPECT_TRUE(is_free(result, test::index_of(s.model, "joint2 d")) !=
+                  is_free(result, test::index_of(s.model, "joint3 d")))
+          << angle;
+    }
+  }
+}
+
+TEST(Identify, AParallelPairOfTheTruthIsFoundWhateverTheNominalAngle) {
+  // Nominal axes cross by 0.01 rad, the true ones are parallel, and the other way round.
+  for (const auto& [nominal, change] : {std::pair{0.01, -0.01}, {0.0, 0.01}, {0.0, -0.003}}) {
+    Scene s = scene(14, What::kPositions, 80, {3e-5, 0}, 3e-4, nominal);
+    s.truth[test::index_of(s.model, "joint2 alpha")] += change;
+    Random random(15);
+    s.measured = test::measure(random, s.model, s.samples, s.truth, What::kPositions, {3e-5, 0});
+    const Identification result = s.identified();
+    EXPECT_EQ(result.status, Status::kConverged) << result.message;
+    EXPECT_LT(test::rms_distance(s.model, test::postures(random, 100, 6), result.theta, s.truth), 6e-5)
+        << nominal << " " << change;
+    for (int k = 0; k < s.model.parameter_count(); ++k) {
+      if (s.model.parameters()[static_cast<std::size_t>(k)].name != "d") continue;
+      EXPECT_LT(std::abs(result.theta[k] - s.model.start()[k]), 0.02) << test::name(s.model, k);
+    }
+  }
+}
+
+TEST(Identify, WhatIsHeldStaysWhereItWas) {
+  const Scene s = scene(16, What::kPositions, 80, {5e-5, 0});
+  const Identification result = s.identified();
+  for (const int k : result.held) EXPECT_EQ(result.theta[k], s.model.start()[k]) << test::name(s.model, k);
+  EXPECT_EQ(result.free.size() + result.held.size(), test::asked(s.model, s.what).size());
+  EXPECT_EQ(result.unidentifiable.size(), result.held.size());
+  EXPECT_EQ(result.unidentifiable_parts.size(), result.held.size());
+  for (std::size_t k = 0; k < result.held.size(); ++k)
+    EXPECT_EQ(result.unidentifiable_parts[k].front(), result.held[k]);
+  for (int k = s.model.parameter_count() - 3; k < s.model.parameter_count(); ++k)
+    EXPECT_EQ(result.theta[k], s.model.start()[k]) << "not asked for";
+}
+
+// Every direction said to be untold: moving along it leaves the measured points where they are.
+TEST(Identify, DirectionsThatCannotBeToldChangeNothing) {
+  for (const char* kind : test::kKinds4) {
+    Random random(17);
+    test::Tables t = test::random_tables(random, 6);
+    t.types.assign(6, JointType::kRevolute);
+    for (int i = 0; i < 6; ++i) {
+      const Eigen::Vector3d axis = random.unit();
+      t.screws.row(i) << axis.transpose(), (-axis.cross(random.vector(1))).transpose(), 0;
+    }
+    const ErrorModel model(test::build(kind, t));
+    Scene s{model, test::postures(random, 80, 6), {}, model.start(), What::kPositions};
+    s.truth = test::disturbed(random, model, 3e-4);
+    s.measured = test::measure(random, model, s.samples, s.truth, What::kPositions, {3e-5, 0});
+    const Identification result = s.identified();
+    EXPECT_EQ(result.rank, 27) << kind;
+    EXPECT_EQ(result.status, Status::kConverged) << kind << ": " << result.message;
+    // Another start for what is held, and the same fit follows.
+    Scene other = s;
+    Eigen::VectorXd start = model.start();
+    const double before = (result.residuals.leftCols(3)).norm();
+    ASSERT_FALSE(result.held.empty());
+    std::vector<int> free = result.free;
+    for (const int k : result.held) start[k] += 2e-3;
+    const Solution again = solve({model, s.samples, s.measured}, start, free,
+                                 Eigen::VectorXd::Constant(static_cast<Eigen::Index>(free.size()), 1e-3),
+                                 {{1e-4, 1e-4, 1e-4}, LossKind::kNone}, {}, {});
+    const Solution first = solve({model, s.samples, s.measured}, result.theta, free,
+                                 Eigen::VectorXd::Constant(static_cast<Eigen::Index>(free.size()), 1e-3),
+                                 {{1e-4, 1e-4, 1e-4}, LossKind::kNone}, {}, {});
+    EXPECT_NEAR(again.cost, first.cost, 0.03 * first.cost) << kind;
+    EXPECT_GT(before, 0);
+  }
+}
+
+TEST(Identify, BfgsIsTheSameAsLeastSquares) {
+  const Scene s = scene(18, What::kPositions, 80, {5e-5, 0});
+  IdentifyOptions options = with(LossKind::kNone);
+  const Identification nls = s.identified(options);
+  options.solver = {Method::kBfgs, 500};
+  const Identification bfgs = s.identified(options);
+  EXPECT_EQ(bfgs.status, Status::kConverged) << bfgs.message;
+  EXPECT_EQ(nls.free, bfgs.free);
+  EXPECT_LT((nls.theta - bfgs.theta).cwiseAbs().maxCoeff(), 1e-8);
+  EXPECT_LT((nls.covariance - bfgs.covariance).norm(), 1e-4 * nls.covariance.norm());
+}
+
+/// Normal errors: the mean distance is less efficient than the mean square, by 1.18 for three numbers a row.
+TEST(Identify, TheMeanDistanceKnowsItsOwnUncertainty) {
+  const Scene s = scene(19, What::kPositions, 400, {5e-5, 0});
+  IdentifyOptions options = with(LossKind::kNone);
+  const Identification nls = s.identified(options);
+  options.solver = {Method::kBfgsMeanDistance, 500};
+  const Identification mean = s.identified(options);
+  EXPECT_EQ(mean.status, Status::kConverged) << mean.message;
+  ASSERT_EQ(nls.free, mean.free);
+  const double efficiency = std::pow(std::tgamma(2.0) / std::tgamma(1.5), 2) * 2 / 3;  // E[u]^2 / d
+  EXPECT_NEAR(mean.covariance.trace() / nls.covariance.trace(), 1 / efficiency, 0.06);
+  EXPECT_NEAR(1 / efficiency, 1.178, 1e-3);
+}
+
+TEST(Identify, BoundsAreKept) {
+  const Scene s = scene(20, What::kPositions, 80, {5e-5, 0});
+  const Identification open = s.identified();
+  IdentifyOptions options;
+  options.limits.lower = Eigen::VectorXd::Constant(s.model.parameter_count(), -kInfinite);
+  options.limits.upper = Eigen::VectorXd::Constant(s.model.parameter_count(), kInfinite);
+  int bounded = 0;
+  for (const int k : open.free) {
+    if (++bounded % 5 != 0) continue;
+    options.limits.upper[k] = open.theta[k] - 1e-4;
+  }
+  const Identification result = s.identified(options);
+  expect_finite(result);
+  for (int k = 0; k < s.model.parameter_count(); ++k)
+    EXPECT_LE(result.theta[k], options.limits.upper[k] + 1e-12) << test::name(s.model, k);
+}
+
+TEST(Identify, PriorsFreeEveryParameterAndAreNotCountedAsItsFreedom) {
+  const Scene s = scene(21, What::kPositions, 8, {5e-5, 0}, 1e-4);
+  IdentifyOptions options = with(LossKind::kNone);
+  options.limits.prior_mean = s.model.start();
+  options.limits.prior_sigma = Eigen::VectorXd::Constant(s.model.parameter_count(), 1e-4);
+  const Identification result = s.identified(options);
+  EXPECT_EQ(result.status, Status::kConverged) << result.message;
+  expect_finite(result);
+  EXPECT_TRUE(result.held.empty());
+  EXPECT_LE(result.rank, 24);  // 24 numbers were measured
+  EXPECT_GT(result.degrees_of_freedom, 0);
+  EXPECT_LT(result.degrees_of_freedom, 24);
+  EXPECT_LT(result.sigma[0], 2e-4);
+  EXPECT_GT(result.sigma[0], 1e-5);
+  for (Eigen::Index k = 0; k < result.covariance.rows(); ++k)
+    EXPECT_LE(std::sqrt(result.covariance(k, k)), 1.0001e-4) << "no surer than the prior?";
+}
+
+TEST(Identify, WeakPriorsAreNone) {
+  const Scene s = scene(22, What::kPositions, 100, {5e-5, 0});
+  const Identification without = s.identified();
+  IdentifyOptions options;
+  options.limits.prior_mean =
+      Eigen::VectorXd::Zero(s.model.parameter_count());  // far from base and tool: an infinite sigma has no mean
+  options.limits.prior_sigma = Eigen::VectorXd::Constant(s.model.parameter_count(), kInfinite);
+  const Identification with_priors = s.identified(options);
+  EXPECT_EQ(without.free, with_priors.free);
+  EXPECT_LT((without.theta - with_priors.theta).cwiseAbs().maxCoeff(), 1e-7);
+  EXPECT_EQ(without.degrees_of_freedom, with_priors.degrees_of_freedom);
+  EXPECT_EQ(without.rank, with_priors.rank);
+}
+
+TEST(Identify, TooFewNumbersAreAStatusAndNoCertainty) {
+  for (const Eigen::Index rows : {1, 2, 5, 9}) {
+    const Scene s = scene(23, What::kPositions, rows, {5e-5, 0});
+    const Identification result = s.identified();
+    EXPECT_EQ(result.status, Status::kTooFewEquations) << rows << " rows";
+    EXPECT_TRUE(result.free.empty());
+    EXPECT_EQ(result.theta, s.model.start());
+    EXPECT_FALSE(result.message.empty());
+    expect_finite(result);
+  }
+  EXPECT_EQ(scene(24, What::kPositions, 12, {5e-5, 0}).identified().status, Status::kConverged);
+}
+
+TEST(Identify, FewRowsThatClaimTheirNoiseAreAsSureAsTheyClaim) {
+  Scene s = scene(25, What::kPositions, 5, {1e-5, 0});
+  s.measured.sigma_position = RowMatrixXd::Constant(5, 3, 1e-5);
+  const Identification result = s.identified();
+  expect_finite(result);
+  EXPECT_EQ(result.rank, 15);
+  EXPECT_LE(result.free.size(), 15U);
+}
+
+TEST(Identify, RowsWithPartsMissingAreUsedForWhatTheyHave) {
+  Scene s = scene(26, What::kPoses, 120, {5e-5, 1e-4});
+  for (Eigen::Index i = 0; i < 120; ++i) {
+    if (i % 4 == 0) s.measured.position(i, i % 3) = kNan;
+    if (i % 4 == 1) s.measured.rotation.row(i).setConstant(kNan);
+    if (i % 4 == 2) s.measured.position.row(i).setConstant(kNan);
+    if (i % 40 == 3) {
+      s.measured.position.row(i).setConstant(kNan);
+      s.measured.rotation.row(i).setConstant(kNan);
+    }
+  }
+  const Identification result = s.identified();
+  EXPECT_EQ(result.status, Status::kConverged) << result.message;
+  expect_finite(result);
+  EXPECT_EQ(result.rank, 30);
+  EXPECT_EQ(result.weights[3].components, 0);
+  EXPECT_EQ(result.weights[3].weight, 0);
+  EXPECT_EQ(result.weights[0].components, 5);
+  EXPECT_TRUE(std::isnan(result.residuals(2, 0)) && !std::isnan(result.residuals(2, 3)));
+  Random random(27);
+  EXPECT_LT(test::rms_distance(s.model, test::postures(random, 100, 6), result.theta, s.truth), 1e-4);
+}
+
+TEST(Identify, NothingMeasuredInAnyRowOrNothingAskedIsSaid) {
+  Scene s = scene(28, What::kPositions, 30, {5e-5, 0});
+  const Identification nothing_asked = identify({s.model, s.samples, s.measured}, {}, Eigen::Matrix3Xd(3, 0), {});
+  EXPECT_EQ(nothing_asked.status, Status::kTooFewEquations);
+  EXPECT_EQ(nothing_asked.message, "the measurements fix none of the 0 parameters asked for");
+  EXPECT_EQ(nothing_asked.theta, s.model.start());
+  s.measured.position.setConstant(kNan);
+  const Identification blind = s.identified();
+  EXPECT_EQ(blind.status, Status::kTooFewEquations);
+  EXPECT_EQ(blind.message, "nothing was measured in any row");
+  expect_finite(blind);
+}
+
+TEST(Identify, LengthsAloneIdentifyTheArmAndTheirAnchors) {
+  Random random(29);
+  const ErrorModel model(test::build("dh", test::six_axes(0.7)));
+  Scene s{model, test::postures(random, 400, 6), {}, test::disturbed(random, model, 3e-4), What::kPositions};
+  s.truth.head<6>() = model.start().head<6>();  // lengths show nothing of the base
+  s.truth.tail<3>() = model.start().tail<3>();
+  const Eigen::Matrix3Xd anchors = (Eigen::Matrix3Xd(3, 3) << 3, -2, 0.5, 0, 2.5, -3, -0.5, 1, 2).finished();
+  s.measured.distance.resize(400);
+  s.measured.anchor.resize(400);
+  s.measured.anchor_count = 3;
+  RowEvaluator rows(model, s.truth);
+  for (Eigen::Index i = 0; i < 400; ++i) {
+    s.measured.anchor[i] = static_cast<int>(i % 3);
+    s.measured.distance[i] = (rows.pose(s.samples.row(i)).p - anchors.col(i % 3)).norm() + random.normal(2e-5);
+  }
+  std::vector<int> asked = test::asked(model, What::kPositions);
+  asked.erase(asked.begin(), asked.begin() + 6);
+  const Eigen::Matrix3Xd start = anchors + Eigen::Matrix3Xd::Constant(3, 3, 2e-3);
+  const Identification result = identify({model, s.samples, s.measured}, asked, start, {});
+  EXPECT_EQ(result.status, Status::kConverged) << result.message;
+  expect_finite(result);
+  EXPECT_NEAR(result.sigma[2], 2e-5, 2e-6);
+  EXPECT_EQ(result.sigma[0], 0);
+  EXPECT_EQ(result.parameters.back().owner, "anchor2");
+  EXPECT_EQ(result.theta.size(), model.parameter_count() + 9);
+  double worst = 0;
+  RowEvaluator there(model, result.theta.head(model.parameter_count()));
+  const Samples elsewhere = test::postures(random, 200, 6);
+  for (Eigen::Index i = 0; i < 200; ++i) {
+    for (int a = 0; a < 3; ++a) {
+      const Eigen::Vector3d found = result.theta.segment<3>(model.parameter_count() + 3 * a);
+      RowEvaluator true_rows(model, s.truth);
+      worst = std::max(worst, std::abs((there.pose(elsewhere.row(i)).p - found).norm() -
+                                       (true_rows.pose(elsewhere.row(i)).p - anchors.col(a)).norm()));
+    }
+  }
+  EXPECT_LT(worst, 1e-4);
+}
+
+TEST(Identify, IsTheSameBitsWhateverTheThreads) {
+  for (const What what : {What::kPositions, What::kPoses}) {
+    const Scene s = scene(30, what, 1200, {5e-5, 1e-4});
+    const Identification one = s.identified({}, 1);
+    for (const int threads : {2, 5}) {
+      const Identification other = s.identified({}, threads);
+      EXPECT_EQ(one.theta, other.theta);
+      EXPECT_EQ(one.covariance, other.covariance);
+      EXPECT_EQ(one.free, other.free);
+      EXPECT_EQ(one.iterations, other.iterations);
+    }
+  }
+}
+
+TEST(Identify, BadOptionsAreRefusedInASentence) {
+  const Scene s = scene(31, What::kPositions, 20, {5e-5, 0});
+  const int p = s.model.parameter_count();
+  const auto refusal = [&](const std::vector<int>& asked, const IdentifyOptions& options,
+                           Eigen::Index anchors = 0) -> std::string {
+    try {
+      identify({s.model, s.samples, s.measured}, asked, Eigen::Matrix3Xd::Zero(3, anchors), options);
+    } catch (const InvalidInput& error) {
+      return error.what();
+    }
+    return "nothing was refused";
+  };
+  EXPECT_EQ(refusal({p}, {}), "asked parameters must be 0 to 41, got 42");
+  EXPECT_EQ(refusal({-1}, {}), "asked parameters must be 0 to 41, got -1");
+  EXPECT_EQ(refusal({1, 2, 1}, {}), "asked parameters must differ from each other");
+  EXPECT_EQ(refusal({1}, {}, 2), "there are 0 anchors, got 2 starting places");
+  IdentifyOptions options;
+  options.limits.prior_mean = options.limits.prior_sigma = Eigen::VectorXd::Ones(3);
+  EXPECT_EQ(refusal({1}, options), "priors must be 42 means and as many standard deviations, or none");
+  options.limits.prior_mean = Eigen::VectorXd::Zero(p);
+  options.limits.prior_sigma = Eigen::VectorXd::Zero(p);
+  EXPECT_EQ(refusal({1}, options), "priors must have finite means and positive standard deviations");
+  options = {};
+  options.limits.lower = Eigen::VectorXd::Zero(p);
+  EXPECT_EQ(refusal({1}, options), "bounds must be 42 lower and as many upper ones, or none");
+  options.limits.upper = Eigen::VectorXd::Zero(p);
+  EXPECT_EQ(refusal({1}, options), "each lower bound must be below its upper bound");
+  options.limits.upper.setOnes();
+  options.solver.method = Method::kBfgs;
+  EXPECT_EQ(refusal({1}, options), "bounds need least squares; BFGS with a line search has none");
+}
+
+}  // namespace
+}  // namespace fastcal
