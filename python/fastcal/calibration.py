@@ -308,7 +308,7 @@ def calibrate(
         ],
         correlated=_correlated(free_names, covariance),
         rank=found.rank,
-        asked_count=len(asked),
+        asked_count=len(found.free) + len(found.held),
         degrees_of_freedom=found.degrees_of_freedom,
         iterations=found.iterations,
         sigma=sigma,

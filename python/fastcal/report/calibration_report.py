@@ -76,7 +76,7 @@ def calibration_page(result: CalibrationResult, *, simulated: bool = False) -> s
             for item in result.unidentifiable
         ],
         correlated_table=calibration_tables.correlated_table(result.correlated),
-        rank=result.rank,
+        told_count=len(result.parameters),
         asked_count=result.asked_count,
         normal_plot=_normal_plot(result, train) if train else None,
         sigma=significant(result.sigma_mm, 2),
@@ -95,17 +95,18 @@ def _sources(result: CalibrationResult) -> list[tuple[str, str, int]]:
 
 
 def _tiles(result: CalibrationResult, sets: list[Rows]) -> list[tuple[str, str, str]]:
-    rank = ("Told from the data", f"{result.rank} of {result.asked_count}", "parameters")
+    shares = f"{len(result.parameters)} of {result.asked_count}"
+    told = ("Told from the data", shares, f"parameters; rank {result.rank}")
     noise = ("Noise of a coordinate", f"{significant(result.sigma_mm, 2)} mm", "standard deviation")
     if not sets:
-        return [noise, rank]
+        return [noise, told]
     before, after = sets[-1].before, sets[-1].after
     on = f"{sets[-1].name.lower()} poses"
     return [
         (f"Mean error, {on}", f"{alike(after.mean, after.mean)} mm", f"was {alike(before.mean, after.mean)} mm"),
         (f"Largest error, {on}", f"{alike(after.max, after.mean)} mm", f"was {alike(before.max, after.mean)} mm"),
         noise,
-        rank,
+        told,
     ]
 
 
@@ -199,6 +200,6 @@ def _method(result: CalibrationResult) -> list[tuple[str, str]]:
             "Outcome",
             f"{result.status.replace('_', ' ')} after {plural(result.iterations, 'iteration')}: {result.message}",
         ),
-        ("Parameters", f"{result.asked_count} asked for, {result.rank} told from the data"),
+        ("Parameters", f"{result.asked_count} asked for, {len(result.parameters)} told from the data"),
         ("Degrees of freedom", f"{count(result.degrees_of_freedom)} (measured numbers less identified parameters)"),
     ]

@@ -109,7 +109,7 @@ def _untold(result: CalibrationResult) -> Remark:
         return Remark("Every parameter asked for can be told from these data.", False, "untold")
     text = (
         f"{plural(held, 'combination')} of parameters can\N{RIGHT SINGLE QUOTATION MARK}t be told from these data and "
-        f"{'is' if held == 1 else 'are'} held at nominal; nothing measured here depends on "
+        f"{'is' if held == 1 else 'are'} held at nominal; what was measured does not show "
         f"{'it' if held == 1 else 'them'}."
     )
     return Remark(text, False, "untold")
