@@ -1,0 +1,179 @@
+// SPDX-FileCopyrightText: 2026 The fastcal authors
+// SPDX-License-Identifier: MIT
+//
+// What every registered effect promises, on an arm that has everything: masses, a slider, a spring, motors, all columns
+// of data.
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "effects/loaded.hpp"
+#include "fastcal/math/check.hpp"
+#include "fastcal/math/se3.hpp"
+#include "support/robots.hpp"
+
+namespace fastcal::test {
+namespace {
+
+constexpr int kJoints = 6;
+constexpr int kSlider = 3;
+
+RobotModel complete_arm() {
+  RobotDescription description;
+  description.joint_types.assign(kJoints, JointType::kRevolute);
+  description.joint_types[kSlider] = JointType::kPrismatic;
+  description.bodies.resize(kJoints);
+  for (int i = 0; i < kJoints; ++i) {
+    description.bodies[static_cast<std::size_t>(i)].mass = 30 - 4 * i;
+    description.bodies[static_cast<std::size_t>(i)].com = {-0.1, 0.02, 0.05};
+  }
+  description.T_world_base = {rpy_to_rotation({0.3, -0.2, 1.1}), {0.5, -1, 0.2}};
+  description.T_flange_tool = {rpy_to_rotation({0.1, 0.4, -0.2}), {0.05, 0.02, 0.15}};
+  description.p_flange_payload = {0.02, 0, 0.08};
+  description.coupling = Eigen::MatrixXd::Zero(kJoints, kJoints);
+  description.coupling(5, 4) = -0.01;
+  description.motor_ratio = Eigen::VectorXd::Constant(kJoints, 101);
+  description.compensator = Compensator{1, {0, 0.3, 0}, {0.4, 0, 0}, 1e4, 0.2};
+  Tables t = six_axes(0.1);
+  return build_dh(description, t.rows);
+}
+
+Samples complete_samples(int rows) {
+  Random random(11);
+  Samples out;
+  out.q = RowMatrixXd::NullaryExpr(rows, kJoints, [&] { return random.uniform(-1.2, 1.2); });
+  out.payload = Eigen::VectorXd::NullaryExpr(rows, [&] { return random.uniform(0, 40); });
+  out.wrench = RowMatrixXd::NullaryExpr(rows, 6, [&] { return random.uniform(-50, 50); });
+  out.temperature = Eigen::VectorXd::NullaryExpr(rows, [&] { return random.uniform(290, 310); });
+  out.time = Eigen::VectorXd::NullaryExpr(rows, [&] { return random.uniform(-5000, 5000); });
+  out.station = Eigen::VectorXi::NullaryExpr(rows, [&] { return random.whole(0, 1); });
+  out.mount = Eigen::VectorXi::NullaryExpr(rows, [&] { return random.whole(0, 1); });
+  out.approach = RowMatrixXd::NullaryExpr(rows, kJoints, [&] { return random.whole(-1, 1); });
+  out.current = RowMatrixXd::NullaryExpr(rows, kJoints, [&] { return random.uniform(-10, 10); });
+  out.extra = RowMatrixXd::NullaryExpr(rows, 1, [&] { return random.uniform(-2, 2); });
+  return out;
+}
+
+/// What an effect cannot do without.
+Options least_options(const std::string& name) {
+  if (name == "regressor") return {{"column", std::string("tilt")}};
+  if (name == "base_step") return {{"at", 0.0}};
+  return {};
+}
+
+/// The effect alone, at random parameters of plausible size within their bounds.
+ErrorModel alone(const std::string& name, const std::string& owner, double size) {
+  const RobotModel robot = complete_arm();
+  const auto effect = make_effect(name, robot, owner, least_options(name));
+  Random random(5);
+  Eigen::VectorXd values(static_cast<Eigen::Index>(effect->parameters().size()));
+  for (Eigen::Index k = 0; k < values.size(); ++k) {
+    const Parameter& p = effect->parameters()[static_cast<std::size_t>(k)];
+    values[k] = size * std::clamp(random.uniform(0.3, 1) * p.sigma, p.lower, p.upper);
+  }
+  return ErrorModel(robot, {effect}, values);
+}
+
+std::vector<double> poses(const ErrorModel& model, const Samples& samples, int threads = 1) {
+  std::vector<double> out(static_cast<std::size_t>(16 * samples.count()));
+  predict(model, samples, model.start(), threads, out.data());
+  return out;
+}
+
+class EffectContract : public testing::TestWithParam<std::string> {
+ protected:
+  std::vector<std::string> owners() const { return effect_entry(GetParam()).owners(complete_arm()); }
+};
+
+TEST_P(EffectContract, HasAnOwnerOnThisArm) { EXPECT_FALSE(owners().empty()); }
+
+TEST_P(EffectContract, ZeroParametersAreTheNominalRobotExactly) {
+  const Samples samples = complete_samples(20);
+  const std::vector<double> nominal = poses(ErrorModel(complete_arm()), samples);
+  for (const std::string& owner : owners()) EXPECT_EQ(poses(alone(GetParam(), owner, 0), samples), nominal) << owner;
+}
+
+TEST_P(EffectContract, DerivativesAreThoseOfCentralDifferences) {
+  for (const std::string& owner : owners()) {
+    const ErrorModel model = alone(GetParam(), owner, 1);
+    Samples samples = complete_samples(4);
+    settle(model, model.start(), 1, samples);
+    const auto own = model.robot().nominal().size();
+    RowEvaluator rows(model, model.start());
+    Eigen::Matrix<double, 6, Eigen::Dynamic> J(6, model.parameter_count());
+    for (Eigen::Index i = 0; i < samples.count(); ++i) {
+      rows.jacobian(samples.row(i), J);
+      for (Eigen::Index k = own; k < model.parameter_count(); ++k) {
+        const double h = 0.1 * model.parameters()[static_cast<std::size_t>(k)].sigma;
+        Eigen::VectorXd up = model.start();
+        Eigen::VectorXd down = up;
+        up[k] += h;
+        down[k] -= h;
+        const Pose a = RowEvaluator(model, up).pose(samples.row(i));
+        const Pose b = RowEvaluator(model, down).pose(samples.row(i));
+        Vector6d expected;
+        expected << (a.p - b.p) / (2 * h), log_so3(a.R * b.R.transpose()) / (2 * h);
+        // Rounding of a pose of a few metres over the step, and the differences' own error of third order.
+        EXPECT_LT((J.col(k) - expected).norm(), 1e-14 / h + 1e-6 * expected.norm())
+            << owner << " " << model.parameters()[static_cast<std::size_t>(k)].name;
+      }
+    }
+  }
+}
+
+TEST_P(EffectContract, TwoThreadsGiveTheSameBits) {
+  const Samples samples = complete_samples(repeat(1000) + 300);
+  const ErrorModel model = alone(GetParam(), owners().front(), 1);
+  EXPECT_EQ(poses(model, samples, 1), poses(model, samples, 2));
+}
+
+TEST_P(EffectContract, ParametersAreDescribed) {
+  for (const std::string& owner : owners()) {
+    const auto effect = make_effect(GetParam(), complete_arm(), owner, least_options(GetParam()));
+    std::set<std::string> names;
+    EXPECT_FALSE(effect->parameters().empty());
+    for (const Parameter& p : effect->parameters()) {
+      EXPECT_TRUE(names.insert(p.name).second) << p.name;
+      EXPECT_FALSE(p.owner.empty());
+      EXPECT_FALSE(p.unit.empty());
+      EXPECT_FALSE(p.doc.empty());
+      EXPECT_GT(p.sigma, 0);
+      EXPECT_LE(p.lower, 0);
+      EXPECT_GE(p.upper, 0);
+    }
+    EXPECT_TRUE(effect->penalty().empty() || effect->penalty().size() == effect->parameters().size());
+  }
+}
+
+TEST_P(EffectContract, UnknownOwnersAndOptionsAreRefused) {
+  Options options = least_options(GetParam());
+  EXPECT_THROW(make_effect(GetParam(), complete_arm(), "elbow", options), InvalidInput);
+  options["colour"] = 1.0;
+  EXPECT_THROW(make_effect(GetParam(), complete_arm(), owners().front(), options), InvalidInput);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, EffectContract, testing::ValuesIn(effect_names()),
+                         [](const auto& info) { return info.param; });
+
+/// Effects register themselves: were their files dropped by a linker, nobody would say so.
+TEST(EffectRegistry, HoldsTheseNames) {
+  const std::vector<std::string> expected{
+      "backlash",          "base_drift",         "base_step",      "bearing_tilt",     "compensator_spring",
+      "coupling_ratio",    "current_compliance", "gear_harmonic",  "joint_compliance", "joint_compliance_nonlinear",
+      "joint_profile",     "link_bending",       "link_com",       "link_mass",        "link_torsion",
+      "measurement_scale", "payload_com",        "payload_mass",   "reduction_ratio",  "regressor",
+      "station_offset",    "thermal_expansion",  "thermal_offset", "tool_shift"};
+  EXPECT_EQ(effect_names(), expected);
+}
+
+TEST(EffectRegistry, AnUnknownNameIsRefusedWithTheKnownOnes) {
+  try {
+    make_effect("rust", complete_arm(), "joint1", {});
+    FAIL();
+  } catch (const InvalidInput& error) {
+    EXPECT_NE(std::string(error.what()).find("backlash"), std::string::npos);
+  }
+}
+
+}  // namespace
+}  // namespace fastcal::test
