@@ -1,0 +1,65 @@
+// SPDX-FileCopyrightText: 2026 The fastcal authors
+// SPDX-License-Identifier: MIT
+//
+// The base moves in the measuring frame's axes, however it stands there; it turns about its own origin.
+#include <gtest/gtest.h>
+
+#include "effects/flat.hpp"
+#include "fastcal/math/check.hpp"
+
+namespace fastcal::test {
+namespace {
+
+Samples at(double time, int station = -1) {
+  Samples out = posture({0});
+  out.time = Eigen::VectorXd::Constant(1, time);
+  out.station = Eigen::VectorXi::Constant(1, station);
+  return out;
+}
+
+// A base that looks along the measuring frame's y axis, at (2, 0, 0): the tool is at (2, 1, 0).
+RobotModel placed() {
+  Pose base = turned_base(kHalfPi);
+  base.p = {2, 0, 0};
+  return flat_arm(1, base);
+}
+
+void expect_near(const Eigen::Vector3d& got, const Eigen::Vector3d& expected) {
+  EXPECT_LT((got - expected).norm(), 1e-15) << got.transpose();
+}
+
+TEST(BaseDrift, MovesSteadilyAlongTheMeasuringAxes) {
+  const ErrorModel model = with(placed(), {{"base_drift", "base", {1e-6, 2e-6, -1e-6, 0, 0, 0}, {{"t0", 100.0}}}});
+  expect_near(tool(model, at(100)).p, {2, 1, 0});
+  expect_near(tool(model, at(200)).p, {2 + 1e-4, 1 + 2e-4, -1e-4});
+  expect_near(tool(model, at(0)).p, {2 - 1e-4, 1 - 2e-4, 1e-4});
+}
+
+TEST(BaseDrift, TurnsAboutTheBasesOrigin) {
+  const ErrorModel model = with(placed(), {{"base_drift", "base", {0, 0, 0, 0, 0, 1e-6}, {}}});
+  expect_near(tool(model, at(1000)).p, {2 - std::sin(1e-3), std::cos(1e-3), 0});
+  const ErrorModel pitch =
+      with(placed(), {{"base_drift", "base", {0, 0, 0, 1e-6, 0, 0}, {}}});  // about the measuring x axis
+  expect_near(tool(pitch, at(1000)).p, {2, std::cos(1e-3), std::sin(1e-3)});
+}
+
+TEST(BaseStep, IsThereFromItsMomentOn) {
+  const ErrorModel model = with(placed(), {{"base_step", "base", {1e-4, 0, 0, 0, 0, 0}, {{"at", 50.0}}}});
+  expect_near(tool(model, at(49.999)).p, {2, 1, 0});
+  expect_near(tool(model, at(50)).p, {2 + 1e-4, 1, 0});
+  expect_near(tool(model, at(1e6)).p, {2 + 1e-4, 1, 0});
+}
+
+TEST(StationOffset, MovesTheBaseFromTheSecondStationOn) {
+  const Options three{{"count", 3.0}};
+  const ErrorModel model =
+      with(placed(), {{"station_offset", "base", {1e-4, 0, 0, 0, 0, 0, 0, 3e-4, 0, 0, 0, 0}, three}});
+  expect_near(tool(model, at(0, 0)).p, {2, 1, 0});
+  expect_near(tool(model, at(0, 1)).p, {2 + 1e-4, 1, 0});
+  expect_near(tool(model, at(0, 2)).p, {2, 1 + 3e-4, 0});
+  EXPECT_EQ(model.effects()[0]->parameters()[6].name, "station3_x");
+  EXPECT_THROW(make_effect("station_offset", placed(), "base", {{"count", 1.0}}), InvalidInput);
+}
+
+}  // namespace
+}  // namespace fastcal::test
