@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from fastcal.io.measurements_out import write_measurements
     from fastcal.io.robot_file import load_robot
     from fastcal.prediction import predict
+    from fastcal.registered import register_effect
     from fastcal.report import write_report
     from fastcal.robot import Robot
     from fastcal.selection import choose_parameters
@@ -43,6 +44,7 @@ _HOMES = {
     "perturbed": "simulation",
     "predict": "prediction",
     "random_poses": "simulation",
+    "register_effect": "registered",
     "simulate": "simulation",
     "write_measurements": "io.measurements_out",
     "write_report": "report",
@@ -66,6 +68,7 @@ __all__ = [
     "perturbed",
     "predict",
     "random_poses",
+    "register_effect",
     "simulate",
     "write_measurements",
     "write_report",

@@ -19,7 +19,7 @@ FloatArray = NDArray[np.float64]
 NUMBERS = ("temperature", "time")  # one a row
 TABLES = ("wrench", "approach", "current")
 LABELLED = {"station": "stations", "mount": "mounts"}  # a column of labels: the option that lists those an effect knows
-_TITLES = {"temperature": "temperature_c", "time": "time_s", "wrench": "fx_n ... mz_nm", "current": "current1_a ..."}
+_TITLES = {"temperature": "temperature_c", "time": "time_s", "wrench": "fx_n ... mz_nm"}
 
 
 def build_samples(
@@ -81,13 +81,18 @@ def _check_columns(
     """Raises InvalidInput where the data lack what the effect cannot do without."""
     own = registered.find(entry["effect"])
     for name in own.columns if own else effect.data_columns:
-        field = "approach" if name.startswith("approach") else name
+        field = name.rstrip("0123456789")  # approach4: the column of a joint
         if field.startswith("extra:"):
             _check_extra(entry, field.removeprefix("extra:"), extra, rows)
         elif field not in given:
-            raise InvalidInput(f"{label(entry)} needs the column {_TITLES.get(name, name)}, which the data do not have")
+            raise InvalidInput(f"{label(entry)} needs the column {_title(name)}, which the data do not have")
     for name in own.extra if own else ():
         _check_extra(entry, name, extra, rows)
+
+
+def _title(name: str) -> str:
+    """A column as a file has it."""
+    return f"{name}_a" if name.startswith("current") else _TITLES.get(name, name)
 
 
 def _check_extra(entry: Spec, name: str, extra: Mapping[str, FloatArray], rows: int) -> None:

@@ -36,13 +36,15 @@ class Backlash : public LinearEffect {
   }
 
   void basis(const State& state, TwistColumns& columns) const override {
-    const double side =
-        by_load_ ? std::tanh(state.joint_load(state.load, joint_, types_[static_cast<std::size_t>(joint_)]) / width_)
-                 : state.approach[joint_];
-    columns.push_back({0, joint_frame(joint_), joint_motion(types_, joint_, side / 2)});
+    columns.push_back({0, joint_frame(joint_), joint_motion(types_, joint_, flank(state) / 2)});
   }
 
  private:
+  double flank(const State& state) const {
+    if (!by_load_) return state.approach != nullptr ? state.approach[joint_] : 0;
+    return std::tanh(state.joint_load(state.load, joint_, types_[static_cast<std::size_t>(joint_)]) / width_);
+  }
+
   int joint_;
   std::vector<JointType> types_;
   bool by_load_;

@@ -37,6 +37,7 @@ class Regressor : public LinearEffect {
   std::vector<std::string> data_columns() const override { return {"extra:" + column_}; }
 
   void basis(const State& state, TwistColumns& columns) const override {
+    FASTCAL_CHECK(state.extra != nullptr) << "regressor needs the column " << column_ << ", which is not given";
     for (std::size_t k = 0; k < axes_.size(); ++k)
       columns.push_back({static_cast<int>(k), frame_, state.extra[index_] * Vector6d::Unit(axes_[k])});
   }

@@ -17,6 +17,7 @@ TabulatedEffect::TabulatedEffect(std::vector<Parameter> parameters, std::vector<
 }
 
 void TabulatedEffect::basis(const State& state, TwistColumns& columns) const {
+  FASTCAL_CHECK(state.table != nullptr) << "the table of registered effects is not given";
   const double* at = state.table + first_;
   for (const int frame : frames_) {
     for (int k = 0; k < static_cast<int>(parameters_.size()); ++k, at += 6)

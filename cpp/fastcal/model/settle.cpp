@@ -80,7 +80,7 @@ double settle(const ErrorModel& model, const Eigen::Ref<const Eigen::VectorXd>& 
   parallel_chunks(rows, threads, [&](Eigen::Index chunk, Eigen::Index begin, Eigen::Index end) {
     RowEvaluator evaluator(model, theta);
     Eigen::VectorXd before(6 * frames);
-    Eigen::Vector3d tool_before;
+    Eigen::Vector3d tool_before = Eigen::Vector3d::Zero();
     for (Eigen::Index i = begin; i < end; ++i) {
       const State state = samples.row(i);
       double change = 0;
