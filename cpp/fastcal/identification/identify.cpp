@@ -20,6 +20,7 @@ constexpr CommonNoise kNoiseFloor{1e-10, 1e-10, 1e-10};
 constexpr int kMaxRounds = 30;
 constexpr int kMaxOuterRounds = 30;
 constexpr double kLoadsSettled = 1e-8;  // of a plausible size
+constexpr double kNothingMoved = 3e-5;  // standard deviations: as far as a solve comes
 constexpr double kNoiseSettled =
     1e-4;  // relative; the parameters move by far less than their deviation when the noise moves by this
 
@@ -353,11 +354,18 @@ class Identifier {
       const Eigen::VectorXd before = at(theta_, free_);
       bring_to_equilibrium();
       refit(loss_);
-      if ((at(theta_, free_) - before).cwiseQuotient(free_scale_).cwiseAbs().maxCoeff() < kLoadsSettled) return true;
+      const Eigen::VectorXd moved = (at(theta_, free_) - before).cwiseQuotient(free_scale_);
+      if (moved.cwiseAbs().maxCoeff() < kLoadsSettled || deviations(moved) < kNothingMoved) return true;
     }
     converged_ = false;
     out_.message = "loads and deflections did not settle in " + std::to_string(kMaxOuterRounds) + " outer iterations";
     return false;
+  }
+
+  /// Length of a step of the free parameters (scaled), in standard deviations of what was measured.
+  double deviations(const Eigen::VectorXd& step) const {
+    const NormalEquations near = normal_equations(problem_, theta_, free_, free_scale_, {tau_, loss_}, true);
+    return std::sqrt(std::max(0.0, step.dot(near.A * step)));
   }
 
   void refit(LossKind loss) {
