@@ -32,9 +32,8 @@ def parameter_limits(
     """Keyword arguments of the core's `identify`, one number a parameter of the model and three an anchor, SI.
 
     Args:
-        robot: Its effects say which of them are nuisances (`prior: yes`): each parameter is held near 0, what the
-            robot file
-            says, with its plausible size as standard deviation.
+        robot: Its effects say which of them are nuisances (`prior: yes`): each parameter is held near 0, which is what
+            the robot file says, with its plausible size as standard deviation.
         model: The model of `robot` with base and tool fitted.
         anchor_count: Anchors of measured lengths; nothing is known of them.
         priors: Hold all parameters but base and tool where the model starts, with PRIOR_SIZES plausible sizes.
