@@ -16,7 +16,9 @@ std::vector<std::string> pairs(const RobotModel& robot) {
   std::vector<std::string> out;
   for (const std::string& driven : joint_owners(robot)) {
     for (const std::string& source : joint_owners(robot)) {
-      if (driven != source) out.push_back(driven + kArrow + source);
+      if (driven == source) continue;
+      out.push_back(driven);
+      out.back().append(kArrow).append(source);
     }
   }
   return out;

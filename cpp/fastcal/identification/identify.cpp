@@ -8,6 +8,7 @@
 #include <limits>
 #include <numeric>
 #include <set>
+#include <utility>
 
 #include "fastcal/math/check.hpp"
 #include "fastcal/model/settle.hpp"
@@ -189,13 +190,13 @@ Eigen::MatrixXd with_priors(const Eigen::MatrixXd& R, const std::vector<int>& as
 /// The work of identify(), step by step.
 class Identifier {
  public:
-  Identifier(const Problem& problem, const std::vector<int>& asked, const Eigen::Matrix3Xd& anchors,
+  Identifier(const Problem& problem, std::vector<int> asked, const Eigen::Matrix3Xd& anchors,
              const IdentifyOptions& options)
       : settled_(problem.model.needs() == kNothing ? Samples() : problem.samples),
         problem_{problem.model, problem.model.needs() == kNothing ? problem.samples : settled_, problem.measured,
                  problem.threads},
         options_(options),
-        asked_(asked) {
+        asked_(std::move(asked)) {
     out_.parameters = problem.model.parameters();
     for (int a = 0; a < problem.measured.anchor_count; ++a) {
       for (const char* axis : {"x", "y", "z"}) {
