@@ -4,7 +4,7 @@
 // Harmonic error of a gear or encoder:  dq = sine sin(n q) + cosine cos(n q) = amplitude sin(n q + phase),
 // n cycles a turn of the joint, any number of at least 1: `order` at the joint's side, `order` times the motor ratio
 // with side = motor. Encoder eccentricity e at a track of radius r is order 1 with amplitude e / r; a strain wave gear
-// errs twice a turn of its motor. Source: K. Nye, R. Kraml, "Harmonic drive gear error: characterization and
+// errs twice a turn of its motor. Source: T. Nye, R. Kraml, "Harmonic drive gear error: characterization and
 // compensation for precision pointing and tracking" (1991).
 #include <cmath>
 #include <sstream>
