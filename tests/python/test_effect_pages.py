@@ -1,0 +1,54 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""The pages of effects: complete, their figures drawn by the script beside them, their C++ listings those built."""
+
+import re
+import runpy
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from fastcal import _core
+
+ROOT = Path(__file__).parents[2]
+PAGES = ROOT / "docs" / "effects"
+HEADINGS = ["Equation", "Typical size", "What it is confused with", "What data it needs"]
+
+
+@pytest.fixture(scope="module")
+def figures() -> dict[str, Any]:
+    """What docs/effects/figures.py defines."""
+    return runpy.run_path(str(PAGES / "figures.py"))
+
+
+@pytest.mark.parametrize("page", sorted(PAGES.glob("*.md")), ids=lambda page: page.stem)
+def test_a_page_says_all_that_is_asked(page: Path) -> None:
+    assert page.stem in _core.effect_names()
+    text = page.read_text(encoding="utf-8")
+    assert re.findall(r"^## (.*)$", text, re.MULTILINE) == HEADINGS
+    assert f"]({page.stem}.svg)" in text
+    assert (PAGES / f"{page.stem}.svg").exists()
+
+
+def test_no_figure_is_of_an_effect_that_is_not(figures: dict[str, Any]) -> None:
+    assert {figure.__name__ for figure in figures["FIGURES"]} == {file.stem for file in PAGES.glob("*.svg")}
+
+
+def test_figures_are_what_fastcal_simulates(figures: dict[str, Any]) -> None:
+    """To a tenth of a pixel, whatever the machine's last bit."""
+    numbers = re.compile(r"-?\d+\.?\d*")
+    for figure in figures["FIGURES"]:
+        drawn, kept = figures["svg"](figure()), (PAGES / f"{figure.__name__}.svg").read_text(encoding="utf-8")
+        assert numbers.sub("#", drawn) == numbers.sub("#", kept)
+        now, then = ([float(n) for n in numbers.findall(text)] for text in (drawn, kept))
+        assert now == pytest.approx(then, abs=0.11), figure.__name__
+
+
+def test_the_listings_of_the_guide_are_those_that_are_built() -> None:
+    text = (ROOT / "docs" / "adding-an-effect.md").read_text(encoding="utf-8")
+    listings = re.findall(r"```cpp\n(.*?)```", text, re.DOTALL)
+    built = ROOT / "tests" / "cpp" / "examples"
+    assert listings == [
+        (built / name).read_text(encoding="utf-8") for name in ("cable_pull.cpp", "cable_pull_test.cpp")
+    ]
