@@ -412,7 +412,7 @@ def rotation_about(axis: str, angle: typing.SupportsFloat | typing.SupportsIndex
     """
 def rotation_to_axis(axis: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
     """
-    A rotation (3, 3) whose z axis is `axis` (unit), by the least turn.
+    A rotation (3, 3) whose z axis is `axis` (unit).
     """
 def rotation_to_rpy(R: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 3]"]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
     """
