@@ -25,6 +25,7 @@ from fastcal.evaluation import Evaluation, evaluate
 from fastcal.identified import identified, with_frames
 from fastcal.open_effects import with_open_effects_set
 from fastcal.parameter_limits import parameter_limits
+from fastcal.profile_range import range_notes
 from fastcal.robot import Robot
 from fastcal.units import factor, from_si
 
@@ -293,6 +294,7 @@ def calibrate(
     )
     judge: dict[str, Any] = {"before": aligned, "anchors": places, "anchors_before": places_before, "threads": threads}
     table, table_covariance = _table(start, model, found, data)
+    beyond = [] if test is None else [f"{test.source}: {note}" for note in range_notes(result_model, test)]
     return CalibrationResult(
         status=found.status,
         message=found.message,
@@ -317,7 +319,7 @@ def calibrate(
         weights=np.asarray(found.weights),
         train=evaluate(result_model, data, **judge),
         test=None if test is None else evaluate(result_model, test, **judge),
-        notes=list(data.notes),
+        notes=[*data.notes, *beyond],
     )
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.dataset import Dataset
+from fastcal.profile_range import range_notes
 from fastcal.robot import Robot
 
 FloatArray = NDArray[np.float64]
@@ -24,11 +25,13 @@ class Prediction:
         rotation: (N, 4) unit quaternion w, x, y, z, w at least 0.
         sigma_position: (N, 3) standard deviation that comes from the identified parameters alone [m]; NaN for a robot
             that was not calibrated. A new measurement adds its own noise.
+        notes: What a reader should know, a sentence each.
     """
 
     position: FloatArray
     rotation: FloatArray
     sigma_position: FloatArray
+    notes: tuple[str, ...] = ()
 
 
 def predict(robot: Robot, data: Dataset, *, threads: int = 1) -> Prediction:
@@ -36,7 +39,7 @@ def predict(robot: Robot, data: Dataset, *, threads: int = 1) -> Prediction:
     samples = robot.samples(data)
     T = np.asarray(robot.error_model.predict(samples, robot.error_model.start, threads))
     deviation = robot.deviation_at(samples, threads)
-    return Prediction(T[:, :3, 3].copy(), quaternions(T[:, :3, :3]), deviation)
+    return Prediction(T[:, :3, 3].copy(), quaternions(T[:, :3, :3]), deviation, tuple(range_notes(robot, data)))
 
 
 def quaternions(R: FloatArray) -> FloatArray:

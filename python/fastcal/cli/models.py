@@ -39,7 +39,7 @@ def predict(
     columns |= zip(("qw", "qx", "qy", "qz"), found.rotation.T, strict=True)
     columns |= zip(("sigma_x_mm", "sigma_y_mm", "sigma_z_mm"), from_si(found.sigma_position, "mm").T, strict=True)
     write_csv(output, columns)
-    warn(poses.notes)
+    warn([*poses.notes, *found.notes])
 
 
 def evaluate(
@@ -56,13 +56,14 @@ def evaluate(
     from fastcal.io.measurements import load_measurements
     from fastcal.io.results import write_json
     from fastcal.io.robot_file import load_robot
+    from fastcal.profile_range import range_notes
 
     robot = load_robot(model)
     measured = load_measurements(data, robot)
     found = evaluated(robot, measured, threads=threads)
     if output is not None:
         write_json(output, found.to_json_dict())
-    warn([*measured.notes, *readback_notes(robot, measured)])
+    warn([*measured.notes, *range_notes(robot, measured), *readback_notes(robot, measured)])
     say_evaluation(found, f"{robot.name} on {data.name}")
 
 

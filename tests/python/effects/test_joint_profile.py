@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: MIT
 """Joint profiles: the curve is found, its curvature by what predicts unseen rows, and outside its range it fades."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,9 @@ from numpy.typing import NDArray
 from fastcal import _core
 from fastcal.calibration import calibrate
 from fastcal.dataset import Dataset
+from fastcal.prediction import predict
 from fastcal.profile_penalty import LinearProblem, choose_curvatures, prior_deviations
+from fastcal.profile_range import range_notes
 from fastcal.robot import Robot
 from fastcal.simulation import perturbed, simulate
 
@@ -74,6 +77,13 @@ def test_the_curve_is_found_and_what_is_flat_stays_flat(arm: Robot, wavy: Datase
 def test_outside_its_range_it_is_the_robot_without(arm: Robot, wavy: Dataset) -> None:
     model = calibrate(arm, wavy, effects="geometry,joint_profile@joint3:knots=10").model
     (entry,) = model.spec["effects"]
+    assert range_notes(model, wavy) == []
+    beyond = replace(wavy, q=wavy.q + np.where(np.arange(6) == 2, 0.1, 0.0))
+    count = int((beyond.q[:, 2] > entry["high_rad"]).sum())
+    (note,) = range_notes(model, beyond)
+    assert note.startswith("joint 3 is outside the ")
+    assert f"in {count} rows; there the profile fades to zero within 5 deg" in note
+    assert predict(model, beyond).notes == (note,)
     far = np.array([entry["low_rad"] - 0.09, entry["high_rad"] + 0.09, entry["high_rad"] + 1.0])
     assert joint_error(model, 2, far) == pytest.approx(0.0, abs=1e-14)
     near = np.array([entry["high_rad"] - 1e-4, entry["high_rad"] + 1e-4])
