@@ -153,8 +153,7 @@ void bind_robot(py::module_& m) {
       },
       py::arg("description"), py::arg("origins"), py::arg("axes"), py::arg("flange"),
       "URDF chain; origins n of (4, 4), axes (n, 3), flange (4, 4).");
-  m.def("rotation_to_axis", &rotation_to_axis, py::arg("axis"),
-        "A rotation (3, 3) whose z axis is `axis` (unit).");
+  m.def("rotation_to_axis", &rotation_to_axis, py::arg("axis"), "A rotation (3, 3) whose z axis is `axis` (unit).");
   m.def("read_urdf", &urdf_dict, py::arg("xml_text"), py::arg("base_link") = "", py::arg("tip_link") = "",
         "The chain from base_link to tip_link of a URDF, as a dict of SI numbers; InvalidInput where it is none.");
 }
