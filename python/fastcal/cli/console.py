@@ -34,6 +34,9 @@ def progress() -> Iterator[Callable[[str], None]]:
         yield lambda text: None
         return
     from rich.console import Console
+    from rich.live import Live
+    from rich.spinner import Spinner
 
-    with Console(stderr=True).status("") as status:
-        yield lambda text: status.update(f"{text} ...")
+    with Live(console=Console(stderr=True), transient=True) as live:
+        # Drawn at once: a step may end before the next turn of the spinner.
+        yield lambda text: live.update(Spinner("dots", text=f"{text} ..."), refresh=True)
