@@ -27,7 +27,7 @@ FloatArray = NDArray[np.float64]
 _EFFECT = "joint_compliance_nonlinear"
 _GRID = np.linspace(0.05, 0.95, 19)  # quantiles of the loads that are met: a corner outside them can't be told
 _SWEEPS = 3
-_RANK = 1e-12  # of the largest eigenvalue: less is no direction
+_RIDGE = 1e-10  # of a column's own square: a direction that the data do not tell explains nothing
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,22 +118,40 @@ def starting_values(model: _core.ErrorModel, corners: list[Corners]) -> FloatArr
 
 
 def best_corners(corners: list[Corners], theta: FloatArray, error: Callable[[FloatArray], float]) -> FloatArray:
-    """The parameters (P,) with the corners, one by one and again, at the place of the grid where `error` is least."""
+    """The parameters (P,) with all corners at places of the grid where `error` is least.
+
+    First the corners of an effect one after the other, those to come lying on the last one, where they do nothing; then
+    each of all once more between its neighbours, until none moves.
+    """
     theta = theta.copy()
-    single = sum(len(own.indices) for own in corners) == 1
-    for _ in range(1 if single else _SWEEPS):
+
+    def least(tries: list[FloatArray], indices: list[int]) -> FloatArray:
+        """The values at `indices` that leave the least error."""
+        errors = []
+        for values in tries:
+            there = theta.copy()
+            there[indices] = values
+            errors.append(error(there))
+        return tries[int(np.argmin(errors))]
+
+    for own in corners:
+        grid, count = np.quantile(own.loads, _GRID), len(own.indices)
+        placed: list[float] = []
+        for _ in range(count):
+            sets = [sorted([*placed, critical]) for critical in grid if critical not in placed]
+            tries = [np.array(some + [some[-1]] * (count - len(some))) for some in sets]
+            theta[own.indices] = least(tries, own.indices)
+            placed = theta[own.indices[: len(placed) + 1]].tolist()
+    if sum(len(own.indices) for own in corners) == 1:
+        return theta
+    for _ in range(_SWEEPS):
         before = theta.copy()
         for own in corners:
             for position, index in enumerate(own.indices):
                 low = theta[own.indices[position - 1]] if position > 0 else 0.0
                 high = theta[own.indices[position + 1]] if position + 1 < len(own.indices) else np.inf
-                tries = [c for c in np.quantile(own.loads, _GRID) if low < c < high] or [theta[index]]
-                errors = []
-                for critical in tries:
-                    there = theta.copy()
-                    there[index] = critical
-                    errors.append(error(there))
-                theta[index] = tries[int(np.argmin(errors))]
+                between = [np.array([c]) for c in np.quantile(own.loads, _GRID) if low < c < high]
+                theta[index] = least(between, [index])[0]
         if np.array_equal(before, theta):
             break
     return theta
@@ -142,14 +160,13 @@ def best_corners(corners: list[Corners], theta: FloatArray, error: Callable[[Flo
 def remaining(J: FloatArray, r: FloatArray) -> float:
     """|r|^2 after the best linear change of all parameters, J (n, p), r (n,).
 
-    By normal equations: a grid is compared here and no digit is reported; an SVD of J would fight over cores with
-    whoever else runs.
+    By normal equations with a little ridge: a grid is compared here and no digit is reported. The products are small,
+    and einsum forms them without the threads of a BLAS, which cost more than the work where cores are shared.
     """
-    J = J / np.maximum(np.linalg.norm(J, axis=0), np.finfo(float).tiny)
-    value, vector = np.linalg.eigh(J.T @ J)
-    kept = value > _RANK * value[-1]
-    explained = (vector[:, kept].T @ (J.T @ r)) ** 2 / value[kept]
-    return float(r @ r - explained.sum())
+    J = J / np.maximum(np.sqrt(np.einsum("ij,ij->j", J, J)), np.finfo(float).tiny)
+    normal = np.einsum("ij,ik->jk", J, J) + _RIDGE * np.eye(J.shape[1])
+    gradient = np.einsum("ij,i->j", J, r)
+    return float(r @ r - gradient @ np.linalg.solve(normal, gradient))
 
 
 def with_values(robot: Robot, model: _core.ErrorModel, corners: list[Corners], theta: FloatArray) -> Robot:
