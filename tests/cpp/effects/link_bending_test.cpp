@@ -64,6 +64,12 @@ TEST(LinkBending, TheBeamRunsAsTheTableSays) {
   EXPECT_TRUE(mdh.link_axis(1).isZero(0));
   EXPECT_EQ(effect_entry("link_bending").owners(mdh), std::vector<std::string>{"link1"});
   EXPECT_THROW(make_effect("link_bending", mdh, "link2", {}), InvalidInput);
+  // What an identification leaves of a 0 is no beam, and turns none.
+  rows(1, 1) = 4e-4;
+  EXPECT_TRUE(build_mdh(description, rows).link_axis(1).isZero(0));
+  rows(0, 2) = 4e-4;
+  rows(1, 2) = 4e-4;
+  EXPECT_TRUE(build_mdh(description, rows).link_axis(0).isApprox(Eigen::Vector3d(0, 0, 0.7)));
   // DH with a = 0: a column along z, loaded by 100 N along x at its end.
   RobotDescription column;
   column.joint_types = {JointType::kRevolute};
