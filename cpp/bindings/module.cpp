@@ -10,6 +10,7 @@ void bind_robot(py::module_& m);
 void bind_effects(py::module_& m);
 void bind_model(py::module_& m);
 void bind_identification(py::module_& m);
+void bind_ik(py::module_& m);
 void bind_structure(py::module_& m);
 void bind_subset_search(py::module_& m);
 }  // namespace fastcal
@@ -30,6 +31,7 @@ PYBIND11_MODULE(_core, m) {
   fastcal::bind_effects(m);
   fastcal::bind_model(m);
   fastcal::bind_identification(m);
+  fastcal::bind_ik(m);
   fastcal::bind_structure(m);
   fastcal::bind_subset_search(m);
 }

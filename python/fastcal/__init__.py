@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from fastcal.dataset import Dataset
     from fastcal.errors import FastcalError, InvalidInput, ParseError
     from fastcal.evaluation import evaluate
+    from fastcal.ik import InverseKinematics, inverse_kinematics
     from fastcal.io.measurements import load_measurements
     from fastcal.io.measurements_out import write_measurements
     from fastcal.io.robot_file import load_robot
@@ -32,6 +33,7 @@ _HOMES = {
     "CalibrationResult": "calibration",
     "Dataset": "dataset",
     "FastcalError": "errors",
+    "InverseKinematics": "ik",
     "InvalidInput": "errors",
     "ParseError": "errors",
     "Robot": "robot",
@@ -39,6 +41,7 @@ _HOMES = {
     "choose_parameters": "selection",
     "convert": "conversion",
     "evaluate": "evaluation",
+    "inverse_kinematics": "ik",
     "load_measurements": "io.measurements",
     "load_robot": "io.robot_file",
     "perturbed": "simulation",
@@ -56,6 +59,7 @@ __all__ = [
     "Dataset",
     "FastcalError",
     "InvalidInput",
+    "InverseKinematics",
     "ParseError",
     "Robot",
     "__version__",
@@ -63,6 +67,7 @@ __all__ = [
     "choose_parameters",
     "convert",
     "evaluate",
+    "inverse_kinematics",
     "load_measurements",
     "load_robot",
     "perturbed",

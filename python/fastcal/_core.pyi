@@ -8,7 +8,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['Alignment', 'BeamSolver', 'Compensator', 'Effect', 'ErrorModel', 'FoldErrors', 'Identification', 'Linearization', 'Measurements', 'Parameter', 'RobotDescription', 'RobotModel', 'Samples', 'StiffnessTable', 'SubsetSearch', 'align', 'build_dh', 'build_mdh', 'build_poe', 'build_urdf', 'effect_names', 'effect_owners', 'exp_so3', 'identify', 'linearize', 'log_so3', 'make_effect', 'quaternion_to_rotation', 'read_urdf', 'rotation_about', 'rotation_to_axis', 'rotation_to_rpy', 'rpy_to_rotation', 'tabulated_effect']
+__all__: list[str] = ['Alignment', 'BeamSolver', 'Compensator', 'Effect', 'ErrorModel', 'FoldErrors', 'Identification', 'Linearization', 'Measurements', 'Parameter', 'RobotDescription', 'RobotModel', 'Samples', 'StiffnessTable', 'SubsetSearch', 'align', 'build_dh', 'build_mdh', 'build_poe', 'build_urdf', 'effect_names', 'effect_owners', 'exp_so3', 'identify', 'inverse_kinematics', 'joint_jacobian', 'linearize', 'log_so3', 'make_effect', 'quaternion_to_rotation', 'read_urdf', 'rotation_about', 'rotation_to_axis', 'rotation_to_rpy', 'rpy_to_rotation', 'tabulated_effect']
 class Parameter:
     """
     A named number of a model, in SI.
@@ -385,6 +385,14 @@ def exp_so3(w: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"]
 def identify(model: ErrorModel, samples: Samples, measured: Measurements, *, asked: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], anchors: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] = ..., method: str = 'nls', loss: str = 'tukey', prior_mean: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] = ..., prior_sigma: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] = ..., lower: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] = ..., upper: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] = ..., max_iterations: typing.SupportsInt | typing.SupportsIndex = 100, practical_limit: typing.SupportsFloat | typing.SupportsIndex = 10.0, threads: typing.SupportsInt | typing.SupportsIndex = 1) -> Identification:
     """
     Identifies the parameters `asked` (indices) and all anchors, from the model's start.
+    """
+def inverse_kinematics(model: ErrorModel, samples: Samples, targets: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]", "flags.c_contiguous"], *, limits: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], reach: typing.SupportsFloat | typing.SupportsIndex, tolerance_position: typing.SupportsFloat | typing.SupportsIndex, tolerance_rotation: typing.SupportsFloat | typing.SupportsIndex, restarts: typing.SupportsInt | typing.SupportsIndex, along_path: bool, random_seed: typing.SupportsInt | typing.SupportsIndex, threads: typing.SupportsInt | typing.SupportsIndex) -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"], numpy.typing.NDArray[numpy.int32], typing.Annotated[numpy.typing.NDArray[numpy.int32], "[m, 1]"], typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"], typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]]:
+    """
+    q (N, n), status (N), evaluations (N), distance left (N) [m], angle left (N) [rad] for targets (N, 16); the q of samples is where the search begins.
+    """
+def joint_jacobian(model: ErrorModel, samples: Samples, threads: typing.SupportsInt | typing.SupportsIndex = 1) -> numpy.ndarray:
+    """
+    (N, 6, n): motion of the tool [v; w] by every joint, in the axes of the measuring frame.
     """
 def linearize(model: ErrorModel, samples: Samples, measured: Measurements, theta: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], common_noise: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], threads: typing.SupportsInt | typing.SupportsIndex = 1) -> Linearization:
     """

@@ -191,6 +191,13 @@ class Robot:
             )
         )
 
+    def joint_jacobian(self, q: ArrayLike, *, threads: int = 1, **conditions: Any) -> FloatArray:
+        """(N, 6, n): motion of the tool [v; w] by every joint, SI, axes of the measuring frame.
+
+        The joints turn about the axes of the deflected arm, and the deflection is held.
+        """
+        return np.asarray(_core.joint_jacobian(self.error_model, self.conditions(q, **conditions), threads))
+
     def position_deviation(self, q: ArrayLike, **conditions: Any) -> FloatArray:
         """(N, 3) standard deviation [m] of the predicted points that comes from the identified parameters.
 

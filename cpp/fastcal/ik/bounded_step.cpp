@@ -1,0 +1,63 @@
+// SPDX-FileCopyrightText: 2026 The fastcal authors
+// SPDX-License-Identifier: MIT
+#include "fastcal/ik/bounded_step.hpp"
+
+#include <Eigen/Cholesky>
+#include <array>
+
+#include "fastcal/math/se3.hpp"
+
+namespace fastcal {
+
+ToolJacobian joint_jacobian(const Chain& chain, const std::vector<Pose>& T_world_frame) {
+  ToolJacobian J(6, chain.joint_count());
+  const Eigen::Vector3d& tool = T_world_frame.back().p;
+  for (int i = 0; i < chain.joint_count(); ++i) {
+    const Pose& T = T_world_frame[static_cast<std::size_t>(joint_frame(i))];
+    const Eigen::Vector3d axis = T.R.col(2);
+    if (chain.joint_types[static_cast<std::size_t>(i)] == JointType::kRevolute)
+      J.col(i) << axis.cross(tool - T.p), axis;
+    else
+      J.col(i) << axis, Eigen::Vector3d::Zero();
+  }
+  return J;
+}
+
+Vector6d pose_error(const Pose& target, const Pose& tool) {
+  Vector6d e;
+  e << target.p - tool.p, log_so3(target.R * tool.R.transpose());
+  return e;
+}
+
+JointVector bounded_step(const ToolJacobian& J, const Vector6d& e, double damping, const JointLimits& limits,
+                         const JointVector& q) {
+  const Eigen::Index n = q.size();
+  ToolJacobian free = J;
+  Vector6d rest = e;
+  JointVector out = q;
+  std::array<bool, kMaxIkJoints> held{};
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const double pull = J.col(i).dot(e);
+    held[static_cast<std::size_t>(i)] = (q[i] <= limits(i, 0) && pull < 0) || (q[i] >= limits(i, 1) && pull > 0);
+    if (held[static_cast<std::size_t>(i)]) free.col(i).setZero();
+  }
+  for (Eigen::Index round = 0; round <= n; ++round) {
+    Matrix6d A = free * free.transpose();
+    A.diagonal().array() += damping;
+    const JointVector dq = free.transpose() * A.ldlt().solve(rest);
+    bool stopped = false;
+    for (Eigen::Index i = 0; i < n; ++i) {
+      if (held[static_cast<std::size_t>(i)]) continue;
+      const double to = q[i] + dq[i];
+      out[i] = to < limits(i, 0) ? limits(i, 0) : to > limits(i, 1) ? limits(i, 1) : to;
+      if (out[i] == to) continue;
+      held[static_cast<std::size_t>(i)] = stopped = true;
+      rest -= J.col(i) * (out[i] - q[i]);
+      free.col(i).setZero();
+    }
+    if (!stopped) break;
+  }
+  return out;
+}
+
+}  // namespace fastcal

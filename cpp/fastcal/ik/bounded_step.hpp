@@ -1,0 +1,30 @@
+// SPDX-FileCopyrightText: 2026 The fastcal authors
+// SPDX-License-Identifier: MIT
+//
+// One damped step towards a pose that leaves no joint beyond its limits:
+//   dq = argmin |J dq - e|^2 + damping |dq|^2,   dq = J^T (J J^T + damping 1)^-1 e,
+// joints that would leave their limits stop there, and the others do what they can for the rest of the error.
+#pragma once
+
+#include "fastcal/robot/kinematics.hpp"
+
+namespace fastcal {
+
+constexpr int kMaxIkJoints = 16;
+
+using JointVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxIkJoints, 1>;
+using JointLimits = Eigen::Matrix<double, Eigen::Dynamic, 2, 0, kMaxIkJoints, 2>;
+using ToolJacobian = Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, kMaxIkJoints>;
+
+/// Motion of the tool, [v; w] in the axes of the measuring frame, by every joint; `T_world_frame` as forward() leaves
+/// it.
+ToolJacobian joint_jacobian(const Chain& chain, const std::vector<Pose>& T_world_frame);
+
+/// [p_target - p; the rotation vector from R to R_target], axes of the measuring frame.
+Vector6d pose_error(const Pose& target, const Pose& tool);
+
+/// q after one step; `J` and `e` in units that may be compared. Nothing moves where nothing can.
+JointVector bounded_step(const ToolJacobian& J, const Vector6d& e, double damping, const JointLimits& limits,
+                         const JointVector& q);
+
+}  // namespace fastcal

@@ -1,0 +1,63 @@
+// SPDX-FileCopyrightText: 2026 The fastcal authors
+// SPDX-License-Identifier: MIT
+#include "fastcal/ik/pose_search.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+namespace fastcal {
+namespace {
+
+constexpr double kLeastStep = 1e-15;  // of a radian or the reach: no step is smaller
+constexpr double kMostDamping = 1e12;
+
+}  // namespace
+
+SearchPoint search_pose(const Chain& chain, const FramesAt& frames_at, const Goal& goal, const JointLimits& limits,
+                        const JointVector& q, int max_evaluations) {
+  Vector6d scale;
+  scale << Eigen::Vector3d::Constant(1 / goal.reach), Eigen::Vector3d::Ones();
+  const auto evaluate = [&](const JointVector& at) {
+    const std::vector<Pose>& frames = frames_at(at);
+    SearchPoint point{at, pose_error(goal.target, frames.back()), joint_jacobian(chain, frames)};
+    point.cost = scale.cwiseProduct(point.error).squaredNorm();
+    point.reached = goal.reached(point.error);
+    return point;
+  };
+  SearchPoint best = evaluate(q);
+  int evaluations = 1;
+  double mu = 0.1;
+  while (!best.reached && evaluations < max_evaluations && mu < kMostDamping) {
+    const JointVector to = bounded_step(scale.asDiagonal() * best.J, scale.cwiseProduct(best.error),
+                                        mu * best.cost + 1e-300, limits, best.q);
+    if ((to - best.q).cwiseAbs().maxCoeff() <= kLeastStep) break;
+    SearchPoint next = evaluate(to);
+    ++evaluations;
+    if (next.cost < best.cost) {
+      best = std::move(next);
+      mu = std::max(mu / 5, 1e-12);
+    } else {
+      mu *= 8;
+    }
+  }
+  best.evaluations = evaluations;
+  return best;
+}
+
+double least_singular_value(const Chain& chain, const ToolJacobian& J, double reach) {
+  ToolJacobian scaled = J;
+  scaled.topRows<3>() /= reach;
+  for (Eigen::Index i = 0; i < J.cols(); ++i) {
+    if (chain.joint_types[static_cast<std::size_t>(i)] == JointType::kPrismatic) scaled.col(i) *= reach;
+  }
+  if (J.cols() < 6) {
+    const Eigen::MatrixXd A = scaled.transpose() * scaled;
+    return std::sqrt(
+        std::max(0.0, Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(A, Eigen::EigenvaluesOnly).eigenvalues()[0]));
+  }
+  const Matrix6d A = scaled * scaled.transpose();
+  return std::sqrt(std::max(0.0, Eigen::SelfAdjointEigenSolver<Matrix6d>(A, Eigen::EigenvaluesOnly).eigenvalues()[0]));
+}
+
+}  // namespace fastcal

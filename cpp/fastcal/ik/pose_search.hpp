@@ -1,0 +1,48 @@
+// SPDX-FileCopyrightText: 2026 The fastcal authors
+// SPDX-License-Identifier: MIT
+//
+// Levenberg's iteration from one posture to the nearest one whose tool stands at a target, within limits:
+//   minimize  |p - p*|^2 / reach^2 + angle(R, R*)^2,   damping = mu |e|^2,
+// mu falling with every step that helps and rising with every one that does not. The damping vanishes with the error,
+// so the end is quadratic, in singular postures too as far as there is an end (J. Fan, Y. Yuan, "On the quadratic
+// convergence of the Levenberg-Marquardt method without nonsingularity assumption", 2005).
+#pragma once
+
+#include <functional>
+
+#include "fastcal/ik/bounded_step.hpp"
+
+namespace fastcal {
+
+struct Goal {
+  Pose target;
+  double reach = 1;               ///< [m]
+  double tolerance_position = 0;  ///< [m]
+  double tolerance_rotation = 0;  ///< [rad]
+
+  bool reached(const Vector6d& e) const {
+    return e.head<3>().norm() <= tolerance_position && e.tail<3>().norm() <= tolerance_rotation;
+  }
+};
+
+/// Where a search stands.
+struct SearchPoint {
+  JointVector q;
+  Vector6d error;   ///< pose_error
+  ToolJacobian J;   ///< joint_jacobian
+  double cost = 0;  ///< squared, lengths over the reach
+  bool reached = false;
+  int evaluations = 0;  ///< so far
+};
+
+/// Frames of the robot at joint positions q, as forward() orders them.
+using FramesAt = std::function<const std::vector<Pose>&(const JointVector& q)>;
+
+/// Searches from `q`, in at most `max_evaluations`.
+SearchPoint search_pose(const Chain& chain, const FramesAt& frames_at, const Goal& goal, const JointLimits& limits,
+                        const JointVector& q, int max_evaluations);
+
+/// The least singular value of J, lengths over the reach.
+double least_singular_value(const Chain& chain, const ToolJacobian& J, double reach);
+
+}  // namespace fastcal

@@ -1,0 +1,151 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""From target poses to joint commands, on the model with all its effects."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fastcal import _core
+from fastcal.errors import InvalidInput
+from fastcal.registered import find
+from fastcal.robot import Robot
+from fastcal.units import from_si
+
+FloatArray = NDArray[np.float64]
+
+STATUSES = ("reached", "limit", "unreachable", "singular", "bad_target")  # in the order of the core
+_SAME_COMMAND = 1e-12  # [rad or m]
+_MAX_ROUNDS = 30
+
+
+@dataclass(frozen=True, eq=False)
+class InverseKinematics:
+    """Commands for N targets.
+
+    Attributes:
+        q: (N, n) joint positions to command [rad or m], within the limits; where the target is not reached, those of
+            the nearest pose that was found; of a bad target the seed.
+        status: (N,) "reached"; "limit": only beyond the limits; "unreachable": not even beyond them; "singular":
+            reached, in a posture in which the tool can't move in some direction; "bad_target": not a pose, or not
+            finite.
+        iterations: (N,) times that the chain or the model was evaluated.
+        position_error: (N,) distance that is left [m], NaN for a bad target.
+        rotation_error: (N,) angle that is left [rad], NaN for a bad target.
+    """
+
+    q: FloatArray
+    status: NDArray[np.str_]
+    iterations: NDArray[np.int64]
+    position_error: FloatArray
+    rotation_error: FloatArray
+
+    def __len__(self) -> int:
+        return len(self.q)
+
+    @property
+    def reached(self) -> NDArray[np.bool_]:
+        """(N,) does the tool stand at the target, in a singular posture or not?"""
+        return np.asarray((self.status == "reached") | (self.status == "singular"))
+
+    def message(self, row: int) -> str:
+        """What became of one row, a sentence."""
+        left = (
+            f"the nearest pose is {from_si(float(self.position_error[row]), 'mm'):.3g} mm and "
+            f"{from_si(float(self.rotation_error[row]), 'deg'):.3g} deg away"
+        )
+        return {
+            "reached": "the target is reached",
+            "limit": f"the target can be reached only beyond the joint limits; within them {left}",
+            "unreachable": f"the target is out of reach; {left}",
+            "singular": "the target is reached in a singular posture: in some direction the tool can't move from there",
+            "bad_target": "the target is not a pose: it must be finite, a rotation and a position",
+        }[str(self.status[row])]
+
+
+def inverse_kinematics(
+    model: Robot,
+    targets: ArrayLike,
+    seed: ArrayLike | None = None,
+    *,
+    limits: ArrayLike | None = None,
+    tolerance_m: float = 1e-9,
+    tolerance_rad: float = 1e-9,
+    restarts: int = 100,
+    along_path: bool = False,
+    random_seed: int = 0,
+    threads: int = 1,
+    **conditions: Any,
+) -> InverseKinematics:
+    """Joint positions q with model.forward(q, **conditions) = targets, all effects included, within the limits.
+
+    Args:
+        model: A robot with its effects, nominal or identified.
+        targets: (N, 4, 4) poses of the tool in the measuring frame; (4, 4) is one.
+        seed: Where the search begins: (n,) for all or (N, n); None: the middle of the limits. From a seed near a
+            solution the arm keeps its configuration.
+        limits: (n, 2) least and greatest joint positions [rad or m]; None: those of the robot file.
+        tolerance_m: Distance from the target that counts as reached [m].
+        tolerance_rad: Angle from the target that counts as reached [rad].
+        restarts: Further attempts from a quasi-random sequence of postures where the seed does not lead there; 0: the
+            seed alone, no jump to another configuration.
+        along_path: Every row but the first begins where the one before it ended and has no restarts, so that neither
+            the configuration nor a redundant joint jumps.
+        random_seed: The same gives the same postures to restart from.
+        threads: Cores to use; the result does not depend on it. A path takes one.
+        **conditions: payload [kg], approach ... as `Robot.forward` takes them.
+
+    Raises:
+        InvalidInput: A shape does not fit, or a number can't be meant.
+    """
+    T = np.ascontiguousarray(targets, dtype=float)
+    T = T[np.newaxis] if T.shape == (4, 4) else T
+    if T.ndim != 3 or T.shape[1:] != (4, 4):
+        raise InvalidInput(f"targets must have shape (N, 4, 4), got {np.shape(targets)}")
+    box = model.limits if limits is None else np.asarray(limits, dtype=float)
+    if box.shape != (model.joint_count, 2) or np.isnan(box).any():
+        raise InvalidInput(f"limits must be numbers of shape ({model.joint_count}, 2), got {box.shape}")
+    for name, size in (("tolerance_m", tolerance_m), ("tolerance_rad", tolerance_rad)):
+        if not size > 0:
+            raise InvalidInput(f"{name} must be above 0, got {size}")
+    if restarts < 0:
+        raise InvalidInput(f"restarts must be at least 0, got {restarts}")
+    q = _seeds(model, seed, box, len(T))
+    moving = any(find(entry["effect"]) for entry in model.spec.get("effects") or [])
+    for _ in range(_MAX_ROUNDS):
+        found = _core.inverse_kinematics(
+            model.error_model,
+            model.conditions(q, **conditions),
+            T.reshape(-1, 16),
+            limits=box,
+            reach=model.reach,
+            tolerance_position=float(tolerance_m),
+            tolerance_rotation=float(tolerance_rad),
+            restarts=int(restarts),
+            along_path=bool(along_path),
+            random_seed=int(random_seed),
+            threads=int(threads),
+        )
+        # The basis of an effect written in Python belongs to the q that it was made for: once more from the new one.
+        if not moving or np.abs(found[0] - q).max(initial=0.0) <= _SAME_COMMAND:
+            break
+        q = np.asarray(found[0])
+    return InverseKinematics(found[0], np.array(STATUSES)[found[1]], *found[2:])
+
+
+def _seeds(model: Robot, seed: ArrayLike | None, box: FloatArray, count: int) -> FloatArray:
+    """(count, n) postures to begin from."""
+    if seed is None:
+        low, high = np.where(np.isfinite(box), box, 0.0).T
+        seed = np.clip((low + high) / 2, box[:, 0], box[:, 1])
+    q = np.asarray(seed, dtype=float)
+    if q.shape not in ((model.joint_count,), (count, model.joint_count)):
+        n = model.joint_count
+        raise InvalidInput(f"seed must have shape ({n},) or ({count}, {n}), got {q.shape}")
+    if not np.isfinite(q).all():
+        raise InvalidInput("seed must be finite")
+    return np.array(np.broadcast_to(q, (count, model.joint_count)))
