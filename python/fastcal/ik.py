@@ -40,7 +40,7 @@ class InverseKinematics:
 
     q: FloatArray
     status: NDArray[np.str_]
-    iterations: NDArray[np.int64]
+    iterations: NDArray[np.int32]
     position_error: FloatArray
     rotation_error: FloatArray
 
