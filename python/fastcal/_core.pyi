@@ -8,7 +8,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['Alignment', 'BeamSolver', 'Compensator', 'Effect', 'ErrorModel', 'FoldErrors', 'Identification', 'Linearization', 'Measurements', 'Parameter', 'RobotDescription', 'RobotModel', 'Samples', 'StiffnessTable', 'SubsetSearch', 'align', 'build_dh', 'build_mdh', 'build_poe', 'build_urdf', 'effect_names', 'effect_owners', 'exp_so3', 'identify', 'inverse_kinematics', 'joint_jacobian', 'linearize', 'log_so3', 'make_effect', 'quaternion_to_rotation', 'read_urdf', 'rotation_about', 'rotation_to_axis', 'rotation_to_rpy', 'rpy_to_rotation', 'tabulated_effect']
+__all__: list[str] = ['Alignment', 'BeamSolver', 'Compensator', 'Effect', 'ErrorModel', 'FoldErrors', 'Identification', 'Linearization', 'Measurements', 'Parameter', 'RobotDescription', 'RobotModel', 'Samples', 'Separation', 'StiffnessTable', 'SubsetSearch', 'align', 'build_dh', 'build_mdh', 'build_poe', 'build_urdf', 'effect_names', 'effect_owners', 'exp_so3', 'identify', 'inverse_kinematics', 'joint_jacobian', 'linearize', 'log_so3', 'make_effect', 'quaternion_to_rotation', 'read_urdf', 'rotation_about', 'rotation_to_axis', 'rotation_to_rpy', 'rpy_to_rotation', 'separate', 'tabulated_effect']
 class Parameter:
     """
     A named number of a model, in SI.
@@ -350,6 +350,25 @@ class Linearization:
         """
         (n) row of the data
         """
+class Separation:
+    """
+    Candidates that tell causes of error from one another.
+    """
+    @property
+    def after(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        """
+        the same with the chosen candidates
+        """
+    @property
+    def before(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        """
+        (m, m) D_ij: what is left of cause i where cause j is fitted, of the data measured already
+        """
+    @property
+    def chosen(self) -> list[int]:
+        """
+        in the order in which they were added
+        """
 def align(model: ErrorModel, samples: Samples, measured: Measurements, threads: typing.SupportsInt | typing.SupportsIndex = 1) -> Alignment:
     """
     Closed-form base and tool (and anchors of lengths) of a model, refined; no initial guess is needed.
@@ -429,6 +448,10 @@ def rotation_to_rpy(R: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "
 def rpy_to_rotation(rpy: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
     """
     Fixed-axis XYZ angles (3,) in rad to R = Rz(yaw) Ry(pitch) Rx(roll), (3, 3), as URDF.
+    """
+def separate(common: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], causes: collections.abc.Sequence[typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"]], expected: collections.abc.Sequence[typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"]], count: typing.SupportsInt | typing.SupportsIndex, *, rows: typing.SupportsInt | typing.SupportsIndex = 3, prior: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] | None = None, enough: typing.SupportsFloat | typing.SupportsIndex = ..., threads: typing.SupportsInt | typing.SupportsIndex = 1) -> Separation:
+    """
+    T-optimal choice: common (N rows, p) and causes (N rows, c_i) whitened columns, expected (c_i, e_i) how much of each there may be.
     """
 def tabulated_effect(robot: RobotModel, owner: str, parameters: collections.abc.Sequence[tuple[str, str, typing.SupportsFloat | typing.SupportsIndex, str]], frames: collections.abc.Sequence[str], first: typing.SupportsInt | typing.SupportsIndex) -> Effect:
     """

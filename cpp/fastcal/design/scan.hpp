@@ -1,0 +1,123 @@
+// SPDX-FileCopyrightText: 2026 The fastcal authors
+// SPDX-License-Identifier: MIT
+//
+// A design is a sum of candidates, M = M_0 + sum J_c^T J_c. A scan knows, for every candidate at once, what adding it
+// would gain, and keeps that up to date by rank-k changes when one is added or taken away (V. Fedorov, "Theory of
+// Optimal Experiments", 1972, 3.2; with S_c = J_c M^-1 J_c^T and I +- S_c = L L^T):
+//   M'^-1 = M^-1 -+ U U^T,  U = M^-1 J_c^T L^-T,      S'_d = S_d -+ (J_d U) (J_d U)^T.
+#pragma once
+
+#include <memory>
+
+#include "fastcal/design/candidates.hpp"
+
+namespace fastcal::design {
+
+class Scan {
+ public:
+  /// `candidates` must outlive it.
+  Scan(const Candidates& candidates, int threads);
+  virtual ~Scan() = default;
+  Scan(const Scan&) = delete;
+  Scan& operator=(const Scan&) = delete;
+
+  const Candidates& candidates() const { return candidates_; }
+  /// M^-1 of the design as it stands.
+  const Eigen::MatrixXd& covariance() const { return covariance_; }
+
+  /// Begins (anew) from the information matrix M, positive definite, without the rounding that changes leave behind.
+  void restart(const Eigen::MatrixXd& M);
+  void add(Eigen::Index candidate) { change(candidate, 1); }
+  /// `candidate` must be in the design, and M without it positive definite.
+  void remove(Eigen::Index candidate) { change(candidate, -1); }
+
+  /// What adding each candidate would gain (N).
+  Eigen::VectorXd gains() const;
+  /// What the design is worth; the larger the better.
+  virtual double value() const = 0;
+  /// The same goal over other candidates.
+  virtual std::unique_ptr<Scan> over(const Candidates& candidates) const = 0;
+
+ protected:
+  using Small = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostRows, kMostRows>;
+
+  /// What a goal knows of the candidates beside S; called by restart(), M^-1 and S are those of M.
+  virtual void restart_goal(const Eigen::MatrixXd& /*M*/) {}
+  /// Before a change: its U and L^-1, M^-1 still as it was. Returns columns V by which each J_d is to be multiplied
+  /// besides U.
+  virtual Eigen::MatrixXd prepare(Eigen::Index /*candidate*/, const Eigen::MatrixXd& U, const Small& /*L_inverse*/,
+                                  double /*sign*/) {
+    return Eigen::MatrixXd(U.rows(), 0);
+  }
+  /// The change of one block: X[row * columns + column] = J_d [U V], lane by lane.
+  virtual void change_block(Eigen::Index /*block*/, const Lane* /*X*/, int /*columns*/, double /*sign*/) {}
+  /// Gain of adding one candidate whose S is given.
+  virtual double gain(Eigen::Index candidate, const Small& S) const = 0;
+
+  /// One number of a candidate in a store of (blocks, size, lanes).
+  static double lane(const std::vector<double>& store, Eigen::Index size, Eigen::Index candidate, Eigen::Index i) {
+    return store[static_cast<std::size_t>(((candidate / kLanes) * size + i) * kLanes + candidate % kLanes)];
+  }
+  std::vector<double> store(Eigen::Index size) const {
+    return std::vector<double>(static_cast<std::size_t>(candidates_.blocks() * size * kLanes), 0.0);
+  }
+
+  const Candidates& candidates_;
+  int threads_;
+  int k_;
+  Eigen::MatrixXd covariance_;
+  double log_determinant_ = 0;  // of M
+
+ private:
+  void change(Eigen::Index candidate, double sign);
+  Small s_of(Eigen::Index candidate) const;
+
+  std::vector<double> S_;  // (blocks, k, k, lanes)
+};
+
+/// out (k, k) -= factor X_first X_second^T, slices of `width` columns of X (k, columns).
+inline void subtract_product(Lane* out, const Lane* X, int k, int columns, int first, int second, int width,
+                             double factor) {
+  for (int a = 0; a < k; ++a) {
+    for (int b = 0; b < k; ++b) {
+      Lane sum{};
+      for (int m = 0; m < width; ++m) sum += X[a * columns + first + m] * X[b * columns + second + m];
+      out[a * k + b] -= factor * sum;
+    }
+  }
+}
+
+/// Gain: log det of M (D-optimality, the logarithm of O1 squared times p).
+class DeterminantScan : public Scan {
+ public:
+  using Scan::Scan;
+  double value() const override { return log_determinant_; }
+  std::unique_ptr<Scan> over(const Candidates& candidates) const override;
+
+ protected:
+  double gain(Eigen::Index candidate, const Small& S) const override;
+};
+
+/// Gain: how much less tr(M^-1 B) is (V-optimality): B = mean of J_t^T J_t over targets t makes that their mean
+/// predicted variance. With P = M^-1 B M^-1, G_c = J_c P J_c^T the gain of c is tr((I + S_c)^-1 G_c), and a change
+/// takes P' = P -+ (U V^T + V U^T),  V = M^-1 B U -+ 1/2 U (U^T B U).
+class VarianceScan : public Scan {
+ public:
+  VarianceScan(const Candidates& candidates, const Eigen::MatrixXd& B, int threads);
+  double value() const override { return -covariance_.cwiseProduct(B_).sum(); }
+  std::unique_ptr<Scan> over(const Candidates& candidates) const override;
+
+ protected:
+  void restart_goal(const Eigen::MatrixXd& M) override;
+  Eigen::MatrixXd prepare(Eigen::Index candidate, const Eigen::MatrixXd& U, const Small& L_inverse,
+                          double sign) override;
+  void change_block(Eigen::Index block, const Lane* X, int columns, double sign) override;
+  double gain(Eigen::Index candidate, const Small& S) const override;
+
+ private:
+  Eigen::MatrixXd B_;
+  Eigen::MatrixXd root_;   // B = root root^T
+  std::vector<double> G_;  // (blocks, k, k, lanes)
+};
+
+}  // namespace fastcal::design

@@ -1,0 +1,230 @@
+// SPDX-FileCopyrightText: 2026 The fastcal authors
+// SPDX-License-Identifier: MIT
+#include "fastcal/design/separation.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace fastcal::design {
+namespace {
+
+constexpr double kWeak = 1e-9;  // of what an average candidate tells: keeps directions that nothing tells from dividing
+
+}  // namespace
+
+SeparationScan::SeparationScan(const Candidates& candidates, const RowMatrixXd& u, const Eigen::MatrixXd& H,
+                               int threads)
+    : Scan(candidates, threads),
+      u_(u),
+      H_(H),
+      width_(static_cast<int>(u.cols())),
+      E_(store(Eigen::Index{k_} * width_)) {
+  const Eigen::Index p = candidates.columns();
+  FASTCAL_CHECK(u.rows() == candidates.count() * k_ && width_ > 0)
+      << "what is to be told must have " << candidates.count() * k_ << " rows and a column, got (" << u.rows() << ", "
+      << u.cols() << ")";
+  if (H_.size() == 0) H_ = Eigen::MatrixXd::Zero(p + width_, p + width_);
+  FASTCAL_CHECK(H_.rows() == p + width_ && H_.cols() == H_.rows())
+      << "earlier information must have " << p + width_ << " rows and columns, got (" << H_.rows() << ", " << H_.cols()
+      << ")";
+}
+
+std::unique_ptr<Scan> SeparationScan::over(const Candidates& /*candidates*/) const {
+  throw InvalidInput("what is to be told belongs to the candidates it was given with");
+}
+
+void SeparationScan::restart_goal(const Eigen::MatrixXd& /*M*/) {
+  const Eigen::Index p = covariance_.rows();
+  const Eigen::MatrixXd beta = covariance_ * H_.topRightCorner(p, width_);
+  value_ = (H_.bottomRightCorner(width_, width_) - H_.bottomLeftCorner(width_, p) * beta).trace();
+  candidates_.multiply(beta, threads_, [&](Eigen::Index block, const Lane* X) {
+    for (Eigen::Index lane = 0; lane < kLanes; ++lane) {
+      const Eigen::Index c = block * kLanes + lane;
+      if (c >= candidates_.count()) continue;
+      for (int i = 0; i < k_ * width_; ++i) {
+        E_[static_cast<std::size_t>((block * k_ * width_ + i) * kLanes + lane)] =
+            u_(c * k_ + i / width_, i % width_) - X[i][lane];
+      }
+    }
+  });
+}
+
+Eigen::MatrixXd SeparationScan::residual(Eigen::Index candidate) const {
+  Eigen::MatrixXd e(k_, width_);
+  for (int i = 0; i < k_ * width_; ++i) e(i / width_, i % width_) = lane(E_, Eigen::Index{k_} * width_, candidate, i);
+  return e;
+}
+
+Eigen::MatrixXd SeparationScan::prepare(Eigen::Index candidate, const Eigen::MatrixXd& U, const Small& L_inverse,
+                                        double sign) {
+  z_ = L_inverse * residual(candidate);
+  value_ += sign * z_.squaredNorm();
+  return Eigen::MatrixXd(U.rows(), 0);
+}
+
+void SeparationScan::change_block(Eigen::Index block, const Lane* X, int columns, double sign) {
+  Lane* E = reinterpret_cast<Lane*>(E_.data()) + block * k_ * width_;
+  for (int a = 0; a < k_; ++a) {
+    for (int n = 0; n < width_; ++n) {
+      Lane sum{};
+      for (int m = 0; m < k_; ++m) sum += X[a * columns + m] * z_(m, n);
+      E[a * width_ + n] -= sign * sum;
+    }
+  }
+}
+
+double SeparationScan::gain(Eigen::Index candidate, const Small& S) const {
+  const Eigen::MatrixXd e = residual(candidate);
+  const Eigen::LLT<Small> root(Small(Small::Identity(k_, k_) + S));
+  return root.matrixL().solve(e).squaredNorm();
+}
+
+namespace {
+
+/// All pairs of a problem: who is there (i) and who is fitted (j), each with its scan.
+class Pairs {
+ public:
+  Pairs(const SeparationProblem& problem, int threads) : m_(static_cast<Eigen::Index>(problem.causes.size())) {
+    first_.push_back(problem.common.cols());
+    for (const RowMatrixXd& C : problem.causes) first_.push_back(first_.back() + C.cols());
+    rows_.reserve(problem.causes.size());
+    for (Eigen::Index fitted = 0; fitted < m_; ++fitted) add_fitted(problem, fitted, threads);
+  }
+
+  /// Rows [A, C_j] of a fitted cause, scaled, and their information before any choice.
+  const Candidates& rows(Eigen::Index fitted) const { return rows_[static_cast<std::size_t>(fitted)]; }
+  const Eigen::MatrixXd& start(Eigen::Index fitted) const { return start_[static_cast<std::size_t>(fitted)]; }
+
+  void add(Eigen::Index candidate) {
+    for (Pair& pair : pairs_) pair.scan->add(candidate);
+  }
+
+  /// sum log(1 + gain / (1 + D)) of each candidate.
+  Eigen::VectorXd gains() const {
+    Eigen::VectorXd out = Eigen::VectorXd::Zero(rows_.front().count());
+    for (const Pair& pair : pairs_) {
+      out += (pair.scan->gains() / (1 + std::max(0.0, pair.scan->value()))).array().log1p().matrix();
+    }
+    return out;
+  }
+
+  Eigen::MatrixXd table() const {
+    Eigen::MatrixXd D = Eigen::MatrixXd::Zero(m_, m_);
+    for (const Pair& pair : pairs_) D(pair.present, pair.fitted) = std::max(0.0, pair.scan->value());
+    return D;
+  }
+
+  double least() const {
+    double out = std::numeric_limits<double>::infinity();
+    for (const Pair& pair : pairs_) out = std::min(out, pair.scan->value());
+    return out;
+  }
+
+ private:
+  struct Pair {
+    Eigen::Index present, fitted;
+    std::unique_ptr<Scan> scan;
+  };
+
+  void add_fitted(const SeparationProblem& problem, Eigen::Index fitted, int threads) {
+    const Eigen::Index common = problem.common.cols();
+    const Eigen::Index n = problem.common.rows();
+    const RowMatrixXd& C = problem.causes[static_cast<std::size_t>(fitted)];
+    const Eigen::Index p = common + C.cols();
+    const bool measured = problem.prior.size() > 0;
+    RowMatrixXd X(n, p);
+    X << problem.common, C;
+    std::vector<Eigen::Index> own(static_cast<std::size_t>(p));  // these columns among all
+    for (Eigen::Index k = 0; k < p; ++k) {
+      own[static_cast<std::size_t>(k)] = k < common ? k : first_[static_cast<std::size_t>(fitted)] + k - common;
+    }
+    const Eigen::MatrixXd H = measured ? Eigen::MatrixXd(problem.prior(own, own)) : Eigen::MatrixXd::Zero(p, p);
+    // What an average candidate and the earlier data together tell of a column becomes 1.
+    const Eigen::VectorXd square =
+        X.colwise().squaredNorm().transpose() * problem.rows / static_cast<double>(n) + H.diagonal();
+    const Eigen::VectorXd scale = (square.array() > 0).select(square.cwiseSqrt().cwiseInverse(), 1.0);
+    X = X * scale.asDiagonal();
+    rows_.emplace_back(X, problem.rows);
+    start_.push_back(scale.asDiagonal() * H * scale.asDiagonal());
+    start_.back().diagonal().array() += kWeak;
+    for (Eigen::Index present = 0; present < m_; ++present) {
+      if (present == fitted) continue;
+      const RowMatrixXd u =
+          problem.causes[static_cast<std::size_t>(present)] * problem.expected[static_cast<std::size_t>(present)];
+      const Eigen::Index e = u.cols();
+      Eigen::MatrixXd earlier = Eigen::MatrixXd::Zero(p + e, p + e);
+      if (measured) {
+        const auto theirs = Eigen::seqN(first_[static_cast<std::size_t>(present)],
+                                        problem.causes[static_cast<std::size_t>(present)].cols());
+        const Eigen::MatrixXd& W = problem.expected[static_cast<std::size_t>(present)];
+        earlier.topLeftCorner(p, p) = start_.back();
+        earlier.topRightCorner(p, e) = scale.asDiagonal() * Eigen::MatrixXd(problem.prior(own, theirs)) * W;
+        earlier.bottomLeftCorner(e, p) = earlier.topRightCorner(p, e).transpose();
+        earlier.bottomRightCorner(e, e) = W.transpose() * Eigen::MatrixXd(problem.prior(theirs, theirs)) * W;
+      }
+      pairs_.push_back({present, fitted, std::make_unique<SeparationScan>(rows_.back(), u, earlier, threads)});
+      pairs_.back().scan->restart(start_.back());
+    }
+  }
+
+  Eigen::Index m_;
+  std::vector<Eigen::Index> first_;  // column of each cause among [common, causes ...]
+  std::vector<Candidates> rows_;
+  std::vector<Eigen::MatrixXd> start_;
+  std::vector<Pair> pairs_;
+};
+
+void check(const SeparationProblem& problem) {
+  const Eigen::Index n = problem.common.rows();
+  FASTCAL_CHECK(problem.causes.size() >= 2 && problem.expected.size() == problem.causes.size())
+      << "there must be two causes or more, and as many sizes, got " << problem.causes.size() << " and "
+      << problem.expected.size();
+  Eigen::Index all = problem.common.cols();
+  for (std::size_t i = 0; i < problem.causes.size(); ++i) {
+    const RowMatrixXd& C = problem.causes[i];
+    const Eigen::MatrixXd& W = problem.expected[i];
+    FASTCAL_CHECK(C.rows() == n && C.cols() > 0 && C.cols() == W.rows() && W.cols() > 0)
+        << "cause " << i << " must have " << n << " rows and a size for each column, got (" << C.rows() << ", "
+        << C.cols() << ") and " << W.rows();
+    FASTCAL_CHECK(W.allFinite()) << "the size of cause " << i << " must be finite";
+    all += C.cols();
+  }
+  FASTCAL_CHECK(problem.prior.size() == 0 ||
+                (problem.prior.rows() == all && problem.prior.cols() == all && problem.prior.allFinite()))
+      << "earlier information must be finite and have " << all << " rows and columns, got (" << problem.prior.rows()
+      << ", " << problem.prior.cols() << ")";
+}
+
+}  // namespace
+
+Separation separate(const SeparationProblem& problem, int count, double enough, int threads) {
+  check(problem);
+  FASTCAL_CHECK(count >= 0) << "count must be at least 0, got " << count;
+  Pairs pairs(problem, threads);
+  Separation out;
+  out.before = pairs.table();
+  DeterminantScan blind(pairs.rows(0), threads);
+  const Eigen::Index unknowns = problem.prior.size() > 0 ? 0 : pairs.rows(0).columns();
+  if (unknowns > 0) blind.restart(pairs.start(0));
+  std::vector<bool> taken(static_cast<std::size_t>(blind.candidates().count()), false);
+  const std::size_t most = std::min(static_cast<std::size_t>(count), taken.size());
+  while (out.chosen.size() < most) {
+    const bool is_blind = static_cast<Eigen::Index>(out.chosen.size()) * problem.rows < unknowns;
+    if (!is_blind && pairs.least() >= enough) break;
+    const Eigen::VectorXd gains = is_blind ? blind.gains() : pairs.gains();
+    Eigen::Index best = -1;
+    for (Eigen::Index c = 0; c < gains.size(); ++c) {
+      if (!taken[static_cast<std::size_t>(c)] && (best < 0 || gains[c] > gains[best])) best = c;
+    }
+    taken[static_cast<std::size_t>(best)] = true;
+    out.chosen.push_back(best);
+    pairs.add(best);
+    if (is_blind) blind.add(best);
+  }
+  out.after = pairs.table();
+  return out;
+}
+
+}  // namespace fastcal::design

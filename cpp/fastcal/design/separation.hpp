@@ -1,0 +1,61 @@
+// SPDX-FileCopyrightText: 2026 The fastcal authors
+// SPDX-License-Identifier: MIT
+//
+// Which candidates tell one cause of error from another (T-optimality: A. Atkinson, V. Fedorov, "The design of
+// experiments for discriminating between two rival models", Biometrika 62, 1975). Cause i is there, b_i of it; a model
+// with the common columns A and those of cause j is fitted. What is left of it,
+//   D_ij = |P C_i b_i|^2,  P the projection across [A, C_j],
+// is the noncentrality of the test that would refuse j. With beta the fit and e_c = C_i,c b_i - [A, C_j]_c beta, adding
+// candidate c gains exactly e_c^T (I + S_c)^-1 e_c (recursive least squares): nothing about it is approximate.
+#pragma once
+
+#include "fastcal/design/scan.hpp"
+
+namespace fastcal::design {
+
+/// D of one pair; candidates are the rows of X = [A, C_j].
+class SeparationScan : public Scan {
+ public:
+  /// `u` (N k, e): what the fit should not explain, squares of several columns add up. `H` (p + e, p + e): what earlier
+  /// data say of [X u], or empty.
+  SeparationScan(const Candidates& candidates, const RowMatrixXd& u, const Eigen::MatrixXd& H, int threads);
+  double value() const override { return value_; }
+  std::unique_ptr<Scan> over(const Candidates& candidates) const override;
+
+ protected:
+  void restart_goal(const Eigen::MatrixXd& M) override;
+  Eigen::MatrixXd prepare(Eigen::Index candidate, const Eigen::MatrixXd& U, const Small& L_inverse,
+                          double sign) override;
+  void change_block(Eigen::Index block, const Lane* X, int columns, double sign) override;
+  double gain(Eigen::Index candidate, const Small& S) const override;
+
+ private:
+  Eigen::MatrixXd residual(Eigen::Index candidate) const;
+
+  RowMatrixXd u_;
+  Eigen::MatrixXd H_;
+  int width_;  // e
+  double value_ = 0;
+  Eigen::MatrixXd z_;      // (k, e) L^-1 e_c of the change that is being made
+  std::vector<double> E_;  // (blocks, k, e, lanes)
+};
+
+struct SeparationProblem {
+  RowMatrixXd common;                     ///< (N k, p) columns of what is identified in any case, whitened
+  std::vector<RowMatrixXd> causes;        ///< (N k, c_i) columns of each cause
+  std::vector<Eigen::MatrixXd> expected;  ///< (c_i, e_i) how much of each there may be: squares of the columns add up
+  int rows = 3;                           ///< k
+  Eigen::MatrixXd prior;  ///< information of earlier data on [common, causes ...], or empty: nothing was measured yet
+};
+
+struct Separation {
+  std::vector<Eigen::Index> chosen;  ///< in the order in which they were added
+  Eigen::MatrixXd before, after;     ///< (m, m) D_ij; the diagonal is 0
+};
+
+/// Adds up to `count` candidates, each at most once, the one that most raises sum over i != j of log(1 + D_ij) first;
+/// stops where every D_ij is at least `enough`. Before anything was measured the first ones are those that tell most of
+/// the parameters, for as many as could be told exactly. Ties go to the candidate that comes first.
+Separation separate(const SeparationProblem& problem, int count, double enough, int threads);
+
+}  // namespace fastcal::design
