@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
+from scipy import special
 
 from fastcal import _core
 from fastcal.calibration_record import CalibrationRecord
@@ -102,7 +102,7 @@ class CalibrationResult:
 
     def interval(self, level: float = 0.95) -> FloatArray:
         """(P, 2) two-sided confidence intervals of the parameters in edge units, by Student's t."""
-        t = float(stats.t.ppf(0.5 + level / 2, max(self.degrees_of_freedom, 1)))
+        t = float(special.stdtrit(max(self.degrees_of_freedom, 1), 0.5 + level / 2))
         values = np.array([p.value for p in self.parameters])
         half = t * np.array([p.std for p in self.parameters])
         return np.column_stack([values - half, values + half])
@@ -401,7 +401,7 @@ def _outliers(found: _core.Identification) -> list[int]:
     numbers = np.sum(~np.isnan(np.asarray(found.residuals)), axis=1)
     used = numbers > 0
     limit = np.full(len(squares), np.inf)
-    limit[used] = stats.chi2.isf(OUTLIER_SHARE / max(int(used.sum()), 1), numbers[used])
+    limit[used] = special.chdtri(numbers[used], OUTLIER_SHARE / max(int(used.sum()), 1))
     return [int(i) for i in np.flatnonzero(squares / max(found.variance_factor, 1e-300) > limit)]
 
 
