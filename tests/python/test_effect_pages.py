@@ -19,16 +19,22 @@ HEADINGS = ["Equation", "Typical size", "What it is confused with", "What data i
 @pytest.fixture(scope="module")
 def figures() -> dict[str, Any]:
     """What docs/effects/figures.py defines."""
-    return runpy.run_path(str(PAGES / "figures.py"))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(PAGES)
+        return runpy.run_path(str(PAGES / "figures.py"))
 
 
-@pytest.mark.parametrize("page", sorted(PAGES.glob("*.md")), ids=lambda page: page.stem)
-def test_a_page_says_all_that_is_asked(page: Path) -> None:
-    assert page.stem in _core.effect_names()
-    text = page.read_text(encoding="utf-8")
+@pytest.mark.parametrize("effect", _core.effect_names())
+def test_every_effect_has_a_page_that_says_all_that_is_asked(effect: str) -> None:
+    text = (PAGES / f"{effect}.md").read_text(encoding="utf-8")
     assert re.findall(r"^## (.*)$", text, re.MULTILINE) == HEADINGS
-    assert f"]({page.stem}.svg)" in text
-    assert (PAGES / f"{page.stem}.svg").exists()
+    assert f"`{effect}` · owner: " in text
+    assert f"]({effect}.svg)" in text
+    assert (PAGES / f"{effect}.svg").exists()
+
+
+def test_no_page_is_of_an_effect_that_is_not() -> None:
+    assert {page.stem for page in PAGES.glob("*.md")} == set(_core.effect_names())
 
 
 def test_no_figure_is_of_an_effect_that_is_not(figures: dict[str, Any]) -> None:
