@@ -1,0 +1,108 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Where a program's tools and frames are: what the user says, else what the program says, else what is assumed and told."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal import se3
+from fastcal.errors import ParseError
+from fastcal.programs.program import Program, Target
+
+FloatArray = NDArray[np.float64]
+
+
+def _identity() -> FloatArray:
+    return np.eye(4)
+
+
+@dataclass(frozen=True, eq=False)
+class Cell:
+    """What a program does not say about its robot; poses (4, 4) in SI.
+
+    Attributes:
+        T_controller_base: The robot file's base in the base frame of the controller.
+        T_last_flange: The controller's flange in the robot file's last frame.
+        tools: T_flange_tool by the program's name or number.
+        frames: T_base_frame, in the controller's base, by name or number.
+    """
+
+    T_controller_base: FloatArray = field(default_factory=_identity)
+    T_last_flange: FloatArray = field(default_factory=_identity)
+    tools: Mapping[str, FloatArray] = field(default_factory=dict)
+    frames: Mapping[str, FloatArray] = field(default_factory=dict)
+
+
+class Frames:
+    """Resolves the tool and the frame of each target.
+
+    Args:
+        program: Whose targets they are.
+        cell: What the user says.
+        T_last_tool: The robot file's tool, in its last frame: what is assumed where nobody says a tool.
+
+    Attributes:
+        notes: What was assumed, a sentence each.
+    """
+
+    def __init__(self, program: Program, cell: Cell, T_last_tool: FloatArray) -> None:
+        self.program, self.cell = program, cell
+        self.notes: list[str] = []
+        self._tools = {name.lower(): T for name, T in {**program.tools, **cell.tools}.items()}
+        self._frames = {name.lower(): T for name, T in {**program.frames, **cell.frames}.items()}
+        self._assumed_tool = se3.inverse(cell.T_last_flange) @ T_last_tool
+        self._pairs = [self._pair(i, target) for i, target in enumerate(program.targets)]
+
+    def to_base(self, place: int, T_frame_tool: FloatArray) -> FloatArray:
+        """T_base_last of the robot file for a target, by its place, whose numbers say T_frame_tool."""
+        T_frame, T_tool = self._pairs[place]
+        cell = self.cell
+        T_controller_flange = T_frame @ T_frame_tool @ se3.inverse(T_tool)
+        return se3.inverse(cell.T_controller_base) @ T_controller_flange @ se3.inverse(cell.T_last_flange)
+
+    def from_base(self, place: int, T_base_last: FloatArray) -> FloatArray:
+        """T_frame_tool, as the target's numbers say it; the inverse of `to_base`."""
+        T_frame, T_tool = self._pairs[place]
+        cell = self.cell
+        return se3.inverse(T_frame) @ cell.T_controller_base @ T_base_last @ cell.T_last_flange @ T_tool
+
+    def tool(self, place: int) -> FloatArray:
+        """T_last_tool: the target's tool in the robot file's last frame."""
+        return self.cell.T_last_flange @ self._pairs[place][1]
+
+    def _pair(self, place: int, target: Target) -> tuple[FloatArray, FloatArray]:
+        """T_controller_frame and T_flange_tool of a target."""
+        uses = [move for move in self.program.moves if move.target == place]
+        tools = {move.tool or target.tool: move.line for move in reversed(uses)} or {target.tool: target.line}
+        frames = {move.frame or target.frame: move.line for move in reversed(uses)} or {target.frame: target.line}
+        if target.kind == "pose":
+            for what, found in (("tool", tools), ("frame", frames)):
+                if len(found) > 1:
+                    said = ", ".join(f"{name} in line {line}" for name, line in sorted(found.items(), key=str))
+                    name = self.program.documents[target.numbers[0].document].name
+                    raise ParseError(
+                        f"{target.name} is used with more than one {what} ({said}); expected one, as its numbers can be "
+                        "compensated for one only",
+                        name,
+                        target.line,
+                    )
+        elif target.kind == "joints":
+            # Joints say where the flange is, whatever the tool; the tool is the point that is brought there.
+            return np.eye(4), self._find(self._tools, next(iter(tools)), "tool", self._assumed_tool)
+        T_frame = self._find(self._frames, next(iter(frames)), "frame", np.eye(4))
+        return T_frame, self._find(self._tools, next(iter(tools)), "tool", self._assumed_tool)
+
+    def _find(self, known: Mapping[str, FloatArray], name: str | None, what: str, assumed: FloatArray) -> FloatArray:
+        if name is not None and name.lower() in known:
+            return known[name.lower()]
+        taken = "the robot file's tool" if what == "tool" else "the robot's base"
+        said = f"the program does not say which {what} holds" if name is None else f"{what} {name} is not in the program"
+        note = f"{said}: it is taken as {taken}"
+        if note not in self.notes:
+            self.notes.append(note)
+        return assumed

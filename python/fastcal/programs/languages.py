@@ -1,0 +1,46 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Which language a program is in, by the ending of its file's name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import PurePath
+
+from fastcal.errors import InvalidInput
+from fastcal.programs import fanuc, krl, rapid, urscript
+from fastcal.programs.program import Document, Program
+
+_READERS: dict[str, Callable[[tuple[Document, ...]], Program]] = {
+    ".mod": rapid.read,
+    ".prg": rapid.read,
+    ".sys": rapid.read,
+    ".modx": rapid.read,
+    ".src": krl.read,
+    ".dat": krl.read,
+    ".ls": fanuc.read,
+    ".script": urscript.read,
+    ".urscript": urscript.read,
+}
+SUFFIXES = tuple(_READERS)
+
+
+def language_of(name: str) -> str | None:
+    """The ending that says the language of a file, None where it is no program's."""
+    suffix = PurePath(name).suffix.lower()
+    return suffix if suffix in _READERS else None
+
+
+def read_program(files: Mapping[str, bytes]) -> Program:
+    """A program from the content of its files (a .src and its .dat are one program).
+
+    Raises:
+        ParseError: A target can't be read; names file and line.
+        InvalidInput: No language has this ending.
+    """
+    names = list(files)
+    suffix = language_of(names[0])
+    if suffix is None:
+        raise InvalidInput(f"{names[0]}: no robot program by its ending; known are {', '.join(SUFFIXES)}")
+    # Latin-1 gives every byte back, whatever the encoding of the comments is.
+    return _READERS[suffix](tuple(Document(name, content.decode("latin-1")) for name, content in files.items()))

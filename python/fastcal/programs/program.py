@@ -1,0 +1,193 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""What a robot program says about targets, and where in its text it says so."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence, Set
+from dataclasses import dataclass, field, replace
+from typing import Literal, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal.errors import ParseError
+from fastcal.programs.posture import Arm
+from fastcal.units import from_si, to_si
+
+FloatArray = NDArray[np.float64]
+Kind = Literal["pose", "joints"]
+
+
+@dataclass(frozen=True)
+class Document:
+    """One file of a program; text is what its bytes say in latin-1, which gives every byte back.
+
+    Attributes:
+        name: The file, for messages.
+        text: Its content.
+    """
+
+    name: str
+    text: str
+
+    def line(self, at: int) -> int:
+        """The line, from 1, in which the character `at` stands."""
+        return self.text.count("\n", 0, at) + 1
+
+    def error(self, at: int, message: str) -> ParseError:
+        """The error of a place in the text."""
+        return ParseError(message, self.name, self.line(at))
+
+
+@dataclass(frozen=True)
+class Word:
+    """A piece of a program's text: document.text[start:end] is `text`."""
+
+    document: int
+    start: int
+    end: int
+    text: str
+
+
+@dataclass(frozen=True)
+class Number(Word):
+    """A word that is a number.
+
+    Attributes:
+        value: As it stands there.
+        unit: mm, m, deg, rad, or 1 for a plain number.
+    """
+
+    value: float
+    unit: str
+
+    @property
+    def si(self) -> float:
+        """Its value in SI."""
+        return to_si(self.value, self.unit)
+
+
+@dataclass(frozen=True)
+class Target:
+    """A place that a program sends the robot to.
+
+    Attributes:
+        name: As the program calls it, or "line 12".
+        line: Where its numbers stand.
+        kind: `pose`: numbers are x, y, z and the language's orientation, of the tool in a frame; `joints`: q1 ... qn.
+        numbers: What a compensation replaces.
+        words: What says the configuration, by the language's own names (cf1, S, CONFIG ...).
+        tool, frame: Their names where the target itself says them (FANUC); else its moves do.
+    """
+
+    name: str
+    line: int
+    kind: Kind
+    numbers: tuple[Number, ...]
+    words: Mapping[str, Word] = field(default_factory=dict)
+    tool: str | None = None
+    frame: str | None = None
+
+    @property
+    def values(self) -> FloatArray:
+        """(k,) its numbers in SI."""
+        return np.array([number.si for number in self.numbers])
+
+
+@dataclass(frozen=True)
+class Move:
+    """A use of a target.
+
+    Attributes:
+        target: Its place in `Program.targets`.
+        document, line: Where it stands.
+        tool, frame: What it is meant in; None: the program does not say.
+        offset: Metres along the frame's axes that are added at run time (RAPID's Offs), where they are plain numbers.
+    """
+
+    target: int
+    document: int
+    line: int
+    tool: str | None = None
+    frame: str | None = None
+    offset: tuple[float, float, float] | None = None
+
+
+class Language(Protocol):
+    """How one language writes poses, configurations and numbers."""
+
+    name: str
+
+    def pose(self, values: FloatArray) -> FloatArray:
+        """T_frame_tool (4, 4) of a target's values in SI."""
+
+    def values(self, T_frame_tool: FloatArray, old: FloatArray) -> FloatArray:
+        """The values, in SI, that say a pose; of several ways, the one nearest to the old values."""
+
+    def number(self, old: Number, value: float) -> str:
+        """The text of a value in the unit and the form of the number that stood there."""
+
+    def branch(self, q: FloatArray, arm: Arm) -> tuple[bool | None, ...]:
+        """Which of the (up to eight) solutions of a pose q (n,) is, as the words tell them apart; None: unknown."""
+
+    def asked_branch(self, target: Target) -> tuple[bool | None, ...]:
+        """The solution that the target's words ask for; empty where they say nothing."""
+
+    def asked_turns(self, target: Target) -> dict[int, tuple[float, float]]:
+        """Between which positions [rad] the words want a joint (from 0): low <= q < high."""
+
+    def words(self, target: Target, q: FloatArray, arm: Arm) -> dict[str, str]:
+        """The words that say the configuration of q, for those that the target has."""
+
+
+@dataclass(frozen=True)
+class Program:
+    """The targets of a program, in the order in which the text uses them.
+
+    Attributes:
+        language: How it writes them.
+        documents: Its files.
+        targets: Those that are made of plain numbers.
+        moves: Their uses, in the order of the text.
+        tools, frames: Poses (4, 4) that the program itself gives, T_flange_tool and T_base_frame, by name.
+        notes: What a reader should know: what is left as it is, and why.
+    """
+
+    language: Language
+    documents: tuple[Document, ...]
+    targets: tuple[Target, ...]
+    moves: tuple[Move, ...]
+    tools: Mapping[str, FloatArray] = field(default_factory=dict)
+    frames: Mapping[str, FloatArray] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+    def place(self, target: Target) -> str:
+        """File and line of a target, for messages."""
+        return f"{self.documents[target.numbers[0].document].name}:{target.line}"
+
+    def without(self, dropped: Set[int]) -> Program:
+        """The program without some targets that no move uses."""
+        kept = [i for i in range(len(self.targets)) if i not in dropped]
+        moves = tuple(replace(move, target=kept.index(move.target)) for move in self.moves)
+        return replace(self, targets=tuple(self.targets[i] for i in kept), moves=moves)
+
+    def rewritten(self, changes: Sequence[tuple[Word, str]]) -> tuple[Document, ...]:
+        """The documents with the text of some words replaced, and nothing else."""
+        out = []
+        for place, document in enumerate(self.documents):
+            parts, at = [], 0
+            for word, text in sorted((c for c in changes if c[0].document == place), key=lambda c: c[0].start):
+                parts += [document.text[at : word.start], text]
+                at = word.end
+            out.append(Document(document.name, "".join([*parts, document.text[at:]])))
+        return tuple(out)
+
+
+def decimal(old: Number, value: float, digits: int) -> str:
+    """A number with at least `digits` decimals, as many as there were if those were more, right-aligned as it was."""
+    had = len(old.text.partition(".")[2]) if "e" not in old.text.lower() else 0
+    text = f"{from_si(value, old.unit):.{max(digits, had)}f}"
+    if not float(text):
+        text = text.removeprefix("-")
+    return text
