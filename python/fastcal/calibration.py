@@ -23,6 +23,7 @@ from fastcal.effects import edge_name, edge_unit, full_name, parse_effects, with
 from fastcal.errors import InvalidInput, Undetermined
 from fastcal.evaluation import Evaluation, evaluate
 from fastcal.identified import identified, with_frames
+from fastcal.nominal import nominal_record
 from fastcal.open_effects import with_open_effects_set
 from fastcal.parameter_limits import parameter_limits
 from fastcal.profile_range import range_notes
@@ -286,7 +287,7 @@ def calibrate(
             from_si(sigma, "mm"),
             found.degrees_of_freedom,
         )
-        identified_spec["calibration"] = record.to_spec()
+        identified_spec["calibration"] = record.to_spec() | {"nominal": nominal_record(start.spec)}
     result_model = Robot(identified_spec)
     places = _anchors(found, data, len(names))
     places_before = (

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core, registered
+from fastcal.dataset import Dataset
 from fastcal.effects import LABELS, Spec, extra_columns, label
 from fastcal.errors import InvalidInput
 
@@ -60,6 +61,21 @@ def build_samples(
         arrays["extra"] = np.column_stack([extra[name] for name in columns])
     table = _table(entries, core, q, arrays, extra)
     return _core.Samples(q, **arrays, **({} if table is None else {"table": table}))
+
+
+def condition_columns(data: Dataset) -> dict[str, Any]:
+    """The conditions of a data set as `Robot.forward` takes them: name to values, None where there are none."""
+    return {
+        "payload": data.payload,
+        "wrench": data.wrench,
+        "temperature": data.temperature,
+        "time": data.time,
+        "station": None if data.station is None else np.array(data.station_names)[data.station],
+        "mount": None if data.mount is None else np.array(data.mount_names)[data.mount],
+        "approach": data.approach,
+        "current": data.current,
+        "extra": data.extra,
+    }
 
 
 def _arrays(known: Mapping[str, Any], q: FloatArray) -> dict[str, Any]:

@@ -65,3 +65,13 @@ def quaternions(R: FloatArray) -> FloatArray:
     row = products[np.arange(len(R)), np.argmax(squares, axis=1)]
     q = row / np.linalg.norm(row, axis=1, keepdims=True)
     return np.asarray(np.where(q[:, :1] < 0, -q, q))
+
+
+def rotations(wxyz: FloatArray) -> FloatArray:
+    """(N, 3, 3) of unit quaternions w, x, y, z (N, 4)."""
+    w, x, y, z = wxyz.T
+    R = np.empty((len(wxyz), 3, 3))
+    R[:, 0] = np.column_stack([1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)])
+    R[:, 1] = np.column_stack([2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)])
+    R[:, 2] = np.column_stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)])
+    return R

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from fastcal import _core
 from fastcal.calibration_record import CalibrationRecord
-from fastcal.conditions import build_samples
+from fastcal.conditions import build_samples, condition_columns
 from fastcal.dataset import Dataset
 from fastcal.effect_values import parameter_values
 from fastcal.effects import build_effects, edge_name, full_name
@@ -140,18 +140,7 @@ class Robot:
 
     def samples(self, data: Dataset) -> _core.Samples:
         """The conditions of a data set for the core; InvalidInput where a column that an effect needs is missing."""
-        return self.conditions(
-            data.q,
-            payload=data.payload,
-            wrench=data.wrench,
-            temperature=data.temperature,
-            time=data.time,
-            station=None if data.station is None else np.array(data.station_names)[data.station],
-            mount=None if data.mount is None else np.array(data.mount_names)[data.mount],
-            approach=data.approach,
-            current=data.current,
-            extra=data.extra,
-        )
+        return self.conditions(data.q, **condition_columns(data))
 
     def conditions(self, q: ArrayLike, **columns: Any) -> _core.Samples:
         """Checked conditions of N postures q (N, n) or (n,), SI; see `forward`."""

@@ -11,7 +11,7 @@ from typing import Annotated, cast
 
 import typer
 
-from fastcal.cli import calibrate, convert, demo, models, simulate
+from fastcal.cli import calibrate, compensate, convert, demo, models, simulate
 from fastcal.cli.console import fail
 from fastcal.errors import FastcalError, Undetermined
 
@@ -23,6 +23,7 @@ _UsageError = cast("type[Exception]", typer.BadParameter.__mro__[2])
 COMMANDS = (
     calibrate.calibrate,
     models.predict,
+    compensate.compensate,
     models.evaluate,
     simulate.simulate,
     convert.convert,

@@ -42,7 +42,7 @@ def load_measurements(path: str | os.PathLike[str], robot: RobotFacts, *, requir
 
 def _dataset(table: Table, robot: RobotFacts, require_measured: bool) -> Dataset:
     known, unknown = match_columns(table, robot.joint_types)
-    columns = _Columns(table, known)
+    columns = Columns(table, known)
     joints = range(1, len(robot.joint_types) + 1)
     try:
         data = Dataset.from_arrays(
@@ -70,14 +70,14 @@ def _dataset(table: Table, robot: RobotFacts, require_measured: bool) -> Dataset
     if require_measured and not data.measured.any():
         raise table.error("holds nothing measured; expected numbers in x_mm y_mm z_mm, an orientation or distance_mm")
     # Last, as the decimal mark is for the known columns to say.
-    extra, extra_labels = _unknown_columns(table, unknown)
+    extra, extra_labels = unknown_columns(table, unknown)
     notes = [*table.notes, *(f"column '{table.names[place]}' is not known and is kept as it is" for place in unknown)]
     notes += columns.notes + _notes_on_limits(data, robot)
     return replace(data, extra=extra, extra_labels=extra_labels, notes=tuple(notes))
 
 
 @dataclass
-class _Columns:
+class Columns:
     """Takes quantities out of a table into the fields of a data set, and remembers which column an entry came from."""
 
     table: Table
@@ -126,7 +126,7 @@ class _Columns:
         if any(part in self.known for part in ("qw", "qx", "qy", "qz")):
             raise self.table.error("holds the orientation twice; expected either qw qx qy qz or rx ry rz")
         check_whole_rows("rotation", angles)
-        return _quaternions(angles)
+        return quaternions_of_rpy(angles)
 
     def sigma_position(self) -> FloatArray | None:
         """One standard deviation a row (N,), or one a coordinate (N, 3)."""
@@ -178,7 +178,7 @@ class _Columns:
             return values if column.unit is None else to_si(values, column.unit)
 
 
-def _quaternions(angles: FloatArray) -> FloatArray:
+def quaternions_of_rpy(angles: FloatArray) -> FloatArray:
     """Quaternions w, x, y, z (N, 4) of R = Rz(rz) Ry(ry) Rx(rx) from angles rx, ry, rz (N, 3) [rad]."""
     (cx, cy, cz), (sx, sy, sz) = np.cos(angles.T / 2), np.sin(angles.T / 2)
     return np.column_stack(
@@ -191,7 +191,8 @@ def _quaternions(angles: FloatArray) -> FloatArray:
     )
 
 
-def _unknown_columns(table: Table, places: Sequence[int]) -> tuple[dict[str, FloatArray], dict[str, list[str]]]:
+def unknown_columns(table: Table, places: Sequence[int]) -> tuple[dict[str, FloatArray], dict[str, list[str]]]:
+    """The columns at `places` as they are: those that hold numbers, and those that hold text."""
     extra: dict[str, FloatArray] = {}
     extra_labels: dict[str, list[str]] = {}
     for place in places:

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: MIT
 """FANUC LS: positions P[n] of group 1 in the section /POS, used by the moves of /MN.
 
-X, Y, Z in mm; W, P, R in deg, R = Rz(R) Ry(P) Rx(W); or J1 ... in deg (mm for a sliding one). CONFIG is three letters and the
-turns of axes 1, 4 and 6: N or F, q5 at least 0 or less; U or D, the wrist centre on the side of the lower arm where q = 0 has
-it or beyond; T or B, before or behind axis 1; a turn k means 360 k - 180 <= q < 360 k + 180.
+X, Y, Z in mm; W, P, R in deg, R = Rz(R) Ry(P) Rx(W); or J1 ... in deg (mm for a sliding one). CONFIG is three letters
+and the turns of axes 1, 4 and 6: N or F, q5 at least 0 or less; U or D, the wrist centre on the side of the lower arm
+where q = 0 has it or beyond; T or B, before or behind axis 1; a turn k means 360 k - 180 <= q < 360 k + 180.
 """
 
 from __future__ import annotations
@@ -19,8 +19,7 @@ from numpy.typing import NDArray
 from fastcal.programs import orientation
 from fastcal.programs.posture import Arm
 from fastcal.programs.program import Document, Move, Number, Program, Target, Word, decimal
-from fastcal.programs.scanning import NUMBER, Piece, number
-from fastcal.units import to_si
+from fastcal.programs.scanning import Piece, number
 
 FloatArray = NDArray[np.float64]
 
@@ -48,7 +47,7 @@ class Fanuc:
         return orientation.nearest_euler(orientation.to_xyz(T_frame_tool), old)
 
     def number(self, old: Number, value: float) -> str:
-        """Three decimals, or as many as there were; the columns stay where they fit."""
+        """Three decimals, or as many as there were."""
         text = decimal(old, value, 3)
         if old.text.lstrip("-").startswith("."):
             text = re.sub(r"^(-?)0\.", r"\1.", text)
@@ -95,6 +94,7 @@ class _Reader:
 
     document: Document
     place: int
+    plain: str
     targets: list[Target] = field(default_factory=list)
     moves: list[Move] = field(default_factory=list)
     names: dict[str, int] = field(default_factory=dict)
@@ -109,7 +109,7 @@ class _Reader:
 
     def _arm(self, name: str, start: int, end: int, at: int) -> None:
         text = self.document.text
-        found = {m[1]: m for m in _VALUE.finditer(_without_strings(text), start, end)}
+        found = {m[1]: m for m in _VALUE.finditer(self.plain, start, end)}
         if any(set(m[2]) == {"*"} for m in found.values()):
             self.notes.append(f"{self.document.name}:{self.document.line(at)}: {name} was never taught and is left so")
             return
@@ -126,8 +126,8 @@ class _Reader:
             piece = Piece(match[2], match.start(2), match.end(2))
             numbers.append(number(self.document, self.place, piece, unit, f"{name}, {key}"))
         words = {}
-        if not joints and (match := _CONFIGURATION.search(text, start, end)):
-            words["CONFIG"] = Word(self.place, match.start(1), match.end(1), match[1])
+        if not joints and (said := _CONFIGURATION.search(text, start, end)):
+            words["CONFIG"] = Word(self.place, said.start(1), said.end(1), said[1])
         tool, frame = (re.search(rf"\b{key}\s*:\s*(\w+)", text[start:end]) for key in ("UT", "UF"))
         self.names[name] = len(self.targets)
         self.targets.append(
@@ -174,7 +174,7 @@ def read(documents: tuple[Document, ...]) -> Program:
     moves: list[Move] = []
     notes: list[str] = []
     for place, document in enumerate(documents):
-        reader = _Reader(document, place)
+        reader = _Reader(document, place, _without_strings(document.text))
         head = re.search(r"^/POS", document.text, re.M)
         if head is None:
             raise document.error(0, "expected a section /POS, as every LS file has")

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Where a program's tools and frames are: what the user says, else what the program says, else what is assumed and told."""
+"""Where a program's tools and frames are: as the user says, else as the program says, else assumed and told."""
 
 from __future__ import annotations
 
@@ -86,8 +86,8 @@ class Frames:
                     said = ", ".join(f"{name} in line {line}" for name, line in sorted(found.items(), key=str))
                     name = self.program.documents[target.numbers[0].document].name
                     raise ParseError(
-                        f"{target.name} is used with more than one {what} ({said}); expected one, as its numbers can be "
-                        "compensated for one only",
+                        f"{target.name} is used with more than one {what} ({said}); expected one, as its numbers can "
+                        "be compensated for one only",
                         name,
                         target.line,
                     )
@@ -101,7 +101,9 @@ class Frames:
         if name is not None and name.lower() in known:
             return known[name.lower()]
         taken = "the robot file's tool" if what == "tool" else "the robot's base"
-        said = f"the program does not say which {what} holds" if name is None else f"{what} {name} is not in the program"
+        said = (
+            f"the program does not say which {what} holds" if name is None else f"{what} {name} is not in the program"
+        )
         note = f"{said}: it is taken as {taken}"
         if note not in self.notes:
             self.notes.append(note)

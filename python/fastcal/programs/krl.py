@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""KUKA KRL: aggregates {X 1, Y 2, Z 3, A 4, B 5, C 6, S 2, T 35} and {A1 1, ... A6 6} in moves (.src) and lists (.dat).
+"""KUKA KRL: {X 1, Y 2, Z 3, A 4, B 5, C 6, S 2, T 35} and {A1 1, ... A6 6} in moves (.src) and lists (.dat).
 
-Units mm and deg, R = Rz(A) Ry(B) Rx(C). S, the status: bit 0, the wrist centre is behind axis 1; bit 1, it is on the side of
-the lower arm where a bent-up elbow (A3 = 90) has it; bit 2, A5 < 0. T, the turn: bit i - 1, Ai < 0.
+Units mm and deg, R = Rz(A) Ry(B) Rx(C). S, the status: bit 0, the wrist centre is behind axis 1; bit 1, it is on the
+side of the lower arm where a bent-up elbow (A3 = 90) has it; bit 2, A5 < 0. T, the turn: bit i - 1, Ai < 0.
 """
 
 from __future__ import annotations
@@ -19,7 +19,6 @@ from fastcal.programs import orientation
 from fastcal.programs.posture import Arm
 from fastcal.programs.program import Document, Move, Number, Program, Target, Word, decimal
 from fastcal.programs.scanning import Piece, blanked, closing, number, split
-from fastcal.units import to_si
 
 FloatArray = NDArray[np.float64]
 
@@ -141,7 +140,9 @@ class _Reader:
         words = {key: parts[key] for key in ("S", "T") if key in parts}
         for key, piece in words.items():
             if not re.fullmatch(r"\d+(\.0*)?|'[Bb][01]+'|'[Hh][0-9A-Fa-f]+'", piece.text):
-                raise self.documents[place].error(piece.start, f"{name}: expected a number as {key}, got '{piece.text:.40}'")
+                raise self.documents[place].error(
+                    piece.start, f"{name}: expected a number as {key}, got '{piece.text:.40}'"
+                )
         self.targets.append(
             Target(
                 name,
@@ -172,8 +173,8 @@ class _Reader:
                 found = self.names.get(re.sub(r"\s", "", name[0].upper()))
             if found is None:
                 self.notes.append(
-                    f"{document.name}:{line}: {instruction} goes to {piece.text:.40}, which is no target of plain numbers "
-                    "here, and is left as it is"
+                    f"{document.name}:{line}: {instruction} goes to {piece.text:.40}, which is no target of plain "
+                    "numbers here, and is left as it is"
                 )
             else:
                 self.moves.append(Move(found, place, line, self.tool, self.frame))

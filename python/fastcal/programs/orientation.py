@@ -55,12 +55,12 @@ def to_vector(T: FloatArray) -> FloatArray:
 
 
 def nearest_quaternion(values: FloatArray, old: FloatArray) -> FloatArray:
-    """x ... qz with the quaternion's sign that lies nearer to the old one."""
+    """Position and quaternion with the quaternion's sign that lies nearer to the old one."""
     return np.concatenate([values[:3], np.copysign(1.0, values[3:] @ old[3:]) * values[3:]])
 
 
 def nearest_euler(values: FloatArray, old: FloatArray) -> FloatArray:
-    """x, y, z and three Euler angles, as the one of (a, b, c), (a + pi, pi - b, c + pi) and turns nearest to the old."""
+    """Position and Euler angles, as the one of (a, b, c), (a + pi, pi - b, c + pi) and turns nearest to the old."""
     flipped = values[3:] * [1, -1, 1] + np.pi
     ways = [angles + 2 * np.pi * np.round((old[3:] - angles) / (2 * np.pi)) for angles in (values[3:], flipped)]
     return np.concatenate([values[:3], min(ways, key=lambda angles: float(np.abs(angles - old[3:]).max()))])

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: MIT
 """Which of its solutions an arm stands in: wrist before or behind axis 1, and on which side of the lower arm.
 
-An arm with a shoulder (axis 2), a parallel elbow (axis 3) and a wrist centre (axes 4 and 5 meet) reaches a pose in up to
-eight ways, two at each of three singularities: the wrist centre on axis 1, on the plane of axes 2 and 3, and q5 = 0.
+An arm with a shoulder (axis 2), a parallel elbow (axis 3) and a wrist centre (axes 4 and 5 meet) reaches a pose in up
+to eight ways, two at each of three singularities: the wrist centre on axis 1, in the plane of axes 2 and 3, q5 = 0.
 """
 
 from __future__ import annotations

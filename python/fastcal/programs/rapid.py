@@ -27,7 +27,9 @@ _VALUE = re.compile(r"\s*(?:\{[^}]*\})?\s*:=\s*(?=\[)")
 _ASSIGNED = re.compile(r"\b(\w+)\s*:=\s*(?=\[)")
 _MOVE = re.compile(r"(?:^|;)[ \t]*((?:Move|Trigg|Arc|Search|Spot|Paint)\w*)\b[ \t]*(?=[\\\w\[])", re.I | re.M)
 _SHIFTED = re.compile(r"(Offs|RelTool)\s*\(", re.I)
-_CHANGED = re.compile(r"\b(PDispSet|PDispOn|EOffsSet|EOffsOn)\b|\b\w+\.(trans|rot|uframe|oframe|tframe)[.\w]*\s*:=", re.I)
+_CHANGED = re.compile(
+    r"\b(PDispSet|PDispOn|EOffsSet|EOffsOn)\b|\b\w+\.(trans|rot|uframe|oframe|tframe)[.\w]*\s*:=", re.I
+)
 _POSE_UNITS = ["mm", "mm", "mm", "1", "1", "1", "1"]
 _QUARTER = math.pi / 2
 _QUATERNION_TOLERANCE = 0.01
@@ -57,7 +59,7 @@ class Rapid:
         return arm.behind(q), None if front is None else not front, bool(q[4] < 0)
 
     def asked_branch(self, target: Target) -> tuple[bool | None, ...]:
-        """cfx as three bits."""
+        """The bits of cfx."""
         if "cfx" not in target.words:
             return ()
         cfx = round(float(target.words["cfx"].text))
@@ -69,7 +71,7 @@ class Rapid:
         return {joint: (quarter * _QUARTER, (quarter + 1) * _QUARTER) for joint, quarter in quarters.items()}
 
     def words(self, target: Target, q: FloatArray, arm: Arm) -> dict[str, str]:
-        """confdata of q."""
+        """The confdata of q."""
         if not target.words:
             return {}
         out = {f"cf{joint + 1}": str(math.floor(q[joint] / _QUARTER)) for joint in (0, 3, 5)}

@@ -96,7 +96,9 @@ class _Reader:
         label = f"set_tcp of line {self.document.line(start)}"
         values = self._pose(piece, label)
         if values is None:
-            self.notes.append(f"{self.document.name}:{self.document.line(start)}: the tool {piece.text:.40} is no plain pose")
+            self.notes.append(
+                f"{self.document.name}:{self.document.line(start)}: the tool {piece.text:.40} is no plain pose"
+            )
         else:
             self.tools[label] = orientation.from_vector(np.array([part.si for part in values]))
         self.tool = label
@@ -111,8 +113,8 @@ class _Reader:
             found, frame = self._used(piece)
             if found is None:
                 self.notes.append(
-                    f"{self.document.name}:{line}: {instruction} goes to {' '.join(piece.text.split()):.40}, which is no "
-                    "target of plain numbers here, and is left as it is"
+                    f"{self.document.name}:{line}: {instruction} goes to {' '.join(piece.text.split()):.40}, which is "
+                    "no target of plain numbers here, and is left as it is"
                 )
             else:
                 self.moves.append(Move(found, self.place, line, self.tool, frame))

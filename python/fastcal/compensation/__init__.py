@@ -1,0 +1,9 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""What a calibration is for: the commands that bring the tool to where it should be."""
+
+from fastcal.compensation.compensate import METHODS, Compensation, compensate
+from fastcal.compensation.one_step import one_step
+from fastcal.targets import Targets
+
+__all__ = ["METHODS", "Compensation", "Targets", "compensate", "one_step"]

@@ -1,0 +1,192 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""From target poses to the joint positions that bring the calibrated robot's tool there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fastcal.compensation.following import follow
+from fastcal.compensation.one_step import one_step, pose_errors
+from fastcal.errors import InvalidInput
+from fastcal.ik import InverseKinematics, inverse_kinematics
+from fastcal.nominal import nominal_robot
+from fastcal.robot import Robot
+from fastcal.targets import Targets, targets_of
+
+FloatArray = NDArray[np.float64]
+
+METHODS = ("full", "one-step")
+_MOST_TOLD = 5  # rows of a kind that get a sentence of their own
+
+
+@dataclass(frozen=True, eq=False)
+class Compensation:
+    """Commands for N targets.
+
+    Attributes:
+        q: (N, n) joint positions to command [rad or m]; of the nearest pose where the target is not reached, NaN for a
+            bad target.
+        status: (N,) reached, limit, unreachable, singular or bad_target, as `inverse_kinematics` says them.
+        position_error: (N,) distance [m] that the model says is left, NaN for a bad target.
+        rotation_error: (N,) angle [rad] that is left.
+        sigma: (N,) standard deviation [m] of a coordinate of the predicted point, the root mean square of the three
+            that `predict` gives; NaN for a robot that was not calibrated.
+        nominal_q: (N, n) what the nominal robot would be sent to, NaN where it reaches nothing.
+        jumps: Rows that no smooth way joins to the row before.
+        notes: What a reader should know, a sentence each.
+    """
+
+    q: FloatArray
+    status: NDArray[np.str_]
+    position_error: FloatArray
+    rotation_error: FloatArray
+    sigma: FloatArray
+    nominal_q: FloatArray
+    jumps: tuple[int, ...] = ()
+    notes: tuple[str, ...] = ()
+
+    def __len__(self) -> int:
+        return len(self.q)
+
+    @property
+    def reached(self) -> NDArray[np.bool_]:
+        """(N,) does the tool stand at its target, in a singular posture or not?"""
+        return np.asarray((self.status == "reached") | (self.status == "singular"))
+
+
+def compensate(
+    model: Robot,
+    targets: ArrayLike | Targets,
+    seed: ArrayLike | None = None,
+    *,
+    nominal: Robot | None = None,
+    method: str = "full",
+    along_path: bool = True,
+    threads: int = 1,
+    **conditions: Any,
+) -> Compensation:
+    """Joint positions that bring the model's tool, all effects included, to target poses.
+
+    The nominal robot goes through the targets first; from its joints the model is brought to each target, so that the
+    command keeps the nominal configuration and, on a redundant arm, its redundant joint.
+
+    Args:
+        model: A calibrated robot.
+        targets: (N, 4, 4) poses of the tool in the measuring frame, or `Targets`.
+        seed: (n,) for the first row or (N, n), NaN where there is none.
+        nominal: What the controller believes; None: what the model keeps of it.
+        method: `full`: iterated until the model's tool stands at the target; `one-step`: the SR210D paper's.
+        along_path: The rows are a path: each keeps the configuration of the one before. False: single points, each by
+            itself.
+        threads: Cores; the result does not depend on it.
+        **conditions: payload [kg], approach ... as `Robot.forward` takes them.
+
+    Raises:
+        InvalidInput: A shape does not fit, a number can't be meant, or a condition that an effect needs is missing.
+    """
+    if method not in METHODS:
+        raise InvalidInput(f"method must be {' or '.join(METHODS)}, got '{method}'")
+    if not isinstance(targets, Targets):
+        targets = targets_of(targets, seed, model.joint_count, conditions)
+    elif seed is not None or conditions:
+        raise InvalidInput("seed and conditions must be among the Targets where those are given")
+    before = nominal_robot(model, nominal)
+    q_nominal, reached, jumps = _nominal(before, targets, along_path, threads)
+    found, changed = _solve(model, targets, np.where(np.isfinite(q_nominal), q_nominal, 0.0), threads)
+    if method == "one-step":
+        found = _stepped(model, before, targets, q_nominal, reached, found)
+    bad = found.status == "bad_target"
+    sigma = np.full(len(targets), np.nan)
+    if (good := np.flatnonzero(~bad)).size:
+        deviation = model.position_deviation(found.q[good], **targets.conditions_of(good))
+        sigma[good] = np.sqrt(np.mean(deviation**2, axis=1))
+    notes = [*targets.notes, *_sentences(found)]
+    jumps = sorted({*jumps, *changed}) if along_path else []
+    if jumps:
+        notes.append(f"no smooth way leads from the row before to {_listed(jumps)}: the joints jump there")
+    return Compensation(
+        np.where(bad[:, np.newaxis], np.nan, found.q),
+        found.status,
+        found.position_error,
+        found.rotation_error,
+        sigma,
+        q_nominal,
+        tuple(jumps),
+        tuple(notes),
+    )
+
+
+def _solve(model: Robot, targets: Targets, start: FloatArray, threads: int) -> tuple[InverseKinematics, list[int]]:
+    """The model's joints near `start` (N, n); and the rows that are reached only in another configuration."""
+    every = targets.conditions_of(slice(None))
+    near = inverse_kinematics(model, targets.poses, seed=start, restarts=0, threads=threads, **every)
+    again = np.flatnonzero(~near.reached & (near.status != "bad_target"))
+    if not again.size:
+        return near, []
+    anew = inverse_kinematics(
+        model, targets.poses[again], seed=start[again], threads=threads, **targets.conditions_of(again)
+    )
+    better = anew.reached | (anew.position_error < near.position_error[again])
+    rows = again[better]
+    merged = {field.name: np.array(getattr(near, field.name)) for field in fields(InverseKinematics)}
+    for name, values in merged.items():
+        values[rows] = getattr(anew, name)[better]
+    return InverseKinematics(**merged), again[anew.reached].tolist()
+
+
+def _stepped(
+    model: Robot,
+    nominal: Robot,
+    targets: Targets,
+    q_nominal: FloatArray,
+    reached: NDArray[np.bool_],
+    found: InverseKinematics,
+) -> InverseKinematics:
+    """What one step from the nominal joints gives, in the rows that the nominal robot reaches."""
+    rows = np.flatnonzero(reached)
+    conditions = targets.conditions_of(rows)
+    q, status = np.array(found.q), np.array(found.status)
+    position, rotation = np.array(found.position_error), np.array(found.rotation_error)
+    q[rows] = one_step(model, nominal, targets.poses[rows], q_nominal[rows], **conditions)
+    left = pose_errors(targets.poses[rows], model.forward(q[rows], **conditions))
+    position[rows], rotation[rows] = np.linalg.norm(left[:, :3], axis=1), np.linalg.norm(left[:, 3:], axis=1)
+    beyond = np.any((q < model.limits[:, 0]) | (q > model.limits[:, 1]), axis=1)
+    status[beyond & (status == "reached")] = "limit"
+    return InverseKinematics(q, status, found.iterations, position, rotation)
+
+
+def _nominal(
+    robot: Robot, targets: Targets, along_path: bool, threads: int
+) -> tuple[FloatArray, NDArray[np.bool_], list[int]]:
+    """The nominal robot's joints (N, n), where it reaches its targets (N), and where its path jumps."""
+    if along_path:
+        return follow(robot, targets, threads)
+    q = np.zeros((len(targets), robot.joint_count))
+    reached = np.zeros(len(targets), dtype=bool)
+    for rows, seeds in ((targets.seeded, targets.seed), (~targets.seeded, None)):
+        found = inverse_kinematics(
+            robot, targets.poses[rows], seed=None if seeds is None else seeds[rows], threads=threads
+        )
+        q[rows], reached[rows] = found.q, found.reached
+    return q, reached, []
+
+
+def _sentences(found: InverseKinematics) -> list[str]:
+    """What became of the rows that are not simply reached, the first few of each status by themselves."""
+    notes = []
+    for kind in ("bad_target", "unreachable", "limit", "singular"):
+        rows = np.flatnonzero(found.status == kind).tolist()
+        notes += [f"row {row}: {found.message(row)}" for row in rows[:_MOST_TOLD]]
+        if len(rows) > _MOST_TOLD:
+            notes.append(f"{len(rows) - _MOST_TOLD} more are {kind}: {_listed(rows[_MOST_TOLD:])}")
+    return notes
+
+
+def _listed(rows: list[int]) -> str:
+    shown = ", ".join(map(str, rows[:20]))
+    return f"{'row' if len(rows) == 1 else 'rows'} {shown}{' ...' if len(rows) > 20 else ''}"

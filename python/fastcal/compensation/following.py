@@ -1,0 +1,110 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""One configuration along a path: each row's joints from those of the row before, so that nothing jumps.
+
+A row far from the one before is reached through poses between the two, on the straight line and the least turn; where
+that way leaves the workspace, the row is sought by itself and told.
+"""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal import _core
+from fastcal.ik import InverseKinematics, inverse_kinematics
+from fastcal.robot import Robot
+from fastcal.targets import Targets
+
+FloatArray = NDArray[np.float64]
+
+NEAR = 0.2  # rad, or reaches: a row that a joint needs to move by less for can't be in another configuration
+_STEP = 0.1  # of the same, between two poses on the way
+_MOST_STEPS = 60
+_BLOCK = 64  # rows that are followed at once, and in part again after a jump
+
+
+def follow(robot: Robot, targets: Targets, threads: int = 1) -> tuple[FloatArray, NDArray[np.bool_], list[int]]:
+    """Joint positions (N, n) of a path, whether each reaches its pose (N), and the rows at which they jump.
+
+    Rows with a seed of their own begin there instead. `robot` is taken without conditions: it is the nominal one.
+    """
+    count = len(targets)
+    q = np.full((count, robot.joint_count), np.nan)
+    reached = np.zeros(count, dtype=bool)
+    jumps: list[int] = []
+    own = targets.seeded
+    last = -1  # the last row that was reached
+    row = 0
+    while row < count:
+        if own[row] or last < 0:
+            seed = targets.seed[row] if own[row] and targets.seed is not None else None
+            found = inverse_kinematics(robot, targets.poses[row], seed=seed, threads=threads)
+            q[row], reached[row] = found.q[0], found.reached[0]
+        else:
+            block = slice(row, min(row + _BLOCK, count))
+            done = _follow_block(robot, targets.poses[block], q[last], own[block])
+            if len(done):
+                rows = slice(row, row + len(done))
+                q[rows], reached[rows] = done, True
+                row = rows.stop
+                last = row - 1
+                continue
+            q[row], reached[row], smooth = _across(robot, targets.poses[last], targets.poses[row], q[last])
+            if reached[row] and not smooth:
+                jumps.append(row)
+        last = row if reached[row] else last
+        row += 1
+    return q, reached, jumps
+
+
+def _follow_block(robot: Robot, poses: FloatArray, start: FloatArray, own: NDArray[np.bool_]) -> FloatArray:
+    """The leading rows that are reached in small steps from `start`."""
+    stop = int(np.argmax(own)) if own.any() else len(poses)
+    # The row before is the first of a path, so that no row begins anywhere else.
+    before = robot.forward(start)
+    found = inverse_kinematics(robot, np.concatenate([before, poses[:stop]]), seed=start, along_path=True, restarts=0)
+    steps = [_moved(robot, a, b) for a, b in pairwise(found.q)]
+    good = found.reached[1:] & (np.array(steps) < NEAR)
+    return found.q[1:][: int(np.argmin(good)) if not good.all() else stop]
+
+
+def _across(robot: Robot, T_from: FloatArray, T_to: FloatArray, start: FloatArray) -> tuple[FloatArray, bool, bool]:
+    """A far row: its joints, whether they reach it, and whether the way there is smooth."""
+    direct = inverse_kinematics(robot, T_to, seed=start, restarts=0)
+    if not np.isfinite(T_to).all():
+        return direct.q[0], False, True
+    far = _moved(robot, start, direct.q[0]) if direct.reached[0] else _STEP * _MOST_STEPS
+    poses = _between(T_from, T_to, int(np.clip(math.ceil(far / _STEP), 2, _MOST_STEPS)))
+    found = inverse_kinematics(robot, poses, seed=start, along_path=True, restarts=0)
+    if found.reached.all() and _largest_step(robot, start, found) < NEAR * 2:
+        return found.q[-1], True, True
+    if direct.reached[0]:
+        return direct.q[0], True, far < NEAR
+    anew = inverse_kinematics(robot, T_to, seed=start)
+    return anew.q[0], bool(anew.reached[0]), False
+
+
+def _between(T_from: FloatArray, T_to: FloatArray, count: int) -> FloatArray:
+    """(count, 4, 4) poses on the straight line with the least turn; the last is T_to."""
+    turn = np.asarray(_core.log_so3(np.ascontiguousarray(T_from[:3, :3].T @ T_to[:3, :3])))
+    out = np.tile(np.eye(4), (count, 1, 1))
+    for k, share in enumerate(np.linspace(0, 1, count + 1)[1:]):
+        out[k, :3, :3] = T_from[:3, :3] @ _core.exp_so3(share * turn)
+        out[k, :3, 3] = (1 - share) * T_from[:3, 3] + share * T_to[:3, 3]
+    out[-1] = T_to
+    return out
+
+
+def _largest_step(robot: Robot, start: FloatArray, found: InverseKinematics) -> float:
+    q = np.vstack([start, found.q])
+    return max(_moved(robot, a, b) for a, b in pairwise(q))
+
+
+def _moved(robot: Robot, q: FloatArray, other: FloatArray) -> float:
+    """The largest joint move, a slider's by the reach."""
+    sizes = [1.0 if kind == "revolute" else robot.reach for kind in robot.joint_types]
+    return float(np.max(np.abs(other - q) / sizes))

@@ -1,0 +1,110 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Tables of target poses: x, y, z and an orientation, conditions, and joint positions as a seed."""
+
+from __future__ import annotations
+
+import os
+
+import numpy as np
+
+from fastcal.conditions import condition_columns
+from fastcal.dataset import Dataset, FloatArray
+from fastcal.dataset_checks import QUATERNION_TOLERANCE, SCALE_LIMIT, BadRow
+from fastcal.io.columns import match_columns, would_do
+from fastcal.io.measurements import Columns, quaternions_of_rpy, unknown_columns
+from fastcal.io.table import Table
+from fastcal.io.tables import read_table, write_csv
+from fastcal.prediction import rotations
+from fastcal.robot import Robot, length_or_angle_unit
+from fastcal.targets import Targets
+from fastcal.units import from_si
+
+
+def load_targets(path: str | os.PathLike[str], robot: Robot) -> Targets:
+    """Reads a CSV, Parquet or Excel file of target poses.
+
+    A row whose pose is not one (an empty cell, a quaternion of another length than 1) is kept and becomes a bad target.
+
+    Raises:
+        ParseError: The file or something in it cannot be meant; one sentence with file, line and column.
+    """
+    table = read_table(path)
+    return _targets(table.exact() if table.exact is not None else table, robot)
+
+
+def _targets(table: Table, robot: Robot) -> Targets:
+    known, unknown = match_columns(table, robot.joint_types)
+    columns = Columns(table, known)
+    position = columns.numbers("position", ["x", "y", "z"])
+    if position is None:
+        raise table.error(f"holds no target points; expected {would_do('x', 'length')}, and y and z")
+    far = np.nan_to_num(np.abs(position)).max(axis=1) > SCALE_LIMIT * robot.reach
+    if far.any():
+        reach = from_si(robot.reach, "mm")
+        expected = f"a number that fits an arm with a reach of {reach:.4g} mm (is its unit right?)"
+        raise table.wrong_cell(known["x"].place, int(np.argmax(far)), expected)
+    joints = [f"q{joint}" for joint in range(1, robot.joint_count + 1)]
+    try:
+        data = Dataset.from_arrays(
+            q=np.zeros((len(table), robot.joint_count)),
+            payload=columns.payload(),
+            wrench=columns.numbers("wrench", ["fx", "fy", "fz", "mx", "my", "mz"]),
+            current=columns.numbers("current", [f"current{joint[1:]}" for joint in joints]),
+            temperature=columns.number("temperature", "temperature"),
+            time=columns.number("time", "time"),
+            station=columns.labels("station"),
+            mount=columns.labels("mount"),
+            approach=columns.approach([f"approach{joint[1:]}" for joint in joints]),
+        )
+    except BadRow as bad:
+        raise columns.wrong(bad) from None
+    if 0 < len(given := [joint for joint in joints if joint in known]) < len(joints):
+        missing = next(joint for joint in joints if joint not in known)
+        raise table.error(f"holds {', '.join(given)} as a seed without {missing}; expected all joints or none")
+    seed = columns.numbers("q", joints)
+    extra, _ = unknown_columns(table, unknown)
+    notes = [*table.notes, *(f"column '{table.names[place]}' is not known" for place in unknown), *columns.notes]
+    conditions = {name: value for name, value in condition_columns(data).items() if value is not None}
+    return Targets(_poses(table, columns, position), seed, conditions | {"extra": extra}, tuple(notes))
+
+
+def _poses(table: Table, columns: Columns, position: FloatArray) -> FloatArray:
+    """(N, 4, 4), NaN in rows that hold no pose."""
+    angles = columns.numbers("rotation", ["rx", "ry", "rz"])
+    wxyz = columns.numbers("rotation", ["qw", "qx", "qy", "qz"])
+    if (angles is None) == (wxyz is None):
+        came = "none" if angles is None else "both"
+        raise table.error(f"expected one orientation a row, either qw qx qy qz or rx_deg ry_deg rz_deg; got {came}")
+    quaternion = quaternions_of_rpy(angles) if angles is not None else np.asarray(wxyz)
+    with np.errstate(over="ignore"):
+        length = np.linalg.norm(quaternion, axis=1, keepdims=True)
+    fits = np.abs(length[:, 0] - 1) <= QUATERNION_TOLERANCE  # False where it is NaN
+    fits &= np.isfinite(position).all(axis=1)
+    T = np.full((len(position), 4, 4), np.nan)
+    T[fits, :3, :3] = rotations(quaternion[fits] / length[fits])
+    T[fits, :3, 3] = position[fits]
+    T[fits, 3] = [0, 0, 0, 1]
+    return T
+
+
+def write_commands(
+    path: str | os.PathLike[str],
+    robot: Robot,
+    q: FloatArray,
+    residual: tuple[FloatArray, FloatArray],
+    sigma: FloatArray,
+    status: np.typing.NDArray[np.str_],
+) -> None:
+    """Writes commands: qN_deg (qN_mm), residual_mm, residual_deg, sigma_mm, status; what is not known is left empty.
+
+    Raises:
+        InvalidInput: The file cannot be written.
+    """
+    units = [length_or_angle_unit(joint) for joint in robot.spec["joints"]]
+    columns: dict[str, object] = {
+        f"q{joint}_{unit}": from_si(q[:, joint - 1], unit) for joint, unit in enumerate(units, start=1)
+    }
+    columns["residual_mm"], columns["residual_deg"] = from_si(residual[0], "mm"), from_si(residual[1], "deg")
+    columns["sigma_mm"], columns["status"] = from_si(sigma, "mm"), status.tolist()
+    write_csv(path, columns)  # type: ignore[arg-type]
