@@ -12,6 +12,7 @@ from fastcal._core import __version__
 if TYPE_CHECKING:
     from fastcal.beams import BeamFrame
     from fastcal.calibration import CalibrationResult, calibrate
+    from fastcal.compensation import Compensation, Targets, compensate
     from fastcal.conversion import convert
     from fastcal.dataset import Dataset
     from fastcal.errors import FastcalError, InvalidInput, ParseError
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from fastcal.io.measurements import load_measurements
     from fastcal.io.measurements_out import write_measurements
     from fastcal.io.robot_file import load_robot
+    from fastcal.io.targets import load_targets
     from fastcal.prediction import predict
     from fastcal.registered import register_effect
     from fastcal.report import write_report
@@ -31,19 +33,23 @@ if TYPE_CHECKING:
 _HOMES = {
     "BeamFrame": "beams",
     "CalibrationResult": "calibration",
+    "Compensation": "compensation",
     "Dataset": "dataset",
     "FastcalError": "errors",
     "InverseKinematics": "ik",
     "InvalidInput": "errors",
     "ParseError": "errors",
     "Robot": "robot",
+    "Targets": "compensation",
     "calibrate": "calibration",
     "choose_parameters": "selection",
+    "compensate": "compensation",
     "convert": "conversion",
     "evaluate": "evaluation",
     "inverse_kinematics": "ik",
     "load_measurements": "io.measurements",
     "load_robot": "io.robot_file",
+    "load_targets": "io.targets",
     "perturbed": "simulation",
     "predict": "prediction",
     "random_poses": "simulation",
@@ -56,20 +62,24 @@ _HOMES = {
 __all__ = [
     "BeamFrame",
     "CalibrationResult",
+    "Compensation",
     "Dataset",
     "FastcalError",
     "InvalidInput",
     "InverseKinematics",
     "ParseError",
     "Robot",
+    "Targets",
     "__version__",
     "calibrate",
     "choose_parameters",
+    "compensate",
     "convert",
     "evaluate",
     "inverse_kinematics",
     "load_measurements",
     "load_robot",
+    "load_targets",
     "perturbed",
     "predict",
     "random_poses",
