@@ -18,3 +18,16 @@ def shared_data() -> Path:
             pytest.fail(missing)
         pytest.skip(missing)
     return folder
+
+
+@pytest.fixture(scope="session")
+def programs() -> dict[str, dict[str, bytes]]:
+    """The files of a robot program in each language, by the language's name."""
+    folder = Path(__file__).parent / "data" / "programs"
+    names = {
+        "RAPID": ["glue.mod"],
+        "KRL": ["weld.src", "weld.dat"],
+        "FANUC LS": ["PICK.LS"],
+        "URScript": ["palletize.script"],
+    }
+    return {language: {name: (folder / name).read_bytes() for name in files} for language, files in names.items()}

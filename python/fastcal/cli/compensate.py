@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 import typer
@@ -15,6 +15,7 @@ from fastcal.cli.options import ModelFile, OutFile, Threads
 
 if TYPE_CHECKING:
     from fastcal.compensation import Compensation
+    from fastcal.robot import Robot
 
 
 def compensate(
@@ -32,22 +33,73 @@ def compensate(
     single: Annotated[
         bool, typer.Option("--single", help="The rows are single points and not a path: each is solved by itself.")
     ] = False,
+    cell: Annotated[
+        Path | None, typer.Option(metavar="CELL", help="For a program: tools and frames that it only names.")
+    ] = None,
+    payload_kg: Annotated[
+        float | None, typer.Option(min=0, help="For a program: what the tool carries; a table has a column.")
+    ] = None,
+    temperature_c: Annotated[
+        float | None, typer.Option(help="For a program: temperature of the arm; a table has a column.")
+    ] = None,
     threads: Threads = 1,
 ) -> None:
     """Turn target poses, or the targets of a robot program, into commands that reach them."""
-    from fastcal.compensation import compensate as compensated
+    from fastcal.errors import InvalidInput
     from fastcal.io.robot_file import load_robot
+    from fastcal.programs import language_of
+    from fastcal.units import to_si
+
+    conditions: dict[str, float] = {}
+    if payload_kg is not None:
+        conditions["payload"] = payload_kg
+    if temperature_c is not None:
+        conditions["temperature"] = to_si(temperature_c, "c")
+    options: dict[str, Any] = {"nominal": None if nominal is None else load_robot(nominal), "method": method}
+    options["threads"] = threads
+    if language_of(targets.name) is not None:
+        _program(load_robot(model), targets, output, cell, options | conditions)
+    elif conditions or cell is not None:
+        raise InvalidInput(
+            f"{targets}: --cell, --payload-kg and --temperature-c are for robot programs; a table has columns"
+        )
+    else:
+        _table(load_robot(model), targets, output, options | {"along_path": not single})
+
+
+def _table(robot: Robot, path: Path, output: Path, options: dict[str, Any]) -> None:
+    """A table of poses into a table of commands."""
+    from fastcal.compensation import compensate
     from fastcal.io.targets import load_targets, write_commands
 
-    robot = load_robot(model)
-    before = None if nominal is None else load_robot(nominal)
-    wanted = load_targets(targets, robot)
+    wanted = load_targets(path, robot)
     with progress() as show:
         show("compensating")
-        found = compensated(robot, wanted, nominal=before, method=method, along_path=not single, threads=threads)
+        found = compensate(robot, wanted, **options)
     write_commands(output, robot, found.q, (found.position_error, found.rotation_error), found.sigma, found.status)
     warn(found.notes)
     _say(found)
+
+
+def _program(robot: Robot, path: Path, output: Path, cell: Path | None, options: dict[str, Any]) -> None:
+    """A robot program into the same program for the calibrated robot."""
+    from fastcal.compensation import compensate_program
+    from fastcal.io.cell_file import load_cell
+    from fastcal.io.programs import load_program, write_program
+    from fastcal.units import from_si
+
+    program = load_program(path)
+    given = None if cell is None else load_cell(cell)
+    with progress() as show:
+        show("compensating")
+        found = compensate_program(robot, program, cell=given, **options)
+    written = write_program(output, found.documents)
+    warn(found.notes)
+    mean, most = (from_si(float(value), "mm") for value in (found.error.mean(), found.error.max()))
+    say(f"{program.language.name}: {len(found.targets)} targets changed, {len(program.moves)} moves and all else kept")
+    say(f"error that this takes away: mean {mean:.3f} mm, largest {most:.3f} mm")
+    for file in written:
+        say(str(file))
 
 
 def _say(found: Compensation) -> None:

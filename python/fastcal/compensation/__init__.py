@@ -2,8 +2,9 @@
 # SPDX-License-Identifier: MIT
 """What a calibration is for: the commands that bring the tool to where it should be."""
 
-from fastcal.compensation.compensate import METHODS, Compensation, compensate
+from fastcal.compensation.commands import METHODS, Compensation, compensate
 from fastcal.compensation.one_step import one_step
+from fastcal.compensation.programs import CompensatedProgram, compensate_program
 from fastcal.targets import Targets
 
-__all__ = ["METHODS", "Compensation", "Targets", "compensate", "one_step"]
+__all__ = ["METHODS", "CompensatedProgram", "Compensation", "Targets", "compensate", "compensate_program", "one_step"]

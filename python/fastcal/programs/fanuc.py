@@ -3,8 +3,8 @@
 """FANUC LS: positions P[n] of group 1 in the section /POS, used by the moves of /MN.
 
 X, Y, Z in mm; W, P, R in deg, R = Rz(R) Ry(P) Rx(W); or J1 ... in deg (mm for a sliding one). CONFIG is three letters
-and the turns of axes 1, 4 and 6: N or F, q5 at least 0 or less; U or D, the wrist centre on the side of the lower arm
-where q = 0 has it or beyond; T or B, before or behind axis 1; a turn k means 360 k - 180 <= q < 360 k + 180.
+and the turns of axes 1, 4 and 6: N or F, q5 at least 0 or less; U or D, elbow up or down; T or B, the wrist centre
+before or behind axis 1; a turn k means 360 k - 180 <= q < 360 k + 180.
 """
 
 from __future__ import annotations
@@ -55,8 +55,8 @@ class Fanuc:
 
     def branch(self, q: FloatArray, arm: Arm) -> tuple[bool | None, ...]:
         """Flip, down, behind."""
-        up = arm.same_elbow(q, np.zeros_like(q))
-        return bool(q[4] < 0), None if up is None else not up, arm.behind(q)
+        up = arm.elbow_up(q)
+        return arm.wrist_negative(q), None if up is None else not up, arm.behind(q)
 
     def asked_branch(self, target: Target) -> tuple[bool | None, ...]:
         """The letters of CONFIG; a left or right arm (L, R) is passed over."""

@@ -91,9 +91,9 @@ class Frames:
                         name,
                         target.line,
                     )
-        elif target.kind == "joints":
-            # Joints say where the flange is, whatever the tool; the tool is the point that is brought there.
-            return np.eye(4), self._find(self._tools, next(iter(tools)), "tool", self._assumed_tool)
+        else:
+            # Joints say where the flange is, whatever the tool.
+            return np.eye(4), self._tools.get((next(iter(tools)) or "").lower(), self._assumed_tool)
         T_frame = self._find(self._frames, next(iter(frames)), "frame", np.eye(4))
         return T_frame, self._find(self._tools, next(iter(tools)), "tool", self._assumed_tool)
 

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: MIT
 """KUKA KRL: {X 1, Y 2, Z 3, A 4, B 5, C 6, S 2, T 35} and {A1 1, ... A6 6} in moves (.src) and lists (.dat).
 
-Units mm and deg, R = Rz(A) Ry(B) Rx(C). S, the status: bit 0, the wrist centre is behind axis 1; bit 1, it is on the
-side of the lower arm where a bent-up elbow (A3 = 90) has it; bit 2, A5 < 0. T, the turn: bit i - 1, Ai < 0.
+Units mm and deg, R = Rz(A) Ry(B) Rx(C). S, the status: bit 0, the wrist centre is behind axis 1; bit 1, the elbow is up
+(A3 beyond the angle at which the arm is stretched); bit 2, A5 < 0. T, the turn: bit i - 1, Ai < 0.
 """
 
 from __future__ import annotations
@@ -33,7 +33,6 @@ _ACTIVE = re.compile(
 )
 _FDAT = re.compile(rf"\bFDAT\s+({_NAME})\s*=\s*\{{([^}}]*)\}}", re.I)
 _POSE, _JOINTS = ("X", "Y", "Z", "A", "B", "C"), ("A1", "A2", "A3", "A4", "A5", "A6")
-_ELBOW_UP = np.array([0, -1, 1, 0, 0, 0]) * math.pi / 2
 
 
 class Krl:
@@ -55,7 +54,7 @@ class Krl:
 
     def branch(self, q: FloatArray, arm: Arm) -> tuple[bool | None, ...]:
         """The three bits of S."""
-        return arm.behind(q), arm.same_elbow(q, _ELBOW_UP), bool(q[4] < 0)
+        return arm.behind(q), arm.elbow_up(q), arm.wrist_negative(q)
 
     def asked_branch(self, target: Target) -> tuple[bool | None, ...]:
         """S as three bits."""

@@ -11,6 +11,8 @@ from fastcal import _core, se3
 
 FloatArray = NDArray[np.float64]
 
+_ROUNDING = 1e-9  # rad
+
 
 def from_quaternion(values: FloatArray) -> FloatArray:
     """T of x, y, z, qw, qx, qy, qz; the quaternion is brought to length 1."""
@@ -60,10 +62,17 @@ def nearest_quaternion(values: FloatArray, old: FloatArray) -> FloatArray:
 
 
 def nearest_euler(values: FloatArray, old: FloatArray) -> FloatArray:
-    """Position and Euler angles, as the one of (a, b, c), (a + pi, pi - b, c + pi) and turns nearest to the old."""
+    """Position and Euler angles, of (a, b, c) and (a + pi, pi - b, c + pi) those nearer to the old, from -pi to pi."""
     flipped = values[3:] * [1, -1, 1] + np.pi
-    ways = [angles + 2 * np.pi * np.round((old[3:] - angles) / (2 * np.pi)) for angles in (values[3:], flipped)]
-    return np.concatenate([values[:3], min(ways, key=lambda angles: float(np.abs(angles - old[3:]).max()))])
+    near = [old[3:] + _wrapped(way - old[3:]) for way in (values[3:], flipped)]
+    angles = min(near, key=lambda way: float(np.abs(way - old[3:]).max()))
+    return np.concatenate([values[:3], _wrapped(angles)])
+
+
+def _wrapped(angles: FloatArray) -> FloatArray:
+    """The same angles from -pi to pi; both ends stay as they are."""
+    turns = np.where(np.abs(angles) > np.pi + _ROUNDING, np.round(angles / (2 * np.pi)), 0.0)
+    return np.asarray(angles - 2 * np.pi * turns)
 
 
 def nearest_vector(values: FloatArray, old: FloatArray) -> FloatArray:

@@ -22,6 +22,8 @@ MEETING = 0.005  # of the reach: how far axes 4 and 5 may pass by one another
 class Arm:
     """Nominal kinematics that answers on which side of its singularities a posture is.
 
+    Ahead is where the wrist centre is at q = 0; up is along axis 1, from the base to the shoulder or else upright.
+
     Args:
         nominal: Without effects, as the robot's controller has it.
     """
@@ -31,25 +33,45 @@ class Arm:
         self.has_configurations = self._is_of_this_kind()
 
     def behind(self, q: FloatArray) -> bool | None:
-        """Is the wrist centre behind axis 1, seen from where it is at q = 0? None where that is on the axis."""
-        ahead, now = self._ahead(np.zeros_like(q)), self._ahead(q)
-        turned = q.copy()
-        turned[1:] = 0
-        direction = self._ahead(turned)
+        """Is the wrist centre behind axis 1? None where it is on the axis at q = 0, so that nothing is ahead."""
+        turned = np.zeros_like(q)
+        turned[0] = q[0]
+        ahead = self._ahead(turned)
         if np.linalg.norm(ahead) < MEETING * self.robot.reach:
             return None
-        return bool(now @ direction < 0)
+        return bool(self._ahead(q) @ ahead < 0)
 
-    def elbow(self, q: FloatArray) -> float:
-        """z2 . ((p3 - p2) x (wrist - p2)) [m2]: its sign says on which side of the lower arm the wrist centre is."""
+    def elbow_up(self, q: FloatArray) -> bool | None:
+        """Is the wrist centre on the side of the lower arm where it is with an upright lower arm and all else ahead?
+
+        The sign of z2 . ((p3 - p2) x (wrist - p2)), held against that of z2 . (up x ahead). None where there is no up.
+        """
+        zero = np.zeros_like(q)
+        axes = self._axes(zero)
+        up = self._up(axes)
+        if up is None:
+            return None
+        reference = axes[1][0] @ np.cross(up, self._ahead(zero))
         axes = self._axes(q)
         (z2, p2), (_, p3) = axes[1], axes[2]
-        return float(z2 @ np.cross(p3 - p2, _wrist(axes) - p2))
+        return bool((z2 @ np.cross(p3 - p2, _wrist(axes) - p2)) * reference >= 0)
 
-    def same_elbow(self, q: FloatArray, reference: FloatArray) -> bool | None:
-        """Is the wrist centre on the side where it is at the reference? None where that is in line with the arm."""
-        there = self.elbow(reference)
-        return None if abs(there) < MEETING * self.robot.reach**2 else bool(self.elbow(q) * there >= 0)
+    @staticmethod
+    def wrist_negative(q: FloatArray) -> bool:
+        """Is joint 5 between -180 and 0 degrees, whole turns apart?"""
+        return bool(np.sin(q[4]) < 0)
+
+    def _up(self, axes: list[tuple[FloatArray, FloatArray]]) -> FloatArray | None:
+        """Axis 1 from the base to the shoulder, against gravity where the base is at the shoulder."""
+        (z1, _), (_, p2) = axes[:2]
+        T_world_base = np.asarray(self.robot.core.base_and_tool(self.robot.core.nominal)[0])
+        height = float((p2 - T_world_base[:3, 3]) @ z1)
+        if abs(height) < MEETING * self.robot.reach:
+            gravity = np.array(self.robot.spec["gravity_m_s2"], dtype=float)
+            if self.robot.spec["gravity_frame"] == "base":
+                gravity = T_world_base[:3, :3] @ gravity
+            height = float(-gravity @ z1)
+        return None if abs(height) < MEETING else np.asarray(np.sign(height) * z1)
 
     def _ahead(self, q: FloatArray) -> FloatArray:
         """From axis 1 to the wrist centre, square to the axis."""

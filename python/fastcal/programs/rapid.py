@@ -55,8 +55,8 @@ class Rapid:
 
     def branch(self, q: FloatArray, arm: Arm) -> tuple[bool | None, ...]:
         """The three bits of cfx: behind axis 1, behind the lower arm, axis 5 negative."""
-        front = arm.same_elbow(q, np.zeros_like(q))
-        return arm.behind(q), None if front is None else not front, bool(q[4] < 0)
+        up = arm.elbow_up(q)
+        return arm.behind(q), None if up is None else not up, arm.wrist_negative(q)
 
     def asked_branch(self, target: Target) -> tuple[bool | None, ...]:
         """The bits of cfx."""

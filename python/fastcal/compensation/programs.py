@@ -1,0 +1,241 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""A robot program with its targets changed so that the calibrated robot goes where the program says.
+
+A target says where the controller's nominal robot is to be. With q_n its joints there, q_c the joints that bring the
+identified robot's flange to the same pose, a joint target becomes q_c, and a cartesian one the pose f_nominal(q_c): the
+controller, which only knows nominal kinematics, then commands q_c by itself.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal import se3
+from fastcal.compensation.commands import METHODS
+from fastcal.compensation.configurations import Configurations
+from fastcal.compensation.one_step import one_step
+from fastcal.errors import InvalidInput, ParseError
+from fastcal.ik import inverse_kinematics
+from fastcal.nominal import nominal_robot
+from fastcal.programs import Cell, Document, Frames, Program, Target, Word
+from fastcal.robot import Robot
+from fastcal.units import from_si
+
+FloatArray = NDArray[np.float64]
+
+# What belongs to the measurement and not to the robot: a program knows neither instrument nor marker.
+OF_THE_MEASUREMENT = ("base_drift", "base_step", "station_offset", "tool_shift", "measurement_scale")
+
+
+@dataclass(frozen=True, eq=False)
+class CompensatedProgram:
+    """A program and what was done to it.
+
+    Attributes:
+        documents: Its files, in which nothing but numbers of targets (and words of their configuration) changed.
+        targets: Those of the program.
+        nominal_q: (N, n) where the controller's robot stands at each target [rad or m].
+        q: (N, n) what it is commanded instead.
+        error: (N,) distance [m] by which the tool would miss each target without the change.
+        notes: What was assumed and what is left as it is, a sentence each.
+    """
+
+    documents: tuple[Document, ...]
+    targets: tuple[Target, ...]
+    nominal_q: FloatArray
+    q: FloatArray
+    error: FloatArray
+    notes: tuple[str, ...]
+
+
+def compensate_program(
+    model: Robot,
+    program: Program,
+    *,
+    cell: Cell | None = None,
+    nominal: Robot | None = None,
+    method: str = "full",
+    threads: int = 1,
+    **conditions: Any,
+) -> CompensatedProgram:
+    """Changes the targets of a program so that the calibrated robot reaches them.
+
+    Args:
+        model: A calibrated robot.
+        program: As `fastcal.programs.read_program` gives it.
+        cell: Tools, frames and where base and flange are, where the program does not say them.
+        nominal: What the controller believes; None: what the model keeps of it.
+        method: `full` or `one-step`, as in `compensate`.
+        threads: Cores; the result does not depend on it.
+        **conditions: payload [kg], temperature [K] ... of the whole program; approach is taken from the moves.
+
+    Raises:
+        ParseError: A target cannot be reached, or is used with two tools; names the line.
+        InvalidInput: The program has no targets, or other joints than the robot.
+    """
+    if method not in METHODS:
+        raise InvalidInput(f"method must be {' or '.join(METHODS)}, got '{method}'")
+    if not program.targets:
+        raise InvalidInput(f"{program.documents[0].name}: holds no targets of plain numbers; nothing to compensate")
+    robot = _without_measurement(model)
+    places = _Places(robot, nominal_robot(robot, nominal), program, cell or Cell())
+    order = _order(program)
+    q_nominal, notes = _nominal_joints(places, order)
+    poses = places.nominal.forward(q_nominal)
+    conditions.setdefault("approach", _approaches(q_nominal, order))
+    found = inverse_kinematics(robot, poses, seed=q_nominal, restarts=0, threads=threads, **conditions)
+    for i, target in enumerate(program.targets):
+        if not found.reached[i]:
+            _refuse(program, target, found.message(i))
+    q = found.q if method == "full" else one_step(robot, places.nominal, poses, q_nominal, **conditions)
+    changes, said = _changes(places, q_nominal, q)
+    notes += [*places.frames.notes, *program.notes, *said, *_offsets(places, q_nominal, q, conditions)]
+    error = np.array(
+        [
+            np.linalg.norm((places.tool_at(i, got) - places.tool_at(i, wanted))[:3, 3])
+            for i, (got, wanted) in enumerate(zip(robot.forward(q_nominal, **conditions), poses, strict=True))
+        ]
+    )
+    return CompensatedProgram(
+        program.rewritten(changes), program.targets, q_nominal, np.asarray(q), error, tuple(dict.fromkeys(notes))
+    )
+
+
+class _Places:
+    """Between what targets say and where the model's tool is in the measuring frame."""
+
+    def __init__(self, robot: Robot, nominal: Robot, program: Program, cell: Cell) -> None:
+        self.robot, self.nominal, self.program = robot, nominal, program
+        self.T_world_base, self.T_last_tool = robot.core.base_and_tool(robot.core.nominal)
+        self.frames = Frames(program, cell, self.T_last_tool)
+
+    def world(self, place: int, T_frame_tool: FloatArray) -> FloatArray:
+        """T_world_tool of the model for what a target says."""
+        return np.asarray(self.T_world_base @ self.frames.to_base(place, T_frame_tool) @ self.T_last_tool)
+
+    def said(self, place: int, T_world_tool: FloatArray) -> FloatArray:
+        """What a target says where the model's tool is there; the inverse of `world`."""
+        T_base_last = se3.inverse(self.T_world_base) @ T_world_tool @ se3.inverse(self.T_last_tool)
+        return self.frames.from_base(place, T_base_last)
+
+    def tool_at(self, place: int, T_world_tool: FloatArray) -> FloatArray:
+        """T_world_tool of the target's own tool where the model's is there."""
+        return np.asarray(T_world_tool @ se3.inverse(self.T_last_tool) @ self.frames.tool(place))
+
+
+def _without_measurement(model: Robot) -> Robot:
+    effects = [e for e in model.spec.get("effects") or [] if e["effect"] not in OF_THE_MEASUREMENT]
+    return Robot(model.spec | {"effects": effects})
+
+
+def _order(program: Program) -> list[int]:
+    """The targets as the moves come upon them in the text; those that no move uses at the end."""
+    return list(dict.fromkeys([*(move.target for move in program.moves), *range(len(program.targets))]))
+
+
+def _nominal_joints(places: _Places, order: Sequence[int]) -> tuple[FloatArray, list[str]]:
+    """(N, n) where the controller's robot stands at the targets."""
+    program, nominal = places.program, places.nominal
+    configurations = Configurations(nominal, program.language)
+    q = np.zeros((len(program.targets), nominal.joint_count))
+    before: FloatArray | None = None
+    notes = []
+    for i in order:
+        target = program.targets[i]
+        if target.kind == "joints":
+            if len(target.numbers) != nominal.joint_count:
+                count = len(target.numbers)
+                _refuse(program, target, f"expected {nominal.joint_count} joints, as {nominal.name} has, got {count}")
+            for joint, (number, kind) in enumerate(zip(target.numbers, nominal.joint_types, strict=True), start=1):
+                if (number.unit in ("mm", "m")) != (kind == "prismatic"):
+                    _refuse(
+                        program, target, f"joint {joint} of {nominal.name} is {kind}, but it is given in {number.unit}"
+                    )
+            q[i] = target.values
+        else:
+            T = places.world(i, program.language.pose(target.values))
+            q[i], note = configurations.solve(target, T, before)
+            if note is not None:
+                notes.append(f"{program.place(target)}: {target.name}: {note}")
+            left = inverse_kinematics(nominal, T, seed=q[i], restarts=0)
+            if not left.reached[0]:
+                _refuse(program, target, f"for the nominal robot {left.message(0)}")
+        before = q[i]
+    return q, notes
+
+
+def _approaches(q: FloatArray, order: Sequence[int]) -> FloatArray:
+    """(N, n) the direction in which each joint last moved when a target is reached in the program's order."""
+    out = np.zeros_like(q)
+    last = np.zeros(q.shape[1])
+    for before, now in pairwise(order):
+        moved = np.sign(q[now] - q[before])
+        last = np.where(moved == 0, last, moved)
+        out[now] = last
+    return out
+
+
+def _changes(places: _Places, q_nominal: FloatArray, q: FloatArray) -> tuple[list[tuple[Word, str]], list[str]]:
+    """The new text of every target, and what to say of configurations whose words had to change."""
+    program, language = places.program, places.program.language
+    arm = Configurations(places.nominal, language).arm
+    changes: list[tuple[Word, str]] = []
+    notes = []
+    poses = places.nominal.forward(q)
+    for i, target in enumerate(program.targets):
+        values = q[i] if target.kind == "joints" else language.values(places.said(i, poses[i]), target.values)
+        pairs = zip(target.numbers, values, strict=True)
+        changes += [(number, language.number(number, float(value))) for number, value in pairs]
+        if not target.words or not arm.has_configurations:
+            continue
+        had, has = language.words(target, q_nominal[i], arm), language.words(target, q[i], arm)
+        for name, word in target.words.items():
+            if had.get(name) == word.text != has.get(name):
+                changes.append((word, has[name]))
+                place = program.place(target)
+                notes.append(f"{place}: {target.name}: {name} {word.text} becomes {has[name]}, as a joint crosses it")
+    return changes, notes
+
+
+def _offsets(places: _Places, q_nominal: FloatArray, q: FloatArray, conditions: dict[str, Any]) -> list[str]:
+    """What is left where a move adds something to a target, which carries the target's correction along."""
+    program, language = places.program, places.program.language
+    notes = []
+    for move in program.moves:
+        if move.offset is None:
+            continue
+        target = program.targets[move.target]
+        where = f"{program.documents[move.document].name}:{move.line}: {target.name} is shifted at run time"
+        if math.nan in move.offset or not np.isfinite(move.offset).all() or target.kind == "joints":
+            notes.append(f"{where}; there the correction of {target.name} itself holds")
+            continue
+        shift = se3.pose(position=move.offset)
+        wanted = places.world(move.target, shift @ language.pose(target.values))
+        T_said = places.said(move.target, places.nominal.forward(q[move.target])[0])
+        commanded = places.world(move.target, shift @ T_said)
+        joints = inverse_kinematics(places.nominal, commanded, seed=q[move.target], restarts=0).q
+        own = {name: _row(value, move.target, len(q)) for name, value in conditions.items()}
+        got = places.robot.forward(joints, **own)[0]
+        left = np.linalg.norm((places.tool_at(move.target, got) - places.tool_at(move.target, wanted))[:3, 3])
+        notes.append(
+            f"{where}; with the correction of {target.name} {from_si(float(left), 'mm'):.3f} mm are left there"
+        )
+    return notes
+
+
+def _row(value: Any, row: int, count: int) -> Any:
+    array = np.asarray(value)
+    return array[row : row + 1] if array.ndim and len(array) == count else value
+
+
+def _refuse(program: Program, target: Target, sentence: str) -> None:
+    document = program.documents[target.numbers[0].document]
+    raise ParseError(f"{target.name}: {sentence}", document.name, target.line)

@@ -1,0 +1,52 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Cell files: the tools and frames that a program names without saying where they are.
+
+base: {xyz_mm: [0, 0, 0], rpy_deg: [0, 0, 0]}      # the robot file's base in the controller's base frame
+flange: {xyz_mm: [0, 0, 0], rpy_deg: [0, 0, 0]}    # the controller's flange in the robot file's last frame
+tools: {tGun: {xyz_mm: [0, 0, 230], rpy_deg: [0, 35, 0]}, "2": {xyz_mm: [0, 0, 100]}}
+frames: {wTable: {xyz_mm: [1500, -200, 400]}, "1": {xyz_mm: [800, 0, 0]}}
+"""
+
+from __future__ import annotations
+
+import os
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal.io.fields import Fields
+from fastcal.io.yaml_file import read_yaml
+from fastcal.programs import Cell
+from fastcal.robot import pose
+
+_ZERO = [0.0, 0.0, 0.0]
+
+
+def load_cell(path: str | os.PathLike[str]) -> Cell:
+    """Reads a cell file.
+
+    Raises:
+        ParseError: One sentence that names the file, the key, what was expected and what came.
+    """
+    top = Fields(read_yaml(path), "", path)
+    cell = Cell(
+        _frame(top.take("base", {}), "base", path),
+        _frame(top.take("flange", {}), "flange", path),
+        _frames(top.take("tools", {}), "tools", path),
+        _frames(top.take("frames", {}), "frames", path),
+    )
+    top.done()
+    return cell
+
+
+def _frames(value: object, where: str, path: str | os.PathLike[str]) -> dict[str, NDArray[np.float64]]:
+    named = Fields(value, where, path).rest()
+    return {str(name): _frame(entry, f"{where}.{name}", path) for name, entry in named.items()}
+
+
+def _frame(value: object, where: str, path: str | os.PathLike[str]) -> NDArray[np.float64]:
+    fields = Fields(value, where, path)
+    frame = {"xyz_mm": fields.quantities("xyz", "mm", 3, _ZERO), "rpy_deg": fields.quantities("rpy", "deg", 3, _ZERO)}
+    fields.done()
+    return pose(frame)
