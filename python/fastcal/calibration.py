@@ -178,6 +178,7 @@ def prepare(
     """
     geometry, added = parse_effects(effects, robot.core)
     spec = copy.deepcopy(robot.spec)
+    spec.pop("correction", None)  # it was trained on what another identification left
     spec["effects"] = without_repeats(
         [with_origins(entry, robot, data) for entry in (spec.get("effects") or []) + added]
     )

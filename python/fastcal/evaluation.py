@@ -124,7 +124,7 @@ def residuals(
 
     NaN where not measured. `anchors` are the known places of the anchors by name; a length to another one is NaN.
     """
-    T = np.asarray(robot.error_model.predict(robot.samples(data), robot.error_model.start, threads))
+    T = robot.poses(data, threads=threads)
     points = np.full((len(data), 3), np.nan) if data.position is None else T[:, :3, 3] - data.position
     lengths = None
     if data.distance is not None and data.anchor is not None:

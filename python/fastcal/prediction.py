@@ -25,21 +25,44 @@ class Prediction:
         rotation: (N, 4) unit quaternion w, x, y, z, w at least 0.
         sigma_position: (N, 3) standard deviation that comes from the identified parameters alone [m]; NaN for a robot
             that was not calibrated. A new measurement adds its own noise.
+        correction_weight: (N,) share of the trained correction that the guard lets pass: 1 inside the trained joints
+            and loads, 0 far from them; None for a model without one. With a correction, `sigma_position` also holds
+            how far measured points lay from corrected ones on held-out rows, their noise included.
         notes: What a reader should know, a sentence each.
     """
 
     position: FloatArray
     rotation: FloatArray
     sigma_position: FloatArray
+    correction_weight: FloatArray | None = None
     notes: tuple[str, ...] = ()
 
 
 def predict(robot: Robot, data: Dataset, *, threads: int = 1) -> Prediction:
     """The tool's pose in every row of `data`, of which only q and the conditions are read."""
-    samples = robot.samples(data)
-    T = np.asarray(robot.error_model.predict(samples, robot.error_model.start, threads))
-    deviation = robot.deviation_at(samples, threads)
-    return Prediction(T[:, :3, 3].copy(), quaternions(T[:, :3, :3]), deviation, tuple(range_notes(robot, data)))
+    T = robot.poses(data, threads=threads)
+    deviation = robot.deviation_at(robot.samples(data), threads)
+    notes = (*range_notes(robot, data), *correction_notes(robot, data))
+    weight = None
+    if robot.correction is not None:
+        corrected = robot.correct(data.q, data.payload)
+        weight = corrected.weight
+        deviation = np.hypot(np.nan_to_num(deviation), corrected.sigma)
+    return Prediction(T[:, :3, 3].copy(), quaternions(T[:, :3, :3]), deviation, weight, notes)
+
+
+def correction_notes(robot: Robot, data: Dataset) -> list[str]:
+    """A sentence where the trained correction is held back in some row; none otherwise."""
+    if robot.correction is None:
+        return []
+    weight = robot.correct(data.q, data.payload).weight
+    partly, off = int(np.sum(weight < 1)), int(np.sum(weight == 0))
+    if not partly:
+        return []
+    return [
+        f"{partly} of {len(data)} rows lie outside the joints and loads that the correction was trained on: there it "
+        f"fades, in {off} of them to zero"
+    ]
 
 
 def quaternions(R: FloatArray) -> FloatArray:

@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from fastcal import _core
 from fastcal.calibration_record import CalibrationRecord
 from fastcal.conditions import build_samples, condition_columns
+from fastcal.correction import Corrected, Correction, Inputs
 from fastcal.dataset import Dataset
 from fastcal.effect_values import parameter_values
 from fastcal.effects import build_effects, edge_name, full_name
@@ -63,6 +64,11 @@ class Robot:
     def __init__(self, spec: Spec) -> None:
         self.spec: Spec = copy.deepcopy(spec)
         self.core: _core.RobotModel = build_core(self.spec)
+        if self.correction is not None and self.correction.joint_count != self.joint_count:
+            raise InvalidInput(
+                f"the correction was trained for {self.correction.joint_count} joints, and {self.name} has "
+                f"{self.joint_count}"
+            )
         effects = self.spec.get("effects") or []
         self.effects = build_effects(effects, self.core)
         values = [
@@ -71,6 +77,12 @@ class Robot:
         self.error_model = _core.ErrorModel(self.core, self.effects, np.asarray(values, dtype=float)).with_equilibrium(
             self.at_equilibrium
         )
+
+    @property
+    def correction(self) -> Correction | None:
+        """What `fastcal train` has added; None for a model without."""
+        found: Correction | None = self.spec.get("correction")
+        return found
 
     def __repr__(self) -> str:
         effects = ", ".join(f"{e['effect']}@{e['owner']}" for e in self.spec.get("effects") or [])
@@ -162,9 +174,41 @@ class Robot:
                 (N, n),
                 current (N, n) [A], extra (name to (N,)); one number or label stands for all rows.
         """
-        return np.asarray(
-            self.error_model.predict(self.conditions(q, **conditions), self.error_model.start, threads, out)
-        )
+        samples = self.conditions(q, **conditions)
+        T = np.asarray(self.error_model.predict(samples, self.error_model.start, threads, out))
+        return self._with_correction(T, q, conditions.get("payload"))
+
+    def poses(self, data: Dataset, *, threads: int = 1) -> FloatArray:
+        """`forward` (N, 4, 4) at the joints and conditions of a data set."""
+        T = np.asarray(self.error_model.predict(self.samples(data), self.error_model.start, threads))
+        return self._with_correction(T, data.q, data.payload)
+
+    def correct(self, q: ArrayLike, payload: ArrayLike | None = None) -> Corrected:
+        """What the trained correction adds at q (N, n) and payload [kg], one number or (N,); zero without a correction.
+
+        Displacement and sigma are along the axes of the measuring frame [m]; `forward` has the displacement in it.
+        """
+        joints = np.atleast_2d(np.asarray(q, dtype=float))
+        correction = self.correction
+        if correction is None:
+            return Corrected(np.zeros((len(joints), 3)), np.zeros(len(joints)), np.zeros((len(joints), 3)))
+        found = correction(self.inputs(joints, payload))
+        R = pose(self.spec["base"])[:3, :3]
+        sigma = np.sqrt(found.sigma**2 @ (R**2).T)
+        return Corrected(found.displacement @ R.T, found.weight, sigma)
+
+    def inputs(self, q: FloatArray, payload: ArrayLike | None = None) -> Inputs:
+        """What a correction looks at; the joints' Jacobian is that of the rigid chain."""
+        rigid = _core.ErrorModel(self.core, [], np.zeros(0))
+        R = pose(self.spec["base"])[:3, :3]
+        J = R.T @ np.asarray(_core.joint_jacobian(rigid, _core.Samples(q), 1))[:, :3]
+        load = np.broadcast_to(np.asarray(0.0 if payload is None else payload, dtype=float), (len(q),))
+        return Inputs(q, np.ascontiguousarray(load), J)
+
+    def _with_correction(self, T: FloatArray, q: ArrayLike, payload: ArrayLike | None) -> FloatArray:
+        if self.correction is not None:
+            T[:, :3, 3] += self.correct(q, payload).displacement
+        return T
 
     def parameter_jacobian(
         self, q: ArrayLike, *, rows: int = 3, threads: int = 1, out: FloatArray | None = None, **conditions: Any

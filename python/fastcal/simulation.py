@@ -70,7 +70,7 @@ def simulate(
     random = np.random.default_rng(seed)
     shape = sent.q.shape
     reached = replace(sent, q=sent.q + spread * random.standard_normal(shape))
-    T = np.asarray(robot.error_model.predict(robot.samples(reached), robot.error_model.start, threads))
+    T = robot.poses(reached, threads=threads)
     position = T[:, :3, 3] + noise * random.standard_normal((len(sent), 3))
     rotation = None
     if noise_rotation is not None:

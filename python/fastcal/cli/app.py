@@ -11,7 +11,7 @@ from typing import Annotated, cast
 
 import typer
 
-from fastcal.cli import calibrate, compensate, convert, demo, models, simulate
+from fastcal.cli import calibrate, compensate, convert, demo, models, simulate, train
 from fastcal.cli.console import fail
 from fastcal.errors import FastcalError, Undetermined
 
@@ -22,6 +22,7 @@ _UsageError = cast("type[Exception]", typer.BadParameter.__mro__[2])
 
 COMMANDS = (
     calibrate.calibrate,
+    train.train,
     models.predict,
     compensate.compensate,
     models.evaluate,

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -34,10 +34,12 @@ def predict(
     with progress() as show:
         show("predicting")
         found = predicted(robot, poses, threads=threads)
-    columns = {"row": range(len(poses))}
+    columns: dict[str, Any] = {"row": range(len(poses))}
     columns |= zip(("x_mm", "y_mm", "z_mm"), from_si(found.position, "mm").T, strict=True)
     columns |= zip(("qw", "qx", "qy", "qz"), found.rotation.T, strict=True)
     columns |= zip(("sigma_x_mm", "sigma_y_mm", "sigma_z_mm"), from_si(found.sigma_position, "mm").T, strict=True)
+    if found.correction_weight is not None:
+        columns["correction_weight"] = found.correction_weight
     write_csv(output, columns)
     warn([*poses.notes, *found.notes])
 
@@ -56,6 +58,7 @@ def evaluate(
     from fastcal.io.measurements import load_measurements
     from fastcal.io.results import write_json
     from fastcal.io.robot_file import load_robot
+    from fastcal.prediction import correction_notes
     from fastcal.profile_range import range_notes
 
     robot = load_robot(model)
@@ -63,7 +66,8 @@ def evaluate(
     found = evaluated(robot, measured, threads=threads)
     if output is not None:
         write_json(output, found.to_json_dict())
-    warn([*measured.notes, *range_notes(robot, measured), *readback_notes(robot, measured)])
+    beyond = [*range_notes(robot, measured), *correction_notes(robot, measured)]
+    warn([*measured.notes, *beyond, *readback_notes(robot, measured)])
     say_evaluation(found, f"{robot.name} on {data.name}")
 
 

@@ -79,6 +79,8 @@ def convert(robot: HasSpec | Spec, to: str, drop_effects: bool = False) -> Conve
         return Conversion(copy.deepcopy(spec), (), ())
     geometry = {"dh": _rows, "mdh": _rows, "poe": _poe, "urdf": _urdf}[to](chain_of(spec), spec, to)
     effects, dropped = _carried(spec, geometry)
+    if spec.get("correction") is not None:
+        dropped = (*dropped, "the trained correction")
     if dropped and not drop_effects:
         raise InvalidInput(
             f"{', '.join(dropped)} can't be carried from {spec['kinematics']} to {to}, where the frames they refer to "

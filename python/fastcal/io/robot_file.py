@@ -11,6 +11,7 @@ from typing import Any
 from fastcal import robots
 from fastcal.errors import InvalidInput, ParseError
 from fastcal.io.atomic import write_text
+from fastcal.io.correction_file import read_correction, write_correction
 from fastcal.io.fields import Fields
 from fastcal.io.robot_schema import Spec, check_spec
 from fastcal.io.urdf_file import read_urdf, urdf_text, what_urdf_loses
@@ -48,7 +49,7 @@ def read_spec(source: str | os.PathLike[str]) -> Spec:
         if value.get("kinematics") == "urdf" and "urdf" in value:
             value = _with_urdf(value, path)
         value.setdefault("name", path.stem)
-    return check_spec(value, path)
+    return _with_correction(check_spec(value, path), path)
 
 
 def write_spec(
@@ -56,7 +57,8 @@ def write_spec(
 ) -> tuple[str, ...]:
     """Writes a canonical spec, whole or not at all: XML where the path ends in .urdf, else YAML.
 
-    The YAML loads back bit for bit. A URDF holds the joints, the links' masses, base and tool (as fixed joints).
+    The YAML loads back bit for bit; a trained correction goes into a .safetensors file of the same name beside it.
+    A URDF holds the joints, the links' masses, base and tool (as fixed joints).
 
     Args:
         spec: A canonical spec; of kind `urdf` for a .urdf file.
@@ -71,17 +73,28 @@ def write_spec(
         InvalidInput: The file cannot be written, or it can't hold what moves the tool.
     """
     if Path(path).suffix.lower() != ".urdf":
+        if (correction := spec.get("correction")) is not None:
+            beside = Path(path).with_suffix(".safetensors")
+            spec = spec | {"correction": {"file": beside.name, "sha256": write_correction(correction, beside)}}
         head = "".join(f"# {line}\n" for line in comment.splitlines())
         write_text(path, head + yaml_text(spec))
         return ()
     lost = what_urdf_loses(spec)
-    moving = [key for key in lost if key in ("compensator", "effects", "structure")]
+    moving = [key for key in lost if key in ("compensator", "effects", "structure", "correction")]
     if moving and not drop_effects:
         raise InvalidInput(
             f"{path}: a URDF has no place for {', '.join(moving)}; write a .yaml file or drop the effects"
         )
     write_text(path, urdf_text(spec))
     return lost
+
+
+def _with_correction(spec: Spec, path: Path) -> Spec:
+    """A spec whose correction, if it refers to one, is read from the file beside it."""
+    entry = spec.get("correction")
+    if entry is not None:
+        spec["correction"] = read_correction(path.parent / entry["file"], entry["sha256"])
+    return spec
 
 
 def _with_urdf(value: dict[str, Any], path: Path) -> dict[str, Any]:

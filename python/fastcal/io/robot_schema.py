@@ -11,6 +11,7 @@ import math
 import os
 from typing import Any
 
+from fastcal.correction import Correction
 from fastcal.io.fields import REQUIRED, Fields
 
 Spec = dict[str, Any]
@@ -62,12 +63,26 @@ def check_spec(value: Any, path: str | os.PathLike[str] = "robot") -> Spec:
     spec["structure"] = _plain_mapping(top, "structure")
     if top.has("calibration"):
         spec["calibration"] = _calibration(Fields(top.take("calibration"), "calibration", path))
+    if (correction := top.optional("correction")) is not None:
+        spec["correction"] = _correction(correction, path)
     if notes := top.plain("notes", []):
         if not isinstance(notes, list) or not all(isinstance(note, str) for note in notes):
             top.fail("notes", "a list of texts", notes)
         spec["notes"] = notes
     top.done()
     return spec
+
+
+def _correction(value: Any, path: str | os.PathLike[str]) -> Correction | Spec:
+    """Where a file's correction lies, beside it; the correction itself where the spec is of a robot."""
+    if isinstance(value, Correction):
+        return value
+    fields = Fields(value, "correction", path)
+    found = {"file": fields.text("file"), "sha256": fields.text("sha256")}
+    if found["file"] in (".", "..") or set(found["file"]) & set("/\\:"):
+        fields.fail("file", "the name of a file beside this one", found["file"])
+    fields.done()
+    return found
 
 
 def _list(top: Fields, key: str, low: int, high: int) -> list[Fields]:

@@ -76,7 +76,9 @@ def urdf_text(spec: Spec) -> str:
 
 def what_urdf_loses(spec: Spec) -> tuple[str, ...]:
     """The keys of a spec that say something and have no place in a URDF."""
-    lost = [key for key in ("coupling", "compensator", "effects", "structure", "calibration") if spec.get(key)]
+    lost = [
+        key for key in ("coupling", "compensator", "effects", "structure", "correction", "calibration") if spec.get(key)
+    ]
     if any(spec["payload"]["com_mm"]):
         lost.append("payload")
     if spec["gravity_m_s2"] != [0.0, 0.0, -9.80665] or (

@@ -1,0 +1,81 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""`fastcal train`: a calibrated model and measurements in; the model with a network on what it leaves out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from fastcal.cli.console import progress, say, warn
+from fastcal.cli.options import DataFile, ModelFile, OutFolder, Seed, Threads
+
+if TYPE_CHECKING:
+    from fastcal.networks import TrainingResult
+
+FILES = ("model.yaml", "model.safetensors", "training.json")
+# As fastcal.networks has them; written out here so that `fastcal --help` need not load it.
+Network = Literal["mlp", "bso-mlp", "somm", "ca-somm", "ga-dnn", "gp"]
+
+
+def train(
+    model: ModelFile,
+    data: DataFile,
+    output: OutFolder,
+    network: Annotated[Network, typer.Option(help="What to train.")] = "mlp",
+    rivals: Annotated[
+        str, typer.Option(metavar="LIST", help="What it must beat, of gp, knn, boosting, joint-profiles; or none.")
+    ] = "gp,knn,boosting,joint-profiles",
+    folds: Annotated[int, typer.Option(min=2, help="Parts of the data, each held out once.")] = 5,
+    seed: Seed = 0,
+    device: Annotated[Literal["auto", "cpu", "cuda"], typer.Option(help="Where to compute.")] = "auto",
+    trials: Annotated[int | None, typer.Option(min=1, help="Trials of a search.")] = None,
+    storage: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Keep a search's trials here, and go on from them.")
+    ] = None,
+    full: Annotated[bool, typer.Option("--full", help="ga-dnn: the paper's whole budget.")] = False,
+    threads: Threads = 1,
+) -> None:
+    """Train a network on what a model leaves; it is kept only where it beats its rivals."""
+    from fastcal.io.folder import atomic_folder, check_folder
+    from fastcal.io.measurements import load_measurements
+    from fastcal.io.results import write_json
+    from fastcal.io.robot_file import load_robot, write_spec
+    from fastcal.networks import train as trained
+
+    check_folder(output)
+    robot = load_robot(model)
+    measured = load_measurements(data, robot)
+    wanted = [] if rivals == "none" else [name.strip() for name in rivals.split(",")]
+    with progress() as show:
+        found = trained(
+            robot,
+            measured,
+            network=network,
+            rivals=wanted,
+            folds=folds,
+            seed=seed,
+            device=device,
+            trials=trials,
+            storage=storage,
+            full=full,
+            threads=threads,
+            progress=show,
+        )
+    with atomic_folder(output, owned=FILES) as folder:
+        write_spec(found.model.spec, folder / "model.yaml", f"Trained by fastcal from {data.name}: {found.used}")
+        write_json(folder / "training.json", found.to_json_dict())
+    warn([*measured.notes, *found.notes])
+    _say(found, output)
+
+
+def _say(found: TrainingResult, output: Path) -> None:
+    say(f"{found.model.name}: {found.rows} rows, {found.regions['count']} regions of joint space, each held out once")
+    for name, score in sorted(found.scores.items(), key=lambda item: item[1]["mean"]):
+        say(f"  {name}: mean {score['mean']:.4f} mm, rms {score['rms']:.4f} mm, max {score['max']:.4f} mm")
+    say(found.verdict)
+    if found.coverage is not None:
+        say(f"90 % intervals hold {found.coverage:.0%} of the held-out coordinates")
+    say(str(output / "model.yaml"))

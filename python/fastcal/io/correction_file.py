@@ -1,0 +1,73 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Corrections in and out, as safetensors: arrays and a line of JSON, so that reading one runs no code."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import struct
+from pathlib import Path
+from typing import Any
+
+from fastcal.correction.correction import Correction
+from fastcal.correction.serialize import from_plain, to_plain
+from fastcal.errors import InvalidInput, ParseError
+from fastcal.io.atomic import write_bytes
+
+_KEY = "fastcal"
+
+
+def write_correction(correction: Correction, path: str | os.PathLike[str]) -> str:
+    """Writes the file, whole or not at all; returns its SHA-256.
+
+    Raises:
+        InvalidInput: The file cannot be written.
+    """
+    from safetensors.numpy import save
+
+    settings, tensors = to_plain(correction)
+    arrays = {name: value.copy(order="C") for name, value in tensors.items()}
+    content = save(arrays, metadata={_KEY: json.dumps(settings, allow_nan=False)})
+    write_bytes(path, content)
+    return hashlib.sha256(content).hexdigest()
+
+
+def read_correction(path: str | os.PathLike[str], sha256: str | None = None) -> Correction:
+    """Reads a file.
+
+    Args:
+        path: The file.
+        sha256: What it must be, as the model that refers to it says; None: not checked.
+
+    Raises:
+        ParseError: It is not there, is cut off, was changed, or holds something else.
+    """
+    from safetensors import SafetensorError
+    from safetensors.numpy import load
+
+    try:
+        content = Path(path).read_bytes()
+    except OSError as error:
+        raise ParseError(f"the model's correction cannot be read: {error.strerror or error}", path) from None
+    if sha256 is not None and hashlib.sha256(content).hexdigest() != sha256:
+        raise ParseError(
+            "expected the correction that the model was saved with (its sha256), got another content", path
+        )
+    try:
+        tensors = load(content)
+        settings = _settings(content)
+    except (SafetensorError, ValueError, KeyError, TypeError, RecursionError) as error:
+        raise ParseError(f"expected a correction as safetensors, and it is none: {str(error)[:100]}", path) from None
+    try:
+        return from_plain(settings, tensors)
+    except InvalidInput as error:
+        raise ParseError(str(error), path) from None
+
+
+def _settings(content: bytes) -> Any:
+    """The JSON line in the header, whose length stands in the first eight bytes; `load` has checked both."""
+    (size,) = struct.unpack("<Q", content[:8])
+    header = json.loads(content[8 : 8 + size])
+    return json.loads(header["__metadata__"][_KEY])

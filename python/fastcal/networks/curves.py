@@ -1,0 +1,97 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""A smooth curve of error over each joint, all at once: ridge regression of residuals on harmonics.
+
+    min_c  sum |r_k - sum_i J_i (c_i . h(phase_i))|^2 / unit^2 + ridge |c|^2
+
+Order and ridge are the ones with the least mean error on held-out folds.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg
+
+from fastcal.correction.inputs import Inputs
+from fastcal.correction.joints import Phases, harmonics
+from fastcal.networks.problem import Problem
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.intp]
+
+ORDERS = (4, 16, 48, 120)  # the highest sees one cycle a motor turn behind a usual reduction
+RIDGES = (1e-3, 1e-2, 1e-1, 1.0, 10.0)
+CORNER = 10.0
+
+
+def phases_of(problem: Problem) -> Phases:
+    """Phases of the arm's joints, and the load's scale, for the rows of a problem."""
+    turning = np.array([kind == "revolute" for kind in problem.robot.joint_types])
+    q = problem.inputs.q
+    low, high = q.min(axis=0), q.max(axis=0)
+    rate = np.where(turning, 1.0, np.pi / (2 * np.maximum(high - low, 1e-9)))
+    payload = problem.inputs.payload
+    spread = float(payload.std())
+    gain = 1 / spread if spread > 1e-9 else 0.0
+    return Phases(rate, np.where(turning, 0.0, -rate * (low + high) / 2), float(payload.mean()), gain)
+
+
+def columns(phases: Phases, inputs: Inputs, order: int) -> FloatArray:
+    """(N, 3, n 2 H): what each coefficient adds to the residuals, unit 1."""
+    h = harmonics(phases(inputs), order, CORNER)
+    return np.asarray(np.einsum("nij,njk->nijk", inputs.J_tool_q, h).reshape(len(inputs), 3, -1))
+
+
+class Ridge:
+    """Ridge regression on the columns A (N, 3, K), for any of the rows and again and again for other residuals.
+
+    Args:
+        A: What each coefficient adds to each row.
+    """
+
+    def __init__(self, A: FloatArray) -> None:
+        self._A = A.reshape(-1, A.shape[2])
+        self._G = self._A.T @ self._A
+
+    def gram(self, own: IntArray) -> FloatArray:
+        """(K, K) A^T A of some rows; the others are taken away from all, since they are fewer."""
+        other = np.setdiff1d(np.arange(len(self._A) // 3), own)
+        rest = self._A.reshape(-1, 3, self._A.shape[1])[other].reshape(-1, self._A.shape[1])
+        return np.asarray(self._G - rest.T @ rest)
+
+    def right(self, own: IntArray, wanted: FloatArray) -> FloatArray:
+        """(K,) A^T r of some rows, wanted (N, 3)."""
+        alone = np.zeros_like(wanted)
+        alone[own] = wanted[own]
+        return np.asarray(self._A.T @ alone.ravel())
+
+    def factor(self, gram: FloatArray, ridge: float) -> Any:
+        """For `linalg.cho_solve`."""
+        return linalg.cho_factor(gram + ridge * np.eye(len(gram)), overwrite_a=True)
+
+
+def choose(problem: Problem, phases: Phases, wanted: FloatArray) -> tuple[int, float]:
+    """Order and ridge of least mean error over the folds, for wanted (N, 3) in units.
+
+    Orders with more coefficients than half the measured numbers are left out.
+    """
+    best, least = (ORDERS[0], RIDGES[-1]), np.inf
+    joints = problem.robot.joint_count
+    fitting = [order for order in ORDERS if 2 * joints * order <= 3 * len(problem) / 2]
+    for order in fitting or ORDERS[:1]:
+        A = columns(phases, problem.inputs, order)
+        regression = Ridge(A)
+        left = {ridge: np.empty_like(wanted) for ridge in RIDGES}
+        for fold, own in enumerate(problem.training_rows()):
+            held = np.flatnonzero(problem.folds == fold)
+            gram, right = regression.gram(own), regression.right(own, wanted)
+            for ridge in RIDGES:
+                left[ridge][held] = wanted[held] - A[held] @ linalg.cho_solve(regression.factor(gram, ridge), right)
+        for ridge, errors in left.items():
+            mean = float(np.linalg.norm(errors, axis=1).mean())
+            if mean < least:
+                best, least = (order, ridge), mean
+    return best

@@ -1,0 +1,89 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""The default network: a curve of error over each joint, and a multilayer perceptron for what joins them.
+
+Curves and network take turns, each fitted to what the other leaves. The papers' networks map joints to three
+coordinates; here the arm's own Jacobian maps joint errors to coordinates, and nothing has to be learnt twice.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from scipy import linalg
+
+from fastcal.correction.joints import JointNetwork
+from fastcal.networks.curves import CORNER, Ridge, choose, columns, phases_of
+from fastcal.networks.fitting import Schedule, fit
+from fastcal.networks.options import Options
+from fastcal.networks.population import Architecture, Population
+from fastcal.networks.problem import Problem
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.intp]
+
+HIDDEN = (32, 32)
+ROUNDS = 2
+SCHEDULE = Schedule(epochs=150, batch=256, rate=3e-3, huber=1.0, decay=0.1)
+
+
+class JointErrors:
+    """Errors of P networks that speak in joints: J net(features) + rest - wanted, all in units."""
+
+    def __init__(
+        self, population: Population, features: FloatArray, J: FloatArray, wanted: FloatArray, device: torch.device
+    ) -> None:
+        def tensor(values: FloatArray) -> torch.Tensor:
+            return torch.tensor(values, dtype=torch.float32, device=device)
+
+        self._population = population
+        self._features, self._J = tensor(features), tensor(J)
+        self._wanted = tensor(wanted)  # (P, N, 3)
+
+    def error(self, theta: torch.Tensor, rows: torch.Tensor) -> torch.Tensor:
+        """(P, B, 3)."""
+        out = self._population(theta, self._features[rows])
+        joints = self._J.shape[2]
+        moved = (self._J[rows] @ out[..., :joints, None]).squeeze(-1)
+        return moved + out[..., joints:] - self._wanted[torch.arange(len(rows), device=rows.device)[:, None], rows]
+
+
+def fit_mlp(
+    problem: Problem,
+    rows: Sequence[IntArray],
+    options: Options,
+    *,
+    hidden: Sequence[int] = HIDDEN,
+    schedule: Schedule = SCHEDULE,
+) -> list[JointNetwork]:
+    """A network for each set of training rows; all train together."""
+    phases = phases_of(problem)
+    joints = problem.robot.joint_count
+    wanted = problem.residuals / problem.size
+    order, ridge = choose(problem, phases, wanted)
+    A = columns(phases, problem.inputs, order)
+    regression = Ridge(A)
+    factors = [regression.factor(regression.gram(own), ridge) for own in rows]
+    population = Population(2 * joints + 1, joints + 3, [Architecture.plain(hidden)] * len(rows), options.device)
+    seeds = options.seeds(len(rows))
+    theta = population.start(seeds, last=0.1)
+    features = phases.features(problem.inputs)
+    said = np.zeros((len(rows), *wanted.shape))
+    for _ in range(ROUNDS):
+        curves = [
+            linalg.cho_solve(factor, regression.right(own, wanted - rest))
+            for factor, own, rest in zip(factors, rows, said, strict=True)
+        ]
+        left = np.array([wanted - A @ c for c in curves])
+        model = JointErrors(population, features, problem.inputs.J_tool_q, left, theta.device)
+        theta, _ = fit(model, theta, rows, schedule, seeds, say=options.say)
+        with torch.no_grad():
+            every = torch.arange(len(problem), device=theta.device).expand(len(rows), -1)
+            said = model.error(theta, every).cpu().numpy().astype(float) + left
+    return [
+        JointNetwork(phases, c.reshape(joints, -1), CORNER, net, problem.size)
+        for c, net in zip(curves, population.networks(theta), strict=True)
+    ]

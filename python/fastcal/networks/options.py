@@ -1,0 +1,42 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""What every training is told besides its rows."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import torch
+
+
+def _silent(text: str) -> None:
+    pass
+
+
+@dataclass(frozen=True)
+class Options:
+    """How to train.
+
+    Attributes:
+        seed: The same seed gives the same networks.
+        device: Where torch computes.
+        say: Told what is being done.
+        trials: Of a search; None: as many as the search thinks right.
+        storage: File in which a search keeps its trials, so that it can be stopped and taken up again; None: nowhere.
+        full: Give a search its paper's whole budget instead of halving.
+        jobs: Processes, or workers of the joblib backend in force, for what can be done side by side.
+    """
+
+    seed: int = 0
+    device: torch.device = field(default_factory=lambda: torch.device("cpu"))
+    say: Callable[[str], None] = _silent
+    trials: int | None = None
+    storage: Path | None = None
+    full: bool = False
+    jobs: int = 1
+
+    def seeds(self, count: int) -> list[int]:
+        """One seed for each of some networks."""
+        return [self.seed * 100_003 + k for k in range(count)]

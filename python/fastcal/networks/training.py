@@ -1,0 +1,226 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Trains a network on what a model leaves, judges it beside its rivals on held-out regions, and keeps the best."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal.correction.experts import Expert
+from fastcal.dataset import Dataset
+from fastcal.errors import InvalidInput
+from fastcal.networks import NETWORKS
+from fastcal.networks.device import device_of, one_thread
+from fastcal.networks.gaussian_process import fit_gaussian_process
+from fastcal.networks.judging import Judged, judge
+from fastcal.networks.mlp import fit_mlp
+from fastcal.networks.options import Options
+from fastcal.networks.problem import Problem, lengths_mm, problem_of
+from fastcal.networks.rivals import fit_boosting, fit_neighbours, profile_errors, with_profiles
+from fastcal.robot import Robot
+from fastcal.units import from_si
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.intp]
+Fit = Callable[[Problem, Sequence[IntArray], Options], Sequence[Expert]]
+
+FITS: dict[str, Fit] = {
+    "mlp": fit_mlp,
+    "gp": fit_gaussian_process,
+    "knn": fit_neighbours,
+    "boosting": fit_boosting,
+}
+ENSEMBLES = {"mlp": 3, "bso-mlp": 2, "somm": 2, "ca-somm": 2, "ga-dnn": 2}  # members a fold; others have one
+RIVALS = ("gp", "knn", "boosting", "joint-profiles")
+ALONE = "model"
+SURE = 3.0  # the guard's reach was chosen on the same rows, which flatters a little
+WORSE = 1.1  # a region is told as worse where its mean error rises by more than a tenth
+
+
+@dataclass(frozen=True, eq=False)
+class TrainingResult:
+    """What training found.
+
+    Attributes:
+        model: The model with the best correction of those compared, or as it was where none helps.
+        asked: The network that was asked for.
+        used: Which of the compared is in the model: the network, a rival, or `model`, nothing.
+        verdict: Why, in a sentence.
+        scores: Held-out lengths of errors of each in mm: mean, rms, max.
+        coverage: Share of held-out coordinates within their 90 % intervals; None without a correction.
+        regions: How many cells were held out, in how many of them the mean error rises by more than a tenth, and by how
+            much most.
+        rows, left_out, gross: Rows learnt from, left out, and how many of these were gross.
+        limit: No correction is longer [m]; None without one.
+        notes: What a reader should know, a sentence each.
+    """
+
+    model: Robot
+    asked: str
+    used: str
+    verdict: str
+    scores: dict[str, dict[str, float]]
+    coverage: float | None
+    regions: dict[str, float]
+    rows: int
+    left_out: list[int]
+    gross: int
+    limit: float | None
+    notes: list[str] = field(default_factory=list)
+
+    def to_json_dict(self) -> dict[str, Any]:
+        """The content of training.json."""
+        names = ("asked", "used", "verdict", "coverage", "regions", "rows", "left_out", "gross", "notes")
+        return {
+            **{name: getattr(self, name) for name in names},
+            "held_out_mm": self.scores,
+            "limit_mm": None if self.limit is None else from_si(self.limit, "mm"),
+        }
+
+
+def train(
+    robot: Robot,
+    data: Dataset,
+    *,
+    network: str = "mlp",
+    rivals: Sequence[str] = RIVALS,
+    folds: int = 5,
+    seed: int = 0,
+    device: str = "auto",
+    trials: int | None = None,
+    storage: str | Path | None = None,
+    full: bool = False,
+    threads: int = 1,
+    progress: Callable[[str], None] | None = None,
+) -> TrainingResult:
+    """Trains a network on the residuals of a model, and keeps it only where it beats its rivals and the model alone.
+
+    The rows are cells of joint space of about twenty rows each; cells are dealt into folds, every residual model is
+    trained on all folds but one and judged on that one, as it will be used: guarded and limited. The networks of all
+    folds are the ensemble that is kept.
+
+    Args:
+        robot: A calibrated model; a correction that it has is left aside.
+        data: Measured poses, those it was calibrated on or others.
+        network: One of `fastcal.networks.NETWORKS`.
+        rivals: Which of gp, knn, boosting, joint-profiles to compare with.
+        folds: K.
+        seed: The same seed gives the same model.
+        device: auto, cpu or cuda.
+        trials: Of a search (somm, ca-somm, ga-dnn); None: as many as it thinks right.
+        storage: File in which a search keeps its trials; a second call with it goes on where the first one stopped.
+        full: ga-dnn: the paper's whole budget, a population of 100, instead of successive halving.
+        threads: Cores for the rivals' calibrations and a search's trials; the result does not depend on it.
+        progress: Called with a sentence at each step.
+
+    Raises:
+        InvalidInput: An unknown network or rival, too few rows, or no measured points.
+    """
+    if network not in NETWORKS:
+        raise InvalidInput(f"expected a network of {', '.join(NETWORKS)}, got {network!r}")
+    if unknown := set(rivals) - set(RIVALS):
+        raise InvalidInput(f"expected rivals of {', '.join(RIVALS)}, got {min(unknown)!r}")
+    say = progress or (lambda text: None)
+    problem = problem_of(robot, data, folds=folds, seed=seed)
+    options = Options(seed, device_of(device), say, trials, None if storage is None else Path(storage), full, threads)
+    judged: dict[str, Judged] = {}
+    with one_thread():
+        for name in dict.fromkeys((network, *(rival for rival in rivals if rival in FITS))):
+            say(f"training {name}")
+            judged[name] = judge(name, problem, _experts(name, problem, options))
+    errors = {ALONE: problem.residuals} | {name: found.errors for name, found in judged.items()}
+    if "joint-profiles" in rivals:
+        say("fitting joint profiles")
+        errors["joint-profiles"] = profile_errors(problem, threads)
+    return _result(network, problem, judged, errors, threads)
+
+
+def _experts(name: str, problem: Problem, options: Options) -> list[list[Expert]]:
+    """For each fold the members that are trained without it; each also leaves out a tenth of the other regions."""
+    members = ENSEMBLES.get(name, 1)
+    random = np.random.default_rng((options.seed, 4))
+    rows = [
+        _without_some(problem, own, random) if members > 1 else own
+        for own in problem.training_rows()
+        for _ in range(members)
+    ]
+    found = list(FITS[name](problem, rows, options))
+    return [found[k : k + members] for k in range(0, len(found), members)]
+
+
+def _without_some(problem: Problem, own: IntArray, random: np.random.Generator) -> IntArray:
+    regions = np.unique(problem.regions[own])
+    dropped = random.permutation(regions)[: len(regions) // 10]
+    return own[~np.isin(problem.regions[own], dropped)]
+
+
+def _result(
+    network: str, problem: Problem, judged: dict[str, Judged], errors: dict[str, FloatArray], threads: int
+) -> TrainingResult:
+    scores = {name: lengths_mm(left) for name, left in errors.items()}
+    means = {name: score["mean"] for name, score in scores.items()}
+    # Of equals the first: the network before its rivals.
+    sure = [name for name in errors if name != ALONE and _surely_better(problem, errors[name])]
+    used = min(sure, key=lambda name: means[name], default=ALONE)
+    verdict = _verdict(network, used, means)
+    best = judged.get(used)
+    model = problem.robot
+    if best is not None:
+        record = {"rows": len(problem), "held_out_mm": scores[used], "model_mm": scores[ALONE], "verdict": verdict}
+        correction = replace(best.correction, record=record)
+        model = Robot(model.spec | {"correction": correction})
+    elif used == "joint-profiles":
+        model = with_profiles(model, problem, np.arange(len(problem)), threads)
+    notes = []
+    if problem.gross:
+        notes.append(f"{problem.gross} rows with gross errors were not learnt from")
+    if best is not None and (best.weight < 0.5).any():
+        share = float(np.mean(best.weight < 0.5))
+        notes.append(f"in {share:.0%} of the held-out rows the guard let pass less than half of the correction")
+    return TrainingResult(
+        model=model,
+        asked=network,
+        used=used,
+        verdict=verdict,
+        scores=scores,
+        coverage=None if best is None else best.coverage,
+        regions=_regions(problem, errors[used]),
+        rows=len(problem),
+        left_out=problem.left_out.tolist(),
+        gross=problem.gross,
+        limit=None if best is None else best.correction.limit,
+        notes=notes,
+    )
+
+
+def _verdict(network: str, used: str, means: dict[str, float]) -> str:
+    said = f"held-out mean error {means[used]:.4f} mm with {used}"
+    if used == network:
+        rest = min(means[name] for name in means if name not in (network, ALONE)) if len(means) > 2 else None
+        beaten = "" if rest is None else f" and {rest:.4f} mm with the best rival"
+        return f"{network} is used: {said}, {means[ALONE]:.4f} mm with the model alone{beaten}"
+    if used == ALONE:
+        return f"{network} is not used, nor any rival: {said} alone, {means[network]:.4f} mm with {network}"
+    return f"{network} is not used, but {used}: {said}, {means[network]:.4f} mm with {network}"
+
+
+def _surely_better(problem: Problem, errors: FloatArray) -> bool:
+    """Is the mean gain over the regions more than SURE standard errors?"""
+    gain = np.linalg.norm(problem.residuals, axis=1) - np.linalg.norm(errors, axis=1)
+    counts = np.bincount(problem.regions)
+    means = np.bincount(problem.regions, gain) / counts
+    return bool(means.mean() > SURE * means.std(ddof=1) / np.sqrt(len(means)))
+
+
+def _regions(problem: Problem, errors: FloatArray) -> dict[str, float]:
+    before, after = (
+        np.bincount(problem.regions, np.linalg.norm(values, axis=1)) for values in (problem.residuals, errors)
+    )
+    ratio = after / np.maximum(before, 1e-12)
+    return {"count": len(ratio), "worse": int(np.sum(ratio > WORSE)), "worst_ratio": float(ratio.max())}
