@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from fastcal.compensation import Compensation, Targets, compensate
     from fastcal.conversion import convert
     from fastcal.dataset import Dataset
+    from fastcal.design import design_poses
     from fastcal.errors import FastcalError, InvalidInput, ParseError
     from fastcal.evaluation import evaluate
     from fastcal.ik import InverseKinematics, inverse_kinematics
@@ -45,6 +46,7 @@ _HOMES = {
     "choose_parameters": "selection",
     "compensate": "compensation",
     "convert": "conversion",
+    "design_poses": "design",
     "evaluate": "evaluation",
     "inverse_kinematics": "ik",
     "load_measurements": "io.measurements",
@@ -75,6 +77,7 @@ __all__ = [
     "choose_parameters",
     "compensate",
     "convert",
+    "design_poses",
     "evaluate",
     "inverse_kinematics",
     "load_measurements",

@@ -191,7 +191,7 @@ def prepare(
         raise Undetermined(f"{data.source}: {alignment.message}")
     model = start.error_model.with_robot(start.core.with_base_and_tool(alignment.T_world_base, alignment.T_flange_tool))
     placed = data.position is not None or data.rotation is not None
-    asked = _asked(model, geometry or parameters is not None, turned=data.rotation is not None, placed=placed)
+    asked = asked_parameters(model, geometry or parameters is not None, turned=data.rotation is not None, placed=placed)
     if parameters is not None:
         names = parameter_names(model)
         for name in parameters:
@@ -325,7 +325,7 @@ def calibrate(
     )
 
 
-def _asked(model: _core.ErrorModel, geometry: bool, *, turned: bool, placed: bool) -> list[int]:
+def asked_parameters(model: _core.ErrorModel, geometry: bool, *, turned: bool, placed: bool) -> list[int]:
     """Base and tool always (as far as the kind of measurement can show them), geometry where asked, every effect."""
     out = []
     own = len(model.robot.parameters)

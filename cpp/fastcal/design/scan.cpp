@@ -10,21 +10,17 @@
 namespace fastcal::design {
 namespace {
 
-/// x = (I + S)^-1 y.
+/// tr(T^-1 G), T positive definite.
 template <typename Small>
-Small solved(const Small& S, const Small& y) {
-  if (S.rows() == 3) {
-    const Eigen::Matrix3d T = Eigen::Matrix3d::Identity() + Eigen::Matrix3d(S);
-    return T.inverse() * y;
-  }
-  return (Small::Identity(S.rows(), S.rows()) + S).llt().solve(y);
+double trace_of_solution(const Small& T, const Small& G) {
+  if (T.rows() == 3) return (Eigen::Matrix3d(T).inverse() * Eigen::Matrix3d(G)).trace();
+  return T.llt().solve(G).trace();
 }
 
 template <typename Small>
-double log_determinant_of_sum(const Small& S) {
-  if (S.rows() == 3) return std::log((Eigen::Matrix3d::Identity() + Eigen::Matrix3d(S)).determinant());
-  const Eigen::LLT<Small> root(Small::Identity(S.rows(), S.rows()) + S);
-  return 2 * Small(root.matrixL()).diagonal().array().log().sum();
+double log_determinant(const Small& T) {
+  if (T.rows() == 3) return std::log(Eigen::Matrix3d(T).determinant());
+  return 2 * Small(Eigen::LLT<Small>(T).matrixL()).diagonal().array().log().sum();
 }
 
 /// R with A = R R^T of a positive semidefinite A.
@@ -83,7 +79,7 @@ void Scan::change(Eigen::Index candidate, double sign) {
 Eigen::VectorXd Scan::gains() const {
   Eigen::VectorXd out(candidates_.count());
   parallel_chunks(candidates_.count(), threads_, [&](Eigen::Index, Eigen::Index begin, Eigen::Index end) {
-    for (Eigen::Index c = begin; c < end; ++c) out[c] = gain(c, s_of(c));
+    for (Eigen::Index c = begin; c < end; ++c) out[c] = gain(c, s_of(c), 1);
   });
   return out;
 }
@@ -92,7 +88,15 @@ std::unique_ptr<Scan> DeterminantScan::over(const Candidates& candidates) const 
   return std::make_unique<DeterminantScan>(candidates, threads_);
 }
 
-double DeterminantScan::gain(Eigen::Index /*candidate*/, const Small& S) const { return log_determinant_of_sum(S); }
+double DeterminantScan::gain(Eigen::Index /*candidate*/, const Small& S, double sign) const {
+  return log_determinant(Small(Small::Identity(k_, k_) + sign * S));
+}
+
+Eigen::VectorXd DeterminantScan::sensitivities() const {
+  Eigen::VectorXd out(candidates_.count());
+  for (Eigen::Index c = 0; c < out.size(); ++c) out[c] = s_of(c).trace();
+  return out;
+}
 
 VarianceScan::VarianceScan(const Candidates& candidates, const Eigen::MatrixXd& B, int threads)
     : Scan(candidates, threads), B_(B), root_(root_of(B)), G_(store(Eigen::Index{k_} * k_)) {
@@ -124,10 +128,18 @@ void VarianceScan::change_block(Eigen::Index block, const Lane* X, int columns, 
   subtract_product(G, X, k_, columns, k_, 0, k_, sign);
 }
 
-double VarianceScan::gain(Eigen::Index candidate, const Small& S) const {
+double VarianceScan::gain(Eigen::Index candidate, const Small& S, double sign) const {
   Small G(k_, k_);
   for (int i = 0; i < k_ * k_; ++i) G(i / k_, i % k_) = lane(G_, Eigen::Index{k_} * k_, candidate, i);
-  return solved(S, G).trace();
+  return sign * trace_of_solution(Small(Small::Identity(k_, k_) + sign * S), G);
+}
+
+Eigen::VectorXd VarianceScan::sensitivities() const {
+  Eigen::VectorXd out = Eigen::VectorXd::Zero(candidates_.count());
+  for (Eigen::Index c = 0; c < out.size(); ++c) {
+    for (int i = 0; i < k_; ++i) out[c] += lane(G_, Eigen::Index{k_} * k_, c, Eigen::Index{i} * k_ + i);
+  }
+  return out;
 }
 
 }  // namespace fastcal::design

@@ -31,9 +31,13 @@ class Scan {
   /// `candidate` must be in the design, and M without it positive definite.
   void remove(Eigen::Index candidate) { change(candidate, -1); }
 
-  /// What adding each candidate would gain (N).
+  /// By how much value() would rise if each candidate were added (N).
   Eigen::VectorXd gains() const;
-  /// What the design is worth; the larger the better.
+  /// The same if one that is in the design were taken away: a loss, below 0.
+  double gain_of_removing(Eigen::Index candidate) const { return gain(candidate, s_of(candidate), -1); }
+  /// First-order gain of each candidate (N), by which value(), concave in M, is bounded.
+  virtual Eigen::VectorXd sensitivities() const = 0;
+  /// What the design is worth: log det M, or minus the variance.
   virtual double value() const = 0;
   /// The same goal over other candidates.
   virtual std::unique_ptr<Scan> over(const Candidates& candidates) const = 0;
@@ -51,9 +55,10 @@ class Scan {
   }
   /// The change of one block: X[row * columns + column] = J_d [U V], lane by lane.
   virtual void change_block(Eigen::Index /*block*/, const Lane* /*X*/, int /*columns*/, double /*sign*/) {}
-  /// Gain of adding one candidate whose S is given.
-  virtual double gain(Eigen::Index candidate, const Small& S) const = 0;
+  /// Gain of adding (sign 1) or taking away (-1) one candidate whose S is given.
+  virtual double gain(Eigen::Index candidate, const Small& S, double sign) const = 0;
 
+  Small s_of(Eigen::Index candidate) const;
   /// One number of a candidate in a store of (blocks, size, lanes).
   static double lane(const std::vector<double>& store, Eigen::Index size, Eigen::Index candidate, Eigen::Index i) {
     return store[static_cast<std::size_t>(((candidate / kLanes) * size + i) * kLanes + candidate % kLanes)];
@@ -70,7 +75,6 @@ class Scan {
 
  private:
   void change(Eigen::Index candidate, double sign);
-  Small s_of(Eigen::Index candidate) const;
 
   std::vector<double> S_;  // (blocks, k, k, lanes)
 };
@@ -87,24 +91,26 @@ inline void subtract_product(Lane* out, const Lane* X, int k, int columns, int f
   }
 }
 
-/// Gain: log det of M (D-optimality, the logarithm of O1 squared times p).
+/// Value: log det M (D-optimality: 2 p times the logarithm of O1 sqrt(n)).
 class DeterminantScan : public Scan {
  public:
   using Scan::Scan;
   double value() const override { return log_determinant_; }
+  Eigen::VectorXd sensitivities() const override;
   std::unique_ptr<Scan> over(const Candidates& candidates) const override;
 
  protected:
-  double gain(Eigen::Index candidate, const Small& S) const override;
+  double gain(Eigen::Index candidate, const Small& S, double sign) const override;
 };
 
-/// Gain: how much less tr(M^-1 B) is (V-optimality): B = mean of J_t^T J_t over targets t makes that their mean
-/// predicted variance. With P = M^-1 B M^-1, G_c = J_c P J_c^T the gain of c is tr((I + S_c)^-1 G_c), and a change
+/// Value: -tr(M^-1 B) (V-optimality); with B = mean of J_t^T J_t over targets t that is their mean predicted variance.
+/// With P = M^-1 B M^-1, G_c = J_c P J_c^T the gain of c is tr((I + S_c)^-1 G_c), and a change
 /// takes P' = P -+ (U V^T + V U^T),  V = M^-1 B U -+ 1/2 U (U^T B U).
 class VarianceScan : public Scan {
  public:
   VarianceScan(const Candidates& candidates, const Eigen::MatrixXd& B, int threads);
   double value() const override { return -covariance_.cwiseProduct(B_).sum(); }
+  Eigen::VectorXd sensitivities() const override;
   std::unique_ptr<Scan> over(const Candidates& candidates) const override;
 
  protected:
@@ -112,7 +118,7 @@ class VarianceScan : public Scan {
   Eigen::MatrixXd prepare(Eigen::Index candidate, const Eigen::MatrixXd& U, const Small& L_inverse,
                           double sign) override;
   void change_block(Eigen::Index block, const Lane* X, int columns, double sign) override;
-  double gain(Eigen::Index candidate, const Small& S) const override;
+  double gain(Eigen::Index candidate, const Small& S, double sign) const override;
 
  private:
   Eigen::MatrixXd B_;

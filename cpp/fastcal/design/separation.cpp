@@ -75,10 +75,15 @@ void SeparationScan::change_block(Eigen::Index block, const Lane* X, int columns
   }
 }
 
-double SeparationScan::gain(Eigen::Index candidate, const Small& S) const {
-  const Eigen::MatrixXd e = residual(candidate);
-  const Eigen::LLT<Small> root(Small(Small::Identity(k_, k_) + S));
-  return root.matrixL().solve(e).squaredNorm();
+double SeparationScan::gain(Eigen::Index candidate, const Small& S, double sign) const {
+  const Eigen::LLT<Small> root(Small(Small::Identity(k_, k_) + sign * S));
+  return sign * root.matrixL().solve(residual(candidate)).squaredNorm();
+}
+
+Eigen::VectorXd SeparationScan::sensitivities() const {
+  Eigen::VectorXd out(candidates_.count());
+  for (Eigen::Index c = 0; c < out.size(); ++c) out[c] = residual(c).squaredNorm();
+  return out;
 }
 
 namespace {

@@ -20,6 +20,7 @@ class SeparationScan : public Scan {
   /// data say of [X u], or empty.
   SeparationScan(const Candidates& candidates, const RowMatrixXd& u, const Eigen::MatrixXd& H, int threads);
   double value() const override { return value_; }
+  Eigen::VectorXd sensitivities() const override;
   std::unique_ptr<Scan> over(const Candidates& candidates) const override;
 
  protected:
@@ -27,7 +28,7 @@ class SeparationScan : public Scan {
   Eigen::MatrixXd prepare(Eigen::Index candidate, const Eigen::MatrixXd& U, const Small& L_inverse,
                           double sign) override;
   void change_block(Eigen::Index block, const Lane* X, int columns, double sign) override;
-  double gain(Eigen::Index candidate, const Small& S) const override;
+  double gain(Eigen::Index candidate, const Small& S, double sign) const override;
 
  private:
   Eigen::MatrixXd residual(Eigen::Index candidate) const;

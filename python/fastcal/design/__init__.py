@@ -4,6 +4,18 @@
 
 from __future__ import annotations
 
+from fastcal.design.cell import Cell, Tracker
+from fastcal.design.observability import observability_indices
+from fastcal.design.poses import design_poses
+from fastcal.design.result import PoseDesign
 from fastcal.design.separation import Separation, separating_poses
 
-__all__ = ["Separation", "separating_poses"]
+__all__ = [
+    "Cell",
+    "PoseDesign",
+    "Separation",
+    "Tracker",
+    "design_poses",
+    "observability_indices",
+    "separating_poses",
+]

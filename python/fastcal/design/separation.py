@@ -11,7 +11,7 @@ chi-squared test that would refuse j (A. Atkinson, V. Fedorov 1975). No robot is
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -44,6 +44,11 @@ class Separation:
     power_before: FloatArray
     power_after: FloatArray
     level: float
+
+    def of(self, candidates: ArrayLike) -> Separation:
+        """The same where candidate i is `candidates[i]` of a longer list."""
+        longer = np.asarray(candidates, dtype=np.int64)
+        return replace(self, chosen=[int(c) for c in longer[self.chosen]])
 
 
 def separating_poses(

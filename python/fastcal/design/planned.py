@@ -1,0 +1,101 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""What a design is made for: the model to identify, the directions it asks for, and the postures to work in."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from fastcal import registered
+from fastcal.dataset import Dataset
+from fastcal.design.candidates import Candidates
+from fastcal.effects import Spec, label, parse_effects, without_repeats
+from fastcal.errors import InvalidInput
+from fastcal.ik import inverse_kinematics
+from fastcal.robot import Robot
+
+
+def rival_entries(separate: Sequence[str], robot: Robot) -> list[list[Spec]]:
+    """Entries of each effect that is to be told from the others."""
+    out = []
+    for text in separate:
+        geometry, entries = parse_effects([text], robot.core)
+        if geometry or not entries:
+            raise InvalidInput(f"separate takes effects, such as joint_compliance@joint2, got '{text}'")
+        out.append(entries)
+    if len(out) == 1:
+        raise InvalidInput(f"separate takes two effects or more, got '{separate[0]}' alone")
+    return out
+
+
+def planned_model(robot: Robot, effects: str | Sequence[str], rivals: list[list[Spec]]) -> tuple[Robot, bool]:
+    """The robot with all effects that the poses are to tell, and is its geometry among them?
+
+    Raises:
+        InvalidInput: An effect needs a condition that a design cannot choose.
+    """
+    geometry, entries = parse_effects(effects, robot.core)
+    spec = copy.deepcopy(robot.spec)
+    added = [*entries, *(entry for rival in rivals for entry in rival)]
+    spec["effects"] = without_repeats([*(spec.get("effects") or []), *added])
+    model = Robot(spec)
+    for entry, effect in zip(spec["effects"], model.effects, strict=True):
+        own = registered.find(entry["effect"])
+        needs = [*own.columns, *own.extra] if own else effect.data_columns
+        for column in needs:
+            if column.rstrip("0123456789") not in ("payload", "approach"):
+                raise InvalidInput(
+                    f"{label(entry)} is told by '{column.removeprefix('extra:')}', which no choice of poses varies"
+                )
+    return model, geometry
+
+
+def approached(model: Robot) -> list[int]:
+    """Joints, from 0, whose direction of approach some effect asks for."""
+    joints = set()
+    for entry, effect in zip(model.spec["effects"], model.effects, strict=True):
+        own = registered.find(entry["effect"])
+        for column in own.columns if own else effect.data_columns:
+            if column == "approach":
+                joints |= set(range(model.joint_count))
+            elif column.startswith("approach"):
+                joints.add(int(column.removeprefix("approach")) - 1)
+    return sorted(joints)
+
+
+def target_postures(
+    model: Robot, targets: ArrayLike | Dataset | None, everywhere: Candidates, *, threads: int
+) -> Candidates:
+    """Where the arm will work, as postures with conditions.
+
+    Raises:
+        InvalidInput: A shape that does not fit, or poses out of reach.
+    """
+    if targets is None:
+        return everywhere
+    if isinstance(targets, Dataset):
+        q, payload, approach = targets.q, targets.payload, targets.approach
+    else:
+        given = np.asarray(targets, dtype=float)
+        q = _reached(model, given, threads) if given.ndim == 3 else given
+        payload, approach = np.zeros(len(q)), None
+    if q.ndim != 2 or q.shape[1] != model.joint_count or len(q) == 0 or not np.isfinite(q).all():
+        raise InvalidInput(
+            f"targets must be finite postures (T, {model.joint_count}) or poses (T, 4, 4), got {q.shape}"
+        )
+    if approach is None and approached(model):
+        approach = np.zeros(q.shape)  # the middle of both directions
+    return Candidates(np.ascontiguousarray(q), payload, approach)
+
+
+def _reached(model: Robot, poses: np.ndarray, threads: int) -> np.ndarray:
+    bare = Robot(copy.deepcopy(model.spec) | {"effects": []})
+    found = inverse_kinematics(bare, poses, threads=threads)
+    missed = [i for i, status in enumerate(found.status) if status != "reached"]
+    if missed:
+        raise InvalidInput(f"{len(missed)} of {len(poses)} targets are out of reach, the first in row {missed[0]}")
+    return np.asarray(found.q)

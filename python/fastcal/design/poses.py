@@ -1,0 +1,213 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Which poses to measure, so that a calibration tells most: optimal design over postures, payloads and directions.
+
+M = M_0 + sum J_c^T J_c        O1 ~ det M        mean predicted variance = tr(M^-1 B), B = mean J_t^T J_t of targets
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fastcal import _core
+from fastcal.dataset import Dataset
+from fastcal.design.candidates import MOST, Candidates, postures, with_conditions
+from fastcal.design.cell import REASONS, Cell
+from fastcal.design.linear import LinearProblem, linear_problem
+from fastcal.design.observability import INDICES, observability_indices
+from fastcal.design.planned import approached, planned_model, rival_entries, target_postures
+from fastcal.design.result import PoseDesign, in_order
+from fastcal.design.search import Found, Search
+from fastcal.design.separation import Separation, separating_poses
+from fastcal.effects import Spec
+from fastcal.errors import InvalidInput
+from fastcal.robot import Robot
+from fastcal.units import to_si
+
+FloatArray = NDArray[np.float64]
+Progress = Callable[[str], None]
+
+CRITERIA = (*INDICES, "variance")
+SIGMA = 5e-5  # [m] of a measured coordinate where nothing better is known: a tracker's and an arm's repeatability
+_SEPARATING = 0.5  # share of the poses that are left to telling effects apart, where that is asked for
+
+
+def design_poses(
+    robot: Robot,
+    count: int,
+    *,
+    effects: str | Sequence[str] = "geometry",
+    criterion: str = "O1",
+    targets: ArrayLike | Dataset | None = None,
+    candidates: str | ArrayLike = "grid",
+    candidate_count: int = MOST,
+    cell: Cell | None = None,
+    payloads: Sequence[float] = (0.0,),
+    separate: Sequence[str] = (),
+    measured: Dataset | None = None,
+    until_sigma: float | None = None,
+    sigma: float | None = None,
+    sigma_rotation: float | None = None,
+    exchange: bool = True,
+    restarts: int = 0,
+    seed: int = 0,
+    threads: int = 1,
+    progress: Progress | None = None,
+) -> PoseDesign:
+    """Chooses the poses to measure.
+
+    Args:
+        robot: The arm, nominal or identified; its own effects are identified too.
+        count: How many poses; with `until_sigma` at most.
+        effects: What is to be identified, as in `calibrate`; base and tool always are.
+        criterion: O1 to O5, or variance: the mean variance of what the calibrated model predicts at the targets.
+        targets: Where the arm will work: postures (T, n), poses of the tool (T, 4, 4) in the measuring frame, or a data
+            set with its conditions. None: all candidates that meet no keep-out box.
+        candidates: grid, random, or postures (N, n) [rad or m] to choose from.
+        candidate_count: Candidates at most, of a grid or a draw and of its combinations with payloads and directions.
+        cell: Keep-out boxes, region, tracker.
+        payloads: Masses at hand [kg]; each pose gets one of them.
+        separate: Two or more effects, such as "joint_compliance@joint2", that half of the poses are to tell apart.
+        measured: Poses measured already, which count as known.
+        until_sigma: Stop at the fewest poses found with which the standard deviation of a predicted coordinate, root of
+            the mean square over the targets, is at most this [m].
+        sigma: Standard deviation of a measured coordinate [m]; None: that of the robot's calibration, or 0.05 mm.
+        sigma_rotation: Of a measured orientation about each axis [rad]; None: positions alone are measured.
+        exchange: False: sequential growth alone.
+        restarts: Further exchanges from designs drawn at random; the best counts.
+        seed: The same seed gives the same poses.
+        threads: Cores; the result does not depend on it.
+        progress: Called with a sentence at each step.
+
+    Raises:
+        InvalidInput: An unknown name, a shape that does not fit, an effect that no design can vary, or too few
+            candidates.
+    """
+    noise = _checked_sigma(robot, sigma)
+    if criterion not in CRITERIA:
+        raise InvalidInput(f"criterion must be one of {', '.join(CRITERIA)}, got '{criterion}'")
+    if count < 1 or restarts < 0:
+        raise InvalidInput(f"count must be at least 1 and restarts at least 0, got {count} and {restarts}")
+    if until_sigma is not None and (separate or not until_sigma > 0):
+        raise InvalidInput(f"until_sigma must be above 0 and goes without separate, got {until_sigma}")
+    say = progress or (lambda text: None)
+    rivals = rival_entries(separate, robot)
+    model, geometry = planned_model(robot, effects, rivals)
+
+    say("gathering candidates")
+    everywhere, obstacle = _candidates(model, candidates, candidate_count, cell or Cell(), payloads, seed, threads)
+    pool = everywhere.select(obstacle == 0)
+    rejected = {why: int(np.sum(obstacle == key)) for key, why in REASONS.items() if (obstacle == key).any()}
+    if len(pool) < count:
+        why = ", ".join(f"{number} {reason}" for reason, number in rejected.items()) or "none was refused"
+        raise InvalidInput(f"{count} poses were asked for, and {len(pool)} candidates can be measured: {why}")
+
+    say("linearizing")
+    problem = linear_problem(
+        model, pool, count, geometry=geometry, sigma=noise, sigma_rotation=sigma_rotation, seed=seed, threads=threads
+    )
+    if not problem.free:
+        raise InvalidInput("the candidates can tell none of the parameters asked for")
+    rows = problem.rows(pool)
+    known = problem.known_before
+    if measured is not None:
+        done = problem.rows(Candidates(measured.q, measured.payload, measured.approach))
+        known = known + done.T @ done
+    goal = target_postures(model, targets, everywhere.select(obstacle != 1), threads=threads)
+    search = Search(
+        _core.Candidates(rows, problem.row_count),
+        criterion,
+        known,
+        problem.target_information(goal),
+        exchange=exchange,
+        restarts=restarts,
+        seed=seed,
+        threads=threads,
+    )
+
+    say(f"choosing {count} of {len(pool)} poses")
+    told: Separation | None = None
+    if rivals:
+        found = search.run(count - int(_SEPARATING * count))
+        told = _separated(problem, pool, rows, search, found, rivals, count - len(found.members))
+        found = Found([*found.members, *told.chosen])
+    elif until_sigma is not None:
+        found = search.fewest(count, until_sigma)
+    else:
+        found = search.run(count)
+    ordered = in_order(model, pool.select(found.members))
+    reached = float(np.sqrt(search.variance(found.members)))
+    k = problem.row_count
+    measured_rows = rows.reshape(-1, k, rows.shape[1])[found.members].reshape(-1, rows.shape[1])
+    return PoseDesign(
+        q=ordered.q,
+        payload=ordered.payload,
+        approach=ordered.approach,
+        criterion=criterion,
+        observability=observability_indices(measured_rows, len(ordered)),
+        sigma=reached,
+        efficiency=found.efficiency,
+        parameters=problem.names,
+        deviations=problem.sizes * np.sqrt(np.diag(np.linalg.inv(search.information(found.members)))),
+        unidentifiable=problem.unidentifiable,
+        candidate_count=len(pool),
+        rejected=rejected,
+        enough=until_sigma is None or reached <= until_sigma,
+        separation=told,
+    )
+
+
+def _candidates(
+    model: Robot,
+    how: str | ArrayLike,
+    count: int,
+    cell: Cell,
+    payloads: Sequence[float],
+    seed: int,
+    threads: int,
+) -> tuple[Candidates, NDArray[np.int64]]:
+    """All candidates, and for each 0 or why it cannot be measured."""
+    q = postures(model, how, count, seed)
+    obstacle = cell.obstacles(model, q, threads=threads)
+    out = with_conditions(q, payloads, approached(model), count, seed)
+    return out, np.repeat(obstacle, len(out) // len(q))
+
+
+def _separated(
+    problem: LinearProblem,
+    pool: Candidates,
+    rows: FloatArray,
+    search: Search,
+    first: Found,
+    rivals: list[list[Spec]],
+    count: int,
+) -> Separation:
+    """Poses that tell the rivals apart, besides those of `first`; indices into the pool."""
+    places = problem.places_of(rivals)
+    common = [i for i in range(len(problem.free)) if problem.free[i] not in {c for own in places for c in own}]
+    left = np.setdiff1d(np.arange(len(pool)), first.members)
+    k = problem.row_count
+    causes = [problem.rows(pool, own).reshape(len(pool), k, -1) for own in places]
+    blocks = [rows.reshape(len(pool), k, -1)[:, :, common], *causes]
+    done = np.concatenate([block[first.members].reshape(len(first.members) * k, -1) for block in blocks], axis=1)
+    told = separating_poses(
+        blocks[0][left],
+        [cause[left] for cause in causes],
+        [np.eye(cause.shape[2]) for cause in causes],  # columns are scaled by plausible sizes
+        count,
+        prior=done.T @ done,
+        threads=problem.threads,
+    )
+    return told.of(left)
+
+
+def _checked_sigma(robot: Robot, sigma: float | None) -> float:
+    record = robot.record
+    if sigma is None:
+        sigma = SIGMA if record is None else to_si(record.sigma_mm, "mm")
+    if not (np.isfinite(sigma) and sigma > 0):
+        raise InvalidInput(f"sigma must be above 0, got {sigma}")
+    return sigma

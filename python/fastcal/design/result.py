@@ -1,0 +1,81 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""The poses that a design chose, in the order in which to visit them, and what a calibration with them would tell."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal import _core
+from fastcal.dataset import Dataset
+from fastcal.design.candidates import Candidates, joint_ranges
+from fastcal.design.separation import Separation
+from fastcal.robot import Robot
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class PoseDesign:
+    """What `design_poses` chose, SI; rows are in the order of visiting.
+
+    Attributes:
+        q: (N, n) joint positions [rad or m].
+        payload: (N,) [kg].
+        approach: (N, n) +1 or -1, 0 where the direction does not matter; None: nowhere.
+        criterion: What was optimized.
+        observability: O1 to O5 of the poses alone; columns whitened and scaled by plausible sizes.
+        sigma: Predicted standard deviation of a coordinate at the targets, root of the mean square [m].
+        efficiency: The criterion reaches surely this share of what any choice of as many candidates could; None where
+            no bound is known.
+        parameters: Names of the parameters that the poses tell.
+        deviations: (P,) their predicted standard deviations, SI.
+        unidentifiable: What no pose tells, in words.
+        separation: What was gained by poses that tell effects apart, and the effects' names; None: not asked for.
+        enough: Was `until_sigma` reached? True where it was not asked for.
+        candidate_count: Candidates that could be measured.
+        rejected: Why how many others could not.
+    """
+
+    q: FloatArray
+    payload: FloatArray
+    approach: FloatArray | None
+    criterion: str
+    observability: dict[str, float]
+    sigma: float
+    efficiency: float | None
+    parameters: list[str]
+    deviations: FloatArray
+    unidentifiable: list[str]
+    candidate_count: int
+    rejected: dict[str, int]
+    enough: bool = True
+    separation: Separation | None = None
+
+    def __len__(self) -> int:
+        return len(self.q)
+
+    def dataset(self) -> Dataset:
+        """The poses as `simulate` and `predict` take them."""
+        return Dataset.from_arrays(self.q, payload=self.payload, approach=self.approach, source="design")
+
+
+def in_order(robot: Robot, chosen: Candidates) -> Candidates:
+    """The poses in an order with a short way: payload after payload, each from pose to near pose.
+
+    Joints count by their range, as if each took the same time for it. The way begins in the middle of all ranges.
+    """
+    ranges = joint_ranges(robot)
+    width = np.maximum(ranges[:, 1] - ranges[:, 0], 1e-9)
+    scaled = np.ascontiguousarray((chosen.q - ranges[:, 0]) / width)
+    at = np.full(len(width), 0.5)
+    rows: list[int] = []
+    for payload in np.unique(chosen.payload):
+        group = np.flatnonzero(chosen.payload == payload)
+        order = group[_core.visiting_order(np.ascontiguousarray(scaled[group]), at)]
+        rows += order.tolist()
+        at = scaled[order[-1]]
+    return chosen.select(rows)
