@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The fastcal authors
 // SPDX-License-Identifier: MIT
 #include "convert.hpp"
-#include "fastcal/design/cell.hpp"
 #include "fastcal/design/observability.hpp"
 #include "fastcal/design/route.hpp"
 #include "fastcal/design/separation.hpp"
+#include "fastcal/design/surroundings.hpp"
 #include "fastcal/identification/identifiability.hpp"
 
 namespace fastcal {
@@ -102,13 +102,14 @@ void bind_design(py::module_& m) {
          const std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>>& keep_out,
          const std::optional<std::pair<Eigen::Vector3d, Eigen::Vector3d>>& region,
          const std::optional<design::Tracker>& tracker, double link_radius, int threads) {
-        design::Cell cell;
-        for (const auto& [low, high] : keep_out) cell.keep_out.push_back({low, high});
-        if (region) cell.region = design::Box{region->first, region->second};
-        cell.tracker = tracker;
-        cell.link_radius = link_radius;
+        design::Surroundings surroundings;
+        for (const auto& [low, high] : keep_out) surroundings.keep_out.push_back({low, high});
+        if (region) surroundings.region = design::Box{region->first, region->second};
+        surroundings.tracker = tracker;
+        surroundings.link_radius = link_radius;
         std::vector<int> out;
-        for (const design::Obstacle found : obstacles(robot, cell, q, threads)) out.push_back(static_cast<int>(found));
+        for (const design::Obstacle found : obstacles(robot, surroundings, q, threads))
+          out.push_back(static_cast<int>(found));
         return out;
       },
       py::arg("robot"), py::arg("q"), py::kw_only(), py::arg("keep_out"), py::arg("region") = py::none(),

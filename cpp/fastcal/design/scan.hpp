@@ -35,8 +35,10 @@ class Scan {
   Eigen::VectorXd gains() const;
   /// The same if one that is in the design were taken away: a loss, below 0.
   double gain_of_removing(Eigen::Index candidate) const { return gain(candidate, s_of(candidate), -1); }
-  /// First-order gain of each candidate (N), by which value(), concave in M, is bounded.
+  /// First-order gain of each candidate (N).
   virtual Eigen::VectorXd sensitivities() const = 0;
+  /// No design is worth more whose sensitivities sum up to `excess` more than those of this one: value() is concave.
+  virtual double bound(double excess) const { return value() + excess; }
   /// What the design is worth: log det M, or minus the variance.
   virtual double value() const = 0;
   /// The same goal over other candidates.
@@ -110,6 +112,8 @@ class VarianceScan : public Scan {
  public:
   VarianceScan(const Candidates& candidates, const Eigen::MatrixXd& B, int threads);
   double value() const override { return -covariance_.cwiseProduct(B_).sum(); }
+  /// 1 / tr(M^-1 B) too is concave in M (F. Pukelsheim, "Optimal design of experiments", 1993, 5.14), which says more.
+  double bound(double excess) const override { return value() / (1 - excess / value()); }
   Eigen::VectorXd sensitivities() const override;
   std::unique_ptr<Scan> over(const Candidates& candidates) const override;
 

@@ -116,13 +116,13 @@ Choice exchange(Scan& scan, const Eigen::MatrixXd& start, std::vector<Eigen::Ind
     restart(scan, start, members);
     if (scan.value() - before <= options.tolerance * std::abs(before)) break;
   }
-  Choice out{members, scan.value(), scan.value()};
   Eigen::VectorXd most = scan.sensitivities();
-  for (const Eigen::Index c : members) out.bound -= most[c];
+  double excess = 0;
+  for (const Eigen::Index c : members) excess -= most[c];
   const auto n = static_cast<Eigen::Index>(members.size());
   std::nth_element(most.data(), most.data() + n, most.data() + most.size(), std::greater<>());
-  out.bound += most.head(n).sum();
-  return out;
+  excess += most.head(n).sum();
+  return {members, scan.value(), scan.bound(excess)};
 }
 
 }  // namespace fastcal::design

@@ -11,7 +11,7 @@ from typing import Annotated, cast
 
 import typer
 
-from fastcal.cli import calibrate, compensate, convert, demo, models, simulate, train
+from fastcal.cli import calibrate, compensate, convert, demo, design, models, simulate, train
 from fastcal.cli.console import fail
 from fastcal.errors import FastcalError, Undetermined
 
@@ -26,6 +26,7 @@ COMMANDS = (
     models.predict,
     compensate.compensate,
     models.evaluate,
+    design.design,
     simulate.simulate,
     convert.convert,
     demo.demo,

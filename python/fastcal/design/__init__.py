@@ -4,16 +4,16 @@
 
 from __future__ import annotations
 
-from fastcal.design.cell import Cell, Tracker
 from fastcal.design.observability import observability_indices
 from fastcal.design.poses import design_poses
 from fastcal.design.result import PoseDesign
 from fastcal.design.separation import Separation, separating_poses
+from fastcal.design.surroundings import Surroundings, Tracker
 
 __all__ = [
-    "Cell",
     "PoseDesign",
     "Separation",
+    "Surroundings",
     "Tracker",
     "design_poses",
     "observability_indices",

@@ -8,7 +8,7 @@ import copy
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from fastcal import registered
 from fastcal.dataset import Dataset
@@ -17,6 +17,9 @@ from fastcal.effects import Spec, label, parse_effects, without_repeats
 from fastcal.errors import InvalidInput
 from fastcal.ik import inverse_kinematics
 from fastcal.robot import Robot
+from fastcal.targets import Targets
+
+FloatArray = NDArray[np.float64]
 
 
 def rival_entries(separate: Sequence[str], robot: Robot) -> list[list[Spec]]:
@@ -68,34 +71,43 @@ def approached(model: Robot) -> list[int]:
 
 
 def target_postures(
-    model: Robot, targets: ArrayLike | Dataset | None, everywhere: Candidates, *, threads: int
-) -> Candidates:
-    """Where the arm will work, as postures with conditions.
+    model: Robot, targets: ArrayLike | Dataset | Targets | None, everywhere: Candidates, *, threads: int
+) -> tuple[Candidates, list[str]]:
+    """Where the arm will work, as postures with conditions, and what a reader should know.
 
     Raises:
-        InvalidInput: A shape that does not fit, or poses out of reach.
+        InvalidInput: A shape that does not fit, or no target within reach.
     """
     if targets is None:
-        return everywhere
+        return everywhere, []
+    notes: list[str] = []
     if isinstance(targets, Dataset):
         q, payload, approach = targets.q, targets.payload, targets.approach
+    elif isinstance(targets, Targets) or np.ndim(targets) == 3:
+        wanted = targets if isinstance(targets, Targets) else Targets(np.asarray(targets, dtype=float))
+        q, rows = _reached(model, wanted, threads)
+        if len(rows) < len(wanted):
+            notes = [f"{len(wanted) - len(rows)} of {len(wanted)} targets are out of reach and do not count"]
+        conditions = wanted.conditions_of(rows)
+        payload = np.broadcast_to(np.asarray(conditions.get("payload", 0.0), dtype=float), (len(q),))
+        approach = conditions.get("approach")
     else:
-        given = np.asarray(targets, dtype=float)
-        q = _reached(model, given, threads) if given.ndim == 3 else given
+        q = np.asarray(targets, dtype=float)
         payload, approach = np.zeros(len(q)), None
     if q.ndim != 2 or q.shape[1] != model.joint_count or len(q) == 0 or not np.isfinite(q).all():
         raise InvalidInput(
-            f"targets must be finite postures (T, {model.joint_count}) or poses (T, 4, 4), got {q.shape}"
+            f"targets must be finite postures (T, {model.joint_count}) or poses (T, 4, 4), got shape {q.shape}"
         )
     if approach is None and approached(model):
         approach = np.zeros(q.shape)  # the middle of both directions
-    return Candidates(np.ascontiguousarray(q), payload, approach)
+    return Candidates(np.ascontiguousarray(q), payload, approach), [*notes]
 
 
-def _reached(model: Robot, poses: np.ndarray, threads: int) -> np.ndarray:
+def _reached(model: Robot, targets: Targets, threads: int) -> tuple[FloatArray, NDArray[np.int64]]:
+    """Postures of the targets that the bare arm reaches, and their rows."""
     bare = Robot(copy.deepcopy(model.spec) | {"effects": []})
-    found = inverse_kinematics(bare, poses, threads=threads)
-    missed = [i for i, status in enumerate(found.status) if status != "reached"]
-    if missed:
-        raise InvalidInput(f"{len(missed)} of {len(poses)} targets are out of reach, the first in row {missed[0]}")
-    return np.asarray(found.q)
+    found = inverse_kinematics(bare, targets.poses, targets.seed if targets.seeded.all() else None, threads=threads)
+    rows = np.flatnonzero(np.asarray(found.status) == "reached")
+    if len(rows) == 0:
+        raise InvalidInput(f"none of the {len(targets)} targets is within reach")
+    return np.asarray(found.q)[rows], rows

@@ -15,16 +15,17 @@ from numpy.typing import ArrayLike, NDArray
 from fastcal import _core
 from fastcal.dataset import Dataset
 from fastcal.design.candidates import MOST, Candidates, postures, with_conditions
-from fastcal.design.cell import REASONS, Cell
 from fastcal.design.linear import LinearProblem, linear_problem
 from fastcal.design.observability import INDICES, observability_indices
 from fastcal.design.planned import approached, planned_model, rival_entries, target_postures
 from fastcal.design.result import PoseDesign, in_order
 from fastcal.design.search import Found, Search
 from fastcal.design.separation import Separation, separating_poses
+from fastcal.design.surroundings import REASONS, Surroundings
 from fastcal.effects import Spec
 from fastcal.errors import InvalidInput
 from fastcal.robot import Robot
+from fastcal.targets import Targets
 from fastcal.units import to_si
 
 FloatArray = NDArray[np.float64]
@@ -41,10 +42,10 @@ def design_poses(
     *,
     effects: str | Sequence[str] = "geometry",
     criterion: str = "O1",
-    targets: ArrayLike | Dataset | None = None,
+    targets: ArrayLike | Dataset | Targets | None = None,
     candidates: str | ArrayLike = "grid",
     candidate_count: int = MOST,
-    cell: Cell | None = None,
+    surroundings: Surroundings | None = None,
     payloads: Sequence[float] = (0.0,),
     separate: Sequence[str] = (),
     measured: Dataset | None = None,
@@ -64,11 +65,11 @@ def design_poses(
         count: How many poses; with `until_sigma` at most.
         effects: What is to be identified, as in `calibrate`; base and tool always are.
         criterion: O1 to O5, or variance: the mean variance of what the calibrated model predicts at the targets.
-        targets: Where the arm will work: postures (T, n), poses of the tool (T, 4, 4) in the measuring frame, or a data
-            set with its conditions. None: all candidates that meet no keep-out box.
+        targets: Where the arm will work: postures (T, n), poses of the tool (T, 4, 4) in the measuring frame,
+            `Targets`, or a data set, these two with their conditions. None: all candidates clear of keep-out boxes.
         candidates: grid, random, or postures (N, n) [rad or m] to choose from.
         candidate_count: Candidates at most, of a grid or a draw and of its combinations with payloads and directions.
-        cell: Keep-out boxes, region, tracker.
+        surroundings: Keep-out boxes, region, tracker.
         payloads: Masses at hand [kg]; each pose gets one of them.
         separate: Two or more effects, such as "joint_compliance@joint2", that half of the poses are to tell apart.
         measured: Poses measured already, which count as known.
@@ -98,7 +99,9 @@ def design_poses(
     model, geometry = planned_model(robot, effects, rivals)
 
     say("gathering candidates")
-    everywhere, obstacle = _candidates(model, candidates, candidate_count, cell or Cell(), payloads, seed, threads)
+    everywhere, obstacle = _candidates(
+        model, candidates, candidate_count, surroundings or Surroundings(), payloads, seed, threads
+    )
     pool = everywhere.select(obstacle == 0)
     rejected = {why: int(np.sum(obstacle == key)) for key, why in REASONS.items() if (obstacle == key).any()}
     if len(pool) < count:
@@ -116,7 +119,7 @@ def design_poses(
     if measured is not None:
         done = problem.rows(Candidates(measured.q, measured.payload, measured.approach))
         known = known + done.T @ done
-    goal = target_postures(model, targets, everywhere.select(obstacle != 1), threads=threads)
+    goal, notes = target_postures(model, targets, everywhere.select(obstacle != 1), threads=threads)
     search = Search(
         _core.Candidates(rows, problem.row_count),
         criterion,
@@ -157,6 +160,7 @@ def design_poses(
         rejected=rejected,
         enough=until_sigma is None or reached <= until_sigma,
         separation=told,
+        notes=notes,
     )
 
 
@@ -164,14 +168,14 @@ def _candidates(
     model: Robot,
     how: str | ArrayLike,
     count: int,
-    cell: Cell,
+    surroundings: Surroundings,
     payloads: Sequence[float],
     seed: int,
     threads: int,
 ) -> tuple[Candidates, NDArray[np.int64]]:
     """All candidates, and for each 0 or why it cannot be measured."""
     q = postures(model, how, count, seed)
-    obstacle = cell.obstacles(model, q, threads=threads)
+    obstacle = surroundings.obstacles(model, q, threads=threads)
     out = with_conditions(q, payloads, approached(model), count, seed)
     return out, np.repeat(obstacle, len(out) // len(q))
 

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,10 +34,11 @@ class PoseDesign:
         parameters: Names of the parameters that the poses tell.
         deviations: (P,) their predicted standard deviations, SI.
         unidentifiable: What no pose tells, in words.
-        separation: What was gained by poses that tell effects apart, and the effects' names; None: not asked for.
+        separation: What the poses that tell effects apart gain; indices are those of the candidates. None: not asked.
         enough: Was `until_sigma` reached? True where it was not asked for.
         candidate_count: Candidates that could be measured.
         rejected: Why how many others could not.
+        notes: What a reader should know, a sentence each.
     """
 
     q: FloatArray
@@ -54,6 +55,7 @@ class PoseDesign:
     rejected: dict[str, int]
     enough: bool = True
     separation: Separation | None = None
+    notes: list[str] = field(default_factory=list)
 
     def __len__(self) -> int:
         return len(self.q)

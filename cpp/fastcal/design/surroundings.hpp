@@ -27,7 +27,7 @@ struct Tracker {
   double acceptance = 0;  ///< [rad] largest angle between that and the beam
 };
 
-struct Cell {
+struct Surroundings {
   std::vector<Box> keep_out;
   std::optional<Box> region;  ///< of the tool's point
   std::optional<Tracker> tracker;
@@ -39,8 +39,8 @@ enum class Obstacle { kNone, kKeepOut, kRegion, kRange, kAcceptance, kSight };
 
 /// One a posture, q (N, n). Keep-out boxes stop links from the second joint on (what stands on the floor does not move
 /// away from it) and the beam; links up to the last joint's origin hide the beam, the tool carries the target.
-std::vector<Obstacle> obstacles(const RobotModel& robot, const Cell& cell, const Eigen::Ref<const RowMatrixXd>& q,
-                                int threads);
+std::vector<Obstacle> obstacles(const RobotModel& robot, const Surroundings& surroundings,
+                                const Eigen::Ref<const RowMatrixXd>& q, int threads);
 
 /// Does the straight line from a to b meet the box, `margin` wider on all sides?
 bool meets(const Box& box, const Eigen::Vector3d& a, const Eigen::Vector3d& b, double margin);

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The fastcal authors
 // SPDX-License-Identifier: MIT
-#include "fastcal/design/cell.hpp"
+#include "fastcal/design/surroundings.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -25,7 +25,8 @@ bool arm_meets(const std::vector<Box>& boxes, const std::vector<Pose>& frames, d
   return false;
 }
 
-Obstacle beam_obstacle(const Cell& cell, const Tracker& tracker, const std::vector<Pose>& frames, int joint_count) {
+Obstacle beam_obstacle(const Surroundings& surroundings, const Tracker& tracker, const std::vector<Pose>& frames,
+                       int joint_count) {
   const Eigen::Vector3d& target = frames.back().p;
   const Eigen::Vector3d beam = tracker.position - target;
   const double range = beam.norm();
@@ -34,33 +35,33 @@ Obstacle beam_obstacle(const Cell& cell, const Tracker& tracker, const std::vect
     const Eigen::Vector3d look = frames.back().R * tracker.reflector.normalized();
     if (std::atan2(look.cross(beam).norm(), look.dot(beam)) > tracker.acceptance) return Obstacle::kAcceptance;
   }
-  for (const Box& box : cell.keep_out) {
+  for (const Box& box : surroundings.keep_out) {
     if (meets(box, target, tracker.position, 0)) return Obstacle::kSight;
   }
   for (int f = kBaseFrame; f < joint_frame(joint_count - 1); ++f) {
     const auto i = static_cast<std::size_t>(f);
-    if (segment_distance(frames[i].p, frames[i + 1].p, target, tracker.position) < cell.link_radius) {
+    if (segment_distance(frames[i].p, frames[i + 1].p, target, tracker.position) < surroundings.link_radius) {
       return Obstacle::kSight;
     }
   }
   return Obstacle::kNone;
 }
 
-void check(const Cell& cell) {
+void check(const Surroundings& surroundings) {
   const auto check_box = [](const Box& box) {
     FASTCAL_CHECK((box.low.array() < box.high.array()).all())
         << "a box needs a lower and a higher corner, got (" << box.low.transpose() << ") and (" << box.high.transpose()
         << ")";
   };
-  for (const Box& box : cell.keep_out) check_box(box);
-  if (cell.region) check_box(*cell.region);
-  FASTCAL_CHECK(cell.link_radius >= 0) << "link_radius must be at least 0, got " << cell.link_radius;
-  if (cell.tracker) {
-    FASTCAL_CHECK(cell.tracker->position.allFinite() && cell.tracker->reflector.allFinite())
+  for (const Box& box : surroundings.keep_out) check_box(box);
+  if (surroundings.region) check_box(*surroundings.region);
+  FASTCAL_CHECK(surroundings.link_radius >= 0) << "link_radius must be at least 0, got " << surroundings.link_radius;
+  if (surroundings.tracker) {
+    FASTCAL_CHECK(surroundings.tracker->position.allFinite() && surroundings.tracker->reflector.allFinite())
         << "the tracker's position and the reflector's direction must be finite";
-    FASTCAL_CHECK(cell.tracker->nearest >= 0 && cell.tracker->nearest < cell.tracker->farthest)
-        << "the tracker's range must rise from 0 or more, got " << cell.tracker->nearest << " to "
-        << cell.tracker->farthest;
+    FASTCAL_CHECK(surroundings.tracker->nearest >= 0 && surroundings.tracker->nearest < surroundings.tracker->farthest)
+        << "the tracker's range must rise from 0 or more, got " << surroundings.tracker->nearest << " to "
+        << surroundings.tracker->farthest;
   }
 }
 
@@ -108,9 +109,9 @@ double segment_distance(const Eigen::Vector3d& a, const Eigen::Vector3d& b, cons
   return least;
 }
 
-std::vector<Obstacle> obstacles(const RobotModel& robot, const Cell& cell, const Eigen::Ref<const RowMatrixXd>& q,
-                                int threads) {
-  check(cell);
+std::vector<Obstacle> obstacles(const RobotModel& robot, const Surroundings& surroundings,
+                                const Eigen::Ref<const RowMatrixXd>& q, int threads) {
+  check(surroundings);
   FASTCAL_CHECK(q.cols() == robot.joint_count() && q.allFinite())
       << "q must be finite and have " << robot.joint_count() << " joints, got " << q.cols();
   const Chain chain = robot.chain();
@@ -120,12 +121,12 @@ std::vector<Obstacle> obstacles(const RobotModel& robot, const Cell& cell, const
     for (Eigen::Index i = begin; i < end; ++i) {
       forward(chain, q.row(i).data(), nullptr, frames);
       Obstacle& found = out[static_cast<std::size_t>(i)];
-      if (arm_meets(cell.keep_out, frames, cell.link_radius)) {
+      if (arm_meets(surroundings.keep_out, frames, surroundings.link_radius)) {
         found = Obstacle::kKeepOut;
-      } else if (cell.region && !inside(*cell.region, frames.back().p)) {
+      } else if (surroundings.region && !inside(*surroundings.region, frames.back().p)) {
         found = Obstacle::kRegion;
-      } else if (cell.tracker) {
-        found = beam_obstacle(cell, *cell.tracker, frames, robot.joint_count());
+      } else if (surroundings.tracker) {
+        found = beam_obstacle(surroundings, *surroundings.tracker, frames, robot.joint_count());
       }
     }
   });

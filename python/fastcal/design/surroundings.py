@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""The cell in which an arm is measured: what it must not touch, where its tool may be, and what the tracker sees."""
+"""Where an arm is measured: what it must not touch, where its tool may be, and what the tracker sees."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Tracker:
 
 
 @dataclass(frozen=True)
-class Cell:
+class Surroundings:
     """Where an arm may be measured; points in the measuring frame [m].
 
     Attributes:

@@ -1,0 +1,138 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""`fastcal design`: which poses to measure, in which order, with which payload and direction of approach."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from fastcal.cli.console import progress, say, warn
+from fastcal.cli.options import OutFile, RobotFile, Seed, Threads
+
+if TYPE_CHECKING:
+    from fastcal.dataset import Dataset
+    from fastcal.design import PoseDesign
+    from fastcal.robot import Robot
+    from fastcal.targets import Targets
+
+
+def design(
+    robot: RobotFile,
+    output: OutFile,
+    count: Annotated[int, typer.Option(min=1, help="How many poses; with --until-sigma-mm at most.")],
+    effects: Annotated[
+        str, typer.Option(metavar="LIST", help="What is to be identified, such as geometry,joint_compliance@joint2.")
+    ] = "geometry",
+    criterion: Annotated[
+        Literal["O1", "O2", "O3", "O4", "O5", "variance"] | None,
+        typer.Option(help="An observability index (O1), or the mean variance of predictions at the targets."),
+    ] = None,
+    targets: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Where the arm will work: poses or joint positions; then by variance."),
+    ] = None,
+    separate: Annotated[
+        str | None, typer.Option(metavar="A,B", help="Effects that half of the poses are to tell apart, EFFECT@OWNER.")
+    ] = None,
+    surroundings: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="YAML: keep_out, region, tracker, link_radius_mm.")
+    ] = None,
+    payload_kg: Annotated[str, typer.Option(metavar="LIST", help="Payloads at hand, such as 0,6,12.")] = "0",
+    measured: Annotated[
+        Path | None, typer.Option(metavar="DATA", help="Poses measured already; they count as known.")
+    ] = None,
+    until_sigma_mm: Annotated[
+        float | None, typer.Option(help="Stop where the predicted deviation of a coordinate is below this.")
+    ] = None,
+    sigma_mm: Annotated[float | None, typer.Option(help="Standard deviation of a measured coordinate.")] = None,
+    sigma_rot_deg: Annotated[
+        float | None, typer.Option(help="Of a measured orientation; without it positions alone are measured.")
+    ] = None,
+    candidates: Annotated[
+        Literal["grid", "random"], typer.Option(help="Even steps of each joint, or postures at random.")
+    ] = "grid",
+    candidate_count: Annotated[int, typer.Option(min=2, help="Candidates at most.")] = 80_000,
+    restarts: Annotated[int, typer.Option(min=0, help="Further searches from random designs.")] = 0,
+    seed: Seed = 0,
+    threads: Threads = 1,
+) -> None:
+    """Choose the poses to measure, into a CSV file."""
+    from fastcal.design import design_poses
+    from fastcal.io.design_out import write_design
+    from fastcal.io.measurements import load_measurements
+    from fastcal.io.robot_file import load_robot
+    from fastcal.io.surroundings_file import load_surroundings
+    from fastcal.units import to_si
+
+    arm = load_robot(robot)
+    with progress() as show:
+        found = design_poses(
+            arm,
+            count,
+            effects=effects,
+            criterion=criterion or ("O1" if targets is None else "variance"),
+            targets=None if targets is None else _targets(targets, arm),
+            candidates=candidates,
+            candidate_count=candidate_count,
+            surroundings=None if surroundings is None else load_surroundings(surroundings),
+            payloads=_masses(payload_kg),
+            separate=[] if separate is None else [name.strip() for name in separate.split(",")],
+            measured=None if measured is None else load_measurements(measured, arm, require_measured=False),
+            until_sigma=None if until_sigma_mm is None else to_si(until_sigma_mm, "mm"),
+            sigma=None if sigma_mm is None else to_si(sigma_mm, "mm"),
+            sigma_rotation=None if sigma_rot_deg is None else to_si(sigma_rot_deg, "deg"),
+            restarts=restarts,
+            seed=seed,
+            threads=threads,
+            progress=show,
+        )
+    write_design(output, found, arm)
+    _say(found, separate)
+    warn(found.notes)
+    if not found.enough:
+        warn([f"{until_sigma_mm} mm is not reached with {len(found)} poses"])
+
+
+def _targets(path: Path, arm: Robot) -> Targets | Dataset:
+    """Poses of the tool where the file has points, else joint positions."""
+    from fastcal.io.columns import match_columns
+    from fastcal.io.measurements import load_measurements
+    from fastcal.io.tables import read_table
+    from fastcal.io.targets import load_targets
+
+    known, _ = match_columns(read_table(path), arm.joint_types)
+    return load_targets(path, arm) if "x" in known else load_measurements(path, arm, require_measured=False)
+
+
+def _say(found: PoseDesign, separate: str | None) -> None:
+    """The design in a few lines."""
+    from fastcal.units import from_si
+
+    refused = ", ".join(f"{number} {reason}" for reason, number in found.rejected.items())
+    say(f"{len(found)} poses of {found.candidate_count} candidates" + (f"; {refused}" if refused else ""))
+    sigma = from_si(found.sigma, "mm")
+    say(f"predicted standard deviation of a coordinate: {sigma:.4g} mm, RMS over the targets")
+    say(", ".join(f"{name} {value:.4g}" for name, value in found.observability.items()))
+    if found.efficiency is not None:
+        say(f"{found.criterion}: at least {found.efficiency:.1%} of what any choice of as many candidates reaches")
+    if found.separation is not None and separate is not None:
+        names = [name.strip() for name in separate.split(",")]
+        before, after = found.separation.power_before, found.separation.power_after
+        for i, present in enumerate(names):
+            for j, fitted in enumerate(names):
+                if i != j:
+                    say(
+                        f"{fitted} in place of {present} is refused: {before[i, j]:.0%} before, {after[i, j]:.0%} after"
+                    )
+
+
+def _masses(text: str) -> list[float]:
+    from fastcal.errors import InvalidInput
+
+    try:
+        return [float(mass) for mass in text.split(",")]
+    except ValueError:
+        raise InvalidInput(f"--payload-kg takes masses, such as 0,6,12; got '{text}'") from None
