@@ -14,6 +14,7 @@ void bind_ik(py::module_& m);
 void bind_structure(py::module_& m);
 void bind_subset_search(py::module_& m);
 void bind_design(py::module_& m);
+void bind_diagnosis(py::module_& m);
 }  // namespace fastcal
 
 PYBIND11_MODULE(_core, m) {
@@ -36,4 +37,5 @@ PYBIND11_MODULE(_core, m) {
   fastcal::bind_structure(m);
   fastcal::bind_subset_search(m);
   fastcal::bind_design(m);
+  fastcal::bind_diagnosis(m);
 }

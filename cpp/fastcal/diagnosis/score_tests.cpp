@@ -1,0 +1,200 @@
+// SPDX-FileCopyrightText: 2026 The fastcal authors
+// SPDX-License-Identifier: MIT
+#include "fastcal/diagnosis/score_tests.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+#include <Eigen/SVD>
+#include <limits>
+#include <numeric>
+#include <random>
+
+#include "fastcal/diagnosis/chi_square.hpp"
+#include "fastcal/math/check.hpp"
+
+namespace fastcal {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double kRank = 1e-9;  // of A, columns scaled to length 1
+constexpr double kTwin = 1e-4;  // 1 - rho^2 below which what one block leaves of another is rounding and shape error
+
+MatrixXd scaled(const Eigen::Ref<const MatrixXd>& X, VectorXd& length) {
+  length = X.colwise().norm();
+  return X * (length.array() > 0).select(length.array().inverse(), 0).matrix().asDiagonal();
+}
+
+}  // namespace
+
+ScoreTests::ScoreTests(const Eigen::Ref<const MatrixXd>& A, const Eigen::Ref<const MatrixXd>& C,
+                       const Eigen::Ref<const VectorXd>& r, const std::vector<int>& sizes, double least) {
+  const Index m = r.size();
+  FASTCAL_CHECK(A.rows() == m && C.rows() == m)
+      << "A, C and r must have as many rows, got " << A.rows() << ", " << C.rows() << " and " << m;
+  FASTCAL_CHECK(std::accumulate(sizes.begin(), sizes.end(), 0) == C.cols())
+      << "the sizes of the blocks must add up to the " << C.cols() << " columns of C";
+  FASTCAL_CHECK(A.allFinite() && C.allFinite() && r.allFinite()) << "A, C and r must be finite";
+
+  VectorXd length;
+  Eigen::ColPivHouseholderQR<MatrixXd> qr(scaled(A, length));
+  qr.setThreshold(kRank);
+  null_rank_ = static_cast<int>(qr.rank());
+  const auto project = [&](const MatrixXd& X) {
+    MatrixXd turned = qr.householderQ().setLength(null_rank_).transpose() * X;
+    return MatrixXd(turned.bottomRows(m - null_rank_));
+  };
+  r_ = project(r);
+  const MatrixXd R = project(scaled(C, length));
+
+  length_ = R.colwise().norm().transpose().cwiseProduct(length);
+
+  const auto count = static_cast<Index>(sizes.size());
+  B_.resize(m - null_rank_, C.cols());
+  first_.resize(count);
+  scores_ = {Eigen::VectorXi::Zero(count), VectorXd::Zero(count)};
+  surviving_ = VectorXd::Zero(count);
+  estimate_ = VectorXd::Zero(C.cols());
+  deviation_ = VectorXd::Constant(C.cols(), std::numeric_limits<double>::infinity());
+  Index used = 0;
+  Index column = 0;
+  for (Index i = 0; i < count; ++i) {
+    const Index size = sizes[static_cast<std::size_t>(i)];
+    const auto block = R.middleCols(column, size);
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(block.transpose() * block);
+    const VectorXd& square = eigen.eigenvalues();
+    first_[i] = static_cast<int>(used);
+    int rank = 0;
+    MatrixXd inverse = MatrixXd::Zero(size, size);  // V / sqrt(lambda) of what is kept
+    for (Index k = size - 1; k >= 0 && square[k] > least * least; --k)
+      inverse.col(rank++) = eigen.eigenvectors().col(k) / std::sqrt(square[k]);
+    if (rank > 0) {
+      B_.middleCols(used, rank).noalias() = block * inverse.leftCols(rank);
+      const VectorXd along = B_.middleCols(used, rank).transpose() * r_;
+      scores_.statistic[i] = along.squaredNorm();
+      const VectorXd back = length.segment(column, size);
+      estimate_.segment(column, size) =
+          (back.array() > 0).select((inverse.leftCols(rank) * along).array() / back.array(), 0);
+      if (rank == size)
+        deviation_.segment(column, size) = inverse.rowwise().norm().array() / back.array();
+      else  // a direction is absorbed: what has a share in it is not told
+        for (Index k = 0; k < size; ++k)
+          if (eigen.eigenvectors().row(k).head(size - rank).norm() < 1e-6)
+            deviation_[column + k] = inverse.row(k).norm() / back[k];
+    }
+    scores_.rank[i] = rank;
+    const auto nonzero = static_cast<double>((length.segment(column, size).array() > 0).count());
+    surviving_[i] = nonzero > 0 ? std::sqrt(block.squaredNorm() / nonzero) : 0;
+    used += rank;
+    column += size;
+  }
+  B_.conservativeResize(Eigen::NoChange, used);
+}
+
+void ScoreTests::check(const std::vector<int>& blocks) const {
+  for (const int i : blocks)
+    FASTCAL_CHECK(i >= 0 && i < block_count()) << "there is no block " << i << "; there are " << block_count();
+}
+
+MatrixXd ScoreTests::joint_basis(const std::vector<int>& added) const {
+  check(added);
+  Index total = 0;
+  for (const int i : added) total += scores_.rank[i];
+  MatrixXd joined(B_.rows(), total);
+  Index at = 0;
+  for (const int i : added) {
+    joined.middleCols(at, scores_.rank[i]) = basis(i);
+    at += scores_.rank[i];
+  }
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(joined.transpose() * joined);
+  Index lost = 0;
+  while (lost < total && eigen.eigenvalues()[lost] < kTwin) ++lost;
+  const Index rank = total - lost;
+  return joined * eigen.eigenvectors().rightCols(rank) *
+         eigen.eigenvalues().tail(rank).cwiseSqrt().cwiseInverse().asDiagonal();
+}
+
+BlockScores ScoreTests::given(const std::vector<int>& added) const {
+  const MatrixXd Q = joint_basis(added);
+  const MatrixXd X = Q.transpose() * B_;
+  const VectorXd z = B_.transpose() * r_ - X.transpose() * (Q.transpose() * r_);
+  BlockScores out{Eigen::VectorXi::Zero(block_count()), VectorXd::Zero(block_count())};
+  for (int k = 0; k < block_count(); ++k) {
+    const Index size = scores_.rank[k];
+    if (size == 0 || std::find(added.begin(), added.end(), k) != added.end()) continue;
+    const auto part = X.middleCols(first_[k], size);
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(MatrixXd::Identity(size, size) - part.transpose() * part);
+    const VectorXd along = eigen.eigenvectors().transpose() * z.segment(first_[k], size);
+    for (Index d = size - 1; d >= 0 && eigen.eigenvalues()[d] > kTwin; --d) {
+      ++out.rank[k];
+      out.statistic[k] += along[d] * along[d] / eigen.eigenvalues()[d];
+    }
+  }
+  return out;
+}
+
+double ScoreTests::remaining_with(const std::vector<int>& added, int& rank) const {
+  const MatrixXd Q = joint_basis(added);
+  rank = static_cast<int>(Q.cols());
+  return remaining() - (Q.transpose() * r_).squaredNorm();
+}
+
+MatrixXd ScoreTests::correlation(const std::vector<int>& of, const std::vector<int>& with) const {
+  check(of);
+  check(with);
+  MatrixXd out = MatrixXd::Zero(static_cast<Index>(of.size()), static_cast<Index>(with.size()));
+  for (Index a = 0; a < out.rows(); ++a)
+    for (Index b = 0; b < out.cols(); ++b) {
+      const int i = of[static_cast<std::size_t>(a)];
+      const int k = with[static_cast<std::size_t>(b)];
+      if (scores_.rank[i] == 0 || scores_.rank[k] == 0) continue;
+      const MatrixXd cosines = basis(i).transpose() * basis(k);
+      out(a, b) = std::min(1.0, Eigen::JacobiSVD<MatrixXd>(cosines).singularValues()[0]);
+    }
+  return out;
+}
+
+MatrixXd ScoreTests::shared(const std::vector<int>& of, const std::vector<int>& with) const {
+  check(of);
+  check(with);
+  MatrixXd out = MatrixXd::Zero(static_cast<Index>(of.size()), static_cast<Index>(with.size()));
+  for (Index a = 0; a < out.rows(); ++a) {
+    const int i = of[static_cast<std::size_t>(a)];
+    if (scores_.rank[i] == 0 || scores_.statistic[i] <= 0) continue;
+    const VectorXd signature = basis(i) * (basis(i).transpose() * r_);
+    for (Index b = 0; b < out.cols(); ++b) {
+      const int k = with[static_cast<std::size_t>(b)];
+      if (scores_.rank[k] > 0) out(a, b) = (basis(k).transpose() * signature).squaredNorm() / signature.squaredNorm();
+    }
+  }
+  return out;
+}
+
+double ScoreTests::effective_tests(const std::vector<int>& blocks, int draws, std::uint64_t seed) const {
+  check(blocks);
+  FASTCAL_CHECK(draws >= 1) << "draws must be at least 1, got " << draws;
+  std::mt19937_64 engine(seed);
+  std::normal_distribution<double> normal;
+  constexpr int kAtOnce = 64;
+  double sum = 0;
+  for (int done = 0; done < draws; done += kAtOnce) {
+    const int now = std::min(kAtOnce, draws - done);
+    MatrixXd noise(B_.rows(), now);
+    for (Index j = 0; j < now; ++j)
+      for (Index i = 0; i < noise.rows(); ++i) noise(i, j) = normal(engine);
+    const MatrixXd z = B_.transpose() * noise;
+    for (Index j = 0; j < now; ++j) {
+      double least = 1;
+      for (const int k : blocks)
+        if (scores_.rank[k] > 0)
+          least = std::min(
+              least, chi_square_tail(z.col(j).segment(first_[k], scores_.rank[k]).squaredNorm(), scores_.rank[k]));
+      sum += least;
+    }
+  }
+  return draws / sum - 1;
+}
+
+}  // namespace fastcal

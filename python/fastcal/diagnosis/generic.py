@@ -1,0 +1,127 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Blocks without a name: "something at joint 4 that depends on q4". What no name explains, they place.
+
+A block is a motion of one frame (or of the measured point itself) times smooth functions of what varies from row to
+row, orthonormal over the rows. In finite terms they are the orthogonal, embedded Gaussian process of Plumlee (2017).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from numpy.polynomial import legendre
+from numpy.typing import NDArray
+
+from fastcal.dataset import Dataset
+
+FloatArray = NDArray[np.float64]
+
+WAVES = 6  # Fourier orders over a turn, and degree of the curves over a load
+_TIMES = 5
+_FIELD_DEGREE = 3
+_EXTRA_DEGREE = 2
+_LEAST = 1e-2  # of the largest singular value: what is less is no curve of its own over these rows
+
+
+@dataclass(frozen=True, eq=False)
+class Curves:
+    """Smooth functions over the rows.
+
+    Attributes:
+        depends_on: What they are functions of, as a person names it: "q4", "torque", "time_s".
+        values: (N, k), columns of mean square 1.
+    """
+
+    depends_on: tuple[str, ...]
+    values: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Generic:
+    """One block: `owner` moves along `frame_columns` by `curves`.
+
+    Attributes:
+        owner: "joint4", "base", "tool", "workspace".
+        curves: Over the rows.
+    """
+
+    owner: str
+    curves: Curves
+
+    def __repr__(self) -> str:
+        return f"{self.owner} by {', '.join(self.curves.depends_on)}"
+
+
+def orthonormal(values: FloatArray) -> FloatArray:
+    """(N, k) an orthonormal basis, times root N, of the columns (N, p) and without their mean."""
+    centred = values - values.mean(axis=0)
+    length = np.linalg.norm(centred, axis=0)
+    kept = length > 1e-9 * np.sqrt(len(values)) * np.maximum(np.abs(values).max(axis=0), 1e-300)
+    if not kept.any():
+        return np.zeros((len(values), 0))
+    U, s, _ = np.linalg.svd(centred[:, kept] / length[kept], full_matrices=False)
+    return np.asarray(U[:, s > _LEAST * s[0]] * np.sqrt(len(values)))
+
+
+def _unit(x: FloatArray) -> FloatArray:
+    """x scaled to -1 ... 1."""
+    low, high = float(x.min()), float(x.max())
+    return np.zeros_like(x) if high <= low else (2 * x - low - high) / (high - low)
+
+
+def polynomials(x: FloatArray, degree: int) -> FloatArray:
+    """Legendre polynomials 1 ... degree of x over its range."""
+    return np.asarray(legendre.legvander(_unit(x), degree)[:, 1:])
+
+
+def waves(q: FloatArray, orders: int = WAVES) -> FloatArray:
+    """The straight line and sin, cos of orders 1 ... of an angle."""
+    n = np.arange(1, orders + 1)
+    return np.column_stack([q, np.sin(np.outer(q, n)), np.cos(np.outer(q, n))])
+
+
+def joint_curves(joint: int, data: Dataset, loads: FloatArray, turns: Sequence[bool]) -> Iterator[Curves]:
+    """What the error of a joint may depend on: its position, its load, time, temperature, two positions at once."""
+    q = data.q
+    own = waves(q[:, joint]) if turns[joint] else polynomials(q[:, joint], 2 * WAVES)
+    yield Curves((f"q{joint + 1}",), orthonormal(own))
+    load = loads[:, joint]
+    if np.ptp(load) > 1e-9 * max(np.abs(load).max(), 1e-12):
+        signed = np.column_stack([polynomials(load, WAVES), np.sign(load)])
+        yield Curves(("torque",), orthonormal(signed))
+    for name, values, degree in _conditions(data):
+        yield Curves((name,), orthonormal(polynomials(values, degree)))
+    scaled = [_unit(q[:, i]) for i in range(q.shape[1])]
+    for a, b in combinations(range(q.shape[1]), 2):
+        if joint in (a, b) or abs(a - b) <= 2:
+            pair = np.column_stack([scaled[a] * scaled[b], *(f(q[:, a]) * g(q[:, b]) for f in (np.sin, np.cos) for g in (np.sin, np.cos))])
+            yield Curves((f"q{a + 1}", f"q{b + 1}"), orthonormal(pair))
+
+
+def frame_curves(data: Dataset) -> Iterator[Curves]:
+    """What a motion of base or tool may depend on."""
+    for name, values, degree in _conditions(data):
+        yield Curves((name,), orthonormal(polynomials(values, degree)))
+    if np.ptp(data.payload) > 0:
+        yield Curves(("payload_kg",), orthonormal(polynomials(data.payload, _EXTRA_DEGREE)))
+
+
+def field_curves(point: FloatArray) -> Curves:
+    """Polynomials of degree 2 ... 3 in the measured place (N, 3): a smooth field in the workspace, less its rigid part."""
+    x, y, z = (_unit(point[:, k]) for k in range(3))
+    powers = [(i, j, k) for i in range(4) for j in range(4) for k in range(4) if 2 <= i + j + k <= _FIELD_DEGREE]
+    return Curves(("x", "y", "z"), orthonormal(np.column_stack([x**i * y**j * z**k for i, j, k in powers])))
+
+
+def _conditions(data: Dataset) -> Iterator[tuple[str, FloatArray, int]]:
+    """Name, values and degree of what varies beside the pose."""
+    for name, values, degree in (("time_s", data.time, _TIMES), ("temperature_c", data.temperature, 3)):
+        if values is not None and np.ptp(values) > 0:
+            yield name, np.asarray(values), degree
+    for name, values in data.extra.items():
+        if np.isfinite(values).all() and np.ptp(values) > 0:
+            yield name, values, _EXTRA_DEGREE

@@ -1,0 +1,181 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""How sure is a name? Grade A only where everything that could be mistaken for it has been refused."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg
+
+from fastcal import _core
+from fastcal.diagnosis.library import RICHER, SHAPES, Name
+from fastcal.diagnosis.search import GENERIC, NAMED, Search, State, p_values
+from fastcal.evaluation import pose_groups
+
+FloatArray = NDArray[np.float64]
+
+SURE_SNR = 15.0  # from here on a look-alike of correlation 0.95 would have shown itself
+IMPLAUSIBLE = 30.0  # plausible sizes: what is larger stands for something else
+FOLDS = 5
+HELD_OUT = 2.0  # standard errors by which held-out rows must be better
+STABLE = 0.8  # share of the folds in which the same name must come first
+_CONTAINED = 0.98  # share of a signature from which on a block without a name holds it
+_CLOSE = 0.5  # of the largest statistic: names below it cannot come first
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What stands for one name of a set.
+
+    Attributes:
+        statistic: Chi square of leaving it out, `rank` its degrees of freedom.
+        gain: Relative, of held-out rows, and its standard error.
+        stability: Share of folds in which it comes first.
+        rivals: Blocks without a name that would do instead, in words.
+        is_richer_needed: Does it need what sets it apart from its simpler relative?
+        is_plausible: Are its sizes?
+    """
+
+    statistic: float
+    rank: int
+    gain: tuple[float, float]
+    stability: float
+    rivals: tuple[str, ...]
+    is_richer_needed: bool
+    is_plausible: bool
+
+
+def evidence(search: Search, state: State, name: Name) -> Evidence:
+    """Of one name of a set."""
+    place = state.fit.place(name)
+    theta = state.fit.theta[place]
+    inverse = _covariance(state)
+    at = [state.fit.free.index(i) for i in range(place.start, place.stop)]
+    own = inverse[np.ix_(at, at)]
+    statistic = float(theta @ linalg.lstsq(own, theta)[0])
+    base = search.start if len(state.names) == 1 else search.state([n for n in state.names if n is not name], state)
+    gain, stability = _held_out(search, state, base, name)
+    parameters = state.fit.model.parameters[place]
+    plausible = all(
+        abs(value) <= IMPLAUSIBLE * p.sigma or p.name.startswith("critical") or not np.isfinite(p.sigma)
+        for p, value in zip(parameters, theta, strict=True)
+    )
+    return Evidence(statistic, len(at), gain, stability, _rivals(search, base, name), _richer_needed(name, theta, own), plausible)
+
+
+def grade(found: Evidence, name: Name, equivalents: Sequence[object], rest: bool) -> tuple[str, tuple[str, ...]]:
+    """Grade A or B, and why not A."""
+    reasons = []
+    if rest:
+        reasons.append("something else remains unexplained, and it may take this one's place")
+    if equivalents:
+        reasons.append("other names explain the data as well")
+    if found.statistic < SURE_SNR**2:
+        reasons.append(f"its signal is {found.statistic ** 0.5:.1f} times the noise, and a cause that is not in the library and looks alike would show from {SURE_SNR:g} on")
+    if found.rivals:
+        reasons.append(f"a cause without a name would do as well: {', '.join(found.rivals)}")
+    if not found.is_richer_needed:
+        reasons.append(f"the data do not show what sets it apart from {', '.join(RICHER[name.effect])}")
+    if not found.is_plausible:
+        reasons.append("it would have to be implausibly large")
+    if found.gain[0] < HELD_OUT * found.gain[1]:
+        reasons.append("poses that were held out do not bear it out")
+    if found.stability < STABLE:
+        reasons.append(f"it comes first in {found.stability:.0%} of the parts of the data only")
+    if name.effect in SHAPES:
+        reasons.append("it may be the form of a large effect of loads rather than a cause of its own")
+    return ("B" if reasons else "A"), tuple(reasons)
+
+
+def _covariance(state: State) -> FloatArray:
+    A = state.fit.whitened[0]
+    scale = np.linalg.norm(A, axis=0)
+    scale[scale == 0] = 1.0
+    return np.asarray(np.linalg.pinv((A / scale).T @ (A / scale), rcond=1e-14, hermitian=True) / np.outer(scale, scale))
+
+
+def _richer_needed(name: Name, theta: FloatArray, covariance: FloatArray) -> bool:
+    if name.effect != "joint_compliance_nonlinear":
+        return True
+    contrast = np.array([1.0, -1.0, 0.0])[: len(theta)]
+    return bool((contrast @ theta) ** 2 > 25.0 * (contrast @ covariance @ contrast))
+
+
+def _rivals(search: Search, base: State, name: Name) -> tuple[str, ...]:
+    """Blocks without a name that leave nothing significant and are another shape than the name."""
+    blocks = base.blocks
+    same = [i for i, other in enumerate(blocks.names) if other.key == name.key]
+    if not same:
+        return ()
+    scores = blocks.tests.scores
+    statistic = np.asarray(scores.statistic)
+    best = max(same, key=lambda i: statistic[i])
+    out = []
+    for i in range(blocks.count, len(statistic)):
+        if statistic[i] < 0.8 * statistic[best]:
+            continue
+        left = blocks.tests.given([i])
+        p = p_values(np.asarray(left.statistic), np.asarray(left.rank), base.fit.problem.noise.freedom)
+        family = search.start.family
+        limit = np.where(np.arange(len(p)) < blocks.count, NAMED / family.named, GENERIC / family.generic)
+        if (p < limit).any():
+            continue
+        if blocks.tests.shared([best], [i])[0, 0] < _CONTAINED:
+            out.append(blocks.title(i))
+    return tuple(out)
+
+
+def _held_out(search: Search, state: State, base: State, name: Name) -> tuple[tuple[float, float], float]:
+    """Relative gain on held-out groups and its standard error; share of the folds in which the name comes first.
+
+    On the problem linearized at the set: with and without the name each fold is fitted on the others. Coming first is
+    by the score tests of the others alone, from the set without the name.
+    """
+    A, r, row = state.fit.whitened
+    place = state.fit.place(name)
+    own = np.array([state.fit.free.index(i) for i in range(place.start, place.stop)])
+    target = r + A[:, own] @ state.fit.theta[place]
+    fold = _folds(search)[row]
+    fold[row < 0] = -1
+    rest = np.setdiff1d(np.arange(A.shape[1]), own)
+    gains, first = [], []
+    for k in range(FOLDS):
+        fitted, out = fold != k, fold == k
+        errors = []
+        for columns in (np.arange(A.shape[1]), rest):
+            X = A[:, columns]
+            length = np.linalg.norm(X, axis=0)
+            length[length == 0] = 1.0
+            b = linalg.lstsq(X[fitted] / length, target[fitted], cond=1e-10, lapack_driver="gelsy", check_finite=False)[0]
+            errors.append(np.bincount(row[out], (target[out] - X[out] / length @ b) ** 2))
+        used = np.unique(row[out])
+        gains.append((errors[1] - errors[0])[used])
+        first.append(_comes_first(base, fitted_rows=np.unique(row[fitted & (row >= 0)]), name=name))
+    gain = np.concatenate(gains)
+    scale = float(np.sum(target**2)) / max(len(gain), 1)
+    mean, error = float(gain.mean()), float(gain.std(ddof=1) / np.sqrt(len(gain)))
+    return (mean / scale, error / scale), float(np.mean(first))
+
+
+def _folds(search: Search) -> NDArray[np.intp]:
+    """(N) fold of each fitted row: all visits of a pose in one."""
+    groups = pose_groups(search.problem.kept)
+    order = np.random.default_rng(0).permutation(groups.max() + 1)
+    return np.asarray(order[groups] % FOLDS, dtype=np.intp)
+
+
+def _comes_first(base: State, fitted_rows: NDArray[np.intp], name: Name) -> bool:
+    blocks = base.blocks
+    statistic = np.asarray(blocks.tests.scores.statistic)[: blocks.count]
+    likely = [int(i) for i in np.argsort(-statistic, kind="stable")[:12] if statistic[i] >= _CLOSE * statistic.max()]
+    A, r, row = base.fit.whitened
+    kept = np.isin(row, fitted_rows) | (row < 0)
+    C = np.hstack([blocks.columns_of(i)[kept] for i in likely])
+    tests = _core.ScoreTests(A[kept], C, r[kept], [blocks.sizes[i] for i in likely])
+    worth = np.asarray(tests.scores.statistic) - np.log(kept.sum()) * np.asarray(tests.scores.rank)
+    best = blocks.names[likely[int(np.argmax(worth))]]
+    return best.owner == name.owner and (best.effect == name.effect or name.effect in RICHER.get(best.effect, ()) or best.effect in RICHER.get(name.effect, ()))

@@ -1,0 +1,243 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""How large the noise is, and which rows are wrong: against a rich model, so that no missing effect passes for either.
+
+The rich model is the fit with as many named and unnamed blocks as leave half of the measured numbers free. What it
+leaves is noise, whatever is missing (Baarda 1968, with the alternatives themselves as the model).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg, special
+
+from fastcal.dataset import Dataset
+from fastcal.diagnosis.problem import Blocks, Fit, Noise, Problem
+from fastcal.evaluation import pose_groups
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.intp]
+
+RICH_SHARE = 0.35  # of the degrees of freedom that the rich model may take
+OUTLIER_LEVEL = 0.01  # chance that noise alone puts one row of the set on the list
+MOST_OUTLIERS = 0.05  # share of the rows: more are no outliers, but an effect
+AGREES = 0.01  # two-sided level at which a claimed noise is taken to be wrong
+FEWEST_REPEATS = 30  # degrees of freedom of repeats from which on they tell the noise
+_RIDGE = 1e-9
+_ROUNDS = 8
+_HUBER, _TUKEY = 1.5, 5.0  # of the median size of a row
+_HARDLY = 0.05  # weight of a suspect
+_LEVERED = 0.05  # least share of a number that the others leave to chance: below, it is fitted whatever it is
+
+
+@dataclass(frozen=True, eq=False)
+class NoiseLevel:
+    """What is known of the noise.
+
+    Attributes:
+        noise: As the fits use it.
+        sigma: Of a measured coordinate or length, RMS over the rows [m].
+        source: repeats, column, option or residual.
+        note: A sentence for a person.
+    """
+
+    noise: Noise
+    sigma: float
+    source: str
+    note: str
+
+
+@dataclass(frozen=True, eq=False)
+class RichFit:
+    """What the rich model leaves: mean square, its degrees of freedom, rows that do not fit."""
+
+    mean_square: float
+    freedom: float
+    wrong: IntArray
+
+
+def rich_fit(at: Fit, blocks: Blocks) -> RichFit:
+    """A robust fit of the parameters and as many blocks as RICH_SHARE allows, in a fixed order: no choice by the data."""
+    A, r, row = at.whitened
+    ranks = np.asarray(blocks.tests.scores.rank)
+    budget = RICH_SHARE * (len(r) - blocks.tests.null_rank)
+    columns = [A]
+    for index in _order(blocks):
+        if 0 < ranks[index] <= budget:
+            columns.append(blocks.columns_of(index))
+            budget -= ranks[index]
+    X = np.hstack(columns)
+    length = np.linalg.norm(X, axis=0)
+    return _without_outliers(X[:, length > 0] / length[length > 0], r, row)
+
+
+def _order(blocks: Blocks) -> list[int]:
+    """Names without their variants, curves of one variable, then the rest."""
+    seen: set[tuple[str, str]] = set()
+    first, later = [], []
+    for i, name in enumerate(blocks.names):
+        (later if name.key in seen and name.effect != "gear_harmonic" else first).append(i)
+        seen.add(name.key)
+    single = [blocks.count + i for i, g in enumerate(blocks.generics) if len(g.curves.depends_on) != 2]
+    pairs = [blocks.count + i for i, g in enumerate(blocks.generics) if len(g.curves.depends_on) == 2]
+    return [*first, *single, *pairs, *later]
+
+
+@dataclass(frozen=True, eq=False)
+class _Solved:
+    """Least squares of the kept numbers: what is left of all of them, and Z with h = Z Z^T."""
+
+    left: FloatArray
+    Z: FloatArray
+
+
+def _solved(X: FloatArray, r: FloatArray, weight: FloatArray) -> _Solved:
+    normal = (X * weight[:, np.newaxis]).T @ X
+    normal[np.diag_indices(X.shape[1])] += _RIDGE
+    L = linalg.cholesky(normal, lower=True, check_finite=False)
+    Z = linalg.solve_triangular(L, X.T, lower=True, check_finite=False).T
+    return _Solved(r - Z @ (Z.T @ (weight * r)), Z)
+
+
+def _suspects(X: FloatArray, r: FloatArray, row: IntArray) -> IntArray:
+    """Rows to which iteratively reweighted least squares (Huber, then Tukey) gives hardly any weight."""
+    rows, place, count = np.unique(row, return_inverse=True, return_counts=True)
+    weight = np.ones(len(rows))
+    for round_ in range(_ROUNDS):
+        left = _solved(X, r, weight[place]).left
+        size = np.sqrt(np.bincount(place, left**2) / count)
+        scale = float(np.median(size[rows >= 0]))
+        u = size / max(scale, 1e-300)
+        if round_ < _ROUNDS // 2:
+            weight = np.minimum(1.0, _HUBER / np.maximum(u, 1e-300))
+        else:
+            weight = np.where(u < _TUKEY, (1 - (u / _TUKEY) ** 2) ** 2, 0.0)
+        weight[rows < 0] = 1.0
+    return np.asarray(rows[weight < _HARDLY])
+
+
+def _without_outliers(X: FloatArray, r: FloatArray, row: IntArray) -> RichFit:
+    wrong = _largest(_suspects(X, r, row), None, row)
+    for _ in range(_ROUNDS):
+        kept = ~np.isin(row, wrong)
+        solved = _solved(X, r, kept.astype(float))
+        freedom = max(float(kept.sum() - np.sum(solved.Z[kept] ** 2)), 1.0)
+        mean_square = float(np.sum(solved.left[kept] ** 2)) / freedom
+        square, count = studentized(solved.left, solved.Z, row, wrong)
+        index = np.arange(len(square))
+        with np.errstate(invalid="ignore"):
+            far = index[(count > 0) & (square > mean_square * special.chdtri(np.maximum(count, 1), OUTLIER_LEVEL / max((count > 0).sum(), 1)))]
+        now = _largest(far, square, row)
+        if np.array_equal(now, wrong):
+            break
+        wrong = now
+    return RichFit(mean_square, freedom, wrong)
+
+
+def off_by(A: FloatArray, r: FloatArray, row: IntArray, wrong: IntArray) -> tuple[FloatArray, IntArray]:
+    """`studentized` for a linear problem that is fitted to all rows but those that are `wrong`."""
+    length = np.linalg.norm(A, axis=0)
+    solved = _solved(A[:, length > 0] / length[length > 0], r, (~np.isin(row, wrong)).astype(float))
+    return studentized(solved.left, solved.Z, row, wrong)
+
+
+def studentized(left: FloatArray, Z: FloatArray, row: IntArray, wrong: IntArray) -> tuple[FloatArray, IntArray]:
+    """(N,) square of what each row is off, as a chi square of noise 1, and (N,) how many numbers it holds.
+
+    A fitted row: e^T (1 - h)^-1 e; one that was left out: e^T (1 + h)^-1 e; h = Z Z^T.
+    """
+    count = np.bincount(row[row >= 0])
+    square = np.zeros(len(count))
+    order = np.argsort(row, kind="stable")
+    first = np.searchsorted(row[order], np.arange(len(count)))
+    for index in np.flatnonzero(count):
+        own = order[first[index] : first[index] + count[index]]
+        h = Z[own] @ Z[own].T
+        V = np.eye(len(own)) + (h if index in wrong else -h)
+        values, vectors = np.linalg.eigh(V)
+        along = vectors.T @ left[own]
+        square[index] = np.sum(along**2 / np.maximum(values, _LEVERED))
+    return square, count
+
+
+def _largest(far: IntArray, square: FloatArray | None, row: IntArray) -> IntArray:
+    """Those rows, the largest ones where they are more than outliers can be; sorted."""
+    most = int(MOST_OUTLIERS * len(np.unique(row[row >= 0])))
+    if square is not None and len(far) > most:
+        far = far[np.argsort(-square[far], kind="stable")[:most]]
+    return np.sort(far).astype(np.intp)
+
+
+def noise_level(problem: Problem, rich: RichFit, data: Dataset, option: float | None) -> NoiseLevel:
+    """The noise to test with, and where it comes from: repeats, a claim that the rich fit bears out, or the rich fit.
+
+    Args:
+        problem: Whose noise `rich` was whitened with.
+        rich: What the rich model leaves.
+        data: All rows.
+        option: Claimed by the user [m].
+    """
+    own = _rms_sigma(problem, data)
+    ratio = rich.mean_square
+    low, high = (float(special.chdtri(rich.freedom, p)) / rich.freedom for p in (1 - AGREES / 2, AGREES / 2))
+    claimed = data.sigma_position is not None or option is not None
+    source = "option" if option is not None else "column"
+    if claimed and low <= ratio <= high:
+        return NoiseLevel(replace(problem.noise, freedom=np.inf), own, source, "as claimed, and what the richest model leaves agrees")
+    repeated = repeats(data)
+    if not claimed and repeated is not None and repeated[1] >= FEWEST_REPEATS:
+        sigma, freedom = repeated
+        agree = special.fdtri(freedom, rich.freedom, [AGREES / 2, 1 - AGREES / 2])
+        against = sigma**2 / (own**2 * ratio)
+        note = f"from {freedom:.0f} differences of repeated poses"
+        if agree[0] <= against <= agree[1]:
+            together = freedom + rich.freedom
+            sigma = float(np.sqrt((freedom * sigma**2 + rich.freedom * own**2 * ratio) / together))
+            freedom, note = together, f"{note} and what the richest model leaves, which agree"
+        if against <= agree[1]:  # else something moved between the visits, and they are no repeats
+            noise = replace(problem.noise, factor=problem.noise.factor * sigma / own, freedom=freedom)
+            return NoiseLevel(noise, sigma, "repeats", note)
+    factor = problem.noise.factor * float(np.sqrt(ratio))
+    noise = replace(problem.noise, factor=factor, freedom=rich.freedom)
+    sigma = own * float(np.sqrt(ratio))
+    if claimed:
+        word = "a column" if option is None else "an option"
+        note = f"what the richest model leaves; {word} claims {own * 1e3:.4f} mm, which is {'too small' if ratio > 1 else 'too large'}"
+        return NoiseLevel(noise, sigma, "residual", note)
+    return NoiseLevel(noise, sigma, "residual", "what the richest model leaves; the data claim none and repeat no pose")
+
+
+def _rms_sigma(problem: Problem, data: Dataset) -> float:
+    """Of a coordinate (or a length), claims and common part together [m]."""
+    common = problem.noise.common[0] if data.position is not None else problem.noise.common[2]
+    square = common**2
+    if data.sigma_position is not None:
+        square += float(np.nanmean(data.sigma_position**2))
+    return problem.noise.factor * float(np.sqrt(square))
+
+
+def repeats(data: Dataset) -> tuple[float, float] | None:
+    """Pure error of a coordinate [m] and its degrees of freedom, from rows with the same command; None: no repeats.
+
+    Rows that differ in approach, temperature or station are no repeats of each other.
+    """
+    if data.position is None:
+        return None
+    group = pose_groups(data)
+    keys = [group]
+    if data.approach is not None:
+        keys.append(np.unique(data.approach, axis=0, return_inverse=True)[1].ravel())
+    for labels in (data.station, data.mount):
+        if labels is not None:
+            keys.append(labels.astype(np.intp))
+    group = np.unique(np.column_stack(keys), axis=0, return_inverse=True)[1].ravel()
+    whole = ~np.isnan(data.position).any(axis=1)
+    squares, freedom = 0.0, 0.0
+    for g in np.flatnonzero(np.bincount(group[whole]) > 1):
+        points = data.position[whole & (group == g)]
+        squares += float(np.sum((points - points.mean(axis=0)) ** 2))
+        freedom += 3 * (len(points) - 1)
+    return None if freedom == 0 or squares == 0 else (float(np.sqrt(squares / freedom)), freedom)

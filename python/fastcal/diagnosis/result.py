@@ -1,0 +1,198 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""What a diagnosis says, as a program reads it: the content of diagnosis.json."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal.diagnosis.library import Untestable
+from fastcal.evaluation import Evaluation
+from fastcal.robot import Robot
+
+if TYPE_CHECKING:
+    from fastcal.calibration import CalibrationResult
+
+FloatArray = NDArray[np.float64]
+
+VERDICTS = ("none", "named", "one_of", "several", "unexplained")
+
+
+@dataclass(frozen=True)
+class NamedValue:
+    """A parameter with its standard deviation, in the unit at the end of its name."""
+
+    value: float
+    std: float | None
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One cause that the data ask for.
+
+    Attributes:
+        grade: A it is this; B the data are consistent with it; C the place is known, the form is not.
+        parameters: By their names at the edge, such as gap_rad.
+        snr: Root of the chi square by which the fit is worse without it.
+        p_value: Of that chi square, times the number of names that were tried.
+        equivalents: (effect, owner) of names that would do as well.
+        gain: By how much the mean square of held-out rows is lower with it, as a share, and its standard error.
+        stability: Share of the folds in which the same name comes first.
+        reasons: Why the grade is not better, a sentence each.
+    """
+
+    effect: str
+    owner: str
+    grade: str
+    parameters: dict[str, NamedValue]
+    snr: float
+    p_value: float
+    equivalents: tuple[tuple[str, str], ...] = ()
+    gain: tuple[float, float] = (0.0, 0.0)
+    stability: float = 1.0
+    reasons: tuple[str, ...] = ()
+
+    @property
+    def label(self) -> str:
+        """effect@owner."""
+        return f"{self.effect}@{self.owner}"
+
+
+@dataclass(frozen=True)
+class Unexplained:
+    """What remains: where it is best placed, its share of the misfit before, and what it depends on."""
+
+    owner: str
+    share: float
+    depends_on: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class GapStep:
+    """RMS error of the model with one effect more [mm]."""
+
+    added: str | None
+    train_rms_mm: float
+    test_rms_mm: float | None
+
+
+@dataclass(frozen=True)
+class Refusal:
+    """A name that was looked at, and why it is not given.
+
+    Attributes:
+        estimate: Of its parameters when it alone is added, in the unit of their names.
+        snr: Root of its score statistic over the calibrated geometry.
+        share: Of the misfit that it alone explains.
+        beyond: What stays significant with it in the model, and the p value of that.
+    """
+
+    name: str
+    snr: float
+    share: float
+    estimate: dict[str, float]
+    reason: str
+
+
+@dataclass(frozen=True)
+class Smallest:
+    """The smallest effect that these data would have shown four times in five, in the unit of its name."""
+
+    effect: str
+    owner: str
+    parameter: str
+    value: float
+
+
+@dataclass(frozen=True, eq=False)
+class Diagnosis:
+    """What `diagnose` found; `model` is the robot with the effects in it.
+
+    Attributes:
+        verdict: none, named, one_of, several or unexplained.
+        effects: Largest first.
+        untestable: On which the data hold no information: neither present nor absent.
+        outliers: Rows, from 0.
+        sigma_mm, sigma_source, sigma_note: Noise of a coordinate and where it comes from.
+        gap: Error of the geometry alone, then with each effect added.
+        ranking: All names by what they explain, with the reason for which each is not given.
+        smallest: What would have been seen.
+        confusion: Names of the first in the ranking, and the largest correlation of each pair.
+        calibrations: The model at each step of `gap`.
+    """
+
+    verdict: str
+    sentence: str
+    effects: list[Finding]
+    unexplained: Unexplained | None
+    untestable: list[Untestable]
+    outliers: list[int]
+    sigma_mm: float
+    sigma_source: str
+    sigma_note: str
+    gap: list[GapStep]
+    ranking: list[Refusal]
+    smallest: list[Smallest]
+    confusion: tuple[list[str], FloatArray]
+    calibrations: list[CalibrationResult]
+    notes: list[str] = field(default_factory=list)
+
+    @property
+    def model(self) -> Robot:
+        """The identified robot with everything that was found."""
+        return self.calibrations[-1].model
+
+    @property
+    def train(self) -> Evaluation:
+        """Errors on the data, with everything that was found."""
+        return self.calibrations[-1].train
+
+    @property
+    def test(self) -> Evaluation | None:
+        """Errors on the test poses."""
+        return self.calibrations[-1].test
+
+    def to_json_dict(self) -> dict[str, Any]:
+        """The content of diagnosis.json."""
+        rest = self.unexplained
+        return {
+            "verdict": self.verdict,
+            "sentence": self.sentence,
+            "effects": [
+                {
+                    "effect": f.effect,
+                    "owner": f.owner,
+                    "grade": f.grade,
+                    "parameters": {name: vars(value) for name, value in f.parameters.items()},
+                    "snr": f.snr,
+                    "p_value": f.p_value,
+                    "equivalents": [{"effect": e, "owner": o} for e, o in f.equivalents],
+                    "held_out_gain": {"share": f.gain[0], "standard_error": f.gain[1]},
+                    "stability": f.stability,
+                    "reasons": list(f.reasons),
+                }
+                for f in self.effects
+            ],
+            "unexplained": None
+            if rest is None
+            else {"owner": rest.owner, "share": rest.share, "depends_on": list(rest.depends_on)},
+            "untestable": [vars(u) for u in self.untestable],
+            "outliers": self.outliers,
+            "sigma_mm": {"value": self.sigma_mm, "source": self.sigma_source, "note": self.sigma_note},
+            "gap": [vars(step) for step in self.gap],
+            "ranking": [vars(r) for r in self.ranking],
+            "smallest": [vars(s) for s in self.smallest],
+            "confusion": {"names": self.confusion[0], "correlation": self.confusion[1].tolist()},
+            "notes": self.notes,
+        }
+
+    def save(self, folder: str | os.PathLike[str]) -> None:
+        """Writes model.yaml, diagnosis.json and report.html into a folder, all or none."""
+        from fastcal.report.diagnosis_report import save_diagnosis  # files and pages are leaves
+
+        save_diagnosis(self, folder)

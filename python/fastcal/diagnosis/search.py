@@ -1,0 +1,233 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""From what is left to names: the sets of effects with which nothing significant remains.
+
+Detection, identification, adaptation (Teunissen 2018): a set of names stands when, with it in the model, no other name
+and no block without a name is significant (encompassing). Sets grow from the best few of each size, each refitted with
+all its nonlinearity; of those that stand, every member is then exchanged for every other name that could do its work.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import special
+
+from fastcal.diagnosis.library import RICHER, Key, Name
+from fastcal.diagnosis.problem import Blocks, Fit, Problem, blocks, fit
+from fastcal.step_search import find_step
+
+FloatArray = NDArray[np.float64]
+
+DETECT = 0.01  # chance to see something where nothing is missing, named and generic blocks together
+MORE = 0.002  # chance to see one more where the set in the model is all there is
+NAMED, GENERIC = 0.03, 0.01  # chance to refuse a true name beside the best since another block is significant by chance
+MOST_EFFECTS = 4
+WIDTH = 2  # sets of one size that are kept
+TRIES = 4  # names that are tried on top of each
+ODDS = 10.0  # difference of BIC at which of two sets that stand the worse one is refused (1 : 150)
+_DRAWS = 256
+
+
+@dataclass(frozen=True)
+class Family:
+    """How many independent tests the named and the generic blocks are worth."""
+
+    named: float
+    generic: float
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """A set of names, its fit, and what is significant beyond it."""
+
+    fit: Fit
+    family: Family
+
+    @property
+    def names(self) -> tuple[Name, ...]:
+        """The added names."""
+        return self.fit.added
+
+    @cached_property
+    def blocks(self) -> Blocks:
+        """Score tests of everything else."""
+        return blocks(self.fit)
+
+    @cached_property
+    def p_values(self) -> FloatArray:
+        """Of all blocks, without correction for their number."""
+        scores = self.blocks.tests.scores
+        return p_values(np.asarray(scores.statistic), np.asarray(scores.rank), self.fit.problem.noise.freedom)
+
+    @property
+    def bic(self) -> float:
+        """Of the set: what remains and log m for each parameter that it adds."""
+        m = len(self.fit.near.r)
+        return self.fit.remaining + np.log(m) * self.size
+
+    @property
+    def size(self) -> int:
+        """Parameters that the names add."""
+        return sum(self.fit.place(name).stop - self.fit.place(name).start for name in self.names)
+
+    def significant(self, named: float = NAMED, generic: float = GENERIC) -> list[int]:
+        """Blocks that are, at family-wise levels, the strongest first."""
+        p = self.p_values
+        limit = np.where(np.arange(len(p)) < self.blocks.count, named / self.family.named, generic / self.family.generic)
+        found = np.flatnonzero(p < limit)
+        return [int(i) for i in found[np.argsort(p[found], kind="stable")]]
+
+    @cached_property
+    def suffices(self) -> bool:
+        """Nothing more is detected, and the names have possible signs."""
+        level = MORE if self.names else DETECT
+        return not self.impossible and not self.significant(level / 2, level / 2)
+
+    @cached_property
+    def stands(self) -> bool:
+        """No other block is significant at the levels of a confidence set, and the names have possible signs."""
+        return not self.impossible and not self.significant()
+
+    @cached_property
+    def impossible(self) -> bool:
+        """A parameter lies beyond its bounds: a symptom of something else."""
+        for name in self.names:
+            place = self.fit.place(name)
+            for parameter, value in zip(self.fit.model.parameters[place], self.fit.theta[place], strict=True):
+                slack = 1e-9 * parameter.sigma
+                if not parameter.lower - slack <= value <= parameter.upper + slack:
+                    return True
+        return False
+
+    @property
+    def key(self) -> tuple[str, ...]:
+        """Equal for the same set."""
+        return tuple(sorted(map(repr, self.names)))
+
+
+def p_values(statistic: FloatArray, rank: NDArray[np.int32], freedom: float) -> FloatArray:
+    """P(T_i or larger) of chi square with these ranks, of F where the noise was estimated; 1 where the rank is 0."""
+    k = np.maximum(rank, 1)
+    tail = special.chdtrc(k, statistic) if np.isinf(freedom) else special.fdtrc(k, freedom, statistic / k)
+    return np.where(rank > 0, tail, 1.0)
+
+
+@dataclass(eq=False)
+class Search:
+    """Remembers every set that was fitted."""
+
+    problem: Problem
+    say: Callable[[str], None] = lambda text: None
+    seen: dict[tuple[str, ...], State] = field(default_factory=dict)
+
+    @cached_property
+    def start(self) -> State:
+        """Nothing added."""
+        first = State(fit(self.problem, []), Family(1.0, 1.0))
+        tests, count = first.blocks.tests, first.blocks.count
+        total = len(first.p_values)
+        family = Family(
+            tests.effective_tests(list(range(count)), _DRAWS, 0), tests.effective_tests(list(range(count, total)), _DRAWS, 0)
+        )
+        state = State(first.fit, family)
+        state.__dict__["blocks"] = first.blocks
+        return state
+
+    def grow(self) -> list[list[State]]:
+        """Sets of 0, 1, ... names, the best of each size first, until one suffices or MOST_EFFECTS are in."""
+        levels = [[self.start]]
+        while not any(state.suffices for state in levels[-1]) and len(levels) <= MOST_EFFECTS:
+            children: dict[tuple[str, ...], State] = {}
+            for state in levels[-1][:WIDTH]:
+                for names in self.next_sets(state, TRIES):
+                    child = self.state(names, state)
+                    children[child.key] = child
+            if not children:
+                break
+            ranked = sorted((c for c in children.values() if not c.impossible), key=lambda s: s.bic)
+            if not ranked:
+                break
+            levels.append(ranked)
+            self.say(f"{len(levels) - 1} effects: {', '.join(ranked[0].key)}")
+        return levels
+
+    def next_sets(self, state: State, count: int) -> list[tuple[Name, ...]]:
+        """Sets with one name more, or a richer name in place of one, the most promising names first."""
+        tests = state.blocks.tests
+        gain = np.asarray(tests.scores.statistic)[: state.blocks.count]
+        rank = np.asarray(tests.scores.rank)[: state.blocks.count]
+        p = state.p_values[: state.blocks.count]
+        worth = np.where(rank > 0, gain - rank * np.log(len(state.fit.near.r)), -np.inf)
+        order = np.argsort(-worth, kind="stable")
+        out: list[tuple[Name, ...]] = []
+        keys: set[Key] = set()
+        best_of: dict[Key, float] = {}
+        for name, value in zip(state.blocks.names, worth, strict=True):
+            best_of[name.key] = max(best_of.get(name.key, -np.inf), float(value))
+        for i in order:
+            name = state.blocks.names[i]
+            if any(worth[i] < best_of.get((simple, name.owner), -np.inf) + ODDS for simple in RICHER.get(name.effect, ())):
+                continue  # the simpler name does as well
+            if len(out) >= count or worth[i] <= 0 or p[i] > NAMED / state.family.named:
+                break
+            if name.key in keys and name.effect != "gear_harmonic":
+                continue
+            keys.add(name.key)
+            simpler = RICHER.get(name.effect, ())
+            kept = tuple(n for n in state.names if not (n.owner == name.owner and n.effect in simpler))
+            out.append((*kept, self._refined(name, state)))
+        return out
+
+    def _refined(self, name: Name, state: State) -> Name:
+        """A step at the moment of all between two rows that explains most; other names as they are."""
+        if name.effect != "base_step":
+            return name
+        data = self.problem.kept
+        assert data.time is not None
+        A, r, row = state.fit.whitened
+        measured = row >= 0
+        at, _ = find_step(A[measured], state.blocks.frames["base"], -r[measured], row[measured], data.time)
+        return Name({**name.entry, "at_s": at}, f"at_s={at:.6g}")
+
+    def state(self, names: Sequence[Name], near: State) -> State:
+        """The fit of a set, from a fit of nearly the same."""
+        key = tuple(sorted(map(repr, names)))
+        if key not in self.seen:
+            self.seen[key] = State(fit(self.problem, names, near.fit), self.start.family)
+        return self.seen[key]
+
+    def alternatives(self, best: State) -> list[list[State]]:
+        """For each member of a set that stands, the sets that stand as well with another name in its place."""
+        out = []
+        for member in best.names:
+            rest = tuple(n for n in best.names if n is not member)
+            base = self.start if not rest else self.state(rest, best)
+            out.append(self._replacements(best, base, member))
+        return out
+
+    def _replacements(self, best: State, base: State, member: Name) -> list[State]:
+        worth = base.fit.remaining - best.fit.remaining
+        scores = base.blocks.tests.scores
+        statistic, rank = np.asarray(scores.statistic), np.asarray(scores.rank)
+        enough = max(0.5 * worth, 0.0) if worth < 400 else 0.8 * worth
+        found: list[State] = []
+        keys: set[Key] = {member.key}
+        order = np.argsort(-statistic[: base.blocks.count], kind="stable")
+        tried = 0
+        for i in order:
+            name = base.blocks.names[i]
+            if statistic[i] < enough or rank[i] == 0 or tried >= 2 * TRIES:
+                break
+            if name.key in keys or member.effect in RICHER.get(name.effect, ()) and name.owner == member.owner:
+                continue
+            keys.add(name.key)
+            tried += 1
+            state = self.state((*base.names, self._refined(name, base)), best)
+            if state.stands and state.bic < best.bic + ODDS:
+                found.append(state)
+        return found

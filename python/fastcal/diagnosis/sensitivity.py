@@ -1,0 +1,141 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""What could have been seen, what could not, what looks alike, and why each name was not given."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import special
+
+from fastcal.diagnosis.library import Library, Name, Untestable, needs
+from fastcal.diagnosis.result import Refusal, Smallest
+from fastcal.diagnosis.search import DETECT, NAMED, Search, State, p_values
+from fastcal.effects import build_effects, edge_name, edge_unit
+from fastcal.units import from_si
+
+FloatArray = NDArray[np.float64]
+
+POWER = 0.8
+SHOWN = 12  # names in the ranking, and of them in the confusion map
+MAPPED = 8
+_FINER = ("joint_compliance_nonlinear", "base_step")  # of which no smallest size is told: it depends on corner or moment
+
+
+def untestable(search: Search, library: Library) -> list[Untestable]:
+    """Names whose columns are missing or whose signature the fitted parameters absorb whole, in every variant."""
+    found = search.start.blocks
+    rank = np.asarray(found.tests.scores.rank)[: found.count]
+    alive = {name.key for name, r in zip(found.names, rank, strict=True) if r > 0}
+    dead = dict.fromkeys(name.key for name in found.names if name.key not in alive)
+    return [*library.untestable, *(Untestable(effect, owner, needs(effect, owner)) for effect, owner in dead)]
+
+
+def smallest(state: State) -> list[Smallest]:
+    """For each parameter of each name the size that would be detected four times in five, alone, in these data.
+
+    lambda0 with P(chi2_k(lambda0) > x_k) = POWER, x_k the limit of detection; size = root of lambda0 over the length
+    that the column keeps.
+    """
+    found = state.blocks
+    rank = np.asarray(found.tests.scores.rank)
+    length = np.asarray(found.tests.length)
+    out: dict[tuple[str, str, str], Smallest] = {}
+    at = 0
+    core = state.fit.problem.start.model.robot
+    for i, name in enumerate(found.names):
+        part = length[at : at + found.sizes[i]]
+        at += found.sizes[i]
+        if rank[i] == 0 or name.effect in _FINER:
+            continue
+        root = np.sqrt(least_noncentrality(int(rank[i]), DETECT / 2 / state.family.named))
+        for parameter, value in _sizes(name, part, root, core):
+            key = (*name.key, parameter)
+            if key not in out:
+                out[key] = Smallest(name.effect, name.owner, parameter, value)
+    return list(out.values())
+
+
+def least_noncentrality(rank: int, level: float) -> float:
+    """lambda0 of the docstring above."""
+    return float(special.chndtrinc(special.chdtri(rank, level), rank, 1 - POWER))
+
+
+def _sizes(name: Name, length: FloatArray, root: float, core: object) -> Iterable[tuple[str, float]]:
+    if name.effect == "gear_harmonic":
+        yield f"amplitude_rad of {name.variant or 'the wave'}", float(root / np.sqrt(np.mean(length**2)))
+        return
+    (effect,) = build_effects([name.entry], core)  # type: ignore[arg-type]
+    for parameter, own in zip(effect.parameters, length, strict=True):
+        if own > 0:
+            value = from_si(float(root / own), edge_unit(parameter, geometry=False))
+            yield edge_name(parameter, geometry=False), value
+
+
+def ranking(search: Search, best: State) -> list[Refusal]:
+    """Names by what each alone explains over the calibrated geometry, and why it is not given."""
+    start = search.start
+    found = start.blocks
+    scores = found.tests.scores
+    statistic, rank = np.asarray(scores.statistic)[: found.count], np.asarray(scores.rank)[: found.count]
+    freedom = max(len(start.fit.near.r) - found.tests.null_rank, 1)
+    misfit = max(start.fit.remaining - freedom, 1.0)
+    given = {name.key for name in best.names}
+    estimate = np.asarray(found.tests.estimate)
+    first = np.concatenate([[0], np.cumsum(found.sizes)])
+    core = start.fit.problem.start.model.robot
+    out: list[Refusal] = []
+    seen: set[tuple[str, str]] = set()
+    for i in np.argsort(-(statistic - rank * np.log(len(start.fit.near.r))), kind="stable"):
+        name = found.names[i]
+        if rank[i] == 0 or name.key in seen:
+            continue
+        if len(out) >= SHOWN:
+            break
+        seen.add(name.key)
+        (effect,) = build_effects([{k: v for k, v in name.entry.items() if k != "corner"}], core)
+        values = {
+            edge_name(p, geometry=False): from_si(float(v), edge_unit(p, geometry=False))
+            for p, v in zip(effect.parameters, estimate[first[i] : first[i + 1]], strict=True)
+        }
+        share = float(np.clip((statistic[i] - rank[i]) / misfit, 0.0, 1.0))
+        out.append(Refusal(repr(name), float(np.sqrt(statistic[i])), share, values, _reason(search, int(i), given)))
+    return out
+
+
+def _reason(search: Search, index: int, given: set[tuple[str, str]]) -> str:
+    start = search.start
+    name = start.blocks.names[index]
+    if name.key in given:
+        return "given"
+    known = search.seen.get((repr(name),))
+    if known is not None:
+        p, found = known.p_values, known.blocks
+        if known.impossible:
+            return "it would need a sign or size that it can't have"
+    else:
+        left = start.blocks.tests.given([index])
+        p = p_values(np.asarray(left.statistic), np.asarray(left.rank), start.fit.problem.noise.freedom)
+        found = start.blocks
+    if start.p_values[index] * start.family.named > NAMED:
+        return "not significant"
+    least = int(np.argmin(p))
+    family = start.family.named if least < found.count else start.family.generic
+    if p[least] * family > NAMED:
+        return "it stands as well as what is given, or is needed less"
+    return f"it leaves {found.title(least)} at p = {min(1.0, p[least] * family):.1e}"
+
+
+def confusion(search: Search) -> tuple[list[str], FloatArray]:
+    """The names that explain most over the calibrated geometry, and the correlation of each pair."""
+    found = search.start.blocks
+    statistic = np.asarray(found.tests.scores.statistic)[: found.count]
+    chosen: list[int] = []
+    for i in np.argsort(-statistic, kind="stable"):
+        if statistic[i] > 0 and all(found.names[i].key != found.names[k].key for k in chosen):
+            chosen.append(int(i))
+        if len(chosen) == MAPPED:
+            break
+    return [repr(found.names[i]) for i in chosen], np.asarray(found.tests.correlation(chosen, chosen))

@@ -1,0 +1,93 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""The verdict in a sentence or two that a person who knows robots can act on."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from fastcal.units import from_si
+
+if TYPE_CHECKING:
+    from fastcal.diagnosis.result import Diagnosis, Finding, Unexplained
+
+EFFECTS = {
+    "backlash": "backlash (lost motion)",
+    "base_drift": "a drift of the base or the instrument in time",
+    "base_step": "a step of the base or the instrument",
+    "beam_gravity": "sag of its structure under gravity",
+    "bearing_tilt": "a bearing that tilts under load",
+    "compensator_spring": "a gravity compensator that is stiffer or softer than the file says",
+    "coupling_ratio": "a wrong coupling ratio",
+    "current_compliance": "compliance that follows the motor current",
+    "gear_harmonic": "a periodic gear or encoder error",
+    "joint_compliance": "compliance (it gives under load)",
+    "joint_compliance_nonlinear": "compliance that changes with the load",
+    "joint_profile": "a position error of a shape without a name",
+    "link_bending": "a link that bends",
+    "link_torsion": "a link that twists",
+    "measurement_scale": "a wrong scale of the instrument",
+    "payload_com": "a wrong payload centre",
+    "payload_mass": "a wrong payload mass",
+    "reduction_ratio": "a wrong reduction ratio",
+    "station_offset": "an offset between stations of the instrument",
+    "thermal_expansion": "thermal growth",
+    "thermal_offset": "a thermal drift of its zero",
+    "tool_shift": "a shift of the target between its mounts",
+}
+
+
+def owner_in_words(owner: str) -> str:
+    """joint4 to "joint 4", joint6<-joint5 to "joint 6 from joint 5"."""
+    first, arrow, source = owner.partition("<-")
+    spaced = "".join(f" {c}" if c.isdigit() and not before.isdigit() else c for before, c in zip(" " + first, first, strict=False))
+    return f"{spaced.strip()} from {owner_in_words(source)}" if arrow else spaced.strip()
+
+
+def cause_in_words(effect: str, owner: str) -> str:
+    """A name as a person says it: "joint 4: backlash (lost motion)"."""
+    return f"{owner_in_words(owner)}: {EFFECTS.get(effect, effect.replace('_', ' '))}"
+
+
+def sentence_of(found: Diagnosis) -> str:
+    """The first sentence of the page."""
+    return " ".join(part for part in (_causes(found), _rest(found.unexplained), _gain(found)) if part)
+
+
+def _causes(found: Diagnosis) -> str:
+    if not found.effects:
+        if found.unexplained:
+            return "Something is missing in the model, and no effect of the library explains it."
+        return f"Nothing is missing that these data could show above their noise of {found.sigma_mm:.3f} mm."
+    sentences = [_cause(f) for f in found.effects if f.effect != "joint_profile"]
+    curves = [owner_in_words(f.owner) for f in found.effects if f.effect == "joint_profile"]
+    if curves:
+        sentences.append(f"{', '.join(curves)}: the error follows the joint's own position by a curve that has no name; the curve is in the model.")
+    return " ".join(sentences)
+
+
+def _cause(f: Finding) -> str:
+    what = cause_in_words(f.effect, f.owner)
+    capital = what[0].upper() + what[1:]
+    if f.equivalents:
+        others = " or ".join(cause_in_words(*other) for other in f.equivalents)
+        return f"{capital}, or {others}: these data can't tell which."
+    if f.grade == "A":
+        return f"{capital}, {f.snr:.0f} times the noise; every other cause was refused."
+    return f"The data are consistent with {what}, but do not prove it."
+
+
+def _rest(rest: Unexplained | None) -> str:
+    if rest is None:
+        return ""
+    on = " and ".join(rest.depends_on)
+    return f"Something remains at {owner_in_words(rest.owner)} that depends on {on}, {rest.share:.0%} of the misfit that there was."
+
+
+def _gain(found: Diagnosis) -> str:
+    if len(found.gap) < 2:
+        return ""
+    first, last = found.gap[0], found.gap[-1]
+    if first.test_rms_mm is not None and last.test_rms_mm is not None:
+        return f"With it in the model the error on the test poses falls from {first.test_rms_mm:.3f} to {last.test_rms_mm:.3f} mm RMS; the noise alone gives {from_si(found.calibrations[-1].sigma, 'mm') * 3**0.5:.3f} mm."
+    return f"With it in the model the error falls from {first.train_rms_mm:.3f} to {last.train_rms_mm:.3f} mm RMS."
