@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from fastcal.conversion import convert
     from fastcal.dataset import Dataset
     from fastcal.design import design_poses
+    from fastcal.diagnosis import Diagnosis, diagnose
     from fastcal.errors import FastcalError, InvalidInput, ParseError
     from fastcal.evaluation import evaluate
     from fastcal.ik import InverseKinematics, inverse_kinematics
@@ -36,6 +37,7 @@ _HOMES = {
     "CalibrationResult": "calibration",
     "Compensation": "compensation",
     "Dataset": "dataset",
+    "Diagnosis": "diagnosis",
     "FastcalError": "errors",
     "InverseKinematics": "ik",
     "InvalidInput": "errors",
@@ -47,6 +49,7 @@ _HOMES = {
     "compensate": "compensation",
     "convert": "conversion",
     "design_poses": "design",
+    "diagnose": "diagnosis",
     "evaluate": "evaluation",
     "inverse_kinematics": "ik",
     "load_measurements": "io.measurements",
@@ -66,6 +69,7 @@ __all__ = [
     "CalibrationResult",
     "Compensation",
     "Dataset",
+    "Diagnosis",
     "FastcalError",
     "InvalidInput",
     "InverseKinematics",
@@ -78,6 +82,7 @@ __all__ = [
     "compensate",
     "convert",
     "design_poses",
+    "diagnose",
     "evaluate",
     "inverse_kinematics",
     "load_measurements",

@@ -42,7 +42,7 @@ FOREIGN_HEADERS = {
 # Module of the package: the only ones that may import it, besides itself.
 MAY_BE_IMPORTED_BY: dict[str, set[str]] = {
     "cli": {"__main__"},
-    "report": {"__init__", "cli"},
+    "report": {"__init__", "cli", "diagnosis"},  # diagnosis: Diagnosis.save()
     "io": {"__init__", "cli", "report", "robot"},  # robot: Robot.save()
     "diagnosis": {"__init__", "cli", "report"},
     "compensation": {"__init__", "cli", "report"},

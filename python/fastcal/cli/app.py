@@ -12,6 +12,7 @@ from typing import Annotated, cast
 import typer
 
 from fastcal.cli import calibrate, compensate, convert, demo, design, models, simulate, train
+from fastcal.cli import calibrate, compensate, convert, demo, diagnose, models, simulate, train
 from fastcal.cli.console import fail
 from fastcal.errors import FastcalError, Undetermined
 
@@ -23,6 +24,7 @@ _UsageError = cast("type[Exception]", typer.BadParameter.__mro__[2])
 COMMANDS = (
     calibrate.calibrate,
     train.train,
+    diagnose.diagnose,
     models.predict,
     compensate.compensate,
     models.evaluate,

@@ -1,34 +1,27 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Where do model and measurement disagree, which effect is missing, and what does it mend? (docs/diagnosis.md)"""
+"""Where model and measurement disagree, which effect is missing, and what adding it mends: docs/diagnosis.md."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import special
 
 from fastcal import _core
-from fastcal.calibration import CalibrationResult, calibrate, prepare
+from fastcal.calibration import CalibrationResult
 from fastcal.dataset import Dataset
-from fastcal.diagnosis import grading, sensitivity
+from fastcal.diagnosis import adaptation, grading, sensitivity, unexplained
 from fastcal.diagnosis.library import Library, Name, build_library, parse_exclusions
-from fastcal.diagnosis.noise import OUTLIER_LEVEL, NoiseLevel, noise_level, off_by, rich_fit
-from fastcal.diagnosis.problem import Fit, Noise, Problem, blocks, fit, with_nuisances
-from fastcal.diagnosis.result import Diagnosis, Finding, GapStep, NamedValue, Unexplained
+from fastcal.diagnosis.noise import OUTLIER_LEVEL, NoiseLevel, off_by, quieted
+from fastcal.diagnosis.problem import Noise, Problem, fit, prepared_problem
+from fastcal.diagnosis.result import Diagnosis, Finding, Unexplained
 from fastcal.diagnosis.search import Search, State
 from fastcal.diagnosis.words import sentence_of
-from fastcal.effect_values import written_parameters
-from fastcal.effects import identity
-from fastcal.evaluation import Evaluation
 from fastcal.robot import Robot, Spec
 from fastcal.units import from_si
-
-FloatArray = NDArray[np.float64]
 
 _GUESS = 1e-4  # [m, rad] a common noise to begin with, where the data claim none
 _CALMER = 0.85  # of the mean square: the noise was taken too large, and all begins again
@@ -63,54 +56,45 @@ def diagnose(
     say = progress or (lambda text: None)
     library = build_library(robot, data, parse_exclusions(exclude, robot))
     say("fitting the geometry")
-    problem = _problem(robot, data, library, sigma, threads)
+    problem = prepared_problem(robot, data, library.names, _claimed(data, sigma), threads)
     say("how large the noise is")
-    problem, level = _quieted(problem, fit(problem, []), sigma)
+    problem, level = quieted(problem, fit(problem, []), sigma)
     search, levels = Search(problem, say), []
     for _ in range(_ROUNDS):
         levels = search.grow()
         best = _best(levels)
-        checked, now = _rechecked(problem, best, sigma)
-        if checked is None:
+        calmer = _calmer(problem, best, sigma)
+        if calmer is None:
             break
-        problem, level = checked, now
+        problem, level = calmer
         search = Search(problem, say)
     best = _best(levels)
+    if not best.suffices and best.fit.remaining > _HOPELESS * search.start.fit.remaining:
+        best = search.start  # what explains so little is no name
     say("weighing what else it could be")
-    outcome = _outcome(search, levels, best)
+    found = _Found(robot, data, test, search, best, library, level, threads)
     say("adding what was found")
-    return _told(robot, data, test, search, outcome, library, level, threads)
+    return found.told()
 
 
-def _problem(robot: Robot, data: Dataset, library: Library, sigma: float | None, threads: int) -> Problem:
-    start = prepare(robot, data, effects="geometry", threads=threads)
-    claimed = data.sigma_position is not None
-    first = sigma if sigma is not None else (0.0 if claimed else _GUESS)
+def _claimed(data: Dataset, sigma: float | None) -> Noise:
+    """The noise to begin with: as the data or the user claim it, else a guess."""
+    first = sigma if sigma is not None else (0.0 if data.sigma_position is not None else _GUESS)
     turn = 0.0 if data.sigma_rotation is not None else _GUESS
-    return Problem(start, data, data.measured, library.names, Noise((first, turn, first)), threads)
+    return Noise((first, turn, first))
 
 
-def _quieted(problem: Problem, at: Fit, sigma: float | None) -> tuple[Problem, NoiseLevel]:
-    """The problem with the noise that a rich model leaves at a fit, and without the rows that it can't reach."""
-    every = problem.with_rows(problem.data.measured)
-    rich = rich_fit(at, blocks(at)) if np.array_equal(every.used, problem.used) else rich_fit(*_again(every, at))
-    level = noise_level(every, rich, problem.data, sigma)
-    used = every.used.copy()
-    used[every.rows[rich.wrong]] = False
-    return replace(every, used=used, noise=level.noise), level
-
-
-def _again(every: Problem, at: Fit) -> tuple[Fit, Any]:
-    found = fit(every, at.added, at)
-    return found, blocks(found)
-
-
-def _rechecked(problem: Problem, best: State, sigma: float | None) -> tuple[Problem | None, NoiseLevel | None]:
+def _calmer(problem: Problem, best: State, sigma: float | None) -> tuple[Problem, NoiseLevel] | None:
     """A new start where the set that was found shows that the noise is smaller than it seemed; else None."""
-    again, level = _quieted(replace(problem), best.fit, sigma)
-    if (level.noise.factor / problem.noise.factor) ** 2 < _CALMER:
-        return again, level
-    return None, None
+    again, level = quieted(problem, best.fit, sigma)
+    before, now = ((p.noise.factor**2) * _mean_variance(p) for p in (problem, again))
+    return (again, level) if now < _CALMER * before else None
+
+
+def _mean_variance(problem: Problem) -> float:
+    """Of a coordinate or a length without the factor, claims and common part together [m^2]."""
+    claims = problem.data.sigma_position
+    return problem.noise.common[0] ** 2 + (0.0 if claims is None else float(np.nanmean(claims**2)))
 
 
 def _best(levels: list[list[State]]) -> State:
@@ -122,106 +106,91 @@ def _best(levels: list[list[State]]) -> State:
 
 
 @dataclass(frozen=True, eq=False)
-class Outcome:
-    """The set, its alternatives by member, and what remains."""
+class _Found:
+    """The set that was found, on its way to what is said of it."""
 
+    robot: Robot
+    data: Dataset
+    test: Dataset | None
+    search: Search
     best: State
-    equivalents: list[list[State]]
-    profiles: list[Spec]
-    rest: Unexplained | None
+    library: Library
+    level: NoiseLevel
+    threads: int
 
-
-def _outcome(search: Search, levels: list[list[State]], best: State) -> Outcome:
-    if best.suffices:
-        return Outcome(best, search.alternatives(best), [], None)
-    gone = 1 - best.fit.remaining / search.start.fit.remaining
-    if best.names and gone < _HOPELESS:
-        best = search.start
-    profiles = _profiles(best)
-    rest = _rest(search, best)
-    return Outcome(best, [[] for _ in best.names], profiles, rest)
-
-
-def _profiles(best: State) -> list[Spec]:
-    """A curve for each joint whose error depends on its own position in a way that no name has."""
-    out = []
-    found = best.blocks
-    statistic, rank = np.asarray(found.tests.scores.statistic), np.asarray(found.tests.scores.rank)
-    significant = set(best.significant())
-    m = len(best.fit.near.r)
-    for i, block in enumerate(found.generics, found.count):
-        own = block.curves.depends_on == (f"q{block.owner.removeprefix('joint')}",)
-        if own and i in significant and statistic[i] > rank[i] * np.log(m):
-            out.append({"effect": "joint_profile", "owner": block.owner})
-    return out
-
-
-def _rest(search: Search, best: State) -> Unexplained | None:
-    """Where what remains is best placed; a block of the fewest functions of those that do about as well."""
-    found = best.blocks
-    statistic, rank = np.asarray(found.tests.scores.statistic), np.asarray(found.tests.scores.rank)
-    generic = np.arange(found.count, len(rank))
-    worth = statistic[generic] - rank[generic] * np.log(len(best.fit.near.r))
-    place = int(generic[int(np.argmax(worth))])
-    block = found.generics[place - found.count]
-    freedom = max(len(best.fit.near.r) - found.tests.null_rank, 1)
-    misfit = max(search.start.fit.remaining - freedom, 1.0)
-    share = float(np.clip((best.fit.remaining - freedom) / misfit, 0.0, 1.0))
-    return Unexplained(block.owner, share, block.curves.depends_on)
-
-
-def _told(
-    robot: Robot,
-    data: Dataset,
-    test: Dataset | None,
-    search: Search,
-    outcome: Outcome,
-    library: Library,
-    level: NoiseLevel,
-    threads: int,
-) -> Diagnosis:
-    best = outcome.best
-    proofs = [grading.evidence(search, best, name) for name in best.names]
-    order = sorted(range(len(best.names)), key=lambda k: -proofs[k].statistic)
-    calibrations = _calibrations(robot, data, test, best, order, outcome.profiles, threads)
-    final = calibrations[-1].model
-    findings = []
-    for k in order:
-        name, proof = best.names[k], proofs[k]
-        others = tuple(dict.fromkeys(_replacement(best, state).key for state in outcome.equivalents[k]))
-        grade, reasons = grading.grade(proof, name, others, outcome.rest is not None)
-        p = min(1.0, float(special.chdtrc(proof.rank, proof.statistic)) * search.start.family.named)
-        findings.append(
-            Finding(
-                name.effect, name.owner, grade, _values(final, name.entry), float(np.sqrt(proof.statistic)), p, others,
-                proof.gain, proof.stability, reasons,
-            )
+    def told(self) -> Diagnosis:
+        """Calibrated models, grades, what remains, and everything else that a reader should know."""
+        best, search = self.best, self.search
+        equivalents = search.alternatives(best) if best.suffices else [[] for _ in best.names]
+        proofs = [grading.evidence(search, best, name) for name in best.names]
+        order = sorted(range(len(best.names)), key=lambda k: -proofs[k].statistic)
+        names = [best.names[k] for k in order]
+        steps, profiles, rest = self._adapted(names)
+        findings = [self._finding(best.names[k], proofs[k], equivalents[k], steps[-1].model, rest) for k in order]
+        findings += [_curve(steps[-1].model, entry) for entry in profiles]
+        said = Diagnosis(
+            verdict=_verdict(findings, rest),
+            sentence="",
+            effects=findings,
+            unexplained=rest,
+            untestable=sensitivity.untestable(search, self.library),
+            outliers=_outliers(best, self.data) if best.suffices else _left_out(best, self.data),
+            sigma_mm=from_si(self.level.sigma, "mm"),
+            sigma_source=self.level.source,
+            sigma_note=self.level.note,
+            gap=adaptation.gap(steps, names, profiles),
+            ranking=sensitivity.ranking(search, best),
+            smallest=sensitivity.smallest(best),
+            confusion=sensitivity.confusion(search),
+            calibrations=steps,
+            search=search,
+            state=best,
+            notes=list(self.data.notes),
         )
-    for entry in outcome.profiles:
-        reason = "the joint errs by its position in a way that no name has"
-        findings.append(Finding(entry["effect"], entry["owner"], "C", {}, 0.0, 0.0, reasons=(reason,)))
-    verdict = _verdict(findings, outcome.rest)
-    rows = _outliers(best, data)
-    dead = sensitivity.untestable(search, library)
-    gap = _gap(calibrations, [best.names[k] for k in order], outcome.profiles)
-    said = Diagnosis(
-        verdict=verdict,
-        sentence="",
-        effects=findings,
-        unexplained=outcome.rest,
-        untestable=dead,
-        outliers=rows,
-        sigma_mm=from_si(level.sigma, "mm"),
-        sigma_source=level.source,
-        sigma_note=level.note,
-        gap=gap,
-        ranking=sensitivity.ranking(search, best),
-        smallest=sensitivity.smallest(best),
-        confusion=sensitivity.confusion(search),
-        calibrations=calibrations,
-        notes=list(data.notes),
-    )
-    return replace(said, sentence=sentence_of(said))
+        return replace(said, sentence=sentence_of(said))
+
+    def _adapted(self, names: Sequence[Name]) -> tuple[list[CalibrationResult], list[Spec], Unexplained | None]:
+        """Calibrated models, the joint profiles among what was added, and what remains."""
+        given = (self.robot, self.data, self.test, self.best, names)
+        steps = adaptation.calibrations(*given, [], self.threads)
+        if self.best.suffices:
+            return steps, [], None
+        profiles = unexplained.curved_joints(self.best)
+        if profiles:
+            more = adaptation.calibrations(*given, profiles, self.threads)
+            if unexplained.profiles_suffice(steps[-1], more[-1]):
+                rest = unexplained.beyond_profiles(self.search, more[-1].model, self.data, self.threads)
+                return more, profiles, rest
+        return steps, [], unexplained.rest(self.search, self.best)
+
+    def _finding(
+        self, name: Name, proof: grading.Evidence, equivalents: list[State], model: Robot, rest: Unexplained | None
+    ) -> Finding:
+        others = tuple(dict.fromkeys(_replacement(self.best, state).key for state in equivalents))
+        grade, reasons = grading.grade(proof, name, others, rest is not None)
+        p = min(1.0, float(special.chdtrc(proof.rank, proof.statistic)) * self.search.start.family.named)
+        return Finding(
+            effect=name.effect,
+            owner=name.owner,
+            grade=grade,
+            parameters=adaptation.values(model, name.entry),
+            snr=float(np.sqrt(proof.statistic)),
+            p_value=p,
+            equivalents=others,
+            gain=proof.gain,
+            stability=proof.stability,
+            reasons=reasons,
+        )
+
+
+def _curve(model: Robot, entry: Spec) -> Finding:
+    """A joint that errs by its own position: the place is known, the form is not."""
+    reason = "the joint errs by its own position in a way that no single name has"
+    waves = unexplained.main_orders(model, entry)
+    if waves:
+        told = " and ".join(f"{n} ({from_si(a, 'mrad'):.2g} mrad)" for n, a in waves)
+        reason += f"; mostly periodic, cycles a turn: {told}"
+    return Finding(entry["effect"], entry["owner"], "C", {}, 0.0, 0.0, reasons=(reason,))
 
 
 def _verdict(findings: Sequence[Finding], rest: Unexplained | None) -> str:
@@ -240,55 +209,9 @@ def _replacement(best: State, other: State) -> Name:
     return next(name for name in other.names if name.key not in there or name not in best.names)
 
 
-def _calibrations(
-    robot: Robot, data: Dataset, test: Dataset | None, best: State, order: Sequence[int], profiles: list[Spec], threads: int
-) -> list[CalibrationResult]:
-    """The calibrated geometry, then with one effect more each time."""
-    out = []
-    entries: list[Spec] = list(robot.spec.get("effects") or [])
-    steps: list[list[Spec]] = [[]] + [[_for_file(best, best.names[k])] for k in order] + ([profiles] if profiles else [])
-    for added in steps:
-        entries = entries + added
-        whole = with_nuisances(entries, robot)
-        spec = dict(robot.spec) | {"effects": whole}
-        out.append(calibrate(Robot(spec), data, test=test, effects="geometry", threads=threads))
-    return out
-
-
-def _for_file(best: State, name: Name) -> Spec:
-    """The entry as a robot file has it, with a start where the solver needs one."""
-    entry = {key: value for key, value in name.entry.items() if key not in ("corner", "at_s")}
-    if name.effect == "joint_compliance_nonlinear":
-        place = best.fit.place(name)
-        effect = best.fit.model_effects[[e is name.entry for e in best.fit.entries].index(True)]
-        nan = np.full((3, 3), np.nan)
-        entry["parameters"] = written_parameters(entry, effect, best.fit.theta[place], nan)
-    return entry
-
-
-def _values(model: Robot, entry: Spec) -> dict[str, NamedValue]:
-    """Parameters of an effect as the calibrated model has them."""
-    wanted = (entry["effect"], entry["owner"], entry.get("order"), entry.get("side"))
-    for found in model.spec.get("effects") or []:
-        order = identity(found)[2]
-        if (found["effect"], found["owner"], order, found.get("side")) == wanted:
-            return {name: NamedValue(v["value"], v["std"]) for name, v in found["parameters"].items()}
-    raise KeyError(wanted)
-
-
-def _gap(calibrations: Sequence[CalibrationResult], names: Sequence[Name], profiles: Sequence[Spec]) -> list[GapStep]:
-    added: list[str | None] = [None, *("@".join(name.key) for name in names)]
-    if profiles:
-        added.append(",".join(f"{p['effect']}@{p['owner']}" for p in profiles))
-    return [
-        GapStep(name, _rms(found.train), None if found.test is None else _rms(found.test))
-        for name, found in zip(added, calibrations, strict=True)
-    ]
-
-
-def _rms(part: Evaluation) -> float:
-    assert part.after is not None
-    return part.after.to_mm()["rms"]
+def _left_out(best: State, data: Dataset) -> list[int]:
+    """Rows that even the richest model can't reach: what is missing from a poorer one puts no row on the list."""
+    return [int(i) for i in np.flatnonzero(data.measured & ~best.fit.problem.used)]
 
 
 def _outliers(best: State, data: Dataset) -> list[int]:

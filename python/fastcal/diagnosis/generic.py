@@ -68,7 +68,7 @@ def orthonormal(values: FloatArray) -> FloatArray:
 
 
 def _unit(x: FloatArray) -> FloatArray:
-    """x scaled to -1 ... 1."""
+    """X scaled to -1 ... 1."""
     low, high = float(x.min()), float(x.max())
     return np.zeros_like(x) if high <= low else (2 * x - low - high) / (high - low)
 
@@ -98,7 +98,9 @@ def joint_curves(joint: int, data: Dataset, loads: FloatArray, turns: Sequence[b
     scaled = [_unit(q[:, i]) for i in range(q.shape[1])]
     for a, b in combinations(range(q.shape[1]), 2):
         if joint in (a, b) or abs(a - b) <= 2:
-            pair = np.column_stack([scaled[a] * scaled[b], *(f(q[:, a]) * g(q[:, b]) for f in (np.sin, np.cos) for g in (np.sin, np.cos))])
+            pair = np.column_stack(
+                [scaled[a] * scaled[b], *(f(q[:, a]) * g(q[:, b]) for f in (np.sin, np.cos) for g in (np.sin, np.cos))]
+            )
             yield Curves((f"q{a + 1}", f"q{b + 1}"), orthonormal(pair))
 
 
@@ -111,7 +113,7 @@ def frame_curves(data: Dataset) -> Iterator[Curves]:
 
 
 def field_curves(point: FloatArray) -> Curves:
-    """Polynomials of degree 2 ... 3 in the measured place (N, 3): a smooth field in the workspace, less its rigid part."""
+    """Polynomials of degree 2 ... 3 in the place (N, 3): a smooth field in the workspace, less its rigid part."""
     x, y, z = (_unit(point[:, k]) for k in range(3))
     powers = [(i, j, k) for i in range(4) for j in range(4) for k in range(4) if 2 <= i + j + k <= _FIELD_DEGREE]
     return Curves(("x", "y", "z"), orthonormal(np.column_stack([x**i * y**j * z**k for i, j, k in powers])))

@@ -64,7 +64,9 @@ def evidence(search: Search, state: State, name: Name) -> Evidence:
         abs(value) <= IMPLAUSIBLE * p.sigma or p.name.startswith("critical") or not np.isfinite(p.sigma)
         for p, value in zip(parameters, theta, strict=True)
     )
-    return Evidence(statistic, len(at), gain, stability, _rivals(search, base, name), _richer_needed(name, theta, own), plausible)
+    return Evidence(
+        statistic, len(at), gain, stability, _rivals(search, base, name), _richer_needed(name, theta, own), plausible
+    )
 
 
 def grade(found: Evidence, name: Name, equivalents: Sequence[object], rest: bool) -> tuple[str, tuple[str, ...]]:
@@ -75,7 +77,10 @@ def grade(found: Evidence, name: Name, equivalents: Sequence[object], rest: bool
     if equivalents:
         reasons.append("other names explain the data as well")
     if found.statistic < SURE_SNR**2:
-        reasons.append(f"its signal is {found.statistic ** 0.5:.1f} times the noise, and a cause that is not in the library and looks alike would show from {SURE_SNR:g} on")
+        reasons.append(
+            f"its signal is {found.statistic**0.5:.1f} times the noise, and a cause that looks alike and is not in the "
+            f"library would show from {SURE_SNR:g} on"
+        )
     if found.rivals:
         reasons.append(f"a cause without a name would do as well: {', '.join(found.rivals)}")
     if not found.is_richer_needed:
@@ -150,7 +155,9 @@ def _held_out(search: Search, state: State, base: State, name: Name) -> tuple[tu
             X = A[:, columns]
             length = np.linalg.norm(X, axis=0)
             length[length == 0] = 1.0
-            b = linalg.lstsq(X[fitted] / length, target[fitted], cond=1e-10, lapack_driver="gelsy", check_finite=False)[0]
+            b = linalg.lstsq(X[fitted] / length, target[fitted], cond=1e-10, lapack_driver="gelsy", check_finite=False)[
+                0
+            ]
             errors.append(np.bincount(row[out], (target[out] - X[out] / length @ b) ** 2))
         used = np.unique(row[out])
         gains.append((errors[1] - errors[0])[used])
@@ -178,4 +185,8 @@ def _comes_first(base: State, fitted_rows: NDArray[np.intp], name: Name) -> bool
     tests = _core.ScoreTests(A[kept], C, r[kept], [blocks.sizes[i] for i in likely])
     worth = np.asarray(tests.scores.statistic) - np.log(kept.sum()) * np.asarray(tests.scores.rank)
     best = blocks.names[likely[int(np.argmax(worth))]]
-    return best.owner == name.owner and (best.effect == name.effect or name.effect in RICHER.get(best.effect, ()) or best.effect in RICHER.get(name.effect, ()))
+    return best.owner == name.owner and (
+        best.effect == name.effect
+        or name.effect in RICHER.get(best.effect, ())
+        or best.effect in RICHER.get(name.effect, ())
+    )

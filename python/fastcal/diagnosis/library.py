@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""The names that a diagnosis may give: every effect, every owner, every option, that the robot has and the data show."""
+"""The names that a diagnosis may give: every effect, owner and option that the robot has and the data can show."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from fastcal import registered
 from fastcal.dataset import Dataset
 from fastcal.effect_origins import with_origins
-from fastcal.effects import effect_names, effect_owners, identity, label
+from fastcal.effects import build_effects, effect_names, effect_owners, identity, label
 from fastcal.errors import InvalidInput
 from fastcal.robot import Robot, Spec
 
@@ -39,7 +39,6 @@ ORDERS = (1, 2, 3, 4, 5, 6)
 CORNERS = (0.2, 0.35, 0.5, 0.65, 0.8)  # quantiles of a joint's load at which a compliance may bend
 STEPS = 24  # moments of a step that are tried before the best is searched for
 _NOT_SCREENED = ("joint_profile", "regressor", *NUISANCES)  # generic blocks stand for the first two
-_SIZED_BY_OWNERS = "measurement_scale"
 _FEWEST = 5  # rows on either side of a step
 
 NEEDS = {
@@ -130,7 +129,7 @@ def build_library(robot: Robot, data: Dataset, excluded: Collection[tuple[str, s
     names: list[Name] = []
     untestable: list[Untestable] = []
     for effect in effect_names():
-        if effect in _NOT_SCREENED or (registered.find(effect) is None and effect not in effect_names()):
+        if effect in _NOT_SCREENED:
             continue
         for owner in effect_owners(effect, robot.core):
             if (effect, None) in excluded or (effect, owner) in excluded:
@@ -147,7 +146,9 @@ def build_library(robot: Robot, data: Dataset, excluded: Collection[tuple[str, s
 def needs(effect: str, owner: str) -> str:
     """What the data would have to hold to show an effect."""
     number = "".join(c for c in owner.partition("<-")[0] if c.isdigit())
-    return NEEDS.get(effect, _LOAD_NEEDS if effect in LOADED else f"poses in which {owner} moves further").format(n=number)
+    return NEEDS.get(effect, _LOAD_NEEDS if effect in LOADED else f"poses in which {owner} moves further").format(
+        n=number
+    )
 
 
 def _entries(effect: str, owner: str, robot: Robot, data: Dataset) -> Iterator[Name]:
@@ -155,31 +156,35 @@ def _entries(effect: str, owner: str, robot: Robot, data: Dataset) -> Iterator[N
     bare: Spec = {"effect": effect, "owner": owner}
     if effect == "gear_harmonic":
         yield from harmonics(owner, robot, data, ORDERS)
-    elif effect == "backlash":
-        if data.approach is not None:
-            yield Name(bare)
-        else:
-            raise InvalidInput("no approach")
     elif effect == "joint_compliance_nonlinear":
-        for corner in CORNERS:  # critical loads follow from the loads of a fit: see Problem.blocks
+        for corner in CORNERS:  # the critical load itself follows from the loads of a fit
             yield Name({**bare, "corner": corner}, f"corner={corner}")
     elif effect == "base_step":
-        if data.time is None:
-            raise InvalidInput("no time_s")
-        moments = np.unique(data.time)
-        inner = moments[_FEWEST:-_FEWEST]
-        if len(inner) == 0:
-            raise InvalidInput("too few moments")
-        places = np.unique(np.linspace(0, len(inner) - 1, STEPS).round().astype(int))
-        for at in inner[places]:
-            yield Name({**bare, "at_s": float(at)}, f"at_s={at:.6g}")
+        yield from _steps(bare, data)
     else:
         entry = with_origins(bare, robot, data)
-        known = registered.find(effect)
-        columns = known.columns if known else ()
-        if "current" in effect and data.current is None or any(getattr(data, c.rstrip("0123456789"), 0) is None for c in columns):
-            raise InvalidInput("no column")
+        for column in _columns(entry, robot):
+            if getattr(data, column.rstrip("0123456789"), None) is None:
+                raise InvalidInput(f"{effect} needs the column {column}")
         yield Name(entry)
+
+
+def _columns(entry: Spec, robot: Robot) -> Sequence[str]:
+    """Columns of the data that an effect cannot do without."""
+    known = registered.find(entry["effect"])
+    return known.columns if known else build_effects([entry], robot.core)[0].data_columns
+
+
+def _steps(bare: Spec, data: Dataset) -> Iterator[Name]:
+    """Moments over the time of the data; the search goes on from the best of them to the best between two rows."""
+    if data.time is None:
+        raise InvalidInput("base_step needs the column time_s")
+    inner = np.unique(data.time)[_FEWEST:-_FEWEST]
+    if len(inner) == 0:
+        raise InvalidInput("base_step needs more moments")
+    places = np.unique(np.linspace(0, len(inner) - 1, STEPS).round().astype(int))
+    for at in inner[places]:
+        yield Name({**bare, "at_s": float(at)}, f"at_s={at:.6g}")
 
 
 def harmonics(owner: str, robot: Robot, data: Dataset, orders: Collection[float]) -> Iterator[Name]:

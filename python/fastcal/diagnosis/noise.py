@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 from scipy import linalg, special
 
 from fastcal.dataset import Dataset
-from fastcal.diagnosis.problem import Blocks, Fit, Noise, Problem
+from fastcal.diagnosis.problem import Blocks, Fit, Noise, Problem, blocks, fit
 from fastcal.evaluation import pose_groups
+from fastcal.units import from_si
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
@@ -27,6 +28,7 @@ MOST_OUTLIERS = 0.05  # share of the rows: more are no outliers, but an effect
 AGREES = 0.01  # two-sided level at which a claimed noise is taken to be wrong
 FEWEST_REPEATS = 30  # degrees of freedom of repeats from which on they tell the noise
 _RIDGE = 1e-9
+_BORNE_OUT = 0.02  # of the mean square
 _ROUNDS = 8
 _HUBER, _TUKEY = 1.5, 5.0  # of the median size of a row
 _HARDLY = 0.05  # weight of a suspect
@@ -59,8 +61,38 @@ class RichFit:
     wrong: IntArray
 
 
+def quieted(problem: Problem, at: Fit, option: float | None) -> tuple[Problem, NoiseLevel]:
+    """The problem with the noise that a rich model leaves at a fit, and without the rows that it can't reach.
+
+    Where the rows claim too little, a variance common to all is added until the rich fit bears the sum out.
+    """
+    every = problem.with_rows(problem.data.measured)
+    whole = at if at.problem is every else fit(every, at.added, at)
+    rich = rich_fit(whole, blocks(whole))
+    if problem.data.sigma_position is not None and _agreement(rich) > 0:
+        for _ in range(_ROUNDS):
+            own = _rms_sigma(every, problem.data)
+            more = own * np.sqrt(max(rich.mean_square - 1.0, 0.0))
+            common = tuple(float(np.hypot(c, more if k != 1 else 0.0)) for k, c in enumerate(every.noise.common))
+            every = every.with_noise(Noise((common[0], common[1], common[2])))
+            whole = fit(every, at.added, whole)
+            rich = rich_fit(whole, blocks(whole))
+            if rich.mean_square < 1 + _BORNE_OUT:
+                break
+    level = noise_level(every, rich, problem.data, option)
+    used = every.used.copy()
+    used[every.rows[rich.wrong]] = False
+    return replace(every, used=used, noise=level.noise), level
+
+
+def _agreement(rich: RichFit) -> int:
+    """0 where noise 1 is borne out, 1 where more remains, -1 where less."""
+    low, high = (float(special.chdtri(rich.freedom, p)) / rich.freedom for p in (1 - AGREES / 2, AGREES / 2))
+    return int(rich.mean_square > high) - int(rich.mean_square < low)
+
+
 def rich_fit(at: Fit, blocks: Blocks) -> RichFit:
-    """A robust fit of the parameters and as many blocks as RICH_SHARE allows, in a fixed order: no choice by the data."""
+    """A robust fit of the parameters and as many blocks as RICH_SHARE allows; their order is fixed, no choice."""
     A, r, row = at.whitened
     ranks = np.asarray(blocks.tests.scores.rank)
     budget = RICH_SHARE * (len(r) - blocks.tests.null_rank)
@@ -77,7 +109,8 @@ def rich_fit(at: Fit, blocks: Blocks) -> RichFit:
 def _order(blocks: Blocks) -> list[int]:
     """Names without their variants, curves of one variable, then the rest."""
     seen: set[tuple[str, str]] = set()
-    first, later = [], []
+    first: list[int] = []
+    later: list[int] = []
     for i, name in enumerate(blocks.names):
         (later if name.key in seen and name.effect != "gear_harmonic" else first).append(i)
         seen.add(name.key)
@@ -129,7 +162,13 @@ def _without_outliers(X: FloatArray, r: FloatArray, row: IntArray) -> RichFit:
         square, count = studentized(solved.left, solved.Z, row, wrong)
         index = np.arange(len(square))
         with np.errstate(invalid="ignore"):
-            far = index[(count > 0) & (square > mean_square * special.chdtri(np.maximum(count, 1), OUTLIER_LEVEL / max((count > 0).sum(), 1)))]
+            far = index[
+                (count > 0)
+                & (
+                    square
+                    > mean_square * special.chdtri(np.maximum(count, 1), OUTLIER_LEVEL / max((count > 0).sum(), 1))
+                )
+            ]
         now = _largest(far, square, row)
         if np.array_equal(now, wrong):
             break
@@ -182,11 +221,13 @@ def noise_level(problem: Problem, rich: RichFit, data: Dataset, option: float | 
     """
     own = _rms_sigma(problem, data)
     ratio = rich.mean_square
-    low, high = (float(special.chdtri(rich.freedom, p)) / rich.freedom for p in (1 - AGREES / 2, AGREES / 2))
+    added = data.sigma_position is not None and max(problem.noise.common) > 0
     claimed = data.sigma_position is not None or option is not None
     source = "option" if option is not None else "column"
-    if claimed and low <= ratio <= high:
-        return NoiseLevel(replace(problem.noise, freedom=np.inf), own, source, "as claimed, and what the richest model leaves agrees")
+    if claimed and not added and _agreement(rich) == 0:
+        return NoiseLevel(
+            replace(problem.noise, freedom=np.inf), own, source, "as claimed, and what the richest model leaves agrees"
+        )
     repeated = repeats(data)
     if not claimed and repeated is not None and repeated[1] >= FEWEST_REPEATS:
         sigma, freedom = repeated
@@ -203,9 +244,14 @@ def noise_level(problem: Problem, rich: RichFit, data: Dataset, option: float | 
     factor = problem.noise.factor * float(np.sqrt(ratio))
     noise = replace(problem.noise, factor=factor, freedom=rich.freedom)
     sigma = own * float(np.sqrt(ratio))
+    if added:
+        part = from_si(problem.noise.common[0], "mm")
+        note = f"the rows' own claims and {part:.4f} mm common to all, which the richest model leaves beyond them"
+        return NoiseLevel(noise, sigma, "residual", note)
     if claimed:
         word = "a column" if option is None else "an option"
-        note = f"what the richest model leaves; {word} claims {own * 1e3:.4f} mm, which is {'too small' if ratio > 1 else 'too large'}"
+        size = "too small" if ratio > 1 else "too large"
+        note = f"what the richest model leaves; {word} claims {from_si(own, 'mm'):.4f} mm, which is {size}"
         return NoiseLevel(noise, sigma, "residual", note)
     return NoiseLevel(noise, sigma, "residual", "what the richest model leaves; the data claim none and repeat no pose")
 
@@ -230,9 +276,7 @@ def repeats(data: Dataset) -> tuple[float, float] | None:
     keys = [group]
     if data.approach is not None:
         keys.append(np.unique(data.approach, axis=0, return_inverse=True)[1].ravel())
-    for labels in (data.station, data.mount):
-        if labels is not None:
-            keys.append(labels.astype(np.intp))
+    keys += [labels.astype(np.intp) for labels in (data.station, data.mount) if labels is not None]
     group = np.unique(np.column_stack(keys), axis=0, return_inverse=True)[1].ravel()
     whole = ~np.isnan(data.position).any(axis=1)
     squares, freedom = 0.0, 0.0

@@ -14,13 +14,14 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from fastcal import _core
-from fastcal.calibration import Prepared, measurements
+from fastcal.calibration import Prepared, measurements, prepare
 from fastcal.conditions import build_samples
 from fastcal.dataset import Dataset
 from fastcal.diagnosis import generic
 from fastcal.diagnosis.generic import Curves, Generic
 from fastcal.diagnosis.library import LOADED, NUISANCES, Name
 from fastcal.effects import build_effects, effect_owners
+from fastcal.errors import InvalidInput
 from fastcal.parameter_limits import has_prior
 from fastcal.profile_penalty import prior_deviations
 from fastcal.robot import Robot, Spec
@@ -108,6 +109,12 @@ class Problem:
         return replace(self, noise=noise)
 
 
+def prepared_problem(robot: Robot, data: Dataset, names: list[Name], noise: Noise, threads: int) -> Problem:
+    """All measured rows, base and tool fitted."""
+    start = prepare(robot, data, effects="geometry", threads=threads)
+    return Problem(start, data, data.measured, names, noise, threads)
+
+
 def core_entry(entry: Spec) -> Spec:
     """An entry without what only the diagnosis knows."""
     return {key: value for key, value in entry.items() if key != "corner"}
@@ -134,10 +141,12 @@ def with_nuisances(entries: Sequence[Spec], robot: Robot) -> list[Spec]:
     there = {(entry["effect"], entry["owner"]) for entry in entries}
     out = list(entries)
     if loaded:
-        for effect in NUISANCES:
-            for owner in effect_owners(effect, robot.core):
-                if (effect, owner) not in there and _has_mass(robot, owner):
-                    out.append({"effect": effect, "owner": owner, "prior": "yes"})
+        out += [
+            {"effect": effect, "owner": owner, "prior": "yes"}
+            for effect in NUISANCES
+            for owner in effect_owners(effect, robot.core)
+            if (effect, owner) not in there and _has_mass(robot, owner)
+        ]
     return out
 
 
@@ -222,7 +231,7 @@ def fit(problem: Problem, added: Sequence[Name], start: Fit | None = None) -> Fi
     lower = np.array([p.lower for p in model.parameters])[free]
     critical = np.array([p.name.startswith("critical") for p in model.parameters])[free]
     deviation = prior[free]
-    best: tuple[float, FloatArray, _core.Linearization] | None = None
+    best = (np.inf, theta, _core.linearize(model, samples, problem.measured, theta, list(problem.noise.common), 1))
     damping = 1.0
     step = np.zeros(len(free))
     for _ in range(_STEPS):
@@ -230,14 +239,14 @@ def fit(problem: Problem, added: Sequence[Name], start: Fit | None = None) -> Fi
         r = np.asarray(near.r) / problem.noise.factor
         held = theta[free] / deviation
         remaining = float(r @ r + held @ held)
-        if best is not None and remaining > best[0] * (1 + _SHARE) + _SETTLED:
+        if remaining > best[0] * (1 + _SHARE) + _SETTLED:
             damping /= 4
             if damping < 1e-3:
                 break
             theta = best[1].copy()
             theta[free] += damping * step
             continue
-        settled = best is not None and best[0] - remaining < _SETTLED + _SHARE * remaining
+        settled = best[0] - remaining < _SETTLED + _SHARE * remaining
         best = (remaining, theta.copy(), near)
         if settled:
             break
@@ -254,7 +263,6 @@ def fit(problem: Problem, added: Sequence[Name], start: Fit | None = None) -> Fi
             at = np.flatnonzero(critical)
             index = np.array(free)[at]
             theta[index] = np.maximum(theta[index], np.maximum(lower[at], 1e-6))
-    assert best is not None
     return Fit(problem, added, entries, model, samples, best[1], free, prior, best[0], best[2])
 
 
@@ -267,7 +275,9 @@ def _priors(problem: Problem, entries: Sequence[Spec], model: _core.ErrorModel) 
     """(P,) standard deviations of what is held near 0; infinite elsewhere."""
     out = np.full(len(model.parameters), np.inf)
     at = problem.own
-    for entry, effect in zip(entries, build_effects([core_entry(e) for e in entries], problem.start.model.robot), strict=True):
+    for entry, effect in zip(
+        entries, build_effects([core_entry(e) for e in entries], problem.start.model.robot), strict=True
+    ):
         count = len(effect.parameters)
         if has_prior(core_entry(entry)):
             out[at : at + count] = [p.sigma for p in effect.parameters]
@@ -305,12 +315,21 @@ def _carried(problem: Problem, entries: Sequence[Spec], model: _core.ErrorModel,
 
 
 def _identity(entry: Spec) -> Any:
-    return (entry["effect"], entry["owner"], entry.get("order"), entry.get("side"), entry.get("at_s"), entry.get("corner"), entry.get("torque"))
+    return (
+        entry["effect"],
+        entry["owner"],
+        entry.get("order"),
+        entry.get("side"),
+        entry.get("at_s"),
+        entry.get("corner"),
+        entry.get("torque"),
+    )
 
 
 def _corner_start(entry: Spec, effect: _core.Effect, start: Fit | None, known: dict[Any, FloatArray]) -> FloatArray:
     """low, high, critical of a compliance that bends at a quantile of the loads that are met."""
-    assert start is not None
+    if start is None:
+        raise InvalidInput(f"{entry['effect']}@{entry['owner']}: a corner follows from the loads of a fit")
     joint = int(entry["owner"].removeprefix("joint")) - 1
     linear = known.get(_identity({"effect": "joint_compliance", "owner": entry["owner"]}))
     slope = 0.0 if linear is None else float(linear[0])
@@ -361,15 +380,22 @@ def blocks(at: Fit, extra_names: Sequence[Name] = ()) -> Blocks:
     for k, name in enumerate(names):
         if "corner" in name.entry:
             part = slice(first[offset + k], first[offset + k + 1])
-            known = {_identity({"effect": n.effect, "owner": n.owner}): at.value(n) for n in at.added if n.effect == "joint_compliance"}
+            known = {
+                _identity({"effect": n.effect, "owner": n.owner}): at.value(n)
+                for n in at.added
+                if n.effect == "joint_compliance"
+            }
             theta[part] = _corner_start(name.entry, effects[offset + k], at, known)
             theta[part.start : part.start + 2] = 0.0
     near = _core.linearize(model, samples, problem.measured, theta, list(problem.noise.common), problem.threads)
     J = np.asarray(near.J) / problem.noise.factor
-    A, r, row = at.whitened
+    A, r, _row = at.whitened
     n_measured = len(near.row)
     columns = [J[:, first[offset + k] : first[offset + k + 1]] for k in range(len(names))]
-    frame_columns = {entry["owner"]: J[:, first[offset + len(names) + k] : first[offset + len(names) + k + 1]] for k, entry in enumerate(frames)}
+    frame_columns = {
+        entry["owner"]: J[:, first[offset + len(names) + k] : first[offset + len(names) + k + 1]]
+        for k, entry in enumerate(frames)
+    }
     generics, generic_columns = _generic_columns(at, frame_columns, np.asarray(near.row))
     columns += generic_columns
     C = np.zeros((len(r), sum(c.shape[1] for c in columns)))
@@ -382,11 +408,20 @@ def _frames(problem: Problem) -> list[Spec]:
     robot = problem.start.robot
     out: list[Spec] = [{"effect": "regressor", "owner": "base", "column": _ONE}]
     for i, kind in enumerate(robot.joint_types):
-        out.append({"effect": "regressor", "owner": f"joint{i + 1}", "column": _ONE, "axis": "rz" if kind == "revolute" else "z"})
+        out.append(
+            {
+                "effect": "regressor",
+                "owner": f"joint{i + 1}",
+                "column": _ONE,
+                "axis": "rz" if kind == "revolute" else "z",
+            }
+        )
     return [*out, {"effect": "regressor", "owner": "tool", "column": _ONE}]
 
 
-def _generic_columns(at: Fit, frame: dict[str, FloatArray], row: NDArray[Any]) -> tuple[list[Generic], list[FloatArray]]:
+def _generic_columns(
+    at: Fit, frame: dict[str, FloatArray], row: NDArray[Any]
+) -> tuple[list[Generic], list[FloatArray]]:
     problem, data = at.problem, at.problem.kept
     robot = problem.start.robot
     turns = [kind == "revolute" for kind in robot.joint_types]

@@ -17,6 +17,7 @@ from fastcal.robot import Robot
 
 if TYPE_CHECKING:
     from fastcal.calibration import CalibrationResult
+    from fastcal.diagnosis.search import Search, State
 
 FloatArray = NDArray[np.float64]
 
@@ -124,6 +125,7 @@ class Diagnosis:
         smallest: What would have been seen.
         confusion: Names of the first in the ranking, and the largest correlation of each pair.
         calibrations: The model at each step of `gap`.
+        search: Every set that was fitted; `state` is the one that is given.
     """
 
     verdict: str
@@ -140,6 +142,8 @@ class Diagnosis:
     smallest: list[Smallest]
     confusion: tuple[list[str], FloatArray]
     calibrations: list[CalibrationResult]
+    search: Search
+    state: State
     notes: list[str] = field(default_factory=list)
 
     @property
@@ -193,6 +197,6 @@ class Diagnosis:
 
     def save(self, folder: str | os.PathLike[str]) -> None:
         """Writes model.yaml, diagnosis.json and report.html into a folder, all or none."""
-        from fastcal.report.diagnosis_report import save_diagnosis  # files and pages are leaves
+        from fastcal.report.diagnosis_report import write_diagnosis  # files and pages are leaves
 
-        save_diagnosis(self, folder)
+        write_diagnosis(self, folder)

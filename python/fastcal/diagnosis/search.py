@@ -68,7 +68,7 @@ class State:
     def bic(self) -> float:
         """Of the set: what remains and log m for each parameter that it adds."""
         m = len(self.fit.near.r)
-        return self.fit.remaining + np.log(m) * self.size
+        return float(self.fit.remaining + np.log(m) * self.size)
 
     @property
     def size(self) -> int:
@@ -78,7 +78,9 @@ class State:
     def significant(self, named: float = NAMED, generic: float = GENERIC) -> list[int]:
         """Blocks that are, at family-wise levels, the strongest first."""
         p = self.p_values
-        limit = np.where(np.arange(len(p)) < self.blocks.count, named / self.family.named, generic / self.family.generic)
+        limit = np.where(
+            np.arange(len(p)) < self.blocks.count, named / self.family.named, generic / self.family.generic
+        )
         found = np.flatnonzero(p < limit)
         return [int(i) for i in found[np.argsort(p[found], kind="stable")]]
 
@@ -132,7 +134,8 @@ class Search:
         tests, count = first.blocks.tests, first.blocks.count
         total = len(first.p_values)
         family = Family(
-            tests.effective_tests(list(range(count)), _DRAWS, 0), tests.effective_tests(list(range(count, total)), _DRAWS, 0)
+            tests.effective_tests(list(range(count)), _DRAWS, 0),
+            tests.effective_tests(list(range(count, total)), _DRAWS, 0),
         )
         state = State(first.fit, family)
         state.__dict__["blocks"] = first.blocks
@@ -152,7 +155,8 @@ class Search:
             ranked = sorted((c for c in children.values() if not c.impossible), key=lambda s: s.bic)
             if not ranked:
                 break
-            levels.append(ranked)
+            # Further down none can be chosen: less likely than the best by more than the odds ask for.
+            levels.append([c for k, c in enumerate(ranked) if k < WIDTH or c.bic < ranked[0].bic + ODDS])
             self.say(f"{len(levels) - 1} effects: {', '.join(ranked[0].key)}")
         return levels
 
@@ -171,7 +175,9 @@ class Search:
             best_of[name.key] = max(best_of.get(name.key, -np.inf), float(value))
         for i in order:
             name = state.blocks.names[i]
-            if any(worth[i] < best_of.get((simple, name.owner), -np.inf) + ODDS for simple in RICHER.get(name.effect, ())):
+            if any(
+                worth[i] < best_of.get((simple, name.owner), -np.inf) + ODDS for simple in RICHER.get(name.effect, ())
+            ):
                 continue  # the simpler name does as well
             if len(out) >= count or worth[i] <= 0 or p[i] > NAMED / state.family.named:
                 break
@@ -185,10 +191,9 @@ class Search:
 
     def _refined(self, name: Name, state: State) -> Name:
         """A step at the moment of all between two rows that explains most; other names as they are."""
-        if name.effect != "base_step":
-            return name
         data = self.problem.kept
-        assert data.time is not None
+        if name.effect != "base_step" or data.time is None:
+            return name
         A, r, row = state.fit.whitened
         measured = row >= 0
         at, _ = find_step(A[measured], state.blocks.frames["base"], -r[measured], row[measured], data.time)
@@ -223,7 +228,7 @@ class Search:
             name = base.blocks.names[i]
             if statistic[i] < enough or rank[i] == 0 or tried >= 2 * TRIES:
                 break
-            if name.key in keys or member.effect in RICHER.get(name.effect, ()) and name.owner == member.owner:
+            if name.key in keys or (member.effect in RICHER.get(name.effect, ()) and name.owner == member.owner):
                 continue
             keys.add(name.key)
             tried += 1

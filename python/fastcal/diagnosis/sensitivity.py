@@ -21,7 +21,10 @@ FloatArray = NDArray[np.float64]
 POWER = 0.8
 SHOWN = 12  # names in the ranking, and of them in the confusion map
 MAPPED = 8
-_FINER = ("joint_compliance_nonlinear", "base_step")  # of which no smallest size is told: it depends on corner or moment
+_FINER = (
+    "joint_compliance_nonlinear",
+    "base_step",
+)  # of which no smallest size is told: it depends on corner or moment
 
 
 def untestable(search: Search, library: Library) -> list[Untestable]:

@@ -6,8 +6,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from fastcal.units import from_si
-
 if TYPE_CHECKING:
     from fastcal.diagnosis.result import Diagnosis, Finding, Unexplained
 
@@ -40,7 +38,9 @@ EFFECTS = {
 def owner_in_words(owner: str) -> str:
     """joint4 to "joint 4", joint6<-joint5 to "joint 6 from joint 5"."""
     first, arrow, source = owner.partition("<-")
-    spaced = "".join(f" {c}" if c.isdigit() and not before.isdigit() else c for before, c in zip(" " + first, first, strict=False))
+    spaced = "".join(
+        f" {c}" if c.isdigit() and not before.isdigit() else c for before, c in zip(" " + first, first, strict=False)
+    )
     return f"{spaced.strip()} from {owner_in_words(source)}" if arrow else spaced.strip()
 
 
@@ -62,7 +62,10 @@ def _causes(found: Diagnosis) -> str:
     sentences = [_cause(f) for f in found.effects if f.effect != "joint_profile"]
     curves = [owner_in_words(f.owner) for f in found.effects if f.effect == "joint_profile"]
     if curves:
-        sentences.append(f"{', '.join(curves)}: the error follows the joint's own position by a curve that has no name; the curve is in the model.")
+        sentences.append(
+            f"{', '.join(curves)}: the error follows the joint's own position by a curve that has no name; "
+            "the curve is in the model."
+        )
     return " ".join(sentences)
 
 
@@ -81,13 +84,18 @@ def _rest(rest: Unexplained | None) -> str:
     if rest is None:
         return ""
     on = " and ".join(rest.depends_on)
-    return f"Something remains at {owner_in_words(rest.owner)} that depends on {on}, {rest.share:.0%} of the misfit that there was."
+    place = owner_in_words(rest.owner)
+    return f"Something remains at {place} that depends on {on}, {rest.share:.0%} of the misfit that there was."
 
 
 def _gain(found: Diagnosis) -> str:
     if len(found.gap) < 2:
         return ""
     first, last = found.gap[0], found.gap[-1]
-    if first.test_rms_mm is not None and last.test_rms_mm is not None:
-        return f"With it in the model the error on the test poses falls from {first.test_rms_mm:.3f} to {last.test_rms_mm:.3f} mm RMS; the noise alone gives {from_si(found.calibrations[-1].sigma, 'mm') * 3**0.5:.3f} mm."
-    return f"With it in the model the error falls from {first.train_rms_mm:.3f} to {last.train_rms_mm:.3f} mm RMS."
+    if first.test_rms_mm is None or last.test_rms_mm is None:
+        return f"With it in the model the error falls from {first.train_rms_mm:.3f} to {last.train_rms_mm:.3f} mm RMS."
+    floor = found.sigma_mm * 3**0.5
+    return (
+        f"With it in the model the error on the test poses falls from {first.test_rms_mm:.3f} to "
+        f"{last.test_rms_mm:.3f} mm RMS; noise alone makes {floor:.3f} mm."
+    )

@@ -1,0 +1,86 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""`fastcal diagnose`: what a robot's model is missing; model.yaml, diagnosis.json and report.html out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from fastcal.cli.console import progress, say, warn
+from fastcal.cli.options import DataFile, OutFolder, RobotFile, Threads
+
+if TYPE_CHECKING:
+    from fastcal.diagnosis import Diagnosis
+
+
+def diagnose(
+    robot: RobotFile,
+    data: DataFile,
+    output: OutFolder,
+    test: Annotated[
+        Path | None, typer.Option(metavar="TEST", help="Other poses, only reported on: no choice reads them.")
+    ] = None,
+    exclude: Annotated[
+        list[str] | None, typer.Option(metavar="EFFECT[@OWNER]", help="A name that is not to be given; repeatable.")
+    ] = None,
+    sigma_mm: Annotated[
+        float | None, typer.Option(min=1e-6, help="Standard deviation of a measured coordinate, where it is known.")
+    ] = None,
+    threads: Threads = 1,
+) -> None:
+    """Find what the model is missing, name it or say that it can't be told, and add it."""
+    from fastcal import diagnosis, inspection
+    from fastcal.io.folder import check_folder
+    from fastcal.io.measurements import load_measurements
+    from fastcal.io.robot_file import load_robot
+    from fastcal.units import to_si
+
+    check_folder(output)
+    nominal = load_robot(robot)
+    measured = load_measurements(data, nominal)
+    other = None if test is None else load_measurements(test, nominal)
+    with progress() as show:
+        show("looking at the columns")
+        suspected = inspection.suspicion(nominal, measured)
+        found = diagnosis.diagnose(
+            nominal,
+            measured,
+            test=other,
+            exclude=exclude or (),
+            sigma=None if sigma_mm is None else to_si(sigma_mm, "mm"),
+            threads=threads,
+            progress=show,
+        )
+        inspection.check_fit(nominal, found.calibrations[0].train, suspected)
+        show("writing the report")
+        found.save(output)
+    warn([*([suspected] if suspected else []), *found.notes])
+    say_diagnosis(found, output)
+
+
+def say_diagnosis(found: Diagnosis, output: Path) -> None:
+    """The verdict in a few lines; the last is the report's path."""
+    say(f"{found.model.name}: {found.verdict.replace('_', ' ')}")
+    say(found.sentence)
+    for finding in found.effects:
+        values = ", ".join(
+            f"{name} {v.value:.4g}" + ("" if v.std is None else f" +- {v.std:.2g}")
+            for name, v in finding.parameters.items()
+        )
+        tail = f", {values}" if finding.effect != "joint_profile" and values else ""
+        say(f"  {finding.grade}  {finding.label}{tail}")
+        for effect, owner in finding.equivalents:
+            say(f"     or {effect}@{owner}")
+    for step in found.gap:
+        test = "" if step.test_rms_mm is None else f", test poses {step.test_rms_mm:.4f} mm"
+        say(f"{'geometry alone' if step.added is None else 'with ' + step.added}: RMS {step.train_rms_mm:.4f} mm{test}")
+    say(f"noise of a measured coordinate: {found.sigma_mm:.4f} mm ({found.sigma_note})")
+    if found.untestable:
+        names = sorted({u.effect for u in found.untestable})
+        say(f"these data can't show (diagnosis.json says what would): {', '.join(names)}")
+    if found.outliers:
+        say(f"outliers, data rows counted from 0: {', '.join(map(str, found.outliers))}")
+    say(str(output / "report.html"))

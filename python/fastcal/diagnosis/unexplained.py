@@ -1,0 +1,110 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""What no name explains: the curves of joints that err by their own position, and where the rest is best placed."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal.calibration import CalibrationResult
+from fastcal.dataset import Dataset
+from fastcal.diagnosis.problem import prepared_problem
+from fastcal.diagnosis.result import Unexplained
+from fastcal.diagnosis.search import Search, State
+from fastcal.robot import Robot, Spec
+
+FloatArray = NDArray[np.float64]
+
+_MOST = 0.4  # share of the mean square that joint profiles may leave
+_ORDERS = 6
+_MAIN = 0.25  # share of a curve's square from which on an order is told
+
+
+def curved_joints(best: State) -> list[Spec]:
+    """A profile for each joint whose error significantly follows its own position."""
+    found = best.blocks
+    significant = set(best.significant())
+    return [
+        {"effect": "joint_profile", "owner": block.owner}
+        for i, block in enumerate(found.generics, found.count)
+        if block.curves.depends_on == (f"q{block.owner.removeprefix('joint')}",) and i in significant
+    ]
+
+
+def profiles_suffice(before: CalibrationResult, after: CalibrationResult) -> bool:
+    """Do joint profiles explain most of the mean square of the training rows?"""
+    if before.train.after is None or after.train.after is None or after.status != "converged":
+        return False
+    return after.train.after.rms**2 <= _MOST * before.train.after.rms**2
+
+
+def main_orders(model: Robot, entry: Spec) -> list[tuple[int, float]]:
+    """(cycles a turn, amplitude [rad]) of the largest waves in an identified profile of a revolute joint.
+
+    By least squares of sines and cosines of orders 1 ... _ORDERS over the range that the profile was fitted on.
+    """
+    at = [(e["effect"], e["owner"]) for e in model.spec["effects"]].index((entry["effect"], entry["owner"]))
+    found = model.spec["effects"][at]
+    if "low_rad" not in found:
+        return []
+    joint = int(entry["owner"].removeprefix("joint")) - 1
+    q = np.zeros((200, model.joint_count))
+    q[:, joint] = np.linspace(found["low_rad"], found["high_rad"], len(q))
+    curve = profile_curve(model, entry["owner"], q[:, joint])
+    orders = [n for n in range(1, _ORDERS + 1) if n * (found["high_rad"] - found["low_rad"]) > np.pi]
+    if not orders:
+        return []
+    waves = np.column_stack([f(n * q[:, joint]) for n in orders for f in (np.sin, np.cos)])
+    X = np.column_stack([np.ones(len(q)), q[:, joint], waves])
+    weights = np.linalg.lstsq(X, curve, rcond=1e-3)[0][2:].reshape(-1, 2)
+    size = np.hypot(*weights.T)
+    total = float(np.sum(size**2))
+    return [(n, float(a)) for n, a in zip(orders, size, strict=True) if a**2 >= _MAIN * total > 0]
+
+
+def profile_curve(model: Robot, owner: str, q: FloatArray) -> FloatArray:
+    """Joint error [rad or m] of a model's profile at positions q (k,): of a robot that has this one joint alone."""
+    joint = int(owner.removeprefix("joint")) - 1
+    kind = model.joint_types[joint]
+    (entry,) = (e for e in model.spec["effects"] if (e["effect"], e["owner"]) == ("joint_profile", owner))
+    unit = "deg" if kind == "revolute" else "mm"
+    bare = {"type": kind, "theta_deg": 0.0, "d_mm": 0.0, "a_mm": 0.0, "alpha_deg": 0.0, "beta_deg": 0.0}
+    limits = {key: model.spec["joints"][joint][key] for key in (f"min_{unit}", f"max_{unit}")}
+    still = {"xyz_mm": [0.0] * 3, "rpy_deg": [0.0] * 3}
+    spec = dict(model.spec) | {
+        "kinematics": "dh",
+        "joints": [bare | limits],
+        "coupling": [],
+        "base": still,
+        "tool": still,
+        "effects": [dict(entry) | {"owner": "joint1"}],
+    }
+    for key in ("calibration", "compensator", "structure"):
+        spec.pop(key, None)
+    T = Robot(spec).forward(q[:, np.newaxis])
+    if kind == "prismatic":
+        return np.asarray(T[:, 2, 3] - q)
+    turn = np.arctan2(T[:, 1, 0], T[:, 0, 0]) - q
+    return np.asarray((turn + np.pi) % (2 * np.pi) - np.pi)
+
+
+def rest(search: Search, state: State) -> Unexplained:
+    """Where what remains is best placed: the block without a name that explains most for the functions it takes."""
+    found = state.blocks
+    statistic, rank = np.asarray(found.tests.scores.statistic), np.asarray(found.tests.scores.rank)
+    generic = np.arange(found.count, len(rank))
+    worth = statistic[generic] - rank[generic] * np.log(len(state.fit.near.r))
+    block = found.generics[int(np.argmax(worth))]
+    freedom = max(len(state.fit.near.r) - found.tests.null_rank, 1)
+    misfit = max(search.start.fit.remaining - freedom, 1.0)
+    share = float(np.clip((state.fit.remaining - freedom) / misfit, 0.0, 1.0))
+    return Unexplained(block.owner, share, block.curves.depends_on)
+
+
+def beyond_profiles(search: Search, model: Robot, data: Dataset, threads: int) -> Unexplained | None:
+    """What remains when joint profiles are in the model; None: nothing that is significant."""
+    problem = search.problem
+    again = prepared_problem(model, data, problem.names, problem.noise, threads).with_rows(problem.used)
+    state = Search(again).start
+    return None if state.suffices else rest(search, state)
