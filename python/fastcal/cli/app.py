@@ -23,8 +23,8 @@ _UsageError = cast("type[Exception]", typer.BadParameter.__mro__[2])
 
 COMMANDS = (
     calibrate.calibrate,
-    train.train,
     diagnose.diagnose,
+    train.train,
     models.predict,
     compensate.compensate,
     models.evaluate,
