@@ -8,7 +8,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['Alignment', 'BeamSolver', 'BlockScores', 'Compensator', 'Effect', 'ErrorModel', 'FoldErrors', 'Identification', 'Linearization', 'Measurements', 'Parameter', 'RobotDescription', 'RobotModel', 'Samples', 'ScoreTests', 'Separation', 'StiffnessTable', 'SubsetSearch', 'align', 'build_dh', 'build_mdh', 'build_poe', 'build_urdf', 'effect_names', 'effect_owners', 'exp_so3', 'identify', 'inverse_kinematics', 'joint_jacobian', 'linearize', 'log_so3', 'make_effect', 'quaternion_to_rotation', 'read_urdf', 'rotation_about', 'rotation_to_axis', 'rotation_to_rpy', 'rpy_to_rotation', 'separate', 'tabulated_effect']
+__all__: list[str] = ['Alignment', 'BeamSolver', 'BlockScores', 'Candidates', 'Choice', 'Compensator', 'Effect', 'ErrorModel', 'FoldErrors', 'Identification', 'Linearization', 'Measurements', 'Parameter', 'RobotDescription', 'RobotModel', 'Samples', 'ScoreTests', 'Separation', 'StiffnessTable', 'SubsetSearch', 'Tracker', 'align', 'build_dh', 'build_mdh', 'build_poe', 'build_urdf', 'draw_design', 'effect_names', 'effect_owners', 'exchange_design', 'exp_so3', 'free_parameters', 'grow_design', 'identify', 'inverse_kinematics', 'joint_jacobian', 'linearize', 'log_so3', 'make_effect', 'observability_index', 'posture_obstacles', 'quaternion_to_rotation', 'read_urdf', 'rotation_about', 'rotation_to_axis', 'rotation_to_rpy', 'rpy_to_rotation', 'separate', 'tabulated_effect', 'visiting_order']
 class Parameter:
     """
     A named number of a model, in SI.
@@ -350,6 +350,43 @@ class Linearization:
         """
         (n) row of the data
         """
+class Candidates:
+    """
+    What could be measured: k rows of derivatives each, whitened and scaled.
+    """
+    def __init__(self, J: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], rows: typing.SupportsInt | typing.SupportsIndex) -> None:
+        """
+        J (N rows, p)
+        """
+    def __len__(self) -> int:
+        ...
+    def information(self, chosen: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        """
+        sum J_c^T J_c (p, p) over those chosen
+        """
+class Choice:
+    """
+    A design and what it is worth.
+    """
+    @property
+    def bound(self) -> float:
+        """
+        no choice of as many candidates, each once, is worth more
+        """
+    @property
+    def members(self) -> list[int]:
+        ...
+    @property
+    def value(self) -> float:
+        """
+        log det M, minus the variance, or the index
+        """
+class Tracker:
+    """
+    An instrument that looks at the tool; SI, measuring frame.
+    """
+    def __init__(self, position: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], nearest: typing.SupportsFloat | typing.SupportsIndex, farthest: typing.SupportsFloat | typing.SupportsIndex, reflector: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], acceptance: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
 class Separation:
     """
     Candidates that tell causes of error from one another.
@@ -462,6 +499,10 @@ def build_urdf(description: RobotDescription, origins: collections.abc.Sequence[
     """
     URDF chain; origins n of (4, 4), axes (n, 3), flange (4, 4).
     """
+def draw_design(candidates: typing.SupportsInt | typing.SupportsIndex, count: typing.SupportsInt | typing.SupportsIndex, seed: typing.SupportsInt | typing.SupportsIndex) -> list[int]:
+    """
+    count of so many candidates without replacement, the same on every machine.
+    """
 def effect_names() -> list[str]:
     """
     Names of all registered effects, sorted.
@@ -470,9 +511,21 @@ def effect_owners(name: str, robot: RobotModel) -> list[str]:
     """
     All owners that a robot has for an effect.
     """
+def exchange_design(candidates: Candidates, criterion: str, *, start: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], targets: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], members: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], rounds: typing.SupportsInt | typing.SupportsIndex = 20, threads: typing.SupportsInt | typing.SupportsIndex = 1) -> Choice:
+    """
+    Exchanges members while that improves O1 ... O5 or the variance.
+    """
 def exp_so3(w: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
     """
     Rotation (3, 3) of the rotation vector w (3,) in rad.
+    """
+def free_parameters(R: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], parameters: collections.abc.Sequence[Parameter]) -> tuple[list[int], list[str]]:
+    """
+    (indices, sentences): what data with the triangular factor R, whitened and scaled, can tell, and what they cannot.
+    """
+def grow_design(candidates: Candidates, criterion: str, count: typing.SupportsInt | typing.SupportsIndex, *, start: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], targets: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] = ..., threads: typing.SupportsInt | typing.SupportsIndex = 1) -> list[int]:
+    """
+    Members one after the other, by O1, or by variance = tr(M^-1 targets), M = start + what the members tell.
     """
 def identify(model: ErrorModel, samples: Samples, measured: Measurements, *, asked: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], anchors: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] = ..., method: str = 'nls', loss: str = 'tukey', prior_mean: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] = ..., prior_sigma: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] = ..., lower: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] = ..., upper: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] = ..., max_iterations: typing.SupportsInt | typing.SupportsIndex = 100, practical_limit: typing.SupportsFloat | typing.SupportsIndex = 10.0, threads: typing.SupportsInt | typing.SupportsIndex = 1) -> Identification:
     """
@@ -497,6 +550,14 @@ def log_so3(R: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 3]"]
 def make_effect(name: str, robot: RobotModel, owner: str, options: collections.abc.Mapping[str, typing.SupportsFloat | typing.SupportsIndex | str | collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex]] = {}) -> Effect:
     """
     The effect of one owner; InvalidInput names what is wrong.
+    """
+def observability_index(index: str, eigenvalues: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], poses: typing.SupportsInt | typing.SupportsIndex) -> float:
+    """
+    Of J^T J, eigenvalues ascending.
+    """
+def posture_obstacles(robot: RobotModel, q: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], *, keep_out: collections.abc.Sequence[tuple[typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"]]], region: tuple[typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"]] | None = None, tracker: Tracker | None = None, link_radius: typing.SupportsFloat | typing.SupportsIndex = 0.0, threads: typing.SupportsInt | typing.SupportsIndex = 1) -> list[int]:
+    """
+    Why each posture (N, n) cannot be measured: 0 it can, 1 keep-out, 2 region, 3 range, 4 acceptance, 5 sight.
     """
 def quaternion_to_rotation(wxyz: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 1]"]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
     """
@@ -529,5 +590,9 @@ def separate(common: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m
 def tabulated_effect(robot: RobotModel, owner: str, parameters: collections.abc.Sequence[tuple[str, str, typing.SupportsFloat | typing.SupportsIndex, str]], frames: collections.abc.Sequence[str], first: typing.SupportsInt | typing.SupportsIndex) -> Effect:
     """
     An effect whose basis stands in Samples.table from column `first` on, (frame, parameter, 6); parameters: (name, unit, sigma, doc).
+    """
+def visiting_order(q: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], from_: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"]) -> list[int]:
+    """
+    A short path through the rows (N, n), joints scaled, that begins near from_ (n).
     """
 __version__: str = '0.1.0'
