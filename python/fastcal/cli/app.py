@@ -11,8 +11,7 @@ from typing import Annotated, cast
 
 import typer
 
-from fastcal.cli import calibrate, compensate, convert, demo, design, models, simulate, train
-from fastcal.cli import calibrate, compensate, convert, demo, diagnose, models, simulate, train
+from fastcal.cli import calibrate, compensate, convert, demo, design, diagnose, models, simulate, train
 from fastcal.cli.console import fail
 from fastcal.errors import FastcalError, Undetermined
 
