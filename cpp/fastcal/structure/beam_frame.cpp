@@ -9,37 +9,38 @@
 namespace fastcal {
 namespace {
 
-void check_positive(double value, const char* name, std::size_t element) {
+void check_positive(double value, const char* name, const std::string& element) {
   FASTCAL_CHECK(std::isfinite(value) && value > 0)
       << name << " of element " << element << " must be a positive number, got " << value;
 }
 
-void check_not_negative(double value, const char* name, std::size_t element) {
+void check_not_negative(double value, const char* name, const std::string& element) {
   FASTCAL_CHECK(std::isfinite(value) && value >= 0)
       << name << " of element " << element << " must be a number that is not negative, got " << value;
 }
 
 void check_element(const BeamFrame& frame, std::size_t index) {
   const BeamElement& element = frame.elements[index];
+  const std::string name = frame.element_name(static_cast<int>(index));
   for (const int node : {element.start, element.end}) {
     FASTCAL_CHECK(node >= 0 && node < frame.node_count)
-        << "element " << index << " names node " << node << ", but the nodes are 0 to " << frame.node_count - 1;
+        << "element " << name << " names node " << node << ", but the nodes are 0 to " << frame.node_count - 1;
   }
-  FASTCAL_CHECK(element.start != element.end) << "element " << index << " begins and ends at node " << element.start;
-  check_not_negative(element.mass, "mass", index);
+  FASTCAL_CHECK(element.start != element.end)
+      << "element " << name << " begins and ends at node " << frame.node_name(element.start);
+  check_not_negative(element.mass, "mass", name);
   if (element.sampled) return;
-  check_positive(element.young, "Young's modulus", index);
-  check_positive(element.area, "area", index);
-  check_positive(element.inertia_z, frame.dimension == 2 ? "second moment of area" : "second moment of area I_z",
-                 index);
-  check_not_negative(element.shear_area_y, "shear area", index);
+  check_positive(element.young, "Young's modulus", name);
+  check_positive(element.area, "area", name);
+  check_positive(element.inertia_z, frame.dimension == 2 ? "second moment of area" : "second moment of area I_z", name);
+  check_not_negative(element.shear_area_y, "shear area", name);
   if (frame.dimension == 3) {
-    check_positive(element.inertia_y, "second moment of area I_y", index);
-    check_positive(element.torsion, "torsion constant", index);
-    check_positive(element.shear, "shear modulus", index);
-    check_not_negative(element.shear_area_z, "shear area", index);
+    check_positive(element.inertia_y, "second moment of area I_y", name);
+    check_positive(element.torsion, "torsion constant", name);
+    check_positive(element.shear, "shear modulus", name);
+    check_not_negative(element.shear_area_z, "shear area", name);
   } else if (element.shear_area_y > 0) {
-    check_positive(element.shear, "shear modulus", index);
+    check_positive(element.shear, "shear modulus", name);
   }
 }
 
@@ -58,11 +59,20 @@ void check_hinges(const BeamFrame& frame) {
   }
   for (std::size_t i = 0; i < frame.elements.size(); ++i) {
     FASTCAL_CHECK((released[2 * i] & released[2 * i + 1] & 1u) == 0)
-        << "element " << i << " is free to spin about its own axis: both of its ends are released about x";
+        << "element " << frame.element_name(static_cast<int>(i))
+        << " is free to spin about its own axis: both of its ends are released about x";
   }
 }
 
 }  // namespace
+
+std::string BeamFrame::node_name(int node) const {
+  return node_names.empty() ? std::to_string(node) : node_names[static_cast<std::size_t>(node)];
+}
+
+std::string BeamFrame::element_name(int element) const {
+  return element_names.empty() ? std::to_string(element) : element_names[static_cast<std::size_t>(element)];
+}
 
 void check(const BeamFrame& frame) {
   FASTCAL_CHECK(frame.dimension == 2 || frame.dimension == 3)
@@ -84,7 +94,8 @@ void check(const BeamFrame& frame) {
     if (support.directions == frame.all_directions()) touched[static_cast<std::size_t>(support.node)] = true;
   }
   for (std::size_t node = 0; node < touched.size(); ++node) {
-    FASTCAL_CHECK(touched[node]) << "node " << node << " is free: no element ends there";
+    FASTCAL_CHECK(touched[node]) << "node " << frame.node_name(static_cast<int>(node))
+                                 << " is free: no element ends there";
   }
 }
 

@@ -4,6 +4,7 @@
 // What a frame of beams is, apart from where its nodes stand: nodes, elements, hinges and supports. SI throughout.
 #pragma once
 
+#include <string>
 #include <vector>
 
 namespace fastcal {
@@ -43,7 +44,11 @@ struct BeamFrame {
   std::vector<BeamElement> elements;
   std::vector<BeamHinge> hinges;
   std::vector<BeamSupport> supports;
+  std::vector<std::string> node_names = {};  ///< for messages; empty: their numbers
+  std::vector<std::string> element_names = {};
 
+  std::string node_name(int node) const;
+  std::string element_name(int element) const;
   int freedom_count() const { return dimension == 2 ? 3 : 6; }
   unsigned all_directions() const { return (1u << freedom_count()) - 1; }
 };

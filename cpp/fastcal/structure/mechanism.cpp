@@ -43,15 +43,16 @@ std::string explain_geometry(const BeamFrame& frame, const beam::BeamPlan& plan,
     const double* nodes = batch.nodes + posture * plan.node_count * D;
     const Eigen::VectorXd lever = row_of(nodes, element.end * D, D) - row_of(nodes, element.start * D, D);
     if (lever.norm() == 0) {
-      text << "element " << e << " has no length, nodes " << element.start << " and " << element.end << " coincide";
+      text << "element " << frame.element_name(e) << " has no length, nodes " << frame.node_name(element.start)
+           << " and " << frame.node_name(element.end) << " coincide";
       return text.str();
     }
     if (D == 2 || plan.round[e]) continue;
     const Eigen::Vector3d up = row_of(batch.up.data, posture * batch.up.stride + 3 * e, 3);
     const Eigen::Vector3d axis = lever.normalized();
     if (!(axis.cross(up).norm() > 1e-6 * up.norm())) {
-      text << "the y axis of element " << e << " is not known: its `up` direction " << direction_in_words(up)
-           << " runs along it; give another";
+      text << "the y axis of element " << frame.element_name(e) << " is not known: its `up` direction "
+           << direction_in_words(up) << " runs along it; give another";
       return text.str();
     }
   }
@@ -94,7 +95,8 @@ std::string explain_motion(const BeamFrame& frame, const FreeStiffness& free) {
   std::ostringstream text;
   Eigen::Index weakest = 0;
   if (!(diagonal.minCoeff(&weakest) >= -1e-9 * diagonal.maxCoeff())) {
-    text << "the stiffness at node " << free.owner[static_cast<std::size_t>(weakest)].first << " is not positive";
+    text << "the stiffness at node " << frame.node_name(free.owner[static_cast<std::size_t>(weakest)].first)
+         << " is not positive";
     return text.str();
   }
   const double floor = 1e-14 * diagonal.maxCoeff();  // a row of zeros is a motion of its own
@@ -115,9 +117,11 @@ std::string explain_motion(const BeamFrame& frame, const FreeStiffness& free) {
   const double shift_size = shift.colwise().norm().maxCoeff(&moved);
   const double turn_size = turn.colwise().norm().maxCoeff(&turned);
   if (shift_size > 1e-6 * turn_size) {
-    text << "node " << moved << " is free to move along " << direction_in_words(shift.col(moved));
+    text << "node " << frame.node_name(static_cast<int>(moved)) << " is free to move along "
+         << direction_in_words(shift.col(moved));
   } else {
-    text << "node " << turned << " is free to turn about " << (D == 2 ? "z" : direction_in_words(turn.col(turned)));
+    text << "node " << frame.node_name(static_cast<int>(turned)) << " is free to turn about "
+         << (D == 2 ? "z" : direction_in_words(turn.col(turned)));
   }
   return text.str();
 }
@@ -134,8 +138,8 @@ std::string explain_moment(const BeamFrame& frame, const beam::BeamPlan& plan, c
     for (int i = 0; i < projector.size(); ++i) projector(i / (B - D), i % (B - D)) = loose[10 * k + i][0];
     if ((projector * moment).norm() <= 1e-8 * moment.norm()) continue;
     std::ostringstream text;
-    text << "a moment acts on node " << node << " about " << (D == 2 ? "z" : direction_in_words(projector * moment))
-         << ", where its hinges leave nothing to hold it";
+    text << "a moment acts on node " << frame.node_name(node) << " about "
+         << (D == 2 ? "z" : direction_in_words(projector * moment)) << ", where its hinges leave nothing to hold it";
     return text.str();
   }
   return {};
