@@ -12,7 +12,7 @@ import re
 from typing import Any
 
 WIDTH = 120
-_INDENT = 5  # "  - " before a row, and the brace
+_DASH = 3  # "- " before a row and the brace
 _PLAIN_TEXT = re.compile(r"[A-Za-z][A-Za-z0-9_./@<-]*( [A-Za-z0-9_./@<-]+)*\Z")
 # Words that some YAML reader takes for something else than text.
 _RESERVED = {"null", "true", "false", "yes", "no", "on", "off", "y", "n"}
@@ -23,35 +23,35 @@ def yaml_text(data: dict[str, Any]) -> str:
     return "".join(f"{line}\n" for line in _block(data))
 
 
-def _block(value: dict[str, Any] | list[Any]) -> list[str]:
-    """Lines of a mapping or list, one entry or more lines each."""
+def _block(value: dict[str, Any] | list[Any], width: int = WIDTH) -> list[str]:
+    """Lines of a mapping or list, one entry or more lines each, of at most `width` where they allow it."""
     lines: list[str] = []
     if isinstance(value, dict):
         for key, entry in value.items():
             head = f"{_scalar(key)}:"
             # A list of mappings (joints, effects) has a line each, even where all would fit on one.
             is_table = isinstance(entry, list) and any(isinstance(e, dict) for e in entry)
-            if not is_table and len(head) + 1 + len(_flow(entry)) <= WIDTH:
+            if not is_table and len(head) + 1 + len(_flow(entry)) <= width:
                 lines.append(f"{head} {_flow(entry)}")
             else:
-                lines += [head, *(f"  {line}" for line in _nested(entry))]
+                lines += [head, *(f"  {line}" for line in _nested(entry, width - 2))]
         return lines
     for entry in value:
-        if isinstance(entry, (dict, list)) and len(_flow(entry)) + _INDENT > WIDTH:
-            first, *rest = _wrapped(entry)
+        if isinstance(entry, (dict, list)) and len(_flow(entry)) + _DASH > width:
+            first, *rest = _wrapped(entry, width - _DASH)
             lines += [f"- {first}", *(f"   {line}" for line in rest)]
         else:
             lines.append(f"- {_flow(entry)}")
     return lines
 
 
-def _nested(entry: Any) -> list[str]:
+def _nested(entry: Any, width: int) -> list[str]:
     is_table = isinstance(entry, list) and any(isinstance(e, (dict, list)) for e in entry)
-    return _block(entry) if is_table or isinstance(entry, dict) else _wrapped(entry)
+    return _block(entry, width) if is_table or isinstance(entry, dict) else _wrapped(entry, width)
 
 
-def _wrapped(entry: Any) -> list[str]:
-    """A flow collection or a scalar broken between its parts into lines of at most WIDTH where they allow it."""
+def _wrapped(entry: Any, width: int) -> list[str]:
+    """A flow collection or a scalar broken between its parts into lines of at most `width` where they allow it."""
     if isinstance(entry, dict):
         parts, (start, end) = [f"{_scalar(key)}: {_flow(value)}" for key, value in entry.items()], "{}"
     elif isinstance(entry, list):
@@ -61,7 +61,7 @@ def _wrapped(entry: Any) -> list[str]:
     lines = [start]
     for i, part in enumerate(parts):
         text = part + (end if i == len(parts) - 1 else ",")
-        if lines[-1] != start and len(lines[-1]) + 1 + len(text) + _INDENT > WIDTH:
+        if lines[-1] != start and len(lines[-1]) + 1 + len(text) > width:
             lines.append(text)
         else:
             lines[-1] += text if lines[-1] == start else f" {text}"
