@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The fastcal authors
 // SPDX-License-Identifier: MIT
 #include "convert.hpp"
+#include "fastcal/robot/arm_bending.hpp"
 #include "fastcal/robot/kinematics.hpp"
 #include "fastcal/robot/robot_model.hpp"
 #include "fastcal/robot/urdf.hpp"
@@ -19,7 +20,8 @@ RobotDescription describe(const std::vector<std::string>& joint_types, const Eig
                           const Eigen::Matrix4d& T_flange_tool, const Eigen::Vector3d& p_flange_payload,
                           const Eigen::Vector3d& gravity, bool gravity_in_world, const Eigen::MatrixXd& coupling,
                           const std::string& wrench_frame, const std::optional<Compensator>& compensator,
-                          const Eigen::VectorXd& motor_ratio) {
+                          const Eigen::VectorXd& motor_ratio,
+                          const std::optional<std::shared_ptr<ArmBending>>& bending) {
   RobotDescription out;
   const auto n = static_cast<Eigen::Index>(joint_types.size());
   FASTCAL_CHECK(mass.size() == n && com.rows() == n && com.cols() == 3 && inertia.rows() == n && inertia.cols() == 6)
@@ -48,6 +50,7 @@ RobotDescription describe(const std::vector<std::string>& joint_types, const Eig
   FASTCAL_CHECK(motor_ratio.size() == 0 || motor_ratio.size() == n)
       << "motor_ratio must have shape (" << n << ",), got (" << motor_ratio.size() << ",)";
   out.motor_ratio = motor_ratio;
+  out.bending = bending.value_or(nullptr);
   return out;
 }
 
@@ -79,6 +82,7 @@ void bind_robot(py::module_& m) {
       .def_readonly("doc", &Parameter::doc)
       .def_readonly("lower", &Parameter::lower, "what it can be at all")
       .def_readonly("upper", &Parameter::upper)
+      .def_readonly("expected", &Parameter::expected, "where a prior holds it")
       .def("__repr__",
            [](const Parameter& p) { return "<Parameter " + p.owner + " " + p.name + " [" + p.unit + "]>"; });
 
@@ -91,11 +95,16 @@ void bind_robot(py::module_& m) {
            py::kw_only(), py::arg("joint"), py::arg("anchor"), py::arg("arm"), py::arg("stiffness"),
            py::arg("free_length"));
 
+  py::class_<ArmBending, std::shared_ptr<ArmBending>>(m, "ArmBending", "How an arm's beams bend.")
+      .def_property_readonly("groups", &ArmBending::groups, "Names of the groups of elements.")
+      .def_property_readonly("frames", &ArmBending::frames, "Frames of the chain that the beams move.");
+
   py::class_<RobotDescription>(m, "RobotDescription", "What every kind of robot file has beside its geometry; SI.")
       .def(py::init(&describe), py::kw_only(), py::arg("joint_types"), py::arg("mass"), py::arg("com"),
            py::arg("inertia"), py::arg("T_world_base"), py::arg("T_flange_tool"), py::arg("p_flange_payload"),
            py::arg("gravity"), py::arg("gravity_in_world"), py::arg("coupling"), py::arg("wrench_frame"),
            py::arg("compensator") = py::none(), py::arg("motor_ratio") = Eigen::VectorXd(),
+           py::arg("bending") = py::none(),
            "joint_types (n) 'revolute' or 'prismatic'; mass (n,), com (n, 3), inertia (n, 6) as xx yy zz xy xz yz; "
            "poses (4, 4); coupling (n, n).");
 

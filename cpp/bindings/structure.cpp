@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "fastcal/math/check.hpp"
+#include "fastcal/structure/arm_structure.hpp"
 #include "fastcal/structure/beam_solver.hpp"
 #include "fastcal/structure/stiffness_table.hpp"
 
@@ -102,6 +103,40 @@ void solve_with_derivative(const BeamSolver& solver, const Array& nodes, const s
   solver.solve_with_derivative(call.postures, scale, group, group_count, threads, out, derivative_out);
 }
 
+fastcal::StructureNode make_node(const std::string& name, int origin, int frame, const Eigen::Vector3d& position,
+                                 int moves, double mass, const std::vector<int>& links, bool carries_payload,
+                                 unsigned held) {
+  return {name, origin, frame, position, moves, mass, links, carries_payload, held};
+}
+
+fastcal::StructureElement make_element(const std::string& name, int start, int end,
+                                       const std::optional<std::array<double, 8>>& section, double mass,
+                                       const std::array<unsigned, 2>& hinges, int group, int up_frame,
+                                       const Eigen::Vector3d& up, const std::optional<fastcal::Matrix6d>& stiffness,
+                                       int table) {
+  fastcal::StructureElement out;
+  out.name = name;
+  const std::array<double, 8> s = section.value_or(std::array<double, 8>{});
+  out.beam = {start, end, s[0], s[1], s[2], s[3], s[4], s[5], s[6], s[7], mass, !section.has_value()};
+  out.start_hinge = hinges[0];
+  out.end_hinge = hinges[1];
+  out.group = group;
+  out.up_frame = up_frame;
+  out.up = up;
+  if (stiffness) out.stiffness = *stiffness;
+  out.table = table;
+  return out;
+}
+
+/// The structure of a robot; tables are (table, angle joint, extension joint).
+std::shared_ptr<fastcal::ArmStructure> make_structure(
+    const std::vector<fastcal::StructureNode>& nodes, const std::vector<fastcal::StructureElement>& elements,
+    const std::vector<std::tuple<const StiffnessTable*, int, int>>& tables, const std::vector<std::string>& groups) {
+  fastcal::StructureDescription out{nodes, elements, {}, groups};
+  for (const auto& [table, angle, extension] : tables) out.tables.push_back({*table, angle, extension});
+  return std::make_shared<fastcal::ArmStructure>(std::move(out));
+}
+
 }  // namespace
 
 namespace fastcal {
@@ -133,6 +168,22 @@ void bind_structure(py::module_& m) {
       .def_property_readonly("relative_error", &StiffnessTable::relative_error)
       .def("evaluate", &StiffnessTable::evaluate, "angle"_a, "extension"_a,
            "Matrices (N, size * size) at N pairs of angle [rad] and extension [m].");
+
+  py::class_<StructureNode>(m, "StructureNode", "A node of an arm's beams, tied to frames of the chain.")
+      .def(py::init(&make_node), py::kw_only(), "name"_a, "origin"_a, "frame"_a, "position"_a, "moves"_a, "mass"_a,
+           "links"_a, "carries_payload"_a, "held"_a,
+           "It stands at `position` (3,) [m] from the origin of frame `origin`, in the axes of `frame`, and moves the "
+           "frame `moves` (-1: none); links count from 0; "
+           "`held` holds bits of ux uy uz rx ry rz.");
+  py::class_<StructureElement>(m, "StructureElement", "An element of an arm's beams.")
+      .def(py::init(&make_element), py::kw_only(), "name"_a, "start"_a, "end"_a, "section"_a, "mass"_a, "hinges"_a,
+           "group"_a, "up_frame"_a, "up"_a, "stiffness"_a, "table"_a,
+           "`section` (8,): E, A, I_z, I_y, J, G, shear area y and z; None where `stiffness` (6, 6) or a table gives "
+           "the stiffness. `hinges`: bits of x y z at start and end.");
+  py::class_<ArmStructure, ArmBending, std::shared_ptr<ArmStructure>>(
+      m, "ArmStructure", "The beams of an arm; fastcal.structure makes it from a robot file.")
+      .def(py::init(&make_structure), "nodes"_a, "elements"_a, "tables"_a, "groups"_a,
+           "`tables`: (StiffnessTable, joint that turns it, joint that extends it), joints from 0, -1: none.");
 }
 
 }  // namespace fastcal

@@ -34,6 +34,7 @@ FIGURES: tuple[Callable[[], Figure], ...] = (
     load.link_bending,
     load.link_torsion,
     load.bearing_tilt,
+    load.beam_gravity,
     load.compensator_spring,
     load.payload_mass,
     load.payload_com,

@@ -11,7 +11,9 @@ import numpy as np
 from drawing import Figure, FloatArray
 from signatures import POINTS, arm, having, joint_error, over_joint, postures, shift
 
+from fastcal.io.robot_file import load_robot
 from fastcal.robot import Robot
+from fastcal.units import from_si, to_si
 
 PAYLOADS = (0.0, 14.0)  # kg
 
@@ -92,6 +94,22 @@ def bearing_tilt() -> Figure:
     way, q = over_joint(3, -150, 150)
     model = having("bearing_tilt", "joint1", {"rad_nm": 5e-8})
     curves = [(f"{payload:g} kg", shift(model, q, payload=payload)[:, 2]) for payload in PAYLOADS]
+    return Figure("q3 [deg]", "tool, up [mm]", way, curves)
+
+
+def beam_gravity() -> Figure:
+    """The spray robot's tip as its main arm comes up from level, the telescope in and out."""
+    robot = load_robot("spray_7dof")
+    bent = Robot(
+        robot.spec | {"effects": [{"effect": "beam_gravity", "owner": "structure", "parameters": {"scale": 1.0}}]}
+    )
+    way = np.linspace(20.0, 110.0, POINTS)
+    curves = []
+    for extension in (0.0, 0.8):
+        q = np.zeros((POINTS, 7))
+        q[:, 2], q[:, 5] = to_si(way, "deg"), extension
+        sag = (bent.forward(q) - robot.forward(q))[:, 2, 3]
+        curves.append((f"telescope {from_si(extension, 'mm'):g} mm", from_si(sag, "mm")))
     return Figure("q3 [deg]", "tool, up [mm]", way, curves)
 
 

@@ -8,7 +8,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['Alignment', 'BeamSolver', 'BlockScores', 'Candidates', 'Choice', 'Compensator', 'Effect', 'ErrorModel', 'FoldErrors', 'Identification', 'Linearization', 'Measurements', 'Parameter', 'RobotDescription', 'RobotModel', 'Samples', 'ScoreTests', 'Separation', 'StiffnessTable', 'SubsetSearch', 'Tracker', 'align', 'build_dh', 'build_mdh', 'build_poe', 'build_urdf', 'draw_design', 'effect_names', 'effect_owners', 'exchange_design', 'exp_so3', 'free_parameters', 'grow_design', 'identify', 'inverse_kinematics', 'joint_jacobian', 'linearize', 'log_so3', 'make_effect', 'observability_index', 'posture_obstacles', 'quaternion_to_rotation', 'read_urdf', 'rotation_about', 'rotation_to_axis', 'rotation_to_rpy', 'rpy_to_rotation', 'separate', 'tabulated_effect', 'visiting_order']
+__all__: list[str] = ['Alignment', 'ArmBending', 'ArmStructure', 'BeamSolver', 'BlockScores', 'Candidates', 'Choice', 'Compensator', 'Effect', 'ErrorModel', 'FoldErrors', 'Identification', 'Linearization', 'Measurements', 'Parameter', 'RobotDescription', 'RobotModel', 'Samples', 'ScoreTests', 'Separation', 'StiffnessTable', 'StructureElement', 'StructureNode', 'SubsetSearch', 'Tracker', 'align', 'build_dh', 'build_mdh', 'build_poe', 'build_urdf', 'draw_design', 'effect_names', 'effect_owners', 'exchange_design', 'exp_so3', 'free_parameters', 'grow_design', 'identify', 'inverse_kinematics', 'joint_jacobian', 'linearize', 'log_so3', 'make_effect', 'observability_index', 'posture_obstacles', 'quaternion_to_rotation', 'read_urdf', 'rotation_about', 'rotation_to_axis', 'rotation_to_rpy', 'rpy_to_rotation', 'separate', 'tabulated_effect', 'visiting_order']
 class Parameter:
     """
     A named number of a model, in SI.
@@ -18,6 +18,11 @@ class Parameter:
     @property
     def doc(self) -> str:
         ...
+    @property
+    def expected(self) -> float:
+        """
+        where a prior holds it
+        """
     @property
     def lower(self) -> float:
         """
@@ -46,11 +51,25 @@ class Compensator:
     """
     def __init__(self, *, joint: typing.SupportsInt | typing.SupportsIndex, anchor: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], arm: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], stiffness: typing.SupportsFloat | typing.SupportsIndex, free_length: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
+class ArmBending:
+    """
+    How an arm's beams bend.
+    """
+    @property
+    def frames(self) -> list[int]:
+        """
+        Frames of the chain that the beams move.
+        """
+    @property
+    def groups(self) -> list[str]:
+        """
+        Names of the groups of elements.
+        """
 class RobotDescription:
     """
     What every kind of robot file has beside its geometry; SI.
     """
-    def __init__(self, *, joint_types: collections.abc.Sequence[str], mass: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], com: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], inertia: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], T_world_base: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], T_flange_tool: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], p_flange_payload: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], gravity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], gravity_in_world: bool, coupling: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], wrench_frame: str, compensator: Compensator | None = None, motor_ratio: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] = ...) -> None:
+    def __init__(self, *, joint_types: collections.abc.Sequence[str], mass: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], com: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], inertia: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], T_world_base: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], T_flange_tool: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], p_flange_payload: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], gravity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], gravity_in_world: bool, coupling: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], wrench_frame: str, compensator: Compensator | None = None, motor_ratio: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] = ..., bending: ArmBending | None = None) -> None:
         """
         joint_types (n) 'revolute' or 'prismatic'; mass (n,), com (n, 3), inertia (n, 6) as xx yy zz xy xz yz; poses (4, 4); coupling (n, n).
         """
@@ -296,6 +315,30 @@ class StiffnessTable:
     @property
     def size(self) -> int:
         ...
+class StructureNode:
+    """
+    A node of an arm's beams, tied to frames of the chain.
+    """
+    def __init__(self, *, name: str, origin: typing.SupportsInt | typing.SupportsIndex, frame: typing.SupportsInt | typing.SupportsIndex, position: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], moves: typing.SupportsInt | typing.SupportsIndex, mass: typing.SupportsFloat | typing.SupportsIndex, links: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], carries_payload: bool, held: typing.SupportsInt | typing.SupportsIndex) -> None:
+        """
+        It stands at `position` (3,) [m] from the origin of frame `origin`, in the axes of `frame`, and moves the frame `moves` (-1: none); links count from 0; `held` holds bits of ux uy uz rx ry rz.
+        """
+class StructureElement:
+    """
+    An element of an arm's beams.
+    """
+    def __init__(self, *, name: str, start: typing.SupportsInt | typing.SupportsIndex, end: typing.SupportsInt | typing.SupportsIndex, section: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(8)"] | None, mass: typing.SupportsFloat | typing.SupportsIndex, hinges: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(2)"], group: typing.SupportsInt | typing.SupportsIndex, up_frame: typing.SupportsInt | typing.SupportsIndex, up: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], stiffness: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[6, 6]"] | None, table: typing.SupportsInt | typing.SupportsIndex) -> None:
+        """
+        `section` (8,): E, A, I_z, I_y, J, G, shear area y and z; None where `stiffness` (6, 6) or a table gives the stiffness. `hinges`: bits of x y z at start and end.
+        """
+class ArmStructure(ArmBending):
+    """
+    The beams of an arm; fastcal.structure makes it from a robot file.
+    """
+    def __init__(self, nodes: collections.abc.Sequence[StructureNode], elements: collections.abc.Sequence[StructureElement], tables: collections.abc.Sequence[tuple[StiffnessTable, typing.SupportsInt | typing.SupportsIndex, typing.SupportsInt | typing.SupportsIndex]], groups: collections.abc.Sequence[str]) -> None:
+        """
+        `tables`: (StiffnessTable, joint that turns it, joint that extends it), joints from 0, -1: none.
+        """
 class FoldErrors:
     """
     Mean over the folds of the mean squared error held out, one a set.

@@ -18,7 +18,7 @@ PRIOR_SIZES = 3.0  # standard deviation of a prior that `priors` asks for, in pl
 
 
 def has_prior(entry: Spec) -> bool:
-    """Is an effect a nuisance (`prior: yes`), its parameters held near 0 with their plausible sizes as deviations?"""
+    """Is an effect a nuisance (`prior: yes`), each parameter held where it is expected, within its plausible size?"""
     answers = {True: True, "yes": True, False: False, "no": False}
     prior = entry.get("prior", False)
     if not isinstance(prior, str | bool) or prior not in answers:
@@ -32,11 +32,12 @@ def parameter_limits(
     """Keyword arguments of the core's `identify`, one number a parameter of the model and three an anchor, SI.
 
     Args:
-        robot: Its effects say which of them are nuisances (`prior: yes`): each parameter is held near 0, which is what
-            the robot file says, with its plausible size as standard deviation.
+        robot: Its effects say which of them are nuisances (`prior: yes`): each parameter is held near what the robot
+            file says, which is 0 but for the scale of a structure, with its plausible size as standard deviation.
         model: The model of `robot` with base and tool fitted.
         anchor_count: Anchors of measured lengths; nothing is known of them.
-        priors: Hold all parameters but base and tool where the model starts, with PRIOR_SIZES plausible sizes.
+        priors: Hold all parameters but base and tool where the model starts (a scale that starts at 0: where it is
+            expected), with PRIOR_SIZES plausible sizes.
 
     Returns:
         lower, upper: empty where nothing is bounded. prior_mean, prior_sigma: empty where there are no priors.
@@ -48,7 +49,8 @@ def parameter_limits(
         limits["lower"] = np.concatenate([[p.lower for p in parameters], -infinite])
         limits["upper"] = np.concatenate([[p.upper for p in parameters], infinite])
     size = np.array([p.sigma for p in parameters])
-    mean = np.array(model.start)
+    expected = np.array([p.expected for p in parameters])
+    mean = np.where(model.start == 0, expected, model.start)
     sigma = np.full(len(parameters), np.inf)
     if priors:
         held = np.array([p.owner not in ("base", "tool") for p in parameters])
@@ -57,7 +59,7 @@ def parameter_limits(
     for entry, effect in zip(robot.spec.get("effects") or [], robot.effects, strict=True):
         own = slice(at, at + len(effect.parameters))
         if has_prior(entry):
-            mean[own], sigma[own] = 0.0, size[own]
+            mean[own], sigma[own] = expected[own], size[own]
         if effect.penalty and "curvature" in entry:
             mean[own], sigma[own] = 0.0, prior_deviations(float(entry["curvature"]), np.asarray(effect.penalty))
         at = own.stop

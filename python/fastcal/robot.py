@@ -24,6 +24,7 @@ from fastcal.dataset import Dataset
 from fastcal.effect_values import parameter_values
 from fastcal.effects import build_effects, edge_name, full_name
 from fastcal.errors import InvalidInput
+from fastcal.structure import build_structure, frame_names
 from fastcal.units import to_si
 
 FloatArray = NDArray[np.float64]
@@ -282,6 +283,7 @@ def build_core(spec: Spec) -> _core.RobotModel:
         wrench_frame=spec["wrench_frame"],
         motor_ratio=np.array([joint.get("motor_ratio", np.nan) for joint in joints], dtype=float),
         compensator=_compensator(spec.get("compensator")),
+        bending=build_structure(spec.get("structure") or {}, frame_names(n)),
     )
     kinematics = spec["kinematics"]
     if kinematics in ("dh", "mdh"):

@@ -246,12 +246,14 @@ def test_effects_of_a_frame_that_moves_are_not_carried() -> None:
     assert convert(spec, "dh", drop_effects=True).dropped == ("base_drift@owner0",)  # its base is turned over
 
 
-def test_a_compensator_and_a_structure_stand_in_row_frames() -> None:
-    spec = read_spec("kuka_kr500_3")
-    spec["structure"] = {"nodes": [[0, 0]]}
+def test_a_compensator_and_what_needs_a_structure_stand_in_row_frames() -> None:
+    spec = with_effects(read_spec("spray_7dof"), "beam_gravity")
     spec["compensator"] = {"joint": 2}
-    assert convert(spec, "urdf", drop_effects=True).dropped == ("compensator", "structure")
-    assert "compensator" not in convert(spec, "urdf", drop_effects=True).spec
+    new = convert(spec, "urdf", drop_effects=True)
+    assert new.dropped == ("beam_gravity@owner0", "compensator")
+    assert "compensator" not in new.spec
+    assert new.spec["structure"] == {}
+    assert any("structure" in note for note in new.notes)
 
 
 def test_coupling_limits_and_gears_are_kept() -> None:

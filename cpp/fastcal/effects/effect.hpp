@@ -26,6 +26,7 @@ enum Need : unsigned {
   kLoads = 2,       ///< State::load, payload_load
   kOutput = 4,      ///< State::output
   kCompliance = 8,  ///< State::compliance
+  kBending = 16,    ///< State::bending
 };
 
 class Effect {
@@ -53,6 +54,9 @@ class Effect {
 
   /// What the effect's weights add to those of the robot file: part of every load from the next settle() on.
   virtual void add_weights(const double* /*theta*/, Weights& /*weights*/) const {}
+
+  /// What the effect makes of the compliance of each group of beams (ArmBending::groups, [1]): adds to `scale`.
+  virtual void add_beam_scale(const double* /*theta*/, Eigen::VectorXd& /*scale*/) const {}
 
   /// Adds to `xi` ([m; rad], body frame) and appends the derivatives to `columns` unless null; parameters count from 0.
   virtual void deflect(const State& state, const double* theta, Twists& xi, TwistColumns* columns) const = 0;

@@ -237,7 +237,7 @@ class Identifier {
                        " parameters: any robot fits them exactly, and nothing is left to tell their noise");
       }
       outer_iterations();
-      const Gauge again = choose_gauge(factor(nullptr), hold_, options_.gauge);
+      const Gauge again = choose_gauge(factor(), hold_, options_.gauge);
       const bool settled = again.free.size() >= gauge_.free.size() || attempt == 2;
       gauge_.rank = std::max(gauge_.rank, again.rank);
       if (settled) break;
@@ -261,8 +261,22 @@ class Identifier {
   /// The share of the squared residuals that a fit leaves.
   void count_freedom() { freedom_ = std::max(1.0, numbers_ - spent()) / numbers_; }
 
-  Eigen::MatrixXd factor(const std::vector<RowWeight>* rows) const {
-    return with_priors(triangular_factor(problem_, theta_, asked_, scale_, tau_, rows), asked_, scale_,
+  /// The present parameters on an arm that its beams do not bend. What moves the frames along the arm and nothing else
+  /// looks as if the bend could tell it; how the bend itself would change with it, no derivative holds.
+  Eigen::VectorXd unbent() const {
+    Eigen::VectorXd theta = theta_;
+    Eigen::Index first = problem_.model.robot().nominal().size();
+    for (const auto& effect : problem_.model.effects()) {
+      const auto count = static_cast<Eigen::Index>(effect->parameters().size());
+      if (effect->needs() & kBending) theta.segment(first, count).setZero();
+      first += count;
+    }
+    return theta;
+  }
+
+  /// What the gauge is chosen by.
+  Eigen::MatrixXd factor() const {
+    return with_priors(triangular_factor(problem_, unbent(), asked_, scale_, tau_, nullptr), asked_, scale_,
                        options_.limits);
   }
 
@@ -318,7 +332,7 @@ class Identifier {
   /// The gauge at theta, and theta moved along the null directions so that the held parameters come back to where they
   /// started.
   void choose() {
-    gauge_ = choose_gauge(factor(nullptr), hold_, options_.gauge);
+    gauge_ = choose_gauge(factor(), hold_, options_.gauge);
     Eigen::VectorXd x = (at(theta_, asked_) - at(start_, asked_)).cwiseQuotient(scale_);
     for (std::size_t k = 0; k < gauge_.held.size(); ++k) {
       x -= x[gauge_.held[k]] * gauge_.directions.col(static_cast<Eigen::Index>(k));
@@ -425,7 +439,7 @@ class Identifier {
     out_.free = free_;
     for (const int k : gauge_.held) out_.held.push_back(asked_[static_cast<std::size_t>(k)]);
     out_.rank = has_priors()
-                    ? choose_gauge(triangular_factor(problem_, theta_, asked_, scale_, tau_, nullptr), hold_).rank
+                    ? choose_gauge(triangular_factor(problem_, unbent(), asked_, scale_, tau_, nullptr), hold_).rank
                     : gauge_.rank;
     std::vector<Parameter> asked_parameters;
     for (const int index : asked_) asked_parameters.push_back(out_.parameters[static_cast<std::size_t>(index)]);

@@ -7,13 +7,16 @@
 #include <vector>
 
 #include "fastcal/math/parallel.hpp"
+#include "fastcal/robot/arm_bending.hpp"
 #include "fastcal/robot/statics.hpp"
 
 namespace fastcal {
 namespace {
 
 constexpr int kMaxRounds = 60;
-constexpr double kSettled = 1e-14;  // of the largest load, of the arm's length
+constexpr double kSettled = 1e-14;    // of the largest load, of the arm's length
+constexpr double kBent = 1e-10;       // of the arm's length: a posture nearer than this to the last bends the same
+constexpr double kLeastScale = 1e-3;  // of the largest: where a group of beams is taken as rigid
 
 /// q behind the gears: q_j (1 + sum of ratio errors).
 void fill_output(const ErrorModel& model, const Eigen::VectorXd& theta, Samples& samples) {
@@ -34,6 +37,19 @@ void fill_weights(const ErrorModel& model, const Eigen::VectorXd& theta, Samples
     effect->add_weights(theta.data() + first, samples.weights);
     first += static_cast<Eigen::Index>(effect->parameters().size());
   }
+}
+
+/// The factors at which beams are solved: the effects', where these are all 0 the model's own.
+Eigen::VectorXd beam_scale(const ErrorModel& model, const Eigen::VectorXd& theta, const ArmBending& beams) {
+  Eigen::VectorXd scale = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(beams.groups().size()));
+  Eigen::Index first = model.robot().nominal().size();
+  for (const auto& effect : model.effects()) {
+    effect->add_beam_scale(theta.data() + first, scale);
+    first += static_cast<Eigen::Index>(effect->parameters().size());
+  }
+  const double largest = scale.maxCoeff();
+  if (!(largest > 0)) return Eigen::VectorXd::Ones(scale.size());
+  return scale.cwiseMax(kLeastScale * largest);
 }
 
 void fill_compliance(const ErrorModel& model, const Eigen::VectorXd& theta, Eigen::Index i, Samples& samples) {
@@ -69,6 +85,9 @@ double settle(const ErrorModel& model, const Eigen::Ref<const Eigen::VectorXd>& 
   samples.spring = Eigen::VectorXd::Zero(rows);
   fill_output(model, theta, samples);
   fill_weights(model, theta, samples);
+  const ArmBending* beams = (needs | model.needs()) & kBending ? robot.bending.get() : nullptr;
+  const Eigen::VectorXd scale = beams != nullptr ? beam_scale(model, theta, *beams) : Eigen::VectorXd();
+  if (beams != nullptr) samples.bending = RowMatrixXd::Zero(rows, beams->width());
   // A revolute joint feels the moment about its axis, a prismatic one the force along it.
   const int spring_joint = robot.compensator ? robot.compensator->joint : 0;
   const int spring_axis = robot.joint_types[static_cast<std::size_t>(spring_joint)] == JointType::kRevolute ? 5 : 2;
@@ -93,10 +112,12 @@ double settle(const ErrorModel& model, const Eigen::Ref<const Eigen::VectorXd>& 
                     samples.payload_load.row(i).data());
         if (robot.compensator) samples.spring[i] = spring_load(robot, chain, T)[spring_axis];
         if (needs & kCompliance) fill_compliance(model, theta, i, samples);
+        const double moved = (T.back().p - tool_before).norm();
+        if (beams != nullptr && (round == 0 || moved > kBent * length))
+          beams->basis(robot, state, scale.data(), samples.bending.row(i).data());
         const double largest = samples.load.row(i).cwiseAbs().maxCoeff();
         change = largest > 0 ? (samples.load.row(i).transpose() - before).cwiseAbs().maxCoeff() / largest : 0;
-        const bool still =
-            (model.needs() & kFrames) == 0 || (round > 0 && (T.back().p - tool_before).norm() <= kSettled * length);
+        const bool still = (model.needs() & kFrames) == 0 || (round > 0 && moved <= kSettled * length);
         tool_before = T.back().p;
         if (!model.at_equilibrium() || (change <= kSettled && still)) break;
       }

@@ -14,6 +14,7 @@
 #pragma once
 
 #include <limits>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -21,6 +22,8 @@
 #include "fastcal/math/types.hpp"
 
 namespace fastcal {
+
+class ArmBending;
 
 enum class JointType { kRevolute, kPrismatic };
 
@@ -39,6 +42,7 @@ struct Parameter {
   std::string doc;    ///< one line
   double lower = -std::numeric_limits<double>::infinity();  ///< what it can be at all
   double upper = std::numeric_limits<double>::infinity();
+  double expected = 0;  ///< where a prior holds it: what the robot file says
 };
 
 /// The rigid body that joint i moves.
@@ -71,6 +75,7 @@ struct RobotDescription {
   WrenchFrame wrench_frame = WrenchFrame::kBase;
   Eigen::MatrixXd coupling;  ///< (n, n) nominal c_ij: joint i turns by c_ij when joint j turns
   std::optional<Compensator> compensator;
+  std::shared_ptr<const ArmBending> bending;  ///< the beams of the robot file; null: none
   Eigen::VectorXd motor_ratio;  ///< (n) turns of the motor per turn of the joint, NaN where unknown; or empty
 };
 

@@ -54,6 +54,7 @@ struct State {
   const double* compliance = nullptr;    ///< n slopes d q / d torque of all compliances of the joint [rad/(N m), m/N]
   const Weights* weights = nullptr;      ///< what `load` holds beyond the weights of the robot file
   double spring = 0;                     ///< the nominal compensator's share of its joint's load [N m, N]
+  const double* bending = nullptr;       ///< (frames, groups, 6) twists by compliance of the beams: arm_bending.hpp
 
   /// Load about (revolute) or along (prismatic) the axis of a joint, which is z of its frame.
   double joint_load(const double* loads, int joint, JointType type) const {
@@ -80,6 +81,7 @@ struct Samples {
   RowMatrixXd output, compliance;  ///< (N, n)
   Weights weights;
   Eigen::VectorXd spring;  ///< (N)
+  RowMatrixXd bending;     ///< (N, ArmBending::width())
 
   Eigen::Index count() const { return q.rows(); }
 
@@ -115,6 +117,7 @@ struct Samples {
     if (payload_load.size() > 0) s.payload_load = payload_load.row(i).data();
     if (output.size() > 0) s.output = output.row(i).data();
     if (compliance.size() > 0) s.compliance = compliance.row(i).data();
+    if (bending.size() > 0) s.bending = bending.row(i).data();
     return s;
   }
 };

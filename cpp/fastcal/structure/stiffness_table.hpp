@@ -22,6 +22,11 @@ struct StiffnessSamples {
 
 class StiffnessTable {
  public:
+  struct Range {
+    double low, high;
+    double scaled(double value) const { return high > low ? (2 * value - low - high) / (high - low) : 0; }
+  };
+
   /// Least squares over the samples for every entry by itself, by turns in f and g from the best product of the
   /// unconstrained fit. Throws InvalidInput where the samples are too few for the degrees or no stiffness.
   StiffnessTable(const StiffnessSamples& samples, int angle_degree, int extension_degree);
@@ -29,16 +34,15 @@ class StiffnessTable {
   int size() const { return size_; }
   /// Largest |K_fit - K|_ij / sqrt(K_ii K_jj) over the samples.
   double relative_error() const { return relative_error_; }
+  /// What was sampled [rad, m].
+  const Range& angle_range() const { return angle_range_; }
+  const Range& extension_range() const { return extension_range_; }
 
   /// Matrices (N, B * B) at N pairs; throws InvalidInput beyond the sampled range by more than 5 % of it.
   RowMatrixXd evaluate(const Eigen::Ref<const Eigen::VectorXd>& angle,
                        const Eigen::Ref<const Eigen::VectorXd>& extension) const;
 
  private:
-  struct Range {
-    double low, high;
-    double scaled(double value) const { return high > low ? (2 * value - low - high) / (high - low) : 0; }
-  };
   struct Product {
     Eigen::VectorXd f, g;  // coefficients by ascending power of the extension and the angle scaled to -1 .. 1
   };

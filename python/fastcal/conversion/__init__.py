@@ -167,7 +167,7 @@ def _carried(spec: Spec, geometry: _Geometry) -> tuple[list[Spec], tuple[str, ..
     meaningful |= _OF_THE_FLANGE if _is_identity(geometry.flange) else set()
     kept = [copy.deepcopy(effect) for effect in spec["effects"] if effect["effect"] in meaningful]
     dropped = [f"{e['effect']}@{e['owner']}" for e in spec["effects"] if e["effect"] not in meaningful]
-    return kept, (*dropped, *(key for key in ("compensator", "structure") if spec.get(key)))
+    return kept, (*dropped, *(key for key in ("compensator",) if spec.get(key)))
 
 
 def _notes(spec: Spec, geometry: _Geometry) -> tuple[str, ...]:
@@ -175,6 +175,8 @@ def _notes(spec: Spec, geometry: _Geometry) -> tuple[str, ...]:
     for frame, moved in (("base", geometry.base), ("flange", geometry.flange)):
         if spec["wrench_frame"] == frame and not _is_identity(se3.pose(moved[:3, :3])):
             notes.append(f"the {frame} frame was turned: fx_n ... mz_nm are read along its new axes")
+    if spec.get("structure"):
+        notes.append("the structure's nodes stand in frames of the old kind: it was left out")
     if spec.get("calibration"):
         notes.append("the uncertainties of the identified parameters belong to the old kind and were left out")
     return tuple(notes)

@@ -80,7 +80,7 @@ def write_spec(
         write_text(path, head + yaml_text(spec))
         return ()
     lost = what_urdf_loses(spec)
-    moving = [key for key in lost if key in ("compensator", "effects", "structure", "correction")]
+    moving = [key for key in lost if key in ("compensator", "effects", "correction")]
     if moving and not drop_effects:
         raise InvalidInput(
             f"{path}: a URDF has no place for {', '.join(moving)}; write a .yaml file or drop the effects"

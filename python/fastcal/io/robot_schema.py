@@ -13,6 +13,7 @@ from typing import Any
 
 from fastcal.correction import Correction
 from fastcal.io.fields import REQUIRED, Fields
+from fastcal.io.structure_schema import check_structure
 
 Spec = dict[str, Any]
 KINDS = ("dh", "mdh", "poe", "urdf")
@@ -60,7 +61,7 @@ def check_spec(value: Any, path: str | os.PathLike[str] = "robot") -> Spec:
             top.fail("equilibrium", "true or false", equilibrium)
         spec["equilibrium"] = equilibrium
     spec["effects"] = [_effect(fields) for fields in _list(top, "effects", 0, 1000)]
-    spec["structure"] = _plain_mapping(top, "structure")
+    spec["structure"] = check_structure(top.take("structure", {}), [joint["type"] for joint in spec["joints"]], path)
     if top.has("calibration"):
         spec["calibration"] = _calibration(Fields(top.take("calibration"), "calibration", path))
     if (correction := top.optional("correction")) is not None:
@@ -90,13 +91,6 @@ def _list(top: Fields, key: str, low: int, high: int) -> list[Fields]:
     if not isinstance(value, list) or not low <= len(value) <= high:
         top.fail(key, f"a list of {low} to {high} entries", value)
     return [Fields(entry, f"{key}[{i}]", top.path) for i, entry in enumerate(value)]
-
-
-def _plain_mapping(top: Fields, key: str) -> Spec:
-    value = top.plain(key, {})
-    if not isinstance(value, dict):
-        top.fail(key, "a mapping of names to values", value)
-    return value
 
 
 def _frame(top: Fields, key: str, required: bool = False) -> Spec:

@@ -11,6 +11,7 @@
 #include "fastcal/math/check.hpp"
 #include "fastcal/math/se3.hpp"
 #include "support/robots.hpp"
+#include "support/structures.hpp"
 
 namespace fastcal::test {
 namespace {
@@ -34,6 +35,7 @@ RobotModel complete_arm() {
   description.coupling(5, 4) = -0.01;
   description.motor_ratio = Eigen::VectorXd::Constant(kJoints, 101);
   description.compensator = Compensator{1, {0, 0.3, 0}, {0.4, 0, 0}, 1e4, 0.2};
+  description.bending = six_axis_beams();
   Tables t = six_axes(0.1);
   return build_dh(description, t.rows);
 }
@@ -157,12 +159,31 @@ INSTANTIATE_TEST_SUITE_P(All, EffectContract, testing::ValuesIn(effect_names()),
 
 /// Effects register themselves: were their files dropped by a linker, nobody would say so.
 TEST(EffectRegistry, HoldsTheseNames) {
-  const std::vector<std::string> expected{
-      "backlash",          "base_drift",         "base_step",      "bearing_tilt",     "compensator_spring",
-      "coupling_ratio",    "current_compliance", "gear_harmonic",  "joint_compliance", "joint_compliance_nonlinear",
-      "joint_profile",     "link_bending",       "link_com",       "link_mass",        "link_torsion",
-      "measurement_scale", "payload_com",        "payload_mass",   "reduction_ratio",  "regressor",
-      "station_offset",    "thermal_expansion",  "thermal_offset", "tool_shift"};
+  const std::vector<std::string> expected{"backlash",
+                                          "base_drift",
+                                          "base_step",
+                                          "beam_gravity",
+                                          "bearing_tilt",
+                                          "compensator_spring",
+                                          "coupling_ratio",
+                                          "current_compliance",
+                                          "gear_harmonic",
+                                          "joint_compliance",
+                                          "joint_compliance_nonlinear",
+                                          "joint_profile",
+                                          "link_bending",
+                                          "link_com",
+                                          "link_mass",
+                                          "link_torsion",
+                                          "measurement_scale",
+                                          "payload_com",
+                                          "payload_mass",
+                                          "reduction_ratio",
+                                          "regressor",
+                                          "station_offset",
+                                          "thermal_expansion",
+                                          "thermal_offset",
+                                          "tool_shift"};
   EXPECT_EQ(effect_names(), expected);
 }
 

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: MIT
 """Robot files: what is written loads back bit for bit, shipped arms, and no bytes that crash or hang."""
 
+import copy
 from pathlib import Path
 from typing import Any
 
@@ -41,9 +42,14 @@ def random_spec(seed: int) -> Spec:
     spec["coupling"] = [{"joint": 7, "source": 5, "ratio": numbers(1)[0]}]
     parameters = {"compliance_rad_nm": {"value": numbers(1)[0], "std": 1e-7}}
     spec["effects"] = [{"effect": "joint_compliance", "owner": "joint2", "parameters": parameters, "list": [1e-7, 3]}]
-    spec["structure"] = {"nodes": [[0, 1], numbers(40)], "odd: key": "yes", "word": "a # b", "none": None, "flag": True}
+    spec["structure"] = copy.deepcopy(read_spec("spray_7dof")["structure"])
+    table = spec["structure"]["tables"]["telescope"]
+    table |= {key: table[key][:2] for key in ("angle_deg", "extension_mm")} | {"matrices_si": table["matrices_si"][:4]}
+    table |= {"angle_degree": 1, "extension_degree": 1}
+    spec["structure"]["nodes"][5] |= {"xyz_mm": numbers(3), "mass_kg": abs(numbers(1)[0]), "carries": ["link6"]}
     spec["calibration"] = {"parameters": ["joint1 d", "tool x"], "covariance_root": [numbers(1), numbers(2)]}
-    spec["calibration"] |= {"sigma_mm": 0.03, "degrees_of_freedom": 12}
+    spec["calibration"] |= {"sigma_mm": 0.03, "degrees_of_freedom": 12, "rows": [[0, 1], numbers(40)]}
+    spec["calibration"] |= {"odd: key": "yes", "word": "a # b", "none": None, "flag": True}
     spec["notes"] = ["joint 'a' is \"odd\": \x07 \u2028 \U0001f600"]
     return check_spec(spec)
 
