@@ -19,6 +19,7 @@ from fastcal.units import from_si
 FloatArray = NDArray[np.float64]
 
 STATUSES = ("reached", "limit", "unreachable", "singular", "bad_target")  # in the order of the core
+_STANDING = (STATUSES.index("reached"), STATUSES.index("singular"))
 _SAME_COMMAND = 1e-12  # [rad or m]
 _MAX_ROUNDS = 30
 
@@ -115,12 +116,16 @@ def inverse_kinematics(
     if restarts < 0:
         raise InvalidInput(f"restarts must be at least 0, got {restarts}")
     q = _seeds(model, seed, box, len(T))
-    moving = any(find(entry["effect"]) for entry in model.spec.get("effects") or [])
+    # What belongs to the q that it was made for, the basis of an effect written in Python and a trained correction, is
+    # taken once more at the new one until nothing moves.
+    moving = model.correction is not None or any(find(entry["effect"]) for entry in model.spec.get("effects") or [])
+    aimed = T.copy()
     for _ in range(_MAX_ROUNDS):
+        aimed[:, :3, 3] = T[:, :3, 3] - model.correct(q, conditions.get("payload")).displacement
         found = _core.inverse_kinematics(
             model.error_model,
             model.conditions(q, **conditions),
-            T.reshape(-1, 16),
+            aimed.reshape(-1, 16),
             limits=box,
             reach=model.reach,
             tolerance_position=float(tolerance_m),
@@ -130,8 +135,8 @@ def inverse_kinematics(
             random_seed=int(random_seed),
             threads=int(threads),
         )
-        # The basis of an effect written in Python belongs to the q that it was made for: once more from the new one.
-        if not moving or np.abs(found[0] - q).max(initial=0.0) <= _SAME_COMMAND:
+        standing = np.isin(found[1], _STANDING)
+        if not moving or np.abs(found[0] - q)[standing].max(initial=0.0) <= _SAME_COMMAND:
             break
         q = np.asarray(found[0])
     return InverseKinematics(found[0], np.array(STATUSES)[found[1]], *found[2:])

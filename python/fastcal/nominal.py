@@ -57,4 +57,8 @@ def nominal_robot(model: Robot, given: Robot | None = None) -> Robot:
 
 def _plain(spec: Spec) -> Spec:
     """The spec without what belongs to a calibration or to loads."""
-    return {key: value for key, value in spec.items() if key not in ("calibration", "structure", "compensator")}
+    return {
+        key: value
+        for key, value in spec.items()
+        if key not in ("calibration", "correction", "structure", "compensator")
+    }

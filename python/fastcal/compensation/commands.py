@@ -12,9 +12,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from fastcal.compensation.following import follow
 from fastcal.compensation.one_step import one_step, pose_errors
+from fastcal.dataset import Dataset
 from fastcal.errors import InvalidInput
 from fastcal.ik import InverseKinematics, inverse_kinematics
 from fastcal.nominal import nominal_robot
+from fastcal.prediction import correction_notes
+from fastcal.profile_range import range_notes
 from fastcal.robot import Robot
 from fastcal.targets import Targets, targets_of
 
@@ -97,15 +100,15 @@ def compensate(
         raise InvalidInput("seed and conditions must be among the Targets where those are given")
     before = nominal_robot(model, nominal)
     q_nominal, reached, jumps = _nominal(before, targets, along_path, threads)
-    found, changed = _solve(model, targets, np.where(np.isfinite(q_nominal), q_nominal, 0.0), threads)
+    start = np.where(np.isfinite(q_nominal), q_nominal, 0.0)
+    found, changed = _solve(model, targets, start, along_path, threads)
     if method == "one-step":
         found = _stepped(model, before, targets, q_nominal, reached, found)
     bad = found.status == "bad_target"
     sigma = np.full(len(targets), np.nan)
     if (good := np.flatnonzero(~bad)).size:
-        deviation = model.position_deviation(found.q[good], **targets.conditions_of(good))
-        sigma[good] = np.sqrt(np.mean(deviation**2, axis=1))
-    notes = [*targets.notes, *_sentences(found)]
+        sigma[good] = _deviation(model, found.q[good], targets.conditions_of(good))
+    notes = [*targets.notes, *_sentences(found), *_notes_on_ranges(model, found.q[good], targets.conditions_of(good))]
     jumps = sorted({*jumps, *changed}) if along_path else []
     if jumps:
         notes.append(f"no smooth way leads from the row before to {_listed(jumps)}: the joints jump there")
@@ -121,8 +124,13 @@ def compensate(
     )
 
 
-def _solve(model: Robot, targets: Targets, start: FloatArray, threads: int) -> tuple[InverseKinematics, list[int]]:
-    """The model's joints near `start` (N, n); and the rows that are reached only in another configuration."""
+def _solve(
+    model: Robot, targets: Targets, start: FloatArray, along_path: bool, threads: int
+) -> tuple[InverseKinematics, list[int]]:
+    """The model's joints near `start` (N, n); and the rows that are reached only in another configuration.
+
+    Rows of a path that are not reached at all stay near `start` too; others take the nearest pose anywhere.
+    """
     every = targets.conditions_of(slice(None))
     near = inverse_kinematics(model, targets.poses, seed=start, restarts=0, threads=threads, **every)
     again = np.flatnonzero(~near.reached & (near.status != "bad_target"))
@@ -131,11 +139,11 @@ def _solve(model: Robot, targets: Targets, start: FloatArray, threads: int) -> t
     anew = inverse_kinematics(
         model, targets.poses[again], seed=start[again], threads=threads, **targets.conditions_of(again)
     )
-    better = anew.reached | (anew.position_error < near.position_error[again])
-    rows = again[better]
+    better = anew.reached if along_path else anew.reached | (anew.position_error < near.position_error[again])
     merged = {field.name: np.array(getattr(near, field.name)) for field in fields(InverseKinematics)}
+    merged["status"][again] = anew.status  # a search that begins anywhere knows best why a target is not reached
     for name, values in merged.items():
-        values[rows] = getattr(anew, name)[better]
+        values[again[better]] = getattr(anew, name)[better]
     return InverseKinematics(**merged), again[anew.reached].tolist()
 
 
@@ -158,6 +166,22 @@ def _stepped(
     beyond = np.any((q < model.limits[:, 0]) | (q > model.limits[:, 1]), axis=1)
     status[beyond & (status == "reached")] = "limit"
     return InverseKinematics(q, status, found.iterations, position, rotation)
+
+
+def _deviation(model: Robot, q: FloatArray, conditions: dict[str, Any]) -> FloatArray:
+    """(N,) root mean square of the deviations of the three coordinates, as `predict` has them."""
+    deviation = model.position_deviation(q, **conditions)
+    if model.correction is not None:
+        deviation = np.hypot(np.nan_to_num(deviation), model.correct(q, conditions.get("payload")).sigma)
+    return np.asarray(np.sqrt(np.mean(deviation**2, axis=1)))
+
+
+def _notes_on_ranges(model: Robot, q: FloatArray, conditions: dict[str, Any]) -> list[str]:
+    """Where commands lie outside of what joint profiles and a trained correction have seen."""
+    if not len(q):
+        return []
+    data = Dataset.from_arrays(q, payload=0.0 if conditions.get("payload") is None else conditions["payload"])
+    return [*range_notes(model, data), *correction_notes(model, data)]
 
 
 def _nominal(

@@ -24,7 +24,7 @@ FloatArray = NDArray[np.float64]
 NEAR = 0.2  # rad, or reaches: a row that a joint needs to move by less for can't be in another configuration
 _STEP = 0.1  # of the same, between two poses on the way
 _MOST_STEPS = 60
-_BLOCK = 64  # rows that are followed at once, and in part again after a jump
+_BLOCK = 64  # rows that are followed at once, at most: twice as many after each success, one after a failure
 
 
 def follow(robot: Robot, targets: Targets, threads: int = 1) -> tuple[FloatArray, NDArray[np.bool_], list[int]]:
@@ -38,21 +38,22 @@ def follow(robot: Robot, targets: Targets, threads: int = 1) -> tuple[FloatArray
     jumps: list[int] = []
     own = targets.seeded
     last = -1  # the last row that was reached
-    row = 0
+    row, size = 0, _BLOCK
     while row < count:
         if own[row] or last < 0:
             seed = targets.seed[row] if own[row] and targets.seed is not None else None
             found = inverse_kinematics(robot, targets.poses[row], seed=seed, threads=threads)
             q[row], reached[row] = found.q[0], found.reached[0]
         else:
-            block = slice(row, min(row + _BLOCK, count))
+            block = slice(row, min(row + size, count))
             done = _follow_block(robot, targets.poses[block], q[last], own[block])
             if len(done):
                 rows = slice(row, row + len(done))
                 q[rows], reached[rows] = done, True
-                row = rows.stop
-                last = row - 1
+                row, last = rows.stop, rows.stop - 1
+                size = min(2 * size, _BLOCK) if rows == block else 1
                 continue
+            size = 1
             q[row], reached[row], smooth = _across(robot, targets.poses[last], targets.poses[row], q[last])
             if reached[row] and not smooth:
                 jumps.append(row)
@@ -75,20 +76,19 @@ def _follow_block(robot: Robot, poses: FloatArray, start: FloatArray, own: NDArr
 def _across(robot: Robot, T_from: FloatArray, T_to: FloatArray, start: FloatArray) -> tuple[FloatArray, bool, bool]:
     """A far row: its joints, whether they reach it, and whether the way there is smooth."""
     direct = inverse_kinematics(robot, T_to, seed=start, restarts=0)
-    if not np.isfinite(T_to).all():
+    found = direct if direct.reached[0] else inverse_kinematics(robot, T_to, seed=start)
+    if not found.reached[0]:
+        # What nothing reaches stays near where the arm was: another configuration would only be a jump.
         return direct.q[0], False, True
-    far = _moved(robot, start, direct.q[0]) if direct.reached[0] else _STEP * _MOST_STEPS
-    poses = _between(T_from, T_to, int(np.clip(math.ceil(far / _STEP), 2, _MOST_STEPS)))
-    found = inverse_kinematics(robot, poses, seed=start, along_path=True, restarts=0)
-    if found.reached.all() and _largest_step(robot, start, found) < NEAR * 2:
-        return found.q[-1], True, True
-    if direct.reached[0]:
-        return direct.q[0], True, far < NEAR
-    anew = inverse_kinematics(robot, T_to, seed=start)
-    return anew.q[0], bool(anew.reached[0]), False
+    far = _moved(robot, start, found.q[0])
+    poses = between(T_from, T_to, int(np.clip(math.ceil(far / _STEP), 2, _MOST_STEPS)))
+    steps = inverse_kinematics(robot, poses, seed=start, along_path=True, restarts=0)
+    if steps.reached.all() and _largest_step(robot, start, steps) < NEAR * 2:
+        return steps.q[-1], True, True
+    return found.q[0], True, bool(direct.reached[0]) and far < NEAR
 
 
-def _between(T_from: FloatArray, T_to: FloatArray, count: int) -> FloatArray:
+def between(T_from: FloatArray, T_to: FloatArray, count: int) -> FloatArray:
     """(count, 4, 4) poses on the straight line with the least turn; the last is T_to."""
     turn = np.asarray(_core.log_so3(np.ascontiguousarray(T_from[:3, :3].T @ T_to[:3, :3])))
     out = np.tile(np.eye(4), (count, 1, 1))
