@@ -31,11 +31,16 @@ def train(
     folds: Annotated[int, typer.Option(min=2, help="Parts of the data, each held out once.")] = 5,
     seed: Seed = 0,
     device: Annotated[Literal["auto", "cpu", "cuda"], typer.Option(help="Where to compute.")] = "auto",
-    trials: Annotated[int | None, typer.Option(min=1, help="Trials of a search.")] = None,
+    trials: Annotated[
+        int | None, typer.Option(min=0, help="Trials an axis of somm, ca-somm; 0: the paper's sizes.")
+    ] = None,
     storage: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Keep a search's trials here, and go on from them.")
     ] = None,
     full: Annotated[bool, typer.Option("--full", help="ga-dnn: the paper's whole budget.")] = False,
+    any_load: Annotated[
+        bool, typer.Option("--any-load", help="Leave the load to the model's compliances: global compensation.")
+    ] = False,
     threads: Threads = 1,
 ) -> None:
     """Train a network on what a model leaves; it is kept only where it beats its rivals."""
@@ -61,6 +66,7 @@ def train(
             trials=trials,
             storage=storage,
             full=full,
+            any_load=any_load,
             threads=threads,
             progress=show,
         )

@@ -43,6 +43,7 @@ class Correction:
         limit: No displacement is longer [m].
         uncertainty: What held-out rows said of its errors.
         record: How it came about, for people: plain data.
+        any_load: The load is not looked at: the model's compliances answer for it (RX160L, 14).
     """
 
     network: str
@@ -51,6 +52,7 @@ class Correction:
     limit: float
     uncertainty: Uncertainty
     record: dict[str, Any] = field(default_factory=dict)
+    any_load: bool = False
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Correction:
         return self  # it never changes, and robots copy their spec
@@ -62,6 +64,8 @@ class Correction:
 
     def __call__(self, inputs: Inputs) -> Corrected:
         """Displacement in the base's axes; sigma as well."""
+        if self.any_load:
+            inputs = inputs.without_load()
         said = np.array([member.displacement(inputs) for member in self.members])
         weight = self.guard.weight(inputs)
         mean = limited(said.mean(axis=0), self.limit)

@@ -36,6 +36,10 @@ class Inputs:
         """(N, n + 1) joints and payload side by side."""
         return np.column_stack([self.q, self.payload])
 
+    def without_load(self) -> Inputs:
+        """The same with payload 0."""
+        return Inputs(self.q, np.zeros(len(self)), self.J_tool_q)
+
     def select(self, rows: NDArray[np.intp] | NDArray[np.bool_]) -> Inputs:
         """The given rows."""
         return Inputs(self.q[rows], self.payload[rows], self.J_tool_q[rows])

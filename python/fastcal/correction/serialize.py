@@ -36,6 +36,7 @@ def to_plain(correction: Correction) -> Packed:
         members.append({"kind": member.kind, **packed.settings})
         tensors |= packed.under(f"member{i}")
     settings = {"format": FORMAT, "version": VERSION, "network": correction.network, "members": members}
+    settings["any_load"] = int(correction.any_load)
     return Packed(settings | {"record": correction.record}, tensors)
 
 
@@ -67,6 +68,7 @@ def from_plain(settings: Any, values: Mapping[str, NDArray[Any]]) -> Correction:
         limit,
         Uncertainty.unpack(tensors.part("uncertainty")),
         dict(setting(settings, "record", dict)),
+        bool(setting(settings, "any_load", int)),
     )
     tensors.done()
     return found

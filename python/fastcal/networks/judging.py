@@ -68,7 +68,9 @@ def judge(name: str, problem: Problem, experts: Sequence[Sequence[Expert]]) -> J
     trusted = inside if inside.any() else np.ones(len(problem), dtype=bool)
     uncertainty = Uncertainty.fitted(errors[trusted], apart[trusted], problem.residuals)
     members = tuple(member for fold in experts for member in fold)
-    correction = Correction(name, members, with_distance(guard_of(problem, every), near), limit, uncertainty)
+    correction = Correction(
+        name, members, with_distance(guard_of(problem, every), near), limit, uncertainty, {}, problem.any_load
+    )
     return Judged(members, errors, correction, _coverage(problem, errors, apart, weight, trusted), weight)
 
 

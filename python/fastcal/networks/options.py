@@ -23,10 +23,11 @@ class Options:
         seed: The same seed gives the same networks.
         device: Where torch computes.
         say: Told what is being done.
-        trials: Of a search; None: as many as the search thinks right.
+        trials: Of a search; None: as many as the search thinks right; 0: none, sizes as a paper prints them.
         storage: File in which a search keeps its trials, so that it can be stopped and taken up again; None: nowhere.
         full: Give a search its paper's whole budget instead of halving.
         jobs: Processes, or workers of the joblib backend in force, for what can be done side by side.
+        told: Takes sentences about what a search or a classifier found.
     """
 
     seed: int = 0
@@ -36,6 +37,7 @@ class Options:
     storage: Path | None = None
     full: bool = False
     jobs: int = 1
+    told: list[str] = field(default_factory=list)
 
     def seeds(self, count: int) -> list[int]:
         """One seed for each of some networks."""

@@ -37,6 +37,7 @@ class Problem:
         folds: (N,) number of the fold; a region is in one fold.
         left_out: Rows of the data that was given which are not here: no whole point, or gross ones.
         gross: How many of them are gross.
+        any_load: The load is not among the inputs.
     """
 
     robot: Robot
@@ -47,6 +48,7 @@ class Problem:
     folds: IntArray
     left_out: IntArray
     gross: int
+    any_load: bool = False
 
     def __len__(self) -> int:
         return len(self.residuals)
@@ -67,7 +69,13 @@ class Problem:
 
 
 def problem_of(
-    robot: Robot, data: Dataset, *, folds: int = 5, region_rows: int = REGION_ROWS, seed: int = 0
+    robot: Robot,
+    data: Dataset,
+    *,
+    folds: int = 5,
+    region_rows: int = REGION_ROWS,
+    any_load: bool = False,
+    seed: int = 0,
 ) -> Problem:
     """The residuals of a model on measured rows; a correction that it already has is left aside.
 
@@ -89,6 +97,7 @@ def problem_of(
     if len(kept) < FEWEST_ROWS:
         raise InvalidInput(f"{data.source}: training needs at least {FEWEST_ROWS} rows with a point, got {len(kept)}")
     rows = data.select(kept)
+    inputs = bare.inputs(rows.q, rows.payload)
     regions = cells(rows.q, region_rows)
     count = int(regions.max()) + 1
     if count < folds:
@@ -98,12 +107,13 @@ def problem_of(
     return Problem(
         bare,
         rows,
-        bare.inputs(rows.q, rows.payload),
+        inputs.without_load() if any_load else inputs,
         residuals[kept],
         regions,
         dealt[regions],
         np.setdiff1d(np.arange(len(data)), kept),
         int(gross.sum()),
+        any_load,
     )
 
 

@@ -16,13 +16,17 @@ from fastcal.correction.experts import Expert
 from fastcal.dataset import Dataset
 from fastcal.errors import InvalidInput
 from fastcal.networks import NETWORKS
+from fastcal.networks.bso_mlp import fit_bso_mlp
+from fastcal.networks.ca_somm import fit_ca_somm
 from fastcal.networks.device import device_of, one_thread
+from fastcal.networks.ga_dnn import fit_ga_dnn
 from fastcal.networks.gaussian_process import fit_gaussian_process
 from fastcal.networks.judging import Judged, judge
 from fastcal.networks.mlp import fit_mlp
 from fastcal.networks.options import Options
 from fastcal.networks.problem import Problem, lengths_mm, problem_of
 from fastcal.networks.rivals import fit_boosting, fit_neighbours, profile_errors, with_profiles
+from fastcal.networks.somm import fit_somm
 from fastcal.robot import Robot
 from fastcal.units import from_si
 
@@ -32,6 +36,10 @@ Fit = Callable[[Problem, Sequence[IntArray], Options], Sequence[Expert]]
 
 FITS: dict[str, Fit] = {
     "mlp": fit_mlp,
+    "bso-mlp": fit_bso_mlp,
+    "somm": fit_somm,
+    "ca-somm": fit_ca_somm,
+    "ga-dnn": fit_ga_dnn,
     "gp": fit_gaussian_process,
     "knn": fit_neighbours,
     "boosting": fit_boosting,
@@ -96,6 +104,7 @@ def train(
     trials: int | None = None,
     storage: str | Path | None = None,
     full: bool = False,
+    any_load: bool = False,
     threads: int = 1,
     progress: Callable[[str], None] | None = None,
 ) -> TrainingResult:
@@ -113,9 +122,11 @@ def train(
         folds: K.
         seed: The same seed gives the same model.
         device: auto, cpu or cuda.
-        trials: Of a search (somm, ca-somm, ga-dnn); None: as many as it thinks right.
+        trials: Of the search for sizes, an axis (somm, ca-somm); None: 20; 0: the sizes of the paper's tables 2 and 3.
         storage: File in which a search keeps its trials; a second call with it goes on where the first one stopped.
         full: ga-dnn: the paper's whole budget, a population of 100, instead of successive halving.
+        any_load: Do not look at the load, neither in training nor in the guard: the model's compliances answer for it.
+            This is the global compensation of the RX160L paper, (14): displacement of the network plus compliances.
         threads: Cores for the rivals' calibrations and a search's trials; the result does not depend on it.
         progress: Called with a sentence at each step.
 
@@ -127,7 +138,7 @@ def train(
     if unknown := set(rivals) - set(RIVALS):
         raise InvalidInput(f"expected rivals of {', '.join(RIVALS)}, got {min(unknown)!r}")
     say = progress or (lambda text: None)
-    problem = problem_of(robot, data, folds=folds, seed=seed)
+    problem = problem_of(robot, data, folds=folds, any_load=any_load, seed=seed)
     options = Options(seed, device_of(device), say, trials, None if storage is None else Path(storage), full, threads)
     judged: dict[str, Judged] = {}
     with one_thread():
@@ -138,7 +149,8 @@ def train(
     if "joint-profiles" in rivals:
         say("fitting joint profiles")
         errors["joint-profiles"] = profile_errors(problem, threads)
-    return _result(network, problem, judged, errors, threads)
+    found = _result(network, problem, judged, errors, threads)
+    return replace(found, notes=[*options.told, *found.notes])
 
 
 def _experts(name: str, problem: Problem, options: Options) -> list[list[Expert]]:

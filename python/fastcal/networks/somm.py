@@ -1,0 +1,100 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""SOMM-ANN (PMC, III.B): one network an axis, each of its own depth; sizes from the paper's tables, or found by TPE."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import optuna
+from numpy.typing import NDArray
+
+from fastcal.correction.experts import AxisNetworks
+from fastcal.networks.fitting import Schedule
+from fastcal.networks.options import Options
+from fastcal.networks.plain import train_plain
+from fastcal.networks.population import Architecture
+from fastcal.networks.problem import Problem
+from fastcal.networks.search import Candidate, losses_of, study_of
+
+IntArray = NDArray[np.intp]
+
+
+class AxisSizes(NamedTuple):
+    """The network of one axis."""
+
+    architecture: Architecture
+    rate: float
+
+
+# Tables 2 and 3; Adam, 200 epochs, batches of 200.
+PAPER = (
+    AxisSizes(Architecture.plain((20, 20, 20, 20, 10, 20), "tanh"), 8e-4),
+    AxisSizes(Architecture.plain((100, 50), "relu"), 5e-4),
+    AxisSizes(Architecture.plain((50, 50, 40, 30), "tanh"), 1e-3),
+)
+EPOCHS, BATCH = 200, 200
+TRIALS, ASKED, TRIAL_EPOCHS = 20, 5, 60
+DEEPEST = 6
+
+
+def fit_somm(
+    problem: Problem, rows: Sequence[IntArray], options: Options, *, sizes: Sequence[AxisSizes] | None = None
+) -> list[AxisNetworks]:
+    """Three networks for each set of rows; those of all sets train together.
+
+    Sizes that are not given are the paper's where `options.trials` is 0, else found by TPE.
+    """
+    chosen = sizes_of(problem, options) if sizes is None else sizes
+    schedule = Schedule(epochs=EPOCHS, batch=BATCH, rate=[axis.rate for _ in rows for axis in chosen])
+    members = [axis.architecture for _ in rows for axis in chosen]
+    axes = [(axis,) for _ in rows for axis in range(3)]
+    each = [own for own in rows for _ in range(3)]
+    found, _ = train_plain(problem, members, axes, each, schedule, options)
+    return [
+        AxisNetworks(found[k].scaling, tuple(net for part in found[k : k + 3] for net in part.nets), found[k].unit)
+        for k in range(0, len(found), 3)
+    ]
+
+
+def sizes_of(problem: Problem, options: Options) -> tuple[AxisSizes, ...]:
+    """The paper's sizes, or those that a search finds."""
+    if options.trials == 0:
+        return PAPER
+    return tuple(_searched(problem, axis, options) for axis in range(3))
+
+
+def _searched(
+    problem: Problem, axis: int, options: Options, asked: int = ASKED, epochs: int = TRIAL_EPOCHS
+) -> AxisSizes:
+    """Depth, widths, activation and learning rate of least loss on the first fold, by a tree of Parzen estimators.
+
+    Some are asked at a time and trained as one. The sampler begins anew each time, seeded by how many there are, so
+    that a search taken up again asks what it would have asked.
+    """
+    study = study_of(f"somm axis {axis}", options.storage, options.seed)
+    wanted = TRIALS if options.trials is None else options.trials
+    done = (optuna.trial.TrialState.COMPLETE,)
+    learnt, judged = problem.training_rows()[0], np.flatnonzero(problem.folds == 0)
+    while (count := len(study.get_trials(deepcopy=False, states=done))) < wanted:
+        options.say(f"searching the network of axis {'xyz'[axis]}, trial {count} of {wanted}")
+        study.sampler = optuna.samplers.TPESampler(seed=options.seed * 7919 + count, constant_liar=True)
+        trials = [study.ask() for _ in range(min(asked, wanted - count))]
+        sizes = [_suggested(trial) for trial in trials]
+        candidates = [
+            Candidate(size.architecture, size.rate, "adam", (axis,), learnt, judged, options.seed * 31 + count + k)
+            for k, size in enumerate(sizes)
+        ]
+        losses = losses_of(problem, candidates, epochs, BATCH, options)
+        for trial, value in zip(trials, losses, strict=True):
+            study.tell(trial, float(min(value, 1e30)))
+    return _suggested(optuna.trial.FixedTrial(study.best_params))
+
+
+def _suggested(trial: optuna.trial.BaseTrial) -> AxisSizes:
+    depth = trial.suggest_int("depth", 1, DEEPEST)
+    widths = [trial.suggest_int(f"width{layer}", 10, 100, step=10) for layer in range(depth)]
+    activation = trial.suggest_categorical("activation", ["tanh", "relu"])
+    return AxisSizes(Architecture.plain(widths, activation), trial.suggest_float("rate", 2e-4, 5e-3, log=True))

@@ -1,0 +1,73 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Graphs for other programs say what the correction says before its guard."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+torch = pytest.importorskip("torch")
+
+from fastcal.correction.correction import limited  # noqa: E402 - torch first, or the file is skipped
+from fastcal.dataset import Dataset  # noqa: E402
+from fastcal.errors import InvalidInput  # noqa: E402
+from fastcal.networks import TrainingResult, train  # noqa: E402
+from fastcal.networks.device import one_thread  # noqa: E402
+from fastcal.networks.export import export  # noqa: E402
+from fastcal.networks.fitting import Schedule  # noqa: E402
+from fastcal.networks.options import Options  # noqa: E402
+from fastcal.networks.plain import fit_plain  # noqa: E402
+from fastcal.networks.population import Architecture  # noqa: E402
+from fastcal.networks.problem import problem_of  # noqa: E402
+from fastcal.robot import Robot  # noqa: E402
+
+
+def meant(model: Robot, unseen: Dataset) -> tuple[list[np.ndarray], np.ndarray]:
+    correction = model.correction
+    assert correction is not None
+    inputs = model.inputs(unseen.q, unseen.payload)
+    said = np.mean([member.displacement(inputs) for member in correction.members], axis=0)
+    return [inputs.q, inputs.payload, inputs.J_tool_q], limited(said, correction.limit)
+
+
+@pytest.mark.filterwarnings("ignore:.*torch.jit:DeprecationWarning")
+@pytest.mark.parametrize("kind", ["joints", "axes"])
+def test_torchscript_and_onnx_agree_with_the_correction(
+    kind: str, trained: TrainingResult, unseen: Dataset, data: Dataset, tmp_path: Path
+) -> None:
+    correction = trained.model.correction
+    assert correction is not None
+    correction = replace(correction, members=correction.members[:2])
+    if kind == "axes":
+        problem = problem_of(trained.model, data, folds=2)
+        with one_thread():
+            architecture = Architecture((5, 4, 3), ("prelu", "relu", "sigmoid"))
+            member = fit_plain(
+                problem, [np.arange(200)], Options(), architecture=architecture, schedule=Schedule(epochs=3)
+            )[0]
+        correction = replace(correction, members=(member,))
+    model = Robot(trained.model.spec | {"correction": correction})
+    inputs, said = meant(model, unseen)
+    export(correction, tmp_path / "network.pt")
+    script = torch.jit.load(str(tmp_path / "network.pt"))
+    with torch.no_grad():
+        found = script(*(torch.tensor(part) for part in inputs)).numpy()
+    np.testing.assert_allclose(found, said, rtol=0, atol=1e-12)
+
+    pytest.importorskip("onnx")
+    runtime = pytest.importorskip("onnxruntime")
+    export(correction, tmp_path / "network.onnx")
+    session = runtime.InferenceSession(str(tmp_path / "network.onnx"), providers=["CPUExecutionProvider"])
+    known = dict(zip(("q", "payload", "J_tool_q"), inputs, strict=True))
+    (found,) = session.run(None, {entry.name: known[entry.name] for entry in session.get_inputs()})
+    np.testing.assert_allclose(found, said, rtol=0, atol=1e-12)
+
+
+def test_what_is_no_network_is_refused(arm: Robot, data: Dataset, tmp_path: Path) -> None:
+    found = train(arm, data.select(slice(90)), network="gp", rivals=[], folds=2)
+    assert found.model.correction is not None
+    with pytest.raises(InvalidInput, match="kind gp is no network"):
+        export(found.model.correction, tmp_path / "network.onnx")
+    assert list(tmp_path.iterdir()) == []
