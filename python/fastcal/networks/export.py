@@ -8,7 +8,7 @@ ga-dnn) are graphs; trees, neighbours and processes are not.
 
 from __future__ import annotations
 
-import os
+import io
 import warnings
 
 import numpy as np
@@ -20,38 +20,44 @@ from fastcal.correction.dense import DenseNet
 from fastcal.correction.experts import AxisNetworks, Expert
 from fastcal.correction.joints import JointNetwork
 from fastcal.errors import InvalidInput
-from fastcal.io.atomic import atomic_path
 
 _INPUTS = ("q", "payload", "J_tool_q")
 
 
-def export(correction: Correction, path: str | os.PathLike[str]) -> None:
-    """Writes the correction as a graph of float64: ONNX where the path ends in .onnx, else TorchScript.
+def export(correction: Correction, form: str = "onnx") -> bytes:
+    """The correction as a graph of float64, the content of a file.
 
     Inputs: q (N, n) [rad or m], payload (N,) [kg], J_tool_q (N, 3, n), the tool's point by the joints; output:
     displacement (N, 3) [m], to be multiplied by the guard's weight. Both are along the base's axes.
 
+    Args:
+        correction: Of a trained model.
+        form: onnx (needs the package onnx) or torchscript.
+
     Raises:
-        InvalidInput: A member is no network, or the file cannot be written.
+        InvalidInput: Another form, or a member is no network.
     """
+    if form not in ("onnx", "torchscript"):
+        raise InvalidInput(f"expected the form onnx or torchscript, got {form!r}")
     module = graph(correction)
     n = correction.joint_count
     example = (torch.zeros(2, n).double(), torch.zeros(2).double(), torch.zeros(2, 3, n).double())
-    with atomic_path(path) as temporary, warnings.catch_warnings():
+    content = io.BytesIO()
+    with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # torch warns of its own ways of tracing
-        if str(path).endswith(".onnx"):
-            axes = {name: {0: "rows"} for name in (*_INPUTS, "displacement")}
+        if form == "torchscript":
+            torch.jit.save(torch.jit.trace(module, example), content)  # type: ignore[no-untyped-call]
+        else:
             torch.onnx.export(
                 module,
                 example,
-                str(temporary),
+                content,  # type: ignore[arg-type]
                 input_names=list(_INPUTS),
                 output_names=["displacement"],
-                dynamic_axes=axes,
+                dynamic_axes={name: {0: "rows"} for name in (*_INPUTS, "displacement")},
                 dynamo=False,
             )
-        else:
-            torch.jit.trace(module, example).save(str(temporary))  # type: ignore[no-untyped-call]
+    return content.getvalue()
 
 
 def graph(correction: Correction) -> nn.Module:
