@@ -25,7 +25,9 @@ if TYPE_CHECKING:
     from fastcal.io.robot_file import load_robot
     from fastcal.io.targets import load_targets
     from fastcal.prediction import predict
+    from fastcal.redundancy_analysis import Redundancy, redundancy
     from fastcal.registered import register_effect
+    from fastcal.regularization import regularized_least_squares
     from fastcal.report import write_report
     from fastcal.robot import Robot
     from fastcal.selection import choose_parameters
@@ -42,6 +44,7 @@ _HOMES = {
     "InverseKinematics": "ik",
     "InvalidInput": "errors",
     "ParseError": "errors",
+    "Redundancy": "redundancy_analysis",
     "Robot": "robot",
     "Targets": "compensation",
     "calibrate": "calibration",
@@ -58,7 +61,9 @@ _HOMES = {
     "perturbed": "simulation",
     "predict": "prediction",
     "random_poses": "simulation",
+    "redundancy": "redundancy_analysis",
     "register_effect": "registered",
+    "regularized_least_squares": "regularization",
     "simulate": "simulation",
     "write_measurements": "io.measurements_out",
     "write_report": "report",
@@ -74,6 +79,7 @@ __all__ = [
     "InvalidInput",
     "InverseKinematics",
     "ParseError",
+    "Redundancy",
     "Robot",
     "Targets",
     "__version__",
@@ -91,7 +97,9 @@ __all__ = [
     "perturbed",
     "predict",
     "random_poses",
+    "redundancy",
     "register_effect",
+    "regularized_least_squares",
     "simulate",
     "write_measurements",
     "write_report",
