@@ -147,3 +147,18 @@ def test_bad_input_is_refused_in_a_sentence() -> None:
         _core.SubsetSearch(kept, optional, r, fold).of(np.zeros((1, 2), dtype=bool))
     with pytest.raises(InvalidInput, match="at most 24 columns, got 25"):
         _core.SubsetSearch(kept, np.zeros((20, 25)), r, fold).all()
+
+
+def test_many_columns_and_no_row_that_is_always_fitted() -> None:
+    random = np.random.default_rng(5)
+    kept, optional, r = random.normal(size=(900, 45)), random.normal(size=(900, 10)), random.normal(size=900)
+    fold = (np.arange(900) % 3).astype(np.int32)
+    sets = np.array([np.zeros(10, dtype=bool), np.ones(10, dtype=bool)])
+    found = _core.SubsetSearch(kept, optional, r, fold).of(sets).mean
+    for error, J in zip(found, (kept, np.hstack([kept, optional])), strict=True):
+        squares = []
+        for k in range(3):
+            out = fold == k
+            b = np.linalg.lstsq(J[~out], r[~out], rcond=None)[0]
+            squares.append(np.mean((r[out] - J[out] @ b) ** 2))
+        assert error == pytest.approx(np.mean(squares), rel=1e-9)

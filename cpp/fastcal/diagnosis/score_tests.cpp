@@ -108,6 +108,7 @@ MatrixXd ScoreTests::joint_basis(const std::vector<int>& added) const {
     joined.middleCols(at, scores_.rank[i]) = basis(i);
     at += scores_.rank[i];
   }
+  if (total == 0) return joined;
   const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(joined.transpose() * joined);
   Index lost = 0;
   while (lost < total && eigen.eigenvalues()[lost] < kTwin) ++lost;

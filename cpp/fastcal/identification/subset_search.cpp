@@ -81,6 +81,7 @@ SubsetSearch::SubsetSearch(const Eigen::Ref<const RowMatrixXd>& kept, const Eige
 
   std::vector<Eigen::MatrixXd> grams(counts.size(), Eigen::MatrixXd::Zero(c + m + 1, c + m + 1));
   for (std::size_t k = 0; k < grams.size(); ++k) {
+    if (counts[k] == 0) continue;  // no row is always fitted; Eigen divides by the depth of a large product
     Eigen::MatrixXd block(counts[k], A.cols());
     Eigen::Index at = 0;
     for (Eigen::Index i = 0; i < n; ++i) {

@@ -15,7 +15,7 @@ from fastcal.dataset import Dataset
 from fastcal.diagnosis.library import Name
 from fastcal.diagnosis.problem import with_nuisances
 from fastcal.diagnosis.result import GapStep, NamedValue
-from fastcal.diagnosis.search import State
+from fastcal.diagnosis.search import MOST_EFFECTS, State
 from fastcal.effect_values import written_parameters
 from fastcal.effects import identity
 from fastcal.evaluation import Evaluation, evaluate
@@ -34,7 +34,9 @@ def calibrations(
     """The calibrated geometry, then with one effect more each time."""
     out = []
     entries: list[Spec] = list(robot.spec.get("effects") or [])
-    steps = [[], *([_for_file(best, name)] for name in names), *([profiles] if profiles else [])]
+    steps = [[], *([_for_file(best, name) for name in group] for group in groups(names))]
+    if profiles:
+        steps.append(profiles)
     for added in steps:
         entries = entries + added
         whole = with_nuisances(entries, robot)
@@ -47,6 +49,11 @@ def calibrations(
         other = None if test is None else evaluate(found.model, test, **frame)
         out.append(replace(found, train=evaluate(found.model, data, **frame), test=other))
     return out
+
+
+def groups(names: Sequence[Name]) -> list[list[Name]]:
+    """The names one by one; where there are many, all at once: nobody reads the fifth step of a waterfall."""
+    return [[name] for name in names] if len(names) <= MOST_EFFECTS else [list(names)]
 
 
 def _for_file(best: State, name: Name) -> Spec:
@@ -72,7 +79,7 @@ def values(model: Robot, entry: Spec) -> dict[str, NamedValue]:
 
 def gap(steps: Sequence[CalibrationResult], names: Sequence[Name], profiles: Sequence[Spec]) -> list[GapStep]:
     """RMS errors of the geometry alone and of each model after it."""
-    added: list[str | None] = [None, *("@".join(name.key) for name in names)]
+    added: list[str | None] = [None, *(",".join("@".join(name.key) for name in group) for group in groups(names))]
     if profiles:
         added.append(",".join(f"{p['effect']}@{p['owner']}" for p in profiles))
     return [

@@ -13,7 +13,7 @@ from scipy import special
 from fastcal import _core
 from fastcal.calibration import CalibrationResult
 from fastcal.dataset import Dataset
-from fastcal.diagnosis import adaptation, grading, sensitivity, unexplained
+from fastcal.diagnosis import adaptation, grading, periodic, sensitivity, unexplained
 from fastcal.diagnosis.library import Library, Name, build_library, parse_exclusions
 from fastcal.diagnosis.noise import OUTLIER_LEVEL, NoiseLevel, off_by, quieted
 from fastcal.diagnosis.problem import Noise, Problem, fit, prepared_problem
@@ -59,16 +59,15 @@ def diagnose(
     problem = prepared_problem(robot, data, library.names, _claimed(data, sigma), threads)
     say("how large the noise is")
     problem, level = quieted(problem, fit(problem, []), sigma)
-    search, levels = Search(problem, say), []
+    search = Search(problem, say)
+    best = search.start
     for _ in range(_ROUNDS):
-        levels = search.grow()
-        best = _best(levels)
-        calmer = _calmer(problem, best, sigma)
-        if calmer is None:
+        best = _best(search.grow())
+        again, level = _again(problem, best, sigma)
+        if again is None:
             break
-        problem, level = calmer
+        problem = again
         search = Search(problem, say)
-    best = _best(levels)
     if not best.suffices and best.fit.remaining > _HOPELESS * search.start.fit.remaining:
         best = search.start  # what explains so little is no name
     say("weighing what else it could be")
@@ -84,11 +83,16 @@ def _claimed(data: Dataset, sigma: float | None) -> Noise:
     return Noise((first, turn, first))
 
 
-def _calmer(problem: Problem, best: State, sigma: float | None) -> tuple[Problem, NoiseLevel] | None:
-    """A new start where the set that was found shows that the noise is smaller than it seemed; else None."""
-    again, level = quieted(problem, best.fit, sigma)
-    before, now = ((p.noise.factor**2) * _mean_variance(p) for p in (problem, again))
-    return (again, level) if now < _CALMER * before else None
+def _again(problem: Problem, best: State, sigma: float | None) -> tuple[Problem | None, NoiseLevel]:
+    """The noise as the set that was found shows it.
+
+    With a new start where it shows waves of other orders, or markedly less noise than there seemed to be; else None.
+    """
+    waves = [] if best.suffices else periodic.scan(best)
+    claimed = replace(problem, names=[*problem.names, *waves], noise=_claimed(problem.data, sigma))
+    calmer, level = quieted(claimed, best.fit, sigma)
+    before, now = ((p.noise.factor**2) * _mean_variance(p) for p in (problem, calmer))
+    return (calmer if waves or now < _CALMER * before else None), level
 
 
 def _mean_variance(problem: Problem) -> float:
@@ -121,7 +125,8 @@ class _Found:
     def told(self) -> Diagnosis:
         """Calibrated models, grades, what remains, and everything else that a reader should know."""
         best, search = self.best, self.search
-        equivalents = search.alternatives(best) if best.suffices else [[] for _ in best.names]
+        few = best.suffices and len(best.names) <= search.most
+        equivalents = search.alternatives(best) if few else [[] for _ in best.names]
         proofs = [grading.evidence(search, best, name) for name in best.names]
         order = sorted(range(len(best.names)), key=lambda k: -proofs[k].statistic)
         names = [best.names[k] for k in order]
@@ -167,7 +172,7 @@ class _Found:
         self, name: Name, proof: grading.Evidence, equivalents: list[State], model: Robot, rest: Unexplained | None
     ) -> Finding:
         others = tuple(dict.fromkeys(_replacement(self.best, state).key for state in equivalents))
-        grade, reasons = grading.grade(proof, name, others, rest is not None)
+        grade, reasons = grading.grade(proof, name, others, rest is not None or len(self.best.names) > self.search.most)
         p = min(1.0, float(special.chdtrc(proof.rank, proof.statistic)) * self.search.start.family.named)
         return Finding(
             effect=name.effect,

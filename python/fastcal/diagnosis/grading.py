@@ -13,7 +13,8 @@ from scipy import linalg
 
 from fastcal import _core
 from fastcal.diagnosis.library import RICHER, SHAPES, Name
-from fastcal.diagnosis.search import GENERIC, NAMED, Search, State, p_values
+from fastcal.diagnosis.search import GENERIC, NAMED, Search, State
+from fastcal.diagnosis.tails import p_values
 from fastcal.evaluation import pose_groups
 
 FloatArray = NDArray[np.float64]
@@ -57,16 +58,19 @@ def evidence(search: Search, state: State, name: Name) -> Evidence:
     at = [state.fit.free.index(i) for i in range(place.start, place.stop)]
     own = inverse[np.ix_(at, at)]
     statistic = float(theta @ linalg.lstsq(own, theta)[0])
-    base = search.start if len(state.names) == 1 else search.state([n for n in state.names if n is not name], state)
-    gain, stability = _held_out(search, state, base, name)
+    gain = _held_out(search, state, name)
+    rivals: tuple[str, ...] = ()
+    stability = 1.0
+    if len(state.names) <= search.most:
+        base = search.start if len(state.names) == 1 else search.state([n for n in state.names if n is not name], state)
+        rivals, stability = _rivals(search, base, name), _stability(search, state, base, name)
     parameters = state.fit.model.parameters[place]
     plausible = all(
         abs(value) <= IMPLAUSIBLE * p.sigma or p.name.startswith("critical") or not np.isfinite(p.sigma)
         for p, value in zip(parameters, theta, strict=True)
     )
-    return Evidence(
-        statistic, len(at), gain, stability, _rivals(search, base, name), _richer_needed(name, theta, own), plausible
-    )
+    richer = _richer_needed(name, theta, own)
+    return Evidence(statistic, len(at), gain, stability, rivals, richer, plausible)
 
 
 def grade(found: Evidence, name: Name, equivalents: Sequence[object], rest: bool) -> tuple[str, tuple[str, ...]]:
@@ -134,38 +138,40 @@ def _rivals(search: Search, base: State, name: Name) -> tuple[str, ...]:
     return tuple(out)
 
 
-def _held_out(search: Search, state: State, base: State, name: Name) -> tuple[tuple[float, float], float]:
-    """Relative gain on held-out groups and its standard error; share of the folds in which the name comes first.
+def _held_out(search: Search, state: State, name: Name) -> tuple[float, float]:
+    """Relative gain on held-out poses and its standard error.
 
-    On the problem linearized at the set: with and without the name each fold is fitted on the others. Coming first is
-    by the score tests of the others alone, from the set without the name.
+    On the problem linearized at the set: each fold is predicted by the others, with the name and without it; leaving
+    out its columns e changes the solution b of the fitted rows by  -P_e P_ee^-1 b_e,  P the inverse of their normal
+    matrix.
     """
     A, r, row = state.fit.whitened
+    length = np.linalg.norm(A, axis=0)
+    A = A / np.where(length > 0, length, 1.0)
     place = state.fit.place(name)
     own = np.array([state.fit.free.index(i) for i in range(place.start, place.stop)])
-    target = r + A[:, own] @ state.fit.theta[place]
+    target = r + A[:, own] @ (state.fit.theta[place] * length[own])
     fold = _folds(search)[row]
     fold[row < 0] = -1
-    rest = np.setdiff1d(np.arange(A.shape[1]), own)
-    gains, first = [], []
+    gains = []
     for k in range(FOLDS):
         fitted, out = fold != k, fold == k
-        errors = []
-        for columns in (np.arange(A.shape[1]), rest):
-            X = A[:, columns]
-            length = np.linalg.norm(X, axis=0)
-            length[length == 0] = 1.0
-            b = linalg.lstsq(X[fitted] / length, target[fitted], cond=1e-10, lapack_driver="gelsy", check_finite=False)[
-                0
-            ]
-            errors.append(np.bincount(row[out], (target[out] - X[out] / length @ b) ** 2))
-        used = np.unique(row[out])
-        gains.append((errors[1] - errors[0])[used])
-        first.append(_comes_first(base, fitted_rows=np.unique(row[fitted & (row >= 0)]), name=name))
+        inverse = np.linalg.pinv(A[fitted].T @ A[fitted], rcond=1e-12, hermitian=True)
+        b = inverse @ (A[fitted].T @ target[fitted])
+        without = b - inverse[:, own] @ linalg.lstsq(inverse[np.ix_(own, own)], b[own])[0]
+        left = [np.bincount(row[out], (target[out] - A[out] @ x) ** 2) for x in (b, without)]
+        gains.append((left[1] - left[0])[np.unique(row[out])])
     gain = np.concatenate(gains)
     scale = float(np.sum(target**2)) / max(len(gain), 1)
-    mean, error = float(gain.mean()), float(gain.std(ddof=1) / np.sqrt(len(gain)))
-    return (mean / scale, error / scale), float(np.mean(first))
+    return float(gain.mean()) / scale, float(gain.std(ddof=1) / np.sqrt(len(gain))) / scale
+
+
+def _stability(search: Search, state: State, base: State, name: Name) -> float:
+    """Share of the folds without which the name still comes first, by the score tests from the set without it."""
+    row = state.fit.whitened[2]
+    fold = _folds(search)
+    rows = np.unique(row[row >= 0])
+    return float(np.mean([_comes_first(base, rows[fold[rows] != k], name) for k in range(FOLDS)]))
 
 
 def _folds(search: Search) -> NDArray[np.intp]:

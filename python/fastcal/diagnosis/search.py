@@ -15,10 +15,11 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import special
 
 from fastcal.diagnosis.library import RICHER, Key, Name
+from fastcal.diagnosis.periodic import waves
 from fastcal.diagnosis.problem import Blocks, Fit, Problem, blocks, fit
+from fastcal.diagnosis.tails import p_values
 from fastcal.step_search import find_step
 
 FloatArray = NDArray[np.float64]
@@ -112,19 +113,13 @@ class State:
         return tuple(sorted(map(repr, self.names)))
 
 
-def p_values(statistic: FloatArray, rank: NDArray[np.int32], freedom: float) -> FloatArray:
-    """P(T_i or larger) of chi square with these ranks, of F where the noise was estimated; 1 where the rank is 0."""
-    k = np.maximum(rank, 1)
-    tail = special.chdtrc(k, statistic) if np.isinf(freedom) else special.fdtrc(k, freedom, statistic / k)
-    return np.where(rank > 0, tail, 1.0)
-
-
 @dataclass(eq=False)
 class Search:
     """Remembers every set that was fitted."""
 
     problem: Problem
     say: Callable[[str], None] = lambda text: None
+    most: int = MOST_EFFECTS
     seen: dict[tuple[str, ...], State] = field(default_factory=dict)
 
     @cached_property
@@ -142,9 +137,11 @@ class Search:
         return state
 
     def grow(self) -> list[list[State]]:
-        """Sets of 0, 1, ... names, the best of each size first, until one suffices or MOST_EFFECTS are in."""
+        """Sets of 0, 1, ... names, the best of each size first, until one suffices or `most` are in; or many waves."""
         levels = [[self.start]]
-        while not any(state.suffices for state in levels[-1]) and len(levels) <= MOST_EFFECTS:
+        if not self.start.suffices and (many := waves(self)) is not None:
+            return [*levels, [many]]
+        while not any(state.suffices for state in levels[-1]) and len(levels) <= self.most:
             children: dict[tuple[str, ...], State] = {}
             for state in levels[-1][:WIDTH]:
                 for names in self.next_sets(state, TRIES):

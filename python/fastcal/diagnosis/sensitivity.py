@@ -12,7 +12,8 @@ from scipy import special
 
 from fastcal.diagnosis.library import Library, Name, Untestable, needs
 from fastcal.diagnosis.result import Refusal, Smallest
-from fastcal.diagnosis.search import DETECT, NAMED, Search, State, p_values
+from fastcal.diagnosis.search import DETECT, NAMED, Search, State
+from fastcal.diagnosis.tails import p_values
 from fastcal.effects import build_effects, edge_name, edge_unit
 from fastcal.units import from_si
 

@@ -34,6 +34,8 @@ EFFECTS = {
     "tool_shift": "a shift of the target between its mounts",
 }
 
+_FEW = 4  # waves that are told one by one
+
 
 def owner_in_words(owner: str) -> str:
     """joint4 to "joint 4", joint6<-joint5 to "joint 6 from joint 5"."""
@@ -59,7 +61,10 @@ def _causes(found: Diagnosis) -> str:
         if found.unexplained:
             return "Something is missing in the model, and no effect of the library explains it."
         return f"Nothing is missing that these data could show above their noise of {found.sigma_mm:.3f} mm."
-    sentences = [_cause(f) for f in found.effects if f.effect != "joint_profile"]
+    waves = [f for f in found.effects if f.effect == "gear_harmonic"]
+    many = len(waves) > _FEW
+    sentences = [_many_waves(waves)] if many else []
+    sentences += [_cause(f) for f in found.effects if f.effect != "joint_profile" and not (many and f in waves)]
     curves = [owner_in_words(f.owner) for f in found.effects if f.effect == "joint_profile"]
     if curves:
         sentences.append(
@@ -67,6 +72,15 @@ def _causes(found: Diagnosis) -> str:
             "the curve is in the model."
         )
     return " ".join(sentences)
+
+
+def _many_waves(waves: list[Finding]) -> str:
+    """The orders of each joint, the largest first."""
+    orders: dict[str, list[str]] = {}
+    for f in waves:
+        orders.setdefault(owner_in_words(f.owner), []).append(f"{f.parameters['order'].value:g}")
+    told = "; ".join(f"{owner} {', '.join(which)} times a turn" for owner, which in orders.items())
+    return f"The joints err periodically, by gears or encoders, the largest waves first: {told}."
 
 
 def _cause(f: Finding) -> str:

@@ -1,0 +1,126 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Errors that repeat with the turns of joints: a scan of all orders, and whether many waves together are the cause.
+
+Of a wave with unknown order the score statistic is scanned over orders, half a resolution apart; the number of
+independent orders multiplies the p value (trials factor; E. Gross, O. Vitells, "Trial factors for the look elsewhere
+effect", 2010).
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal import _core
+from fastcal.diagnosis.library import ORDERS, Name, harmonics
+from fastcal.diagnosis.tails import p_values
+from fastcal.evaluation import pose_groups
+
+if TYPE_CHECKING:
+    from fastcal.diagnosis.search import Search, State
+
+FloatArray = NDArray[np.float64]
+
+PERIODIC = ("gear_harmonic", "reduction_ratio")
+MOST_WAVES = 24
+HELD_OUT = 0.5  # share of the mean square of held-out rows that waves may leave to be the cause
+_HIGHEST = 40.0  # cycles a turn
+_PEAKS = 3  # a joint
+_LEVEL = 1e-3
+_WHOLE = 0.15  # an order this near to a whole number is one, unless it explains markedly more
+_MARKEDLY = 6.0
+_FOLDS = 5
+
+
+def scan(state: State) -> list[Name]:
+    """Waves of orders beyond the library's that are significant at a fit, the highest peaks of each revolute joint."""
+    problem = state.fit.problem
+    A, r, row = state.fit.whitened
+    measured = row >= 0
+    found: list[Name] = []
+    for joint, kind in enumerate(problem.start.robot.joint_types):
+        q = problem.kept.q[:, joint]
+        span = float(np.ptp(q))
+        if kind != "revolute" or span <= 0:
+            continue
+        orders = np.arange(1.0, _HIGHEST, np.pi / (2 * span))
+        orders = orders[orders * span > np.pi]
+        turn = state.blocks.frames[f"joint{joint + 1}"]
+        angle = np.outer(q, orders)[row[measured]]
+        C = np.zeros((len(r), 2 * len(orders)))
+        C[measured, 0::2], C[measured, 1::2] = turn * np.sin(angle), turn * np.cos(angle)
+        scores = _core.ScoreTests(A, C, r, [2] * len(orders)).scores
+        trials = len(orders) * problem.start.robot.joint_count / 2
+        peaks = _peaks(orders, np.asarray(scores.statistic), np.asarray(scores.rank), problem.noise.freedom, trials)
+        new = [order for order in peaks if order not in ORDERS]
+        found += harmonics(f"joint{joint + 1}", problem.start.robot, problem.kept, new)
+    there = {repr(name) for name in problem.names}
+    return [name for name in found if repr(name) not in there]
+
+
+def _peaks(
+    orders: FloatArray, statistic: FloatArray, rank: NDArray[np.int32], freedom: float, trials: float
+) -> list[float]:
+    """Orders at the highest significant local maxima, whole where they may be."""
+    p = p_values(statistic, rank, freedom)
+    inner = np.r_[-np.inf, statistic, -np.inf]
+    top = (statistic >= inner[:-2]) & (statistic >= inner[2:]) & (p * trials < _LEVEL)
+    out: list[float] = []
+    for i in np.flatnonzero(top)[np.argsort(-statistic[top], kind="stable")][:_PEAKS]:
+        order = float(orders[i])
+        whole = float(np.clip(np.round(order), 1, None))
+        near = float(np.interp(whole, orders, statistic))
+        is_whole = abs(order - whole) < _WHOLE or statistic[i] - near < _MARKEDLY
+        chosen = whole if is_whole else round(order, 2)
+        if chosen not in out:
+            out.append(chosen)
+    return out
+
+
+def waves(search: Search) -> State | None:
+    """The set of all significant waves, where the errors are those of many waves; None where they are not.
+
+    The first effects that a forward selection picks must all be periodic, more than a search of sets could hold, and
+    rows that were held out must be predicted by the waves.
+    """
+    start = search.start
+    periodic = [i for i, name in enumerate(start.blocks.names) if name.effect in PERIODIC]
+    first = forward(start, list(range(start.blocks.count)), search.most + 1)
+    if len(first) <= search.most or not set(first) <= set(periodic):
+        return None
+    chosen = forward(start, periodic, MOST_WAVES)
+    if _held_out_share(start, chosen) > HELD_OUT:
+        return None
+    return search.state([start.blocks.names[i] for i in chosen], start)
+
+
+def forward(state: State, among: list[int], most: int) -> list[int]:
+    """Blocks in the order in which each explains most beyond those before it, while that is significant."""
+    added: list[int] = []
+    m = len(state.fit.near.r)
+    while len(added) < most:
+        scores = state.blocks.tests.given(added)
+        statistic, rank = np.asarray(scores.statistic)[among], np.asarray(scores.rank)[among]
+        worth = np.where(rank > 0, statistic - rank * np.log(m), -np.inf)
+        best = int(np.argmax(worth))
+        p = p_values(statistic[[best]], rank[[best]], state.fit.problem.noise.freedom)[0]
+        if worth[best] <= 0 or p * state.family.named > _LEVEL:
+            break
+        added.append(among[best])
+    return added
+
+
+def _held_out_share(state: State, chosen: list[int]) -> float:
+    """Mean square of held-out poses with the blocks, over that without."""
+    A, r, row = state.fit.whitened
+    groups = pose_groups(state.fit.problem.kept)
+    fold = (np.random.default_rng(0).permutation(groups.max() + 1)[groups] % _FOLDS).astype(np.int32)[row]
+    fold[row < 0] = -1
+    C = np.hstack([state.blocks.columns_of(i) for i in chosen])
+    sets = np.array([np.zeros(C.shape[1], dtype=bool), np.ones(C.shape[1], dtype=bool)])
+    scale = [np.where(norm > 0, norm, 1.0) for norm in (np.linalg.norm(A, axis=0), np.linalg.norm(C, axis=0))]
+    errors = _core.SubsetSearch(A / scale[0], C / scale[1], r, fold, least_norm=1e-6).of(sets).mean
+    return float(errors[1] / errors[0])
