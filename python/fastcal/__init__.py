@@ -12,7 +12,7 @@ from fastcal._core import __version__
 if TYPE_CHECKING:
     from fastcal.beams import BeamFrame
     from fastcal.calibration import CalibrationResult, calibrate
-    from fastcal.compensation import Compensation, Targets, compensate
+    from fastcal.compensation import Compensation, Targets, compensate, compensate_program, path_accuracy
     from fastcal.conversion import convert
     from fastcal.dataset import Dataset
     from fastcal.design import design_poses
@@ -50,6 +50,7 @@ _HOMES = {
     "calibrate": "calibration",
     "choose_parameters": "selection",
     "compensate": "compensation",
+    "compensate_program": "compensation",
     "convert": "conversion",
     "design_poses": "design",
     "diagnose": "diagnosis",
@@ -58,6 +59,7 @@ _HOMES = {
     "load_measurements": "io.measurements",
     "load_robot": "io.robot_file",
     "load_targets": "io.targets",
+    "path_accuracy": "compensation",
     "perturbed": "simulation",
     "predict": "prediction",
     "random_poses": "simulation",
@@ -86,6 +88,7 @@ __all__ = [
     "calibrate",
     "choose_parameters",
     "compensate",
+    "compensate_program",
     "convert",
     "design_poses",
     "diagnose",
@@ -94,6 +97,7 @@ __all__ = [
     "load_measurements",
     "load_robot",
     "load_targets",
+    "path_accuracy",
     "perturbed",
     "predict",
     "random_poses",

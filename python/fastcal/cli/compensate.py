@@ -33,6 +33,15 @@ def compensate(
     single: Annotated[
         bool, typer.Option("--single", help="The rows are single points and not a path: each is solved by itself.")
     ] = False,
+    path: Annotated[
+        Literal["line", "arc"] | None,
+        typer.Option(
+            help="The rows are driven on lines, or arcs through each second row: tell the error between them."
+        ),
+    ] = None,
+    report: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="With --path: a page with the error along the path, as HTML.")
+    ] = None,
     cell: Annotated[
         Path | None, typer.Option(metavar="CELL", help="For a program: tools and frames that it only names.")
     ] = None,
@@ -57,28 +66,51 @@ def compensate(
         conditions["temperature"] = to_si(temperature_c, "c")
     options: dict[str, Any] = {"nominal": None if nominal is None else load_robot(nominal), "method": method}
     options["threads"] = threads
+    if (report is not None and path is None) or (path is not None and (single or method != "full")):
+        raise InvalidInput("--report needs --path, and --path takes neither --single nor --method one-step")
     if language_of(targets.name) is not None:
+        if path is not None:
+            raise InvalidInput(f"{targets}: --path is for tables of poses, and this is a robot program")
         _program(load_robot(model), targets, output, cell, options | conditions)
     elif conditions or cell is not None:
         raise InvalidInput(
             f"{targets}: --cell, --payload-kg and --temperature-c are for robot programs; a table has columns"
         )
     else:
-        _table(load_robot(model), targets, output, options | {"along_path": not single})
+        _table(load_robot(model), targets, output, options | {"along_path": not single}, path, report)
 
 
-def _table(robot: Robot, path: Path, output: Path, options: dict[str, Any]) -> None:
+def _table(
+    robot: Robot, path: Path, output: Path, options: dict[str, Any], kind: str | None, report: Path | None
+) -> None:
     """A table of poses into a table of commands."""
-    from fastcal.compensation import compensate
+    from fastcal.compensation import compensate, path_accuracy
     from fastcal.io.targets import load_targets, write_commands
+    from fastcal.units import from_si
 
     wanted = load_targets(path, robot)
     with progress() as show:
         show("compensating")
         found = compensate(robot, wanted, **options)
+        if kind is not None:
+            show("driving along the path")
+            driven = path_accuracy(robot, wanted, kind=kind, nominal=options["nominal"], threads=options["threads"])
     write_commands(output, robot, found.q, (found.position_error, found.rotation_error), found.sigma, found.status)
     warn(found.notes)
     _say(found)
+    if kind is None:
+        return
+    for name, size, off in (
+        ("without compensation", driven.before, driven.off_before),
+        ("with compensation", driven.after, driven.off_after),
+    ):
+        mean, most, aside = (from_si(float(value), "mm") for value in (size.mean(), size.max(), off.max()))
+        say(f"error on the path {name}: mean {mean:.4f} mm, largest {most:.4f} mm, square to the path {aside:.4f} mm")
+    if report is not None:
+        from fastcal.report import write_path_report
+
+        write_path_report(driven, robot.name, report)
+        say(str(report))
 
 
 def _program(robot: Robot, path: Path, output: Path, cell: Path | None, options: dict[str, Any]) -> None:

@@ -4,7 +4,18 @@
 
 from fastcal.compensation.commands import METHODS, Compensation, compensate
 from fastcal.compensation.one_step import one_step
+from fastcal.compensation.paths import PathAccuracy, path_accuracy
 from fastcal.compensation.programs import CompensatedProgram, compensate_program
 from fastcal.targets import Targets
 
-__all__ = ["METHODS", "CompensatedProgram", "Compensation", "Targets", "compensate", "compensate_program", "one_step"]
+__all__ = [
+    "METHODS",
+    "CompensatedProgram",
+    "Compensation",
+    "PathAccuracy",
+    "Targets",
+    "compensate",
+    "compensate_program",
+    "one_step",
+    "path_accuracy",
+]

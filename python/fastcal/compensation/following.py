@@ -14,7 +14,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from fastcal import _core
+from fastcal.compensation.curves import between
 from fastcal.ik import InverseKinematics, inverse_kinematics
 from fastcal.robot import Robot
 from fastcal.targets import Targets
@@ -86,17 +86,6 @@ def _across(robot: Robot, T_from: FloatArray, T_to: FloatArray, start: FloatArra
     if steps.reached.all() and _largest_step(robot, start, steps) < NEAR * 2:
         return steps.q[-1], True, True
     return found.q[0], True, bool(direct.reached[0]) and far < NEAR
-
-
-def between(T_from: FloatArray, T_to: FloatArray, count: int) -> FloatArray:
-    """(count, 4, 4) poses on the straight line with the least turn; the last is T_to."""
-    turn = np.asarray(_core.log_so3(np.ascontiguousarray(T_from[:3, :3].T @ T_to[:3, :3])))
-    out = np.tile(np.eye(4), (count, 1, 1))
-    for k, share in enumerate(np.linspace(0, 1, count + 1)[1:]):
-        out[k, :3, :3] = T_from[:3, :3] @ _core.exp_so3(share * turn)
-        out[k, :3, 3] = (1 - share) * T_from[:3, 3] + share * T_to[:3, 3]
-    out[-1] = T_to
-    return out
 
 
 def _largest_step(robot: Robot, start: FloatArray, found: InverseKinematics) -> float:

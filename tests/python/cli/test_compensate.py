@@ -9,6 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import fastcal as library
+from fastcal.compensation import path_accuracy
 from fastcal.prediction import quaternions
 
 SAID = ["q1_deg", "q2_deg", "q3_deg", "q4_deg", "q5_deg", "q6_deg", "residual_mm", "residual_deg", "sigma_mm", "status"]
@@ -103,9 +104,10 @@ def test_what_cannot_be_reached_gets_a_status_and_a_sentence(demo, model, tmp_pa
         ("x_mm,y_mm,z_mm,qw,qx,qy,qz,q1_deg", "1,2,3,1,0,0,0,9", "targets.csv: holds q1 as a seed without q2"),
     ],
 )
-def test_a_bad_table_is_refused_in_one_line(demo, tmp_path, process, header, row, sentence) -> None:
+def test_a_bad_table_is_refused_in_one_line(demo, tmp_path, fastcal, monkeypatch, header, row, sentence) -> None:
+    monkeypatch.chdir(tmp_path)
     (tmp_path / "targets.csv").write_text(f"{header}\n{row}\n")
-    said = process("compensate", demo / "model.yaml", "targets.csv", "-o", "out.csv", cwd=tmp_path)
+    said = fastcal("compensate", demo / "model.yaml", "targets.csv", "-o", "out.csv")
     assert said.code == 2
     assert said.error.startswith(sentence)
     assert not (tmp_path / "out.csv").exists()
@@ -130,3 +132,22 @@ def test_the_one_step_way_leaves_more_and_says_how_much(demo, model, tmp_path, f
     left = np.linalg.norm(model.forward(commands(rows))[:, :3, 3] - T[:, :3, 3], axis=1) * 1000
     np.testing.assert_allclose([float(row["residual_mm"]) for row in rows], left, atol=1e-9)
     assert 1e-4 < np.median(left) < 0.05  # some mm of error went to some um
+
+
+def test_the_error_between_the_rows_is_told_and_drawn(demo, model, tmp_path, fastcal) -> None:
+    """Three rows on a line: the figures on standard output are those of the library."""
+    nominal = library.load_robot(demo / "robot.yaml")
+    T = np.repeat(model.forward(np.radians([[20.0, 30.0, 60.0, 10.0, 40.0, -15.0]])), 3, axis=0)
+    T[:, 0, 3] += [0, 0.05, 0.1]
+    write_targets(tmp_path / "targets.csv", T)
+    arguments = ("compensate", demo / "model.yaml", tmp_path / "targets.csv", "-o", tmp_path / "out.csv")
+    said = fastcal(*arguments, "--path", "line", "--report", tmp_path / "path.html")
+    assert said.code == 0
+    found = path_accuracy(model, T, nominal=nominal)
+    for name, size in (("without", found.before), ("with", found.after)):
+        text = (
+            f"error on the path {name} compensation: mean {size.mean() * 1000:.4f} mm, largest {size.max() * 1000:.4f}"
+        )
+        assert text in said.out
+    assert (tmp_path / "path.html").read_text().startswith("<!DOCTYPE html>")
+    assert fastcal(*arguments, "--report", tmp_path / "path.html").error.startswith("--report needs --path")

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import fastcal
-from fastcal.compensation.following import between
+from fastcal.compensation.curves import between
 from fastcal.correction import Corrected
 from fastcal.errors import InvalidInput
 from fastcal.nominal import nominal_record, nominal_robot
