@@ -16,6 +16,7 @@ from fastcal.dataset import Dataset
 from fastcal.diagnosis import adaptation, grading, periodic, sensitivity, unexplained
 from fastcal.diagnosis.library import Library, Name, build_library, parse_exclusions
 from fastcal.diagnosis.noise import OUTLIER_LEVEL, NoiseLevel, off_by, quieted
+from fastcal.diagnosis.plan import SeparatingPlan, separating_plan
 from fastcal.diagnosis.problem import Noise, Problem, fit, prepared_problem
 from fastcal.diagnosis.result import Diagnosis, Finding, Unexplained
 from fastcal.diagnosis.search import Search, State
@@ -150,9 +151,17 @@ class _Found:
             calibrations=steps,
             search=search,
             state=best,
+            plan=self._plan(equivalents),
             notes=list(self.data.notes),
         )
         return replace(said, sentence=sentence_of(said))
+
+    def _plan(self, equivalents: list[list[State]]) -> SeparatingPlan | None:
+        """Poses that would tell the names of a set apart, where there is one and points were measured."""
+        if self.data.position is None:
+            return None
+        rivals = [[_replacement(self.best, state) for state in states] for states in equivalents]
+        return separating_plan(self.best, rivals)
 
     def _adapted(self, names: Sequence[Name]) -> tuple[list[CalibrationResult], list[Spec], Unexplained | None]:
         """Calibrated models, the joint profiles among what was added, and what remains."""

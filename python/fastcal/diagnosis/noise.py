@@ -221,7 +221,7 @@ def noise_level(problem: Problem, rich: RichFit, data: Dataset, option: float | 
     """
     own = _rms_sigma(problem, data)
     ratio = rich.mean_square
-    added = data.sigma_position is not None and max(problem.noise.common) > 0
+    added = data.sigma_position is not None and max(problem.noise.common[0], problem.noise.common[2]) > 0
     claimed = data.sigma_position is not None or option is not None
     source = "option" if option is not None else "column"
     if claimed and not added and _agreement(rich) == 0:

@@ -17,6 +17,7 @@ from fastcal.robot import Robot
 
 if TYPE_CHECKING:
     from fastcal.calibration import CalibrationResult
+    from fastcal.diagnosis.plan import SeparatingPlan
     from fastcal.diagnosis.search import Search, State
 
 FloatArray = NDArray[np.float64]
@@ -126,6 +127,7 @@ class Diagnosis:
         confusion: Names of the first in the ranking, and the largest correlation of each pair.
         calibrations: The model at each step of `gap`.
         search: Every set that was fitted; `state` is the one that is given.
+        plan: What to measure next, where a name has equivalents.
     """
 
     verdict: str
@@ -144,6 +146,7 @@ class Diagnosis:
     calibrations: list[CalibrationResult]
     search: Search
     state: State
+    plan: SeparatingPlan | None = None
     notes: list[str] = field(default_factory=list)
 
     @property
@@ -191,6 +194,15 @@ class Diagnosis:
             "gap": [vars(step) for step in self.gap],
             "ranking": [vars(r) for r in self.ranking],
             "smallest": [vars(s) for s in self.smallest],
+            "next_measurement": None
+            if self.plan is None
+            else {
+                "poses": len(self.plan.poses),
+                "power_before": self.plan.power_before,
+                "power_after": self.plan.power_after,
+                "sentence": self.plan.sentence,
+                "file": self.plan.file,
+            },
             "confusion": {"names": self.confusion[0], "correlation": self.confusion[1].tolist()},
             "notes": self.notes,
         }

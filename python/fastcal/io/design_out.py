@@ -8,6 +8,7 @@ import os
 
 import numpy as np
 
+from fastcal.design.candidates import Candidates
 from fastcal.design.result import PoseDesign
 from fastcal.io.tables import write_csv
 from fastcal.robot import Robot, length_or_angle_unit
@@ -20,12 +21,17 @@ def write_design(path: str | os.PathLike[str], design: PoseDesign, robot: Robot)
     Raises:
         InvalidInput: The file cannot be written.
     """
-    columns: dict[str, list[float] | list[int]] = {"order": list(range(1, len(design) + 1))}
+    write_poses(path, Candidates(design.q, design.payload, design.approach), robot)
+
+
+def write_poses(path: str | os.PathLike[str], poses: Candidates, robot: Robot) -> None:
+    """The same for poses that no design stands behind."""
+    columns: dict[str, list[float] | list[int]] = {"order": list(range(1, len(poses) + 1))}
     for joint, spec in enumerate(robot.spec["joints"], start=1):
         unit = length_or_angle_unit(spec)
-        columns[f"q{joint}_{unit}"] = np.round(from_si(design.q[:, joint - 1], unit), 6).tolist()
-    columns["payload_kg"] = design.payload.tolist()
-    if design.approach is not None:
-        for joint in np.flatnonzero(design.approach.any(axis=0)):
-            columns[f"approach{joint + 1}"] = design.approach[:, joint].astype(int).tolist()
+        columns[f"q{joint}_{unit}"] = np.round(from_si(poses.q[:, joint - 1], unit), 6).tolist()
+    columns["payload_kg"] = poses.payload.tolist()
+    if poses.approach is not None:
+        for index in np.flatnonzero(poses.approach.any(axis=0)):
+            columns[f"approach{index + 1}"] = poses.approach[:, index].astype(int).tolist()
     write_csv(path, columns)

@@ -8,6 +8,7 @@ import os
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING
 
+from fastcal.io.design_out import write_poses
 from fastcal.io.folder import atomic_folder
 from fastcal.io.results import write_json
 from fastcal.io.robot_file import write_spec
@@ -16,7 +17,7 @@ from fastcal.report import page
 if TYPE_CHECKING:
     from fastcal.diagnosis import Diagnosis
 
-FILES = ("model.yaml", "diagnosis.json", "report.html")
+FILES = ("model.yaml", "diagnosis.json", "report.html", "next_poses.csv")
 
 
 def write_diagnosis(found: Diagnosis, folder: str | os.PathLike[str]) -> None:
@@ -27,6 +28,8 @@ def write_diagnosis(found: Diagnosis, folder: str | os.PathLike[str]) -> None:
         source = PurePath(found.train.data.source).name
         write_spec(found.model.spec, place / "model.yaml", f"Diagnosed by fastcal {fastcal.__version__} from {source}")
         write_json(place / "diagnosis.json", found.to_json_dict())
+        if found.plan is not None:
+            write_poses(place / found.plan.file, found.plan.poses, found.model)
         (place / "report.html").write_text(diagnosis_page(found), encoding="utf-8")
 
 

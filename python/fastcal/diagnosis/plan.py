@@ -1,0 +1,186 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""What to measure next where several names explain the data, and what a plan will show before it is measured."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from fastcal.dataset import Dataset
+from fastcal.design.candidates import Candidates, joint_ranges, postures, with_conditions
+from fastcal.design.separation import separating_poses
+from fastcal.diagnosis import sensitivity
+from fastcal.diagnosis.library import Name, Untestable, build_library, parse_exclusions
+from fastcal.diagnosis.problem import Noise, fit, prepared_problem
+from fastcal.diagnosis.result import Smallest
+from fastcal.diagnosis.search import Search, State
+from fastcal.errors import InvalidInput
+from fastcal.robot import Robot
+from fastcal.simulation import simulate
+
+POSES = 12
+POWER = 0.99  # at which no more poses are asked for
+_ENOUGH = 0.8
+_CANDIDATES = 600
+_PAYLOADS = 3  # levels
+_SEED = 0
+
+
+@dataclass(frozen=True, eq=False)
+class SeparatingPlan:
+    """Poses that tell the names of a set from one another.
+
+    Attributes:
+        poses: What to measure, in the order in which they help.
+        power_before, power_after: Least probability that the test of a pair refuses the wrong one.
+        sentence: For a person.
+        file: Where `Diagnosis.save` writes the poses.
+    """
+
+    poses: Candidates
+    power_before: float
+    power_after: float
+    sentence: str
+    file: str = "next_poses.csv"
+
+
+def separating_plan(best: State, rivals: Sequence[Sequence[Name]]) -> SeparatingPlan | None:
+    """Poses within the joint ranges and with the payloads of the data, for the pairs of names that can't be told apart.
+
+    Args:
+        best: The set that is given.
+        rivals: For each of its members the names that would do as well; the first member with any is planned for.
+            None is returned where there is none.
+    """
+    for member, others in zip(best.names, rivals, strict=True):
+        if others:
+            return _plan(best, member, list(others))
+    return None
+
+
+def _plan(best: State, member: Name, others: list[Name]) -> SeparatingPlan:
+    problem = best.fit.problem
+    causes = [member, *others]
+    kept = [name for name in best.names if name is not member]
+    whole = fit(problem, [*kept, *causes], best.fit)
+    sizes = [fit(problem, [*kept, cause], best.fit).value(cause) for cause in causes]
+    blocks = [np.arange(part.start, part.stop) for part in (whole.place(cause) for cause in causes)]
+    common = np.setdiff1d(whole.free, np.concatenate(blocks))
+    order = np.concatenate([common, *blocks])
+    unit = np.array([p.sigma for p in whole.model.parameters])[order]
+    first = np.cumsum([len(common), *(len(block) for block in blocks)])
+
+    pool = _candidates(problem.start.robot, problem.kept, causes)
+    model, samples = problem.model(whole.entries, _planned(problem.kept, pool))
+    theta = whole.theta.copy()
+    for block, size in zip(blocks, sizes, strict=True):
+        theta[block] = size / len(causes)  # half way between them: the load is about right, whichever it is
+    J = np.asarray(model.parameter_jacobian(samples, theta, 3, problem.threads, None))[:, :, order]
+    J = J * unit / (problem.noise.factor * np.hypot(problem.noise.common[0], _claim(problem.kept)))
+    A = whole.whitened[0]
+    done = A[:, [whole.free.index(int(i)) for i in order]] * unit
+    found = separating_poses(
+        J[:, :, : len(common)],
+        [J[:, :, a:b] for a, b in pairwise(first)],
+        [size / unit[a:b] for size, (a, b) in zip(sizes, pairwise(first), strict=True)],
+        POSES,
+        prior=done.T @ done,
+        until_power=POWER,
+        threads=problem.threads,
+    )
+    before, after = float(np.nanmin(found.power_before)), float(np.nanmin(found.power_after))
+    chosen = pool.select(found.chosen)
+    return SeparatingPlan(chosen, before, after, _sentence(chosen, before, after, causes))
+
+
+def _planned(data: Dataset, pool: Candidates) -> Dataset:
+    """The candidates under the conditions of the first row."""
+    same = data.select(np.zeros(len(pool), dtype=np.intp))
+    return replace(same, q=pool.q, payload=pool.payload, approach=pool.approach)
+
+
+def _claim(data: Dataset) -> float:
+    return 0.0 if data.sigma_position is None else float(np.sqrt(np.nanmean(data.sigma_position**2)))
+
+
+def _candidates(robot: Robot, data: Dataset, causes: Sequence[Name]) -> Candidates:
+    """Random postures within the ranges that were measured, the payloads at hand, directions where they matter."""
+    q = postures(robot, "random", _CANDIDATES, _SEED)
+    limits = joint_ranges(robot)
+    low, high = data.q.min(axis=0), data.q.max(axis=0)
+    q = low + (q - limits[:, 0]) / (limits[:, 1] - limits[:, 0]) * (high - low)
+    levels = np.unique(data.payload)
+    payloads = levels[np.unique(np.linspace(0, len(levels) - 1, _PAYLOADS).round().astype(int))]
+    approached = [int(c.owner.removeprefix("joint")) - 1 for c in causes if c.effect == "backlash"]
+    return with_conditions(q, [float(p) for p in payloads], approached, _CANDIDATES, _SEED)
+
+
+def _sentence(chosen: Candidates, before: float, after: float, causes: Sequence[Name]) -> str:
+    payloads = sorted({float(p) for p in chosen.payload})
+    carried = " and ".join(f"{p:g}" for p in payloads)
+    names = ", ".join(repr(cause) for cause in causes)
+    said = (
+        f"{len(chosen)} more poses with {carried} kg tell {names} apart: "
+        f"power {before:.0%} before, {after:.0%} with them."
+    )
+    if after >= _ENOUGH:
+        return said
+    return (
+        f"{said} That is not enough: a load that pulls sideways, another payload or a target on the link itself would "
+        "show more."
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Foresight:
+    """What poses would show before they are measured.
+
+    Attributes:
+        smallest: The least size of each effect that would be detected four times in five.
+        untestable: Effects on which they would hold no information.
+        confused: Pairs of names whose signatures have a correlation above CONFUSED, and it, the largest first.
+    """
+
+    smallest: list[Smallest]
+    untestable: list[Untestable]
+    confused: list[tuple[str, str, float]]
+
+
+CONFUSED = 0.95
+
+
+def foresee(
+    robot: Robot, poses: Dataset, sigma: float, *, exclude: Collection[str] = (), threads: int = 1
+) -> Foresight:
+    """What these poses, payloads and directions will show, and what they will confuse.
+
+    Args:
+        robot: The arm as the controller has it.
+        poses: What is to be measured, with its conditions; measured columns are not read.
+        sigma: Standard deviation of a measured coordinate [m].
+        exclude: Names that are of no interest.
+        threads: Cores; the result does not depend on it.
+
+    Raises:
+        InvalidInput: sigma is not positive, or the poses are too few to fit the geometry.
+    """
+    if not (np.isfinite(sigma) and sigma > 0):
+        raise InvalidInput(f"sigma must be above 0, got {sigma}")
+    data = simulate(robot, poses)
+    library = build_library(robot, data, parse_exclusions(exclude, robot))
+    search = Search(prepared_problem(robot, data, library.names, Noise((sigma, sigma, sigma)), threads))
+    found = search.start.blocks
+    first = {name.key: i for i, name in reversed(list(enumerate(found.names))) if found.tests.scores.rank[i] > 0}
+    chosen = list(first.values())
+    r = np.asarray(found.tests.correlation(chosen, chosen))
+    pairs = [(a, b) for a, b in zip(*np.triu_indices(len(chosen), 1), strict=True) if r[a, b] > CONFUSED]
+    confused = [(repr(found.names[chosen[a]]), repr(found.names[chosen[b]]), float(r[a, b])) for a, b in pairs]
+    return Foresight(
+        sensitivity.smallest(search.start),
+        sensitivity.untestable(search, library),
+        sorted(confused, key=lambda pair: -pair[2]),
+    )
