@@ -53,7 +53,8 @@ class Scan {
   /// besides U.
   virtual Eigen::MatrixXd prepare(Eigen::Index /*candidate*/, const Eigen::MatrixXd& U, const Small& /*L_inverse*/,
                                   double /*sign*/) {
-    return Eigen::MatrixXd(U.rows(), 0);
+    Eigen::MatrixXd none(U.rows(), 0);
+    return none;
   }
   /// The change of one block: X[row * columns + column] = J_d [U V], lane by lane.
   virtual void change_block(Eigen::Index /*block*/, const Lane* /*X*/, int /*columns*/, double /*sign*/) {}
@@ -66,7 +67,8 @@ class Scan {
     return store[static_cast<std::size_t>(((candidate / kLanes) * size + i) * kLanes + candidate % kLanes)];
   }
   std::vector<double> store(Eigen::Index size) const {
-    return std::vector<double>(static_cast<std::size_t>(candidates_.blocks() * size * kLanes), 0.0);
+    std::vector<double> out(static_cast<std::size_t>(candidates_.blocks() * size * kLanes), 0.0);
+    return out;
   }
 
   const Candidates& candidates_;

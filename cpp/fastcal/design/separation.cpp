@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace fastcal::design {
 namespace {
@@ -14,17 +15,16 @@ constexpr double kWeak = 1e-9;  // of what an average candidate tells: keeps dir
 
 }  // namespace
 
-SeparationScan::SeparationScan(const Candidates& candidates, const RowMatrixXd& u, const Eigen::MatrixXd& H,
-                               int threads)
+SeparationScan::SeparationScan(const Candidates& candidates, RowMatrixXd u, Eigen::MatrixXd H, int threads)
     : Scan(candidates, threads),
-      u_(u),
-      H_(H),
-      width_(static_cast<int>(u.cols())),
+      u_(std::move(u)),
+      H_(std::move(H)),
+      width_(static_cast<int>(u_.cols())),
       E_(store(Eigen::Index{k_} * width_)) {
   const Eigen::Index p = candidates.columns();
-  FASTCAL_CHECK(u.rows() == candidates.count() * k_ && width_ > 0)
-      << "what is to be told must have " << candidates.count() * k_ << " rows and a column, got (" << u.rows() << ", "
-      << u.cols() << ")";
+  FASTCAL_CHECK(u_.rows() == candidates.count() * k_ && width_ > 0)
+      << "what is to be told must have " << candidates.count() * k_ << " rows and a column, got (" << u_.rows() << ", "
+      << u_.cols() << ")";
   if (H_.size() == 0) H_ = Eigen::MatrixXd::Zero(p + width_, p + width_);
   FASTCAL_CHECK(H_.rows() == p + width_ && H_.cols() == H_.rows())
       << "earlier information must have " << p + width_ << " rows and columns, got (" << H_.rows() << ", " << H_.cols()
@@ -61,7 +61,8 @@ Eigen::MatrixXd SeparationScan::prepare(Eigen::Index candidate, const Eigen::Mat
                                         double sign) {
   z_ = L_inverse * residual(candidate);
   value_ += sign * z_.squaredNorm();
-  return Eigen::MatrixXd(U.rows(), 0);
+  Eigen::MatrixXd none(U.rows(), 0);
+  return none;
 }
 
 void SeparationScan::change_block(Eigen::Index block, const Lane* X, int columns, double sign) {
@@ -152,7 +153,7 @@ class Pairs {
     const Eigen::VectorXd scale = (square.array() > 0).select(square.cwiseSqrt().cwiseInverse(), 1.0);
     X = X * scale.asDiagonal();
     rows_.emplace_back(X, problem.rows);
-    start_.push_back(scale.asDiagonal() * H * scale.asDiagonal());
+    start_.emplace_back(scale.asDiagonal() * H * scale.asDiagonal());
     start_.back().diagonal().array() += kWeak;
     for (Eigen::Index present = 0; present < m_; ++present) {
       if (present == fitted) continue;

@@ -18,7 +18,7 @@ class SeparationScan : public Scan {
  public:
   /// `u` (N k, e): what the fit should not explain, squares of several columns add up. `H` (p + e, p + e): what earlier
   /// data say of [X u], or empty.
-  SeparationScan(const Candidates& candidates, const RowMatrixXd& u, const Eigen::MatrixXd& H, int threads);
+  SeparationScan(const Candidates& candidates, RowMatrixXd u, Eigen::MatrixXd H, int threads);
   double value() const override { return value_; }
   Eigen::VectorXd sensitivities() const override;
   std::unique_ptr<Scan> over(const Candidates& candidates) const override;

@@ -148,7 +148,7 @@ def design_poses(
     return PoseDesign(
         q=ordered.q,
         payload=ordered.payload,
-        approach=ordered.approach,
+        approach=np.asarray(ordered.approach),
         criterion=criterion,
         observability=observability_indices(measured_rows, len(ordered)),
         sigma=reached,

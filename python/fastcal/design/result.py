@@ -25,7 +25,8 @@ class PoseDesign:
     Attributes:
         q: (N, n) joint positions [rad or m].
         payload: (N,) [kg].
-        approach: (N, n) +1 or -1, 0 where the direction does not matter; None: nowhere.
+        approach: (N, n) +1 or -1: the direction in which each joint is to arrive; where no effect asks for one, that of
+            the direct way from the pose before.
         criterion: What was optimized.
         observability: O1 to O5 of the poses alone; columns whitened and scaled by plausible sizes.
         sigma: Predicted standard deviation of a coordinate at the targets, root of the mean square [m].
@@ -43,7 +44,7 @@ class PoseDesign:
 
     q: FloatArray
     payload: FloatArray
-    approach: FloatArray | None
+    approach: FloatArray
     criterion: str
     observability: dict[str, float]
     sigma: float
@@ -69,6 +70,7 @@ def in_order(robot: Robot, chosen: Candidates) -> Candidates:
     """The poses in an order with a short way: payload after payload, each from pose to near pose.
 
     Joints count by their range, as if each took the same time for it. The way begins in the middle of all ranges.
+    Directions of approach that no effect asked for become those of the way.
     """
     ranges = joint_ranges(robot)
     width = np.maximum(ranges[:, 1] - ranges[:, 0], 1e-9)
@@ -80,4 +82,16 @@ def in_order(robot: Robot, chosen: Candidates) -> Candidates:
         order = group[_core.visiting_order(np.ascontiguousarray(scaled[group]), at)]
         rows += order.tolist()
         at = scaled[order[-1]]
-    return chosen.select(rows)
+    ordered = chosen.select(rows)
+    direct = _directions(np.vstack([ranges.mean(axis=1), ordered.q]))
+    approach = direct if ordered.approach is None else np.where(ordered.approach == 0, direct, ordered.approach)
+    return Candidates(ordered.q, ordered.payload, approach)
+
+
+def _directions(q: FloatArray) -> FloatArray:
+    """(N, n) signs in which the joints last moved on the way q (N + 1, n); +1 where one has not moved yet."""
+    signs = np.sign(np.diff(q, axis=0))
+    for row in range(len(signs)):
+        before = signs[row - 1] if row else np.ones(q.shape[1])
+        signs[row] = np.where(signs[row] == 0, before, signs[row])
+    return np.asarray(signs)

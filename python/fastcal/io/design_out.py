@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""A design as a table: order, qN_deg (qN_mm), payload_kg and, where a direction matters, approachN."""
+"""A design as a table: order, qN_deg (qN_mm), payload_kg, approachN."""
 
 from __future__ import annotations
 

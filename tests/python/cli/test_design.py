@@ -26,7 +26,9 @@ def test_the_table_is_in_order_and_reads_back(tmp_path, fastcal) -> None:
     assert said.out.startswith("24 poses of ")
     assert "meet a keep-out box" in said.out
     header, first, *_ = out.read_text().splitlines()
-    assert header == "order,q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,payload_kg,approach3"
+    assert header == "order," + ",".join(f"q{i}_deg" for i in range(1, 7)) + ",payload_kg," + ",".join(
+        f"approach{i}" for i in range(1, 7)
+    )
     assert first.startswith("1,")
     arm = library.load_robot("staubli_rx160l")
     poses = library.load_measurements(out, arm, require_measured=False)
