@@ -6,6 +6,7 @@
 #include <limits>
 #include <utility>
 
+#include "fastcal/ik/chain_solver.hpp"
 #include "fastcal/ik/pose_search.hpp"
 #include "fastcal/math/check.hpp"
 #include "fastcal/math/parallel.hpp"
@@ -15,21 +16,31 @@
 namespace fastcal {
 namespace {
 
-constexpr int kEvaluations = 60;        // of one search; most that succeed need 10
-constexpr int kLastEvaluations = 400;   // of the search for the nearest pose
-constexpr int kFreeRestarts = 20;       // that show whether the limits are to blame
-constexpr double kSingular = 1e-6;      // least singular value, lengths over the reach
-constexpr double kNearSingular = 1e-2;  // below, it is found out how small it can become
-constexpr double kFinest = 1e-15;       // [rad], of the reach
-constexpr double kNotRotation = 1e-6;   // R R^T - 1
+constexpr int kEvaluations = 60;       // of one search; most that succeed need 10
+constexpr int kLastEvaluations = 400;  // of the search for the nearest pose
+constexpr int kOthers = 24;            // further solutions of the chain to begin from
+constexpr int kPersistence = 20;       // times the restarts, where the limits alone are in the way
+constexpr double kRough = 1e-6;        // [m], [rad] how well the chain is solved where effects follow
+constexpr double kSingular = 1e-6;     // least singular value, lengths over the reach
+constexpr double kFinest = 1e-15;      // [rad], of the reach
+constexpr double kNotRotation = 1e-6;  // R R^T - 1
 
-/// One row of conditions, whose joint positions change.
-class OneRow {
+/// Frames of the whole model at joint positions of one row after another; one a thread.
+class ModelFrames {
  public:
-  OneRow(const ErrorModel& model, const Eigen::VectorXd& theta, Samples sample)
-      : model_(model), theta_(theta), sample_(std::move(sample)), evaluator_(model, theta) {}
+  ModelFrames(const ErrorModel& model, const Eigen::VectorXd& theta, const Samples& samples)
+      : model_(model), theta_(theta), samples_(samples), evaluator_(model, theta) {}
 
-  const std::vector<Pose>& frames(const JointVector& q) {
+  void choose(Eigen::Index row) {
+    if (!model_.effects().empty()) sample_ = samples_.slice(row, row + 1);
+  }
+
+  const std::vector<Pose>& at(const JointVector& q) {
+    if (model_.effects().empty()) {
+      State state;
+      state.q = q.data();
+      return evaluator_.frames(state);
+    }
     sample_.q.row(0) = q.transpose();
     settle(model_, theta_, 1, sample_);
     return evaluator_.frames(sample_.row(0));
@@ -38,18 +49,18 @@ class OneRow {
  private:
   const ErrorModel& model_;
   const Eigen::VectorXd& theta_;
+  const Samples& samples_;
   Samples sample_;
   RowEvaluator evaluator_;
 };
 
-/// Numbers even in [0, 1) that depend on what they are counted by and on nothing else (G. Steele et al., "Fast
-/// splittable pseudorandom number generators", 2014).
-double hashed(std::uint64_t seed, std::uint64_t row, std::uint64_t joint) {
-  std::uint64_t z = seed * 0xD1342543DE82EF95u + row * 0x9E3779B97F4A7C15u + (joint + 1) * 0xDA942042E4DD58B5u;
-  z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;
-  z = (z ^ (z >> 27)) * 0x94D049BB133111EBu;
-  return static_cast<double>((z ^ (z >> 31)) >> 11) * 0x1p-53;
-}
+/// What is known of a row once its chain is solved.
+struct Row {
+  Eigen::Index index = 0;
+  Pose target;
+  JointVector seed;
+  ChainSolution chain;
+};
 
 class Solver {
  public:
@@ -59,66 +70,99 @@ class Solver {
         options_(options),
         chain_(model.robot().chain(theta.head(model.robot().nominal().size()))),
         limits_(options.limits),
-        free_(options.limits) {
-    for (Eigen::Index i = 0; i < limits_.rows(); ++i) {
-      const bool revolute = chain_.joint_types[static_cast<std::size_t>(i)] == JointType::kRevolute;
-      free_.row(i) << -std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity();
-      const double far = revolute ? M_PI : options.reach;
-      low_.push_back(std::isfinite(limits_(i, 0)) ? limits_(i, 0) : -far);
-      high_.push_back(std::isfinite(limits_(i, 1)) ? limits_(i, 1) : far);
+        unlimited_(JointLimits::Constant(options.limits.rows(), 2, std::numeric_limits<double>::infinity())),
+        bare_(model.effects().empty()),
+        settings_{options.reach, options.tolerance_position, options.tolerance_rotation, options.random_seed} {
+    unlimited_.col(0) *= -1;
+    if (!bare_) settings_.tolerance_position = settings_.tolerance_rotation = kRough;
+  }
+
+  void solve_chain(std::vector<Row>& rows, int restarts) const {
+    std::vector<Eigen::Index> indices;
+    std::vector<Pose> targets;
+    std::vector<JointVector> seeds;
+    for (const Row& row : rows) {
+      indices.push_back(row.index);
+      targets.push_back(row.target);
+      seeds.push_back(row.seed);
+    }
+    std::vector<ChainSolution> found = ChainSolver(chain_, limits_, settings_).solve(indices, targets, seeds, restarts);
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      rows[i].chain = std::move(found[i]);
+      unwind(rows[i].seed, limits_, rows[i].chain.q);
     }
   }
 
-  IkStatus solve(Eigen::Index row, const Samples& sample, const Pose& target, int restarts, SearchPoint& best) const {
-    OneRow one(model_, theta_, sample);
-    std::vector<Pose> frames;
-    const FramesAt chain_at = [&](const JointVector& q) -> const std::vector<Pose>& {
-      forward(chain_, q.data(), nullptr, frames);
-      return frames;
-    };
-    const FramesAt model_at = [&](const JointVector& q) -> const std::vector<Pose>& { return one.frames(q); };
-    const bool bare = model_.effects().empty();
-    Goal goal{target, options_.reach, options_.tolerance_position, options_.tolerance_rotation};
-    const JointVector seed = sample.q.row(0).transpose();
-    int evaluations = 0;
-    const auto attempt = [&](const JointVector& from, const JointLimits& limits) {
-      SearchPoint found = search_pose(chain_, chain_at, goal, limits, from, kEvaluations);
-      evaluations += found.evaluations;
-      unwind(seed, limits, found.q);
-      if (!bare) {
-        found = search_pose(chain_, model_at, goal, limits, found.q, kEvaluations);
-        evaluations += found.evaluations;
-      }
-      return found;
-    };
-    bool reached = false;
-    for (int k = 0; k <= restarts && !reached; ++k) {
-      SearchPoint found = attempt(k == 0 ? within(seed) : start(row, k), limits_);
-      if (k == 0 || found.cost < best.cost) best = std::move(found);
-      reached = best.reached;
+  /// The end of one row, from what its chain gave.
+  IkStatus finish(const Row& row, ModelFrames& frames, bool may_jump, SearchPoint& best) const {
+    if (bare_ && row.chain.reached && row.chain.least_singular_value > near_singular()) {
+      best.q = row.chain.q;
+      best.position_error = row.chain.position_error;
+      best.rotation_error = row.chain.rotation_error;
+      best.evaluations = row.chain.evaluations;
+      return IkStatus::kReached;
     }
-    const FramesAt& frames_at = bare ? chain_at : model_at;
-    IkStatus status = IkStatus::kReached;
-    if (!reached) {
-      best = search_pose(chain_, frames_at, goal, limits_, best.q, kLastEvaluations);
-      evaluations += best.evaluations;
-      if (bare) unwind(seed, limits_, best.q);
-      status = IkStatus::kUnreachable;
-      for (int k = 0; k <= kFreeRestarts && status != IkStatus::kLimit; ++k) {
-        if (attempt(k == 0 ? best.q : start(row, k), free_).reached) status = IkStatus::kLimit;
+    frames.choose(row.index);
+    const FramesAt frames_at = [&](const JointVector& q) -> const std::vector<Pose>& { return frames.at(q); };
+    Goal goal{row.target, options_.reach, options_.tolerance_position, options_.tolerance_rotation};
+    best = search_pose(chain_, frames_at, goal, limits_, row.chain.q, kLastEvaluations);
+    int evaluations = row.chain.evaluations + best.evaluations;
+    const auto try_others = [&](const JointLimits& limits, int seeds, int restarts) {
+      for (const JointVector& from : chain_solutions(row, limits, seeds, restarts, evaluations)) {
+        SearchPoint found = search_pose(chain_, frames_at, goal, limits, from, kEvaluations);
+        evaluations += found.evaluations;
+        if (found.reached) return found;
       }
-    } else if (least_singular_value(chain_, best.J, options_.reach) < kNearSingular) {
-      goal.tolerance_position = kFinest * options_.reach;
-      goal.tolerance_rotation = kFinest;
-      const SearchPoint end = search_pose(chain_, frames_at, goal, limits_, best.q, kLastEvaluations);
-      if (least_singular_value(chain_, end.J, options_.reach) < kSingular) status = IkStatus::kSingular;
+      return SearchPoint();
+    };
+    const auto take = [&](SearchPoint found) {
+      if (found.reached) best = std::move(found);
+    };
+    if (!best.reached && !bare_ && may_jump && row.chain.reached) take(try_others(limits_, kOthers, 0));
+    IkStatus status = IkStatus::kReached;
+    if (!best.reached) {
+      if (bare_) unwind(row.seed, limits_, best.q);
+      status = try_others(unlimited_, kOthers, 0).reached ? IkStatus::kLimit : IkStatus::kUnreachable;
+      // Where only few of the postures lead to a solution within the limits, some luck may have been missing.
+      if (status == IkStatus::kLimit && may_jump) take(try_others(limits_, 1, kPersistence * options_.restarts));
+    }
+    if (best.reached) {
+      status = IkStatus::kReached;
+      if (least_singular_value(chain_, best.J, options_.reach) < near_singular()) {
+        goal.tolerance_position = kFinest * options_.reach;
+        goal.tolerance_rotation = kFinest;
+        const SearchPoint end = search_pose(chain_, frames_at, goal, limits_, best.q, kLastEvaluations);
+        if (least_singular_value(chain_, end.J, options_.reach) < kSingular) status = IkStatus::kSingular;
+      }
     }
     best.evaluations = evaluations;
     return status;
   }
 
  private:
-  JointVector within(const JointVector& q) const { return q.cwiseMax(limits_.col(0)).cwiseMin(limits_.col(1)); }
+  /// A singular posture found to a tolerance has a least singular value of about its root.
+  double near_singular() const {
+    return 10 * std::sqrt(std::max(options_.tolerance_position / options_.reach, options_.tolerance_rotation));
+  }
+
+  /// Solutions of the chain alone from the first postures of the row's sequence.
+  std::vector<JointVector> chain_solutions(const Row& row, const JointLimits& limits, int count, int restarts,
+                                           int& evaluations) const {
+    const ChainSolver solver(chain_, limits, settings_);
+    const ChainSolver within(chain_, limits_, settings_);
+    const std::vector<Eigen::Index> indices(static_cast<std::size_t>(count), row.index);
+    const std::vector<Pose> targets(static_cast<std::size_t>(count), row.target);
+    std::vector<JointVector> seeds{row.chain.q};
+    for (int k = 1; k < count; ++k) seeds.push_back(within.restart(row.index, k));
+    std::vector<JointVector> out;
+    for (ChainSolution& found : solver.solve(indices, targets, seeds, restarts)) {
+      evaluations += found.evaluations;
+      if (!found.reached) continue;
+      unwind(row.seed, limits, found.q);
+      out.push_back(std::move(found.q));
+    }
+    return out;
+  }
 
   /// Takes whole turns out of revolute joints, as far as the limits let them come nearer to the seed.
   void unwind(const JointVector& seed, const JointLimits& limits, JointVector& q) const {
@@ -130,37 +174,23 @@ class Solver {
     }
   }
 
-  /// Posture k of the row's quasi-random sequence: a Kronecker sequence of the generalised golden ratio, shifted.
-  JointVector start(Eigen::Index row, int k) const {
-    const Eigen::Index n = limits_.rows();
-    double golden = 2;  // golden^(n + 1) = golden + 1
-    for (int i = 0; i < 60; ++i) golden = std::pow(1 + golden, 1 / static_cast<double>(n + 1));
-    JointVector q(n);
-    double ratio = 1;
-    for (Eigen::Index i = 0; i < n; ++i) {
-      ratio /= golden;
-      const double u =
-          hashed(options_.random_seed, static_cast<std::uint64_t>(row), static_cast<std::uint64_t>(i)) + k * ratio;
-      const auto j = static_cast<std::size_t>(i);
-      q[i] = low_[j] + (u - std::floor(u)) * (high_[j] - low_[j]);
-    }
-    return q;
-  }
-
   const ErrorModel& model_;
   const Eigen::VectorXd& theta_;
   const IkOptions& options_;
   Chain chain_;
-  JointLimits limits_, free_;
-  std::vector<double> low_, high_;
+  JointLimits limits_, unlimited_;
+  bool bare_;
+  ChainSettings settings_;
 };
 
 bool to_target(const double* numbers, Pose& target) {
   const Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> T(numbers);
   if (!T.allFinite() || T.row(3) != Eigen::RowVector4d(0, 0, 0, 1)) return false;
   target = {T.topLeftCorner<3, 3>(), T.topRightCorner<3, 1>()};
-  return (target.R * target.R.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() < kNotRotation &&
-         target.R.determinant() > 0;
+  const Eigen::Matrix3d excess = target.R.transpose() * target.R - Eigen::Matrix3d::Identity();
+  if (excess.cwiseAbs().maxCoeff() > kNotRotation || target.R.determinant() < 0) return false;
+  target.R -= 0.5 * target.R * excess;  // rounded numbers: a Newton step to the nearest rotation
+  return true;
 }
 
 }  // namespace
@@ -185,23 +215,28 @@ IkResult inverse_kinematics(const ErrorModel& model, const Eigen::Ref<const Eige
   out.iterations = Eigen::VectorXi::Zero(rows);
   out.position_error = out.rotation_error = Eigen::VectorXd::Constant(rows, std::numeric_limits<double>::quiet_NaN());
   const Solver solver(model, theta, options);
-  const auto solve_rows = [&](Eigen::Index begin, Eigen::Index end, bool follow) {
+  const auto solve_rows = [&](Eigen::Index begin, Eigen::Index end, bool follows) {
+    std::vector<Row> wanted;
     for (Eigen::Index i = begin; i < end; ++i) {
-      Samples sample = samples.slice(i, i + 1);
-      if (follow && i > begin) out.q.row(i) = sample.q.row(0) = out.q.row(i - 1);
-      Pose target;
-      if (!to_target(targets.row(i).data(), target)) continue;
+      if (follows) out.q.row(i) = out.q.row(i - 1);
+      Row row{i, {}, out.q.row(i).transpose(), {}};
+      if (to_target(targets.row(i).data(), row.target)) wanted.push_back(std::move(row));
+    }
+    const bool may_jump = !follows && options.restarts > 0;
+    solver.solve_chain(wanted, may_jump ? options.restarts : 0);
+    ModelFrames frames(model, theta, samples);
+    for (const Row& row : wanted) {
       SearchPoint found;
-      const int restarts = follow && i > begin ? 0 : options.restarts;
-      out.status[static_cast<std::size_t>(i)] = static_cast<int>(solver.solve(i, sample, target, restarts, found));
-      out.q.row(i) = found.q.transpose();
-      out.iterations[i] = found.evaluations;
-      out.position_error[i] = found.error.head<3>().norm();
-      out.rotation_error[i] = found.error.tail<3>().norm();
+      const IkStatus status = solver.finish(row, frames, may_jump, found);
+      out.status[static_cast<std::size_t>(row.index)] = static_cast<int>(status);
+      out.q.row(row.index) = found.q.transpose();
+      out.iterations[row.index] = found.evaluations;
+      out.position_error[row.index] = found.position_error;
+      out.rotation_error[row.index] = found.rotation_error;
     }
   };
   if (options.along_path) {
-    solve_rows(0, rows, true);
+    for (Eigen::Index i = 0; i < rows; ++i) solve_rows(i, i + 1, i > 0);
   } else {
     parallel_chunks(rows, options.threads,
                     [&](Eigen::Index, Eigen::Index begin, Eigen::Index end) { solve_rows(begin, end, false); });

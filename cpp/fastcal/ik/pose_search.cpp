@@ -21,8 +21,10 @@ SearchPoint search_pose(const Chain& chain, const FramesAt& frames_at, const Goa
   const auto evaluate = [&](const JointVector& at) {
     const std::vector<Pose>& frames = frames_at(at);
     SearchPoint point{at, pose_error(goal.target, frames.back()), joint_jacobian(chain, frames)};
+    point.position_error = point.error.head<3>().norm();
+    point.rotation_error = point.error.tail<3>().norm();
     point.cost = scale.cwiseProduct(point.error).squaredNorm();
-    point.reached = goal.reached(point.error);
+    point.reached = point.position_error <= goal.tolerance_position && point.rotation_error <= goal.tolerance_rotation;
     return point;
   };
   SearchPoint best = evaluate(q);

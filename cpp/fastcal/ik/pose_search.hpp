@@ -19,18 +19,16 @@ struct Goal {
   double reach = 1;               ///< [m]
   double tolerance_position = 0;  ///< [m]
   double tolerance_rotation = 0;  ///< [rad]
-
-  bool reached(const Vector6d& e) const {
-    return e.head<3>().norm() <= tolerance_position && e.tail<3>().norm() <= tolerance_rotation;
-  }
 };
 
 /// Where a search stands.
 struct SearchPoint {
   JointVector q;
-  Vector6d error;   ///< pose_error
-  ToolJacobian J;   ///< joint_jacobian
-  double cost = 0;  ///< squared, lengths over the reach
+  Vector6d error;             ///< pose_error
+  ToolJacobian J;             ///< joint_jacobian
+  double position_error = 0;  ///< [m]
+  double rotation_error = 0;  ///< [rad]
+  double cost = 0;            ///< squared, lengths over the reach
   bool reached = false;
   int evaluations = 0;  ///< so far
 };
