@@ -100,7 +100,7 @@ void bind_model(py::module_& m) {
             Samples settled = samples;
             {
               const py::gil_scoped_release release;
-              settle(self, theta, threads, settled, kLoads);
+              settle(self, theta, threads, settled, {.needs = kLoads});
             }
             const RowMatrixXd& loads = payload_alone ? settled.payload_load : settled.load;
             return py::array_t<double>({settled.count(), loads.cols() / 6, Eigen::Index{6}}, loads.data());

@@ -69,7 +69,8 @@ class LinearEffect : public Effect {
   virtual void basis(const State& state, TwistColumns& columns) const = 0;
 
   void deflect(const State& state, const double* theta, Twists& xi, TwistColumns* columns) const final {
-    TwistColumns own;
+    static thread_local TwistColumns own;  // its memory alone outlives the call
+    own.clear();
     TwistColumns& to = columns != nullptr ? *columns : own;
     const std::size_t first = to.size();
     basis(state, to);

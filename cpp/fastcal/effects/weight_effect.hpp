@@ -33,6 +33,7 @@ class WeightEffect : public Effect {
   virtual double settled(const Weights& weights, int parameter) const = 0;
 
   void deflect(const State& state, const double* theta, Twists& xi, TwistColumns* columns) const final {
+    if (columns == nullptr && is_settled(state, theta)) return;
     TwistColumns own;
     TwistColumns& to = columns != nullptr ? *columns : own;
     const std::size_t first = to.size();
@@ -59,6 +60,14 @@ class WeightEffect : public Effect {
   }
 
   std::vector<JointType> types_;
+
+ private:
+  bool is_settled(const State& state, const double* theta) const {
+    for (int k = 0; k < static_cast<int>(parameters().size()); ++k) {
+      if (theta[k] != settled(*state.weights, k)) return false;
+    }
+    return true;
+  }
 };
 
 }  // namespace fastcal

@@ -9,7 +9,7 @@
 
 namespace fastcal {
 
-ToolJacobian joint_jacobian(const Chain& chain, const std::vector<Pose>& T_world_frame) {
+ToolJacobian joint_jacobian(const Chain& chain, std::span<const Pose> T_world_frame) {
   ToolJacobian J(6, chain.joint_count());
   const Eigen::Vector3d& tool = T_world_frame.back().p;
   for (int i = 0; i < chain.joint_count(); ++i) {

@@ -6,6 +6,8 @@
 // joints that would leave their limits stop there, and the others do what they can for the rest of the error.
 #pragma once
 
+#include <span>
+
 #include "fastcal/robot/kinematics.hpp"
 
 namespace fastcal {
@@ -18,7 +20,7 @@ using ToolJacobian = Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, kMaxIkJoints
 
 /// Motion of the tool, [v; w] in the axes of the measuring frame, by every joint; `T_world_frame` as forward() leaves
 /// it.
-ToolJacobian joint_jacobian(const Chain& chain, const std::vector<Pose>& T_world_frame);
+ToolJacobian joint_jacobian(const Chain& chain, std::span<const Pose> T_world_frame);
 
 /// [p_target - p; the rotation vector from R to R_target], axes of the measuring frame.
 Vector6d pose_error(const Pose& target, const Pose& tool);

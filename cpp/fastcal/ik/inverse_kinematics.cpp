@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <limits>
+#include <span>
 #include <utility>
 
 #include "fastcal/ik/chain_solver.hpp"
@@ -18,6 +19,9 @@ namespace {
 
 constexpr int kEvaluations = 60;       // of one search; most that succeed need 10
 constexpr int kLastEvaluations = 400;  // of the search for the nearest pose
+constexpr int kApproach = 12;          // steps of all rows together
+constexpr double kHelped = 0.1;        // of the squared error that a good step leaves
+constexpr double kFirstEquilibrium = 1e-4, kEquilibriumGain = 1e-3, kEquilibrium = 1e-13;
 constexpr int kOthers = 24;            // further solutions of the chain to begin from
 constexpr int kPersistence = 20;       // times the restarts, where the limits alone are in the way
 constexpr double kRough = 1e-6;        // [m], [rad] how well the chain is solved where effects follow
@@ -60,6 +64,7 @@ struct Row {
   Pose target;
   JointVector seed;
   ChainSolution chain;
+  SearchPoint model;  ///< where the model stands, as far as approach() brought it
 };
 
 class Solver {
@@ -93,6 +98,52 @@ class Solver {
     }
   }
 
+  /// Takes the rows together from the chain's solution to the model's, as long as every step helps much: the Jacobian
+  /// is the chain's in the deflected posture, so what is left of the error is the share by which the deflection
+  /// changes.
+  void approach(std::vector<Row>& rows, const Samples& samples) const {
+    std::vector<std::size_t> active;
+    std::vector<Eigen::Index> kept;
+    std::vector<JointVector> q;
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      if (!rows[i].chain.reached) continue;
+      active.push_back(i);
+      kept.push_back(rows[i].index);
+      q.push_back(rows[i].chain.q);
+    }
+    RowEvaluator evaluator(model_, theta_);
+    const auto frame_count = static_cast<std::size_t>(chain_.frame_count());
+    Samples part = samples;
+    SettleOptions how{.needs = model_.needs(), .tolerance = kFirstEquilibrium};
+    for (int step = 0; step < kApproach && !active.empty(); ++step) {
+      part = part.pick(kept);
+      for (std::size_t k = 0; k < active.size(); ++k) part.q.row(static_cast<Eigen::Index>(k)) = q[k].transpose();
+      settle(model_, theta_, 1, part, how);
+      const bool deflected = how.goes_on && !part.frames.empty();  // the first call begins with the undeflected arm
+      how.goes_on = model_.at_equilibrium();
+      how.tolerance = std::max(how.tolerance * kEquilibriumGain, kEquilibrium);
+      std::vector<std::size_t> still;
+      std::vector<JointVector> next;
+      kept.clear();
+      for (std::size_t k = 0; k < active.size(); ++k) {
+        Row& row = rows[active[k]];
+        const Goal goal = goal_of(row);
+        const State state = part.row(static_cast<Eigen::Index>(k));
+        const std::span<const Pose> frames = deflected ? std::span(state.frames, frame_count) : evaluator.frames(state);
+        SearchPoint point = look(chain_, goal, q[k], frames);
+        point.evaluations = step + 1;
+        if (step > 0 && !(point.cost < kHelped * row.model.cost)) continue;
+        row.model = std::move(point);
+        if (row.model.reached && how.tolerance <= kEquilibrium) continue;
+        still.push_back(active[k]);
+        kept.push_back(static_cast<Eigen::Index>(k));
+        next.push_back(step_from(row.model, goal, 0, limits_));
+      }
+      active = std::move(still);
+      q = std::move(next);
+    }
+  }
+
   /// The end of one row, from what its chain gave.
   IkStatus finish(const Row& row, ModelFrames& frames, bool may_jump, SearchPoint& best) const {
     if (bare_ && row.chain.reached && row.chain.least_singular_value > near_singular()) {
@@ -104,8 +155,11 @@ class Solver {
     }
     frames.choose(row.index);
     const FramesAt frames_at = [&](const JointVector& q) -> const std::vector<Pose>& { return frames.at(q); };
-    Goal goal{row.target, options_.reach, options_.tolerance_position, options_.tolerance_rotation};
-    best = search_pose(chain_, frames_at, goal, limits_, row.chain.q, kLastEvaluations);
+    Goal goal = goal_of(row);
+    if (row.model.reached)
+      best = row.model;
+    else
+      best = search_pose(chain_, frames_at, goal, limits_, row.chain.q, kLastEvaluations);
     int evaluations = row.chain.evaluations + best.evaluations;
     const auto try_others = [&](const JointLimits& limits, int seeds, int restarts) {
       for (const JointVector& from : chain_solutions(row, limits, seeds, restarts, evaluations)) {
@@ -140,6 +194,10 @@ class Solver {
   }
 
  private:
+  Goal goal_of(const Row& row) const {
+    return {row.target, options_.reach, options_.tolerance_position, options_.tolerance_rotation};
+  }
+
   /// A singular posture found to a tolerance has a least singular value of about its root.
   double near_singular() const {
     return 10 * std::sqrt(std::max(options_.tolerance_position / options_.reach, options_.tolerance_rotation));
@@ -219,11 +277,12 @@ IkResult inverse_kinematics(const ErrorModel& model, const Eigen::Ref<const Eige
     std::vector<Row> wanted;
     for (Eigen::Index i = begin; i < end; ++i) {
       if (follows) out.q.row(i) = out.q.row(i - 1);
-      Row row{i, {}, out.q.row(i).transpose(), {}};
+      Row row{i, {}, out.q.row(i).transpose(), {}, {}};
       if (to_target(targets.row(i).data(), row.target)) wanted.push_back(std::move(row));
     }
     const bool may_jump = !follows && options.restarts > 0;
     solver.solve_chain(wanted, may_jump ? options.restarts : 0);
+    if (!model.effects().empty()) solver.approach(wanted, samples);
     ModelFrames frames(model, theta, samples);
     for (const Row& row : wanted) {
       SearchPoint found;

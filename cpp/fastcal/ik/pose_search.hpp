@@ -9,6 +9,7 @@
 #pragma once
 
 #include <functional>
+#include <span>
 
 #include "fastcal/ik/bounded_step.hpp"
 
@@ -24,14 +25,20 @@ struct Goal {
 /// Where a search stands.
 struct SearchPoint {
   JointVector q;
-  Vector6d error;             ///< pose_error
-  ToolJacobian J;             ///< joint_jacobian
-  double position_error = 0;  ///< [m]
-  double rotation_error = 0;  ///< [rad]
-  double cost = 0;            ///< squared, lengths over the reach
+  Vector6d error = Vector6d::Zero();  ///< pose_error
+  ToolJacobian J;                     ///< joint_jacobian
+  double position_error = 0;          ///< [m]
+  double rotation_error = 0;          ///< [rad]
+  double cost = 0;                    ///< squared, lengths over the reach
   bool reached = false;
   int evaluations = 0;  ///< so far
 };
+
+/// What stands at joint positions `q`, whose frames are given.
+SearchPoint look(const Chain& chain, const Goal& goal, const JointVector& q, std::span<const Pose> frames);
+
+/// q after a step of damping mu |e|^2.
+JointVector step_from(const SearchPoint& point, const Goal& goal, double mu, const JointLimits& limits);
 
 /// Frames of the robot at joint positions q, as forward() orders them.
 using FramesAt = std::function<const std::vector<Pose>&(const JointVector& q)>;

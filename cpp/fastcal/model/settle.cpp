@@ -14,7 +14,6 @@ namespace fastcal {
 namespace {
 
 constexpr int kMaxRounds = 60;
-constexpr double kSettled = 1e-14;    // of the largest load, of the arm's length
 constexpr double kBent = 1e-10;       // of the arm's length: a posture nearer than this to the last bends the same
 constexpr double kLeastScale = 1e-3;  // of the largest: where a group of beams is taken as rigid
 
@@ -66,11 +65,12 @@ void fill_compliance(const ErrorModel& model, const Eigen::VectorXd& theta, Eige
 }  // namespace
 
 double settle(const ErrorModel& model, const Eigen::Ref<const Eigen::VectorXd>& theta, int threads, Samples& samples) {
-  return settle(model, theta, threads, samples, model.needs());
+  return settle(model, theta, threads, samples, {.needs = model.needs()});
 }
 
 double settle(const ErrorModel& model, const Eigen::Ref<const Eigen::VectorXd>& theta_in, int threads, Samples& samples,
-              unsigned needs) {
+              const SettleOptions& options) {
+  const unsigned needs = options.needs;
   if (needs == kNothing || samples.count() == 0) return 0;
   const Eigen::VectorXd theta = theta_in;
   const RobotDescription& robot = model.robot().description();
@@ -79,15 +79,16 @@ double settle(const ErrorModel& model, const Eigen::Ref<const Eigen::VectorXd>& 
   const Eigen::Index rows = samples.count();
   const Eigen::Index frames = chain.frame_count();
   samples.gravity = gravity_in_world(robot, chain.constants[kBaseFrame]);
+  const bool goes_on = options.goes_on && samples.load.rows() == rows;
   samples.frames.resize(static_cast<std::size_t>(rows * frames));
-  samples.load = samples.payload_load = RowMatrixXd::Zero(rows, 6 * frames);
-  samples.compliance = RowMatrixXd::Zero(rows, chain.joint_count());
+  if (!goes_on) samples.load = samples.payload_load = RowMatrixXd::Zero(rows, 6 * frames);
+  if (!goes_on) samples.compliance = RowMatrixXd::Zero(rows, chain.joint_count());
   samples.spring = Eigen::VectorXd::Zero(rows);
   fill_output(model, theta, samples);
   fill_weights(model, theta, samples);
   const ArmBending* beams = (needs | model.needs()) & kBending ? robot.bending.get() : nullptr;
   const Eigen::VectorXd scale = beams != nullptr ? beam_scale(model, theta, *beams) : Eigen::VectorXd();
-  if (beams != nullptr) samples.bending = RowMatrixXd::Zero(rows, beams->width());
+  if (beams != nullptr && !goes_on) samples.bending = RowMatrixXd::Zero(rows, beams->width());
   // A revolute joint feels the moment about its axis, a prismatic one the force along it.
   const int spring_joint = robot.compensator ? robot.compensator->joint : 0;
   const int spring_axis = robot.joint_types[static_cast<std::size_t>(spring_joint)] == JointType::kRevolute ? 5 : 2;
@@ -105,7 +106,7 @@ double settle(const ErrorModel& model, const Eigen::Ref<const Eigen::VectorXd>& 
       double change = 0;
       for (int round = 0; round < kMaxRounds; ++round) {
         // The first round loads the undeflected arm; each next one the arm as the last loads deflect it.
-        const std::vector<Pose>& T = evaluator.frames(state, round > 0);
+        const std::vector<Pose>& T = evaluator.frames(state, goes_on || round > 0);
         std::copy(T.begin(), T.end(), samples.frames.begin() + i * frames);
         before = samples.load.row(i);
         frame_loads(robot, chain, T, state, samples.gravity, samples.load.row(i).data(),
@@ -117,9 +118,9 @@ double settle(const ErrorModel& model, const Eigen::Ref<const Eigen::VectorXd>& 
           beams->basis(robot, state, scale.data(), samples.bending.row(i).data());
         const double largest = samples.load.row(i).cwiseAbs().maxCoeff();
         change = largest > 0 ? (samples.load.row(i).transpose() - before).cwiseAbs().maxCoeff() / largest : 0;
-        const bool still = (model.needs() & kFrames) == 0 || (round > 0 && moved <= kSettled * length);
+        const bool still = (model.needs() & kFrames) == 0 || (round > 0 && moved <= options.tolerance * length);
         tool_before = T.back().p;
-        if (!model.at_equilibrium() || (change <= kSettled && still)) break;
+        if (!model.at_equilibrium() || (change <= options.tolerance && still)) break;
       }
       changes[static_cast<std::size_t>(chunk)] = std::max(changes[static_cast<std::size_t>(chunk)], change);
     }

@@ -15,8 +15,15 @@ namespace fastcal {
 /// by the last round.
 double settle(const ErrorModel& model, const Eigen::Ref<const Eigen::VectorXd>& theta, int threads, Samples& samples);
 
-/// The same for given needs (bits of Need): who wants to see loads that no effect asks for.
+/// How near to the equilibrium, and from where.
+struct SettleOptions {
+  unsigned needs = 0;        ///< bits of Need
+  double tolerance = 1e-14;  ///< change by a round, of the largest load and of the arm's length
+  bool goes_on = false;      ///< `samples` hold what an earlier call filled, for postures nearby
+};
+
+/// The same for given needs: who wants to see loads that no effect asks for, or moves the posture while it settles.
 double settle(const ErrorModel& model, const Eigen::Ref<const Eigen::VectorXd>& theta, int threads, Samples& samples,
-              unsigned needs);
+              const SettleOptions& options);
 
 }  // namespace fastcal

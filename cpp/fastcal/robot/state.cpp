@@ -31,22 +31,51 @@ void Samples::check(int joint_count) const {
   shape(table, table.cols(), "table");
 }
 
-Samples Samples::slice(Eigen::Index begin, Eigen::Index end) const {
+namespace {
+
+/// The tables of `from`, each as `cut` leaves it.
+template <typename Cut>
+Samples tables(const Samples& from, const Cut& cut_one) {
   Samples out;
-  const auto cut = [begin, end](const auto& from, auto& to) {
-    if (from.size() > 0) to = from.middleRows(begin, end - begin);
+  const auto cut = [&cut_one](const auto& table, auto& to) {
+    if (table.size() > 0) to = cut_one(table);
   };
-  cut(q, out.q);
-  cut(payload, out.payload);
-  cut(wrench, out.wrench);
-  cut(temperature, out.temperature);
-  cut(time, out.time);
-  cut(station, out.station);
-  cut(mount, out.mount);
-  cut(approach, out.approach);
-  cut(current, out.current);
-  cut(extra, out.extra);
-  cut(table, out.table);
+  cut(from.q, out.q);
+  cut(from.payload, out.payload);
+  cut(from.wrench, out.wrench);
+  cut(from.temperature, out.temperature);
+  cut(from.time, out.time);
+  cut(from.station, out.station);
+  cut(from.mount, out.mount);
+  cut(from.approach, out.approach);
+  cut(from.current, out.current);
+  cut(from.extra, out.extra);
+  cut(from.table, out.table);
+  return out;
+}
+
+}  // namespace
+
+Samples Samples::slice(Eigen::Index begin, Eigen::Index end) const {
+  return tables(*this, [begin, end](const auto& table) { return table.middleRows(begin, end - begin); });
+}
+
+Samples Samples::pick(const std::vector<Eigen::Index>& rows) const {
+  const auto cut = [&rows](const auto& table) { return table(rows, Eigen::all); };
+  Samples out = tables(*this, cut);
+  if (load.size() == 0) return out;
+  out.chain = chain;
+  out.gravity = gravity;
+  out.weights = weights;
+  out.load = cut(load);
+  out.payload_load = cut(payload_load);
+  out.output = cut(output);
+  out.compliance = cut(compliance);
+  out.spring = cut(spring);
+  if (bending.size() > 0) out.bending = cut(bending);
+  const auto width = static_cast<Eigen::Index>(frames.size()) / count();
+  for (const Eigen::Index row : rows)
+    out.frames.insert(out.frames.end(), frames.begin() + row * width, frames.begin() + (row + 1) * width);
   return out;
 }
 

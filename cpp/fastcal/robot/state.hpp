@@ -87,6 +87,8 @@ struct Samples {
 
   /// Rows begin ... end - 1, without what settle() fills.
   Samples slice(Eigen::Index begin, Eigen::Index end) const;
+  /// Some rows, with what settle() filled.
+  Samples pick(const std::vector<Eigen::Index>& rows) const;
 
   /// Throws InvalidInput where a table does not fit q or a joint position is not finite.
   void check(int joint_count) const;
