@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: MIT
 #include "convert.hpp"
 #include "fastcal/ik/inverse_kinematics.hpp"
+#include "fastcal/robot/mass_matrix.hpp"
 
 namespace fastcal {
 
@@ -10,12 +11,12 @@ void bind_ik(py::module_& m) {
       "inverse_kinematics",
       [](const ErrorModel& model, const Samples& samples, const Eigen::Ref<const RowMatrixXd>& targets,
          const RowMatrixXd& limits, double reach, double tolerance_position, double tolerance_rotation, int restarts,
-         bool along_path, std::uint64_t random_seed, int threads) {
+         const std::vector<bool>& held, bool along_path, std::uint64_t random_seed, int threads) {
         IkResult out;
         {
           const py::gil_scoped_release release;
-          const IkOptions options{limits,   reach,      tolerance_position, tolerance_rotation,
-                                  restarts, along_path, random_seed,        threads};
+          const IkOptions options{
+              limits, reach, tolerance_position, tolerance_rotation, restarts, held, along_path, random_seed, threads};
           out = inverse_kinematics(model, model.start(), samples, targets, options);
         }
         return py::make_tuple(std::move(out.q),
@@ -24,7 +25,7 @@ void bind_ik(py::module_& m) {
       },
       py::arg("model"), py::arg("samples"), py::arg("targets").noconvert(), py::kw_only(), py::arg("limits"),
       py::arg("reach"), py::arg("tolerance_position"), py::arg("tolerance_rotation"), py::arg("restarts"),
-      py::arg("along_path"), py::arg("random_seed"), py::arg("threads"),
+      py::arg("held"), py::arg("along_path"), py::arg("random_seed"), py::arg("threads"),
       "q (N, n), status (N), evaluations (N), distance left (N) [m], angle left (N) [rad] for targets (N, 16); the q "
       "of "
       "samples is where the search begins.");
@@ -41,6 +42,18 @@ void bind_ik(py::module_& m) {
       },
       py::arg("model"), py::arg("samples"), py::arg("threads") = 1,
       "(N, 6, n): motion of the tool [v; w] by every joint, in the axes of the measuring frame.");
+  m.def(
+      "mass_matrix",
+      [](const RobotModel& robot, const Eigen::Ref<const RowMatrixXd>& q) {
+        const int n = robot.joint_count();
+        double* data = nullptr;
+        py::array out = output_or_new(py::none(), {q.rows(), n, n}, data);
+        const py::gil_scoped_release release;
+        mass_matrices(robot, q, data);
+        return out;
+      },
+      py::arg("robot"), py::arg("q").noconvert(),
+      "(N, n, n) of the links, at joint positions (N, n) [kg m^2, kg m, kg].");
 }
 
 }  // namespace fastcal

@@ -8,7 +8,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['Alignment', 'ArmBending', 'ArmStructure', 'BeamSolver', 'BlockScores', 'Candidates', 'Choice', 'Compensator', 'Effect', 'ErrorModel', 'FoldErrors', 'Identification', 'Linearization', 'Measurements', 'Parameter', 'RobotDescription', 'RobotModel', 'Samples', 'ScoreTests', 'Separation', 'StiffnessTable', 'StructureElement', 'StructureNode', 'SubsetSearch', 'Tracker', 'align', 'build_dh', 'build_mdh', 'build_poe', 'build_urdf', 'draw_design', 'effect_names', 'effect_owners', 'exchange_design', 'exp_so3', 'free_parameters', 'grow_design', 'identify', 'inverse_kinematics', 'joint_jacobian', 'linearize', 'log_so3', 'make_effect', 'observability_index', 'posture_obstacles', 'quaternion_to_rotation', 'read_urdf', 'rotation_about', 'rotation_to_axis', 'rotation_to_rpy', 'rpy_to_rotation', 'separate', 'tabulated_effect', 'visiting_order']
+__all__: list[str] = ['Alignment', 'ArmBending', 'ArmStructure', 'BeamSolver', 'BlockScores', 'Candidates', 'Choice', 'Compensator', 'Effect', 'ErrorModel', 'FoldErrors', 'Identification', 'Linearization', 'Measurements', 'Parameter', 'RobotDescription', 'RobotModel', 'Samples', 'ScoreTests', 'Separation', 'StiffnessTable', 'StructureElement', 'StructureNode', 'SubsetSearch', 'Tracker', 'align', 'build_dh', 'build_mdh', 'build_poe', 'build_urdf', 'draw_design', 'effect_names', 'effect_owners', 'exchange_design', 'exp_so3', 'free_parameters', 'grow_design', 'identify', 'inverse_kinematics', 'joint_jacobian', 'linearize', 'log_so3', 'make_effect', 'mass_matrix', 'observability_index', 'posture_obstacles', 'quaternion_to_rotation', 'read_urdf', 'rotation_about', 'rotation_to_axis', 'rotation_to_rpy', 'rpy_to_rotation', 'separate', 'tabulated_effect', 'visiting_order']
 class Parameter:
     """
     A named number of a model, in SI.
@@ -574,7 +574,7 @@ def identify(model: ErrorModel, samples: Samples, measured: Measurements, *, ask
     """
     Identifies the parameters `asked` (indices) and all anchors, from the model's start.
     """
-def inverse_kinematics(model: ErrorModel, samples: Samples, targets: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]", "flags.c_contiguous"], *, limits: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], reach: typing.SupportsFloat | typing.SupportsIndex, tolerance_position: typing.SupportsFloat | typing.SupportsIndex, tolerance_rotation: typing.SupportsFloat | typing.SupportsIndex, restarts: typing.SupportsInt | typing.SupportsIndex, along_path: bool, random_seed: typing.SupportsInt | typing.SupportsIndex, threads: typing.SupportsInt | typing.SupportsIndex) -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"], numpy.typing.NDArray[numpy.int32], typing.Annotated[numpy.typing.NDArray[numpy.int32], "[m, 1]"], typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"], typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]]:
+def inverse_kinematics(model: ErrorModel, samples: Samples, targets: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]", "flags.c_contiguous"], *, limits: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], reach: typing.SupportsFloat | typing.SupportsIndex, tolerance_position: typing.SupportsFloat | typing.SupportsIndex, tolerance_rotation: typing.SupportsFloat | typing.SupportsIndex, restarts: typing.SupportsInt | typing.SupportsIndex, held: collections.abc.Sequence[bool], along_path: bool, random_seed: typing.SupportsInt | typing.SupportsIndex, threads: typing.SupportsInt | typing.SupportsIndex) -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"], numpy.typing.NDArray[numpy.int32], typing.Annotated[numpy.typing.NDArray[numpy.int32], "[m, 1]"], typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"], typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]]:
     """
     q (N, n), status (N), evaluations (N), distance left (N) [m], angle left (N) [rad] for targets (N, 16); the q of samples is where the search begins.
     """
@@ -593,6 +593,10 @@ def log_so3(R: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 3]"]
 def make_effect(name: str, robot: RobotModel, owner: str, options: collections.abc.Mapping[str, typing.SupportsFloat | typing.SupportsIndex | str | collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex]] = {}) -> Effect:
     """
     The effect of one owner; InvalidInput names what is wrong.
+    """
+def mass_matrix(robot: RobotModel, q: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]", "flags.c_contiguous"]) -> numpy.ndarray:
+    """
+    (N, n, n) of the links, at joint positions (N, n) [kg m^2, kg m, kg].
     """
 def observability_index(index: str, eigenvalues: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], poses: typing.SupportsInt | typing.SupportsIndex) -> float:
     """

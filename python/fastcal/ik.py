@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -77,6 +78,7 @@ def inverse_kinematics(
     tolerance_m: float = 1e-9,
     tolerance_rad: float = 1e-9,
     restarts: int = 100,
+    hold: Sequence[int] = (),
     along_path: bool = False,
     random_seed: int = 0,
     threads: int = 1,
@@ -94,6 +96,7 @@ def inverse_kinematics(
         tolerance_rad: Angle from the target that counts as reached [rad].
         restarts: Further attempts from a quasi-random sequence of postures where the seed does not lead there; 0: the
             seed alone, no jump to another configuration.
+        hold: Joints, counted from 1, that stay where the seed has them: a redundant arm moves the others.
         along_path: Every row but the first begins where the one before it ended and has no restarts, so that neither
             the configuration nor a redundant joint jumps.
         random_seed: The same gives the same postures to restart from.
@@ -115,6 +118,8 @@ def inverse_kinematics(
             raise InvalidInput(f"{name} must be above 0, got {size}")
     if restarts < 0:
         raise InvalidInput(f"restarts must be at least 0, got {restarts}")
+    if not set(hold) <= set(range(1, model.joint_count + 1)):
+        raise InvalidInput(f"hold takes numbers of joints from 1 to {model.joint_count}, got {list(hold)}")
     q = _seeds(model, seed, box, len(T))
     # What belongs to the q that it was made for, the basis of an effect written in Python and a trained correction, is
     # taken once more at the new one until nothing moves.
@@ -131,6 +136,7 @@ def inverse_kinematics(
             tolerance_position=float(tolerance_m),
             tolerance_rotation=float(tolerance_rad),
             restarts=int(restarts),
+            held=[joint + 1 in hold for joint in range(model.joint_count)],
             along_path=bool(along_path),
             random_seed=int(random_seed),
             threads=int(threads),

@@ -75,7 +75,9 @@ struct Work {
     keep(lane, q, cost, reached);
     if (!reached && attempt[lane] < plan.restarts) {
       ++attempt[lane];
-      for (int i = 0; i < lanes.n; ++i) lanes.q[i][lane] = restart(plan, batch.row[item[lane]], attempt[lane], i);
+      for (int i = 0; i < lanes.n; ++i) {
+        if (!plan.held[i]) lanes.q[i][lane] = restart(plan, batch.row[item[lane]], attempt[lane], i);
+      }
       begin(lane);
     } else {
       --active;

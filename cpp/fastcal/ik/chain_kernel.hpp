@@ -20,6 +20,7 @@ constexpr int kPoseNumbers = 12;
 struct ChainPlan {
   int joint_count;
   bool revolute[kMaxJoints];
+  bool held[kMaxJoints];                      ///< stays at the seed
   double after[kMaxJoints][kPoseNumbers];     ///< A_i
   double low[kMaxJoints], high[kMaxJoints];   ///< limits
   double from[kMaxJoints], span[kMaxJoints];  ///< where restarts are drawn from

@@ -134,6 +134,7 @@ struct ChainLanes {
     }
 #pragma GCC unroll 8
     for (int i = 0; i < n; ++i) {
+      if (plan.held[i]) continue;
       const Lane *z = axis[i], lever[3] = {p[0] - origin[i][0], p[1] - origin[i][1], p[2] - origin[i][2]};
       Lane column[6] = {z[0], z[1], z[2], Lane{}, Lane{}, Lane{}};
       if (plan.revolute[i]) {
@@ -171,6 +172,7 @@ struct ChainLanes {
     }
 #pragma GCC unroll 8
     for (int i = 0; i < n; ++i) {
+      if (plan.held[i]) continue;
       Lane to = q[i];
       for (int r = 0; r < 6; ++r) to += J[i][r] * y[r];
       to = to < plan.low[i] ? Lane{} + plan.low[i] : to;

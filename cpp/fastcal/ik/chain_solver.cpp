@@ -37,6 +37,7 @@ ChainSolver::ChainSolver(const Chain& chain, const JointLimits& limits, const Ch
   for (int i = 0; i < n; ++i) {
     const auto frame = static_cast<std::size_t>(link_frame(i));
     plan_.revolute[i] = chain.joint_types[static_cast<std::size_t>(i)] == JointType::kRevolute;
+    plan_.held[i] = !settings.held.empty() && settings.held[static_cast<std::size_t>(i)];
     unit_.push_back(plan_.revolute[i] ? 1 : reach_);
     write(chain.constants[frame] * chain.constants[frame + 1], reach_, plan_.after[i]);
     plan_.low[i] = limits(i, 0) / unit_.back();
@@ -80,7 +81,10 @@ std::vector<ChainSolution> ChainSolver::solve(std::span<const Eigen::Index> rows
   for (std::size_t i = 0; i < count; ++i) {
     ChainSolution& solution = out[i];
     solution.q.resize(n);
-    for (std::size_t k = 0; k < width; ++k) solution.q[static_cast<Eigen::Index>(k)] = q[i * width + k] * unit_[k];
+    for (std::size_t k = 0; k < width; ++k) {
+      const auto j = static_cast<Eigen::Index>(k);
+      solution.q[j] = plan_.held[k] ? seeds[i][j] : q[i * width + k] * unit_[k];
+    }
     solution.q = solution.q.cwiseMax(limits_.col(0)).cwiseMin(limits_.col(1));
     solution.reached = reached[i];
     solution.position_error = found[i] * reach_;

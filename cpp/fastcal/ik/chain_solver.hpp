@@ -26,6 +26,7 @@ struct ChainSettings {
   double reach = 1;                                             ///< [m]
   double tolerance_position = 1e-9, tolerance_rotation = 1e-9;  ///< [m], [rad]
   std::uint64_t random_seed = 0;
+  std::vector<bool> held = {};  ///< (n) joints that stay where the seed has them; empty: none
 };
 
 class ChainSolver {

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: MIT
 #include "fastcal/ik/inverse_kinematics.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <span>
@@ -77,7 +78,8 @@ class Solver {
         limits_(options.limits),
         unlimited_(JointLimits::Constant(options.limits.rows(), 2, std::numeric_limits<double>::infinity())),
         bare_(model.effects().empty()),
-        settings_{options.reach, options.tolerance_position, options.tolerance_rotation, options.random_seed} {
+        settings_{options.reach, options.tolerance_position, options.tolerance_rotation, options.random_seed,
+                  options.held} {
     unlimited_.col(0) *= -1;
     if (!bare_) settings_.tolerance_position = settings_.tolerance_rotation = kRough;
   }
@@ -137,7 +139,7 @@ class Solver {
         if (row.model.reached && how.tolerance <= kEquilibrium) continue;
         still.push_back(active[k]);
         kept.push_back(static_cast<Eigen::Index>(k));
-        next.push_back(step_from(row.model, goal, 0, limits_));
+        next.push_back(step_from(row.model, goal, 0, held_at(row.seed, limits_)));
       }
       active = std::move(still);
       q = std::move(next);
@@ -156,14 +158,15 @@ class Solver {
     frames.choose(row.index);
     const FramesAt frames_at = [&](const JointVector& q) -> const std::vector<Pose>& { return frames.at(q); };
     Goal goal = goal_of(row);
+    const JointLimits box = held_at(row.seed, limits_);
     if (row.model.reached)
       best = row.model;
     else
-      best = search_pose(chain_, frames_at, goal, limits_, row.chain.q, kLastEvaluations);
+      best = search_pose(chain_, frames_at, goal, box, row.chain.q, kLastEvaluations);
     int evaluations = row.chain.evaluations + best.evaluations;
     const auto try_others = [&](const JointLimits& limits, int seeds, int restarts) {
       for (const JointVector& from : chain_solutions(row, limits, seeds, restarts, evaluations)) {
-        SearchPoint found = search_pose(chain_, frames_at, goal, limits, from, kEvaluations);
+        SearchPoint found = search_pose(chain_, frames_at, goal, held_at(row.seed, limits), from, kEvaluations);
         evaluations += found.evaluations;
         if (found.reached) return found;
       }
@@ -185,7 +188,7 @@ class Solver {
       if (least_singular_value(chain_, best.J, options_.reach) < near_singular()) {
         goal.tolerance_position = kFinest * options_.reach;
         goal.tolerance_rotation = kFinest;
-        const SearchPoint end = search_pose(chain_, frames_at, goal, limits_, best.q, kLastEvaluations);
+        const SearchPoint end = search_pose(chain_, frames_at, goal, box, best.q, kLastEvaluations);
         if (least_singular_value(chain_, end.J, options_.reach) < kSingular) status = IkStatus::kSingular;
       }
     }
@@ -196,6 +199,19 @@ class Solver {
  private:
   Goal goal_of(const Row& row) const {
     return {row.target, options_.reach, options_.tolerance_position, options_.tolerance_rotation};
+  }
+
+  bool is_held(Eigen::Index joint) const {
+    return !options_.held.empty() && options_.held[static_cast<std::size_t>(joint)];
+  }
+
+  /// The limits, of joints that are held the seed (as far as the limits have it).
+  JointLimits held_at(const JointVector& seed, const JointLimits& limits) const {
+    JointLimits out = limits;
+    for (Eigen::Index i = 0; i < seed.size(); ++i) {
+      if (is_held(i)) out.row(i).setConstant(std::clamp(seed[i], limits_(i, 0), limits_(i, 1)));
+    }
+    return out;
   }
 
   /// A singular posture found to a tolerance has a least singular value of about its root.
@@ -211,7 +227,12 @@ class Solver {
     const std::vector<Eigen::Index> indices(static_cast<std::size_t>(count), row.index);
     const std::vector<Pose> targets(static_cast<std::size_t>(count), row.target);
     std::vector<JointVector> seeds{row.chain.q};
-    for (int k = 1; k < count; ++k) seeds.push_back(within.restart(row.index, k));
+    for (int k = 1; k < count; ++k) {
+      seeds.push_back(within.restart(row.index, k));
+      for (Eigen::Index i = 0; i < row.seed.size(); ++i) {
+        if (is_held(i)) seeds.back()[i] = row.seed[i];
+      }
+    }
     std::vector<JointVector> out;
     for (ChainSolution& found : solver.solve(indices, targets, seeds, restarts)) {
       evaluations += found.evaluations;
@@ -264,6 +285,8 @@ IkResult inverse_kinematics(const ErrorModel& model, const Eigen::Ref<const Eige
   FASTCAL_CHECK(samples.count() == rows && targets.cols() == 16)
       << "targets must be (N, 4, 4) with a row of conditions each, got " << rows << " and " << samples.count();
   FASTCAL_CHECK(options.limits.rows() == n && options.limits.cols() == 2) << "limits must have shape (" << n << ", 2)";
+  FASTCAL_CHECK(options.held.empty() || static_cast<int>(options.held.size()) == n)
+      << "held must be one a joint (" << n << "), got " << options.held.size();
   FASTCAL_CHECK((options.limits.col(0).array() <= options.limits.col(1).array()).all())
       << "a lower limit must not lie above the upper one";
   const Eigen::VectorXd theta = theta_in;

@@ -25,6 +25,7 @@ struct IkOptions {
   double tolerance_position = 1e-9;  ///< [m]
   double tolerance_rotation = 1e-9;  ///< [rad]
   int restarts = 100;                ///< from postures of a quasi-random sequence within the limits
+  std::vector<bool> held = {};       ///< (n) joints that stay where the seed has them; empty: none
   bool along_path = false;           ///< every row but the first begins where the one before it ended, without restarts
   std::uint64_t random_seed = 0;
   int threads = 1;

@@ -150,6 +150,17 @@ def test_along_a_path_no_joint_jumps() -> None:
     assert np.abs(np.diff(found.q, axis=0)).max() < 5 * 0.3 * np.abs(b - a).max() / 80
 
 
+def test_a_joint_that_is_held_stays() -> None:
+    robot = load_robot("spray_7dof")
+    q = random_poses(robot, 200, seed=6)
+    seed = random_poses(robot, 200, seed=7)
+    seed[:, 5] = q[:, 5]
+    found = inverse_kinematics(robot, robot.forward(q), seed, hold=[6])
+    assert (found.q[:, 5] == q[:, 5]).all()
+    assert found.reached.all()
+    assert max(left(robot, found.q, robot.forward(q))) < 2e-9
+
+
 @pytest.mark.parametrize(
     ("change", "words"),
     [
@@ -159,6 +170,7 @@ def test_along_a_path_no_joint_jumps() -> None:
         ({"limits": [[0, 1]]}, r"limits must be numbers of shape \(6, 2\), got \(1, 2\)"),
         ({"limits": [[1, 0]] * 6}, "a lower limit must not lie above the upper one"),
         ({"tolerance_m": 0}, "tolerance_m must be above 0, got 0"),
+        ({"hold": [0]}, r"hold takes numbers of joints from 1 to 6, got \[0\]"),
         ({"restarts": -1}, "restarts must be at least 0, got -1"),
         ({"speed": 1}, "no condition is called 'speed'"),
     ],
