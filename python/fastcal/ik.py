@@ -141,8 +141,10 @@ def inverse_kinematics(
             random_seed=int(random_seed),
             threads=int(threads),
         )
+        if not moving:
+            break
         standing = np.isin(found[1], _STANDING)
-        if not moving or np.abs(found[0] - q)[standing].max(initial=0.0) <= _SAME_COMMAND:
+        if np.abs(found[0] - q)[standing].max(initial=0.0) <= _SAME_COMMAND:
             break
         q = np.asarray(found[0])
     return InverseKinematics(found[0], np.array(STATUSES)[found[1]], *found[2:])

@@ -55,8 +55,8 @@ class Fanuc:
 
     def branch(self, q: FloatArray, arm: Arm) -> tuple[bool | None, ...]:
         """Flip, down, behind."""
-        up = arm.elbow_up(q)
-        return arm.wrist_negative(q), None if up is None else not up, arm.behind(q)
+        stands = arm.posture(q)
+        return stands.wrist_negative, None if stands.elbow_up is None else not stands.elbow_up, stands.behind
 
     def asked_branch(self, target: Target) -> tuple[bool | None, ...]:
         """The letters of CONFIG; a left or right arm (L, R) is passed over."""
@@ -103,6 +103,8 @@ class _Reader:
     def position(self, name: str, start: int, end: int, at: int) -> None:
         """P[n]{...}: group 1 is the arm's; other groups are left as they are."""
         groups = [*_GROUP.finditer(self.document.text, start, end)]
+        if not groups:
+            raise self.document.error(at, f"{name}: expected a group GP1: of positions")
         for group, after in zip(groups, [*groups[1:], None], strict=True):
             if group[1] == "1":
                 self._arm(name, group.end(), after.start() if after else end, at)

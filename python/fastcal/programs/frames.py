@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from fastcal import se3
 from fastcal.errors import ParseError
-from fastcal.programs.program import Program, Target
+from fastcal.programs.program import Move, Program, Target
 
 FloatArray = NDArray[np.float64]
 
@@ -56,7 +56,10 @@ class Frames:
         self._tools = {name.lower(): T for name, T in {**program.tools, **cell.tools}.items()}
         self._frames = {name.lower(): T for name, T in {**program.frames, **cell.frames}.items()}
         self._assumed_tool = se3.inverse(cell.T_last_flange) @ T_last_tool
-        self._pairs = [self._pair(i, target) for i, target in enumerate(program.targets)]
+        uses: dict[int, list[Move]] = {}
+        for move in program.moves:
+            uses.setdefault(move.target, []).append(move)
+        self._pairs = [self._pair(target, uses.get(i, [])) for i, target in enumerate(program.targets)]
 
     def to_base(self, place: int, T_frame_tool: FloatArray) -> FloatArray:
         """T_base_last of the robot file for a target, by its place, whose numbers say T_frame_tool."""
@@ -75,9 +78,8 @@ class Frames:
         """T_last_tool: the target's tool in the robot file's last frame."""
         return self.cell.T_last_flange @ self._pairs[place][1]
 
-    def _pair(self, place: int, target: Target) -> tuple[FloatArray, FloatArray]:
-        """T_controller_frame and T_flange_tool of a target."""
-        uses = [move for move in self.program.moves if move.target == place]
+    def _pair(self, target: Target, uses: list[Move]) -> tuple[FloatArray, FloatArray]:
+        """T_controller_frame and T_flange_tool of a target and its uses."""
         tools = {move.tool or target.tool: move.line for move in reversed(uses)} or {target.tool: target.line}
         frames = {move.frame or target.frame: move.line for move in reversed(uses)} or {target.frame: target.line}
         if target.kind == "pose":

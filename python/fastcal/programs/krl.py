@@ -54,7 +54,8 @@ class Krl:
 
     def branch(self, q: FloatArray, arm: Arm) -> tuple[bool | None, ...]:
         """The three bits of S."""
-        return arm.behind(q), arm.elbow_up(q), arm.wrist_negative(q)
+        stands = arm.posture(q)
+        return stands.behind, stands.elbow_up, stands.wrist_negative
 
     def asked_branch(self, target: Target) -> tuple[bool | None, ...]:
         """S as three bits."""

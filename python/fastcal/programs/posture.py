@@ -8,15 +8,33 @@ to eight ways, two at each of three singularities: the wrist centre on axis 1, i
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal import _core
 from fastcal.robot import Robot
 
 FloatArray = NDArray[np.float64]
 
 PARALLEL = 0.02  # rad: axes 2 and 3 of an arm of this kind, nominally parallel
 MEETING = 0.005  # of the reach: how far axes 4 and 5 may pass by one another
+
+
+@dataclass(frozen=True)
+class Posture:
+    """Which side of the three singularities; None where the arm does not tell.
+
+    Attributes:
+        behind: Is the wrist centre behind axis 1?
+        elbow_up: Is it on the side of the lower arm where it is with an upright lower arm and all else ahead?
+        wrist_negative: Is joint 5 between -180 and 0 degrees, whole turns apart?
+    """
+
+    behind: bool | None
+    elbow_up: bool | None
+    wrist_negative: bool
 
 
 class Arm:
@@ -31,35 +49,27 @@ class Arm:
     def __init__(self, nominal: Robot) -> None:
         self.robot = Robot(nominal.spec | {"effects": []})
         self.has_configurations = self._is_of_this_kind()
+        if self.has_configurations:
+            axes = self._axes(np.zeros(6))
+            self._z1, self._p1 = axes[0]
+            self._zero_ahead = self._ahead(axes)
+            up = self._up(axes)
+            self._zero_elbow = None if up is None else float(axes[1][0] @ np.cross(up, self._zero_ahead))
 
-    def behind(self, q: FloatArray) -> bool | None:
-        """Is the wrist centre behind axis 1? None where it is on the axis at q = 0, so that nothing is ahead."""
-        turned = np.zeros_like(q)
-        turned[0] = q[0]
-        ahead = self._ahead(turned)
-        if np.linalg.norm(ahead) < MEETING * self.robot.reach:
-            return None
-        return bool(self._ahead(q) @ ahead < 0)
+    def posture(self, q: FloatArray) -> Posture:
+        """Where q (n,) stands.
 
-    def elbow_up(self, q: FloatArray) -> bool | None:
-        """Is the wrist centre on the side of the lower arm where it is with an upright lower arm and all else ahead?
-
-        The sign of z2 . ((p3 - p2) x (wrist - p2)), held against that of z2 . (up x ahead). None where there is no up.
+        Behind: the wrist centre against the direction of ahead, turned with joint 1. Elbow up: the sign of
+        z2 . ((p3 - p2) x (wrist - p2)), held against that of z2 . (up x ahead).
         """
-        zero = np.zeros_like(q)
-        axes = self._axes(zero)
-        up = self._up(axes)
-        if up is None:
-            return None
-        reference = axes[1][0] @ np.cross(up, self._ahead(zero))
         axes = self._axes(q)
         (z2, p2), (_, p3) = axes[1], axes[2]
-        return bool((z2 @ np.cross(p3 - p2, _wrist(axes) - p2)) * reference >= 0)
-
-    @staticmethod
-    def wrist_negative(q: FloatArray) -> bool:
-        """Is joint 5 between -180 and 0 degrees, whole turns apart?"""
-        return bool(np.sin(q[4]) < 0)
+        behind = up = None
+        if np.linalg.norm(self._zero_ahead) > MEETING * self.robot.reach:
+            behind = bool(self._ahead(axes) @ (_core.exp_so3(q[0] * self._z1) @ self._zero_ahead) < 0)
+        if self._zero_elbow is not None:
+            up = bool((z2 @ np.cross(p3 - p2, _wrist(axes) - p2)) * self._zero_elbow >= 0)
+        return Posture(behind, up, bool(np.sin(q[4]) < 0))
 
     def _up(self, axes: list[tuple[FloatArray, FloatArray]]) -> FloatArray | None:
         """Axis 1 from the base to the shoulder, against gravity where the base is at the shoulder."""
@@ -73,12 +83,10 @@ class Arm:
             height = float(-gravity @ z1)
         return None if abs(height) < MEETING else np.asarray(np.sign(height) * z1)
 
-    def _ahead(self, q: FloatArray) -> FloatArray:
+    def _ahead(self, axes: list[tuple[FloatArray, FloatArray]]) -> FloatArray:
         """From axis 1 to the wrist centre, square to the axis."""
-        axes = self._axes(q)
-        z1, p1 = axes[0]
-        to_wrist = _wrist(axes) - p1
-        return np.asarray(to_wrist - (to_wrist @ z1) * z1)
+        to_wrist = _wrist(axes) - self._p1
+        return np.asarray(to_wrist - (to_wrist @ self._z1) * self._z1)
 
     def _axes(self, q: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
         """Direction and a point of each joint's axis, from what half a turn of it does to the tool.

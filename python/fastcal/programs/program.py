@@ -4,8 +4,11 @@
 
 from __future__ import annotations
 
+import re
+from bisect import bisect_left
 from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Literal, Protocol
 
 import numpy as np
@@ -33,11 +36,15 @@ class Document:
 
     def line(self, at: int) -> int:
         """The line, from 1, in which the character `at` stands."""
-        return self.text.count("\n", 0, at) + 1
+        return bisect_left(self._line_ends, at) + 1
+
+    @cached_property
+    def _line_ends(self) -> list[int]:
+        return [match.start() for match in re.finditer("\n", self.text)]
 
     def error(self, at: int, message: str) -> ParseError:
-        """The error of a place in the text."""
-        return ParseError(message, self.name, self.line(at))
+        """The error of a place in the text; what it quotes of the text is brought to one line."""
+        return ParseError(" ".join(message.split()), self.name, self.line(at))
 
 
 @dataclass(frozen=True)
@@ -169,7 +176,8 @@ class Program:
     def without(self, dropped: Set[int]) -> Program:
         """The program without some targets that no move uses."""
         kept = [i for i in range(len(self.targets)) if i not in dropped]
-        moves = tuple(replace(move, target=kept.index(move.target)) for move in self.moves)
+        places = {old: new for new, old in enumerate(kept)}
+        moves = tuple(replace(move, target=places[move.target]) for move in self.moves)
         return replace(self, targets=tuple(self.targets[i] for i in kept), moves=moves)
 
     def rewritten(self, changes: Sequence[tuple[Word, str]]) -> tuple[Document, ...]:

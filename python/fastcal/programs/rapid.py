@@ -55,8 +55,8 @@ class Rapid:
 
     def branch(self, q: FloatArray, arm: Arm) -> tuple[bool | None, ...]:
         """The three bits of cfx: behind axis 1, behind the lower arm, axis 5 negative."""
-        up = arm.elbow_up(q)
-        return arm.behind(q), None if up is None else not up, arm.wrist_negative(q)
+        stands = arm.posture(q)
+        return stands.behind, None if stands.elbow_up is None else not stands.elbow_up, stands.wrist_negative
 
     def asked_branch(self, target: Target) -> tuple[bool | None, ...]:
         """The bits of cfx."""
@@ -105,6 +105,8 @@ class _Reader:
         if end < 0:
             raise self.documents[place].error(start, f"{name}: expected a ] that closes this [")
         parts = split(text, start + 1, end - 1)
+        if len(parts) != {"tooldata": 3, "wobjdata": 5}.get(kind, len(parts)):
+            raise self.documents[place].error(start, f"{name}: expected the parts of a {kind}, got {len(parts)}")
         if kind == "tooldata":
             self.tools[key] = self._frame(place, parts[1], name)
             if parts[0].text.upper() == "FALSE":
@@ -143,7 +145,8 @@ class _Reader:
     def move(self, place: int, start: int, instruction: str) -> None:
         """A motion instruction: its targets, the tool as its last argument, the work object as an option."""
         document, text = self.documents[place], self.texts[place]
-        end = text.find(";", start) if ";" in text[start:] else len(text)
+        end = text.find(";", start)
+        end = len(text) if end < 0 else end
         wobj = re.search(r"\\\s*WObj\s*:=\s*(\w+)", text[start:end], re.I)
         plain = [part for part in split(text, start, end) if part.text and not part.text.startswith("\\")]
         tool = re.match(r"\w+", plain[-1].text) if len(plain) > 1 else None
@@ -170,7 +173,10 @@ class _Reader:
             piece = trimmed(text, part.start, closing(text, part.start))
             return self.target(place, piece, f"the target of line {self.documents[place].line(part.start)}", kind), None
         if shifted := _SHIFTED.match(part.text):
-            inner = split(text, part.start + shifted.end(), part.start + part.text.rindex(")"))
+            end = closing(text, part.start + shifted.end() - 1)
+            if end < 0:
+                raise self.documents[place].error(part.start, f"{shifted[1]}: expected a ) that closes this (")
+            inner = split(text, part.start + shifted.end(), end - 1)
             found, before = self._used(place, inner[0], kind)
             plain = [p for p in inner[1:] if re.fullmatch(NUMBER, p.text)]
             if before is not None or shifted[1].lower() != "offs" or len(plain) != 3:
@@ -216,7 +222,7 @@ def read(documents: tuple[Document, ...]) -> Program:
         ParseError: A target is not made of the numbers that it needs; names the line.
     """
     reader = _Reader(documents, [blanked(document.text, "!") for document in documents])
-    declared: list[tuple[int, int]] = []
+    declared: set[tuple[int, int]] = set()
     for place, text in enumerate(reader.texts):
         reader.types |= {m[2].lower(): m[1].lower() for m in _TYPED.finditer(text)}
         for match in _CHANGED.finditer(text):
@@ -227,7 +233,7 @@ def read(documents: tuple[Document, ...]) -> Program:
         for match in _TYPED.finditer(text):
             if value := _VALUE.match(text, match.end()):
                 reader.assign(place, value.end(), match[2])
-                declared.append((place, value.end()))
+                declared.add((place, value.end()))
     for place, text in enumerate(reader.texts):
         for match in sorted([*_MOVE.finditer(text), *_ASSIGNED.finditer(text)], key=re.Match.start):
             if match.re is _MOVE:

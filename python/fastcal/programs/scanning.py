@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import dataclass
 
@@ -62,6 +63,6 @@ def closing(text: str, start: int) -> int:
 
 def number(document: Document, place: int, piece: Piece, unit: str, what: str) -> Number:
     """A piece as a number; ParseError with its line where it is none."""
-    if not re.fullmatch(NUMBER, piece.text):
+    if not re.fullmatch(NUMBER, piece.text) or not math.isfinite(float(piece.text)):
         raise document.error(piece.start, f"{what}: expected a number, got '{piece.text:.40}'")
     return Number(place, piece.start, piece.end, piece.text, float(piece.text), unit)

@@ -124,13 +124,13 @@ class _Reader:
         if inner := _SOLVED.match(piece.text):
             return self._used(split(self.text, piece.start + inner.end(), piece.end - 1)[0])
         if inner := _TRANSFORMED.match(piece.text):
-            first, second = split(self.text, piece.start + inner.end(), piece.end - 1)[:2]
+            first, *rest = split(self.text, piece.start + inner.end(), piece.end - 1)
             label = f"pose_trans of line {self.document.line(piece.start)}"
             values = self._pose(first, label)
-            if values is None:
+            if values is None or len(rest) != 1:
                 return None, label
             self.frames[label] = orientation.from_vector(np.array([part.si for part in values]))
-            return self._used(second)[0], label
+            return self._used(rest[0])[0], label
         name = piece.text
         if name in self.names:
             return self.names[name][0], "base"

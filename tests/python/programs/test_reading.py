@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from fastcal.errors import ParseError
+from fastcal.errors import InvalidInput, ParseError
 from fastcal.programs import Cell, Frames, read_program
 
 LANGUAGES = ("RAPID", "KRL", "FANUC LS", "URScript")
@@ -184,3 +184,32 @@ def test_a_target_of_two_tools_is_refused(programs) -> None:
     text = programs["RAPID"]["glue.mod"].replace(b"MoveL p10,v100,fine,tGun", b"MoveL p10,v100,fine,tool0")
     with pytest.raises(ParseError, match=r"glue.mod:12: p10 is used with more than one tool \(tGun in line 22, tool0"):
         Frames(read_program({"glue.mod": text}), Cell(), np.eye(4))
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_no_damage_is_met_with_anything_but_one_sentence(programs, language) -> None:
+    """Cut, doubled and overwritten programs are read or refused; what is read is written back byte for byte."""
+    random = np.random.default_rng(7)
+    rubble = b"[](){},;:=\"'.-+e019 \n\tpP#!%\\\xff"
+    read, refused = 0, []
+    for _ in range(300):
+        files = dict(programs[language])
+        name = str(random.choice(list(files)))
+        text = bytearray(files[name])
+        start = int(random.integers(len(text)))
+        stop = start + int(random.choice([1, 3, 40]))
+        piece = bytes(random.choice(list(rubble), int(random.integers(1, 4))).tolist())
+        text[start:stop] = (b"", piece, bytes(text[start:stop]) * 2)[int(random.integers(3))]
+        files[name] = bytes(text)
+        try:
+            program = read_program(files)
+            Frames(program, Cell(), np.eye(4))
+        except InvalidInput as error:
+            refused.append(str(error))
+            continue
+        words = [(word, word.text) for t in program.targets for word in (*t.numbers, *t.words.values())]
+        assert {d.name: d.text.encode("latin-1") for d in program.rewritten(words)} == files
+        assert all(np.isfinite(target.values).all() for target in program.targets)
+        read += 1
+    assert min(read, len(refused)) > 20
+    assert not any("\n" in sentence for sentence in refused)
