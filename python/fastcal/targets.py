@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fastcal.conditions import TABLES
 from fastcal.errors import InvalidInput
 
 FloatArray = NDArray[np.float64]
@@ -44,7 +45,7 @@ class Targets:
 
     def conditions_of(self, rows: NDArray[np.int64] | slice) -> dict[str, Any]:
         """The conditions of some rows."""
-        return {name: _rows(value, rows, len(self)) for name, value in self.conditions.items()}
+        return {name: _rows(name, value, rows, len(self)) for name, value in self.conditions.items()}
 
 
 def targets_of(poses: ArrayLike, seed: ArrayLike | None, joint_count: int, conditions: Mapping[str, Any]) -> Targets:
@@ -67,9 +68,10 @@ def targets_of(poses: ArrayLike, seed: ArrayLike | None, joint_count: int, condi
     return Targets(T, q, dict(conditions))
 
 
-def _rows(value: Any, rows: NDArray[np.int64] | slice, count: int) -> Any:
+def _rows(name: str, value: Any, rows: NDArray[np.int64] | slice, count: int) -> Any:
+    """One condition of some rows; what stands for all stays: a number, a label, one row (6,) or (n,) of a table."""
     if isinstance(value, Mapping):
-        return {name: _rows(part, rows, count) for name, part in value.items()}
+        return {key: _rows(key, part, rows, count) for key, part in value.items()}
+    each = 2 if name in TABLES else 1
     array = np.asarray(value)
-    # One row's tables (6,) or (n,) stand for all rows; what has N of them is cut.
-    return value if value is None or array.ndim == 0 or len(array) != count else array[rows]
+    return array[rows] if value is not None and array.ndim == each and len(array) == count else value

@@ -33,6 +33,9 @@ def compensate(
     single: Annotated[
         bool, typer.Option("--single", help="The rows are single points and not a path: each is solved by itself.")
     ] = False,
+    hold: Annotated[
+        list[int] | None, typer.Option(metavar="JOINT", help="A joint, from 1, that stays as in the first row's seed.")
+    ] = None,
     path: Annotated[
         Literal["line", "arc"] | None,
         typer.Option(
@@ -66,8 +69,8 @@ def compensate(
         conditions["temperature"] = to_si(temperature_c, "c")
     options: dict[str, Any] = {"nominal": None if nominal is None else load_robot(nominal), "method": method}
     options["threads"] = threads
-    if (report is not None and path is None) or (path is not None and (single or method != "full")):
-        raise InvalidInput("--report needs --path, and --path takes neither --single nor --method one-step")
+    if (report is not None and path is None) or (path is not None and (single or hold or method != "full")):
+        raise InvalidInput("--report needs --path, and --path takes neither --single, --hold nor --method one-step")
     if language_of(targets.name) is not None:
         if path is not None:
             raise InvalidInput(f"{targets}: --path is for tables of poses, and this is a robot program")
@@ -77,7 +80,9 @@ def compensate(
             f"{targets}: --cell, --payload-kg and --temperature-c are for robot programs; a table has columns"
         )
     else:
-        _table(load_robot(model), targets, output, options | {"along_path": not single}, path, report)
+        _table(
+            load_robot(model), targets, output, options | {"along_path": not single, "hold": hold or ()}, path, report
+        )
 
 
 def _table(

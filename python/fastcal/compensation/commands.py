@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -70,6 +71,7 @@ def compensate(
     nominal: Robot | None = None,
     method: str = "full",
     along_path: bool = True,
+    hold: Sequence[int] = (),
     threads: int = 1,
     **conditions: Any,
 ) -> Compensation:
@@ -86,6 +88,8 @@ def compensate(
         method: `full`: iterated until the model's tool stands at the target; `one-step`: the SR210D paper's.
         along_path: The rows are a path: each keeps the configuration of the one before. False: single points, each by
             itself.
+        hold: Joints, counted from 1, that stay where the first row's are (without a path: where each seed has them): a
+            redundant arm moves the others.
         threads: Cores; the result does not depend on it.
         **conditions: payload [kg], approach ... as `Robot.forward` takes them.
 
@@ -99,11 +103,11 @@ def compensate(
     elif seed is not None or conditions:
         raise InvalidInput("seed and conditions must be among the Targets where those are given")
     before = nominal_robot(model, nominal)
-    q_nominal, reached, jumps = _nominal(before, targets, along_path, threads)
+    q_nominal, reached, jumps = _nominal(before, targets, along_path, hold, threads)
     start = np.where(np.isfinite(q_nominal), q_nominal, 0.0)
-    found, changed = _solve(model, targets, start, along_path, threads)
+    found, changed = _solve(model, targets, start, along_path, hold, threads)
     if method == "one-step":
-        found = _stepped(model, before, targets, q_nominal, reached, found)
+        found = _stepped(model, before, targets, q_nominal, reached, found, hold)
     bad = found.status == "bad_target"
     sigma = np.full(len(targets), np.nan)
     if (good := np.flatnonzero(~bad)).size:
@@ -125,19 +129,19 @@ def compensate(
 
 
 def _solve(
-    model: Robot, targets: Targets, start: FloatArray, along_path: bool, threads: int
+    model: Robot, targets: Targets, start: FloatArray, along_path: bool, hold: Sequence[int], threads: int
 ) -> tuple[InverseKinematics, list[int]]:
     """The model's joints near `start` (N, n); and the rows that are reached only in another configuration.
 
     Rows of a path that are not reached at all stay near `start` too; others take the nearest pose anywhere.
     """
     every = targets.conditions_of(slice(None))
-    near = inverse_kinematics(model, targets.poses, seed=start, restarts=0, threads=threads, **every)
+    near = inverse_kinematics(model, targets.poses, seed=start, hold=hold, restarts=0, threads=threads, **every)
     again = np.flatnonzero(~near.reached & (near.status != "bad_target"))
     if not again.size:
         return near, []
     anew = inverse_kinematics(
-        model, targets.poses[again], seed=start[again], threads=threads, **targets.conditions_of(again)
+        model, targets.poses[again], seed=start[again], hold=hold, threads=threads, **targets.conditions_of(again)
     )
     better = anew.reached if along_path else anew.reached | (anew.position_error < near.position_error[again])
     merged = {field.name: np.array(getattr(near, field.name)) for field in fields(InverseKinematics)}
@@ -154,13 +158,14 @@ def _stepped(
     q_nominal: FloatArray,
     reached: NDArray[np.bool_],
     found: InverseKinematics,
+    hold: Sequence[int],
 ) -> InverseKinematics:
     """What one step from the nominal joints gives, in the rows that the nominal robot reaches."""
     rows = np.flatnonzero(reached)
     conditions = targets.conditions_of(rows)
     q, status = np.array(found.q), np.array(found.status)
     position, rotation = np.array(found.position_error), np.array(found.rotation_error)
-    q[rows] = one_step(model, nominal, targets.poses[rows], q_nominal[rows], **conditions)
+    q[rows] = one_step(model, nominal, targets.poses[rows], q_nominal[rows], hold=hold, **conditions)
     left = pose_errors(targets.poses[rows], model.forward(q[rows], **conditions))
     position[rows], rotation[rows] = np.linalg.norm(left[:, :3], axis=1), np.linalg.norm(left[:, 3:], axis=1)
     beyond = np.any((q < model.limits[:, 0]) | (q > model.limits[:, 1]), axis=1)
@@ -185,16 +190,16 @@ def _notes_on_ranges(model: Robot, q: FloatArray, conditions: dict[str, Any]) ->
 
 
 def _nominal(
-    robot: Robot, targets: Targets, along_path: bool, threads: int
+    robot: Robot, targets: Targets, along_path: bool, hold: Sequence[int], threads: int
 ) -> tuple[FloatArray, NDArray[np.bool_], list[int]]:
     """The nominal robot's joints (N, n), where it reaches its targets (N), and where its path jumps."""
     if along_path:
-        return follow(robot, targets, threads)
+        return follow(robot, targets, hold, threads)
     q = np.zeros((len(targets), robot.joint_count))
     reached = np.zeros(len(targets), dtype=bool)
     for rows, seeds in ((targets.seeded, targets.seed), (~targets.seeded, None)):
         found = inverse_kinematics(
-            robot, targets.poses[rows], seed=None if seeds is None else seeds[rows], threads=threads
+            robot, targets.poses[rows], seed=None if seeds is None else seeds[rows], hold=hold, threads=threads
         )
         q[rows], reached[rows] = found.q, found.reached
     return q, reached, []

@@ -9,6 +9,7 @@ is a network's and a position alone).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -22,10 +23,16 @@ FloatArray = NDArray[np.float64]
 _RANK = 1e-6  # of the largest singular value: below it a direction is singular and left alone
 
 
-def one_step(model: Robot, nominal: Robot, poses: FloatArray, q: FloatArray, **conditions: Any) -> FloatArray:
-    """Commands (N, n) for poses (N, 4, 4) that the nominal robot reaches at q (N, n)."""
+def one_step(
+    model: Robot, nominal: Robot, poses: FloatArray, q: FloatArray, *, hold: Sequence[int] = (), **conditions: Any
+) -> FloatArray:
+    """Commands (N, n) for poses (N, 4, 4) that the nominal robot reaches at q (N, n); joints in `hold` (from 1) stay.
+
+    The rest of the arguments are the conditions of `Robot.forward`.
+    """
     e = pose_errors(poses, model.forward(q, **conditions))
     J = np.asarray(_core.joint_jacobian(nominal.error_model, nominal.conditions(q)))
+    J[:, :, [joint - 1 for joint in hold]] = 0
     scale = np.array([1.0, 1.0, 1.0, *[nominal.reach] * 3])  # radians count as they move a point at the reach
     return np.asarray(q + np.einsum("nij,nj->ni", np.linalg.pinv(scale[:, None] * J, rcond=_RANK), scale * e))
 

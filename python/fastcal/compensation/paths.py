@@ -99,7 +99,7 @@ def path_accuracy(
     tool = model if real is None else real
     errors = []
     for poses, start in ((wanted, found.nominal_q[0]), (_drive(before.forward(found.q), kind, counts), found.q[0])):
-        q, reached, _ = follow(before, targets_of(poses, start, model.joint_count, {}), threads)
+        q, reached, _ = follow(before, targets_of(poses, start, model.joint_count, {}), threads=threads)
         if not reached.all():
             raise InvalidInput(f"the way to row {int(rows[np.argmin(reached)])} leaves the nominal robot's workspace")
         got = tool.forward(q, threads=threads, **targets.conditions_of(rows))

@@ -240,8 +240,9 @@ def _offsets(places: _Places, q_nominal: FloatArray, q: FloatArray, conditions: 
 
 
 def _row(value: Any, row: int, count: int) -> Any:
+    """A condition of one target, where every target has its own, as of the approach."""
     array = np.asarray(value)
-    return array[row : row + 1] if array.ndim and len(array) == count else value
+    return array[row : row + 1] if array.ndim == 2 and len(array) == count else value
 
 
 def _refuse(program: Program, target: Target, sentence: str) -> None:

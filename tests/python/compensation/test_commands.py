@@ -53,6 +53,24 @@ def test_far_rows_of_a_path_keep_the_configuration(arms, name) -> None:
     np.testing.assert_allclose(found.q[1:], fine.q[59::60], atol=tolerance)
 
 
+@pytest.mark.parametrize("method", ["full", "one-step"])
+def test_a_held_joint_of_a_redundant_arm_stays(arms, method) -> None:
+    nominal, real = arms("lbr_iiwa14")
+    q = np.radians(START["lbr_iiwa14"])
+    T = nominal.forward(q)[0]
+    end = T.copy()
+    end[:3, 3] += [-0.1, 0.15, 0.1]
+    poses = between(T, end, 30)
+    found = fastcal.compensate(real, poses, q, nominal=nominal, hold=[3], method=method)
+    assert found.reached.all()
+    assert found.jumps == ()
+    np.testing.assert_array_equal(found.q[:, 2], q[2])
+    np.testing.assert_allclose(
+        real.forward(found.q)[:, :3, 3], poses[:, :3, 3], atol=1e-8 if method == "full" else 1e-4
+    )
+    assert np.ptp(fastcal.compensate(real, poses, q, nominal=nominal).q[:, 2]) > 1e-3  # else it moves
+
+
 def test_a_jump_that_cannot_be_avoided_is_told(arms) -> None:
     """From one side of the arm to the other through axis 1, where joint 1 meets its limit: row 1 jumps, alone."""
     nominal, _ = arms("staubli_rx160l")
@@ -176,6 +194,22 @@ class _Spec:
 
     def __init__(self, spec) -> None:
         self.spec, self.name = spec, spec["name"]
+
+
+def test_conditions_go_with_their_rows(arms) -> None:
+    """Six rows, so that one wrench (6,) for all could be taken for a number a row; a bad target cuts row 4 out."""
+    nominal, real = arms("staubli_rx160l")
+    q = np.radians(START["staubli_rx160l"]) + np.random.default_rng(5).uniform(-0.2, 0.2, (6, 6))
+    poses = nominal.forward(q)
+    poses[4] = np.nan
+    good = np.array([0, 1, 2, 3, 5])
+    wrench, payload = np.array([300.0, -200.0, 400.0, 20.0, 10.0, 0.0]), np.arange(6.0)
+    found = fastcal.compensate(real, poses, q, nominal=nominal, method="one-step", wrench=wrench, payload=payload)
+    got = real.forward(found.q[good], wrench=wrench, payload=payload[good])
+    assert found.status.tolist() == ["reached"] * 4 + ["bad_target", "reached"]
+    np.testing.assert_allclose(
+        found.position_error[good], np.linalg.norm((got - poses[good])[:, :3, 3], axis=1), atol=1e-15
+    )
 
 
 def test_threads_do_not_change_a_digit(arms) -> None:
