@@ -144,6 +144,14 @@ def test_predicted_deviations_are_those_of_a_calibration(arm: fastcal.Robot) -> 
     assert (np.diff(found.payload) >= 0).all()  # a payload is mounted once
 
 
+def test_with_orientations_all_thirty_parameters_are_told(arm: fastcal.Robot) -> None:
+    both = design_poses(arm, 20, sigma_rotation=1e-4, candidate_count=1000)
+    assert (len(both.parameters), "tool rx" in both.parameters) == (30, True)
+    few = design_poses(arm, 4, candidate_count=1000)
+    assert (few.observability["O1"], few.efficiency) == (0.0, None)
+    assert "4 poses do not tell all" in few.notes[0]
+
+
 def test_directions_are_chosen_where_an_effect_asks_for_them(arm: fastcal.Robot) -> None:
     found = design_poses(arm, 30, effects="geometry,backlash@joint2,backlash@joint4", candidate_count=2000)
     assert set(np.unique(found.approach)) == {-1.0, 1.0}

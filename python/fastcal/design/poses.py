@@ -145,14 +145,18 @@ def design_poses(
     reached = float(np.sqrt(search.variance(found.members)))
     k = problem.row_count
     measured_rows = rows.reshape(-1, k, rows.shape[1])[found.members].reshape(-1, rows.shape[1])
+    indices = observability_indices(measured_rows, len(ordered))
+    unseen = indices["O1"] == 0 and measured is None
+    if unseen:
+        notes += [f"{len(ordered)} poses do not tell all {len(problem.free)} parameters: the rest is taken as nominal"]
     return PoseDesign(
         q=ordered.q,
         payload=ordered.payload,
         approach=np.asarray(ordered.approach),
         criterion=criterion,
-        observability=observability_indices(measured_rows, len(ordered)),
+        observability=indices,
         sigma=reached,
-        efficiency=found.efficiency,
+        efficiency=None if unseen else found.efficiency,
         parameters=problem.names,
         deviations=problem.sizes * np.sqrt(np.diag(np.linalg.inv(search.information(found.members)))),
         unidentifiable=problem.unidentifiable,
