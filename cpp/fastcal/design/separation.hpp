@@ -5,41 +5,12 @@
 // experiments for discriminating between two rival models", Biometrika 62, 1975). Cause i is there, b_i of it; a model
 // with the common columns A and those of cause j is fitted. What is left of it,
 //   D_ij = |P C_i b_i|^2,  P the projection across [A, C_j],
-// is the noncentrality of the test that would refuse j. With beta the fit and e_c = C_i,c b_i - [A, C_j]_c beta, adding
-// candidate c gains exactly e_c^T (I + S_c)^-1 e_c (recursive least squares): nothing about it is approximate.
+// is the noncentrality of the test that would refuse j (separation_scan.hpp keeps it up to date, exactly).
 #pragma once
 
-#include "fastcal/design/scan.hpp"
+#include "fastcal/design/candidates.hpp"
 
 namespace fastcal::design {
-
-/// D of one pair; candidates are the rows of X = [A, C_j].
-class SeparationScan : public Scan {
- public:
-  /// `u` (N k, e): what the fit should not explain, squares of several columns add up. `H` (p + e, p + e): what earlier
-  /// data say of [X u], or empty.
-  SeparationScan(const Candidates& candidates, RowMatrixXd u, Eigen::MatrixXd H, int threads);
-  double value() const override { return value_; }
-  Eigen::VectorXd sensitivities() const override;
-  std::unique_ptr<Scan> over(const Candidates& candidates) const override;
-
- protected:
-  void restart_goal(const Eigen::MatrixXd& M) override;
-  Eigen::MatrixXd prepare(Eigen::Index candidate, const Eigen::MatrixXd& U, const Small& L_inverse,
-                          double sign) override;
-  void change_block(Eigen::Index block, const Lane* X, int columns, double sign) override;
-  double gain(Eigen::Index candidate, const Small& S, double sign) const override;
-
- private:
-  Eigen::MatrixXd residual(Eigen::Index candidate) const;
-
-  RowMatrixXd u_;
-  Eigen::MatrixXd H_;
-  int width_;  // e
-  double value_ = 0;
-  Eigen::MatrixXd z_;      // (k, e) L^-1 e_c of the change that is being made
-  std::vector<double> E_;  // (blocks, k, e, lanes)
-};
 
 struct SeparationProblem {
   RowMatrixXd common;                     ///< (N k, p) columns of what is identified in any case, whitened
