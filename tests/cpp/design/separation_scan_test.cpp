@@ -32,7 +32,7 @@ TEST(SeparationScan, ValueAndGainsAreThoseOfLeastSquares) {
   };
   const Candidates candidates(X, kRows);
   SeparationScan scan(candidates, u, {}, 2);
-  scan.restart(1e-9 * Eigen::MatrixXd::Identity(6, 6));
+  scan.restart(1e-6 * Eigen::MatrixXd::Identity(6, 6));
   std::set<Eigen::Index> members;
   for (const Eigen::Index c : {4, 29, 11, 7, 0, 18}) {
     scan.add(c);
@@ -42,17 +42,17 @@ TEST(SeparationScan, ValueAndGainsAreThoseOfLeastSquares) {
     scan.remove(c);
     members.erase(c);
   }
-  EXPECT_NEAR(scan.value(), left(members), 1e-6);
+  EXPECT_NEAR(scan.value(), left(members), 1e-4);
   const Eigen::VectorXd gains = scan.gains();
   for (Eigen::Index c = 0; c < kCandidates; ++c) {
     if (members.count(c) > 0) continue;
     std::set<Eigen::Index> more = members;
     more.insert(c);
-    EXPECT_NEAR(gains[c], left(more) - left(members), 1e-6);
+    EXPECT_NEAR(gains[c], left(more) - left(members), 1e-4);
   }
   std::set<Eigen::Index> fewer = members;
   fewer.erase(29);
-  EXPECT_NEAR(scan.gain_of_removing(29), left(fewer) - left(members), 1e-6);
+  EXPECT_NEAR(scan.gain_of_removing(29), left(fewer) - left(members), 1e-4);
 }
 
 }  // namespace

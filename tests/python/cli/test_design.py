@@ -50,7 +50,7 @@ def test_targets_are_poses_or_joint_positions(tmp_path, fastcal) -> None:
         lines.append(",".join(str(x) for x in (*(pose[:3, 3] * 1e3), w, *(np.array(turn) / (4 * w)))))
     (tmp_path / "poses.csv").write_text("\n".join(lines))
     for name in ("joints.csv", "poses.csv"):
-        options = ("--count", 20, "--until-sigma-mm", 0.2, "--targets", tmp_path / name)
+        options = ("--count", 40, "--until-sigma-mm", 0.03, "--targets", tmp_path / name)
         said = fastcal("design", "spray_7dof", *options, *FEW, "-o", tmp_path / "out.csv")
         assert said.code == 0
         assert "variance: at least" in said.out
