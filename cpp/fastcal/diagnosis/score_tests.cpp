@@ -5,6 +5,8 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/QR>
 #include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
 #include <limits>
 #include <numeric>
 #include <random>
@@ -36,13 +38,18 @@ ScoreTests::ScoreTests(const Eigen::Ref<const MatrixXd>& A, const Eigen::Ref<con
       << "A, C and r must have as many rows, got " << A.rows() << ", " << C.rows() << " and " << m;
   FASTCAL_CHECK(std::accumulate(sizes.begin(), sizes.end(), 0) == C.cols())
       << "the sizes of the blocks must add up to the " << C.cols() << " columns of C";
+  for (const int size : sizes) FASTCAL_CHECK(size >= 1) << "a block has at least one column, got " << size;
   FASTCAL_CHECK(A.allFinite() && C.allFinite() && r.allFinite()) << "A, C and r must be finite";
 
   VectorXd length;
-  Eigen::ColPivHouseholderQR<MatrixXd> qr(scaled(A, length));
-  qr.setThreshold(kRank);
-  null_rank_ = static_cast<int>(qr.rank());
+  Eigen::ColPivHouseholderQR<MatrixXd> qr;
+  if (A.cols() > 0) {  // Eigen's QR reads beyond a matrix without columns
+    qr.compute(scaled(A, length));
+    qr.setThreshold(kRank);
+    null_rank_ = static_cast<int>(qr.rank());
+  }
   const auto project = [&](const MatrixXd& X) {
+    if (null_rank_ == 0) return X;
     MatrixXd turned = qr.householderQ().setLength(null_rank_).transpose() * X;
     return MatrixXd(turned.bottomRows(m - null_rank_));
   };
