@@ -78,7 +78,7 @@ def test_the_tip_goes_where_a_frame_solved_beside_it_goes(spray: Robot) -> None:
     unit9 = runpy.run_path(str(ROOT / "bench" / "papers" / "spray_unit9.py"))["unit9_stiffness"]
     frame = fastcal.BeamFrame(
         pairs,
-        **{key: [s[key] for s in sections] for key in sections[0]},
+        **{key: [s.get(key, 0.0) for s in sections] for key in sections[0]},
         mass_kg=[e["mass_kg"] for e in structure["elements"]],
         fixed=[0],
         hinges=hinges,
