@@ -7,9 +7,11 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <optional>
 #include <set>
 #include <utility>
 
+#include "fastcal/identification/load_response.hpp"
 #include "fastcal/math/check.hpp"
 #include "fastcal/model/settle.hpp"
 
@@ -194,7 +196,7 @@ class Identifier {
              const IdentifyOptions& options)
       : settled_(problem.model.needs() == kNothing ? Samples() : problem.samples),
         problem_{problem.model, problem.model.needs() == kNothing ? problem.samples : settled_, problem.measured,
-                 problem.threads},
+                 problem.threads, nullptr},
         options_(options),
         asked_(std::move(asked)) {
     out_.parameters = problem.model.parameters();
@@ -332,6 +334,7 @@ class Identifier {
   /// The gauge at theta, and theta moved along the null directions so that the held parameters come back to where they
   /// started.
   void choose() {
+    follow_loads();
     gauge_ = choose_gauge(factor(), hold_, options_.gauge);
     Eigen::VectorXd x = (at(theta_, asked_) - at(start_, asked_)).cwiseQuotient(scale_);
     for (std::size_t k = 0; k < gauge_.held.size(); ++k) {
@@ -346,10 +349,19 @@ class Identifier {
     free_scale_ = at(scale_, gauge_.free);
   }
 
-  /// Loads at the present parameters: constant inside a solve.
+  /// Loads at the present parameters: constant inside a solve, but for their response.
   void bring_to_equilibrium() {
     if (problem_.model.needs() != kNothing)
       settle(problem_.model, theta_.head(problem_.model.parameter_count()), problem_.threads, settled_);
+    if (response_) response_->origin = theta_;
+  }
+
+  /// Finds along which directions the loads' own change counts, from here on.
+  void follow_loads() {
+    if ((problem_.model.needs() & kLoads) == 0) return;
+    problem_.response = nullptr;
+    response_ = load_response(problem_, theta_, asked_, scale_, factor());
+    if (response_) problem_.response = &*response_;
   }
 
   /// Solves at fixed loads, brings the loads to the equilibrium of what was found, and again until parameters and noise
@@ -524,7 +536,8 @@ class Identifier {
   }
 
   Samples settled_;  // the conditions with loads at the last outer iteration; empty where no effect needs any
-  const Problem problem_;
+  Problem problem_;
+  std::optional<LoadResponse> response_;
   const IdentifyOptions& options_;
   std::vector<int> asked_;
   Eigen::VectorXd start_, theta_, scale_, hold_, free_scale_;

@@ -35,11 +35,15 @@ class WhitenedRows {
         tau_(tau),
         evaluator_(problem.model, theta.head(problem.model.parameter_count())),
         anchors_(anchors_of(problem, theta)),
-        J_tool_(6, problem.model.parameter_count()) {}
+        J_tool_(6, problem.model.parameter_count()) {
+    if (const LoadResponse* response = problem.response)
+      along_ = response->directions.transpose() * (theta - response->origin);
+  }
 
   /// u^2 and d of row i.
   RowWeight residual(Eigen::Index i) {
     row_residual(problem_.measured, i, evaluator_.pose(problem_.samples.row(i)), &anchors_, row_);
+    respond(i);
     return whiten(i);
   }
 
@@ -47,13 +51,14 @@ class WhitenedRows {
   RowWeight rows(Eigen::Index i, Eigen::Ref<RowMatrixXd> block, Eigen::Index at) {
     const Pose& T = evaluator_.jacobian(problem_.samples.row(i), J_tool_);
     row_residual(problem_.measured, i, T, &anchors_, row_);
+    respond(i);
     const RowWeight out = whiten(i);
     const Eigen::Index p = block.cols() - 1;
     for (int c = 0; c < kComponents; ++c) {
       if (!row_.present[static_cast<std::size_t>(c)]) continue;
       const double inverse = 1 / deviations_[static_cast<std::size_t>(c)];
       for (Eigen::Index k = 0; k < p; ++k)
-        block(at, k) = derivative(c, free_[static_cast<std::size_t>(k)]) * scale_[k] * inverse;
+        block(at, k) = derivative(i, c, free_[static_cast<std::size_t>(k)]) * scale_[k] * inverse;
       block(at, p) = row_.r[c] * inverse;
       ++at;
     }
@@ -75,6 +80,24 @@ class WhitenedRows {
     return out;
   }
 
+  /// Adds to the residuals of row i what its loads' change does.
+  void respond(Eigen::Index i) {
+    for (Eigen::Index k = 0; k < along_.size(); ++k) {
+      for (int c = 0; c < kComponents; ++c) {
+        if (row_.present[static_cast<std::size_t>(c)])
+          row_.r[c] += problem_.response->change[static_cast<std::size_t>(k)](i, c) * along_[k];
+      }
+    }
+  }
+
+  double derivative(Eigen::Index i, int component, int parameter) const {
+    double out = derivative(component, parameter);
+    for (Eigen::Index k = 0; k < along_.size(); ++k)
+      out += problem_.response->change[static_cast<std::size_t>(k)](i, component) *
+             problem_.response->directions(parameter, k);
+    return out;
+  }
+
   double derivative(int component, int parameter) const {
     const int p = problem_.model.parameter_count();
     if (parameter < p) {
@@ -93,6 +116,7 @@ class WhitenedRows {
   Eigen::Matrix3Xd anchors_;
   Eigen::Matrix<double, 6, Eigen::Dynamic> J_tool_;
   RowResidual row_;
+  Eigen::VectorXd along_;  // y of the response to loads; empty where there is none
   std::array<double, kComponents> deviations_{};
 };
 

@@ -15,12 +15,21 @@
 
 namespace fastcal {
 
+/// What the loads' change adds to the residuals at fixed loads, r += sum_k change_k y_k, y = directions^T (theta -
+/// origin).
+struct LoadResponse {
+  Eigen::VectorXd origin;           ///< theta at which the loads stand
+  Eigen::MatrixXd directions;       ///< (theta's size, k)
+  std::vector<RowMatrixXd> change;  ///< k of (N, 7)
+};
+
 /// Model, conditions and measurements, which must outlive it.
 struct Problem {
   const ErrorModel& model;
   const Samples& samples;
   const Measurements& measured;
   int threads = 1;
+  const LoadResponse* response = nullptr;  ///< none: loads do not move
 
   int parameter_count() const { return model.parameter_count() + 3 * measured.anchor_count; }
   Eigen::Index row_count() const { return samples.count(); }

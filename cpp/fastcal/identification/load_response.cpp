@@ -1,0 +1,53 @@
+// SPDX-FileCopyrightText: 2026 The fastcal authors
+// SPDX-License-Identifier: MIT
+#include "fastcal/identification/load_response.hpp"
+
+#include <Eigen/SVD>
+
+#include "fastcal/model/settle.hpp"
+
+namespace fastcal {
+namespace {
+
+constexpr double kWeak = 1;       // singular value: a deviation of one plausible size
+constexpr double kUntold = 1e-9;  // of the largest: the data tell nothing of it, however loads move
+constexpr double kStep = 0.1;     // plausible sizes
+
+/// r(theta + step) - r(theta - step), with loads that follow or loads that stand.
+RowMatrixXd difference(const Problem& problem, const Eigen::VectorXd& theta, const Eigen::VectorXd& step, bool follow) {
+  const auto at = [&](const Eigen::VectorXd& there) {
+    if (!follow) return residuals(problem, there);
+    Samples samples = problem.samples;
+    settle(problem.model, there.head(problem.model.parameter_count()), problem.threads, samples);
+    return residuals({problem.model, samples, problem.measured, problem.threads}, there);
+  };
+  return at(theta + step) - at(theta - step);
+}
+
+}  // namespace
+
+std::optional<LoadResponse> load_response(const Problem& problem, const Eigen::VectorXd& theta,
+                                          const std::vector<int>& free, const Eigen::VectorXd& scale,
+                                          const Eigen::MatrixXd& factor) {
+  if (free.empty()) return std::nullopt;
+  const Eigen::BDCSVD<Eigen::MatrixXd> svd(factor, Eigen::ComputeFullV);
+  const Eigen::VectorXd& s = svd.singularValues();
+  LoadResponse out{theta, {}, {}};
+  for (Eigen::Index k = 0; k < s.size(); ++k) {
+    if (s[k] >= kWeak || s[k] <= kUntold * s[0]) continue;
+    Eigen::VectorXd along = Eigen::VectorXd::Zero(theta.size());  // y = along^T (theta - origin), in plausible sizes
+    Eigen::VectorXd step = along;
+    for (Eigen::Index i = 0; i < scale.size(); ++i) {
+      along[free[static_cast<std::size_t>(i)]] = svd.matrixV()(i, k) / scale[i];
+      step[free[static_cast<std::size_t>(i)]] = kStep * svd.matrixV()(i, k) * scale[i];
+    }
+    out.directions.conservativeResize(theta.size(), out.directions.cols() + 1);
+    out.directions.rightCols(1) = along;
+    out.change.push_back((difference(problem, theta, step, true) - difference(problem, theta, step, false)) /
+                         (2 * kStep));
+  }
+  if (out.change.empty()) return std::nullopt;
+  return out;
+}
+
+}  // namespace fastcal

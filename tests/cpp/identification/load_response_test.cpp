@@ -1,0 +1,93 @@
+// SPDX-FileCopyrightText: 2026 The fastcal authors
+// SPDX-License-Identifier: MIT
+//
+// An upper arm that its load twists, between two axes that are parallel but for a milliradian: opposite offsets d of
+// the two move the tool by what the twist and that angle make of them, and change the twist's own load by as much.
+#include "fastcal/identification/load_response.hpp"
+
+#include <gtest/gtest.h>
+
+#include "fastcal/effects/registry.hpp"
+#include "fastcal/model/settle.hpp"
+#include "support/simulation.hpp"
+
+namespace fastcal {
+namespace {
+
+using test::Random;
+
+ErrorModel twisted_arm() {
+  RobotDescription description;
+  const test::Tables tables = test::six_axes(1e-3);
+  description.joint_types = tables.types;
+  description.T_flange_tool = tables.tool;
+  description.bodies.resize(6);
+  description.bodies[2].mass = 300;
+  description.bodies[2].com = {0, -0.1, 0.3};
+  const RobotModel robot = build_dh(description, tables.rows);
+  return ErrorModel(robot, {make_effect("link_torsion", robot, "link2", {})}, Eigen::VectorXd::Constant(1, 1e-6));
+}
+
+struct Scene {
+  ErrorModel model = twisted_arm();
+  Samples samples;
+  Measurements measured;
+  std::vector<int> free;
+  Eigen::VectorXd scale;
+
+  explicit Scene(std::uint64_t seed) {
+    Random random(seed);
+    samples = test::postures(random, 200, 6);
+    settle(model, model.start(), 1, samples);
+    measured = test::measure(random, model, samples, model.start(), test::What::kPositions, {3e-5, 0});
+    for (const char* name : {"joint2 d", "joint3 d", "joint2 a"}) free.push_back(test::index_of(model, name));
+    scale = Eigen::VectorXd::Constant(3, 1e-3);
+  }
+  Problem problem() const { return {model, samples, measured, 1}; }
+};
+
+RowMatrixXd settled_residuals(const Scene& s, const Eigen::VectorXd& theta) {
+  Samples samples = s.samples;
+  settle(s.model, theta, 1, samples);
+  return residuals({s.model, samples, s.measured, 1}, theta).leftCols(3);
+}
+
+TEST(LoadResponse, MakesTheResidualsThoseOfTheSettledArm) {
+  const Scene s(1);
+  const CommonNoise tau{1e-3, 1e-3, 1e-3};  // so much that opposite offsets are weak
+  const Eigen::VectorXd theta = s.model.start();
+  const Eigen::MatrixXd factor = triangular_factor(s.problem(), theta, s.free, s.scale, tau, nullptr);
+  const auto response = load_response(s.problem(), theta, s.free, s.scale, factor);
+  ASSERT_TRUE(response);
+  ASSERT_EQ(response->change.size(), 1u);
+  Problem following = s.problem();
+  following.response = &*response;
+
+  Eigen::VectorXd there = theta;
+  there[s.free[0]] += 2e-3;
+  there[s.free[1]] -= 2e-3;
+  const RowMatrixXd settled = settled_residuals(s, there);
+  const double fixed_misses = (residuals(s.problem(), there).leftCols(3) - settled).norm();
+  const double following_misses = (residuals(following, there).leftCols(3) - settled).norm();
+  EXPECT_GT(fixed_misses, 0.3 * (settled - settled_residuals(s, theta)).norm());
+  EXPECT_LT(following_misses, 0.02 * fixed_misses);
+
+  // The derivative that the solver sees is that of these residuals.
+  const auto cost = [&](double step) {
+    Eigen::VectorXd near = there;
+    near[s.free[0]] += step * s.scale[0];
+    return normal_equations(following, near, s.free, s.scale, {tau, LossKind::kNone}, false).cost;
+  };
+  const NormalEquations at = normal_equations(following, there, s.free, s.scale, {tau, LossKind::kNone}, true);
+  EXPECT_NEAR(at.g[0], (cost(1e-2) - cost(-1e-2)) / 2e-2, 1e-6 * std::abs(at.g[0]));
+}
+
+TEST(LoadResponse, ThereIsNoneWhereAllIsToldWell) {
+  const Scene s(2);
+  const CommonNoise tau{1e-7, 1e-7, 1e-7};
+  const Eigen::MatrixXd factor = triangular_factor(s.problem(), s.model.start(), s.free, s.scale, tau, nullptr);
+  EXPECT_FALSE(load_response(s.problem(), s.model.start(), s.free, s.scale, factor));
+}
+
+}  // namespace
+}  // namespace fastcal
