@@ -85,11 +85,12 @@ void bind_identification(py::module_& m) {
       [](const ErrorModel& model, const Samples& samples, const Measurements& measured, const std::vector<int>& asked,
          const RowMatrixXd& anchors, const std::string& method, const std::string& loss,
          const Eigen::VectorXd& prior_mean, const Eigen::VectorXd& prior_sigma, const Eigen::VectorXd& lower,
-         const Eigen::VectorXd& upper, int max_iterations, double practical_limit, int threads) {
+         const Eigen::VectorXd& upper, const Eigen::VectorXd& pull_mean, const Eigen::VectorXd& pull_sigma,
+         int max_iterations, double practical_limit, int threads) {
         IdentifyOptions options;
         options.solver = {method_of(method), max_iterations};
         options.loss = loss_kind(loss);
-        options.limits = {prior_mean, prior_sigma, lower, upper};
+        options.limits = {prior_mean, prior_sigma, lower, upper, pull_mean, pull_sigma};
         options.gauge.practical_limit = practical_limit;
         const Eigen::Matrix3Xd starts = anchors.transpose();
         return identify({model, samples, measured, threads}, asked, starts, options);
@@ -97,8 +98,10 @@ void bind_identification(py::module_& m) {
       py::arg("model"), py::arg("samples"), py::arg("measured"), py::kw_only(), py::arg("asked"),
       py::arg("anchors") = RowMatrixXd(0, 3), py::arg("method") = "nls", py::arg("loss") = "tukey",
       py::arg("prior_mean") = Eigen::VectorXd(), py::arg("prior_sigma") = Eigen::VectorXd(),
-      py::arg("lower") = Eigen::VectorXd(), py::arg("upper") = Eigen::VectorXd(), py::arg("max_iterations") = 100,
-      py::arg("practical_limit") = 10.0, py::arg("threads") = 1, py::call_guard<py::gil_scoped_release>(),
+      py::arg("lower") = Eigen::VectorXd(), py::arg("upper") = Eigen::VectorXd(),
+      py::arg("pull_mean") = Eigen::VectorXd(), py::arg("pull_sigma") = Eigen::VectorXd(),
+      py::arg("max_iterations") = 100, py::arg("practical_limit") = 10.0, py::arg("threads") = 1,
+      py::call_guard<py::gil_scoped_release>(),
       "Identifies the parameters `asked` (indices) and all anchors, from the model's start.");
 }
 

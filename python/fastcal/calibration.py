@@ -26,6 +26,7 @@ from fastcal.identified import identified, with_frames
 from fastcal.nominal import nominal_record
 from fastcal.open_effects import with_open_effects_set
 from fastcal.parameter_limits import parameter_limits
+from fastcal.profile_pull import pulls
 from fastcal.profile_range import range_notes
 from fastcal.robot import Robot
 from fastcal.units import factor, from_si
@@ -272,6 +273,7 @@ def calibrate(
         max_iterations=max_iterations,
         threads=threads,
         **parameter_limits(start, model, len(alignment.anchors), priors=priors),
+        **pulls(start, model, samples, measured, asked, alignment.anchors, loss=loss, threads=threads),
     )
 
     say("reporting")

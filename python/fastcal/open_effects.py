@@ -20,6 +20,7 @@ from fastcal.effects import label, options_of
 from fastcal.errors import InvalidInput
 from fastcal.parameter_limits import parameter_limits
 from fastcal.profile_penalty import LinearProblem, choose_curvatures
+from fastcal.profile_pull import pull_deviations
 from fastcal.robot import Robot, Spec
 from fastcal.step_search import find_step
 
@@ -129,6 +130,7 @@ def _set_curvatures(fit: _Fit, spec: Spec, curves: list[int], places: list[range
     weak = np.full(len(fit.theta), np.inf)
     weak[: len(fit.model.parameters)] = _WEAK * np.array([p.sigma for p in fit.model.parameters])
     weak = np.minimum(weak, limits.get("prior_sigma", np.inf))
+    weak[: len(fit.model.parameters)] = np.minimum(weak[: len(fit.model.parameters)], pull_deviations(robot, fit.model))
     weak[~np.isfinite(weak)] = 1.0  # anchors [m]
     first = np.cumsum([len(others), *(len(places[k]) for k in curves)])
     blocks = [np.arange(first[b], first[b + 1]) for b in range(len(curves))]

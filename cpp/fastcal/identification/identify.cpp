@@ -564,6 +564,9 @@ void check_limits(const IdentifyOptions& options, int count) {
       << "priors must be " << count << " means and as many standard deviations, or none";
   FASTCAL_CHECK(limits.prior_mean.allFinite() && (limits.prior_sigma.array() > 0).all())
       << "priors must have finite means and positive standard deviations";
+  FASTCAL_CHECK(fits(limits.pull_mean, limits.pull_sigma) && limits.pull_mean.allFinite() &&
+                (limits.pull_sigma.array() > 0).all())
+      << "pulls must be " << count << " finite means and as many positive sizes, or none";
   FASTCAL_CHECK(fits(limits.lower, limits.upper))
       << "bounds must be " << count << " lower and as many upper ones, or none";
   FASTCAL_CHECK((limits.lower.array() < limits.upper.array()).all())

@@ -33,25 +33,30 @@ class Reduced {
     if (known_ && last_x_ == here && (!with_jacobian || last_.A.size() > 0 || size() == 0)) return last_;
     const Eigen::VectorXd theta_here = theta(x);
     last_ = normal_equations(problem_, theta_here, free_, scale_, weighting_, with_jacobian);
-    if (limits_.prior_sigma.size() > 0) {
-      for (Eigen::Index k = 0; k < size(); ++k) {
-        const int index = free_[static_cast<std::size_t>(k)];
-        if (!std::isfinite(limits_.prior_sigma[index])) continue;
-        const double u = (theta_here[index] - limits_.prior_mean[index]) / limits_.prior_sigma[index];
-        const double slope = scale_[k] / limits_.prior_sigma[index];
-        last_.cost += 0.5 * u * u;
-        if (with_jacobian) {
-          last_.A(k, k) += slope * slope;
-          last_.g[k] += slope * u;
-        }
-      }
-    }
+    add(limits_.prior_mean, limits_.prior_sigma, theta_here, with_jacobian);
+    add(limits_.pull_mean, limits_.pull_sigma, theta_here, with_jacobian);
     last_x_ = here;
     known_ = true;
     return last_;
   }
 
  private:
+  /// A Gaussian's part of the sums.
+  void add(const Eigen::VectorXd& mean, const Eigen::VectorXd& sigma, const Eigen::VectorXd& theta_here,
+           bool with_jacobian) const {
+    for (Eigen::Index k = 0; sigma.size() > 0 && k < size(); ++k) {
+      const int index = free_[static_cast<std::size_t>(k)];
+      if (!std::isfinite(sigma[index])) continue;
+      const double u = (theta_here[index] - mean[index]) / sigma[index];
+      const double slope = scale_[k] / sigma[index];
+      last_.cost += 0.5 * u * u;
+      if (with_jacobian) {
+        last_.A(k, k) += slope * slope;
+        last_.g[k] += slope * u;
+      }
+    }
+  }
+
   const Problem& problem_;
   const Eigen::VectorXd& theta_0_;
   const std::vector<int>& free_;
