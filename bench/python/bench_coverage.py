@@ -1,0 +1,252 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Do 95 % intervals hold the truth 95 times in 100, for every effect alone and for random groups of three?
+
+Each set has an arm of its own (geometry off by 0.5 mm and 0.5 mrad, effects of their plausible sizes), and poses,
+conditions and noise of its own; fastcal simulates it and, told which effects there are, identifies them. Counted are
+the effects' parameters; what is told to be unidentifiable is not promised, and counted apart.
+
+    python bench/python/bench_coverage.py [--sets 200] [--jobs N] [--loss tukey none] [--effects NAME ...] [--out FILE]
+"""
+
+from __future__ import annotations
+
+import argparse
+import copy
+import json
+import zlib
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import joblib
+import numpy as np
+from scipy import special
+
+from fastcal.calibration import LOSSES, CalibrationResult, calibrate
+from fastcal.dataset import Dataset
+from fastcal.effect_origins import with_origins
+from fastcal.effects import build_effects, edge_name, edge_unit, full_name, parse_effects
+from fastcal.io.robot_file import load_robot
+from fastcal.profile_penalty import prior_deviations
+from fastcal.robot import Robot, Spec
+from fastcal.simulation import perturbed, random_poses, simulate
+from fastcal.units import from_si, to_si
+
+LEVEL = 0.95
+GOAL = (0.93, 0.97)
+POSES = 200
+NOISE = to_si(0.03, "mm")
+GROUPS = "groups of three"
+SCALE = "measurement_scale"  # is told from lengths that are known, so by itself and without geometry
+
+# Where on the arm each effect is visible.
+OWNERS: dict[str, tuple[str, ...]] = {
+    "backlash": ("@joint1", "@joint2", "@joint3", "@joint4", "@joint5", "@joint6"),
+    "base_drift": ("@base",),
+    "base_step": ("@base",),
+    "bearing_tilt": ("@joint1", "@joint2", "@joint3"),
+    "compensator_spring": ("@joint2",),
+    "coupling_ratio": ("@joint3<-joint2", "@joint5<-joint4", "@joint6<-joint4", "@joint6<-joint5"),
+    "current_compliance": ("@joint1", "@joint2", "@joint3", "@joint4", "@joint5", "@joint6"),
+    "gear_harmonic": ("@joint1:order=2", "@joint3:order=2", "@joint4:order=1", "@joint5:order=2:side=motor"),
+    "joint_compliance": ("@joint2", "@joint3", "@joint4", "@joint5"),
+    "joint_compliance_nonlinear": ("@joint2", "@joint3"),
+    "joint_profile": ("@joint1", "@joint2", "@joint3", "@joint4", "@joint5"),
+    "link_bending": ("@link2", "@link4"),
+    "link_com": ("@link2", "@link3"),
+    "link_mass": ("@link2", "@link3", "@link4"),
+    "link_torsion": ("@link2", "@link4"),
+    SCALE: ("@instrument",),
+    "payload_com": ("@payload",),
+    "payload_mass": ("@payload",),
+    "reduction_ratio": ("@joint1", "@joint2", "@joint3", "@joint4", "@joint5", "@joint6"),
+    "regressor": ("@base:column=tilt:axis=rx", "@link3:column=tilt:axis=z"),
+    "station_offset": ("@base",),
+    "thermal_expansion": ("@robot", "@link2", "@link4"),
+    "thermal_offset": ("@joint1", "@joint2", "@joint3", "@joint4", "@joint5"),
+    "tool_shift": ("@tool",),
+}
+# Weights show through compliances alone; an arm of 500 kg is stiffer than most.
+THROUGH = ("joint_compliance@joint2", "joint_compliance@joint3", "joint_compliance@joint5")
+WEIGHTS = ("compensator_spring", "link_com", "link_mass", "payload_com", "payload_mass")
+STIFF = {"rad_nm": 0.3}
+CURVATURE = 1e-3  # of true joint profiles; the one that is fitted with is found by cross-validation
+
+
+@cache
+def arm() -> Robot:
+    """The KR500 with its spring and gear ratios, before an instrument that stands askew."""
+    spec = copy.deepcopy(load_robot("kuka_kr500_3").spec)
+    spec["base"] = {"xyz_mm": [4500.0, -300.0, 700.0], "rpy_deg": [0.5, -0.8, 35.0]}
+    spec["compensator"] = {
+        "joint": 2,
+        "anchor_mm": [-500.0, 0.0, 0.0],
+        "arm_mm": [300.0, 400.0, 0.0],
+        "stiffness_n_m": 2e5,
+        "free_length_mm": 600.0,
+    }
+    for joint in spec["joints"]:
+        joint["motor_ratio"] = 15.0  # as few as make waves that 200 poses tell apart
+    return Robot(spec)
+
+
+def conditions(random: np.random.Generator) -> Dataset:
+    """Poses and all conditions that an effect may need, in the order of time."""
+    time = np.sort(random.uniform(0.0, 14400.0, POSES))
+    q = random_poses(arm(), POSES, seed=int(random.integers(2**31)))
+    return Dataset.from_arrays(
+        q,
+        payload=random.choice([0.0, 200.0, 400.0], POSES),
+        temperature=to_si(20 + 12 * (1 - np.exp(-time / 5000)) + random.normal(0, 0.3, POSES), "c"),
+        time=time,
+        station=["hall", "door", *random.choice(["hall", "door"], POSES - 2)],
+        mount=[1, 2, *random.integers(1, 3, POSES - 2)],
+        approach=random.choice([-1.0, 1.0], q.shape),
+        current=random.normal(0, 3, q.shape),
+        extra={"tilt": random.normal(0, 1, POSES)},
+    )
+
+
+def drawn(entry: Spec, random: np.random.Generator) -> Spec:
+    """The entry with true parameters: normal with their plausible size, or 0.5 to 2 of it where they have a sign."""
+    name = entry["effect"]
+    if name == "gear_harmonic":
+        return entry | {"parameters": {"amplitude_rad": random.uniform(1e-4, 5e-4), "phase_rad": random.uniform(-3, 3)}}
+    if name == "base_step":
+        entry = entry | {"at_s": random.uniform(4000.0, 10000.0)}
+    (effect,) = build_effects([entry], arm().core)
+    size = np.array([STIFF.get(p.unit, 1.0) * p.sigma for p in effect.parameters])
+    if name == "joint_profile":
+        size = np.minimum(size, prior_deviations(CURVATURE, np.asarray(effect.penalty)))
+    values = size * np.where(
+        [p.lower == 0 for p in effect.parameters],
+        random.uniform(0.5, 2.0, len(size)),
+        random.standard_normal(len(size)),
+    )
+    if name == "joint_compliance_nonlinear":
+        values[1] = random.uniform(0.2, 0.5) * values[0]  # stiffer beyond the corner, or there is none
+    return entry | {
+        "parameters": {
+            edge_name(p, geometry=False): from_si(float(v), edge_unit(p, geometry=False))
+            for p, v in zip(effect.parameters, values, strict=True)
+        }
+    }
+
+
+@dataclass(frozen=True)
+class Miss:
+    """One parameter of one set: its miss in deviations, None where it was told to be unidentifiable; was it covered?"""
+
+    effect: str
+    name: str
+    deviations: float | None
+    covered: bool
+
+
+def trial(label: str, seed: int, loss: str) -> list[Miss] | None:
+    """Simulates and identifies one set of an effect, or of a group of three; None where it did not converge."""
+    random = np.random.default_rng([zlib.crc32(label.encode()), seed])
+    names = [label]
+    if label == GROUPS:
+        names = sorted(random.choice([name for name in OWNERS if name != SCALE], 3, replace=False).tolist())
+    asked = [name + str(random.choice(OWNERS[name])) for name in names]
+    soft = [name.partition("@")[2] for name in asked if name.startswith("joint_compliance")]
+    through = [other for other in THROUGH if set(names) & set(WEIGHTS) and other.partition("@")[2] not in soft]
+    poses = conditions(random)
+    entries = parse_effects([*asked, *through], arm().core)[1]
+    entries = [drawn(with_origins(entry, arm(), poses), random) for entry in entries]
+    nominal = arm()
+    built = nominal if label == SCALE else perturbed(nominal, seed=int(random.integers(2**31)))
+    truth = Robot(built.spec | {"effects": entries})
+    measured = simulate(truth, poses, noise=NOISE, seed=int(random.integers(2**31)))
+    geometry = [] if label == SCALE else ["geometry"]
+    result = calibrate(nominal, measured, effects=[*geometry, *asked, *through], loss=loss)
+    if result.status != "converged":
+        return None
+    return [miss for entry in entries[: len(asked)] for miss in misses(entry, result)]
+
+
+def misses(entry: Spec, result: CalibrationResult) -> Iterable[Miss]:
+    """What became of each true parameter of an effect."""
+    told = {name for direction in result.unidentifiable for name in direction.parameters}
+    found = {(p.owner, p.name): i for i, p in enumerate(result.parameters)}
+    half = np.diff(result.interval(LEVEL))[:, 0] / 2
+    (effect,) = build_effects([entry], arm().core)
+    names = [full_name(p) for p in effect.parameters]
+    order = f"_{effect.parameters[0].name.removeprefix('sine_')}_rad"  # told of harmonics: amplitude_2x_rad
+    for name, (key, true) in zip(names, entry["parameters"].items(), strict=True):
+        if name in told or (told.intersection(names) and "order" in entry):
+            yield Miss(entry["effect"], key, None, covered=False)
+            continue
+        i = found[entry["owner"], key.replace("_rad", order) if "order" in entry else key]
+        miss = result.parameters[i].value - true
+        if key == "phase_rad":
+            miss = (miss + np.pi) % (2 * np.pi) - np.pi
+        yield Miss(entry["effect"], key, miss / result.parameters[i].std, covered=bool(abs(miss) <= half[i]))
+
+
+def wilson(hits: int, count: int) -> tuple[float, float]:
+    """95 % bounds of a share (E. Wilson 1927)."""
+    z = float(special.ndtri(0.5 + LEVEL / 2))
+    middle = (hits + z * z / 2) / (count + z * z)
+    half = z / (count + z * z) * (hits * (count - hits) / count + z * z / 4) ** 0.5
+    return middle - half, middle + half
+
+
+def summary(trials: list[list[Miss] | None]) -> dict[str, Any]:
+    """Counted, told, covered, its bounds, and the root of the mean squared miss in deviations (1 is honest)."""
+    found = [miss for trial in trials for miss in trial or ()]
+    z = np.array([miss.deviations for miss in found if miss.deviations is not None])
+    hits = sum(miss.covered for miss in found)
+    low, high = wilson(hits, len(z))
+    return {
+        "not_converged": sum(trial is None for trial in trials),
+        "counted": len(z),
+        "told": len(found) - len(z),
+        "covered": hits / max(len(z), 1),
+        "low": low,
+        "high": high,
+        "rms_deviations": float(np.sqrt(np.mean(z**2))) if len(z) else None,
+    }
+
+
+def measure(labels: list[str], sets: int, jobs: int, loss: str) -> dict[str, dict[str, Any]]:
+    """The table of one loss: a row an effect, one of the groups, one of all."""
+    tasks = [(label, seed) for label in labels for seed in range(sets)]
+    done = joblib.Parallel(n_jobs=jobs)(joblib.delayed(trial)(label, seed, loss) for label, seed in tasks)
+    rows = {label: summary(done[k * sets : (k + 1) * sets]) for k, label in enumerate(labels)}
+    return rows | {"pooled": summary(done)}
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--sets", type=int, default=200)
+    parser.add_argument("--jobs", type=int, default=1)
+    parser.add_argument("--loss", nargs="+", choices=LOSSES, default=["tukey", "none"])
+    parser.add_argument("--effects", nargs="+", choices=[*OWNERS, GROUPS], default=[*OWNERS, GROUPS])
+    parser.add_argument("--out", type=Path)
+    options = parser.parse_args()
+    tables = {}
+    for loss in options.loss:
+        tables[loss] = measure(options.effects, options.sets, options.jobs, loss)
+        print(
+            f"loss {loss}, {options.sets} sets each\n{'':28} counted  told  covered  95 % bounds   rms  not converged"
+        )
+        for label, row in tables[loss].items():
+            print(
+                f"{label:28} {row['counted']:7} {row['told']:5}  {row['covered']:7.3f}  "
+                f"{row['low']:.3f} {row['high']:.3f}  {row['rms_deviations'] or 0:5.2f} {row['not_converged']:5}"
+            )
+    if options.out:
+        options.out.parent.mkdir(parents=True, exist_ok=True)
+        text = json.dumps({"sets": options.sets, "level": LEVEL, "losses": tables}, indent=1) + "\n"
+        options.out.write_text(text, encoding="utf-8")
+    if not all(GOAL[0] <= table["pooled"]["covered"] <= GOAL[1] for table in tables.values()):
+        raise SystemExit(f"the pooled coverage is not within {GOAL}")
+
+
+if __name__ == "__main__":
+    main()
