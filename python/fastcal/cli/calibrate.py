@@ -6,15 +6,16 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from fastcal.cli.console import fail, progress, say, warn
-from fastcal.cli.options import DataFile, Loss, Method, OutFolder, RobotFile, Threads
+from fastcal.cli.options import DataFile, Loss, Method, OutFolder, RobotFile, Rule, Threads
 
 if TYPE_CHECKING:
     from fastcal.calibration import CalibrationResult
+    from fastcal.selection import Selection
 
 NOT_CONVERGED = 3
 FILES = ("model.yaml", "result.json", "report.html")
@@ -35,31 +36,35 @@ def calibrate(
     priors: Annotated[
         bool, typer.Option("--priors", help="Hold parameters near nominal where the data say little.")
     ] = False,
+    choose: Annotated[
+        Rule | None,
+        typer.Option(
+            help="Identify only those parameters that predict held-out poses best, or the fewest that do as well "
+            "within a standard error; the others stay at nominal."
+        ),
+    ] = None,
     threads: Threads = 1,
 ) -> None:
     """Identify a robot from measured poses."""
-    from fastcal import calibration, inspection
+    from fastcal import calibration, inspection, selection
+    from fastcal.errors import InvalidInput
     from fastcal.io.folder import check_folder
     from fastcal.io.measurements import load_measurements
     from fastcal.io.robot_file import load_robot
 
     check_folder(output)
+    if choose is not None and (priors or method != "nls"):
+        raise InvalidInput("--choose compares sets by least squares without priors: leave out --priors and --method")
     nominal = load_robot(robot)
     measured = load_measurements(data, nominal)
     other = None if test is None else load_measurements(test, nominal)
     with progress() as show:
         show("looking at the columns")
         suspected = inspection.suspicion(nominal, measured)
-        found = calibration.calibrate(
-            nominal,
-            measured,
-            test=other,
-            effects=effects,
-            method=method,
-            loss=loss,
-            priors=priors,
-            threads=threads,
-            progress=show,
+        given: dict[str, Any] = {"test": other, "effects": effects, "loss": loss, "threads": threads, "progress": show}
+        choice = None if choose is None else selection.choose_parameters(nominal, measured, rule=choose, **given)
+        found = (
+            choice.result if choice else calibration.calibrate(nominal, measured, method=method, priors=priors, **given)
         )
         inspection.check_fit(nominal, found.train, suspected)
         notes = [*([suspected] if suspected else []), *found.notes, *inspection.readback_notes(nominal, measured)]
@@ -69,17 +74,19 @@ def calibrate(
             )
         found = replace(found, notes=notes)
         show("writing the report")
-        write(found, output)
+        write(found, output, choice=choice)
     warn(found.notes)
     if other is not None:
         warn(f"{test}: {note}" for note in other.notes if note not in found.notes)
+    if choice is not None:
+        say_choice(choice)
     say_result(found, output)
     if found.status != "converged":
         fail(f"{found.status.replace('_', ' ')}: {found.message}; no model.yaml")
         raise typer.Exit(NOT_CONVERGED)
 
 
-def write(result: CalibrationResult, output: Path, *, simulated: bool = False) -> None:
+def write(result: CalibrationResult, output: Path, *, simulated: bool = False, choice: Selection | None = None) -> None:
     """Writes a result's files into a folder, all or none; a model only where the calibration converged."""
     from fastcal import __version__
     from fastcal.io.folder import atomic_folder
@@ -91,8 +98,21 @@ def write(result: CalibrationResult, output: Path, *, simulated: bool = False) -
         if result.status == "converged":
             source = Path(result.train.data.source).name
             write_spec(result.model.spec, folder / "model.yaml", f"Identified by fastcal {__version__} from {source}")
-        write_json(folder / "result.json", result.to_json_dict())
+        chosen = {} if choice is None else {"choice": choice.to_json_dict()}
+        write_json(folder / "result.json", result.to_json_dict() | chosen)
         write_report(result, folder / "report.html", simulated=simulated)
+
+
+def say_choice(choice: Selection) -> None:
+    """What was chosen, and what it gains where poses were held out."""
+    best = next(candidate for candidate in choice.table if candidate.parameters == choice.parameters)
+    say(
+        f"chosen: {len(choice.parameters)} of {len(choice.full.parameters)} parameters beside base and tool, of "
+        f"{choice.evaluated} sets: {', '.join(choice.parameters) or 'none'}"
+    )
+    chosen, full = choice.rms_mm(best), choice.rms_mm(choice.full)
+    if chosen is not None and full is not None:
+        say(f"error of a coordinate on held-out poses: {chosen:.4f} mm, {full:.4f} mm with all parameters")
 
 
 def say_result(result: CalibrationResult, output: Path) -> None:

@@ -21,6 +21,7 @@ OutFolder = Annotated[Path, typer.Option("-o", "--output", metavar="OUT", help="
 Threads = Annotated[int, typer.Option(min=1, help="Cores to use; the result does not depend on it.")]
 Seed = Annotated[int, typer.Option(min=0, help="The same seed gives the same numbers.")]
 
-# As fastcal.calibration has them; written out here so that `fastcal --help` need not load it.
+# As fastcal.calibration and fastcal.selection have them; written out here so that `fastcal --help` need not load it.
 Method = Literal["nls", "bfgs", "bfgs_mean_distance"]
 Loss = Literal["tukey", "huber", "cauchy", "none"]
+Rule = Literal["least", "one_standard_error"]

@@ -19,6 +19,7 @@ import fastcal as library
 from fastcal import calibration
 from fastcal.calibration import LOSSES, METHODS
 from fastcal.cli import options
+from fastcal.selection import RULES
 
 
 def strict_json(path: Path) -> dict[str, Any]:
@@ -175,6 +176,32 @@ def test_a_folder_that_fails_on_the_way_leaves_the_older_one(demo, tmp_path, fas
 def test_the_choices_offered_are_those_of_the_library() -> None:
     assert options.Loss.__args__ == LOSSES
     assert options.Method.__args__ == METHODS
+    assert options.Rule.__args__ == RULES
+
+
+def test_parameters_are_chosen_where_it_is_asked_for(demo, tmp_path, fastcal) -> None:
+    robot = library.load_robot(demo / "robot.yaml")
+    few = (demo / "measurements.csv").read_text().splitlines()[:31]
+    (tmp_path / "few.csv").write_text("\n".join(few) + "\n")
+    said = fastcal(
+        "calibrate", demo / "robot.yaml", tmp_path / "few.csv", "--choose", "one_standard_error", "-o", tmp_path / "out"
+    )
+    assert said.code == 0, said.err
+    data = library.load_measurements(tmp_path / "few.csv", robot)
+    choice = library.choose_parameters(robot, data, rule="one_standard_error")
+    assert 0 < len(choice.parameters) < len(choice.full.parameters)
+    result = strict_json(tmp_path / "out" / "result.json")
+    assert result["choice"] == json.loads(json.dumps(choice.to_json_dict()))
+    assert [p["value"] for p in result["parameters"]] == [p.value for p in choice.result.parameters]
+    assert library.load_robot(tmp_path / "out" / "model.yaml").spec["joints"] == choice.result.model.spec["joints"]
+    assert f"chosen: {len(choice.parameters)} of {len(choice.full.parameters)} parameters" in said.out
+    assert ", ".join(choice.parameters) in said.out
+
+    refused = fastcal(
+        "calibrate", demo / "robot.yaml", tmp_path / "few.csv", "--choose", "least", "--priors", "-o", "no"
+    )
+    assert refused.code == 2
+    assert "leave out --priors and --method" in refused.error
 
 
 def test_progress_is_shown_on_a_terminal(demo, tmp_path) -> None:
