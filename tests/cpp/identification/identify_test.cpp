@@ -335,6 +335,30 @@ TEST(Identify, WeakPriorsAreNone) {
   EXPECT_EQ(without.rank, with_priors.rank);
 }
 
+TEST(Identify, APullDrawsWhatTheDataHardlyTellAndIsNoKnowledge) {
+  // Poses that hardly tell: a tenth of a radian about each joint.
+  Random random(35);
+  Scene s = scene(35, What::kPositions, 60, {5e-5, 0});
+  s.samples = test::postures(random, 60, 6, 0.1);
+  s.measured = test::measure(random, s.model, s.samples, s.truth, What::kPositions, {5e-5, 0});
+  const Identification free = s.identified(with(LossKind::kNone));
+  IdentifyOptions options = with(LossKind::kNone);
+  options.limits.pull_mean = s.model.start();
+  options.limits.pull_sigma = Eigen::VectorXd::Constant(s.model.parameter_count(), 3e-4);
+  const Identification pulled = s.identified(options);
+  EXPECT_EQ(pulled.free, free.free);
+  EXPECT_EQ(pulled.rank, free.rank);
+  EXPECT_EQ(pulled.degrees_of_freedom, free.degrees_of_freedom);
+  const double noise = pulled.sigma[0] / free.sigma[0];
+  EXPECT_LT(noise, 1.1);
+  for (std::size_t k = 0; k < free.free.size(); ++k) {
+    const auto i = static_cast<Eigen::Index>(k);
+    EXPECT_NEAR(std::sqrt(pulled.covariance(i, i) / free.covariance(i, i)) / noise, 1, 0.05);
+  }
+  const Eigen::VectorXd start = s.model.start();
+  EXPECT_LT((pulled.theta - start).norm(), 0.5 * (free.theta - start).norm());
+}
+
 TEST(Identify, TooFewNumbersAreAStatusAndNoCertainty) {
   for (const Eigen::Index rows : {1, 2, 5, 9}) {
     const Scene s = scene(23, What::kPositions, rows, {5e-5, 0});
@@ -468,6 +492,9 @@ TEST(Identify, BadOptionsAreRefusedInASentence) {
   options.limits.prior_mean = Eigen::VectorXd::Zero(p);
   options.limits.prior_sigma = Eigen::VectorXd::Zero(p);
   EXPECT_EQ(refusal({1}, options), "priors must have finite means and positive standard deviations");
+  options.limits.prior_mean = options.limits.prior_sigma = Eigen::VectorXd();
+  options.limits.pull_mean = Eigen::VectorXd::Zero(p);
+  EXPECT_EQ(refusal({1}, options), "pulls must be 42 finite means and as many positive sizes, or none");
   options = {};
   options.limits.lower = Eigen::VectorXd::Zero(p);
   EXPECT_EQ(refusal({1}, options), "bounds must be 42 lower and as many upper ones, or none");
