@@ -30,6 +30,7 @@ from fastcal.dataset import Dataset
 from fastcal.effect_origins import with_origins
 from fastcal.effects import build_effects, edge_name, edge_unit, full_name, parse_effects
 from fastcal.io.robot_file import load_robot
+from fastcal.io.structure_schema import check_structure
 from fastcal.profile_penalty import prior_deviations
 from fastcal.robot import Robot, Spec
 from fastcal.simulation import perturbed, random_poses, simulate
@@ -47,6 +48,7 @@ OWNERS: dict[str, tuple[str, ...]] = {
     "backlash": ("@joint1", "@joint2", "@joint3", "@joint4", "@joint5", "@joint6"),
     "base_drift": ("@base",),
     "base_step": ("@base",),
+    "beam_gravity": ("@structure",),
     "bearing_tilt": ("@joint1", "@joint2", "@joint3"),
     "compensator_spring": ("@joint2",),
     "coupling_ratio": ("@joint3<-joint2", "@joint5<-joint4", "@joint6<-joint4", "@joint6<-joint5"),
@@ -78,7 +80,7 @@ CURVATURE = 1e-3  # of true joint profiles; the one that is fitted with is found
 
 @cache
 def arm() -> Robot:
-    """The KR500 with its spring and gear ratios, before an instrument that stands askew."""
+    """The KR500 with a spring, gear ratios and an upper arm that bends, before an instrument that stands askew."""
     spec = copy.deepcopy(load_robot("kuka_kr500_3").spec)
     spec["base"] = {"xyz_mm": [4500.0, -300.0, 700.0], "rpy_deg": [0.5, -0.8, 35.0]}
     spec["compensator"] = {
@@ -88,6 +90,26 @@ def arm() -> Robot:
         "stiffness_n_m": 2e5,
         "free_length_mm": 600.0,
     }
+    tube = {"young_pa": 2.1e11, "shear_pa": 8.1e10, "area_m2": 0.02}
+    tube |= {"inertia_y_m4": 1e-4, "inertia_z_m4": 1e-4, "torsion_m4": 2e-4}
+    structure = {
+        "nodes": [
+            {"name": "shoulder", "frame": "joint2", "held": "all"},
+            {"name": "elbow", "frame": "joint3", "moves": "link2"},
+        ],
+        "sections": {"tube": tube},
+        "elements": [
+            {
+                "name": "upper_arm",
+                "start": "shoulder",
+                "end": "elbow",
+                "section": "tube",
+                "mass_kg": 420,
+                "up_frame": "joint3",
+            }
+        ],
+    }
+    spec["structure"] = check_structure(structure, [joint["type"] for joint in spec["joints"]], Path(__file__))
     for joint in spec["joints"]:
         joint["motor_ratio"] = 15.0  # as few as make waves that 200 poses tell apart
     return Robot(spec)
