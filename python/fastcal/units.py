@@ -82,6 +82,51 @@ UNITS: dict[str, Unit] = {
 }
 
 
+@dataclass(frozen=True)
+class ShopUnit:
+    """A unit that people on the floor speak and no file is written in: x_si = x * numerator / denominator."""
+
+    text: str
+    numerator: float = 1.0
+    denominator: float = 1.0
+
+    @overload
+    def of(self, value: float) -> float: ...
+    @overload
+    def of(self, value: NDArray[np.float64]) -> NDArray[np.float64]: ...
+    def of(self, value: float | NDArray[np.float64]) -> float | NDArray[np.float64]:
+        """An SI value, or an array of any shape, in this unit."""
+        return value * self.denominator / self.numerator
+
+
+_NBSP = "\N{NO-BREAK SPACE}"
+_SHOP_UNITS: dict[str, tuple[ShopUnit, ...]] = {  # by SI unit, the finest first
+    "1": (ShopUnit("ppm", 1, 1_000_000), ShopUnit("%", 1, 100)),
+    "m": (ShopUnit("\N{MICRO SIGN}m", 1, 1_000_000), ShopUnit("mm", 1, 1000)),
+    "rad": (ShopUnit("arcsec", math.pi, 648_000), ShopUnit("arcmin", math.pi, 10_800), ShopUnit("°", math.pi, 180)),
+    "m_s": (ShopUnit("\N{MICRO SIGN}m/h", 1, 3_600_000_000), ShopUnit("mm/h", 1, 3_600_000)),
+    "rad_s": (ShopUnit("arcsec/h", math.pi, 648_000 * 3600),),
+    "rad_nm": (
+        ShopUnit(f"arcsec/(kN{_NBSP}m)", math.pi, 648_000_000),
+        ShopUnit(f"arcmin/(kN{_NBSP}m)", math.pi, 10_800_000),
+    ),
+    "rad_a": (ShopUnit("arcsec/A", math.pi, 648_000),),
+    "rad_k": (ShopUnit("arcsec/K", math.pi, 648_000),),
+    "m_n": (ShopUnit("\N{MICRO SIGN}m/N", 1, 1_000_000),),
+    "m_a": (ShopUnit("\N{MICRO SIGN}m/A", 1, 1_000_000),),
+    "m_k": (ShopUnit("\N{MICRO SIGN}m/K", 1, 1_000_000),),
+    "1_k": (ShopUnit(f"\N{MICRO SIGN}m/(m{_NBSP}K)", 1, 1_000_000),),
+    "n_m": (ShopUnit("N/mm", 1000, 1),),
+    "1_nm2": (ShopUnit(f"1/(GN{_NBSP}m²)", 1, 1_000_000_000), ShopUnit(f"1/(MN{_NBSP}m²)", 1, 1_000_000)),
+}
+
+
+def shop_unit(unit: str, size: float) -> ShopUnit:
+    """The unit in which people speak of SI values up to `size`: the coarsest in which it is at least 1."""
+    found = _SHOP_UNITS.get(unit, (ShopUnit(unit),))
+    return next((u for u in reversed(found) if abs(u.of(size)) >= 1), found[0])
+
+
 def unit_names(kind: str) -> list[str]:
     """The names of all units of a kind, SI first where it has one."""
     return [unit.name for unit in UNITS.values() if unit.kind == kind]

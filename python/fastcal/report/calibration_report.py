@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.io.atomic import write_text
-from fastcal.report import calibration_tables, charts, figures, page, workspace
-from fastcal.report.formatting import alike, count, percent, plural, significant
+from fastcal.report import calibration_tables, charts, figures, page, residual_figures, workspace
+from fastcal.report.formatting import alike, count, plural, significant
 from fastcal.report.tables import capitalised, spaced
-from fastcal.report.trends import Trend, trend
+from fastcal.report.trends import trend
 from fastcal.report.view import Rows, rows_of
 from fastcal.report.words import listed, verdict
 from fastcal.units import from_si
@@ -26,7 +26,6 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-POINT_LIMIT = 350
 _METHODS = {
     "nls": "nonlinear least squares (Levenberg-Marquardt)",
     "bfgs": "BFGS with line search on the root of the mean squared distance",
@@ -53,7 +52,7 @@ def calibration_page(result: CalibrationResult, *, simulated: bool = False) -> s
     sets = [rows for rows in (train, test) if rows is not None]
     trends = {v.name: trend(v.values, train.residual) for v in train.variables} if train else {}
     base = np.asarray(result.model.spec["base"]["xyz_mm"], float)
-    arrows = _arrows(sets)
+    arrows = residual_figures.arrows(sets)
     return page.render(
         "calibration.html",
         title=f"Calibration of {result.model.name}",
@@ -68,8 +67,8 @@ def calibration_page(result: CalibrationResult, *, simulated: bool = False) -> s
         scene=None if arrows is None else workspace.scene(*arrows, base, _MEASURING_FRAME),
         flat_views=[] if arrows is None else workspace.flat_views(*arrows),
         component_key=charts.component_key(train.components) if train else [],
-        trend_panels=_trend_panels(train, trends) if train else [],
-        trend_note=_drawn_note(train.row_count) if train else "",
+        trend_panels=residual_figures.trend_panels(train, trends) if train else [],
+        trend_note=residual_figures.drawn_note(train.row_count) if train else "",
         parameter_table=calibration_tables.parameter_table(result.parameters),
         unidentifiable=[
             (capitalised(spaced(item.direction)), spaced(item.parameters[0]) if item.parameters else "")
@@ -78,7 +77,7 @@ def calibration_page(result: CalibrationResult, *, simulated: bool = False) -> s
         correlated_table=calibration_tables.correlated_table(result.correlated),
         told_count=len(result.parameters),
         asked_count=result.asked_count,
-        normal_plot=_normal_plot(result, train) if train else None,
+        normal_plot=residual_figures.normal_plot(train, result.sigma_mm, result.outliers) if train else None,
         sigma=significant(result.sigma_mm, 2),
         sigma_note=result.sigma_note,
         outlier_table=calibration_tables.outlier_table(train, result.outliers, result.weights) if train else None,
@@ -144,47 +143,6 @@ def _accuracy_figures(sets: list[Rows]) -> list[figures.Figure]:
         curves.append((f"{name} after", rows.error_after, figures.AFTER, dash))
         samples.insert(0, (name, rows.error_after, figures.AFTER if is_judged else figures.INK))
     return [charts.cumulative(curves, "mm"), charts.histogram(samples, "mm")]
-
-
-def _arrows(sets: list[Rows]) -> tuple[Array, Array, Array] | None:
-    """Positions and residuals before and after (N, 3) in mm of all rows that are complete; None where none is."""
-    whole = [(rows, rows.with_arrows) for rows in sets if rows.with_arrows.any()]
-    if not whole:
-        return None
-    return (
-        np.vstack([rows.position[kept] for rows, kept in whole]),
-        np.vstack([rows.point_before[kept] for rows, kept in whole]),
-        np.vstack([rows.point_after[kept] for rows, kept in whole]),
-    )
-
-
-def _trend_panels(rows: Rows, trends: dict[str, Trend]) -> list[figures.Figure]:
-    """A panel for each variable, those with a trend first, the strongest of them at the head."""
-    known = np.abs(rows.residual[np.isfinite(rows.residual)])
-    y_range = min(float(known.max()) * 1.1, 6.5 * float(np.median(known))) if len(known) else 0.0
-    shown = figures.spread_rows(rows.row_count, POINT_LIMIT)
-    key = charts.component_key(rows.components)
-    panels = []
-    for variable in rows.variables:
-        found = trends[variable.name]
-        flagged = found.is_flagged(len(trends))
-        badge = f"{percent(found.share)} of variance" if flagged else "no trend"
-        titles = variable.title, variable.label
-        panel = charts.trend_panel(variable.name, titles, variable.values, rows.residual, key, y_range or 1.0, shown)
-        panels.append((-found.share if flagged else 0.0, figures.marked(panel, badge, flagged=flagged)))
-    return [panel for _, panel in sorted(panels, key=lambda pair: pair[0])]
-
-
-def _drawn_note(row_count: int) -> str:
-    drawn = min(row_count, POINT_LIMIT)
-    every = "" if drawn == row_count else f" {count(drawn)} of {count(row_count)} rows are drawn as points."
-    return f"Medians and bands are of all rows.{every} Points beyond the axis are not drawn."
-
-
-def _normal_plot(result: CalibrationResult, rows: Rows) -> figures.Figure:
-    is_outlier = np.zeros(rows.residual.shape, bool)
-    is_outlier[np.asarray(result.outliers, int)] = True
-    return charts.normal_plot(rows.residual.ravel(), result.sigma_mm, is_outlier.ravel())
 
 
 def _method(result: CalibrationResult) -> list[tuple[str, str]]:

@@ -1,32 +1,86 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""The files of a diagnosis: model, JSON and the page."""
+"""The files of a diagnosis: model, patches, JSON and the page, whose parts are gathered here."""
 
 from __future__ import annotations
 
 import os
+from dataclasses import dataclass, replace
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from fastcal.diagnosis import partial_residuals
+from fastcal.diagnosis.words import cause_in_words
 from fastcal.io.design_out import write_poses
 from fastcal.io.folder import atomic_folder
 from fastcal.io.results import write_json
 from fastcal.io.robot_file import write_spec
-from fastcal.report import page
+from fastcal.report import (
+    calibration_tables,
+    charts,
+    diagnosis_figures,
+    diagnosis_tables,
+    effect_figures,
+    page,
+    residual_figures,
+    shop,
+    workspace,
+)
+from fastcal.report.diagnosis_words import (
+    GRADES,
+    VERDICTS,
+    next_steps,
+    rest_sentence,
+    short_name,
+    spoken_label,
+    sureness,
+)
+from fastcal.report.figures import Figure
+from fastcal.report.formatting import alike, percent, significant
+from fastcal.report.model_patches import PATTERN, patch_name, removal_patches
+from fastcal.report.tables import Table, capitalised
+from fastcal.report.trends import trend
+from fastcal.report.view import Rows, rows_of
 
 if TYPE_CHECKING:
-    from fastcal.diagnosis import Diagnosis
+    from fastcal.diagnosis.result import Diagnosis, Finding
+    from fastcal.diagnosis.search import State
+    from fastcal.evaluation import Evaluation
 
 FILES = ("model.yaml", "diagnosis.json", "report.html", "next_poses.csv")
+_FRAME = "the measuring frame"
+
+
+@dataclass(frozen=True)
+class _Card:
+    """A finding on the page."""
+
+    title: str
+    grade: str
+    grade_text: str
+    estimate: list[tuple[str, str]]
+    sureness: list[str]
+    reasons: list[str]
+    equivalents: list[str]
+    patch: str
+    figures: list[Figure]
+    note: str
 
 
 def write_diagnosis(found: Diagnosis, folder: str | os.PathLike[str]) -> None:
-    """Writes model.yaml, diagnosis.json and report.html, all or none."""
+    """Writes model.yaml, diagnosis.json, report.html and a patch for each effect that was added, all or none."""
     import fastcal
 
-    with atomic_folder(Path(folder), owned=FILES) as place:
+    old = [path.name for path in Path(folder).glob(PATTERN)]
+    with atomic_folder(Path(folder), owned=(*FILES, *old)) as place:
         source = PurePath(found.train.data.source).name
-        write_spec(found.model.spec, place / "model.yaml", f"Diagnosed by fastcal {fastcal.__version__} from {source}")
+        model = place / "model.yaml"
+        write_spec(found.model.spec, model, f"Diagnosed by fastcal {fastcal.__version__} from {source}")
+        patches = removal_patches(model.read_text(encoding="utf-8"), found.model.spec, found.effects, model.name)
+        for name, text in patches.items():
+            (place / name).write_text(text, encoding="utf-8")
         write_json(place / "diagnosis.json", found.to_json_dict())
         if found.plan is not None:
             write_poses(place / found.plan.file, found.plan.poses, found.model)
@@ -35,6 +89,168 @@ def write_diagnosis(found: Diagnosis, folder: str | os.PathLike[str]) -> None:
 
 def diagnosis_page(found: Diagnosis) -> str:
     """The HTML text of the page."""
+    train, geometry = _rows(found, "Training", "train")
+    test, _ = _rows(found, "Test", "test")
+    judged = test or train
+    sets = [rows for rows in (train, test) if rows is not None]
+    arrows = residual_figures.arrows(sets)
+    base = np.asarray(found.model.spec["base"]["xyz_mm"], float)
+    word, tone = VERDICTS[found.verdict]
+    if found.verdict == "several" and any(f.grade != "A" for f in found.effects):
+        tone = "caution"
+    state = partial_residuals.final_state(found)
+    floor = _floor(found, judged)
     return page.render(
-        "diagnosis.html", title=f"Diagnosis of {found.model.name}", robot_name=found.model.name, found=found
+        "diagnosis.html",
+        title=f"Diagnosis of {found.model.name}",
+        robot_name=found.model.name,
+        sources=[
+            (name, PurePath(part.data.source).name, len(part.data))
+            for name, part in (("Training", found.train), ("Test", found.test))
+            if part is not None
+        ],
+        word=word,
+        tone=tone,
+        sentence=found.sentence,
+        steps=next_steps(found),
+        tiles=_tiles(found, floor),
+        cards=[_card(found, finding, state) for finding in found.effects],
+        grades=GRADES,
+        effect_key=effect_figures.KEY,
+        plan=found.plan,
+        rest=None if found.unexplained is None else rest_sentence(found.unexplained, _tried(found)),
+        rest_figures=_rest_figures(found, state),
+        gap=_gap(found, floor),
+        ranking=diagnosis_tables.ranking_table(found),
+        confusion=_confusion(found),
+        untestable=diagnosis_tables.untestable_table(found),
+        smallest=diagnosis_tables.smallest_table(found),
+        pairs=_pairs(train, geometry, changed=len(found.calibrations) > 1),
+        components=charts.component_key(train.components) if train else [],
+        trend_note=residual_figures.drawn_note(train.row_count) if train else "",
+        scene=None if arrows is None else workspace.scene(*arrows, base, _FRAME),
+        flat_views=[] if arrows is None else workspace.flat_views(*arrows),
+        sigma=significant(found.sigma_mm, 2),
+        sigma_note=found.sigma_note,
+        normal_plot=residual_figures.normal_plot(train, found.sigma_mm, found.outliers) if train else None,
+        outlier_table=_outlier_table(found, train),
+        outlier_count=len(found.outliers),
+        notes=found.notes,
     )
+
+
+def _rows(found: Diagnosis, name: str, part: str) -> tuple[Rows | None, Rows | None]:
+    """The rows of a set with everything that was found, "before" being the geometry alone; and those of the latter."""
+    first: Evaluation | None = getattr(found.calibrations[0], part)
+    last: Evaluation | None = getattr(found.calibrations[-1], part)
+    if first is None or last is None:
+        return None, None
+    compared = replace(last, before=first.after, error_before=first.error_after, length_before=first.length_after)
+    kinds = found.model.joint_types
+    return rows_of(name, compared, kinds), rows_of(name, first, kinds)
+
+
+def _floor(found: Diagnosis, rows: Rows | None) -> float:
+    """RMS error [mm] that noise alone would make."""
+    is_length = rows is not None and rows.components == ("length",)
+    return float(found.sigma_mm * (1.0 if is_length else np.sqrt(3.0)))
+
+
+def _judged(found: Diagnosis) -> tuple[str, list[float]]:
+    """The poses by which the gap is judged, and its RMS errors [mm]."""
+    tested = [step.test_rms_mm for step in found.gap if step.test_rms_mm is not None]
+    if len(tested) == len(found.gap):
+        return "test poses, which no fit has seen", tested
+    return "poses of the fit", [step.train_rms_mm for step in found.gap]
+
+
+def _tried(found: Diagnosis) -> int:
+    """Causes that were tried: effects and owners."""
+    return len({name.key for name in found.search.problem.names})
+
+
+def _tiles(found: Diagnosis, floor: float) -> list[tuple[str, str, str]]:
+    on, sizes = _judged(found)
+    before, after = sizes[0], sizes[-1]
+    where = on.split(",")[0]
+    noise = ("Noise alone would make", f"{alike(floor, floor)} mm", f"{significant(found.sigma_mm, 2)} mm a coordinate")
+    dead = len({(u.effect, u.owner) for u in found.untestable})
+    tried = ("Causes tried", str(_tried(found)), f"{dead} more can\N{RIGHT SINGLE QUOTATION MARK}t show in these data")
+    if len(sizes) == 1:
+        unexplained = np.sqrt(max(after**2 - floor**2, 0.0))
+        above = ("Beyond the noise", f"{alike(unexplained, floor)} mm", "root of the difference of squares")
+        return [(f"RMS error, {where}", f"{alike(after, floor)} mm", "calibrated geometry"), noise, above, tried]
+    closed = float(np.clip((before**2 - after**2) / max(before**2 - floor**2, 1e-30), 0.0, 1.0))
+    return [
+        (f"RMS error, {where}", f"{alike(after, floor)} mm", f"was {alike(before, floor)} mm with geometry alone"),
+        noise,
+        ("Gap closed", percent(closed), "of the mean square beyond the noise"),
+        tried,
+    ]
+
+
+def _card(found: Diagnosis, finding: Finding, state: State) -> _Card:
+    seen = partial_residuals.of_finding(state, finding)
+    cause = capitalised(cause_in_words(finding.effect, finding.owner))
+    drawn = effect_figures.effect_figures(seen, finding.owner, f"effect-{patch_name(finding)[8:-6]}")
+    return _Card(
+        cause,
+        finding.grade,
+        GRADES[finding.grade],
+        shop.estimate_lines(finding.effect, finding.parameters),
+        sureness(finding),
+        [spoken_label(reason) for reason in finding.reasons],
+        [capitalised(cause_in_words(*other)) for other in finding.equivalents],
+        patch_name(finding),
+        drawn,
+        effect_figures.left_out_note(seen),
+    )
+
+
+def _rest_figures(found: Diagnosis, state: State) -> list[Figure]:
+    if found.unexplained is None:
+        return []
+    seen = partial_residuals.of_rest(state, found.unexplained.owner, found.unexplained.depends_on)
+    return [] if seen is None else effect_figures.effect_figures(seen, found.unexplained.owner, "rest")
+
+
+def _gap(found: Diagnosis, floor: float) -> Figure:
+    on, sizes = _judged(found)
+    names = [_step_name(step.added) for step in found.gap]
+    return diagnosis_figures.waterfall(list(zip(names, sizes, strict=True)), floor, on)
+
+
+def _step_name(added: str | None) -> str:
+    if added is None:
+        return "geometry alone"
+    parts = [part.partition("@") for part in added.split(",")]
+    if len(parts) > 2:
+        return f"the curves of {len(parts)} joints"
+    return " and ".join(short_name(effect, owner) for effect, _, owner in parts)
+
+
+def _confusion(found: Diagnosis) -> Figure | None:
+    names, correlation = found.confusion
+    if len(names) < 2:
+        return None
+    given = {f.label for f in found.effects}
+    boxed = [k for k, name in enumerate(names) if name.partition(":")[0] in given]
+    return diagnosis_figures.confusion_map([spoken_label(name) for name in names], correlation, boxed)
+
+
+def _pairs(train: Rows | None, geometry: Rows | None, *, changed: bool) -> list[list[Figure]]:
+    if train is None or geometry is None:
+        return []
+    named = {"geometry alone": geometry, "with what was found": train} if changed else {"calibrated geometry": train}
+    states = {
+        name: (rows, {v.name: trend(v.values, rows.residual) for v in rows.variables}) for name, rows in named.items()
+    }
+    return residual_figures.trend_pairs(states)
+
+
+def _outlier_table(found: Diagnosis, train: Rows | None) -> Table | None:
+    if train is None:
+        return None
+    weights = np.ones(train.row_count)
+    weights[found.outliers] = 0.0
+    return calibration_tables.outlier_table(train, found.outliers, weights)

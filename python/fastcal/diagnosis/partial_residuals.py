@@ -1,0 +1,194 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Partial residuals: what the data say of one effect, pose by pose, against the variable that it depends on.
+
+The residual with the effect put back, r + C theta (component-plus-residual plot, Ezekiel 1924; Larsen and McCleary
+1972). An effect of a joint is read as that joint's error, a motion of the base where the tool works, the growth of an
+arm as its strain, and everything else along its own signature.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal.diagnosis.problem import Blocks, Fit, prepared_problem
+from fastcal.diagnosis.row_projections import Effect, Reading
+from fastcal.diagnosis.search import Search, State
+from fastcal.effects import core_options
+from fastcal.robot import Spec
+
+if TYPE_CHECKING:
+    from fastcal.dataset import Dataset
+    from fastcal.diagnosis.result import Diagnosis, Finding
+
+FloatArray = NDArray[np.float64]
+
+_OWN = ("reduction_ratio", "gear_harmonic", "joint_profile")
+_LOAD = ("joint_compliance", "joint_compliance_nonlinear")
+_MOTION = ("base_drift", "base_step", "station_offset")
+
+
+@dataclass(frozen=True, eq=False)
+class PartialResidual:
+    """An effect in the data.
+
+    Attributes:
+        depends_on: "q4", "torque", "time_s", "temperature_c", "approach4", "station", "itself", a column's name ...
+        x: (K, 1) or, of what depends on two variables, (K, 2) or (K, 3), SI.
+        x_units: "m" for the position of a slider, "rad" for that of any other joint, "" for what its name tells.
+        quantity: What y is: "joint", "growth", "motion" (of the base where the tool works), "shift" (of the target),
+            "displacement" (of the measured point, along the effect's signature where it depends on "itself").
+        unit: Of y: "rad", "m" or "1".
+        reading: y before and after with the fitted curve.
+        labels: What the numbers x count, where they stand for words.
+        left_out: Poses that say nothing of it.
+    """
+
+    depends_on: tuple[str, ...]
+    x: FloatArray
+    x_units: tuple[str, ...]
+    quantity: str
+    unit: str
+    reading: Reading
+    labels: tuple[str, ...] = ()
+    left_out: int = 0
+
+
+def final_state(found: Diagnosis) -> State:
+    """The state with everything that was found in it; joint profiles come after the search and are fitted once more."""
+    if not any(f.effect == "joint_profile" for f in found.effects):
+        return found.state
+    problem = found.state.fit.problem
+    again = prepared_problem(found.model, problem.data, problem.names, problem.noise, problem.threads)
+    return Search(again.with_rows(problem.used)).start
+
+
+def of_finding(state: State, finding: Finding) -> PartialResidual:
+    """The partial residual of one effect that is in the fit."""
+    fit = state.fit
+    entry, place = _entry(fit, finding)
+    return _of_effect(Effect.fitted(fit, place), entry, state.blocks)
+
+
+def of_rest(state: State, owner: str, depends_on: tuple[str, ...]) -> PartialResidual | None:
+    """The block without a name that explains most of what remains; None where the state has none like it."""
+    blocks, fit = state.blocks, state.fit
+    at = [k for k, g in enumerate(blocks.generics) if (g.owner, g.curves.depends_on) == (owner, depends_on)]
+    if not at:
+        return None
+    effect = Effect.added(fit, blocks.columns_of(blocks.count + at[0]))
+    columns = [_variable(name, owner, fit) for name in depends_on]
+    if owner.startswith("joint"):
+        return _joint(effect, owner, blocks, depends_on, columns)
+    if len(effect.points[0]) == 0:
+        return None
+    if owner == "base":
+        reading = effect.motion_by(blocks.frames["base"], blocks.generics[at[0]].curves.values)
+        return _result(effect, depends_on, columns, "motion", "m", reading)
+    if owner == "tool":
+        return _result(effect, depends_on, columns, "shift", "m", effect.in_frame(blocks.frames["tool"]))
+    return _result(effect, depends_on, columns, "displacement", "m", effect.displacement())
+
+
+def _entry(fit: Fit, finding: Finding) -> tuple[Spec, slice]:
+    """The entry of a finding and where its parameters stand."""
+    at = fit.problem.own
+    order = finding.parameters.get("order")
+    for entry, effect in zip(fit.entries, fit.model_effects, strict=True):
+        place = slice(at, at + len(effect.parameters))
+        at = place.stop
+        if (entry["effect"], entry["owner"]) == (finding.effect, finding.owner) and (
+            order is None or core_options(entry).get("order") == order.value
+        ):
+            return entry, place
+    raise KeyError(finding.label)
+
+
+def _of_effect(effect: Effect, entry: Spec, blocks: Blocks) -> PartialResidual:
+    name, owner, fit = entry["effect"], entry["owner"], effect.fit
+    data, options = fit.problem.kept, core_options(entry)
+    joint, _, source = owner.partition("<-")
+    if name in _OWN:
+        on = f"q{joint.removeprefix('joint')}"
+    elif name == "coupling_ratio":
+        on = f"q{source.removeprefix('joint')}"
+    elif name in _LOAD or (name == "backlash" and entry.get("side") == "load"):
+        on = "torque"
+    elif name == "backlash":
+        on = joint.replace("joint", "approach")
+    elif name == "current_compliance":
+        on = f"{joint.replace('joint', 'current')}_a"
+    elif name == "thermal_offset":
+        on = "temperature_c"
+    elif name == "thermal_expansion" and data.temperature is not None:
+        h = data.temperature - float(options.get("t0", data.temperature.mean()))
+        strain = np.where(np.abs(h) > 1e-3 * np.abs(h).max(), h, np.inf)  # none where nothing grew: told of no growth
+        reading = effect.along(effect.C[:, 0] / strain[effect.row])
+        return _result(effect, ("temperature_c",), [data.temperature], "growth", "1", reading)
+    elif name in _MOTION and data.position is not None:
+        return _moved(effect, name, options, data)
+    elif name == "tool_shift" and data.position is not None and data.mount is not None:
+        reading = effect.in_frame(blocks.frames["tool"])
+        return _result(effect, ("mount",), [data.mount.astype(float)], "shift", "m", reading)
+    else:
+        reading = effect.along_itself()
+        x = np.zeros(len(data))
+        x[reading.kept] = reading.fitted[:, 0]
+        return _result(effect, ("itself",), [x], "displacement", "m", reading)
+    return _joint(effect, joint, blocks, (on,), [_variable(on, joint, fit)])
+
+
+def _moved(effect: Effect, name: str, options: Spec, data: Dataset) -> PartialResidual:
+    if name == "station_offset" and data.station is not None:
+        groups = [(data.station == s).astype(float) for s in range(len(data.station_names))]
+        return _result(effect, ("station",), [data.station.astype(float)], "motion", "m", effect.motion(groups))
+    time = np.zeros(len(data)) if data.time is None else data.time
+    course = time - float(options.get("t0", time.mean())) if name == "base_drift" else time >= float(options["at"])
+    return _result(effect, ("time_s",), [time], "motion", "m", effect.motion([np.asarray(course, dtype=np.float64)]))
+
+
+def _joint(
+    effect: Effect, owner: str, blocks: Blocks, on: tuple[str, ...], columns: list[FloatArray]
+) -> PartialResidual:
+    revolute = effect.fit.problem.start.robot.joint_types[int(owner.removeprefix("joint")) - 1] == "revolute"
+    reading = effect.along(blocks.frames[owner][:, 0])
+    return _result(effect, on, columns, "joint", "rad" if revolute else "m", reading)
+
+
+def _variable(name: str, owner: str, fit: Fit) -> FloatArray:
+    """(N,) the variable of this name over the fitted rows, SI."""
+    data = fit.problem.kept
+    if name in data.extra:
+        return data.extra[name]
+    if name == "torque":
+        return np.asarray(fit.loads[:, int(owner.removeprefix("joint")) - 1])
+    of_joints = re.fullmatch(r"(q|approach|current)(\d+)(?:_a)?", name)
+    if of_joints:
+        columns = {"q": data.q, "approach": data.approach, "current": data.current}[of_joints[1]]
+        return np.asarray(columns, dtype=np.float64)[:, int(of_joints[2]) - 1]
+    if name in ("x", "y", "z"):
+        return np.asarray(data.position, dtype=np.float64)[:, "xyz".index(name)]
+    values = {"time_s": data.time, "temperature_c": data.temperature, "payload_kg": data.payload}[name]
+    return np.asarray(values, dtype=np.float64)
+
+
+def _result(
+    effect: Effect, on: tuple[str, ...], columns: list[FloatArray], quantity: str, unit: str, reading: Reading
+) -> PartialResidual:
+    data = effect.fit.problem.kept
+    x = np.column_stack(columns)[reading.kept]
+    names = {"station": data.station_names, "mount": data.mount_names}
+    labels = tuple(names.get(on[0]) or ())
+    left_out = len(columns[0]) - len(reading.kept)
+    return PartialResidual(on, x, _units(on, effect), quantity, unit, reading, labels, left_out)
+
+
+def _units(on: tuple[str, ...], effect: Effect) -> tuple[str, ...]:
+    kinds = effect.fit.problem.start.robot.joint_types
+    unit = {f"q{k + 1}": "rad" if kind == "revolute" else "m" for k, kind in enumerate(kinds)}
+    return tuple(unit.get(name, "") for name in on)

@@ -1,0 +1,99 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""The figures of a diagnosis: the gap and what each effect took of it, and which causes look alike."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal.report import figures
+from fastcal.report.figures import Figure, Key, Trace
+from fastcal.report.formatting import alike, fixed
+from fastcal.report.tables import capitalised
+
+Array = NDArray[np.float64]
+
+TAKEN = "#009e73"
+_BAND = [[0.0, "#ffffff"], [0.5, "#dbe7ee"], [0.8, "#8fb8cf"], [0.95, "#e09f3e"], [1.0, "#a11d1d"]]
+
+
+def waterfall(steps: Sequence[tuple[str, float]], floor: float, on: str) -> Figure:
+    """RMS error [mm] of the geometry alone, what each effect takes away, what remains, and what noise alone makes.
+
+    Args:
+        steps: (name, RMS with it and all before it), geometry first.
+        floor: RMS that noise alone would make [mm].
+        on: The poses, as in "test poses".
+    """
+    names = ["geometry alone"]
+    base, height, colours, texts = [0.0], [steps[0][1]], [figures.BEFORE], [f"{alike(steps[0][1], floor)} mm"]
+    for (_, before), (name, after) in pairwise(steps):
+        names.append(f"with {name}")
+        base.append(min(before, after))
+        height.append(abs(before - after))
+        colours.append(TAKEN if after <= before else figures.ALERT)
+        sign = "\N{MINUS SIGN}" if after <= before else "+"
+        texts.append(f"{sign}{alike(abs(before - after), floor)} mm")
+    if len(steps) > 1:
+        names.append("what remains")
+        base.append(0.0)
+        height.append(steps[-1][1])
+        colours.append(figures.AFTER)
+        texts.append(f"{alike(steps[-1][1], floor)} mm")
+    bars: Trace = {
+        "type": "bar", "orientation": "h", "x": height, "base": base, "y": list(range(len(names))), "width": 0.62,
+        "marker": {"color": colours}, "text": texts, "textposition": "outside", "cliponaxis": False,
+        "hovertemplate": "%{text}<extra></extra>",
+    }  # fmt: skip
+    ends = [-0.6, len(names) - 0.4]
+    top = max(b + h for b, h in zip(base, height, strict=True))
+    drawn = figures.layout(
+        "RMS error (mm)",
+        "",
+        xaxis={"range": [0, 1.16 * max(top, floor)]},
+        yaxis={
+            "tickvals": list(range(len(names))),
+            "ticktext": [capitalised(name) for name in names],
+            "range": ends[::-1],
+            "showgrid": False,
+            "zeroline": False,
+            "automargin": True,
+        },
+    )
+    traces = [bars, figures.line([floor, floor], ends, figures.INK, "dash")]
+    key = [Key("error", figures.BEFORE, "solid"), Key("what an effect takes away", TAKEN, "solid")]
+    key += [Key("what remains", figures.AFTER, "solid"), Key("what noise alone makes", figures.INK, "dash")]
+    alt = f"Error of the geometry alone on the {on}, what each added effect takes away, what remains, and the noise."
+    return Figure("gap", f"RMS error on the {on}", alt, traces, drawn, columns=6, height=90 + 46 * len(names), key=key)
+
+
+def confusion_map(names: Sequence[str], correlation: Array, boxed: Collection[int]) -> Figure:
+    """How alike the signatures of causes are in these data: |correlation| (n, n); boxed: those that are given."""
+    n = len(names)
+    size = np.abs(correlation)
+    cells = [(y, x) for y in range(n) for x in range(n)]
+    heat: Trace = {
+        "type": "heatmap", "z": size, "x": list(range(n)), "y": list(range(n)), "zmin": 0, "zmax": 1, "xgap": 2,
+        "ygap": 2, "colorscale": _BAND, "hoverinfo": "skip",
+        "colorbar": {"thickness": 12, "len": 0.9, "outlinewidth": 0, "title": {"text": "alike", "side": "right"}},
+    }  # fmt: skip
+    told = {
+        "type": "scatter", "mode": "text", "hoverinfo": "skip",
+        "x": [x for _, x in cells], "y": [y for y, _ in cells],
+        "text": [fixed(float(np.floor(100 * size[cell] + 1e-9)) / 100, 2) for cell in cells],
+        "textfont": {"size": 11, "color": ["#fff" if size[cell] > 0.97 else figures.INK for cell in cells]},
+    }  # fmt: skip
+    ticks = {"tickvals": list(range(n)), "ticktext": [capitalised(name) for name in names], "showgrid": False}
+    ticks |= {"zeroline": False, "automargin": True, "ticks": "", "showline": False}
+    drawn = figures.layout("", "", xaxis=ticks | {"tickangle": -35}, yaxis=ticks | {"autorange": "reversed"})
+    drawn["shapes"] = [
+        {"type": "rect", "x0": k - 0.5, "x1": k + 0.5, "y0": k - 0.5, "y1": k + 0.5,
+         "line": {"color": figures.INK, "width": 3}} for k in boxed
+    ]  # fmt: skip
+    alt = "Correlation of the signatures of the first causes: near 1 they can hardly be told apart by these data."
+    note = "Framed: what is given. Above 0.95 two causes are hard to tell apart with the poses that were measured."
+    return Figure("confusion", "Which causes look alike", alt, [heat, told], drawn, note, height=150 + 44 * n)

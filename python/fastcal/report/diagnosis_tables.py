@@ -1,0 +1,141 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""The tables of a diagnosis: the ranking, the smallest effects that would have shown, what the data can't show."""
+
+from __future__ import annotations
+
+import re
+from itertools import groupby
+from typing import TYPE_CHECKING
+
+from fastcal.diagnosis.words import EFFECTS, owner_in_words
+from fastcal.effects import build_effects, edge_name
+from fastcal.report import shop
+from fastcal.report.diagnosis_words import reason_in_words, spoken_label
+from fastcal.report.formatting import fixed, percent
+from fastcal.report.tables import Cell, Column, Group, Table, capitalised, number_cell
+from fastcal.units import from_si
+
+if TYPE_CHECKING:
+    from fastcal.diagnosis.result import Diagnosis, Smallest
+
+_KINDS = {  # parameters of one kind, told as one
+    "rate_x": "shift rate", "rate_y": "shift rate", "rate_z": "shift rate",
+    "rate_rx": "turn rate", "rate_ry": "turn rate", "rate_rz": "turn rate",
+    "step_x": "shift", "step_y": "shift", "step_z": "shift", "step_rx": "turn", "step_ry": "turn", "step_rz": "turn",
+    "shift_x": "shift", "shift_y": "shift", "shift_z": "shift", "inverse_ei": "1/EI", "inverse_gj": "1/GJ",
+    "extra": "mass", "error": "share",
+}  # fmt: skip
+_BARE = {  # parameters whose unit says it all
+    "bearing_tilt": "turn per moment", "thermal_offset": "turn per kelvin", "current_compliance": "turn per current"
+}  # fmt: skip
+
+
+def ranking_table(found: Diagnosis) -> Table:
+    """Each name that explains much: what it would be alone, its signal, its share of the misfit, why it isn't given."""
+    columns = [Column("Cause", numeric=False), Column("Alone it would be", numeric=False), Column("Times the noise")]
+    columns += [Column("Of the misfit"), Column("Why it is, or is not, given", numeric=False)]
+    rows = [
+        [
+            Cell(capitalised(spoken_label(r.name))),
+            Cell(shop.estimate_text(r.estimate)),
+            number_cell(fixed(r.snr, 0 if r.snr >= 10 else 1), r.snr),
+            number_cell(percent(r.share), r.share),
+            Cell(reason_in_words(r.reason)),
+        ]
+        for r in found.ranking
+    ]
+    return Table("Causes by what each alone explains", columns, [Group(rows)], is_sortable=True)
+
+
+def smallest_table(found: Diagnosis) -> Table:
+    """By effect: the smallest size that would have shown, where it shows best and worst, and a usual size."""
+    usual = _usual_sizes(found)
+    columns = [Column("Effect", numeric=False), Column("Number", numeric=False), Column("Shows best")]
+    columns += [Column("Shows worst"), Column("Usual size"), Column("A usual size could hide at", numeric=False)]
+    rows = []
+    for (effect, kind), group in groupby(sorted(found.smallest, key=_kind), key=_kind):
+        members = list(group)
+        unit = shop.split_name(members[0].parameter.partition(" of ")[0])[1]
+        best, worst = (pick(members, key=lambda s: s.value) for pick in (min, max))
+        typical = max((usual[s.effect, s.owner, _plain(s)] for s in members if (s.effect, s.owner, _plain(s)) in usual),
+                      default=None)  # fmt: skip
+        hidden = [
+            s.owner for s in members if s.value > usual.get((s.effect, s.owner, _plain(s)), float("inf"))
+        ]  # fmt: skip
+        rows.append(
+            [
+                Cell(capitalised(effect.replace("_", " "))),
+                Cell(kind),
+                Cell(_at(best, unit, len({s.owner for s in members}) > 1)),
+                Cell(_at(worst, unit, True) if worst.owner != best.owner else ""),
+                Cell("" if typical is None else shop.size_text(unit, typical)),
+                Cell(owners_text(hidden)),
+            ]
+        )
+    return Table("Smallest effects that these data would have shown", columns, [Group(rows)])
+
+
+def _at(found: Smallest, unit: str, is_one_of_many: bool) -> str:
+    size = shop.size_text(unit, found.value)
+    return f"{size} ({owner_in_words(found.owner)})" if is_one_of_many else size
+
+
+def _plain(found: Smallest) -> str:
+    return found.parameter.partition(" of ")[0]
+
+
+def _kind(found: Smallest) -> tuple[str, str]:
+    name = shop.split_name(_plain(found))[0]
+    return found.effect, _KINDS.get(name) or name.replace("_", " ") or _BARE.get(found.effect, "size")
+
+
+def _usual_sizes(found: Diagnosis) -> dict[tuple[str, str, str], float]:
+    """The plausible size of each parameter in the unit of its name, as the effects tell it."""
+    problem = found.state.fit.problem
+    out: dict[tuple[str, str, str], float] = {}
+    for name in problem.names:
+        entry = {key: value for key, value in name.entry.items() if key != "corner"}
+        for parameter in build_effects([entry], problem.start.model.robot)[0].parameters:
+            label = edge_name(parameter, geometry=False)
+            if parameter.sigma < float("inf"):
+                unit = shop.split_name(label)[1]
+                out[(*name.key, label)] = from_si(parameter.sigma, unit)
+                if name.effect == "gear_harmonic":
+                    out[(*name.key, "amplitude_rad")] = parameter.sigma
+    return out
+
+
+def untestable_table(found: Diagnosis) -> Table | None:
+    """What the data can't show, a row for each effect, and what would show it."""
+    seen = {(s.effect, s.owner) for s in found.smallest}  # with what was found in the model
+    items = [item for item in found.untestable if (item.effect, item.owner) not in seen]
+    if not items:
+        return None
+    groups: dict[tuple[str, str], list[str]] = {}
+    for item in items:
+        needs = re.sub(r"(approach|joint|current|link)\d+", r"\1N", item.needs)
+        needs = f"the column {needs}" if re.fullmatch(r"\w+", needs) else needs
+        groups.setdefault((item.effect, needs), []).append(item.owner)
+    rows = [
+        [Cell(capitalised(EFFECTS.get(effect, effect.replace("_", " ")))), Cell(owners_text(owners)), Cell(needs)]
+        for (effect, needs), owners in groups.items()
+    ]
+    columns = [Column(title, numeric=False) for title in ("Cause", "Where", "It would show with")]
+    return Table("Causes that these data can't show", columns, [Group(rows)])
+
+
+def owners_text(owners: list[str]) -> str:
+    """["joint1", "joint2", "joint3"] to "joints 1 to 3"."""
+    owners = list(dict.fromkeys(owners))
+    plain = [re.fullmatch(r"(joint|link)(\d+)", owner) for owner in owners]
+    parts = [owner_in_words(o) for o, m in zip(owners, plain, strict=True) if m is None]
+    for kind in ("joint", "link"):
+        numbers = [int(m[2]) for m in plain if m and m[1] == kind]
+        if len(numbers) == 1:
+            parts.append(f"{kind} {numbers[0]}")
+        elif numbers:
+            run = len(numbers) > 2 and numbers == list(range(numbers[0], numbers[-1] + 1))
+            told = f"{numbers[0]} to {numbers[-1]}" if run else ", ".join(map(str, numbers))
+            parts.append(f"{kind}s {told}")
+    return ", ".join(parts) if len(parts) <= 6 else f"{', '.join(parts[:5])} and {len(parts) - 5} more"

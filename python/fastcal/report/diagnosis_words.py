@@ -1,0 +1,163 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""A diagnosis in the words of the shop floor: verdicts, grades, names, what to do next."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+from fastcal.diagnosis.words import cause_in_words, owner_in_words
+from fastcal.report.formatting import count, percent, plural
+from fastcal.report.words import listed
+
+if TYPE_CHECKING:
+    from fastcal.diagnosis.result import Diagnosis, Finding, Unexplained
+
+VERDICTS = {  # word and tone
+    "none": ("Nothing missing", "good"),
+    "named": ("Named", "good"),
+    "one_of": ("One of these", "caution"),
+    "several": ("Several", "good"),
+    "unexplained": ("Something remains, unnamed", "bad"),
+}
+GRADES = {
+    "A": "it is this: whatever else could be mistaken for it was tried and refused",
+    "B": "the data are consistent with it, but something else could do the same",
+    "C": "the place is known, the cause is not",
+    "D": "something remains",
+}
+
+_LABEL = re.compile(r"\b([a-z_]+)@([\w<-]+)(?::([a-z_]+)=([\w.+-]+))?")
+_BLOCK = re.compile(r"\b(\w+) by ([\w, ]+?)(?= at p = |$)")
+_VARIANTS = {"order": "order {}", "at_s": "at {} s"}  # what else tells two of one name apart is no one's business
+_VARIABLES = {
+    "torque": "the load on it",
+    "time_s": "time",
+    "temperature_c": "temperature",
+    "payload_kg": "the payload",
+    "order": "the order of measurement",
+}
+
+
+def short_name(effect: str, owner: str, variant: str = "") -> str:
+    """("joint_compliance", "joint3") to "joint 3 compliance", with the order of a wave behind it."""
+    words, place_words = effect.split("_"), owner_in_words(owner)
+    if owner in ("base", "tool", "payload", "instrument"):
+        place_words = ""
+    elif words[0] == place_words.split()[0]:
+        words = words[1:]
+    return f"{place_words} {' '.join(words)}{f', {variant}' if variant else ''}".strip()
+
+
+def spoken_label(text: str) -> str:
+    """A label, EFFECT@OWNER:OPTION=VALUE, as a short name; other texts with the labels and blocks in them spoken."""
+    spoken = _LABEL.sub(lambda m: short_name(m[1], m[2], _VARIANTS.get(m[3], "").format(m[4])), text)
+    return _BLOCK.sub(lambda m: f"something at {place(m[1])} that depends on {depends(m[2].split(', '))}", spoken)
+
+
+def place(owner: str) -> str:
+    """An owner of something without a name, with its article where it has one."""
+    return owner_in_words(owner) if owner.startswith(("joint", "link")) else f"the {owner}"
+
+
+def depends(names: Iterable[str]) -> str:
+    """("q4", "q6") to "the positions of joint 4 and joint 6"."""
+    names = list(names)
+    joints = [f"joint {n[1:]}" for n in names if re.fullmatch(r"q\d+", n)]
+    if joints:
+        return f"the position{'s' if len(joints) > 1 else ''} of {listed(joints)}"
+    if set(names) <= {"x", "y", "z"}:
+        return "the place in the workspace"
+    return listed([_VARIABLES.get(name, f"the column {name}") for name in names])
+
+
+def reason_in_words(text: str) -> str:
+    """Why a name is not given, as the ranking tells it."""
+    if text == "given":
+        return "This is the one that is given."
+    spoken = spoken_label(text)
+    found = re.fullmatch(r"it leaves (.+) at p = (\S+)", spoken)
+    if found:
+        return f"With it in the model, {found[1]} is still there; noise would look so {chance(float(found[2]))}."
+    return spoken[:1].upper() + spoken[1:] + "."
+
+
+def chance(p: float) -> str:
+    """How often noise alone would look like this: "in less than 1 of 10 000 data sets"."""
+    if p > 0.01:
+        return f"in {percent(min(p, 1.0))} of data sets"
+    power = min(int(f"{1 / max(p, 1e-12):e}".split("e")[1]), 6)
+    return f"in less than 1 of {count(10**power)} data sets"
+
+
+def sureness(finding: Finding) -> list[str]:
+    """What speaks for a finding, a sentence each."""
+    if finding.snr <= 0:
+        return []
+    gain, error = finding.gain
+    better = "not clearly better" if gain < 2 * error else "clearly better"
+    return [
+        f"Its mark is {finding.snr:.0f} times what noise makes; noise alone would look like this "
+        f"{chance(finding.p_value)}.",
+        f"Poses that were held out of the fit are predicted {better} with it in the model.",
+        f"Searched for in parts of the data alone, it comes first in {percent(finding.stability)} of them.",
+    ]
+
+
+def next_steps(found: Diagnosis) -> list[str]:
+    """What to do now, a sentence each."""
+    names = [cause_in_words(f.effect, f.owner) for f in found.effects if f.effect != "joint_profile"]
+    if found.verdict == "none":
+        return [
+            "Nothing has to be added: model.yaml is the calibrated geometry.",
+            "If the robot errs more at other work, look below at what these data could not show, and measure that.",
+        ]
+    use = "Compensate with model.yaml: it holds the geometry and the effect as they were identified together."
+    take_out = "Should it prove wrong, the file without_... beside it takes the effect out of model.yaml again."
+    if found.verdict == "one_of":
+        others = [cause_in_words(e, o) for f in found.effects for e, o in f.equivalents]
+        separate = (
+            "the card below says how" if found.plan is not None else "fastcal design --separate chooses the poses"
+        )
+        return [
+            f"Do not repair anything yet: {names[0]} and {listed(others)} fit these data alike.",
+            f"Measure the poses that tell them apart ({separate}), and run the diagnosis on both files together.",
+            "Until then model.yaml predicts as well whichever it is, within the postures and loads that were measured.",
+        ]
+    if found.verdict == "unexplained":
+        rest = found.unexplained
+        steps = [f"Look {_look(rest)}." if rest else ""]
+        if found.effects:
+            steps.append("model.yaml holds what was found; it is better than geometry alone, and not the whole story.")
+        else:
+            steps.append("model.yaml is the geometry alone: no name explains enough to be trusted in a model.")
+        return [*steps, "Do not trust predictions outside the postures, loads and conditions that were measured."]
+    unsure = [f for f in found.effects if f.grade != "A"]
+    steps = [use, take_out]
+    if unsure:
+        steps.append(f"Check by hand before repairing: {listed([cause_in_words(f.effect, f.owner) for f in unsure])}.")
+    return steps
+
+
+def _look(rest: Unexplained) -> str:
+    on = depends(rest.depends_on)
+    if rest.owner.startswith("joint"):
+        return f"at {place(rest.owner)} (gear, cables and hoses, brake, encoder): its error follows {on}"
+    if rest.owner == "workspace":
+        return (
+            "at the instrument and its surroundings first (refraction, line of sight, scale, target), then at cables "
+            "and hoses that pull in some postures: the error is a smooth function of the place"
+        )
+    what = {"base": "the foundation and the instrument's stand", "tool": "the tool and the target's seat"}
+    return f"at {what.get(rest.owner, place(rest.owner))}: it moves with {on}"
+
+
+def rest_sentence(rest: Unexplained, names: int) -> str:
+    """Where the rest is best placed, and how large it is."""
+    share = "less than 1\N{NARROW NO-BREAK SPACE}%" if rest.share < 0.01 else percent(rest.share)
+    return (
+        f"{share} of the misfit that geometry alone leaves has no name among the {plural(names, 'cause')} that were "
+        f"tried. It is best placed at {place(rest.owner)}, as something that depends on {depends(rest.depends_on)}."
+    )

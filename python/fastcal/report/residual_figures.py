@@ -1,0 +1,92 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""What residuals look like, drawn from the rows of a measured set: arrows, panels against variables, normal plot."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal.report import charts, figures
+from fastcal.report.formatting import count, percent
+from fastcal.report.trends import Trend
+from fastcal.report.view import Rows, Variable
+
+Array = NDArray[np.float64]
+
+POINT_LIMIT = 350
+
+
+def arrows(sets: list[Rows]) -> tuple[Array, Array, Array] | None:
+    """Positions and residuals before and after (N, 3) in mm of all rows that are complete; None where none is."""
+    whole = [(rows, rows.with_arrows) for rows in sets if rows.with_arrows.any()]
+    if not whole:
+        return None
+    return (
+        np.vstack([rows.position[kept] for rows, kept in whole]),
+        np.vstack([rows.point_before[kept] for rows, kept in whole]),
+        np.vstack([rows.point_after[kept] for rows, kept in whole]),
+    )
+
+
+def trend_panels(rows: Rows, trends: dict[str, Trend]) -> list[figures.Figure]:
+    """A panel for each variable, those with a trend first, the strongest of them at the head."""
+    y_range = reach(rows)
+    order = sorted(rows.variables, key=lambda variable: -_strength(trends, variable))
+    return [_panel(rows, variable, trends, y_range) for variable in order]
+
+
+def trend_pairs(states: dict[str, tuple[Rows, dict[str, Trend]]]) -> list[list[figures.Figure]]:
+    """For each variable a panel of each state on one scale, those variables with the strongest trend in any first."""
+    (first, _), *_ = states.values()
+    y_range = reach(first)
+    order = sorted(
+        first.variables, key=lambda variable: -max(_strength(trends, variable) for _, trends in states.values())
+    )
+    pairs = []
+    for variable in order:
+        pair = []
+        for name, (rows, trends) in states.items():
+            panel = _panel(rows, variable, trends, y_range)
+            title = f"{panel.title}, {name}"
+            pair.append(replace(panel, id=f"{panel.id}-{name}", title=title, columns=3, height=210))
+        pairs.append(pair)
+    return pairs
+
+
+def reach(rows: Rows) -> float:
+    """Half the height of the panels of a residual, in mm."""
+    known = np.abs(rows.residual[np.isfinite(rows.residual)])
+    return (min(float(known.max()) * 1.1, 6.5 * float(np.median(known))) if len(known) else 0.0) or 1.0
+
+
+def _strength(trends: dict[str, Trend], variable: Variable) -> float:
+    found = trends[variable.name]
+    return found.share if found.is_flagged(len(trends)) else 0.0
+
+
+def _panel(rows: Rows, variable: Variable, trends: dict[str, Trend], y_range: float) -> figures.Figure:
+    found = trends[variable.name]
+    flagged = found.is_flagged(len(trends))
+    badge = f"{percent(found.share)} of variance" if flagged else "no trend"
+    titles = variable.title, variable.label
+    key = charts.component_key(rows.components)
+    shown = figures.spread_rows(rows.row_count, POINT_LIMIT)
+    panel = charts.trend_panel(variable.name, titles, variable.values, rows.residual, key, y_range, shown)
+    return figures.marked(panel, badge, flagged=flagged)
+
+
+def drawn_note(row_count: int) -> str:
+    """How many of the rows are drawn, and how."""
+    drawn = min(row_count, POINT_LIMIT)
+    every = "" if drawn == row_count else f" {count(drawn)} of {count(row_count)} rows are drawn as points."
+    return f"Medians and bands are of all rows.{every} Points beyond the axis are not drawn."
+
+
+def normal_plot(rows: Rows, sigma_mm: float, outliers: list[int]) -> figures.Figure:
+    """The normal plot of all residual components, those of outlying rows marked."""
+    is_outlier = np.zeros(rows.residual.shape, bool)
+    is_outlier[np.asarray(outliers, int)] = True
+    return charts.normal_plot(rows.residual.ravel(), sigma_mm, is_outlier.ravel())

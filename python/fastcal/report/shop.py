@@ -1,0 +1,100 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Parameters of effects as people on the floor say them: arcmin of lost motion, µm/(m K), N m per arcmin."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fastcal.report.formatting import significant, with_uncertainty
+from fastcal.report.tables import unit_text
+from fastcal.units import UNITS, ShopUnit, factor, parse_name, shop_unit, unit_names
+
+if TYPE_CHECKING:
+    from fastcal.diagnosis.result import NamedValue
+
+_MOST = 3  # numbers that are told one by one
+
+
+def split_name(name: str) -> tuple[str, str]:
+    """`gap_rad` to ("gap", "rad"), `rad_nm` to ("", "rad_nm"), `ratio` to ("ratio", "1")."""
+    if name in UNITS:
+        return "", name
+    base, unit = parse_name(name)
+    return base, unit or "1"
+
+
+def in_si(value: float, unit: str) -> float:
+    """A size in a unit of a file, in SI; of a temperature its difference."""
+    return value * factor(unit)
+
+
+def spoken_unit(unit: str, size: float) -> ShopUnit:
+    """What a size [SI] of a unit of a file is told in."""
+    si = unit_names(UNITS[unit].kind)[0]
+    found = shop_unit(si, size)
+    return found if found.text != si else ShopUnit(unit_text(si))
+
+
+def value_text(name: str, value: float, std: float | None) -> str:
+    """`gap_rad` 4.3e-4 with 2e-5 to "1.478 ± 0.069 arcmin"."""
+    unit = split_name(name)[1]
+    size, deviation = in_si(value, unit), None if std is None else in_si(std, unit)
+    spoken = spoken_unit(unit, size)
+    told = spoken.of(size)
+    if deviation is None or not deviation > 0:
+        return f"{significant(told)} {spoken.text}".strip()
+    texts = with_uncertainty(spoken.of(deviation), told)
+    return f"{texts[1]} ± {texts[0]} {spoken.text}".strip()
+
+
+def size_text(unit: str, size: float) -> str:
+    """A size [in `unit`] with two digits and the unit in which people say it."""
+    si = in_si(size, unit)
+    spoken = spoken_unit(unit, si)
+    return f"{significant(spoken.of(si), 2)} {spoken.text}".strip()
+
+
+def estimate_lines(effect: str, parameters: Mapping[str, NamedValue]) -> list[tuple[str, str]]:
+    """(what, how much) of an identified effect, a line for each parameter."""
+    lines = []
+    for name, found in parameters.items():
+        what = split_name(name)[0].replace("_", " ") or "size"
+        if name == "order":
+            lines.append(("cycles a turn", f"{found.value:g}"))
+        elif name == "phase_rad":
+            lines.append(("phase", value_text(name, found.value, found.std)))
+        elif name == "at_s":
+            lines.append(("at", f"{found.value:.0f} s"))
+        else:
+            lines.append((what, value_text(name, found.value, found.std)))
+    compliance = parameters.get("compliance_rad_nm") if effect == "joint_compliance" else None
+    if compliance is not None and compliance.value > 0:
+        minute = shop_unit("rad", 3e-4)
+        stiffness = 1 / minute.of(compliance.value)
+        lines.append(("as a stiffness", f"{significant(stiffness)} N\N{NO-BREAK SPACE}m/{minute.text}"))
+    return lines
+
+
+def estimate_text(estimate: Mapping[str, float]) -> str:
+    """Parameters without deviations, briefly: one by one where they are few, else the largest of each unit."""
+    waves = [value for name, value in estimate.items() if name.startswith(("sine", "cosine"))]
+    if waves:
+        return size_text("rad", float(np.linalg.norm(waves[:2])))
+    known = {name: value for name, value in estimate.items() if not name.startswith("critical")}
+    sizes = [(split_name(name)[1], value) for name, value in known.items()]
+    if len(sizes) <= _MOST:
+        return ", ".join(_signed(unit, value) for unit, value in sizes)
+    return "up to " + ", ".join(size_text(unit, size) for unit, size in _largest(sizes))
+
+
+def _signed(unit: str, value: float) -> str:
+    return ("\N{MINUS SIGN}" if value < 0 else "") + size_text(unit, abs(value))
+
+
+def _largest(sizes: Sequence[tuple[str, float]]) -> list[tuple[str, float]]:
+    units = dict.fromkeys(unit for unit, _ in sizes)
+    return [(unit, max(abs(value) for u, value in sizes if u == unit)) for unit in units]
