@@ -30,6 +30,7 @@ FloatArray = NDArray[np.float64]
 
 _OWN = ("reduction_ratio", "gear_harmonic", "joint_profile")
 _LOAD = ("joint_compliance", "joint_compliance_nonlinear")
+_COLD = 1e-3  # of the largest change of temperature: with less nothing has grown
 _MOTION = ("base_drift", "base_step", "station_offset")
 
 
@@ -127,7 +128,7 @@ def _of_effect(effect: Effect, entry: Spec, blocks: Blocks) -> PartialResidual:
         on = "temperature_c"
     elif name == "thermal_expansion" and data.temperature is not None:
         h = data.temperature - float(options.get("t0", data.temperature.mean()))
-        strain = np.where(np.abs(h) > 1e-3 * np.abs(h).max(), h, np.inf)  # none where nothing grew: told of no growth
+        strain = np.where(np.abs(h) > _COLD * np.abs(h).max(), h, np.inf)
         reading = effect.along(effect.C[:, 0] / strain[effect.row])
         return _result(effect, ("temperature_c",), [data.temperature], "growth", "1", reading)
     elif name in _MOTION and data.position is not None:

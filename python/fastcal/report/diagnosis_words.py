@@ -29,6 +29,8 @@ GRADES = {
     "D": "something remains",
 }
 
+_SMALL = 0.01  # share of the misfit below which a rest is not worth a search
+
 _LABEL = re.compile(r"\b([a-z_]+)@([\w<-]+)(?::([a-z_]+)=([\w.+-]+))?")
 _BLOCK = re.compile(r"\b(\w+) by ([\w, ]+?)(?= at p = |$)")
 _VARIANTS = {"order": "order {}", "at_s": "at {} s"}  # what else tells two of one name apart is no one's business
@@ -128,7 +130,9 @@ def next_steps(found: Diagnosis) -> list[str]:
         ]
     if found.verdict == "unexplained":
         rest = found.unexplained
-        steps = [f"Look {_look(rest)}." if rest else ""]
+        steps = (
+            [f"Look {_look(rest)}."] if rest and rest.share >= _SMALL else ["What has no name is next to nothing here."]
+        )
         if found.effects:
             steps.append("model.yaml holds what was found; it is better than geometry alone, and not the whole story.")
         else:
@@ -156,7 +160,7 @@ def _look(rest: Unexplained) -> str:
 
 def rest_sentence(rest: Unexplained, names: int) -> str:
     """Where the rest is best placed, and how large it is."""
-    share = "less than 1\N{NARROW NO-BREAK SPACE}%" if rest.share < 0.01 else percent(rest.share)
+    share = "less than 1\N{NARROW NO-BREAK SPACE}%" if rest.share < _SMALL else percent(rest.share)
     return (
         f"{share} of the misfit that geometry alone leaves has no name among the {plural(names, 'cause')} that were "
         f"tried. It is best placed at {place(rest.owner)}, as something that depends on {depends(rest.depends_on)}."
