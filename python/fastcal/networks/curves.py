@@ -70,7 +70,8 @@ class Ridge:
 
     def factor(self, gram: FloatArray, ridge: float) -> Any:
         """For `linalg.cho_solve`."""
-        return linalg.cho_factor(gram + ridge * np.eye(len(gram)), overwrite_a=True)
+        least = 1e-13 * np.trace(gram)  # below it, rounding decides
+        return linalg.cho_factor(gram + max(ridge, least) * np.eye(len(gram)), overwrite_a=True)
 
 
 def choose(problem: Problem, phases: Phases, wanted: FloatArray) -> tuple[int, float]:

@@ -58,7 +58,8 @@ def loss(error: torch.Tensor, huber: float) -> torch.Tensor:
     half = error * error / 2
     if huber > 0:
         size = error.abs()
-        half = torch.where(size <= huber, half, huber * (size - huber / 2))
+        near = torch.clamp(size, max=huber)
+        half = near * (size - near / 2)
     return half.sum(dim=2).mean(dim=1)
 
 

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 """Many small networks as one: their numbers are the rows of a matrix, their layers batched matrix products.
 
-Networks may differ in depth, widths and activations. Narrow layers are padded and masked, shallow ones pass through, so
+Networks may differ in depth, widths and activations. Narrow layers are padded, shallow networks pass through, so that
 each gives what it would alone, and a step of all costs little more than a step of one.
 """
 
@@ -58,16 +58,17 @@ class Population:
         self._slopes = at
         self.size = at + self.depth
         self._masks, self._active, self._kinds = [], [], []
+        self._all_active: list[bool] = []
         for layer in range(self.depth):
             widths = [member.hidden[layer] if layer < len(member.hidden) else 0 for member in members]
             mask = np.arange(self.width) < np.array(widths)[:, np.newaxis]
             self._masks.append(torch.tensor(mask[:, np.newaxis], dtype=torch.float32, device=device))
             self._active.append(torch.tensor(np.array(widths)[:, np.newaxis, np.newaxis] > 0, device=device))
+            self._all_active.append(min(widths) > 0)
             names = [member.activations[layer] if layer < len(member.hidden) else "" for member in members]
             kinds = {name: [name == other for other in names] for name in sorted(set(names) - {""})}
-            self._kinds.append(
-                {name: torch.tensor(where, device=device)[:, None, None] for name, where in kinds.items()}
-            )
+            shares = {name: torch.tensor(where, dtype=torch.float32, device=device) for name, where in kinds.items()}
+            self._kinds.append({name: share[:, None, None] for name, share in shares.items()})
 
     def __len__(self) -> int:
         return len(self.members)
@@ -106,18 +107,20 @@ class Population:
             z = torch.baddbmm(theta[:, middle : middle + fan_out].unsqueeze(1), h, W)
             if layer == self.depth:
                 return z
-            a = self._activated(z, layer, theta) * self._masks[layer]
-            h = a if layer == 0 else torch.where(self._active[layer], a, h)
+            a = self._activated(z, layer, theta)
+            # What pads has numbers of 0, and all functions but the sigmoid leave a 0 as it is: it learns nothing.
+            if "sigmoid" in self._kinds[layer]:
+                a = a * self._masks[layer]
+            h = a if self._all_active[layer] else torch.where(self._active[layer], a, h)
         raise AssertionError
 
     def _activated(self, z: torch.Tensor, layer: int, theta: torch.Tensor) -> torch.Tensor:
         kinds = self._kinds[layer]
         slope = theta[:, self._slopes + layer].view(-1, 1, 1)
-        out = z
-        for name, where in kinds.items():
-            a = _FUNCTIONS[name](z, slope)
-            out = a if len(kinds) == 1 else torch.where(where, a, out)
-        return out
+        if len(kinds) == 1:
+            return _FUNCTIONS[next(iter(kinds))](z, slope)
+        parts = [share * _FUNCTIONS[name](z, slope) for name, share in kinds.items()]
+        return torch.stack(parts).sum(dim=0) if len(parts) > 2 else parts[0] + parts[1]
 
     def networks(self, theta: torch.Tensor) -> list[DenseNet]:
         """Each network without its padding."""
@@ -142,5 +145,5 @@ _FUNCTIONS = {
     "tanh": lambda z, slope: torch.tanh(z),
     "relu": lambda z, slope: torch.relu(z),
     "sigmoid": lambda z, slope: torch.sigmoid(z),
-    "prelu": lambda z, slope: torch.where(z > 0, z, slope * z),
+    "prelu": lambda z, slope: slope * z + (1 - slope) * torch.relu(z),  # several times faster than torch.where
 }

@@ -30,7 +30,7 @@ from fastcal.networks.problem import Problem
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 
-BATCH = 20
+BATCH = 10
 
 
 @dataclass(frozen=True)
@@ -59,11 +59,16 @@ def losses_of(
     problem: Problem, candidates: Sequence[Candidate], epochs: int, batch: int, options: Options
 ) -> FloatArray:
     """(C,) loss of each candidate on its validation rows after so many epochs."""
-    parts = [candidates[k : k + BATCH] for k in range(0, len(candidates), BATCH)]
+    # Networks of one depth and about one width together: what pads them is computed for nothing.
+    hidden = [candidate.architecture.hidden for candidate in candidates]
+    order = sorted(range(len(candidates)), key=lambda k: (len(hidden[k]), max(hidden[k]), k))
+    parts = [[candidates[k] for k in order[at : at + BATCH]] for at in range(0, len(order), BATCH)]
     plain = Options(options.seed, options.device)  # what workers are told holds no function of the caller
     work = joblib.Parallel(n_jobs=options.jobs if options.jobs > 1 else None)
     found = work(joblib.delayed(_losses)(problem, part, epochs, batch, plain) for part in parts)
-    return np.concatenate(list(found))
+    losses = np.empty(len(candidates))
+    losses[order] = np.concatenate(list(found))
+    return losses
 
 
 def _losses(problem: Problem, candidates: Sequence[Candidate], epochs: int, batch: int, options: Options) -> FloatArray:
