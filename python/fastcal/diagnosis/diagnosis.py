@@ -62,10 +62,10 @@ def diagnose(
     problem, level = quieted(problem, fit(problem, []), sigma)
     search = Search(problem, say)
     best = search.start
-    for _ in range(_ROUNDS):
+    for round_ in range(_ROUNDS):
         best = _best(search.grow())
         again, level = _again(problem, best, sigma)
-        if again is None:
+        if again is None or round_ == _ROUNDS - 1:
             break
         problem = again
         search = Search(problem, say)
@@ -133,6 +133,8 @@ class _Found:
         names = [best.names[k] for k in order]
         steps, profiles, rest = self._adapted(names)
         findings = [self._finding(best.names[k], proofs[k], equivalents[k], steps[-1].model, rest) for k in order]
+        if any(f.grade != "A" for f in findings):
+            findings = [_as_sure_as_the_least(f) for f in findings]
         findings += [_curve(steps[-1].model, entry) for entry in profiles]
         said = Diagnosis(
             verdict=_verdict(findings, rest),
@@ -195,6 +197,13 @@ class _Found:
             stability=proof.stability,
             reasons=reasons,
         )
+
+
+def _as_sure_as_the_least(finding: Finding) -> Finding:
+    """One effect of a set that is not sure may mend the wrong form of another: then none of them is."""
+    if finding.grade != "A":
+        return finding
+    return replace(finding, grade="B", reasons=("another effect of the set is not sure, and may mend its form",))
 
 
 def _curve(model: Robot, entry: Spec) -> Finding:

@@ -13,6 +13,7 @@ from scipy import linalg
 
 from fastcal import _core
 from fastcal.diagnosis.library import RICHER, SHAPES, Name
+from fastcal.diagnosis.periodic import PERIODIC
 from fastcal.diagnosis.search import GENERIC, NAMED, Search, State
 from fastcal.diagnosis.tails import p_values
 from fastcal.evaluation import pose_groups
@@ -64,6 +65,7 @@ def evidence(search: Search, state: State, name: Name) -> Evidence:
     if len(state.names) <= search.most:
         base = search.start if len(state.names) == 1 else search.state([n for n in state.names if n is not name], state)
         rivals, stability = _rivals(search, base, name), _stability(search, state, base, name)
+        rivals += _one_curve(search, state, name)
     parameters = state.fit.model.parameters[place]
     plausible = all(
         abs(value) <= IMPLAUSIBLE * p.sigma or p.name.startswith("critical") or not np.isfinite(p.sigma)
@@ -127,15 +129,33 @@ def _rivals(search: Search, base: State, name: Name) -> tuple[str, ...]:
     for i in range(blocks.count, len(statistic)):
         if statistic[i] < 0.8 * statistic[best]:
             continue
-        left = blocks.tests.given([i])
-        p = p_values(np.asarray(left.statistic), np.asarray(left.rank), base.fit.problem.noise.freedom)
-        family = search.start.family
-        limit = np.where(np.arange(len(p)) < blocks.count, NAMED / family.named, GENERIC / family.generic)
-        if (p < limit).any():
+        if not _leaves_nothing(search, base, i):
             continue
         if blocks.tests.shared([best], [i])[0, 0] < _CONTAINED:
             out.append(blocks.title(i))
     return tuple(out)
+
+
+def _one_curve(search: Search, state: State, name: Name) -> tuple[str, ...]:
+    """A curve over a joint's position that does what several periodic names of this joint do together."""
+    together = [n for n in state.names if n.owner == name.owner and n.effect in PERIODIC]
+    if name not in together or len(together) < 2:
+        return ()
+    rest = [n for n in state.names if n not in together]
+    base = search.state(rest, state) if rest else search.start
+    for i, block in enumerate(base.blocks.generics, base.blocks.count):
+        if block.owner == name.owner and block.curves.depends_on == (f"q{name.owner.removeprefix('joint')}",):
+            return (base.blocks.title(i),) if _leaves_nothing(search, base, i) else ()
+    return ()
+
+
+def _leaves_nothing(search: Search, base: State, block: int) -> bool:
+    """Is nothing significant once a block is added to a set?"""
+    left = base.blocks.tests.given([block])
+    p = p_values(np.asarray(left.statistic), np.asarray(left.rank), base.fit.problem.noise.freedom)
+    family = search.start.family
+    limit = np.where(np.arange(len(p)) < base.blocks.count, NAMED / family.named, GENERIC / family.generic)
+    return not bool((p < limit).any())
 
 
 def _held_out(search: Search, state: State, name: Name) -> tuple[float, float]:

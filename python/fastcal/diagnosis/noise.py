@@ -29,7 +29,7 @@ AGREES = 0.01  # two-sided level at which a claimed noise is taken to be wrong
 FEWEST_REPEATS = 30  # degrees of freedom of repeats from which on they tell the noise
 _RIDGE = 1e-9
 _BORNE_OUT = 0.02  # of the mean square
-_ROUNDS = 8
+_ROUNDS = 6
 _HUBER, _TUKEY = 1.5, 5.0  # of the median size of a row
 _HARDLY = 0.05  # weight of a suspect
 _LEVERED = 0.05  # least share of a number that the others leave to chance: below, it is fitted whatever it is
@@ -127,10 +127,15 @@ class _Solved:
     Z: FloatArray
 
 
-def _solved(X: FloatArray, r: FloatArray, weight: FloatArray) -> _Solved:
+def _cholesky(X: FloatArray, weight: FloatArray) -> FloatArray:
+    """Lower factor of the weighted normal matrix."""
     normal = (X * weight[:, np.newaxis]).T @ X
     normal[np.diag_indices(X.shape[1])] += _RIDGE
-    L = linalg.cholesky(normal, lower=True, check_finite=False)
+    return np.asarray(linalg.cholesky(normal, lower=True, check_finite=False))
+
+
+def _solved(X: FloatArray, r: FloatArray, weight: FloatArray) -> _Solved:
+    L = _cholesky(X, weight)
     Z = linalg.solve_triangular(L, X.T, lower=True, check_finite=False).T
     return _Solved(r - Z @ (Z.T @ (weight * r)), Z)
 
@@ -140,7 +145,8 @@ def _suspects(X: FloatArray, r: FloatArray, row: IntArray) -> IntArray:
     rows, place, count = np.unique(row, return_inverse=True, return_counts=True)
     weight = np.ones(len(rows))
     for round_ in range(_ROUNDS):
-        left = _solved(X, r, weight[place]).left
+        own = weight[place]
+        left = r - X @ linalg.cho_solve((_cholesky(X, own), True), X.T @ (own * r), check_finite=False)
         size = np.sqrt(np.bincount(place, left**2) / count)
         scale = float(np.median(size[rows >= 0]))
         u = size / max(scale, 1e-300)
@@ -192,13 +198,15 @@ def studentized(left: FloatArray, Z: FloatArray, row: IntArray, wrong: IntArray)
     square = np.zeros(len(count))
     order = np.argsort(row, kind="stable")
     first = np.searchsorted(row[order], np.arange(len(count)))
-    for index in np.flatnonzero(count):
-        own = order[first[index] : first[index] + count[index]]
-        h = Z[own] @ Z[own].T
-        V = np.eye(len(own)) + (h if index in wrong else -h)
+    left_out = np.isin(np.arange(len(count)), wrong)
+    for size in np.unique(count[count > 0]):
+        rows = np.flatnonzero(count == size)
+        own = order[first[rows][:, np.newaxis] + np.arange(size)]
+        h = np.einsum("nik,njk->nij", Z[own], Z[own])
+        V = np.eye(size) + np.where(left_out[rows], 1.0, -1.0)[:, np.newaxis, np.newaxis] * h
         values, vectors = np.linalg.eigh(V)
-        along = vectors.T @ left[own]
-        square[index] = np.sum(along**2 / np.maximum(values, _LEVERED))
+        along = np.einsum("nji,nj->ni", vectors, left[own])
+        square[rows] = np.sum(along**2 / np.maximum(values, _LEVERED), axis=1)
     return square, count
 
 

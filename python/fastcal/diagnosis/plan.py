@@ -7,12 +7,11 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fastcal.dataset import Dataset
-from fastcal.design.candidates import Candidates, joint_ranges, postures, with_conditions
-from fastcal.design.separation import separating_poses
 from fastcal.diagnosis import sensitivity
 from fastcal.diagnosis.library import Name, Untestable, build_library, parse_exclusions
 from fastcal.diagnosis.problem import Noise, fit, prepared_problem
@@ -21,6 +20,9 @@ from fastcal.diagnosis.search import Search, State
 from fastcal.errors import InvalidInput
 from fastcal.robot import Robot
 from fastcal.simulation import simulate
+
+if TYPE_CHECKING:
+    from fastcal.design.candidates import Candidates  # the rooms of design are entered where a plan is made
 
 POSES = 12
 POWER = 0.99  # at which no more poses are asked for
@@ -63,6 +65,8 @@ def separating_plan(best: State, rivals: Sequence[Sequence[Name]]) -> Separating
 
 
 def _plan(best: State, member: Name, others: list[Name]) -> SeparatingPlan:
+    from fastcal.design.separation import separating_poses
+
     problem = best.fit.problem
     causes = [member, *others]
     kept = [name for name in best.names if name is not member]
@@ -109,6 +113,8 @@ def _claim(data: Dataset) -> float:
 
 def _candidates(robot: Robot, data: Dataset, causes: Sequence[Name]) -> Candidates:
     """Random postures within the ranges that were measured, the payloads at hand, directions where they matter."""
+    from fastcal.design.candidates import joint_ranges, postures, with_conditions
+
     q = postures(robot, "random", _CANDIDATES, _SEED)
     limits = joint_ranges(robot)
     low, high = data.q.min(axis=0), data.q.max(axis=0)

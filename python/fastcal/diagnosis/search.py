@@ -217,7 +217,7 @@ class Search:
         scores = base.blocks.tests.scores
         statistic, rank = np.asarray(scores.statistic), np.asarray(scores.rank)
         enough = max(0.5 * worth, 0.0) if worth < 400 else 0.8 * worth
-        found: list[State] = []
+        found: list[tuple[Name, State]] = []
         keys: set[Key] = {member.key}
         order = np.argsort(-statistic[: base.blocks.count], kind="stable")
         tried = 0
@@ -231,5 +231,10 @@ class Search:
             tried += 1
             state = self.state((*base.names, self._refined(name, base)), best)
             if state.stands and state.bic < best.bic + ODDS:
-                found.append(state)
-        return found
+                found.append((name, state))
+        simple = {name.key for name, _ in found} | {member.key}
+        return [
+            state
+            for name, state in found
+            if not any((simpler, name.owner) in simple for simpler in RICHER.get(name.effect, ()))
+        ]
