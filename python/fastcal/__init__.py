@@ -11,6 +11,7 @@ from fastcal._core import __version__
 
 if TYPE_CHECKING:
     from fastcal.beams import BeamFrame
+    from fastcal.branches import branches
     from fastcal.calibration import CalibrationResult, calibrate
     from fastcal.compensation import Compensation, Targets, compensate, compensate_program, path_accuracy
     from fastcal.conversion import convert
@@ -24,7 +25,9 @@ if TYPE_CHECKING:
     from fastcal.io.measurements_out import write_measurements
     from fastcal.io.robot_file import load_robot
     from fastcal.io.targets import load_targets
+    from fastcal.null_space import arm_angles, choose_posture
     from fastcal.prediction import predict
+    from fastcal.redundancy import InertiaLoad, inertia_load
     from fastcal.redundancy_analysis import Redundancy, redundancy
     from fastcal.registered import register_effect
     from fastcal.regularization import regularized_least_squares
@@ -41,20 +44,25 @@ _HOMES = {
     "Dataset": "dataset",
     "Diagnosis": "diagnosis",
     "FastcalError": "errors",
+    "InertiaLoad": "redundancy",
     "InverseKinematics": "ik",
     "InvalidInput": "errors",
     "ParseError": "errors",
     "Redundancy": "redundancy_analysis",
     "Robot": "robot",
     "Targets": "compensation",
+    "arm_angles": "null_space",
+    "branches": "branches",
     "calibrate": "calibration",
     "choose_parameters": "selection",
+    "choose_posture": "null_space",
     "compensate": "compensation",
     "compensate_program": "compensation",
     "convert": "conversion",
     "design_poses": "design",
     "diagnose": "diagnosis",
     "evaluate": "evaluation",
+    "inertia_load": "redundancy",
     "inverse_kinematics": "ik",
     "load_measurements": "io.measurements",
     "load_robot": "io.robot_file",
@@ -78,6 +86,7 @@ __all__ = [
     "Dataset",
     "Diagnosis",
     "FastcalError",
+    "InertiaLoad",
     "InvalidInput",
     "InverseKinematics",
     "ParseError",
@@ -85,14 +94,18 @@ __all__ = [
     "Robot",
     "Targets",
     "__version__",
+    "arm_angles",
+    "branches",
     "calibrate",
     "choose_parameters",
+    "choose_posture",
     "compensate",
     "compensate_program",
     "convert",
     "design_poses",
     "diagnose",
     "evaluate",
+    "inertia_load",
     "inverse_kinematics",
     "load_measurements",
     "load_robot",
