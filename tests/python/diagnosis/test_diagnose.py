@@ -1,0 +1,155 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Small simulated sets: what is hidden is said, what is not is not, and the same data give the same answer."""
+
+import json
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fastcal import InvalidInput, Robot, load_robot, perturbed, random_poses, simulate
+from fastcal.dataset import Dataset
+from fastcal.diagnosis import Diagnosis, diagnose
+from fastcal.diagnosis.library import build_library, parse_exclusions
+from fastcal.diagnosis.noise import repeats
+
+SIGMA = 4e-5  # [m]
+ROWS = 110
+BACKLASH = {"effect": "backlash", "owner": "joint4", "parameters": {"gap_rad": 6e-4}}
+RATIO = {"effect": "reduction_ratio", "owner": "joint1", "parameters": {"error": 1e-4}}
+
+
+@cache
+def arm() -> Robot:
+    return load_robot("pmc6va030")
+
+
+def rows(effects: list[dict[str, Any]], seed: int = 1, noise: float = SIGMA, **more: Any) -> Dataset:
+    true = perturbed(arm(), seed=seed)
+    true = Robot(dict(true.spec) | {"effects": effects})
+    random = np.random.default_rng(seed)
+    approach = random.choice([-1.0, 1.0], (ROWS, 6))
+    poses = Dataset.from_arrays(random_poses(arm(), ROWS, seed=seed), robot=arm(), approach=approach, **more)
+    return simulate(true, poses, noise=noise, seed=seed)
+
+
+@cache
+def one() -> Diagnosis:
+    return diagnose(arm(), rows([BACKLASH]), sigma=SIGMA)
+
+
+def test_where_nothing_is_missing_nothing_is_said() -> None:
+    found = diagnose(arm(), rows([]), sigma=SIGMA)
+    assert (found.verdict, found.effects, found.unexplained, found.outliers) == ("none", [], None, [])
+    assert found.sigma_source == "option"
+    assert found.sigma_mm == pytest.approx(0.04)
+    assert [step.added for step in found.gap] == [None]
+    smallest = {(s.effect, s.owner): s.value for s in found.smallest}
+    assert 0 < smallest["backlash", "joint4"] < 6e-4
+    assert {u.effect for u in found.untestable} >= {"base_drift", "thermal_expansion", "station_offset"}
+
+
+def test_one_effect_is_named_with_its_size_and_closes_the_gap() -> None:
+    found = one()
+    assert (found.verdict, [f.label for f in found.effects]) == ("named", ["backlash@joint4"])
+    gap = found.effects[0].parameters["gap_rad"]
+    assert gap.std is not None
+    assert abs(gap.value - 6e-4) < 4 * gap.std
+    assert found.effects[0].grade == "A"
+    assert [step.added for step in found.gap] == [None, "backlash@joint4"]
+    # What remains is noise: of 3 ROWS numbers, about 30 fitted, to 5 standard errors.
+    left = found.gap[-1].train_rms_mm ** 2 / (3 * 0.04**2)
+    assert left == pytest.approx(1 - 30 / (3 * ROWS), abs=5 * np.sqrt(2 / (3 * ROWS)))
+    assert found.ranking[0].name == "backlash@joint4"
+    assert found.ranking[0].reason == "given"
+    names, correlation = found.confusion
+    np.testing.assert_allclose(np.diag(correlation), np.ones(len(names)), atol=1e-9)
+
+
+def test_two_effects_are_named_together() -> None:
+    found = diagnose(arm(), rows([BACKLASH, RATIO]), sigma=SIGMA)
+    assert found.verdict == "several"
+    assert {f.label for f in found.effects} == {"backlash@joint4", "reduction_ratio@joint1"}
+
+
+def test_the_same_rows_give_the_same_answer_on_two_threads() -> None:
+    again = diagnose(arm(), rows([BACKLASH]), sigma=SIGMA, threads=2)
+    assert json.dumps(one().to_json_dict()) == json.dumps(again.to_json_dict())
+
+
+def test_test_poses_are_only_reported_on() -> None:
+    other = diagnose(arm(), rows([BACKLASH]), sigma=SIGMA, test=rows([BACKLASH], seed=2).select(np.arange(ROWS) < 30))
+    without, told = one().to_json_dict(), other.to_json_dict()
+    for key in ("verdict", "effects", "ranking", "smallest", "sigma_mm"):
+        assert told[key] == without[key]
+    assert told["gap"][1]["test_rms_mm"] is not None
+
+
+def test_an_excluded_name_is_not_given() -> None:
+    found = diagnose(arm(), rows([BACKLASH]), sigma=SIGMA, exclude=["backlash@joint4"])
+    assert not [f for f in found.effects if f.label == "backlash@joint4" or f.grade == "A"]
+    assert all("backlash@joint4" not in r.name for r in found.ranking)
+
+
+def test_exclusions_are_effects_and_owners_that_there_are() -> None:
+    assert parse_exclusions(["backlash", " coupling_ratio@joint5<-joint4"], arm()) == {
+        ("backlash", None),
+        ("coupling_ratio", "joint5<-joint4"),
+    }
+    with pytest.raises(InvalidInput, match="joint9"):
+        parse_exclusions(["backlash@joint9"], arm())
+    with pytest.raises(InvalidInput, match="slack"):
+        parse_exclusions(["slack"], arm())
+
+
+def test_the_library_holds_what_the_columns_can_show() -> None:
+    plain = build_library(arm(), rows([]))
+    keys = {name.key for name in plain.names}
+    assert ("backlash", "joint3") in keys
+    assert not {"base_drift", "thermal_offset"} & {effect for effect, _ in keys}
+    timed = build_library(arm(), rows([], time=np.arange(float(ROWS))), [("backlash", None)])
+    keys = {name.key for name in timed.names}
+    assert {("base_drift", "base"), ("base_step", "base")} <= keys
+    assert "backlash" not in {effect for effect, _ in keys}
+    in_file = Robot(dict(arm().spec) | {"effects": [BACKLASH]})
+    assert ("backlash", "joint4") not in {name.key for name in build_library(in_file, rows([])).names}
+
+
+def test_repeats_tell_the_noise_of_a_coordinate() -> None:
+    """Pure error: 30 poses thrice are 180 differences; 5 standard errors of a deviation from so many are 26 %."""
+    data = rows([]).select(np.repeat(np.arange(30), 3))
+    assert data.position is not None
+    noisy = replace(data, position=data.position + SIGMA * np.random.default_rng(0).standard_normal((90, 3)))
+    found = repeats(noisy)
+    assert found is not None
+    assert found == (pytest.approx(SIGMA, rel=5 / np.sqrt(2 * 180)), 180)
+    assert data.approach is not None
+    turned = replace(noisy, approach=np.tile([[1.0], [-1.0], [1.0]], (30, 6)))
+    found = repeats(turned)
+    assert found is not None
+    assert found[1] == 90  # those that came from the other side are no repeats
+    assert repeats(rows([])) is None
+
+
+@pytest.mark.parametrize("factor", [0.3, 3.0])
+def test_a_wrong_claim_of_the_noise_is_noticed_and_names_nothing(factor: float) -> None:
+    found = diagnose(arm(), rows([], seed=3), sigma=factor * SIGMA)
+    assert (found.verdict, found.effects) == ("none", [])
+    assert found.sigma_source == "residual"
+    assert ("too small" if factor < 1 else "too large") in found.sigma_note
+    assert found.sigma_mm == pytest.approx(0.04, rel=0.25)
+
+
+def test_rows_that_are_wrong_are_listed_and_hide_nothing() -> None:
+    data = rows([BACKLASH])
+    assert data.position is not None
+    position = data.position.copy()
+    wrong = [5, 40, 77]
+    position[wrong] += [[1e-3, 0, 0], [0, -2e-3, 0], [0, 0, 1.5e-3]]
+    found = diagnose(arm(), replace(data, position=position), sigma=SIGMA)
+    assert found.outliers == wrong
+    assert [f.label for f in found.effects] == ["backlash@joint4"]
+    assert one().outliers == []

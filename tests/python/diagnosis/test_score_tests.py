@@ -1,0 +1,70 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""The core's score tests beside a statistics library's."""
+
+import numpy as np
+import pytest
+import statsmodels.api as sm
+from scipy import stats
+
+from fastcal import InvalidInput, _core
+from fastcal.diagnosis.sensitivity import least_noncentrality
+from fastcal.diagnosis.tails import p_values
+
+SIZES = [1, 3, 2]
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_the_statistics_are_those_of_the_score_test_of_an_omitted_variable(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    A = random.standard_normal((90, 6)) * 10.0 ** random.uniform(-6, 3, 6)
+    C = random.standard_normal((90, 6)) @ random.standard_normal((6, 6))
+    r = random.standard_normal(90) + 0.3 * C[:, 1]
+    tests = _core.ScoreTests(A, C, r, SIZES)
+    fit = sm.GLM(r, A / np.linalg.norm(A, axis=0)).fit(scale=1.0)
+    assert tests.remaining == pytest.approx(fit.deviance, rel=1e-9)
+    for i, first in enumerate((0, 1, 4)):
+        peer = fit.score_test(exog_extra=C[:, first : first + SIZES[i]])
+        assert tests.scores.rank[i] == peer.k_constraint
+        assert tests.scores.statistic[i] == pytest.approx(float(peer.statistic[0]), rel=1e-9)
+        p = p_values(np.asarray(tests.scores.statistic), np.asarray(tests.scores.rank), np.inf)[i]
+        assert p == pytest.approx(float(peer.pvalue[0]), rel=1e-7)
+
+
+def test_whole_sets_are_those_of_least_squares() -> None:
+    random = np.random.default_rng(9)
+    A, C, r = random.standard_normal((50, 4)), random.standard_normal((50, 6)), random.standard_normal(50)
+    tests = _core.ScoreTests(A, C, r, SIZES)
+    both = sm.OLS(r, np.hstack([A, C[:, :4]])).fit()
+    left, rank = tests.remaining_with([0, 1])
+    assert (left, rank) == (pytest.approx(both.ssr, rel=1e-11), 4)
+    more = sm.OLS(r, np.hstack([A, C])).fit()
+    given = tests.given([1, 0])
+    assert given.statistic[2] == pytest.approx(both.ssr - more.ssr, rel=1e-9)
+    assert list(given.rank) == [0, 0, 2]
+    single = sm.OLS(r, np.hstack([A, C[:, 1:4]])).fit()
+    np.testing.assert_allclose(tests.estimate[1:4], single.params[4:], rtol=1e-10)
+    np.testing.assert_allclose(tests.deviation[1:4], single.bse[4:] / np.sqrt(single.scale), rtol=1e-10)
+
+
+def test_of_an_estimated_noise_the_test_is_f() -> None:
+    p = p_values(np.array([9.0, 12.0, 0.0]), np.array([1, 3, 0], dtype=np.int32), 40.0)
+    np.testing.assert_allclose(p, [stats.f.sf(9.0, 1, 40), stats.f.sf(4.0, 3, 40), 1.0], rtol=1e-12)
+
+
+@pytest.mark.parametrize("rank", [1, 2, 6])
+def test_the_least_noncentrality_is_seen_four_times_in_five(rank: int) -> None:
+    """By scipy's own law, and by throwing: 4000 throws are within 2.5 % of it."""
+    level = 1e-3
+    least = least_noncentrality(rank, level)
+    limit = stats.chi2.isf(level, rank)
+    assert stats.ncx2.sf(limit, rank, least) == pytest.approx(0.8, abs=1e-6)
+    random = np.random.default_rng(rank)
+    z = random.standard_normal((4000, rank))
+    z[:, 0] += np.sqrt(least)
+    assert np.mean(np.sum(z**2, axis=1) > limit) == pytest.approx(0.8, abs=0.025)
+
+
+def test_sizes_that_do_not_add_up_are_refused() -> None:
+    with pytest.raises(InvalidInput, match="add up to the 6 columns"):
+        _core.ScoreTests(np.ones((9, 1)), np.ones((9, 6)), np.ones(9), [1, 3])
