@@ -30,8 +30,13 @@ class BeamGravity : public LinearEffect {
     if (by == "structure") {
       parameters_.push_back({owner, "scale", "1", 0.5, doc, 0, infinite, 1});
     } else {
-      for (const std::string& group : bending_->groups())
-        parameters_.push_back({owner, "scale_" + group, "1", 0.5, doc + ", of the group " + group, 0, infinite, 1});
+      for (const std::string& group : bending_->groups()) {
+        std::string name = "scale_", own = doc;
+        name += group;
+        own += ", of the group ";
+        own += group;
+        parameters_.push_back({owner, name, "1", 0.5, own, 0, infinite, 1});
+      }
     }
   }
 
