@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import special
+from threadpoolctl import threadpool_limits
 
 from fastcal import _core
 from fastcal.calibration import CalibrationResult
@@ -21,6 +22,7 @@ from fastcal.diagnosis.problem import Noise, Problem, fit, prepared_problem
 from fastcal.diagnosis.result import Diagnosis, Finding, Unexplained
 from fastcal.diagnosis.search import Search, State
 from fastcal.diagnosis.words import sentence_of
+from fastcal.errors import InvalidInput
 from fastcal.robot import Robot, Spec
 from fastcal.units import from_si
 
@@ -55,7 +57,23 @@ def diagnose(
         InvalidInput: An unknown effect or owner to exclude, a sigma that is none, data without a measured column.
     """
     say = progress or (lambda text: None)
+    if sigma is not None and not (np.isfinite(sigma) and sigma > 0):
+        raise InvalidInput(f"sigma must be a standard deviation above 0, got {sigma}")
     library = build_library(robot, data, parse_exclusions(exclude, robot))
+    with threadpool_limits(1):  # many small matrices: a BLAS that shares them out spends most of its time waiting
+        return _diagnosed(robot, data, test, library, sigma, threads, say)
+
+
+def _diagnosed(
+    robot: Robot,
+    data: Dataset,
+    test: Dataset | None,
+    library: Library,
+    sigma: float | None,
+    threads: int,
+    say: Callable[[str], None],
+) -> Diagnosis:
+    """`diagnose`, its arguments checked."""
     say("fitting the geometry")
     problem = prepared_problem(robot, data, library.names, _claimed(data, sigma), threads)
     say("how large the noise is")

@@ -95,6 +95,8 @@ def joint_curves(joint: int, data: Dataset, loads: FloatArray, turns: Sequence[b
         yield Curves(("torque",), orthonormal(signed))
     for name, values, degree in _conditions(data):
         yield Curves((name,), orthonormal(polynomials(values, degree)))
+    if data.approach is not None:
+        yield Curves((f"approach{joint + 1}",), orthonormal(data.approach[:, [joint]]))
     scaled = [_unit(q[:, i]) for i in range(q.shape[1])]
     for a, b in combinations(range(q.shape[1]), 2):
         if joint in (a, b) or abs(a - b) <= 2:
@@ -108,6 +110,9 @@ def frame_curves(data: Dataset) -> Iterator[Curves]:
     """What a motion of base or tool may depend on."""
     for name, values, degree in _conditions(data):
         yield Curves((name,), orthonormal(polynomials(values, degree)))
+    for name, labels in (("station", data.station), ("mount", data.mount)):
+        if labels is not None:
+            yield Curves((name,), orthonormal((labels[:, np.newaxis] == np.unique(labels)).astype(float)))
     if np.ptp(data.payload) > 0:
         yield Curves(("payload_kg",), orthonormal(polynomials(data.payload, _EXTRA_DEGREE)))
 

@@ -176,7 +176,9 @@ class Search:
                 worth[i] < best_of.get((simple, name.owner), -np.inf) + ODDS for simple in RICHER.get(name.effect, ())
             ):
                 continue  # the simpler name does as well
-            if len(out) >= count or worth[i] <= 0 or p[i] > NAMED / state.family.named:
+            if len(out) >= count:
+                break
+            if p[i] > NAMED / state.family.named:
                 break
             if name.key in keys and name.effect != "gear_harmonic":
                 continue
