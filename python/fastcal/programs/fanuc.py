@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -98,6 +98,7 @@ class _Reader:
     targets: list[Target] = field(default_factory=list)
     moves: list[Move] = field(default_factory=list)
     names: dict[str, int] = field(default_factory=dict)
+    increments: set[int] = field(default_factory=set)
     notes: list[str] = field(default_factory=list)
 
     def position(self, name: str, start: int, end: int, at: int) -> None:
@@ -155,7 +156,9 @@ class _Reader:
         for kind, count in positions:
             if kind == "PR" or f"P[{count}]" not in self.names:
                 self.notes.append(f"{where} goes to {kind}[{count}], which is not in this file, and is left as it is")
-            elif not incremental:
+            elif incremental:
+                self.increments.add(self.names[f"P[{count}]"])
+            else:
                 shifted = re.search(r"Offset|VOFFSET", text, re.I)
                 offset = (math.nan, math.nan, math.nan) if shifted else None
                 self.moves.append(Move(self.names[f"P[{count}]"], self.place, line, offset=offset))
@@ -175,44 +178,42 @@ def read(documents: tuple[Document, ...]) -> Program:
     targets: list[Target] = []
     moves: list[Move] = []
     notes: list[str] = []
+    increments: set[int] = set()
     for place, document in enumerate(documents):
-        reader = _Reader(document, place, _without_strings(document.text))
-        head = re.search(r"^/POS", document.text, re.M)
-        if head is None:
-            raise document.error(0, "expected a section /POS, as every LS file has")
-        for match in _POSITION.finditer(document.text, head.end()):
-            reader.position(f"P[{match[1]}]", match.start(2), match.end(2), match.start())
-        _check_all_read(document, head.end(), len(_POSITION.findall(document.text, head.end())))
-        body = document.text[: head.start()]
-        body = _CONTINUED.sub(lambda match: " " * len(match[0]), body)
-        for match in _MOVE.finditer(body):
-            reader.move(match[1], match[2], match.start(1))
-        increments = {f"P[{n}]" for n in re.findall(r"P\[\s*(\d+)[^\]]*\][^;\n]*\bINC\b", body)}
-        moves += [Move(m.target + len(targets), m.document, m.line, offset=m.offset) for m in reader.moves]
+        reader = _read_one(document, place)
+        before = len(targets)
+        moves += [replace(move, target=move.target + before) for move in reader.moves]
+        increments |= {target + before for target in reader.increments}
         targets += reader.targets
         notes += reader.notes
-        if both := increments & {reader.targets[m.target].name for m in reader.moves}:
-            raise document.error(head.start(), f"{', '.join(sorted(both))} is used as a position and as an increment")
     zero = {"0": np.eye(4)}
-    incremental = _unused_increments(documents, targets)
     program = Program(Fanuc(), documents, tuple(targets), tuple(moves), zero, zero, tuple(notes))
-    return program.without(incremental)
+    return program.without(increments)
 
 
-def _unused_increments(documents: tuple[Document, ...], targets: list[Target]) -> set[int]:
-    """Positions that are increments: no places in space."""
-    found = {
-        (place, f"P[{n}]")
-        for place, document in enumerate(documents)
-        for n in re.findall(r"P\[\s*(\d+)[^\]]*\][^;\n]*\bINC\b", document.text)
-    }
-    return {i for i, target in enumerate(targets) if (target.numbers[0].document, target.name) in found}
+def _read_one(document: Document, place: int) -> _Reader:
+    reader = _Reader(document, place, _without_strings(document.text))
+    head = re.search(r"^/POS", document.text, re.M)
+    if head is None:
+        raise document.error(0, "expected a section /POS, as every LS file has")
+    for match in _POSITION.finditer(document.text, head.end()):
+        reader.position(f"P[{match[1]}]", match.start(2), match.end(2), match.start())
+    _check_all_read(document, head.end())
+    moves = _CONTINUED.sub(lambda match: " " * len(match[0]), document.text[: head.start()])
+    for match in _MOVE.finditer(moves):
+        reader.move(match[1], match[2], match.start(1))
+    for move in reader.moves:
+        if move.target in reader.increments:
+            name = reader.targets[move.target].name
+            raise document.error(
+                head.start(), f"{name} is used as a position and as an increment; expected one of them"
+            )
+    return reader
 
 
-def _check_all_read(document: Document, start: int, count: int) -> None:
-    """A position whose braces don't close would otherwise be passed over."""
-    heads = [*re.finditer(r"^[ \t]*P\[[^\]]*\]\s*\{", document.text[start:], re.M)]
-    if len(heads) != count:
-        ends = {m.start() for m in _POSITION.finditer(document.text, start)}
-        lost = next((start + h.start() for h in heads if start + h.start() not in ends), start)
-        raise document.error(lost, "expected a position P[n]{ ... }; with its end")
+def _check_all_read(document: Document, start: int) -> None:
+    """Refuses a position whose braces don't close, which would otherwise be passed over."""
+    ends = {match.start() for match in _POSITION.finditer(document.text, start)}
+    for head in re.compile(r"^[ \t]*P\[[^\]]*\]\s*\{", re.M).finditer(document.text, start):
+        if head.start() not in ends:
+            raise document.error(head.start(), "expected a position P[n]{ ... }; with its end")

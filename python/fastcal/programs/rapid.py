@@ -23,7 +23,7 @@ from fastcal.programs.scanning import NUMBER, Piece, blanked, closing, number, s
 FloatArray = NDArray[np.float64]
 
 _TYPED = re.compile(r"\b(robtarget|jointtarget|tooldata|wobjdata)\s+(\w+)", re.I)
-_VALUE = re.compile(r"\s*(?:\{[^}]*\})?\s*:=\s*(?=\[)")
+_VALUE = re.compile(r"\s*(?:\{[\w\s,]*\})?\s*:=\s*(?=\[)")
 _ASSIGNED = re.compile(r"\b(\w+)\s*:=\s*(?=\[)")
 _MOVE = re.compile(r"(?:^|;)[ \t]*((?:Move|Trigg|Arc|Search|Spot|Paint)\w*)\b[ \t]*(?=[\\\w\[])", re.I | re.M)
 _SHIFTED = re.compile(r"(Offs|RelTool)\s*\(", re.I)
