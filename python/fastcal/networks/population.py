@@ -9,7 +9,7 @@ each gives what it would alone, and a step of all costs little more than a step 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -141,7 +141,7 @@ class Population:
         return DenseNet(tuple(weights), tuple(biases), (*member.activations, "linear"), slopes)
 
 
-_FUNCTIONS = {
+_FUNCTIONS: dict[str, Callable[[torch.Tensor, torch.Tensor], torch.Tensor]] = {
     "tanh": lambda z, slope: torch.tanh(z),
     "relu": lambda z, slope: torch.relu(z),
     "sigmoid": lambda z, slope: torch.sigmoid(z),
