@@ -2,8 +2,9 @@
 # SPDX-License-Identifier: MIT
 """CA-SOMM-ANN (PMC, V.B.3): a classifier before two sets of networks, the split of the rows found from their errors.
 
-Errors with two heaps are split by a mixture of two normal distributions on the axis where it beats a single one most
-(Bayesian information criterion); a classifier learns from joints and load which heap a row belongs to.
+A mixture of two normal distributions is fitted to the errors of each axis; the axis whose two heaps stand farthest
+apart, in their own widths (Ashman, Bird, Zepf 1994), is split. A classifier learns from joints and load which heap a
+row belongs to.
 """
 
 from __future__ import annotations
@@ -44,10 +45,10 @@ def found_split(problem: Problem, own: IntArray, seed: int = 0) -> Split:
     best: tuple[float, GaussianMixture, int] | None = None
     for axis in range(3):
         column = values[own][:, [axis]]
-        one, two = (GaussianMixture(k, random_state=seed, n_init=2).fit(column) for k in (1, 2))
-        gain = float(one.bic(column) - two.bic(column))
-        if best is None or gain > best[0]:
-            best = gain, two, axis
+        two = GaussianMixture(2, random_state=seed, n_init=2).fit(column)
+        apart = float(np.ptp(two.means_) / np.sqrt(two.covariances_.sum() / 2))
+        if best is None or apart > best[0]:
+            best = apart, two, axis
     assert best is not None  # noqa: S101 - there are three axes
     _, mixture, axis = best
     upper = int(np.argmax(mixture.means_[:, 0]))
