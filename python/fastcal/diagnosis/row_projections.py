@@ -19,6 +19,7 @@ FloatArray = NDArray[np.float64]
 
 _LEVER = 0.25  # of the 90th percentile: a pose with less says next to nothing of the joint
 _RANK = 1e-9
+_WEAK = 30.0  # plausible sizes, as the fits hold what the data don't tell
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +59,7 @@ class Effect:
         """Of parameters that are in the fit."""
         A, r, row = fit.whitened
         own = [fit.free.index(i) for i in range(place.start, place.stop)]
-        beyond = _beyond(np.delete(A, own, axis=1), A[:, own])
+        beyond = _beyond(fit, np.delete(np.arange(A.shape[1]), own), A[:, own])
         measured = row >= 0
         return Effect(fit, A[measured][:, own], fit.theta[place], _inverse(beyond), r[measured])
 
@@ -66,11 +67,11 @@ class Effect:
     def added(fit: Fit, C: FloatArray) -> Effect:
         """Of a block (m, p) that is not in the fit, by one linear step; rows of priors are in C, as zeros."""
         A, r, row = fit.whitened
-        both = _beyond(A, np.column_stack([C, r]))
+        both = _beyond(fit, np.arange(A.shape[1]), np.column_stack([C, r]))
         beyond, left = both[:, :-1], both[:, -1]
         theta = np.asarray(np.linalg.lstsq(beyond, left, rcond=_RANK)[0], dtype=np.float64)
         measured = row >= 0
-        return Effect(fit, C[measured], theta, _inverse(beyond), (left - beyond @ theta)[measured])
+        return Effect(fit, C[measured], theta, _inverse(beyond), (left - beyond @ theta)[: len(row)][measured])
 
     @cached_property
     def row(self) -> NDArray[np.intp]:
@@ -168,12 +169,14 @@ class Effect:
         return Reading(kept, after, g @ self.theta, np.sqrt(np.maximum(variance, 0.0)))
 
 
-def _beyond(A: FloatArray, C: FloatArray) -> FloatArray:
-    """C (m, q) without what the columns of A (m, p) can do."""
-    length = np.linalg.norm(A, axis=0)
-    U, s, _ = np.linalg.svd(A / np.where(length > 0, length, 1.0), full_matrices=False)
-    U = U[:, s > _RANK * s.max(initial=0.0)]
-    return np.asarray(C - U @ (U.T @ C))
+def _beyond(fit: Fit, columns: NDArray[np.intp], C: FloatArray) -> FloatArray:
+    """C (m, q) without what some of the fit's columns can do, weakly held as in the fit: (m + columns, q)."""
+    A = fit.whitened[0][:, columns]
+    held = _WEAK * np.array([p.sigma for p in fit.model.parameters])[np.array(fit.free)[columns]]
+    # In sizes of the weak prior: what the data hardly tell is held, and takes nothing from C.
+    Q = np.linalg.qr(np.vstack([A * held, np.eye(len(columns))]))[0]
+    whole = np.vstack([C, np.zeros((len(columns), C.shape[1]))])
+    return np.asarray(whole - Q @ (Q.T @ whole))
 
 
 def _inverse(C: FloatArray) -> FloatArray:

@@ -118,6 +118,7 @@ def diagnosis_page(found: Diagnosis) -> str:
         grades=GRADES,
         effect_key=effect_figures.KEY,
         plan=found.plan,
+        plan_sentence="" if found.plan is None else spoken_label(found.plan.sentence),
         rest=None if found.unexplained is None else rest_sentence(found.unexplained, _tried(found)),
         rest_figures=_rest_figures(found, state),
         gap=_gap(found, floor),

@@ -161,7 +161,8 @@ def _look(rest: Unexplained) -> str:
 def rest_sentence(rest: Unexplained, names: int) -> str:
     """Where the rest is best placed, and how large it is."""
     share = "less than 1\N{NARROW NO-BREAK SPACE}%" if rest.share < _SMALL else percent(rest.share)
+    where = f"{'in' if rest.owner == 'workspace' else 'at'} {place(rest.owner)}"
     return (
         f"{share} of the misfit that geometry alone leaves has no name among the {plural(names, 'cause')} that were "
-        f"tried. It is best placed at {place(rest.owner)}, as something that depends on {depends(rest.depends_on)}."
+        f"tried. It is best placed {where}, as something that depends on {depends(rest.depends_on)}."
     )

@@ -61,14 +61,14 @@ def effect_figures(found: PartialResidual, owner: str, id_: str) -> list[Figure]
     for k, part in enumerate(parts):
         values = [unit.of(a[:, k]) for a in (reading.before, reading.after, reading.fitted, reading.deviation)]
         title = f"{_quantity(found, owner)}{f' along {part}' if part else ''}"
-        drawn = figures.layout(axis.title, f"{title} ({unit.text})")
+        drawn = figures.layout(axis.title, f"{title if count == 1 else part} ({unit.text})")
         drawn["yaxis"]["range"] = [-unit.of(limit), unit.of(limit)]
         if found.quantity == "displacement":
             drawn["yaxis"]["range"][0] = -0.45 * unit.of(limit)
         if axis.texts:
             drawn["xaxis"] |= {"tickvals": list(axis.texts), "ticktext": list(axis.texts.values())}
         alt = f"{title} against {axis.title}: what the data ask for, the fitted effect, and what is left with it."
-        heading = f"{title} against {axis.title.split(' (')[0]}" if count == 1 else f"Along {part}"
+        heading = f"{title} against {axis.title.split(' (')[0]}" if count == 1 else title
         traces = _traces(axis, *values)
         columns, height = (4, 360) if count == 1 else (2, 270)
         made.append(Figure(f"{id_}{part}", heading, alt, traces, drawn, columns=columns, height=height))
@@ -146,7 +146,7 @@ def _quantity(found: PartialResidual, owner: str) -> str:
         return f"error of {owner_in_words(joint)}"
     return {
         "growth": "growth of " + ("the arm" if owner == "robot" else owner_in_words(owner)),
-        "motion": "motion of the base, seen where the tool works,",
+        "motion": "motion of the base",
         "shift": "shift of the target",
         "displacement": "measured along its direction" if found.depends_on == ("itself",) else "displacement",
     }[found.quantity]
