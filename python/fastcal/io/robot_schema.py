@@ -88,6 +88,8 @@ def _correction(value: Any, path: str | os.PathLike[str]) -> Correction | Spec:
 
 def _list(top: Fields, key: str, low: int, high: int) -> list[Fields]:
     value = top.take(key, []) if low == 0 else top.take(key)
+    if value is None and low == 0:
+        value = []  # a key whose last entry was taken out, as YAML reads it
     if not isinstance(value, list) or not low <= len(value) <= high:
         top.fail(key, f"a list of {low} to {high} entries", value)
     return [Fields(entry, f"{key}[{i}]", top.path) for i, entry in enumerate(value)]

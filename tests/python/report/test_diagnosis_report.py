@@ -1,0 +1,183 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""The page of a diagnosis: numbers from what was hidden, patches that apply, a quiet browser."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shutil
+import subprocess
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fastcal import load_robot
+from fastcal.diagnosis import Diagnosis, diagnose
+from fastcal.diagnosis import partial_residuals as partial
+from fastcal.diagnosis.result import NamedValue, Unexplained
+from fastcal.report import diagnosis_words, shop
+from fastcal.report.diagnosis_figures import confusion_map, waterfall
+from fastcal.report.diagnosis_report import diagnosis_page
+from fastcal.report.diagnosis_tables import owners_text
+from fastcal.report.model_patches import PATTERN
+from fastcal.units import shop_unit
+
+FLAGS = ["--headless", "--no-sandbox", "--disable-gpu", "--disable-3d-apis", "--enable-logging=stderr", "--v=0"]
+
+
+@pytest.fixture(scope="module")
+def found(hidden_backlash) -> Diagnosis:
+    return diagnose(hidden_backlash.robot, hidden_backlash.data, test=hidden_backlash.test)
+
+
+@pytest.fixture(scope="module")
+def unnamed(hidden_backlash) -> Diagnosis:
+    """The same without the name: nothing else explains it."""
+    return diagnose(hidden_backlash.robot, hidden_backlash.data, exclude=["backlash@joint3"])
+
+
+def test_the_partial_residual_shows_the_backlash_that_was_hidden(found: Diagnosis, hidden_backlash) -> None:
+    (finding,) = found.effects
+    seen = partial.of_finding(partial.final_state(found), finding)
+    assert (seen.depends_on, seen.quantity, seen.unit) == (("approach3",), "joint", "rad")
+    side, reading = seen.x[:, 0], seen.reading
+    assert set(side) == {-1.0, 1.0}
+    # Half the gap to either side, less what the zero of the joint took: the distance is the gap.
+    for values, limit in ((reading.fitted, 4), (reading.before, 5)):
+        distance = float(values[side > 0].mean() - values[side < 0].mean())
+        std = 2 * float(reading.deviation.mean())
+        assert abs(abs(distance) - hidden_backlash.gap) < limit * std
+    assert abs(reading.after[side > 0].mean() - reading.after[side < 0].mean()) < 0.05 * hidden_backlash.gap
+    np.testing.assert_array_equal(reading.before, reading.after + reading.fitted)
+
+
+def test_the_band_is_that_of_the_calibration(found: Diagnosis) -> None:
+    (finding,) = found.effects
+    reading = partial.of_finding(partial.final_state(found), finding).reading
+    std = finding.parameters["gap_rad"].std
+    assert std is not None
+    # The joint's error is half the gap to either side: so is its deviation.
+    assert float(reading.deviation.mean()) == pytest.approx(std / 2, rel=0.1)
+
+
+def test_the_place_of_a_rest_is_drawn(unnamed: Diagnosis) -> None:
+    rest = Unexplained("joint3", 0.5, ("q3",))
+    seen = partial.of_rest(partial.final_state(unnamed), rest.owner, rest.depends_on)
+    assert seen is not None
+    assert seen.reading.before.shape == (len(seen.x), 1)
+    assert np.all(np.isfinite(seen.reading.deviation))
+    # The block takes what it explains: less is left with it than without.
+    assert np.sum(seen.reading.after**2) < np.sum(seen.reading.before**2)
+    assert partial.of_rest(unnamed.state, "joint3", ("no such variable",)) is None
+
+
+@pytest.mark.parametrize("on", [("q2", "q3"), ("x", "y", "z")])
+def test_a_rest_of_several_variables_is_a_map(unnamed: Diagnosis, on: tuple[str, ...]) -> None:
+    owner = "workspace" if "x" in on else "joint3"
+    page = diagnosis_page(replace(unnamed, verdict="unexplained", unexplained=Unexplained(owner, 0.5, on)))
+    assert 'id="figure-rest"' in page
+    assert "What remains without a name" in page
+
+
+def test_files_are_replaced_together_and_the_patch_takes_the_effect_out(found: Diagnosis, tmp_path: Path) -> None:
+    (tmp_path / "without_base_drift@base.patch").write_text("of an older result")
+    (tmp_path / "mine.txt").write_text("kept")
+    found.save(tmp_path)
+    assert [path.name for path in tmp_path.glob(PATTERN)] == ["without_backlash@joint3.patch"]
+    assert (tmp_path / "mine.txt").exists()
+    assert json.loads((tmp_path / "diagnosis.json").read_text())["verdict"] == "named"
+    removed = subprocess.run(
+        ["patch", "model.yaml", "without_backlash@joint3.patch"], cwd=tmp_path, capture_output=True, check=False
+    )
+    assert removed.returncode == 0, removed.stdout
+    before, after = found.model.spec, load_robot(tmp_path / "model.yaml").spec
+    assert [e["effect"] for e in before["effects"]] == ["backlash"]
+    assert not after["effects"]
+    assert after["joints"] == before["joints"]
+
+
+def test_the_page_says_what_was_found(found: Diagnosis) -> None:
+    page = diagnosis_page(found)
+    text = re.sub(r"\s+", " ", re.sub(r"<[^>]+>", " ", page.split("<main")[1].split("</main>")[0]))
+    assert text.index("Named") < text.index("What to do now") < text.index("What is missing in the model")
+    assert "arcmin" in text
+    assert "patch model.yaml without_backlash@joint3.patch" in text
+    assert "error of joint 3" in page
+    for id_ in ("gap", "confusion", "normal", "effect-backlash@joint3", "workspace"):
+        assert f'id="figure-{id_}"' in page
+
+
+def test_in_a_browser_every_figure_is_drawn_and_the_console_is_quiet(found: Diagnosis, tmp_path: Path) -> None:
+    command = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+    if command is None:
+        missing = "no chromium on this machine"
+        if os.environ.get("FASTCAL_DATA_REQUIRED") == "1":
+            pytest.fail(missing)
+        pytest.skip(missing)
+    path = tmp_path / "report.html"
+    path.write_text(diagnosis_page(found), encoding="utf-8")
+    flags = [*FLAGS, "--virtual-time-budget=60000", f"--user-data-dir={tmp_path / 'profile'}", "--dump-dom"]
+    done = subprocess.run([command, *flags, path.as_uri()], capture_output=True, text=True, timeout=180, check=True)
+    assert [line for line in done.stderr.splitlines() if ":CONSOLE:" in line and "Canvas2D" not in line] == []
+    plots = re.findall(r'<div class="plot[^>]*data-state="(\w+)"', done.stdout)
+    assert len(plots) == len(re.findall(r"<figure ", done.stdout)) > 10
+    assert plots.count("message") == 1  # the view that needs WebGL says so
+    assert 'data-state="ready"' in done.stdout
+
+
+def test_the_waterfall_adds_up() -> None:
+    figure = waterfall([("geometry alone", 0.5), ("a", 0.3), ("b", 0.35)], 0.1, "test poses")
+    bars = figure.traces[0]
+    assert bars["x"] == pytest.approx([0.5, 0.2, 0.05, 0.35])
+    assert bars["base"] == pytest.approx([0.0, 0.3, 0.3, 0.0])
+    assert figure.traces[1]["x"] == [0.1, 0.1]
+
+
+def test_the_map_frames_what_is_given() -> None:
+    figure = confusion_map(["a", "b"], np.array([[1.0, -0.9], [-0.9, 1.0]]), [1])
+    assert figure.traces[0]["z"].tolist() == [[1.0, 0.9], [0.9, 1.0]]
+    assert [(s["x0"], s["x1"]) for s in figure.layout["shapes"]] == [(0.5, 1.5)]
+
+
+def test_numbers_are_told_as_on_the_shop_floor() -> None:
+    minute = np.pi / 180 / 60
+    assert shop.value_text("gap_rad", 1.5 * minute, 0.06 * minute) == "1.500 ± 0.060 arcmin"
+    assert shop.size_text("1_k", 11.5e-6) == "12 µm/(m\N{NO-BREAK SPACE}K)".replace("µ", "\N{MICRO SIGN}")
+    assert shop.size_text("mm_s", 0.05 / 3600) == "50 \N{MICRO SIGN}m/h"
+    lines = shop.estimate_lines("joint_compliance", {"compliance_rad_nm": NamedValue(minute / 200, None)})
+    assert lines[1] == ("as a stiffness", "200 N\N{NO-BREAK SPACE}m/arcmin")
+    assert shop.estimate_text({"sine_2x_rad": 3 * minute, "cosine_2x_rad": 4 * minute}) == "5.0 arcmin"
+    assert shop_unit("rad", minute / 60).of(minute) == pytest.approx(60)
+
+
+def test_names_are_spoken() -> None:
+    spoken = diagnosis_words.spoken_label
+    assert spoken("joint_compliance@joint3") == "joint 3 compliance"
+    assert spoken("base_drift@base") == "base drift"
+    assert spoken("coupling_ratio@joint6<-joint5") == "joint 6 from joint 5 coupling ratio"
+    assert diagnosis_words.reason_in_words("it leaves joint4 by q4, q6 at p = 1.0e-05") == (
+        "With it in the model, something at joint 4 that depends on the positions of joint 4 and joint 6 is still "
+        "there; noise would look so in less than 1 of 100\N{NARROW NO-BREAK SPACE}000 data sets."
+    )
+    assert owners_text(["joint1", "joint2", "joint3", "link2"]) == "joints 1 to 3, link 2"
+
+
+@pytest.mark.parametrize("verdict", ["none", "one_of", "several", "unexplained"])
+def test_each_verdict_has_a_page_that_says_what_to_do(found: Diagnosis, verdict: str) -> None:
+    (finding,) = found.effects
+    changed = {
+        "none": {"effects": [], "calibrations": found.calibrations[:1], "gap": found.gap[:1]},
+        "one_of": {"effects": [replace(finding, equivalents=(("gear_harmonic", "joint3"),), grade="B")]},
+        "several": {"effects": [finding, finding]},
+        "unexplained": {"unexplained": Unexplained("joint5", 0.4, ("q4", "q6"))},
+    }[verdict]
+    steps = diagnosis_words.next_steps(replace(found, verdict=verdict, **changed))
+    assert len(steps) >= 2
+    assert ("Do not repair anything yet" in steps[0]) == (verdict == "one_of")
+    assert ("at joint 5" in steps[0]) == (verdict == "unexplained")
+    if verdict in ("none", "one_of"):
+        assert diagnosis_words.VERDICTS[verdict][0] in diagnosis_page(replace(found, verdict=verdict, **changed))
