@@ -6,22 +6,23 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import special
 
 from fastcal import _core
 from fastcal.calibration_record import CalibrationRecord
+from fastcal.calibration_result import CalibrationResult as CalibrationResult
+from fastcal.calibration_result import IdentifiedParameter as IdentifiedParameter
+from fastcal.calibration_result import Unidentifiable as Unidentifiable
+from fastcal.calibration_table import anchor_places, correlated_pairs, outlier_rows, parameter_table, sigma_note
 from fastcal.critical_loads import with_critical_loads
 from fastcal.dataset import Dataset
 from fastcal.effect_origins import with_origins
-from fastcal.effect_values import polar_pairs
-from fastcal.effects import edge_name, edge_unit, full_name, parse_effects, without_repeats
+from fastcal.effects import full_name, parse_effects, without_repeats
 from fastcal.errors import InvalidInput, Undetermined
-from fastcal.evaluation import Evaluation, evaluate
+from fastcal.evaluation import evaluate
 from fastcal.identified import identified, with_frames
 from fastcal.nominal import nominal_record
 from fastcal.open_effects import with_open_effects_set
@@ -29,105 +30,13 @@ from fastcal.parameter_limits import parameter_limits
 from fastcal.profile_pull import pulls
 from fastcal.profile_range import range_notes
 from fastcal.robot import Robot
-from fastcal.units import factor, from_si
+from fastcal.units import from_si
 
 FloatArray = NDArray[np.float64]
 Progress = Callable[[str], None]
 
 LOSSES = ("tukey", "huber", "cauchy", "none")
 METHODS = ("nls", "bfgs", "bfgs_mean_distance")
-OUTLIER_SHARE = 0.01  # a row is listed where normal noise would make one so large in one of a hundred data sets
-CORRELATED = 0.95
-
-
-@dataclass(frozen=True)
-class IdentifiedParameter:
-    """One number of the result, in the unit of its name: `theta_deg` of `joint2`."""
-
-    name: str
-    owner: str
-    value: float
-    std: float
-    unit: str
-    nominal: float
-
-
-@dataclass(frozen=True)
-class Unidentifiable:
-    """A direction that the data can't tell, in words, and the parameters in it; the first is held at nominal."""
-
-    direction: str
-    parameters: list[str]
-
-
-@dataclass(frozen=True, eq=False)
-class CalibrationResult:
-    """What `calibrate` found.
-
-    Attributes:
-        model: The identified robot; also the start of a next calibration.
-        nominal: The robot before, with the best rigid fit of base and tool.
-        status: converged, not_converged or too_few_equations.
-        parameters: Identified numbers in edge units; `covariance` (P, P) is theirs in SI, in the same order.
-        rank: Directions of the asked parameters that change anything that was measured.
-        sigma: Noise of one measured coordinate [m], `sigma_note` says where it comes from.
-        outliers: Rows whose error the noise does not explain.
-        weights: (N,) robust weight of each row, 1 is full.
-    """
-
-    status: str
-    message: str
-    model: Robot
-    nominal: Robot
-    loss: str
-    method: str
-    parameters: list[IdentifiedParameter]
-    covariance: FloatArray
-    unidentifiable: list[Unidentifiable]
-    correlated: list[tuple[str, str, float]]
-    rank: int
-    asked_count: int
-    degrees_of_freedom: int
-    iterations: int
-    sigma: float
-    sigma_note: str
-    outliers: list[int]
-    weights: FloatArray
-    train: Evaluation
-    test: Evaluation | None = None
-    notes: list[str] = field(default_factory=list)
-
-    @property
-    def sigma_mm(self) -> float:
-        """`sigma` in mm."""
-        return from_si(self.sigma, "mm")
-
-    def interval(self, level: float = 0.95) -> FloatArray:
-        """(P, 2) two-sided confidence intervals of the parameters in edge units, by Student's t."""
-        t = float(special.stdtrit(max(self.degrees_of_freedom, 1), 0.5 + level / 2))
-        values = np.array([p.value for p in self.parameters])
-        half = t * np.array([p.std for p in self.parameters])
-        return np.column_stack([values - half, values + half])
-
-    def to_json_dict(self) -> dict[str, Any]:
-        """The content of result.json."""
-        return {
-            "status": self.status,
-            "message": self.message,
-            "method": self.method,
-            "loss": self.loss,
-            "train": self.train.to_json_dict(),
-            "test": None if self.test is None else self.test.to_json_dict(),
-            "parameters": [vars(p) for p in self.parameters],
-            "rank": self.rank,
-            "unidentifiable": [vars(u) for u in self.unidentifiable],
-            "correlated": [{"first": a, "second": b, "correlation": r} for a, b, r in self.correlated],
-            "sigma_mm": self.sigma_mm,
-            "sigma_note": self.sigma_note,
-            "degrees_of_freedom": self.degrees_of_freedom,
-            "outliers": self.outliers,
-            "notes": self.notes,
-        }
 
 
 def measurements(data: Dataset) -> _core.Measurements:
@@ -292,12 +201,12 @@ def calibrate(
         )
         identified_spec["calibration"] = record.to_spec() | {"nominal": nominal_record(start.spec)}
     result_model = Robot(identified_spec)
-    places = _anchors(found, data, len(names))
+    places = anchor_places(found, data, len(names))
     places_before = (
         dict(zip(data.anchor_names, np.asarray(alignment.anchors), strict=True)) if data.distance is not None else {}
     )
     judge: dict[str, Any] = {"before": aligned, "anchors": places, "anchors_before": places_before, "threads": threads}
-    table, table_covariance = _table(start, model, found, data)
+    table, table_covariance = parameter_table(start, model, found, data)
     beyond = [] if test is None else [f"{test.source}: {note}" for note in range_notes(result_model, test)]
     return CalibrationResult(
         status=found.status,
@@ -312,14 +221,14 @@ def calibrate(
             Unidentifiable(text, [names[i] for i in parts if i < len(names)])
             for text, parts in zip(found.unidentifiable, found.unidentifiable_parts, strict=True)
         ],
-        correlated=_correlated(free_names, covariance),
+        correlated=correlated_pairs(free_names, covariance),
         rank=found.rank,
         asked_count=len(found.free) + len(found.held),
         degrees_of_freedom=found.degrees_of_freedom,
         iterations=found.iterations,
         sigma=sigma,
-        sigma_note=_sigma_note(found, data),
-        outliers=_outliers(found),
+        sigma_note=sigma_note(found, data),
+        outliers=outlier_rows(found),
         weights=np.asarray(found.weights),
         train=evaluate(result_model, data, **judge),
         test=None if test is None else evaluate(result_model, test, **judge),
@@ -343,77 +252,3 @@ def asked_parameters(model: _core.ErrorModel, geometry: bool, *, turned: bool, p
         elif geometry:
             out.append(i)
     return out
-
-
-def _table(
-    start: Robot, model: _core.ErrorModel, found: _core.Identification, data: Dataset
-) -> tuple[list[IdentifiedParameter], FloatArray]:
-    """Identified numbers in edge units and their covariance in SI; harmonics as amplitude and phase.
-
-    The turns of base and tool are those from nominal to identified, about their own axes.
-    """
-    own = len(model.robot.parameters)
-    count = len(model.parameters)
-    nominal = np.concatenate([start.error_model.start, np.zeros(len(found.parameters) - count)])
-    theta = np.array(found.theta)
-    for first, T, T_nominal in zip(
-        (0, own - 6), model.robot.base_and_tool(theta[:own]), start.core.base_and_tool(start.core.nominal), strict=True
-    ):
-        theta[first + 3 : first + 6] = _core.log_so3(T_nominal[:3, :3].T @ T[:3, :3])
-    names = {i: edge_name(p, geometry=i < own or i >= count) for i, p in enumerate(found.parameters)}
-    place = {i: k for k, i in enumerate(found.free)}
-    slope = np.eye(len(place))
-    for pair in polar_pairs(start.spec.get("effects") or [], start.effects, own, theta):
-        if all(i in place for i in pair.indices):
-            at = [place[i] for i in pair.indices]
-            slope[np.ix_(at, at)] = pair.slope
-            theta[pair.indices], nominal[pair.indices] = pair.values, pair.polar_of(nominal[pair.indices])
-            names |= dict(zip(pair.indices, pair.names, strict=True))
-    covariance = slope @ np.asarray(found.covariance).reshape(slope.shape) @ slope.T
-    out = []
-    for i, deviation in zip(found.free, np.sqrt(np.diag(covariance)), strict=True):
-        parameter = found.parameters[i]
-        unit = edge_unit(parameter, geometry=i < own or i >= count)
-        owner = (
-            parameter.owner if i < count else f"anchor {data.anchor_names[int(parameter.owner.removeprefix('anchor'))]}"
-        )
-        value, before = from_si(float(theta[i]), unit), from_si(float(nominal[i]), unit)
-        out.append(IdentifiedParameter(names[i], owner, value, float(deviation) / factor(unit), unit, before))
-    return out, covariance
-
-
-def _anchors(found: _core.Identification, data: Dataset, count: int) -> dict[str, FloatArray]:
-    places = np.asarray(found.theta)[count:].reshape(-1, 3)
-    return dict(zip(data.anchor_names, places, strict=True)) if len(places) else {}
-
-
-def _correlated(names: list[str], covariance: FloatArray) -> list[tuple[str, str, float]]:
-    """Pairs whose estimates move together, strongest first."""
-    if len(names) < 2:
-        return []
-    scale = np.sqrt(np.diag(covariance))
-    r = covariance / np.outer(scale, scale)
-    i, j = np.triu_indices(len(names), 1)
-    strong = np.flatnonzero(np.abs(r[i, j]) > CORRELATED)
-    order = strong[np.argsort(-np.abs(r[i, j][strong]), kind="stable")]
-    return [(names[i[k]], names[j[k]], float(r[i[k], j[k]])) for k in order]
-
-
-def _outliers(found: _core.Identification) -> list[int]:
-    """Rows whose whitened error is larger than normal noise makes it in OUTLIER_SHARE of all such data sets."""
-    squares = np.asarray(found.whitened_squares)
-    numbers = np.sum(~np.isnan(np.asarray(found.residuals)), axis=1)
-    used = numbers > 0
-    limit = np.full(len(squares), np.inf)
-    limit[used] = special.chdtri(numbers[used], OUTLIER_SHARE / max(int(used.sum()), 1))
-    return [int(i) for i in np.flatnonzero(squares / max(found.variance_factor, 1e-300) > limit)]
-
-
-def _sigma_note(found: _core.Identification, data: Dataset) -> str:
-    """Where the noise level comes from, for the reader."""
-    if data.sigma_position is None:
-        return "estimated from what the model leaves; the data claim none"
-    common = from_si(found.common_noise[0] if data.position is not None else found.common_noise[2], "mm")
-    if common > 0:
-        return f"the data's own claims and a common part of {common:.4f} mm, which the claims do not explain"
-    return f"the data's own claims times {found.variance_factor**0.5:.3f}, which is what the model leaves"
