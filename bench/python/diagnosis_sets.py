@@ -11,7 +11,7 @@ tool leave.
 from __future__ import annotations
 
 import copy
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
@@ -129,7 +129,7 @@ def _noise(points: FloatArray, random: Random) -> tuple[FloatArray, FloatArray]:
     return e + REPEATABILITY * random.standard_normal(points.shape), rms[:, 0]
 
 
-def measured(at: Setting, truths: list[Truth], random: Random) -> Dataset:
+def measured(at: Setting, truths: Sequence[Truth], random: Random) -> Dataset:
     """The rows with what the tracker says; causes add up to first order beside the exact shift of each."""
     points = at.still + sum((t.shift for t in truths), np.zeros_like(at.still))
     return replace(at.poses, position=points + _noise(points, random)[0])

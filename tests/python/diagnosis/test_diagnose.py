@@ -119,13 +119,14 @@ def test_the_library_holds_what_the_columns_can_show() -> None:
 
 
 def test_repeats_tell_the_noise_of_a_coordinate() -> None:
-    """Pure error: 30 poses thrice are 180 differences; 5 standard errors of a deviation from so many are 26 %."""
+    """Pure error: 30 poses thrice are 180 degrees of freedom; 5 standard errors of such a deviation are 26 %."""
     data = rows([]).select(np.repeat(np.arange(30), 3))
     assert data.position is not None
     noisy = replace(data, position=data.position + SIGMA * np.random.default_rng(0).standard_normal((90, 3)))
     found = repeats(noisy)
     assert found is not None
-    assert found == (pytest.approx(SIGMA, rel=5 / np.sqrt(2 * 180)), 180)
+    assert found[0] == pytest.approx(SIGMA, rel=5 / np.sqrt(2 * 180))
+    assert found[1] == 180
     assert data.approach is not None
     turned = replace(noisy, approach=np.tile([[1.0], [-1.0], [1.0]], (30, 6)))
     found = repeats(turned)
