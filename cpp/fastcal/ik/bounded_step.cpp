@@ -3,6 +3,7 @@
 #include "fastcal/ik/bounded_step.hpp"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <array>
 
 #include "fastcal/math/se3.hpp"
@@ -29,6 +30,22 @@ Vector6d pose_error(const Pose& target, const Pose& tool) {
   return e;
 }
 
+namespace {
+
+/// The smaller of the two ways to write it, which is the one whose matrix has full rank.
+JointVector damped_step(const ToolJacobian& J, const Vector6d& e, double damping, std::ptrdiff_t moving) {
+  if (moving >= 6) {
+    Matrix6d A = J * J.transpose();
+    A.diagonal().array() += damping;
+    return J.transpose() * A.ldlt().solve(e);
+  }
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxIkJoints, kMaxIkJoints> A = J.transpose() * J;
+  A.diagonal().array() += damping;
+  return A.ldlt().solve(J.transpose() * e);
+}
+
+}  // namespace
+
 JointVector bounded_step(const ToolJacobian& J, const Vector6d& e, double damping, const JointLimits& limits,
                          const JointVector& q) {
   const Eigen::Index n = q.size();
@@ -42,9 +59,7 @@ JointVector bounded_step(const ToolJacobian& J, const Vector6d& e, double dampin
     if (held[static_cast<std::size_t>(i)]) free.col(i).setZero();
   }
   for (Eigen::Index round = 0; round <= n; ++round) {
-    Matrix6d A = free * free.transpose();
-    A.diagonal().array() += damping;
-    const JointVector dq = free.transpose() * A.ldlt().solve(rest);
+    const JointVector dq = damped_step(free, rest, damping, std::count(held.begin(), held.begin() + n, false));
     bool stopped = false;
     for (Eigen::Index i = 0; i < n; ++i) {
       if (held[static_cast<std::size_t>(i)]) continue;

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: MIT
 //
 // One damped step towards a pose that leaves no joint beyond its limits:
-//   dq = argmin |J dq - e|^2 + damping |dq|^2,   dq = J^T (J J^T + damping 1)^-1 e,
+//   dq = argmin |J dq - e|^2 + damping |dq|^2,   dq = J^T (J J^T + damping 1)^-1 e = (J^T J + damping 1)^-1 J^T e,
 // joints that would leave their limits stop there, and the others do what they can for the rest of the error.
 #pragma once
 
