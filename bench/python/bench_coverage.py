@@ -212,6 +212,8 @@ def misses(entry: Spec, result: CalibrationResult) -> Iterable[Miss]:
 
 def wilson(hits: int, count: int) -> tuple[float, float]:
     """95 % bounds of a share (E. Wilson 1927)."""
+    if count == 0:
+        return 0.0, 1.0
     z = float(special.ndtri(0.5 + LEVEL / 2))
     middle = (hits + z * z / 2) / (count + z * z)
     half = z / (count + z * z) * (hits * (count - hits) / count + z * z / 4) ** 0.5
