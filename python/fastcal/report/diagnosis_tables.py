@@ -19,17 +19,6 @@ from fastcal.units import from_si
 if TYPE_CHECKING:
     from fastcal.diagnosis.result import Diagnosis, Smallest
 
-_KINDS = {  # parameters of one kind, told as one
-    "rate_x": "shift rate", "rate_y": "shift rate", "rate_z": "shift rate",
-    "rate_rx": "turn rate", "rate_ry": "turn rate", "rate_rz": "turn rate",
-    "step_x": "shift", "step_y": "shift", "step_z": "shift", "step_rx": "turn", "step_ry": "turn", "step_rz": "turn",
-    "shift_x": "shift", "shift_y": "shift", "shift_z": "shift", "inverse_ei": "1/EI", "inverse_gj": "1/GJ",
-    "extra": "mass", "error": "share",
-}  # fmt: skip
-_BARE = {  # parameters whose unit says it all
-    "bearing_tilt": "turn per moment", "thermal_offset": "turn per kelvin", "current_compliance": "turn per current"
-}  # fmt: skip
-
 
 def ranking_table(found: Diagnosis) -> Table:
     """Each name that explains much: what it would be alone, its signal, its share of the misfit, why it isn't given."""
@@ -86,8 +75,7 @@ def _plain(found: Smallest) -> str:
 
 
 def _kind(found: Smallest) -> tuple[str, str]:
-    name = shop.split_name(_plain(found))[0]
-    return found.effect, _KINDS.get(name) or name.replace("_", " ") or _BARE.get(found.effect, "size")
+    return found.effect, shop.kind_in_words(found.effect, shop.split_name(_plain(found))[0])
 
 
 def _usual_sizes(found: Diagnosis) -> dict[tuple[str, str, str], float]:

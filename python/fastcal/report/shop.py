@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
@@ -17,6 +18,28 @@ if TYPE_CHECKING:
     from fastcal.diagnosis.result import NamedValue
 
 _MOST = 3  # numbers that are told one by one
+_NUMBERS = {"inverse_ei": "1/EI", "inverse_gj": "1/GJ", "extra": "mass", "error": "relative error"}
+_BARE = {  # parameters whose unit says it all
+    "bearing_tilt": "turn per moment",
+    "thermal_offset": "turn per kelvin",
+    "current_compliance": "turn per current",
+}
+_AXES = re.compile(r"(rate|step|shift|moment)_(r?)([xyz])")
+
+
+def number_in_words(name: str) -> str:
+    """A parameter without its unit: `rate_rx` to "turn rate about x", `step_x` to "shift along x"."""
+    found = _AXES.fullmatch(name)
+    if found is None:
+        return _NUMBERS.get(name, name.replace("_", " "))
+    kind, turning, axis = found.groups()
+    moved = ("turn about" if turning else "shift along") if kind != "moment" else "moment along"
+    return f"{moved.replace(' ', ' rate ') if kind == 'rate' else moved} {axis}"
+
+
+def kind_in_words(effect: str, name: str) -> str:
+    """The same without the axis, for what is told of all axes at once."""
+    return re.sub(r" (along|about) [xyz]$", "", number_in_words(name)) or _BARE.get(effect, "size")
 
 
 def split_name(name: str) -> tuple[str, str]:
@@ -62,7 +85,7 @@ def estimate_lines(effect: str, parameters: Mapping[str, NamedValue]) -> list[tu
     """(what, how much) of an identified effect, a line for each parameter."""
     lines = []
     for name, found in parameters.items():
-        what = split_name(name)[0].replace("_", " ") or "size"
+        what = number_in_words(split_name(name)[0]) or _BARE.get(effect, "size")
         if name == "order":
             lines.append(("cycles a turn", f"{found.value:g}"))
         elif name == "phase_rad":

@@ -155,6 +155,10 @@ def test_numbers_are_told_as_on_the_shop_floor() -> None:
 
 
 def test_names_are_spoken() -> None:
+    assert shop.number_in_words("rate_rx") == "turn rate about x"
+    assert shop.number_in_words("step_z") == "shift along z"
+    assert shop.kind_in_words("base_drift", "rate_rx") == "turn rate"
+    assert shop.kind_in_words("thermal_offset", "") == "turn per kelvin"
     spoken = diagnosis_words.spoken_label
     assert spoken("joint_compliance@joint3") == "joint 3 compliance"
     assert spoken("base_drift@base") == "base drift"
