@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from fastcal.dataset import Dataset
     from fastcal.design import design_poses
     from fastcal.diagnosis import Diagnosis, diagnose
+    from fastcal.diagnosis.plan import foresee
     from fastcal.errors import FastcalError, InvalidInput, ParseError
     from fastcal.evaluation import evaluate
     from fastcal.ik import InverseKinematics, inverse_kinematics
@@ -62,6 +63,7 @@ _HOMES = {
     "design_poses": "design",
     "diagnose": "diagnosis",
     "evaluate": "evaluation",
+    "foresee": "diagnosis.plan",
     "inertia_load": "redundancy",
     "inverse_kinematics": "ik",
     "load_measurements": "io.measurements",
@@ -105,6 +107,7 @@ __all__ = [
     "design_poses",
     "diagnose",
     "evaluate",
+    "foresee",
     "inertia_load",
     "inverse_kinematics",
     "load_measurements",

@@ -1,0 +1,107 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""What would tell names apart, what poses will show before they are measured, many waves, curves without a name."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import fastcal
+from fastcal import Dataset, Robot
+from fastcal.diagnosis.unexplained import main_orders, profile_curve
+
+NOISE = 4e-5
+
+
+def arm_with(name: str, effects: list[dict[str, object]], rows: int, seed: int = 1) -> tuple[Robot, Dataset]:
+    """A shipped arm and measurements of one as a workshop built it, with effects."""
+    robot = fastcal.load_robot(name)
+    true = fastcal.perturbed(robot, seed=seed)
+    true = Robot(dict(true.spec) | {"effects": effects})
+    random = np.random.default_rng(seed)
+    q = fastcal.random_poses(robot, rows, seed=seed + 1)
+    payload = random.choice([0.0, 5.0, 10.0], rows)
+    return robot, fastcal.simulate(true, q, noise=NOISE, seed=seed + 2, payload=payload)
+
+
+def test_names_that_look_alike_are_a_set_with_poses_that_tell_them_apart(tmp_path: Path) -> None:
+    compliance = {"compliance_rad_nm": 1.2e-7}
+    effect = {"effect": "joint_compliance", "owner": "joint2", "parameters": compliance}
+    robot, data = arm_with("staubli_rx160l", [effect], 100)
+    found = fastcal.diagnose(robot, data)
+    assert found.verdict == "one_of"
+    (finding,) = found.effects
+    assert ("joint_compliance", "joint2") in {(finding.effect, finding.owner), *finding.equivalents}
+    assert finding.grade == "B"
+    plan = found.plan
+    assert plan is not None
+    assert plan.power_after > plan.power_before
+    assert (plan.poses.q >= data.q.min(axis=0)).all()
+    assert (plan.poses.q <= data.q.max(axis=0)).all()
+
+    found.save(tmp_path / "out")
+    planned = fastcal.load_measurements(tmp_path / "out" / plan.file, robot)
+    assert planned.q == pytest.approx(plan.poses.q, abs=1e-7)
+    told = json.loads((tmp_path / "out" / "diagnosis.json").read_text())["next_measurement"]
+    assert told["poses"] == len(plan.poses)
+
+
+def test_what_is_foreseen_is_what_the_measured_poses_then_show() -> None:
+    robot, data = arm_with("staubli_rx160l", [], 80)
+    foreseen = fastcal.foresee(robot, data, NOISE)
+    found = fastcal.diagnose(robot, data, sigma=NOISE)
+    assert found.verdict == "none"
+    said = {(s.effect, s.owner, s.parameter): s.value for s in found.smallest}
+    for size in foreseen.smallest:  # the geometry that is fitted is 0.5 mm and 0.5 mrad from the planned one
+        assert said[size.effect, size.owner, size.parameter] == pytest.approx(size.value, rel=0.1)
+    by_columns = {"thermal_expansion", "thermal_offset", "backlash", "base_drift", "base_step", "station_offset"}
+    for untestable in (foreseen.untestable, found.untestable):
+        assert {u.effect for u in untestable} >= by_columns
+    assert any(u.effect == "thermal_expansion" and "temperature" in u.needs for u in foreseen.untestable)
+    assert all(0.95 < r <= 1 for _, _, r in foreseen.confused)
+
+
+@pytest.mark.parametrize("sigma", [0.0, -1e-5, np.nan])
+def test_a_plan_needs_a_noise(sigma: float) -> None:
+    robot = fastcal.load_robot("ur5")
+    poses = Dataset.from_arrays(fastcal.random_poses(robot, 20), robot=robot)
+    with pytest.raises(fastcal.InvalidInput, match="sigma"):
+        fastcal.foresee(robot, poses, sigma)
+
+
+def test_many_waves_are_told_by_joint_and_order() -> None:
+    waves = [(1, 2.0), (1, 9.0), (2, 3.0), (3, 5.0), (4, 2.0), (5, 4.0)]
+    effects: list[dict[str, object]] = [
+        {
+            "effect": "gear_harmonic",
+            "owner": f"joint{joint}",
+            "parameters": {"order": order, "amplitude_rad": 4e-4, "phase_rad": float(joint)},
+        }
+        for joint, order in waves
+    ]
+    robot, data = arm_with("ur5", effects, 250)
+    found = fastcal.diagnose(robot, data)
+    said = {(f.owner, f.parameters["order"].value) for f in found.effects if f.effect == "gear_harmonic"}
+    assert said >= {(f"joint{joint}", order) for joint, order in waves}
+    assert not any(f.grade == "A" for f in found.effects if f.effect != "gear_harmonic")
+    assert "periodically" in found.sentence
+    assert found.gap[-1].train_rms_mm == pytest.approx(np.sqrt(3) * 0.04, rel=0.05)
+
+
+def test_the_curve_of_a_profile_and_its_main_waves() -> None:
+    wave = {"order": 2.0, "amplitude_rad": 5e-4, "phase_rad": 0.4}
+    robot, data = arm_with("ur5", [{"effect": "gear_harmonic", "owner": "joint2", "parameters": wave}], 200)
+    model = fastcal.calibrate(robot, data, effects="geometry,joint_profile@joint2").model
+    (entry,) = model.spec["effects"]
+    ((order, amplitude),) = main_orders(model, entry)
+    assert order == 2
+    assert amplitude == pytest.approx(5e-4, rel=0.15)
+    q = np.linspace(entry["low_rad"], entry["high_rad"], 40)
+    curve = profile_curve(model, "joint2", q)
+    wanted = 5e-4 * np.sin(2 * q + 0.4)
+    # The straight line and the constant are the geometry's to share.
+    line = np.column_stack([np.ones(40), q])
+    left = curve - wanted - line @ np.linalg.lstsq(line, curve - wanted, rcond=None)[0]
+    assert np.sqrt(np.mean(left**2)) < 0.1 * 5e-4
