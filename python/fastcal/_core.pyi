@@ -475,6 +475,10 @@ class ScoreTests:
         """
         (of, with_) largest canonical correlations.
         """
+    def detectable(self, columns: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], limits: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], power: typing.SupportsFloat | typing.SupportsIndex = 0.8, draws: typing.SupportsInt | typing.SupportsIndex = 256, seed: typing.SupportsInt | typing.SupportsIndex = 0) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        Root of the noncentrality at which each column alone lets some block pass its limit.
+        """
     def effective_tests(self, blocks: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], draws: typing.SupportsInt | typing.SupportsIndex = 512, seed: typing.SupportsInt | typing.SupportsIndex = 0) -> float:
         """
         How many independent tests the blocks are worth.

@@ -26,6 +26,7 @@ FloatArray = NDArray[np.float64]
 
 KINDS = ("independent", "correlated", "without_effect")
 MEASURED = {"position": 3, "pose": 6}
+_TIE = 1e-3  # of a gladness: it decides between equals alone
 NOTHING = 1e-9  # of the largest singular value: what rounding leaves of nothing
 IN_COMBINATION = 1e-7  # of the largest coefficient
 
@@ -145,7 +146,7 @@ def _classed(names: list[str], J: FloatArray, sizes: FloatArray, keep: Sequence[
     silent = np.linalg.norm(R, axis=0) <= NOTHING * values[0]
     # Large: held gladly. Ties fall to the first in the chain.
     glad = np.array([1e-3 if any(name.startswith(k) for k in keep) else _gladness(name) for name in names])
-    glad *= 1 - 1e-3 * np.arange(len(names)) / len(names)
+    glad *= 1 - _TIE * np.arange(len(names)) / len(names)
     lost = len(names) - rank
     held = np.sort(qr((glad[:, None] * null).T, mode="r", pivoting=True)[1][:lost]) if lost else np.zeros(0, int)
     free = np.setdiff1d(np.arange(len(names)), held)

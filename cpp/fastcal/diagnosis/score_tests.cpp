@@ -29,6 +29,15 @@ MatrixXd scaled(const Eigen::Ref<const MatrixXd>& X, VectorXd& length) {
   return X * (length.array() > 0).select(length.array().inverse(), 0).matrix().asDiagonal();
 }
 
+constexpr int kHalvings = 9;  // of 4 root of noncentrality: to 0.01
+
+/// (rows, columns) of independent normal numbers.
+MatrixXd standard_normal(Index rows, Index columns, std::uint64_t seed) {
+  std::mt19937_64 engine(seed);
+  std::normal_distribution<double> normal;
+  return MatrixXd::NullaryExpr(rows, columns, [&] { return normal(engine); });
+}
+
 }  // namespace
 
 ScoreTests::ScoreTests(const Eigen::Ref<const MatrixXd>& A, const Eigen::Ref<const MatrixXd>& C,
@@ -90,6 +99,11 @@ ScoreTests::ScoreTests(const Eigen::Ref<const MatrixXd>& A, const Eigen::Ref<con
         for (Index k = 0; k < size; ++k)
           if (eigen.eigenvectors().row(k).head(size - rank).norm() < 1e-6)
             deviation_[column + k] = inverse.row(k).norm() / back[k];
+    }
+    for (Index k = 0; k < size; ++k) {
+      const VectorXd place = B_.middleCols(used, rank).transpose() * block.col(k);
+      within_.push_back(place.norm() > least ? VectorXd(place.normalized()) : VectorXd());
+      block_of_.push_back(static_cast<int>(i));
     }
     scores_.rank[i] = rank;
     const auto nonzero = static_cast<double>((length.segment(column, size).array() > 0).count());
@@ -203,6 +217,47 @@ double ScoreTests::effective_tests(const std::vector<int>& blocks, int draws, st
     }
   }
   return draws / sum - 1;
+}
+
+VectorXd ScoreTests::detectable(const std::vector<int>& columns, const VectorXd& limits, double power, int draws,
+                                std::uint64_t seed) const {
+  FASTCAL_CHECK(limits.size() == block_count())
+      << "limits must hold " << block_count() << " numbers, got " << limits.size();
+  FASTCAL_CHECK(power > 0 && power < 1 && draws >= 1)
+      << "power must lie between 0 and 1 and draws be at least 1, got " << power << " and " << draws;
+  const MatrixXd noise = B_.transpose() * standard_normal(B_.rows(), draws, seed);
+  VectorXd out = VectorXd::Constant(static_cast<Index>(columns.size()), std::numeric_limits<double>::infinity());
+  for (std::size_t c = 0; c < columns.size(); ++c) {
+    FASTCAL_CHECK(columns[c] >= 0 && columns[c] < static_cast<int>(within_.size()))
+        << "there is no column " << columns[c];
+    const VectorXd& place = within_[static_cast<std::size_t>(columns[c])];
+    if (place.size() == 0) continue;
+    const VectorXd signature = B_.transpose() * (basis(block_of_[static_cast<std::size_t>(columns[c])]) * place);
+    const auto seen = [&](double root) {
+      int count = 0;
+      for (Index draw = 0; draw < draws; ++draw) {
+        for (int k = 0; k < block_count(); ++k) {
+          const Index at = first_[k];
+          const Index size = scores_.rank[k];
+          if (size > 0 &&
+              (noise.col(draw).segment(at, size) + root * signature.segment(at, size)).squaredNorm() > limits[k]) {
+            ++count;
+            break;
+          }
+        }
+      }
+      return count >= power * draws;
+    };
+    double low = 0;
+    double high = 4;
+    while (!seen(high)) high *= 2;
+    for (int step = 0; step < kHalvings; ++step) {
+      const double middle = (low + high) / 2;
+      (seen(middle) ? high : low) = middle;
+    }
+    out[static_cast<Index>(c)] = (low + high) / 2;
+  }
+  return out;
 }
 
 }  // namespace fastcal

@@ -57,6 +57,11 @@ class ScoreTests {
   /// How many independent tests the blocks are worth: M with P(smallest p of all < x) = 1 - (1 - x)^M under noise
   /// alone, from the mean 1 / (1 + M) of the smallest p over `draws` of noise.
   double effective_tests(const std::vector<int>& blocks, int draws, std::uint64_t seed) const;
+  /// (columns) root of the noncentrality at which a column alone, in all that A leaves of it, lets some block's
+  /// statistic pass its limit with probability `power`: over `draws` of noise, the same for all columns. Infinite where
+  /// A absorbs the column. `limits` (blocks): of the statistics; infinite: a block that is not tested.
+  Eigen::VectorXd detectable(const std::vector<int>& columns, const Eigen::VectorXd& limits, double power, int draws,
+                             std::uint64_t seed) const;
 
  private:
   /// Columns of B_ of a block.
@@ -69,6 +74,8 @@ class ScoreTests {
   Eigen::VectorXi first_;
   BlockScores scores_;
   Eigen::VectorXd surviving_, estimate_, deviation_, length_;
+  std::vector<Eigen::VectorXd> within_;  // (c) unit vectors of the columns in the bases of their blocks
+  std::vector<int> block_of_;            // (c)
   int null_rank_ = 0;
 };
 

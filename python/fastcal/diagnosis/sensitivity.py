@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
-from fastcal.diagnosis.library import Library, Name, Untestable, needs
+from fastcal import _core
+from fastcal.diagnosis.library import Key, Library, Name, Untestable, needs
 from fastcal.diagnosis.result import Refusal, Smallest
 from fastcal.diagnosis.search import DETECT, NAMED, Search, State
 from fastcal.diagnosis.tails import p_values
@@ -40,41 +41,50 @@ def untestable(search: Search, library: Library) -> list[Untestable]:
 def smallest(state: State) -> list[Smallest]:
     """For each parameter of each name the size that would be detected four times in five, alone, in these data.
 
-    lambda0 with P(chi2_k(lambda0) > x_k) = POWER, x_k the limit of detection; size = root of lambda0 over the length
-    that the column keeps.
+    Size = root of the noncentrality at which some block, the name's own or another that looks like it, passes its limit
+    of detection with probability POWER, over the length that the column keeps.
     """
     found = state.blocks
     rank = np.asarray(found.tests.scores.rank)
     length = np.asarray(found.tests.length)
-    out: dict[tuple[str, str, str], Smallest] = {}
-    at = 0
+    first = np.concatenate([[0], np.cumsum(found.sizes)])
     core = state.fit.problem.start.model.robot
+    told: dict[Key, int] = {}
     for i, name in enumerate(found.names):
-        part = length[at : at + found.sizes[i]]
-        at += found.sizes[i]
-        if rank[i] == 0 or name.effect in _FINER:
-            continue
-        root = np.sqrt(least_noncentrality(int(rank[i]), DETECT / 2 / state.family.named))
-        for parameter, value in _sizes(name, part, root, core):
-            key = (*name.key, parameter)
-            if key not in out:
-                out[key] = Smallest(name.effect, name.owner, parameter, value)
-    return list(out.values())
+        if rank[i] > 0 and name.effect not in _FINER:
+            told.setdefault(name.key, i)
+    columns = [int(c) for i in told.values() for c in range(first[i], first[i + 1])]
+    roots = dict(zip(columns, found.tests.detectable(columns, _limits(state), POWER), strict=True))
+    out: list[Smallest] = []
+    for i in told.values():
+        part = slice(first[i], first[i + 1])
+        root = np.array([roots[c] for c in range(part.start, part.stop)])
+        name = found.names[i]
+        out += [Smallest(*name.key, parameter, value) for parameter, value in _sizes(name, length[part], root, core)]
+    return out
 
 
-def least_noncentrality(rank: int, level: float) -> float:
-    """lambda0 of the docstring above."""
-    return float(special.chndtrinc(special.chdtri(rank, level), rank, 1 - POWER))
+def _limits(state: State) -> FloatArray:
+    """(blocks,) statistics from which on something is detected."""
+    found = state.blocks
+    rank = np.maximum(np.asarray(found.tests.scores.rank), 1)
+    freedom = state.fit.problem.noise.freedom
+    is_name = np.arange(len(rank)) < found.count
+    level = DETECT / 2 / np.where(is_name, state.family.named, state.family.generic)
+    if np.isinf(freedom):
+        return np.asarray(special.chdtri(rank, level))
+    return np.asarray(rank * special.fdtri(rank, freedom, 1 - level))
 
 
-def _sizes(name: Name, length: FloatArray, root: float, core: object) -> Iterable[tuple[str, float]]:
-    if name.effect == "gear_harmonic":
-        yield f"amplitude_rad of {name.variant or 'the wave'}", float(root / np.sqrt(np.mean(length**2)))
+def _sizes(name: Name, length: FloatArray, root: FloatArray, core: _core.RobotModel) -> Iterable[tuple[str, float]]:
+    """Parameter and size, of those that the fit does not absorb."""
+    if name.effect == "gear_harmonic":  # of any phase
+        yield f"amplitude_rad of {name.variant or 'the wave'}", float(np.mean(root) / np.sqrt(np.mean(length**2)))
         return
-    (effect,) = build_effects([name.entry], core)  # type: ignore[arg-type]
-    for parameter, own in zip(effect.parameters, length, strict=True):
-        if own > 0:
-            value = from_si(float(root / own), edge_unit(parameter, geometry=False))
+    (effect,) = build_effects([name.entry], core)
+    for parameter, own, at in zip(effect.parameters, length, root, strict=True):
+        if own > 0 and np.isfinite(at):
+            value = from_si(float(at / own), edge_unit(parameter, geometry=False))
             yield edge_name(parameter, geometry=False), value
 
 

@@ -5,10 +5,9 @@
 import numpy as np
 import pytest
 import statsmodels.api as sm
-from scipy import stats
+from scipy import special, stats
 
 from fastcal import InvalidInput, _core
-from fastcal.diagnosis.sensitivity import least_noncentrality
 from fastcal.diagnosis.tails import p_values
 
 SIZES = [1, 3, 2]
@@ -54,16 +53,29 @@ def test_of_an_estimated_noise_the_test_is_f() -> None:
 
 
 @pytest.mark.parametrize("rank", [1, 2, 6])
-def test_the_least_noncentrality_is_seen_four_times_in_five(rank: int) -> None:
-    """By scipy's own law, and by throwing: 4000 throws are within 2.5 % of it."""
-    level = 1e-3
-    least = least_noncentrality(rank, level)
-    limit = stats.chi2.isf(level, rank)
-    assert stats.ncx2.sf(limit, rank, least) == pytest.approx(0.8, abs=1e-6)
+def test_what_is_detectable_of_one_block_follows_the_noncentral_law(rank: int) -> None:
+    """P(chi2_k(lambda) > limit) = 0.8; 4000 draws know the root to 0.05."""
     random = np.random.default_rng(rank)
-    z = random.standard_normal((4000, rank))
-    z[:, 0] += np.sqrt(least)
-    assert np.mean(np.sum(z**2, axis=1) > limit) == pytest.approx(0.8, abs=0.025)
+    A, C = random.standard_normal((60, 5)), random.standard_normal((60, rank))
+    limit = stats.chi2.isf(1e-3, rank)
+    tests = _core.ScoreTests(A, C, np.zeros(60), [rank])
+    roots = tests.detectable(list(range(rank)), np.array([limit]), draws=4000)
+    wanted = special.chndtrinc(limit, rank, 0.2)
+    np.testing.assert_allclose(roots, np.sqrt(wanted), atol=0.08)
+
+
+def test_a_block_that_looks_alike_makes_more_detectable_and_an_absorbed_column_nothing() -> None:
+    random = np.random.default_rng(3)
+    A, c = random.standard_normal((60, 5)), random.standard_normal((60, 1))
+    alike = c + 0.3 * random.standard_normal((60, 1))
+    tests = _core.ScoreTests(A, np.hstack([c, alike, A[:, :1]]), np.zeros(60), [1, 1, 1])
+    limit = np.full(3, stats.chi2.isf(1e-3, 1))
+    both = tests.detectable([0, 2], limit, draws=2000)
+    alone = tests.detectable([0], np.array([limit[0], np.inf, np.inf]), draws=2000)
+    assert both[0] < alone[0] - 0.05
+    assert np.isinf(both[1])
+    with pytest.raises(InvalidInput, match="limits must hold 3 numbers"):
+        tests.detectable([0], limit[:2])
 
 
 def test_sizes_that_do_not_add_up_are_refused() -> None:
