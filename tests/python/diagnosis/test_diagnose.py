@@ -154,3 +154,9 @@ def test_rows_that_are_wrong_are_listed_and_hide_nothing() -> None:
     assert found.outliers == wrong
     assert [f.label for f in found.effects] == ["backlash@joint4"]
     assert one().outliers == []
+
+
+@pytest.mark.parametrize("sigma", [0.0, -1e-5, float("nan")])
+def test_a_sigma_that_is_none_is_refused(sigma: float) -> None:
+    with pytest.raises(InvalidInput, match="sigma must be a standard deviation above 0"):
+        diagnose(arm(), rows([]), sigma=sigma)
