@@ -171,6 +171,7 @@ def calibrate(
         start, model, samples, measured, asked, alignment.anchors, data, loss=loss, threads=threads
     )
     model = start.error_model.with_robot(model.robot)
+    pulled = pulls(start, model, samples, measured, asked, alignment.anchors, loss=loss, threads=threads)
     found = _core.identify(
         model,
         samples,
@@ -179,10 +180,10 @@ def calibrate(
         anchors=alignment.anchors,
         method=method,
         loss=loss,
-        max_iterations=max_iterations,
+        max_iterations=max_iterations * (5 if pulled else 1),  # curves creep along what they share with geometry
         threads=threads,
         **parameter_limits(start, model, len(alignment.anchors), priors=priors),
-        **pulls(start, model, samples, measured, asked, alignment.anchors, loss=loss, threads=threads),
+        **pulled,
     )
 
     say("reporting")
