@@ -64,6 +64,7 @@ def evidence(search: Search, state: State, name: Name) -> Evidence:
     stability = 1.0
     if len(state.names) <= search.most:
         base = search.start if len(state.names) == 1 else search.state([n for n in state.names if n is not name], state)
+        statistic = max(base.fit.remaining - state.fit.remaining, 0.0)  # Wald's stops at what is unsure of a load
         rivals, stability = _rivals(search, base, name), _stability(search, state, base, name)
         rivals += _one_curve(search, state, name)
     parameters = state.fit.model.parameters[place]

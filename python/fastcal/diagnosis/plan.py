@@ -104,7 +104,10 @@ def _plan(best: State, member: Name, others: list[Name]) -> SeparatingPlan:
 def _planned(data: Dataset, pool: Candidates) -> Dataset:
     """The candidates under the conditions of the first row."""
     same = data.select(np.zeros(len(pool), dtype=np.intp))
-    return replace(same, q=pool.q, payload=pool.payload, approach=pool.approach)
+    approach = same.approach
+    if approach is not None and pool.approach is not None:
+        approach = np.where(pool.approach != 0, pool.approach, approach)
+    return replace(same, q=pool.q, payload=pool.payload, approach=approach)
 
 
 def _claim(data: Dataset) -> float:
