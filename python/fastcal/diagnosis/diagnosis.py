@@ -89,8 +89,11 @@ def _diagnosed(
         search = Search(problem, say)
     if not best.suffices and best.fit.remaining > _HOPELESS * search.start.fit.remaining:
         best = search.start  # what explains so little is no name
+    curve = grading.waves_of_one_curve(search, best)
+    if curve is not None:
+        best = search.start
     say("weighing what else it could be")
-    found = _Found(robot, data, test, search, best, library, level, threads)
+    found = _Found(robot, data, test, search, best, curve, library, level, threads)
     say("adding what was found")
     return found.told()
 
@@ -137,6 +140,7 @@ class _Found:
     test: Dataset | None
     search: Search
     best: State
+    curve: str | None  # the joint whose error is a curve, of which waves were only the pieces
     library: Library
     level: NoiseLevel
     threads: int
@@ -190,6 +194,8 @@ class _Found:
         if self.best.suffices:
             return steps, [], None
         profiles = unexplained.curved_joints(self.best)
+        if self.curve is not None:
+            profiles = [{"effect": "joint_profile", "owner": self.curve}]
         if profiles:
             more = adaptation.calibrations(*given, profiles, self.threads)
             if unexplained.profiles_suffice(steps[-1], more[-1]):

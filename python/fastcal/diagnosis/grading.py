@@ -26,6 +26,7 @@ FOLDS = 5
 HELD_OUT = 2.0  # standard errors by which held-out rows must be better
 STABLE = 0.8  # share of the folds in which the same name must come first
 _CONTAINED = 0.98  # share of a signature from which on a block without a name holds it
+_PIECES = 3
 _CLOSE = 0.5  # of the largest statistic: names below it cannot come first
 
 
@@ -148,6 +149,14 @@ def _one_curve(search: Search, state: State, name: Name) -> tuple[str, ...]:
         if block.owner == name.owner and block.curves.depends_on == (f"q{name.owner.removeprefix('joint')}",):
             return (base.blocks.title(i),) if _leaves_nothing(search, base, i) else ()
     return ()
+
+
+def waves_of_one_curve(search: Search, state: State) -> str | None:
+    """The joint of which a set names _PIECES waves or more and nothing else, where one curve does as well; else None."""
+    owners = {name.owner for name in state.names}
+    if len(state.names) < _PIECES or len(owners) > 1 or any(name.effect not in PERIODIC for name in state.names):
+        return None
+    return owners.pop() if _one_curve(search, state, state.names[0]) else None
 
 
 def _leaves_nothing(search: Search, base: State, block: int) -> bool:
