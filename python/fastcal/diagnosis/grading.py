@@ -152,7 +152,7 @@ def _one_curve(search: Search, state: State, name: Name) -> tuple[str, ...]:
 
 
 def waves_of_one_curve(search: Search, state: State) -> str | None:
-    """The joint of which a set names _PIECES waves or more and nothing else, where one curve does as well; else None."""
+    """The joint of which a set names _PIECES waves or more and nothing else, where one curve does as well."""
     owners = {name.owner for name in state.names}
     if len(state.names) < _PIECES or len(owners) > 1 or any(name.effect not in PERIODIC for name in state.names):
         return None

@@ -80,7 +80,7 @@ def _plan(best: State, member: Name, others: list[Name]) -> SeparatingPlan:
 
     pool = _candidates(problem.start.robot, problem.kept, causes)
     model, samples = problem.model(whole.entries, _planned(problem.kept, pool))
-    theta = whole.theta.copy()
+    theta = whole.theta[: len(whole.model.parameters)].copy()
     for block, size in zip(blocks, sizes, strict=True):
         theta[block] = size / len(causes)  # half way between them: the load is about right, whichever it is
     J = np.asarray(model.parameter_jacobian(samples, theta, 3, problem.threads, None))[:, :, order]

@@ -88,6 +88,11 @@ class Problem:
         """Those of the robot's own parameters that are identified."""
         return [i for i in self.start.asked if i < self.own]
 
+    @cached_property
+    def anchors(self) -> FloatArray:
+        """(3 anchors,) places from which lengths were measured, to begin with [m]; empty where none were."""
+        return np.asarray(self.start.alignment.anchors, dtype=np.float64).ravel()
+
     @property
     def given(self) -> list[Spec]:
         """Effects that the robot file has."""
@@ -161,7 +166,7 @@ class Fit:
 
     Attributes:
         entries: All effects in the model: the robot's, the added ones, nuisances.
-        theta: (P,) parameters of the model.
+        theta: (P,) parameters of the model, then the anchors' places.
         free: Indices of those that are identified.
         remaining: |whitened residual|^2, priors included.
         near: Whitened Jacobian and residual at theta.
@@ -213,7 +218,8 @@ class Fit:
     def loads(self) -> FloatArray:
         """(N, n) load about or along each joint's axis [N m or N], in the settled state."""
         core = self.problem.start.robot
-        loads = np.asarray(self.model.loads(self.samples, self.theta, False, self.problem.threads))
+        theta = self.theta[: len(self.model.parameters)]
+        loads = np.asarray(self.model.loads(self.samples, theta, False, self.problem.threads))
         axis = [5 if kind == "revolute" else 2 for kind in core.joint_types]
         return np.column_stack([loads[:, 2 * i + 1, axis[i]] for i in range(core.joint_count)])
 
@@ -223,13 +229,16 @@ def fit(problem: Problem, added: Sequence[Name], start: Fit | None = None) -> Fi
     added = tuple(added)
     entries = with_nuisances([*problem.given, *(name.entry for name in added)], problem.start.robot)
     model, samples = problem.model(entries, problem.kept)
-    theta = _carried(problem, entries, model, start)
-    free = [*problem.geometry, *range(problem.own, len(model.parameters))]
-    prior = _priors(problem, entries, model)
-    scale = np.array([p.sigma for p in model.parameters])[free]
+    places = np.ones(len(problem.anchors))  # [m] their plausible size
+    before = problem.anchors if start is None or len(places) == 0 else start.theta[-len(places) :]
+    theta = np.concatenate([_carried(problem, entries, model, start), before])
+    free = [*problem.geometry, *range(problem.own, len(theta))]
+    prior = np.concatenate([_priors(problem, entries, model), np.inf * places])
+    scale = np.concatenate([[p.sigma for p in model.parameters], places])[free]
     weak = _WEAK * scale
-    lower = np.array([p.lower for p in model.parameters])[free]
-    critical = np.array([p.name.startswith("critical") for p in model.parameters])[free]
+    lower = np.concatenate([[p.lower for p in model.parameters], -np.inf * places])[free]
+    names = [p.name for p in model.parameters] + [""] * len(places)
+    critical = np.array([name.startswith("critical") for name in names])[free]
     deviation = prior[free]
     best = (np.inf, theta, _core.linearize(model, samples, problem.measured, theta, list(problem.noise.common), 1))
     damping = 1.0
@@ -371,8 +380,8 @@ def blocks(at: Fit, extra_names: Sequence[Name] = ()) -> Blocks:
     frames = _frames(problem)
     entries = [*at.entries, *(n.entry for n in names), *frames]
     model, samples = problem.model(entries, problem.kept)
-    theta = np.zeros(len(model.parameters))
-    theta[: len(at.theta)] = at.theta
+    count = len(at.model.parameters)
+    theta = np.concatenate([at.theta[:count], np.zeros(len(model.parameters) - count), at.theta[count:]])
     effects = build_effects([core_entry(e) for e in entries], model.robot)
     sizes = [len(e.parameters) for e in effects]
     first = problem.own + np.concatenate([[0], np.cumsum(sizes)]).astype(int)
@@ -443,6 +452,8 @@ def _generic_columns(
         add("base", curves, frame["base"])
         add("tool", curves, frame["tool"])
     if data.position is not None:
-        point = np.asarray(at.model.predict(at.samples, at.theta, problem.threads, None))[:, :3, 3]
+        point = np.asarray(at.model.predict(at.samples, at.theta[: len(at.model.parameters)], problem.threads, None))[
+            :, :3, 3
+        ]
         add("workspace", generic.field_curves(point), frame["base"][:, :3])
     return found, columns

@@ -55,10 +55,12 @@ def main_orders(model: Robot, entry: Spec) -> list[tuple[int, float]]:
     orders = [n for n in range(1, _ORDERS + 1) if n * (found["high_rad"] - found["low_rad"]) > np.pi]
     if not orders:
         return []
-    waves = np.column_stack([f(n * q[:, joint]) for n in orders for f in (np.sin, np.cos)])
-    X = np.column_stack([np.ones(len(q)), q[:, joint], waves])
-    weights = np.linalg.lstsq(X, curve, rcond=1e-3)[0][2:].reshape(-1, 2)
-    size = np.hypot(*weights.T)
+    # One order at a time beside a straight line: together they would be ill-conditioned over less than a turn.
+    each = []
+    for n in orders:
+        X = np.column_stack([np.ones(len(q)), q[:, joint], np.sin(n * q[:, joint]), np.cos(n * q[:, joint])])
+        each.append(float(np.hypot(*np.linalg.lstsq(X, curve, rcond=1e-3)[0][2:])))
+    size = np.minimum(each, float(np.ptp(curve)))
     total = float(np.sum(size**2))
     return [(n, float(a)) for n, a in zip(orders, size, strict=True) if a**2 >= _MAIN * total > 0]
 

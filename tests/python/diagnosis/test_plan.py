@@ -106,3 +106,17 @@ def test_the_curve_of_a_profile_and_its_main_waves() -> None:
     line = np.column_stack([np.ones(40), q])
     left = curve - wanted - line @ np.linalg.lstsq(line, curve - wanted, rcond=None)[0]
     assert np.sqrt(np.mean(left**2)) < 0.1 * 5e-4
+
+
+def test_lengths_from_an_unknown_anchor_show_a_missing_effect_too() -> None:
+    ratio = {"effect": "reduction_ratio", "owner": "joint2", "parameters": {"error": 1e-3}}
+    robot, points = arm_with("staubli_rx160l", [ratio], 150)
+    random = np.random.default_rng(4)
+    anchor = np.array([2.5, 1.0, 0.3])
+    assert points.position is not None
+    length = np.linalg.norm(points.position - anchor, axis=1) + NOISE * random.standard_normal(150)
+    data = Dataset.from_arrays(points.q, distance=length, payload=points.payload, robot=robot)
+    found = fastcal.diagnose(robot, data)
+    assert [f.label for f in found.effects] == ["reduction_ratio@joint2"]
+    assert found.effects[0].parameters["error"].value == pytest.approx(1e-3, rel=0.05)
+    assert found.sigma_mm == pytest.approx(np.sqrt(2) * 0.04, rel=0.15)  # of the point and of the length
