@@ -15,10 +15,11 @@ from fastcal import _core
 from fastcal.calibration import CalibrationResult
 from fastcal.dataset import Dataset
 from fastcal.diagnosis import adaptation, grading, periodic, sensitivity, unexplained
+from fastcal.diagnosis.fits import fit
 from fastcal.diagnosis.library import Library, Name, build_library, parse_exclusions
 from fastcal.diagnosis.noise import OUTLIER_LEVEL, NoiseLevel, off_by, quieted
 from fastcal.diagnosis.plan import SeparatingPlan, separating_plan
-from fastcal.diagnosis.problem import Noise, Problem, fit, prepared_problem
+from fastcal.diagnosis.problem import Noise, Problem, prepared_problem
 from fastcal.diagnosis.result import Diagnosis, Finding, Unexplained
 from fastcal.diagnosis.search import Search, State
 from fastcal.diagnosis.words import sentence_of

@@ -15,7 +15,9 @@ from numpy.typing import NDArray
 from scipy import linalg, special
 
 from fastcal.dataset import Dataset
-from fastcal.diagnosis.problem import Blocks, Fit, Noise, Problem, blocks, fit
+from fastcal.diagnosis.blocks import Blocks, blocks
+from fastcal.diagnosis.fits import Fit, fit
+from fastcal.diagnosis.problem import Noise, Problem
 from fastcal.evaluation import pose_groups
 from fastcal.units import from_si
 

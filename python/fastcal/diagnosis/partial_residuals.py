@@ -16,7 +16,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from fastcal.diagnosis.problem import Blocks, Fit, prepared_problem
+from fastcal.diagnosis.blocks import Blocks
+from fastcal.diagnosis.fits import Fit
+from fastcal.diagnosis.problem import prepared_problem
 from fastcal.diagnosis.row_projections import Effect, Reading
 from fastcal.diagnosis.search import Search, State
 from fastcal.effects import core_options

@@ -13,8 +13,9 @@ import numpy as np
 
 from fastcal.dataset import Dataset
 from fastcal.diagnosis import sensitivity
+from fastcal.diagnosis.fits import fit
 from fastcal.diagnosis.library import Name, Untestable, build_library, parse_exclusions
-from fastcal.diagnosis.problem import Noise, fit, prepared_problem
+from fastcal.diagnosis.problem import Noise, prepared_problem
 from fastcal.diagnosis.result import Smallest
 from fastcal.diagnosis.search import Search, State
 from fastcal.errors import InvalidInput

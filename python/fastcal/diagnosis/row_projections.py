@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from fastcal.diagnosis.problem import Fit
+from fastcal.diagnosis.fits import Fit
 
 FloatArray = NDArray[np.float64]
 

@@ -16,9 +16,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.diagnosis.blocks import Blocks, blocks
+from fastcal.diagnosis.fits import Fit, fit
 from fastcal.diagnosis.library import RICHER, Key, Name
 from fastcal.diagnosis.periodic import waves
-from fastcal.diagnosis.problem import Blocks, Fit, Problem, blocks, fit
+from fastcal.diagnosis.problem import Problem
 from fastcal.diagnosis.tails import p_values
 from fastcal.step_search import find_step
 

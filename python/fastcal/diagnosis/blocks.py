@@ -1,0 +1,137 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Score tests of everything that could be added to a fit: names, and blocks without one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal import _core
+from fastcal.diagnosis import generic
+from fastcal.diagnosis.fits import Fit, corner_start, identity_of
+from fastcal.diagnosis.generic import Curves, Generic
+from fastcal.diagnosis.library import Name
+from fastcal.diagnosis.problem import ONE, Problem, core_entry
+from fastcal.effects import build_effects
+from fastcal.robot import Spec
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Blocks:
+    """What could be added to a fit: names first, then blocks without a name, and their score tests."""
+
+    names: list[Name]
+    generics: list[Generic]
+    tests: _core.ScoreTests
+    columns: FloatArray
+    sizes: list[int]
+    frames: dict[str, FloatArray]  # (m, k) columns of a motion of base, joints, tool; rows of priors are not in them
+
+    def columns_of(self, index: int) -> FloatArray:
+        """(m, k) of one block."""
+        first = sum(self.sizes[:index])
+        return self.columns[:, first : first + self.sizes[index]]
+
+    def title(self, index: int) -> str:
+        """A block in words."""
+        return repr(self.names[index] if index < self.count else self.generics[index - self.count])
+
+    @property
+    def count(self) -> int:
+        """Of names; generic blocks have the indices from there on."""
+        return len(self.names)
+
+
+def blocks(at: Fit, extra_names: Sequence[Name] = ()) -> Blocks:
+    """Columns and score tests of all names and generic blocks at a fit."""
+    problem = at.problem
+    there = {identity_of(name.entry) for name in at.added}
+    taken = {name.key for name in at.added if name.effect in ("joint_compliance_nonlinear", "base_step")}
+    names = [n for n in [*problem.names, *extra_names] if identity_of(n.entry) not in there and n.key not in taken]
+    frames = _frames(problem)
+    entries = [*at.entries, *(n.entry for n in names), *frames]
+    model, samples = problem.model(entries, problem.kept)
+    count = len(at.model.parameters)
+    theta = np.concatenate([at.theta[:count], np.zeros(len(model.parameters) - count), at.theta[count:]])
+    effects = build_effects([core_entry(e) for e in entries], model.robot)
+    sizes = [len(e.parameters) for e in effects]
+    first = problem.own + np.concatenate([[0], np.cumsum(sizes)]).astype(int)
+    offset = len(at.entries)
+    for k, name in enumerate(names):
+        if "corner" in name.entry:
+            part = slice(first[offset + k], first[offset + k + 1])
+            known = {
+                identity_of({"effect": n.effect, "owner": n.owner}): at.value(n)
+                for n in at.added
+                if n.effect == "joint_compliance"
+            }
+            theta[part] = corner_start(name.entry, effects[offset + k], at, known)
+            theta[part.start : part.start + 2] = 0.0
+    near = _core.linearize(model, samples, problem.measured, theta, list(problem.noise.common), problem.threads)
+    J = np.asarray(near.J) / problem.noise.factor
+    A, r, _row = at.whitened
+    n_measured = len(near.row)
+    columns = [J[:, first[offset + k] : first[offset + k + 1]] for k in range(len(names))]
+    frame_columns = {
+        entry["owner"]: J[:, first[offset + len(names) + k] : first[offset + len(names) + k + 1]]
+        for k, entry in enumerate(frames)
+    }
+    generics, generic_columns = _generic_columns(at, frame_columns, np.asarray(near.row))
+    columns += generic_columns
+    C = np.zeros((len(r), sum(c.shape[1] for c in columns)))
+    C[:n_measured] = np.hstack(columns)
+    sizes = [c.shape[1] for c in columns]
+    return Blocks(names, generics, _core.ScoreTests(A, C, r, sizes), C, sizes, frame_columns)
+
+
+def _frames(problem: Problem) -> list[Spec]:
+    robot = problem.start.robot
+    out: list[Spec] = [{"effect": "regressor", "owner": "base", "column": ONE}]
+    for i, kind in enumerate(robot.joint_types):
+        out.append(
+            {
+                "effect": "regressor",
+                "owner": f"joint{i + 1}",
+                "column": ONE,
+                "axis": "rz" if kind == "revolute" else "z",
+            }
+        )
+    return [*out, {"effect": "regressor", "owner": "tool", "column": ONE}]
+
+
+def _generic_columns(
+    at: Fit, frame: dict[str, FloatArray], row: NDArray[Any]
+) -> tuple[list[Generic], list[FloatArray]]:
+    problem, data = at.problem, at.problem.kept
+    robot = problem.start.robot
+    turns = [kind == "revolute" for kind in robot.joint_types]
+    found: list[Generic] = []
+    columns: list[FloatArray] = []
+
+    def add(owner: str, curves: Curves, direction: FloatArray) -> None:
+        if curves.values.shape[1] == 0:
+            return
+        values = curves.values[row]
+        block = (direction[:, :, np.newaxis] * values[:, np.newaxis, :]).reshape(len(row), -1)
+        found.append(Generic(owner, curves))
+        columns.append(block)
+
+    for joint in range(robot.joint_count):
+        for curves in generic.joint_curves(joint, data, at.loads, turns):
+            add(f"joint{joint + 1}", curves, frame[f"joint{joint + 1}"])
+    for curves in generic.frame_curves(data):
+        add("base", curves, frame["base"])
+        add("tool", curves, frame["tool"])
+    if data.position is not None:
+        point = np.asarray(at.model.predict(at.samples, at.theta[: len(at.model.parameters)], problem.threads, None))[
+            :, :3, 3
+        ]
+        add("workspace", generic.field_curves(point), frame["base"][:, :3])
+    return found, columns
