@@ -151,12 +151,11 @@ def _one_curve(search: Search, state: State, name: Name) -> tuple[str, ...]:
     return ()
 
 
-def waves_of_one_curve(search: Search, state: State) -> str | None:
-    """The joint of which a set names _PIECES waves or more and nothing else, where one curve does as well."""
+def waves_of_one_curve(state: State) -> str | None:
+    """The joint of which a set names _PIECES waves or more and nothing else: pieces of one curve; else None."""
     owners = {name.owner for name in state.names}
-    if len(state.names) < _PIECES or len(owners) > 1 or any(name.effect not in PERIODIC for name in state.names):
-        return None
-    return owners.pop() if _one_curve(search, state, state.names[0]) else None
+    alone = len(owners) == 1 and all(name.effect in PERIODIC for name in state.names)
+    return owners.pop() if alone and len(state.names) >= _PIECES else None
 
 
 def _leaves_nothing(search: Search, base: State, block: int) -> bool:

@@ -34,6 +34,8 @@ EFFECTS = {
     "tool_shift": "a shift of the target between its mounts",
 }
 
+_PLACES = {"workspace": "in the workspace", "base": "at the base or the instrument", "tool": "at the tool"}
+_VARIABLES = {"torque": "its load", "time_s": "time", "temperature_c": "temperature", "payload_kg": "the payload"}
 _FEW = 4  # waves that are told one by one
 
 
@@ -67,9 +69,10 @@ def _causes(found: Diagnosis) -> str:
     sentences += [_cause(f) for f in found.effects if f.effect != "joint_profile" and not (many and f in waves)]
     curves = [owner_in_words(f.owner) for f in found.effects if f.effect == "joint_profile"]
     if curves:
+        first, *others = curves
+        told = ", ".join([first[0].upper() + first[1:], *others])
         sentences.append(
-            f"{', '.join(curves)}: the error follows the joint's own position by a curve that has no name; "
-            "the curve is in the model."
+            f"{told}: the error follows the joint's own position by a curve that has no name; the curve is in the model."
         )
     return " ".join(sentences)
 
@@ -97,9 +100,13 @@ def _cause(f: Finding) -> str:
 def _rest(rest: Unexplained | None) -> str:
     if rest is None:
         return ""
-    on = " and ".join(rest.depends_on)
-    place = owner_in_words(rest.owner)
-    return f"Something remains at {place} that depends on {on}, {rest.share:.0%} of the misfit that there was."
+    place = _PLACES.get(rest.owner, f"at {owner_in_words(rest.owner)}")
+    on = (
+        "the place"
+        if rest.depends_on == ("x", "y", "z")
+        else " and ".join(_VARIABLES.get(v, v) for v in rest.depends_on)
+    )
+    return f"Something remains {place} that depends on {on}, {rest.share:.0%} of the misfit that there was."
 
 
 def _gain(found: Diagnosis) -> str:
