@@ -72,7 +72,7 @@ def _causes(found: Diagnosis) -> str:
         first, *others = curves
         told = ", ".join([first[0].upper() + first[1:], *others])
         sentences.append(
-            f"{told}: the error follows the joint's own position by a curve that has no name; the curve is in the model."
+            f"{told}: the error follows the joint's own position by a curve without a name; the curve is in the model."
         )
     return " ".join(sentences)
 
