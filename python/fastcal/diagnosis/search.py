@@ -130,9 +130,13 @@ class Search:
         first = State(fit(self.problem, []), Family(1.0, 1.0))
         tests, count = first.blocks.tests, first.blocks.count
         total = len(first.p_values)
+        # Far in the tail, tests that look alike rarely pass together: their effective number there is nearer to their
+        # count than to what the middle of the law of the smallest p says.
+        rank = np.asarray(tests.scores.rank)
+        causes = {(*n.key, n.entry.get("order")) for n, r in zip(first.blocks.names, rank, strict=False) if r > 0}
         family = Family(
-            tests.effective_tests(list(range(count)), _DRAWS, 0),
-            tests.effective_tests(list(range(count, total)), _DRAWS, 0),
+            max(tests.effective_tests(list(range(count)), _DRAWS, 0), float(len(causes))),
+            max(tests.effective_tests(list(range(count, total)), _DRAWS, 0), float(np.sum(rank[count:] > 0))),
         )
         state = State(first.fit, family)
         state.__dict__["blocks"] = first.blocks
