@@ -43,8 +43,8 @@ std::optional<LoadResponse> load_response(const Problem& problem, const Eigen::V
     }
     out.directions.conservativeResize(theta.size(), out.directions.cols() + 1);
     out.directions.rightCols(1) = along;
-    out.change.push_back((difference(problem, theta, step, true) - difference(problem, theta, step, false)) /
-                         (2 * kStep));
+    out.change.emplace_back((difference(problem, theta, step, true) - difference(problem, theta, step, false)) /
+                            (2 * kStep));
   }
   if (out.change.empty()) return std::nullopt;
   return out;

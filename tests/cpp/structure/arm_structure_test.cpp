@@ -36,7 +36,7 @@ struct Settled {
     samples.q = Eigen::Map<const Eigen::RowVectorXd>(q.data(), static_cast<Eigen::Index>(q.size()));
     samples.payload = Eigen::VectorXd::Constant(1, 7);
     const ErrorModel model(robot);
-    settle(model, model.start(), 1, samples, kFrames | kLoads);
+    settle(model, model.start(), 1, samples, SettleOptions{kFrames | kLoads});
   }
 };
 
