@@ -22,13 +22,13 @@ if TYPE_CHECKING:
     from fastcal.errors import FastcalError, InvalidInput, ParseError
     from fastcal.evaluation import evaluate
     from fastcal.ik import InverseKinematics, inverse_kinematics
+    from fastcal.inertia import InertiaLoad, inertia_load
     from fastcal.io.measurements import load_measurements
     from fastcal.io.measurements_out import write_measurements
     from fastcal.io.robot_file import load_robot
     from fastcal.io.targets import load_targets
     from fastcal.null_space import arm_angles, choose_posture
     from fastcal.prediction import predict
-    from fastcal.redundancy import InertiaLoad, inertia_load
     from fastcal.redundancy_analysis import Redundancy, redundancy
     from fastcal.registered import register_effect
     from fastcal.regularization import regularized_least_squares
@@ -45,7 +45,7 @@ _HOMES = {
     "Dataset": "dataset",
     "Diagnosis": "diagnosis",
     "FastcalError": "errors",
-    "InertiaLoad": "redundancy",
+    "InertiaLoad": "inertia",
     "InverseKinematics": "ik",
     "InvalidInput": "errors",
     "ParseError": "errors",
@@ -64,7 +64,7 @@ _HOMES = {
     "diagnose": "diagnosis",
     "evaluate": "evaluation",
     "foresee": "diagnosis.plan",
-    "inertia_load": "redundancy",
+    "inertia_load": "inertia",
     "inverse_kinematics": "ik",
     "load_measurements": "io.measurements",
     "load_robot": "io.robot_file",

@@ -17,7 +17,7 @@ KINDS: dict[str, str | None] = (
     | dict.fromkeys(("fx", "fy", "fz"), "force")
     | dict.fromkeys(("mx", "my", "mz"), "torque")
     | {"payload": "mass", "temperature": "temperature", "time": "time"}
-    | dict.fromkeys(("qw", "qx", "qy", "qz", "anchor", "station", "mount", "order"), None)  # plain numbers and labels
+    | dict.fromkeys(("qw", "qx", "qy", "qz", "anchor", "station", "mount"), None)  # plain numbers and labels
 )
 
 
