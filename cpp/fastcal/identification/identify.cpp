@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "fastcal/identification/load_response.hpp"
+#include "fastcal/identification/noise_scale.hpp"
 #include "fastcal/math/check.hpp"
 #include "fastcal/model/settle.hpp"
 
@@ -33,140 +34,6 @@ std::array<Eigen::Index, kKinds> counts(const RowMatrixXd& r) {
   for (int c = 0; c < kComponents; ++c)
     out[static_cast<std::size_t>(kind_of(c))] += (r.col(c).array() == r.col(c).array()).count();
   return out;
-}
-
-/// Squared residuals of one kind in one row, and the variances that their row claims.
-struct KindRow {
-  double squares[3] = {0, 0, 0};
-  double claimed[3] = {0, 0, 0};
-  int components = 0;
-
-  double whitened(double tau) const {
-    double sum = 0;
-    for (int c = 0; c < components; ++c) sum += squares[c] / (claimed[c] + tau * tau);
-    return sum;
-  }
-};
-
-std::vector<KindRow> rows_of_kind(const Problem& problem, const RowMatrixXd& r, int kind) {
-  std::vector<KindRow> out;
-  for (Eigen::Index i = 0; i < r.rows(); ++i) {
-    KindRow row;
-    for (int c = 0; c < kComponents; ++c) {
-      if (static_cast<int>(kind_of(c)) != kind || std::isnan(r(i, c))) continue;
-      row.squares[row.components] = r(i, c) * r(i, c);
-      const double own = problem.measured.sigma(i, c);
-      row.claimed[row.components++] = own * own;
-    }
-    if (row.components > 0) out.push_back(row);
-  }
-  return out;
-}
-
-/// The tau at which a falling function crosses 1, at least `floor`; by bisection on a logarithmic scale.
-template <typename F>
-double crossing(const F& ratio, double floor, double guess) {
-  if (!(ratio(floor) > 1)) return floor;
-  double low = floor;
-  double high = std::max(guess, floor) * 2;
-  while (ratio(high) > 1) high *= 4;
-  for (int i = 0; i < 60; ++i) {
-    const double middle = std::sqrt(low * high);
-    (ratio(middle) > 1 ? low : high) = middle;
-  }
-  return high;
-}
-
-bool nothing_claimed(const std::vector<KindRow>& rows) {
-  return std::all_of(rows.begin(), rows.end(),
-                     [](const KindRow& row) { return row.claimed[0] + row.claimed[1] + row.claimed[2] == 0; });
-}
-
-/// Robust first guess: the noise at which half of the rows lie inside the median of the normal law (Wilson and
-/// Hilferty's form of it).
-double median_noise(const std::vector<KindRow>& rows, double floor, double guess) {
-  std::vector<double> u(rows.size());
-  const auto ratio = [&](double tau) {
-    for (std::size_t i = 0; i < rows.size(); ++i) {
-      const double d = rows[i].components;
-      const double cube = 1 - 2 / (9 * d);
-      u[i] = rows[i].whitened(tau) / (d * cube * cube * cube);
-    }
-    const auto middle = u.begin() + static_cast<std::ptrdiff_t>(u.size() / 2);
-    std::nth_element(u.begin(), middle, u.end());
-    return *middle;
-  };
-  if (nothing_claimed(rows)) return std::max(floor, std::sqrt(ratio(1.0)));
-  return crossing(ratio, floor, guess);
-}
-
-/// M-scale: the noise at which the mean of rho is what the normal law makes it; fitting shrinks squared residuals by
-/// `freedom`. rho is Tukey's, bounded: outliers cannot blow it up, and where a tenth of the rows and more disagree it
-/// grows and takes them in instead of dropping them. Loss none: the plain variance.
-double mean_noise(const std::vector<KindRow>& rows, LossKind loss, double freedom, double floor, double guess) {
-  const LossKind kind = loss == LossKind::kNone ? LossKind::kNone : LossKind::kTukey;
-  double expected = 0;
-  for (const KindRow& row : rows) expected += tuned_loss(kind, row.components).expectation;
-  const Loss* rho[4] = {nullptr, &tuned_loss(kind, 1), &tuned_loss(kind, 2), &tuned_loss(kind, 3)};
-  const auto ratio = [&](double tau) {
-    double sum = 0;
-    for (const KindRow& row : rows) sum += rho[row.components]->rho(row.whitened(tau) / freedom);
-    return sum / expected;
-  };
-  return crossing(ratio, floor, guess);
-}
-
-/// The noise of the rows that are no outliers: Tukey's weights, taken at `from`, on both sides of the balance. Never
-/// below 0.8 `from`.
-double clean_noise(const std::vector<KindRow>& rows, double freedom, double floor, double from) {
-  const Loss* rho[4] = {nullptr, &tuned_loss(LossKind::kTukey, 1), &tuned_loss(LossKind::kTukey, 2),
-                        &tuned_loss(LossKind::kTukey, 3)};
-  double tau = from;
-  for (int round = 0; round < 50; ++round) {
-    std::vector<double> weights(rows.size());
-    double expected = 0;
-    for (std::size_t i = 0; i < rows.size(); ++i) {
-      weights[i] = rho[rows[i].components]->weight(rows[i].whitened(tau) / freedom);
-      if (weights[i] > 0) expected += rho[rows[i].components]->consistency * rows[i].components;
-    }
-    const auto ratio = [&](double t) {
-      double sum = 0;
-      for (std::size_t i = 0; i < rows.size(); ++i) sum += weights[i] * rows[i].whitened(t);
-      return sum / (expected * freedom);
-    };
-    const double now = std::max(crossing(ratio, floor, tau), 0.8 * from);
-    const double change = std::abs(now - tau);
-    tau = now;
-    if (change <= 1e-7 * tau) break;
-  }
-  return std::max(tau, floor);
-}
-
-/// Variance of the M-estimate over that of least squares with unit noise on the same rows: K^2 B / A^2 with A = mean
-/// psi', B = mean psi^2 over all numbers (R. Maronna, D. Martin, V. Yohai 2006, 5.6; psi' of a row is w I + (u w') u
-/// u^T / u^2), K = 1 + (p / n) var psi' / A^2 for samples that are not large (P. Huber, E. Ronchetti, "Robust
-/// Statistics" 2009, 7.6). Fitting shrinks residuals by the root of the freedom (n - p) / n, so psi is taken at what
-/// they were before. The distance's psi' has a pole at 0: its mean is taken as that of psi u, the same at the normal
-/// law (C. Stein 1981), and K as 1.
-double variance_inflation(const std::vector<RowWeight>& rows, LossKind loss, double freedom) {
-  double slope = 0;
-  double slope_squared = 0;
-  double psi_squared = 0;
-  double numbers = 0;
-  for (const RowWeight& row : rows) {
-    if (row.components == 0) continue;
-    const Loss& rho = tuned_loss(loss, row.components);
-    const double s = row.squared / freedom;
-    const double across = rho.weight(s);
-    const double along = across + rho.weight_slope(s);
-    slope += loss == LossKind::kDistance ? across * s : (row.components - 1) * across + along;
-    slope_squared += (row.components - 1) * across * across + along * along;
-    psi_squared += across * across * s;
-    numbers += row.components;
-  }
-  const double a = slope / numbers;
-  const double k = loss == LossKind::kDistance ? 1 : 1 + (1 - freedom) * (slope_squared / numbers / (a * a) - 1);
-  return k * k * psi_squared / numbers / (a * a);
 }
 
 Eigen::VectorXd at(const Eigen::VectorXd& values, const std::vector<int>& indices) {

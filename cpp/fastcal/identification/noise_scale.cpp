@@ -1,0 +1,121 @@
+// SPDX-FileCopyrightText: 2026 The fastcal authors
+// SPDX-License-Identifier: MIT
+#include "fastcal/identification/noise_scale.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace fastcal {
+namespace {
+
+/// The tau at which a falling function crosses 1, at least `floor`; by bisection on a logarithmic scale.
+template <typename F>
+double crossing(const F& ratio, double floor, double guess) {
+  if (!(ratio(floor) > 1)) return floor;
+  double low = floor;
+  double high = std::max(guess, floor) * 2;
+  while (ratio(high) > 1) high *= 4;
+  for (int i = 0; i < 60; ++i) {
+    const double middle = std::sqrt(low * high);
+    (ratio(middle) > 1 ? low : high) = middle;
+  }
+  return high;
+}
+
+bool nothing_claimed(const std::vector<KindRow>& rows) {
+  return std::all_of(rows.begin(), rows.end(),
+                     [](const KindRow& row) { return row.claimed[0] + row.claimed[1] + row.claimed[2] == 0; });
+}
+
+}  // namespace
+
+std::vector<KindRow> rows_of_kind(const Problem& problem, const RowMatrixXd& r, int kind) {
+  std::vector<KindRow> out;
+  for (Eigen::Index i = 0; i < r.rows(); ++i) {
+    KindRow row;
+    for (int c = 0; c < kComponents; ++c) {
+      if (static_cast<int>(kind_of(c)) != kind || std::isnan(r(i, c))) continue;
+      row.squares[row.components] = r(i, c) * r(i, c);
+      const double own = problem.measured.sigma(i, c);
+      row.claimed[row.components++] = own * own;
+    }
+    if (row.components > 0) out.push_back(row);
+  }
+  return out;
+}
+
+double median_noise(const std::vector<KindRow>& rows, double floor, double guess) {
+  std::vector<double> u(rows.size());
+  const auto ratio = [&](double tau) {
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      const double d = rows[i].components;
+      const double cube = 1 - 2 / (9 * d);
+      u[i] = rows[i].whitened(tau) / (d * cube * cube * cube);
+    }
+    const auto middle = u.begin() + static_cast<std::ptrdiff_t>(u.size() / 2);
+    std::nth_element(u.begin(), middle, u.end());
+    return *middle;
+  };
+  if (nothing_claimed(rows)) return std::max(floor, std::sqrt(ratio(1.0)));
+  return crossing(ratio, floor, guess);
+}
+
+double mean_noise(const std::vector<KindRow>& rows, LossKind loss, double freedom, double floor, double guess) {
+  const LossKind kind = loss == LossKind::kNone ? LossKind::kNone : LossKind::kTukey;
+  double expected = 0;
+  for (const KindRow& row : rows) expected += tuned_loss(kind, row.components).expectation;
+  const Loss* rho[4] = {nullptr, &tuned_loss(kind, 1), &tuned_loss(kind, 2), &tuned_loss(kind, 3)};
+  const auto ratio = [&](double tau) {
+    double sum = 0;
+    for (const KindRow& row : rows) sum += rho[row.components]->rho(row.whitened(tau) / freedom);
+    return sum / expected;
+  };
+  return crossing(ratio, floor, guess);
+}
+
+double clean_noise(const std::vector<KindRow>& rows, double freedom, double floor, double from) {
+  const Loss* rho[4] = {nullptr, &tuned_loss(LossKind::kTukey, 1), &tuned_loss(LossKind::kTukey, 2),
+                        &tuned_loss(LossKind::kTukey, 3)};
+  double tau = from;
+  for (int round = 0; round < 50; ++round) {
+    std::vector<double> weights(rows.size());
+    double expected = 0;
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      weights[i] = rho[rows[i].components]->weight(rows[i].whitened(tau) / freedom);
+      if (weights[i] > 0) expected += rho[rows[i].components]->consistency * rows[i].components;
+    }
+    const auto ratio = [&](double t) {
+      double sum = 0;
+      for (std::size_t i = 0; i < rows.size(); ++i) sum += weights[i] * rows[i].whitened(t);
+      return sum / (expected * freedom);
+    };
+    const double now = std::max(crossing(ratio, floor, tau), 0.8 * from);
+    const double change = std::abs(now - tau);
+    tau = now;
+    if (change <= 1e-7 * tau) break;
+  }
+  return std::max(tau, floor);
+}
+
+double variance_inflation(const std::vector<RowWeight>& rows, LossKind loss, double freedom) {
+  double slope = 0;
+  double slope_squared = 0;
+  double psi_squared = 0;
+  double numbers = 0;
+  for (const RowWeight& row : rows) {
+    if (row.components == 0) continue;
+    const Loss& rho = tuned_loss(loss, row.components);
+    const double s = row.squared / freedom;
+    const double across = rho.weight(s);
+    const double along = across + rho.weight_slope(s);
+    slope += loss == LossKind::kDistance ? across * s : (row.components - 1) * across + along;
+    slope_squared += (row.components - 1) * across * across + along * along;
+    psi_squared += across * across * s;
+    numbers += row.components;
+  }
+  const double a = slope / numbers;
+  const double k = loss == LossKind::kDistance ? 1 : 1 + (1 - freedom) * (slope_squared / numbers / (a * a) - 1);
+  return k * k * psi_squared / numbers / (a * a);
+}
+
+}  // namespace fastcal

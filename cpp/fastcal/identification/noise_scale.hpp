@@ -1,0 +1,52 @@
+// SPDX-FileCopyrightText: 2026 The fastcal authors
+// SPDX-License-Identifier: MIT
+//
+// How large the noise common to all rows is, from what a fit leaves: three scales of different patience with outliers,
+// and what a robust loss costs in certainty. Noise, floor and guess are standard deviations [m or rad].
+#pragma once
+
+#include <vector>
+
+#include "fastcal/identification/loss.hpp"
+#include "fastcal/identification/problem.hpp"
+
+namespace fastcal {
+
+/// Squared residuals of one kind in one row, and the variances that their row claims.
+struct KindRow {
+  double squares[3] = {0, 0, 0};
+  double claimed[3] = {0, 0, 0};
+  int components = 0;
+
+  double whitened(double tau) const {
+    double sum = 0;
+    for (int c = 0; c < components; ++c) sum += squares[c] / (claimed[c] + tau * tau);
+    return sum;
+  }
+};
+
+/// Rows that hold a number of one kind (position, rotation, distance); r (N, 7) residuals, NaN where not measured.
+std::vector<KindRow> rows_of_kind(const Problem& problem, const RowMatrixXd& r, int kind);
+
+/// Robust first guess: the noise at which half of the rows lie inside the median of the normal law (Wilson and
+/// Hilferty's form of it).
+double median_noise(const std::vector<KindRow>& rows, double floor, double guess);
+
+/// M-scale: the noise at which the mean of rho is what the normal law makes it; fitting shrinks squared residuals by
+/// `freedom`. rho is Tukey's, bounded: outliers cannot blow it up, and where a tenth of the rows and more disagree it
+/// grows and takes them in instead of dropping them. Loss none: the plain variance.
+double mean_noise(const std::vector<KindRow>& rows, LossKind loss, double freedom, double floor, double guess);
+
+/// The noise of the rows that are no outliers: Tukey's weights, taken at `from`, on both sides of the balance. Never
+/// below 0.8 `from`.
+double clean_noise(const std::vector<KindRow>& rows, double freedom, double floor, double from);
+
+/// Variance of the M-estimate over that of least squares with unit noise on the same rows: K^2 B / A^2 with A = mean
+/// psi', B = mean psi^2 over all numbers (R. Maronna, D. Martin, V. Yohai 2006, 5.6; psi' of a row is w I + (u w') u
+/// u^T / u^2), K = 1 + (p / n) var psi' / A^2 for samples that are not large (P. Huber, E. Ronchetti, "Robust
+/// Statistics" 2009, 7.6). Fitting shrinks residuals by the root of the freedom (n - p) / n, so psi is taken at what
+/// they were before. The distance's psi' has a pole at 0: its mean is taken as that of psi u, the same at the normal
+/// law (C. Stein 1981), and K as 1.
+double variance_inflation(const std::vector<RowWeight>& rows, LossKind loss, double freedom);
+
+}  // namespace fastcal
