@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -49,12 +48,12 @@ class Blocks:
         return len(self.names)
 
 
-def blocks(at: Fit, extra_names: Sequence[Name] = ()) -> Blocks:
+def blocks(at: Fit) -> Blocks:
     """Columns and score tests of all names and generic blocks at a fit."""
     problem = at.problem
     there = {identity_of(name.entry) for name in at.added}
     taken = {name.key for name in at.added if name.effect in ("joint_compliance_nonlinear", "base_step")}
-    names = [n for n in [*problem.names, *extra_names] if identity_of(n.entry) not in there and n.key not in taken]
+    names = [n for n in problem.names if identity_of(n.entry) not in there and n.key not in taken]
     frames = _frames(problem)
     entries = [*at.entries, *(n.entry for n in names), *frames]
     model, samples = problem.model(entries, problem.kept)

@@ -7,14 +7,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
 from fastcal.calibration import Prepared, measurements, prepare
-from fastcal.conditions import build_samples
+from fastcal.conditions import build_samples, condition_columns
 from fastcal.dataset import Dataset
 from fastcal.diagnosis.library import LOADED, NUISANCES, Name
 from fastcal.effects import build_effects, effect_owners
@@ -93,7 +92,7 @@ class Problem:
         core = self.start.model.robot
         effects = build_effects([core_entry(entry) for entry in entries], core)
         model = _core.ErrorModel(core, effects).with_equilibrium(self.start.model.at_equilibrium)
-        return model, build_samples([core_entry(e) for e in entries], effects, core, data.q, conditions_of(data))
+        return model, build_samples([core_entry(e) for e in entries], effects, core, data.q, condition_columns(data))
 
     def with_rows(self, used: NDArray[np.bool_]) -> Problem:
         """The same with other rows fitted."""
@@ -113,21 +112,6 @@ def prepared_problem(robot: Robot, data: Dataset, names: list[Name], noise: Nois
 def core_entry(entry: Spec) -> Spec:
     """An entry without what only the diagnosis knows."""
     return {key: value for key, value in entry.items() if key != "corner"}
-
-
-def conditions_of(data: Dataset) -> dict[str, Any]:
-    """The columns of a data set as `build_samples` takes them."""
-    return {
-        "payload": data.payload,
-        "wrench": data.wrench,
-        "temperature": data.temperature,
-        "time": data.time,
-        "station": None if data.station is None else np.array(data.station_names)[data.station],
-        "mount": None if data.mount is None else np.array(data.mount_names)[data.mount],
-        "approach": data.approach,
-        "current": data.current,
-        "extra": data.extra,
-    }
 
 
 def with_nuisances(entries: Sequence[Spec], robot: Robot) -> list[Spec]:

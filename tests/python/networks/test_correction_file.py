@@ -95,7 +95,7 @@ def test_a_missing_file_is_named(copied: Path) -> None:
         fastcal.load_robot(copied / "model.yaml")
 
 
-@pytest.mark.parametrize("name", ["../model.safetensors", "/etc/passwd", "..", "a\\b"])
+@pytest.mark.parametrize("name", ["../model.safetensors", "/elsewhere/model.safetensors", "..", "a\\b"])
 def test_a_file_elsewhere_is_refused(copied: Path, name: str) -> None:
     path = copied / "model.yaml"
     path.write_text(path.read_text().replace("model.safetensors", json.dumps(name)))
