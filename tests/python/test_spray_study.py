@@ -92,3 +92,29 @@ def test_the_coupled_jacobian_is_the_papers_but_for_bent_frames(bench: dict[str,
                 expected = np.concatenate([np.cross(axis, lever), axis] if turns else [axis, np.zeros(3)])
                 # Frames before the last one are bent too, by less than 2 mrad: the paper leaves them straight.
                 assert column == pytest.approx(expected, abs=0.01), (i, name)
+
+
+@pytest.fixture(scope="module")
+def measured(bench: dict[str, Any]) -> tuple[Robot, fastcal.Dataset]:
+    """An arm in the tracker's frame and what is measured of it, its beams those of OpenSees."""
+    perturbed = fastcal.perturbed(fastcal.load_robot("spray_7dof"), length=1e-3, angle=1e-3, seed=1)
+    true = Robot(perturbed.spec | {"base": bench["BASE"]})
+    return true, bench["measured"](true, fastcal.random_poses(true, 60, seed=1), 11, payload=bench["PAYLOAD"])
+
+
+def test_diagnosis_of_the_rigid_model_names_its_beams_and_no_joint(measured: tuple[Robot, fastcal.Dataset]) -> None:
+    found = fastcal.diagnose(fastcal.load_robot("spray_7dof"), measured[1])
+    assert (found.verdict, [cause.label for cause in found.effects]) == ("named", ["beam_gravity@structure"])
+    assert found.effects[0].equivalents == ()
+    scale = found.effects[0].parameters["scale"]
+    assert scale.std is not None
+    assert abs(scale.value - 1.0) < 3 * scale.std + 0.05  # shear bends the finer frame by a few percent more
+
+
+def test_diagnosis_names_a_joint_that_yields_and_no_beams(measured: tuple[Robot, fastcal.Dataset]) -> None:
+    true, poses = measured
+    yielding = {"effect": "joint_compliance", "owner": "joint3", "parameters": {"compliance_rad_nm": 2e-7}}
+    data = fastcal.simulate(Robot(dict(true.spec) | {"effects": [yielding]}), poses, noise=6e-5, seed=1)
+    found = fastcal.diagnose(fastcal.load_robot("spray_7dof"), data)
+    assert [cause.label for cause in found.effects] == ["joint_compliance@joint3"]
+    assert ("beam_gravity", "structure") not in found.effects[0].equivalents
