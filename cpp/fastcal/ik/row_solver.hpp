@@ -1,0 +1,66 @@
+// SPDX-FileCopyrightText: 2026 The fastcal authors
+// SPDX-License-Identifier: MIT
+//
+// From a posture to one that brings the tool of a model, effects included, to a target: a row at a time, or many rows
+// together while all goes well.
+#pragma once
+
+#include <vector>
+
+#include "fastcal/ik/chain_solver.hpp"
+#include "fastcal/ik/inverse_kinematics.hpp"
+#include "fastcal/ik/model_frames.hpp"
+#include "fastcal/ik/pose_search.hpp"
+
+namespace fastcal {
+
+/// What is known of a row once its chain is solved.
+struct IkRow {
+  Eigen::Index index = 0;
+  Pose target;
+  JointVector seed;
+  ChainSolution chain;
+  SearchPoint model;  ///< where the model stands, as far as approach() brought it
+};
+
+class RowSolver {
+ public:
+  /// All three outlive the solver.
+  RowSolver(const ErrorModel& model, const Eigen::VectorXd& theta, const IkOptions& options);
+
+  /// The chain without effects, of all rows side by side.
+  void solve_chain(std::vector<IkRow>& rows, int restarts) const;
+
+  /// Takes the rows together from the chain's solution to the model's, as long as every step helps much: the Jacobian
+  /// is the chain's in the deflected posture, so what is left of the error is the share by which the deflection
+  /// changes.
+  void approach(std::vector<IkRow>& rows, const Samples& samples) const;
+
+  /// The end of one row, from what the other two made of it: its status, and where it stands.
+  IkStatus finish(const IkRow& row, ModelFrames& frames, bool may_jump, SearchPoint& best) const;
+
+ private:
+  Goal goal_of(const IkRow& row) const;
+  bool is_held(Eigen::Index joint) const;
+  /// The limits, of joints that are held the seed (as far as the limits have it).
+  JointLimits held_at(const JointVector& seed, const JointLimits& limits) const;
+  /// A singular posture found to a tolerance has a least singular value of about its root.
+  double near_singular() const;
+  /// Does the posture stay singular where the pose is reached to the last digit?
+  bool is_singular(const IkRow& row, const FramesAt& frames_at, const SearchPoint& point) const;
+  /// Solutions of the chain alone from the first postures of the row's sequence.
+  std::vector<JointVector> chain_solutions(const IkRow& row, const JointLimits& limits, int count, int restarts,
+                                           int& evaluations) const;
+  /// Takes whole turns out of revolute joints, as far as the limits let them come nearer to the seed.
+  void unwind(const JointVector& seed, const JointLimits& limits, JointVector& q) const;
+
+  const ErrorModel& model_;
+  const Eigen::VectorXd& theta_;
+  const IkOptions& options_;
+  Chain chain_;
+  JointLimits limits_, unlimited_;
+  bool bare_;
+  ChainSettings settings_;
+};
+
+}  // namespace fastcal
