@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from fastcal.io.robot_file import load_robot
     from fastcal.io.targets import load_targets
     from fastcal.null_space import arm_angles, choose_posture
+    from fastcal.posture import configurations
     from fastcal.prediction import predict
     from fastcal.redundancy_analysis import Redundancy, redundancy
     from fastcal.registered import register_effect
@@ -59,6 +60,7 @@ _HOMES = {
     "choose_posture": "null_space",
     "compensate": "compensation",
     "compensate_program": "compensation",
+    "configurations": "posture",
     "convert": "conversion",
     "design_poses": "design",
     "diagnose": "diagnosis",
@@ -103,6 +105,7 @@ __all__ = [
     "choose_posture",
     "compensate",
     "compensate_program",
+    "configurations",
     "convert",
     "design_poses",
     "diagnose",

@@ -13,6 +13,7 @@ from scipy.stats import qmc
 
 from fastcal.errors import InvalidInput
 from fastcal.ik import InverseKinematics, inverse_kinematics
+from fastcal.posture import unwound
 from fastcal.robot import Robot
 
 FloatArray = NDArray[np.float64]
@@ -66,7 +67,7 @@ def branches(
     ways: list[FloatArray] = []
     for q in found.q[found.reached]:
         if all(_apart(q, way, turns) > _SAME for way in ways):
-            ways.append(_unwound(q, middle, turns, model.limits))
+            ways.append(unwound(q, middle, model.limits, turns))
     ways.sort(key=lambda q: float(np.abs(q - middle).max()))
     start = np.array(ways).reshape(-1, model.joint_count)
     poses = np.broadcast_to(T, (len(start), 4, 4))
@@ -77,9 +78,3 @@ def _apart(a: FloatArray, b: FloatArray, turns: NDArray[np.bool_]) -> float:
     """The largest distance of a joint, whole turns left out."""
     apart = np.abs(a - b)
     return float(np.where(turns, np.abs((a - b + np.pi) % _TURN - np.pi), apart).max())
-
-
-def _unwound(q: FloatArray, near: FloatArray, turns: NDArray[np.bool_], limits: FloatArray) -> FloatArray:
-    """Whole turns taken out as far as the limits let them come nearer."""
-    to = q - np.where(turns, np.round((q - near) / _TURN), 0.0) * _TURN
-    return np.where((to >= limits[:, 0]) & (to <= limits[:, 1]), to, q)

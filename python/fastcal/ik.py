@@ -5,7 +5,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -13,13 +14,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from fastcal import _core
 from fastcal.errors import InvalidInput
+from fastcal.kept_configuration import in_its_configuration
+from fastcal.posture import configurations
 from fastcal.registered import find
 from fastcal.robot import Robot
 from fastcal.units import from_si
 
 FloatArray = NDArray[np.float64]
 
-STATUSES = ("reached", "limit", "unreachable", "singular", "bad_target")  # in the order of the core
+STATUSES = ("reached", "limit", "unreachable", "singular", "bad_target", "configuration")  # the core's order
 _STANDING = (STATUSES.index("reached"), STATUSES.index("singular"))
 _SAME_COMMAND = 1e-12  # [rad or m]
 _MAX_ROUNDS = 30
@@ -34,10 +37,11 @@ class InverseKinematics:
             the nearest pose that was found; of a bad target the seed.
         status: (N,) "reached"; "limit": only beyond the limits; "unreachable": not even beyond them; "singular":
             reached, in a posture in which the tool can't move in some direction; "bad_target": not a pose, or not
-            finite.
+            finite; "configuration": only in another configuration than was to be kept, and q is there.
         iterations: (N,) times that the chain or the model was evaluated.
         position_error: (N,) distance that is left [m], NaN for a bad target.
         rotation_error: (N,) angle that is left [rad], NaN for a bad target.
+        robot: What was solved.
     """
 
     q: FloatArray
@@ -45,6 +49,7 @@ class InverseKinematics:
     iterations: NDArray[np.int32]
     position_error: FloatArray
     rotation_error: FloatArray
+    robot: Robot = field(repr=False)
 
     def __len__(self) -> int:
         return len(self.q)
@@ -53,6 +58,11 @@ class InverseKinematics:
     def reached(self) -> NDArray[np.bool_]:
         """(N,) does the tool stand at the target, in a singular posture or not?"""
         return np.asarray((self.status == "reached") | (self.status == "singular"))
+
+    @cached_property
+    def configuration(self) -> NDArray[np.str_]:
+        """(N,) shoulder, elbow and wrist of a 6R arm, such as "front up positive", as `configurations` has them."""
+        return configurations(self.robot, self.q)
 
     def message(self, row: int) -> str:
         """What became of one row, a sentence."""
@@ -66,6 +76,7 @@ class InverseKinematics:
             "unreachable": f"the target is out of reach; {left}",
             "singular": "the target is reached in a singular posture: in some direction the tool can't move from there",
             "bad_target": "the target is not a pose: it must be finite, a rotation and a position",
+            "configuration": f"the target can be reached only in another configuration: {self.configuration[row]}",
         }[str(self.status[row])]
 
 
@@ -80,6 +91,7 @@ def inverse_kinematics(
     restarts: int = 100,
     hold: Sequence[int] = (),
     along_path: bool = False,
+    keep_configuration: bool = False,
     random_seed: int = 0,
     threads: int = 1,
     **conditions: Any,
@@ -99,12 +111,15 @@ def inverse_kinematics(
         hold: Joints, counted from 1, that stay where the seed has them: a redundant arm moves the others.
         along_path: Every row but the first begins where the one before it ended and has no restarts, so that neither
             the configuration nor a redundant joint jumps.
+        keep_configuration: A 6R arm stays on the seed's side of shoulder, elbow and wrist: each target in the branch of
+            its solutions that has the seed's configuration on the arm without effects, followed to the whole model. A
+            command that crosses a singularity by less than 0.2 rad from there keeps it too.
         random_seed: The same gives the same postures to restart from.
         threads: Cores to use; the result does not depend on it. A path takes one.
         **conditions: payload [kg], approach ... as `Robot.forward` takes them.
 
     Raises:
-        InvalidInput: A shape does not fit, or a number can't be meant.
+        InvalidInput: A shape does not fit, a number can't be meant, or an arm without configurations is to keep one.
     """
     T = np.ascontiguousarray(targets, dtype=float)
     T = T[np.newaxis] if T.shape == (4, 4) else T
@@ -120,9 +135,32 @@ def inverse_kinematics(
         raise InvalidInput(f"restarts must be at least 0, got {restarts}")
     if not set(hold) <= set(range(1, model.joint_count + 1)):
         raise InvalidInput(f"hold takes numbers of joints from 1 to {model.joint_count}, got {list(hold)}")
+    if keep_configuration and along_path:
+        raise InvalidInput("along_path=True follows the row before: give it or keep_configuration=True, not both")
     q = _seeds(model, seed, box, len(T))
-    # What belongs to the q that it was made for, the basis of an effect written in Python and a trained correction, is
-    # taken once more at the new one until nothing moves.
+    options: dict[str, Any] = {
+        "limits": box,
+        "tolerance_position": float(tolerance_m),
+        "tolerance_rotation": float(tolerance_rad),
+        "held": [joint + 1 in hold for joint in range(model.joint_count)],
+        "along_path": bool(along_path),
+        "random_seed": int(random_seed),
+        "threads": int(threads),
+    }
+    solve = partial(_solve, options=options)
+    if keep_configuration:
+        return in_its_configuration(model, T, q, box, restarts=int(restarts), solve=solve, **conditions)
+    return solve(model, T, q, restarts=int(restarts), **conditions)
+
+
+def _solve(
+    model: Robot, T: FloatArray, q: FloatArray, *, restarts: int, options: dict[str, Any], **conditions: Any
+) -> InverseKinematics:
+    """Joint positions for poses (N, 4, 4) from postures (N, n).
+
+    What belongs to the q that it was made for, the basis of an effect written in Python and a trained correction, is
+    taken once more at the new one until nothing moves.
+    """
     moving = model.correction is not None or any(find(entry["effect"]) for entry in model.spec.get("effects") or [])
     aimed = T.copy()
     for _ in range(_MAX_ROUNDS):
@@ -131,15 +169,9 @@ def inverse_kinematics(
             model.error_model,
             model.conditions(q, **conditions),
             aimed.reshape(-1, 16),
-            limits=box,
             reach=model.reach,
-            tolerance_position=float(tolerance_m),
-            tolerance_rotation=float(tolerance_rad),
-            restarts=int(restarts),
-            held=[joint + 1 in hold for joint in range(model.joint_count)],
-            along_path=bool(along_path),
-            random_seed=int(random_seed),
-            threads=int(threads),
+            restarts=restarts,
+            **options,
         )
         if not moving:
             break
@@ -147,7 +179,7 @@ def inverse_kinematics(
         if np.abs(found[0] - q)[standing].max(initial=0.0) <= _SAME_COMMAND:
             break
         q = np.asarray(found[0])
-    return InverseKinematics(found[0], np.array(STATUSES)[found[1]], *found[2:])
+    return InverseKinematics(found[0], np.array(STATUSES)[found[1]], *found[2:], robot=model)
 
 
 def _seeds(model: Robot, seed: ArrayLike | None, box: FloatArray, count: int) -> FloatArray:

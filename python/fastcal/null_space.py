@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -89,7 +90,7 @@ def choose_posture(
         q[better], value[better] = found.q[better], new[better]
         largest[~better] /= 2
     end = inverse_kinematics(model, T, q, restarts=0, **accuracy, **conditions)
-    return InverseKinematics(end.q, end.status, iterations, end.position_error, end.rotation_error)
+    return replace(end, iterations=iterations)
 
 
 def arm_angles(robot: Robot, q: ArrayLike) -> FloatArray:

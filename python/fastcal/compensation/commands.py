@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -144,11 +144,12 @@ def _solve(
         model, targets.poses[again], seed=start[again], hold=hold, threads=threads, **targets.conditions_of(again)
     )
     better = anew.reached if along_path else anew.reached | (anew.position_error < near.position_error[again])
-    merged = {field.name: np.array(getattr(near, field.name)) for field in fields(InverseKinematics)}
+    names = [field.name for field in fields(InverseKinematics) if field.name != "robot"]
+    merged: dict[str, Any] = {name: np.array(getattr(near, name)) for name in names}
     merged["status"][again] = anew.status  # a search that begins anywhere knows best why a target is not reached
     for name, values in merged.items():
         values[again[better]] = getattr(anew, name)[better]
-    return InverseKinematics(**merged), again[anew.reached].tolist()
+    return replace(near, **merged), again[anew.reached].tolist()
 
 
 def _stepped(
@@ -170,7 +171,7 @@ def _stepped(
     position[rows], rotation[rows] = np.linalg.norm(left[:, :3], axis=1), np.linalg.norm(left[:, 3:], axis=1)
     beyond = np.any((q < model.limits[:, 0]) | (q > model.limits[:, 1]), axis=1)
     status[beyond & (status == "reached")] = "limit"
-    return InverseKinematics(q, status, found.iterations, position, rotation)
+    return replace(found, q=q, status=status, position_error=position, rotation_error=rotation)
 
 
 def _deviation(model: Robot, q: FloatArray, conditions: dict[str, Any]) -> FloatArray:

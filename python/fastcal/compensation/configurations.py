@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.ik import inverse_kinematics
-from fastcal.programs.posture import Arm
+from fastcal.posture import Arm
 from fastcal.programs.program import Language, Target
 from fastcal.robot import Robot
 

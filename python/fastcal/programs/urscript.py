@@ -13,8 +13,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.posture import Arm
 from fastcal.programs import orientation
-from fastcal.programs.posture import Arm
 from fastcal.programs.program import Document, Move, Number, Program, Target
 from fastcal.programs.scanning import Piece, blanked, closing, number, split, trimmed
 from fastcal.units import from_si
