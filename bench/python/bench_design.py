@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from fastcal import Robot, _core, inverse_kinematics, load_robot
+from fastcal import Robot, _core, inverse_kinematics, load_robot, random_poses
 from fastcal.design import design_poses
 from fastcal.design.candidates import MOST, Candidates, postures, with_conditions
 from fastcal.design.linear import LinearProblem, linear_problem
@@ -111,7 +111,8 @@ def run(study: Study, restarts: int) -> dict[str, Any]:
     judge = Judge(problem, rows, problem.target_information(pool), user)
 
     random = np.random.default_rng(0)
-    drawn = [judge.worth(list(random.choice(len(pool), study.poses, replace=False))) for _ in range(RANDOM)]
+    choices = [list(random.choice(len(pool), study.poses, replace=False)) for _ in range(RANDOM)]
+    drawn = [judge.worth(members) for members in choices]
     table = {f"random, median of {RANDOM}": Worth(*np.median([(w.o1, w.grid_mm, w.targets_mm) for w in drawn], axis=0))}
     shares: dict[str, float | None] = {}
     for name, criterion, goal in (
@@ -135,7 +136,13 @@ def run(study: Study, restarts: int) -> dict[str, Any]:
                 best = choice
         if best is not None:
             table[f"best of {restarts} restarts by {name}"] = judge.worth(best.members)
+    q_free = random_poses(robot, len(q), region=[study.low, study.high])
+    goal = problem.target_information(Candidates(q_free, np.zeros(len(q_free))))
+    free = Judge(problem, rows, judge.grid, goal)
+    chosen = free.search("variance", goal).run(study.poses)
+    spread = float(np.median([free.worth(members).targets_mm for members in choices]))
     return {
+        "free": {"gain": (spread / free.worth(chosen.members).targets_mm) ** 2, "share_of_best": chosen.efficiency},
         "study": asdict(study),
         "candidates": len(pool),
         "targets": len(q),
@@ -158,6 +165,11 @@ def show(result: dict[str, Any]) -> None:
     for goal, key in (("grid", "grid_mm"), ("targets", "targets_mm")):
         gain = (random[key] / table[f"design by variance, {goal}"][key]) ** 2
         print(f"variance over the {goal}: {gain:.2f} times lower than the random median")
+    free = result["free"]
+    print(
+        f"variance over the box, the tool pointing anywhere: {free['gain']:.2f} times lower than the random median, "
+        f"no choice reaches {free['gain'] / free['share_of_best']:.2f}"
+    )
     whole = result["whole"]
     print(f"design_poses as a whole: {whole['O1']:.2f} s by O1, {whole['variance']:.2f} s by the variance (CPU)")
     shares = ", ".join(f"{name} {share:.1%}" for name, share in result["share_of_best"].items())

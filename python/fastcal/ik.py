@@ -173,13 +173,21 @@ def _solve(
             restarts=restarts,
             **options,
         )
-        if not moving:
-            break
         standing = np.isin(found[1], _STANDING)
-        if np.abs(found[0] - q)[standing].max(initial=0.0) <= _SAME_COMMAND:
+        moved = standing & (np.abs(found[0] - q).max(axis=1) > _SAME_COMMAND)
+        if not moving or not moved.any():
             break
         q = np.asarray(found[0])
-    return InverseKinematics(found[0], np.array(STATUSES)[found[1]], *found[2:], robot=model)
+    q, status, iterations, position, rotation = found
+    if moving and moved.any():
+        # A correction that jumps between cells of its joint space may leave no posture that agrees with itself.
+        T_there = model.forward(q, **conditions)
+        left = np.linalg.norm((T_there - T)[:, :3, 3], axis=1)
+        turned = 2 * np.arcsin(np.minimum(np.linalg.norm((T_there - T)[:, :3, :3], axis=(1, 2)) / np.sqrt(8), 1))
+        position, rotation = np.where(moved, left, position), np.where(moved, turned, rotation)
+        beyond = (left > options["tolerance_position"]) | (turned > options["tolerance_rotation"])
+        status = np.where(moved & beyond, STATUSES.index("unreachable"), status)
+    return InverseKinematics(q, np.array(STATUSES)[status], iterations, position, rotation, model)
 
 
 def _seeds(model: Robot, seed: ArrayLike | None, box: FloatArray, count: int) -> FloatArray:

@@ -100,7 +100,8 @@ def _table(
         if kind is not None:
             show("driving along the path")
             driven = path_accuracy(robot, wanted, kind=kind, nominal=options["nominal"], threads=options["threads"])
-    write_commands(output, robot, found.q, (found.position_error, found.rotation_error), found.sigma, found.status)
+    residual = (found.position_error, found.rotation_error)
+    write_commands(output, robot, found.q, residual, found.sigma, found.status, found.correction_weight)
     warn(found.notes)
     _say(found)
     if kind is None:

@@ -40,6 +40,8 @@ class Compensation:
         rotation_error: (N,) angle [rad] that is left.
         sigma: (N,) standard deviation [m] of a coordinate of the predicted point, the root mean square of the three
             that `predict` gives; NaN for a robot that was not calibrated.
+        correction_weight: (N,) share of a trained correction that its guard lets pass at the command, NaN for a bad
+            target; None for a model without one.
         nominal_q: (N, n) what the nominal robot would be sent to, NaN where it reaches nothing.
         jumps: Rows that no smooth way joins to the row before.
         notes: What a reader should know, a sentence each.
@@ -51,6 +53,7 @@ class Compensation:
     rotation_error: FloatArray
     sigma: FloatArray
     nominal_q: FloatArray
+    correction_weight: FloatArray | None = None
     jumps: tuple[int, ...] = ()
     notes: tuple[str, ...] = ()
 
@@ -112,7 +115,11 @@ def compensate(
     sigma = np.full(len(targets), np.nan)
     if (good := np.flatnonzero(~bad)).size:
         sigma[good] = _deviation(model, found.q[good], targets.conditions_of(good))
-    notes = [*targets.notes, *_sentences(found), *_notes_on_ranges(model, found.q[good], targets.conditions_of(good))]
+    notes = [*targets.notes, *_sentences(found), *notes_on_ranges(model, found.q[good], targets.conditions_of(good))]
+    weight = None
+    if model.correction is not None:
+        weight = np.full(len(targets), np.nan)
+        weight[good] = model.correct(found.q[good], targets.conditions_of(good).get("payload")).weight
     jumps = sorted({*jumps, *changed}) if along_path else []
     if jumps:
         notes.append(f"no smooth way leads from the row before to {_listed(jumps)}: the joints jump there")
@@ -123,6 +130,7 @@ def compensate(
         found.rotation_error,
         sigma,
         q_nominal,
+        weight,
         tuple(jumps),
         tuple(notes),
     )
@@ -182,7 +190,7 @@ def _deviation(model: Robot, q: FloatArray, conditions: dict[str, Any]) -> Float
     return np.asarray(np.sqrt(np.mean(deviation**2, axis=1)))
 
 
-def _notes_on_ranges(model: Robot, q: FloatArray, conditions: dict[str, Any]) -> list[str]:
+def notes_on_ranges(model: Robot, q: FloatArray, conditions: dict[str, Any]) -> list[str]:
     """Where commands lie outside of what joint profiles and a trained correction have seen."""
     if not len(q):
         return []

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import se3
-from fastcal.compensation.commands import METHODS
+from fastcal.compensation.commands import METHODS, notes_on_ranges
 from fastcal.compensation.configurations import Configurations
 from fastcal.compensation.one_step import one_step
 from fastcal.errors import InvalidInput, ParseError
@@ -101,7 +101,8 @@ def compensate_program(
     changes, said = _changes(places, q_nominal, q)
     if nominal is None and not model.spec.get("calibration"):
         notes.append(f"{model.name} holds no calibration: its own geometry is taken as what the controller believes")
-    notes += [*places.frames.notes, *program.notes, *said, *_offsets(places, q_nominal, q, conditions)]
+    notes += [*places.frames.notes, *program.notes, *said, *notes_on_ranges(robot, q, conditions)]
+    notes += _offsets(places, q_nominal, q, conditions)
     error = np.array(
         [
             np.linalg.norm((places.tool_at(i, got) - places.tool_at(i, wanted))[:3, 3])

@@ -95,8 +95,11 @@ def write_commands(
     residual: tuple[FloatArray, FloatArray],
     sigma: FloatArray,
     status: np.typing.NDArray[np.str_],
+    weight: FloatArray | None = None,
 ) -> None:
     """Writes commands: qN_deg (qN_mm), residual_mm, residual_deg, sigma_mm, status; what is not known is left empty.
+
+    With a trained correction its weight follows, as correction_weight.
 
     Raises:
         InvalidInput: The file cannot be written.
@@ -107,4 +110,6 @@ def write_commands(
     }
     columns["residual_mm"], columns["residual_deg"] = from_si(residual[0], "mm"), from_si(residual[1], "deg")
     columns["sigma_mm"], columns["status"] = from_si(sigma, "mm"), status.tolist()
+    if weight is not None:
+        columns["correction_weight"] = weight
     write_csv(path, columns)  # type: ignore[arg-type]

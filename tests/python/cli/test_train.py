@@ -12,6 +12,8 @@ import numpy as np
 import pytest
 
 import fastcal as fc
+from fastcal.cli import main
+from fastcal.prediction import quaternions
 
 pytest.importorskip("torch")
 
@@ -29,9 +31,18 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> Path:
     )
     q = np.random.default_rng(0).uniform(-1, 1, (120, 6))
     arm.save(folder / "robot.yaml")
+    true.save(folder / "true.yaml")
     for name, rows in (("data", q[:80]), ("test", q[80:])):
         fc.write_measurements(folder / f"{name}.csv", fc.simulate(true, rows, noise=1e-5, seed=1), arm.joint_types)
     return folder
+
+
+@pytest.fixture(scope="module")
+def trained(files: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A model with its network; only to be read."""
+    folder = tmp_path_factory.mktemp("trained")
+    assert main(["train", str(files / "robot.yaml"), str(files / "data.csv"), *FEW, "-o", str(folder)]) == 0
+    return folder / "model.yaml"
 
 
 def test_train_then_predict_and_evaluate(files: Path, tmp_path: Path, fastcal: Callable[..., Any]) -> None:
@@ -63,13 +74,48 @@ def test_train_then_predict_and_evaluate(files: Path, tmp_path: Path, fastcal: C
     assert all(0 < float(row["sigma_x_mm"]) < 1 for row in rows)
 
 
-def test_a_row_far_out_is_warned_of(files: Path, tmp_path: Path, fastcal: Callable[..., Any]) -> None:
-    assert fastcal("train", files / "robot.yaml", files / "data.csv", *FEW, "-o", tmp_path).code == 0
+def test_a_row_far_out_is_warned_of(trained: Path, tmp_path: Path, fastcal: Callable[..., Any]) -> None:
     far = tmp_path / "far.csv"
     far.write_text(",".join(f"q{i}_deg" for i in range(1, 7)) + "\n150,0,0,0,0,0\n")
-    said = fastcal("predict", tmp_path / "model.yaml", far, "-o", tmp_path / "p.csv")
+    said = fastcal("predict", trained, far, "-o", tmp_path / "p.csv")
     assert said.code == 0
     assert "1 of 1 rows lie outside the joints and loads that the correction was trained on" in said.err
+
+
+def test_the_network_is_compensated_as_far_as_its_guard_lets_it(
+    files: Path, trained: Path, tmp_path: Path, fastcal: Callable[..., Any]
+) -> None:
+    """Commands make up for what the network says; two targets beyond joints 1 and 4 as trained are left as they are."""
+    arm, model, true = (fc.load_robot(path) for path in (files / "robot.yaml", trained, files / "true.yaml"))
+    q = np.random.default_rng(5).uniform(-0.8, 0.8, (22, 6))
+    q[20, 0], q[21, 3] = 2.2, 2.5
+    T = arm.forward(q)
+    numbers = np.column_stack([T[:, :3, 3] * 1000, quaternions(T[:, :3, :3]), np.degrees(q)])
+    header = ",".join(["x_mm,y_mm,z_mm,qw,qx,qy,qz", *(f"q{i}_deg" for i in range(1, 7))])
+    np.savetxt(tmp_path / "targets.csv", numbers, delimiter=",", header=header, comments="", fmt="%.17g")
+    said = fastcal("compensate", trained, tmp_path / "targets.csv", "--single", "-o", tmp_path / "out.csv")
+    assert said.code == 0
+    assert "22 targets: 22 reached" in said.out
+    assert "2 of 22 rows lie outside the joints and loads that the correction was trained on" in said.err
+    with (tmp_path / "out.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    weight = np.array([float(row["correction_weight"]) for row in rows])
+    assert (weight[:20].min(), weight[20], weight[21]) == (1.0, 0.0, 0.0)
+    commanded = np.radians([[float(row[f"q{i}_deg"]) for i in range(1, 7)] for row in rows])
+    assert np.abs(model.forward(commanded) - T).max() < 3e-9
+    np.testing.assert_allclose(commanded[20:], q[20:], atol=1e-7)
+    before, after = (np.linalg.norm((true.forward(at) - T)[:20, :3, 3], axis=1).mean() for at in (q, commanded))
+    assert after < 0.2 * before
+
+
+def test_a_program_beyond_what_was_trained_says_so(trained: Path, tmp_path: Path, fastcal: Callable[..., Any]) -> None:
+    program = "def job():\n  movej([0.1, 0.2, 0.3, 0.4, 0.5, 0.6])\n  movej([2.2, 0.2, 0.3, 0.4, 0.5, 0.6])\nend\n"
+    (tmp_path / "job.script").write_text(program)
+    said = fastcal("compensate", trained, tmp_path / "job.script", "-o", tmp_path / "new.script")
+    assert said.code == 0
+    assert "1 of 2 rows lie outside the joints and loads that the correction was trained on" in said.err
+    old, new = (path.read_text().splitlines() for path in (tmp_path / "job.script", tmp_path / "new.script"))
+    assert [a == b for a, b in zip(old, new, strict=True)][:2] == [True, False]
 
 
 def test_nothing_is_written_where_it_cannot_be_trained(

@@ -172,6 +172,31 @@ def test_a_trained_correction_is_compensated_too(arms) -> None:
     np.testing.assert_allclose(found.sigma, 1e-5)
 
 
+def test_a_target_in_the_gap_of_a_correction_that_jumps_is_not_called_reached(arms) -> None:
+    """Where joint 1 is beyond 0.3 the tool is pushed back: what lies in between, no command gives."""
+
+    class Step:
+        """As a tree's leaves or a nearest neighbour's cells."""
+
+        joint_count = 6
+
+        def __call__(self, inputs) -> Corrected:
+            d = np.zeros((len(inputs.q), 3))
+            d[:, 1] = np.where(inputs.q[:, 0] > 0.3, 3e-4, 0.0)
+            return Corrected(d, np.ones(len(d)), np.zeros((len(d), 3)))
+
+    nominal, _ = arms("staubli_rx160l")
+    model = fastcal.Robot(nominal.spec | {"correction": Step()})
+    q = np.array([[0.30005, 0.4, 1.2, 0.3, 0.7, 0.8], [0.4, 0.4, 1.2, 0.3, 0.7, 0.8]])
+    poses = nominal.forward(q)
+    found = fastcal.compensate(model, poses, q, nominal=nominal, along_path=False)
+    assert found.status.tolist() == ["unreachable", "reached"]
+    left = np.linalg.norm((model.forward(found.q) - poses)[:, :3, 3], axis=1)
+    np.testing.assert_allclose(found.position_error, left, atol=2e-9)
+    assert left[0] == pytest.approx(3e-4, rel=1e-6)
+    assert "row 0: the target is out of reach; the nearest pose is 0.3 mm" in found.notes[0]
+
+
 def test_a_nominal_robot_is_what_the_first_calibration_began_with(arms) -> None:
     nominal, real = arms("staubli_rx160l")
     once = real.spec | {"calibration": {"nominal": nominal_record(nominal.spec)}}
