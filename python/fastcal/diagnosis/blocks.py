@@ -42,6 +42,11 @@ class Blocks:
         """A block in words."""
         return repr(self.names[index] if index < self.count else self.generics[index - self.count])
 
+    def worth(self, statistic: FloatArray, rank: NDArray[np.int32], among: NDArray[np.intp]) -> FloatArray:
+        """BIC's: what blocks `among` all explain less log m a parameter; -inf where the fit absorbs them."""
+        searched = np.array([self.names[i].searched if i < self.count else 0 for i in among])
+        return np.where(rank > 0, statistic - (rank + searched) * np.log(len(self.columns)), -np.inf)
+
     @property
     def count(self) -> int:
         """Of names; generic blocks have the indices from there on."""

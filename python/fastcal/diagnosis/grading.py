@@ -218,7 +218,7 @@ def _comes_first(base: State, fitted_rows: NDArray[np.intp], name: Name) -> bool
     kept = np.isin(row, fitted_rows) | (row < 0)
     C = np.hstack([blocks.columns_of(i)[kept] for i in likely])
     tests = _core.ScoreTests(A[kept], C, r[kept], [blocks.sizes[i] for i in likely])
-    worth = np.asarray(tests.scores.statistic) - np.log(kept.sum()) * np.asarray(tests.scores.rank)
+    worth = blocks.worth(np.asarray(tests.scores.statistic), np.asarray(tests.scores.rank), np.array(likely))
     best = blocks.names[likely[int(np.argmax(worth))]]
     return best.owner == name.owner and (
         best.effect == name.effect

@@ -85,6 +85,12 @@ class Name:
         """Effect and owner."""
         return self.effect, self.owner
 
+    @property
+    def searched(self) -> int:
+        """Numbers that are searched for outside the fit and count as its parameters: a moment, an order."""
+        order = self.entry.get("order", ORDERS[0])
+        return int("at_s" in self.entry) + int(order not in ORDERS)
+
     def __repr__(self) -> str:
         return label(self.entry) + (f":{self.variant}" if self.variant else "")
 

@@ -100,11 +100,10 @@ def waves(search: Search) -> State | None:
 def forward(state: State, among: list[int], most: int) -> list[int]:
     """Blocks in the order in which each explains most beyond those before it, while that is significant."""
     added: list[int] = []
-    m = len(state.fit.near.r)
     while len(added) < most:
         scores = state.blocks.tests.given(added)
         statistic, rank = np.asarray(scores.statistic)[among], np.asarray(scores.rank)[among]
-        worth = np.where(rank > 0, statistic - rank * np.log(m), -np.inf)
+        worth = state.blocks.worth(statistic, rank, np.array(among))
         best = int(np.argmax(worth))
         p = p_values(statistic[[best]], rank[[best]], state.fit.problem.noise.freedom)[0]
         if worth[best] <= 0 or p * state.family.named > _LEVEL:

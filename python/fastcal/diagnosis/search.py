@@ -75,8 +75,8 @@ class State:
 
     @property
     def size(self) -> int:
-        """Parameters that the names add."""
-        return sum(self.fit.place(name).stop - self.fit.place(name).start for name in self.names)
+        """Parameters that the names add, those that were searched for among them."""
+        return sum(self.fit.place(n).stop - self.fit.place(n).start + n.searched for n in self.names)
 
     def significant(self, named: float = NAMED, generic: float = GENERIC) -> list[int]:
         """Blocks that are, at family-wise levels, the strongest first."""
@@ -169,7 +169,7 @@ class Search:
         gain = np.asarray(tests.scores.statistic)[: state.blocks.count]
         rank = np.asarray(tests.scores.rank)[: state.blocks.count]
         p = state.p_values[: state.blocks.count]
-        worth = np.where(rank > 0, gain - rank * np.log(len(state.fit.near.r)), -np.inf)
+        worth = state.blocks.worth(gain, rank, np.arange(len(gain)))
         order = np.argsort(-worth, kind="stable")
         out: list[tuple[Name, ...]] = []
         keys: set[Key] = set()
@@ -238,7 +238,8 @@ class Search:
             keys.add(name.key)
             tried += 1
             state = self.state((*base.names, self._refined(name, base)), best)
-            if state.stands and state.bic < best.bic + ODDS:
+            # One of more parameters that fits no worse is refused by its parameters alone: too little to call it wrong.
+            if state.stands and (state.bic < best.bic + ODDS or state.fit.remaining <= best.fit.remaining):
                 found.append((name, state))
         simple = {name.key for name, _ in found} | {member.key}
         return [

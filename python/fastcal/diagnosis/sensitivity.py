@@ -102,7 +102,7 @@ def ranking(search: Search, best: State) -> list[Refusal]:
     core = start.fit.problem.start.model.robot
     out: list[Refusal] = []
     seen: set[tuple[str, str]] = set()
-    for i in np.argsort(-(statistic - rank * np.log(len(start.fit.near.r))), kind="stable"):
+    for i in np.argsort(-found.worth(statistic, rank, np.arange(found.count)), kind="stable"):
         name = found.names[i]
         if rank[i] == 0 or name.key in seen:
             continue

@@ -96,7 +96,7 @@ def rest(search: Search, state: State) -> Unexplained:
     found = state.blocks
     statistic, rank = np.asarray(found.tests.scores.statistic), np.asarray(found.tests.scores.rank)
     generic = np.arange(found.count, len(rank))
-    worth = statistic[generic] - rank[generic] * np.log(len(state.fit.near.r))
+    worth = found.worth(statistic[generic], rank[generic], generic)
     block = found.generics[int(np.argmax(worth))]
     freedom = max(len(state.fit.near.r) - found.tests.null_rank, 1)
     misfit = max(search.start.fit.remaining - freedom, 1.0)
