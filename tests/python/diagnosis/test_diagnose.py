@@ -13,7 +13,7 @@ import pytest
 from fastcal import InvalidInput, Robot, load_robot, perturbed, random_poses, simulate
 from fastcal.dataset import Dataset
 from fastcal.diagnosis import Diagnosis, diagnose
-from fastcal.diagnosis.library import build_library, parse_exclusions
+from fastcal.diagnosis.library import build_library, harmonics, parse_exclusions
 from fastcal.diagnosis.noise import repeats
 
 SIGMA = 4e-5  # [m]
@@ -86,6 +86,30 @@ def test_test_poses_are_only_reported_on() -> None:
     for key in ("verdict", "effects", "ranking", "smallest", "sigma_mm"):
         assert told[key] == without[key]
     assert told["gap"][1]["test_rms_mm"] is not None
+
+
+def test_a_richer_cause_that_fits_no_worse_stays_in_the_set() -> None:
+    """A base that turns about the vertical with time is joint 1 turning with a temperature that rises with time.
+
+    Of the six parameters of a drift one is needed: that alone makes the simpler name no truer.
+    """
+    time = np.linspace(0.0, 3600.0, ROWS)
+    drift = {"effect": "base_drift", "owner": "base", "parameters": {"rate_rz_rad_s": 2e-4 / 3600.0}}
+    data = rows([drift], time=time, temperature=290.0 + 10.0 * time / 3600.0)
+    found = diagnose(arm(), data, sigma=SIGMA)
+    assert found.verdict == "one_of"
+    names = {(found.effects[0].effect, found.effects[0].owner), *found.effects[0].equivalents}
+    assert {("thermal_offset", "joint1"), ("base_drift", "base")} <= names
+    assert found.effects[0].grade == "B"
+
+
+def test_the_moment_of_a_step_and_the_order_of_a_wave_that_was_scanned_are_counted() -> None:
+    library = build_library(arm(), rows([], time=np.arange(float(ROWS)))).names
+    of = {effect: {name.searched for name in library if name.effect == effect} for effect, _ in {n.key for n in library}}
+    assert of["base_step"] == {1}
+    assert of["base_drift"] == of["gear_harmonic"] == of["backlash"] == {0}
+    (wave,) = harmonics("joint2", arm(), rows([]), [11.5])
+    assert wave.searched == 1
 
 
 def test_an_excluded_name_is_not_given() -> None:
