@@ -90,7 +90,7 @@ def _diagnosed(
         search = Search(problem, say)
     if not best.suffices and best.fit.remaining > _HOPELESS * search.start.fit.remaining:
         best = search.start  # what explains so little is no name
-    curve = grading.waves_of_one_curve(best)
+    curve = grading.waves_of_one_curve(search, best)
     if curve is not None:
         best = search.start
     say("weighing what else it could be")

@@ -64,7 +64,7 @@ def evidence(search: Search, state: State, name: Name) -> Evidence:
     rivals: tuple[str, ...] = ()
     stability = 1.0
     if len(state.names) <= search.most:
-        base = search.start if len(state.names) == 1 else search.state([n for n in state.names if n is not name], state)
+        base = search.without(state, name)
         statistic = max(base.fit.remaining - state.fit.remaining, 0.0)  # Wald's stops at what is unsure of a load
         rivals, stability = _rivals(search, base, name), _stability(search, state, base, name)
         rivals += _one_curve(search, state, name)
@@ -151,11 +151,20 @@ def _one_curve(search: Search, state: State, name: Name) -> tuple[str, ...]:
     return ()
 
 
-def waves_of_one_curve(state: State) -> str | None:
-    """The joint of which a set names _PIECES waves or more and nothing else: pieces of one curve; else None."""
-    owners = {name.owner for name in state.names}
-    alone = len(owners) == 1 and all(name.effect in PERIODIC for name in state.names)
-    return owners.pop() if alone and len(state.names) >= _PIECES else None
+def waves_of_one_curve(search: Search, state: State) -> str | None:
+    """The joint of which a set names several waves and nothing else, where they may be pieces of one curve; else None.
+
+    _PIECES waves are; fewer where one of them is not sure and a curve over the joint's position does as well.
+    """
+    names = state.names
+    owners = {name.owner for name in names}
+    if len(owners) != 1 or len(names) < 2 or any(name.effect not in PERIODIC for name in names):
+        return None
+    if len(names) < _PIECES:
+        drops = (search.without(state, name).fit.remaining - state.fit.remaining for name in names)
+        if min(drops) >= SURE_SNR**2 or not _one_curve(search, state, names[0]):
+            return None
+    return owners.pop()
 
 
 def _leaves_nothing(search: Search, base: State, block: int) -> bool:

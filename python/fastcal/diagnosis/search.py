@@ -93,10 +93,10 @@ class State:
         level = MORE if self.names else DETECT
         return not self.impossible and not self.significant(level / 2, level / 2)
 
-    @cached_property
-    def stands(self) -> bool:
-        """No other block is significant at the levels of a confidence set, and the names have possible signs."""
-        return not self.impossible and not self.significant()
+    def stands_beside(self, best: State) -> bool:
+        """No block is significant at the levels of a confidence set but those that the best set leaves too."""
+        left = {best.blocks.title(i) for i in best.significant()}
+        return not self.impossible and all(self.blocks.title(i) in left for i in self.significant())
 
     @cached_property
     def impossible(self) -> bool:
@@ -211,14 +211,14 @@ class Search:
             self.seen[key] = State(fit(self.problem, names, near.fit), self.start.family)
         return self.seen[key]
 
+    def without(self, state: State, name: Name) -> State:
+        """A set without one of its names."""
+        rest = [n for n in state.names if n is not name]
+        return self.state(rest, state) if rest else self.start
+
     def alternatives(self, best: State) -> list[list[State]]:
         """For each member of a set that stands, the sets that stand as well with another name in its place."""
-        out = []
-        for member in best.names:
-            rest = tuple(n for n in best.names if n is not member)
-            base = self.start if not rest else self.state(rest, best)
-            out.append(self._replacements(best, base, member))
-        return out
+        return [self._replacements(best, self.without(best, member), member) for member in best.names]
 
     def _replacements(self, best: State, base: State, member: Name) -> list[State]:
         worth = base.fit.remaining - best.fit.remaining
@@ -239,7 +239,7 @@ class Search:
             tried += 1
             state = self.state((*base.names, self._refined(name, base)), best)
             # One of more parameters that fits no worse is refused by its parameters alone: too little to call it wrong.
-            if state.stands and (state.bic < best.bic + ODDS or state.fit.remaining <= best.fit.remaining):
+            if state.stands_beside(best) and (state.bic < best.bic + ODDS or state.fit.remaining <= best.fit.remaining):
                 found.append((name, state))
         simple = {name.key for name, _ in found} | {member.key}
         return [

@@ -88,16 +88,21 @@ def test_test_poses_are_only_reported_on() -> None:
     assert told["gap"][1]["test_rms_mm"] is not None
 
 
-def test_a_richer_cause_that_fits_no_worse_stays_in_the_set() -> None:
+@pytest.mark.parametrize("gap", [0.0, 1.4e-4])
+def test_a_richer_cause_that_fits_no_worse_stays_in_the_set(gap: float) -> None:
     """A base that turns about the vertical with time is joint 1 turning with a temperature that rises with time.
 
-    Of the six parameters of a drift one is needed: that alone makes the simpler name no truer.
+    Of the six parameters of a drift one is needed: that alone makes the simpler name no truer. A backlash too small to
+    be given remains beside each of them, and refuses neither.
     """
     time = np.linspace(0.0, 3600.0, ROWS)
     drift = {"effect": "base_drift", "owner": "base", "parameters": {"rate_rz_rad_s": 2e-4 / 3600.0}}
-    data = rows([drift], time=time, temperature=290.0 + 10.0 * time / 3600.0)
+    slack = {**BACKLASH, "parameters": {"gap_rad": gap}}
+    data = rows([drift, slack], time=time, temperature=290.0 + 10.0 * time / 3600.0)
     found = diagnose(arm(), data, sigma=SIGMA)
     assert found.verdict == "one_of"
+    assert found.state is not None
+    assert bool(found.state.significant()) == (gap > 0)
     names = {(found.effects[0].effect, found.effects[0].owner), *found.effects[0].equivalents}
     assert {("thermal_offset", "joint1"), ("base_drift", "base")} <= names
     assert found.effects[0].grade == "B"
