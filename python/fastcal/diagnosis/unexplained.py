@@ -11,7 +11,8 @@ from fastcal.calibration import CalibrationResult
 from fastcal.dataset import Dataset
 from fastcal.diagnosis.problem import prepared_problem
 from fastcal.diagnosis.result import Unexplained
-from fastcal.diagnosis.search import Search, State
+from fastcal.diagnosis.search import GENERIC, Search, State
+from fastcal.diagnosis.tails import p_values
 from fastcal.robot import Robot, Spec
 
 FloatArray = NDArray[np.float64]
@@ -22,14 +23,30 @@ _MAIN = 0.25  # share of a curve's square from which on an order is told
 
 
 def curved_joints(best: State) -> list[Spec]:
-    """A profile for each joint whose error significantly follows its own position."""
+    """A profile for each joint whose error significantly follows its own position, beside those of the joints before.
+
+    The joint first whose curve explains most: a curve casts shadows on the other joints.
+    """
     found = best.blocks
-    significant = set(best.significant())
-    return [
-        {"effect": "joint_profile", "owner": block.owner}
+    own = [
+        i
         for i, block in enumerate(found.generics, found.count)
-        if block.curves.depends_on == (f"q{block.owner.removeprefix('joint')}",) and i in significant
+        if block.curves.depends_on == (f"q{block.owner.removeprefix('joint')}",)
     ]
+    chosen: list[int] = []
+    while len(chosen) < len(own):
+        left = found.tests.given(chosen)
+        statistic, rank = np.asarray(left.statistic), np.asarray(left.rank)
+        p = p_values(statistic, rank, best.fit.problem.noise.freedom) * best.family.generic
+        curved = [i for i in own if i not in chosen and p[i] < GENERIC]
+        if not curved:
+            break
+        worth = found.worth(statistic[curved], rank[curved], np.array(curved))
+        chosen.append(curved[int(np.argmax(worth))])
+    owners = sorted(
+        (found.generics[i - found.count].owner for i in chosen), key=lambda owner: int(owner.removeprefix("joint"))
+    )
+    return [{"effect": "joint_profile", "owner": owner} for owner in owners]
 
 
 def profiles_suffice(before: CalibrationResult, after: CalibrationResult) -> bool:

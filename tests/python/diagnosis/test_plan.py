@@ -91,6 +91,13 @@ def test_many_waves_are_told_by_joint_and_order() -> None:
     assert found.gap[-1].train_rms_mm == pytest.approx(np.sqrt(3) * 0.04, rel=0.05)
 
 
+def test_the_curve_of_one_joint_casts_no_shadow_on_the_others() -> None:
+    wave = {"order": 2.0, "amplitude_rad": 8e-4, "phase_rad": 0.4}
+    robot, data = arm_with("ur5", [{"effect": "gear_harmonic", "owner": "joint2", "parameters": wave}], 200)
+    found = fastcal.diagnose(robot, data, exclude=["gear_harmonic"])
+    assert [(f.label, f.grade) for f in found.effects] == [("joint_profile@joint2", "C")]
+
+
 def test_the_curve_of_a_profile_and_its_main_waves() -> None:
     wave = {"order": 2.0, "amplitude_rad": 5e-4, "phase_rad": 0.4}
     robot, data = arm_with("ur5", [{"effect": "gear_harmonic", "owner": "joint2", "parameters": wave}], 200)
