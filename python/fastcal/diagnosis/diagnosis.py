@@ -88,7 +88,9 @@ def _diagnosed(
             break
         problem = again
         search = Search(problem, say)
-    if not best.suffices and best.fit.remaining > _HOPELESS * search.start.fit.remaining:
+    if not best.suffices and (
+        best.fit.remaining > _HOPELESS * search.start.fit.remaining or unexplained.one_block_does_better(search, best)
+    ):
         best = search.start  # what explains so little is no name
     curve = grading.waves_of_one_curve(search, best)
     if curve is not None:

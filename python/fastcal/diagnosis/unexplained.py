@@ -121,6 +121,15 @@ def rest(search: Search, state: State) -> Unexplained:
     return Unexplained(block.owner, share, block.curves.depends_on)
 
 
+def one_block_does_better(search: Search, best: State) -> bool:
+    """Does one block without a name explain more, by BIC, than the names of a set that leaves something?"""
+    found = search.start.blocks
+    scores = found.tests.scores
+    generic = np.arange(found.count, len(found.sizes))
+    worth = found.worth(np.asarray(scores.statistic)[generic], np.asarray(scores.rank)[generic], generic)
+    return bool(worth.max() > search.start.bic - best.bic)
+
+
 def beyond_profiles(search: Search, model: Robot, data: Dataset, threads: int) -> Unexplained | None:
     """What remains when joint profiles are in the model; None: nothing that is significant."""
     problem = search.problem
