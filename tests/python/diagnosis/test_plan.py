@@ -131,7 +131,7 @@ def test_lengths_from_an_unknown_anchor_show_a_missing_effect_too() -> None:
 
 @pytest.mark.parametrize("height", [2e-4, 8e-4])
 def test_a_curve_without_a_name_is_placed_and_not_named(height: float) -> None:
-    """A bump over the range of one joint, which no effect of the library is: two waves and noise would hide a low one."""
+    """A bump over the range of one joint, which no effect of the library is; two waves would do for a low one."""
     robot, plain = arm_with("pmc6va030", [], 200)
     q = plain.q.copy()
     middle = np.median(q[:, 1])
