@@ -13,7 +13,8 @@ import pytest
 from fastcal import InvalidInput, Robot, load_robot, perturbed, random_poses, simulate
 from fastcal.dataset import Dataset
 from fastcal.diagnosis import Diagnosis, diagnose
-from fastcal.diagnosis.library import build_library, harmonics, parse_exclusions
+from fastcal.diagnosis.grading import Evidence, grade
+from fastcal.diagnosis.library import Name, build_library, harmonics, parse_exclusions
 from fastcal.diagnosis.noise import repeats
 
 SIGMA = 4e-5  # [m]
@@ -106,6 +107,19 @@ def test_a_richer_cause_that_fits_no_worse_stays_in_the_set(gap: float) -> None:
     names = {(found.effects[0].effect, found.effects[0].owner), *found.effects[0].equivalents}
     assert {("thermal_offset", "joint1"), ("base_drift", "base")} <= names
     assert found.effects[0].grade == "B"
+
+
+def test_of_what_follows_a_load_only_a_loud_name_is_sure() -> None:
+    """Compliance, bending, torsion and tilt of neighbours look alike to 0.99: what is not known must show itself."""
+
+    def proof(snr: float) -> Evidence:
+        return Evidence(snr**2, 1, (0.5, 0.01), 1.0, (), is_richer_needed=True, is_plausible=True)
+
+    def graded(effect: str, snr: float) -> str:
+        return grade(proof(snr), Name({"effect": effect, "owner": "joint3"}), (), rest=False)[0]
+
+    assert [graded("backlash", snr) for snr in (12.0, 30.0)] == ["B", "A"]
+    assert [graded("joint_compliance", snr) for snr in (12.0, 30.0, 60.0)] == ["B", "B", "A"]
 
 
 def test_the_moment_of_a_step_and_the_order_of_a_wave_that_was_scanned_are_counted() -> None:
