@@ -66,12 +66,16 @@ def arguments(doc: str | None) -> argparse.ArgumentParser:
 
 
 def run(study: Callable[[int], dict[str, float]], given: argparse.Namespace) -> dict[str, float]:
-    """The median over the seeds of every figure; all of them go to --out."""
-    runs = joblib.Parallel(n_jobs=given.jobs)(joblib.delayed(study)(seed) for seed in range(given.seeds))
-    median = {key: float(np.median([one[key] for one in runs])) for key in runs[0]}
-    if given.out:
-        content = {"median": median, "runs": runs}
-        given.out.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+    """The median over the seeds of every figure; all of them go to --out, after each seed what there is."""
+    work = joblib.Parallel(n_jobs=given.jobs, return_as="generator")
+    runs: list[dict[str, float]] = []
+    median: dict[str, float] = {}
+    for one in work(joblib.delayed(study)(seed) for seed in range(given.seeds)):
+        runs.append(one)
+        median = {key: float(np.median([other[key] for other in runs])) for key in one}
+        if given.out:
+            content = {"median": median, "runs": runs}
+            given.out.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
     return median
 
 

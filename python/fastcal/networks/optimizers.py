@@ -19,6 +19,7 @@ _MOMENTUM = 0.9
 _SQUARES = 0.999
 _RMS = 0.9
 _SMALL = 1e-8
+_DELTA = 1e-6
 
 
 class Optimizer:
@@ -38,7 +39,9 @@ class Optimizer:
             rule: torch.tensor([i for i, other in enumerate(rules) if other == rule], device=theta.device)
             for rule in dict.fromkeys(rules)
         }
-        self._state = {rule: (torch.zeros_like(theta[rows]),) * 2 for rule, rows in self._rows.items()}
+        self._state = {
+            rule: (torch.zeros_like(theta[rows]), torch.zeros_like(theta[rows])) for rule, rows in self._rows.items()
+        }
         self._steps = 0
 
     def step(self, theta: torch.Tensor, gradient: torch.Tensor, share: float = 1.0) -> None:
@@ -48,34 +51,31 @@ class Optimizer:
             for rule, rows in self._rows.items():
                 every = len(rows) == len(theta)
                 g, rate = (gradient, self._rates) if every else (gradient[rows], self._rates[rows])
-                first, second = self._state[rule]
-                move, first, second = self._move(rule, g, rate * share, first, second)
-                self._state[rule] = (first, second)
+                move = self._move(rule, g, rate * share, *self._state[rule])
                 if every:
                     theta -= move
                 else:
-                    theta[rows] -= move
+                    theta.index_add_(0, rows, move, alpha=-1)
 
-    def _move(
-        self, rule: str, g: torch.Tensor, rate: torch.Tensor, m: torch.Tensor, v: torch.Tensor
-    ) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
-        """What is taken from theta, and the two states of the rule."""
+    def _move(self, rule: str, g: torch.Tensor, rate: torch.Tensor, m: torch.Tensor, v: torch.Tensor) -> torch.Tensor:
+        """What is taken from theta; the two states of the rule, m and v, are changed in place."""
         if rule == "sgd":
-            return rate * g, m, v
+            return rate * g
         if rule in ("momentum", "nag"):
-            m = _MOMENTUM * m + g
-            return rate * (g + _MOMENTUM * m if rule == "nag" else m), m, v
+            m.mul_(_MOMENTUM).add_(g)
+            return rate * (torch.add(g, m, alpha=_MOMENTUM) if rule == "nag" else m)
         if rule == "adagrad":
-            v = v + g * g
-            return rate * g / (v.sqrt() + _SMALL), m, v
+            v.addcmul_(g, g)
+            return rate * g / v.sqrt().add_(_SMALL)
         if rule == "rmsprop":
-            v = _RMS * v + (1 - _RMS) * g * g
-            return rate * g / (v.sqrt() + _SMALL), m, v
+            v.mul_(_RMS).addcmul_(g, g, value=1 - _RMS)
+            return rate * g / v.sqrt().add_(_SMALL)
         if rule == "adadelta":
-            v = _RMS * v + (1 - _RMS) * g * g
-            move = ((m + 1e-6) / (v + 1e-6)).sqrt() * g
-            return rate * move, _RMS * m + (1 - _RMS) * move * move, v
-        m = _MOMENTUM * m + (1 - _MOMENTUM) * g
-        v = _SQUARES * v + (1 - _SQUARES) * g * g
-        unbiased = (v / (1 - _SQUARES**self._steps)).sqrt() + _SMALL
-        return rate / (1 - _MOMENTUM**self._steps) * m / unbiased, m, v
+            v.mul_(_RMS).addcmul_(g, g, value=1 - _RMS)
+            move = ((m + _DELTA) / (v + _DELTA)).sqrt_().mul_(g)
+            m.mul_(_RMS).addcmul_(move, move, value=1 - _RMS)
+            return rate * move
+        m.mul_(_MOMENTUM).add_(g, alpha=1 - _MOMENTUM)
+        v.mul_(_SQUARES).addcmul_(g, g, value=1 - _SQUARES)
+        unbiased = (v / (1 - _SQUARES**self._steps)).sqrt_().add_(_SMALL)
+        return (m / unbiased).mul_(rate / (1 - _MOMENTUM**self._steps))

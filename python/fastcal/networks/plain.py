@@ -41,7 +41,7 @@ class Coordinates:
 
     def error(self, theta: torch.Tensor, rows: torch.Tensor) -> torch.Tensor:
         """(P, B, k)."""
-        return self.population(theta, self.x[rows]) - self.wanted[self._own, rows]
+        return self.population(theta, torch.nn.functional.embedding(rows, self.x)) - self.wanted[self._own, rows]
 
 
 def train_plain(

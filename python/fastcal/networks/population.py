@@ -8,8 +8,9 @@ each gives what it would alone, and a step of all costs little more than a step 
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +18,7 @@ import torch
 from numpy.typing import NDArray
 
 from fastcal.correction.dense import DenseNet
+from fastcal.networks.layers import Hidden, Place, outputs
 
 FloatArray = NDArray[np.float64]
 
@@ -47,28 +49,35 @@ class Population:
         self, inputs: int, outputs: int, members: Sequence[Architecture], device: torch.device | str = "cpu"
     ) -> None:
         self.inputs, self.outputs, self.members = inputs, outputs, tuple(members)
+        depths = np.array([len(member.hidden) for member in members])
+        order = np.argsort(-depths, kind="stable")
+        self._deepest_first = tuple(members[k] for k in order)
+        sorted_already = bool(np.all(np.diff(depths) <= 0))
+        self._order = None if sorted_already else torch.tensor(order, device=device)
+        self._back = None if sorted_already else torch.tensor(np.argsort(order), device=device)
         self.depth = max(len(member.hidden) for member in members)
         self.width = max(max(member.hidden) for member in members)
         fans = [inputs] + [self.width] * self.depth
-        self._places: list[tuple[int, int, int]] = []  # (start, in, out) of each layer
+        self._places: list[Place] = []
         at = 0
         for fan_in, fan_out in zip(fans, [self.width] * self.depth + [outputs], strict=True):
-            self._places.append((at, fan_in, fan_out))
+            self._places.append(Place(at, fan_in, fan_out))
             at += (fan_in + 1) * fan_out
         self._slopes = at
         self.size = at + self.depth
-        self._masks, self._active, self._kinds = [], [], []
-        self._all_active: list[bool] = []
-        for layer in range(self.depth):
-            widths = [member.hidden[layer] if layer < len(member.hidden) else 0 for member in members]
-            mask = np.arange(self.width) < np.array(widths)[:, np.newaxis]
-            self._masks.append(torch.tensor(mask[:, np.newaxis], dtype=torch.float32, device=device))
-            self._active.append(torch.tensor(np.array(widths)[:, np.newaxis, np.newaxis] > 0, device=device))
-            self._all_active.append(min(widths) > 0)
-            names = [member.activations[layer] if layer < len(member.hidden) else "" for member in members]
-            kinds = {name: [name == other for other in names] for name in sorted(set(names) - {""})}
-            shares = {name: torch.tensor(where, dtype=torch.float32, device=device) for name, where in kinds.items()}
-            self._kinds.append({name: share[:, None, None] for name, share in shares.items()})
+        self._layers = [self._layer(k, device) for k in range(self.depth)]
+
+    def _layer(self, k: int, device: torch.device | str) -> Hidden:
+        own = [member for member in self._deepest_first if k < len(member.hidden)]
+        names = [member.activations[k] for member in own]
+        runs, at = [], 0
+        for name, equal in itertools.groupby(names):
+            first, at = at, at + len(list(equal))
+            runs.append((name, first, at))
+        # What pads has numbers of 0, and all functions but the sigmoid leave a 0 as it is: it learns nothing.
+        there = np.arange(self.width) < np.array([[[member.hidden[k]]] for member in own])
+        mask = torch.tensor(there, dtype=torch.float32, device=device) if "sigmoid" in names else None
+        return Hidden(len(own), tuple(runs), mask)
 
     def __len__(self) -> int:
         return len(self.members)
@@ -98,29 +107,15 @@ class Population:
         block[: W.shape[0], : W.shape[1]] = W
 
     def __call__(self, theta: torch.Tensor, x: torch.Tensor) -> torch.Tensor:
-        """(P, B, outputs) of x (P, B, inputs), or of x (B, inputs) that all read."""
-        count = len(theta)
-        h = x.expand(count, *x.shape) if x.ndim == 2 else x
-        for layer, (start, fan_in, fan_out) in enumerate(self._places):
-            middle = start + fan_in * fan_out
-            W = theta[:, start:middle].view(count, fan_in, fan_out)
-            z = torch.baddbmm(theta[:, middle : middle + fan_out].unsqueeze(1), h, W)
-            if layer == self.depth:
-                return z
-            a = self._activated(z, layer, theta)
-            # What pads has numbers of 0, and all functions but the sigmoid leave a 0 as it is: it learns nothing.
-            if "sigmoid" in self._kinds[layer]:
-                a = a * self._masks[layer]
-            h = a if self._all_active[layer] else torch.where(self._active[layer], a, h)
-        raise AssertionError
+        """(P, B, outputs) of x (P, B, inputs), or of x (B, inputs) that all read; differentiable once, in theta.
 
-    def _activated(self, z: torch.Tensor, layer: int, theta: torch.Tensor) -> torch.Tensor:
-        kinds = self._kinds[layer]
-        slope = theta[:, self._slopes + layer].view(-1, 1, 1)
-        if len(kinds) == 1:
-            return _FUNCTIONS[next(iter(kinds))](z, slope)
-        parts = [share * _FUNCTIONS[name](z, slope) for name, share in kinds.items()]
-        return torch.stack(parts).sum(dim=0) if len(parts) > 2 else parts[0] + parts[1]
+        A population of one network takes any number of rows of theta.
+        """
+        each = x.expand(len(theta), *x.shape) if x.ndim == 2 else x
+        layers = self._layers if len(theta) == len(self) else [layer.repeated(len(theta)) for layer in self._layers]
+        if self._order is None:
+            return outputs(theta, each, self._places, layers)
+        return outputs(theta[self._order], each[self._order], self._places, layers)[self._back]
 
     def networks(self, theta: torch.Tensor) -> list[DenseNet]:
         """Each network without its padding."""
@@ -139,11 +134,3 @@ class Population:
             fan_in = width
         slopes = (*row[self._slopes : self._slopes + len(member.hidden)].tolist(), 0.0)
         return DenseNet(tuple(weights), tuple(biases), (*member.activations, "linear"), slopes)
-
-
-_FUNCTIONS: dict[str, Callable[[torch.Tensor, torch.Tensor], torch.Tensor]] = {
-    "tanh": lambda z, slope: torch.tanh(z),
-    "relu": lambda z, slope: torch.relu(z),
-    "sigmoid": lambda z, slope: torch.sigmoid(z),
-    "prelu": lambda z, slope: slope * z + (1 - slope) * torch.relu(z),  # several times faster than torch.where
-}

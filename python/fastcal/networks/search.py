@@ -30,7 +30,7 @@ from fastcal.networks.problem import Problem
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 
-BATCH = 10
+BATCH = 20
 
 
 @dataclass(frozen=True)
@@ -59,9 +59,9 @@ def losses_of(
     problem: Problem, candidates: Sequence[Candidate], epochs: int, batch: int, options: Options
 ) -> FloatArray:
     """(C,) loss of each candidate on its validation rows after so many epochs."""
-    # Networks of one depth and about one width together: what pads them is computed for nothing.
-    hidden = [candidate.architecture.hidden for candidate in candidates]
-    order = sorted(range(len(candidates)), key=lambda k: (len(hidden[k]), max(hidden[k]), k))
+    # Networks of one depth together, and those that change their activation at one layer: see `population`.
+    shapes = [candidate.architecture for candidate in candidates]
+    order = sorted(range(len(candidates)), key=lambda k: (-len(shapes[k].hidden), shapes[k].activations, k))
     parts = [[candidates[k] for k in order[at : at + BATCH]] for at in range(0, len(order), BATCH)]
     plain = Options(options.seed, options.device)  # what workers are told holds no function of the caller
     work = joblib.Parallel(n_jobs=options.jobs if options.jobs > 1 else None)

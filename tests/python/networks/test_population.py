@@ -47,6 +47,14 @@ def test_padded_networks_say_what_they_would_alone() -> None:
         assert ours.hidden == list(member.hidden)
 
 
+def test_the_gradient_is_that_of_differences() -> None:
+    population = Population(3, 2, MIXED)
+    theta = population.start([5, 6, 7]).double()
+    theta[:, [5, -3, -2, -1]] += 0.3  # padding and slopes that nobody uses have numbers too
+    x = torch.tensor(np.random.default_rng(1).standard_normal((3, 4, 3)))
+    assert torch.autograd.gradcheck(lambda t: population(t, x), theta.requires_grad_(True))
+
+
 def test_trained_together_they_become_what_they_would_alone() -> None:
     x, y = example()
     rows = [np.arange(50), np.arange(10, 40), np.arange(0, 50, 2)]
