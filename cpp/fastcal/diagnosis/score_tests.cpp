@@ -4,7 +4,6 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/QR>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -13,6 +12,7 @@
 
 #include "fastcal/diagnosis/chi_square.hpp"
 #include "fastcal/math/check.hpp"
+#include "fastcal/math/decompositions.hpp"
 
 namespace fastcal {
 namespace {

@@ -3,7 +3,6 @@
 #include "fastcal/identification/alignment.hpp"
 
 #include <Eigen/QR>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -11,6 +10,7 @@
 
 #include "fastcal/identification/solver.hpp"
 #include "fastcal/math/check.hpp"
+#include "fastcal/math/decompositions.hpp"
 #include "fastcal/math/se3.hpp"
 #include "fastcal/model/settle.hpp"
 
@@ -27,9 +27,11 @@ struct Row {
 };
 
 Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& M) {
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(M, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Eigen::Vector3d sign(1, 1, (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1);
-  return svd.matrixU() * sign.asDiagonal() * svd.matrixV().transpose();
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(M, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Eigen::Matrix3d U = svd.matrixU();
+  const Eigen::Matrix3d V = svd.matrixV();
+  const Eigen::Vector3d sign(1, 1, (U * V.transpose()).determinant() < 0 ? -1 : 1);
+  return U * sign.asDiagonal() * V.transpose();
 }
 
 /// Base pose for given tool point t: p_i = R (f_i + R_i t) + p (W. Kabsch 1976).
@@ -99,7 +101,7 @@ bool lifted_rotation(const std::vector<Row>& rows, Eigen::Matrix3d& R_base) {
 
 /// R_base and R_tool of R_i^w = R_b R_i R_t; false where fewer than two directions of turning are shown.
 bool fit_rotations(const std::vector<Row>& rows, Eigen::Matrix3d& R_base, Eigen::Matrix3d& R_tool) {
-  Eigen::Matrix<double, 9, 9> K = Eigen::Matrix<double, 9, 9>::Zero();
+  Eigen::MatrixXd K = Eigen::MatrixXd::Zero(9, 9);
   for (const Row& row : rows) {
     if (!row.has_rotation) continue;
     for (int a = 0; a < 3; ++a) {
@@ -110,7 +112,7 @@ bool fit_rotations(const std::vector<Row>& rows, Eigen::Matrix3d& R_base, Eigen:
       }
     }
   }
-  const Eigen::JacobiSVD<Eigen::Matrix<double, 9, 9>> svd(K, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(K, Eigen::ComputeFullU | Eigen::ComputeFullV);
   if (svd.singularValues()[1] > 0.999 * svd.singularValues()[0]) return false;
   Eigen::Matrix3d B =
       Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(svd.matrixU().col(0).eval().data());

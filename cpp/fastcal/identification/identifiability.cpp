@@ -3,10 +3,11 @@
 #include "fastcal/identification/identifiability.hpp"
 
 #include <Eigen/QR>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+
+#include "fastcal/math/decompositions.hpp"
 
 namespace fastcal {
 

@@ -2,8 +2,7 @@
 // SPDX-License-Identifier: MIT
 #include "fastcal/identification/load_response.hpp"
 
-#include <Eigen/SVD>
-
+#include "fastcal/math/decompositions.hpp"
 #include "fastcal/model/settle.hpp"
 
 namespace fastcal {
@@ -30,7 +29,7 @@ std::optional<LoadResponse> load_response(const Problem& problem, const Eigen::V
                                           const std::vector<int>& free, const Eigen::VectorXd& scale,
                                           const Eigen::MatrixXd& factor) {
   if (free.empty()) return std::nullopt;
-  const Eigen::BDCSVD<Eigen::MatrixXd> svd(factor, Eigen::ComputeFullV);
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(factor, Eigen::ComputeFullV);
   const Eigen::VectorXd& s = svd.singularValues();
   LoadResponse out{theta, {}, {}};
   for (Eigen::Index k = 0; k < s.size(); ++k) {

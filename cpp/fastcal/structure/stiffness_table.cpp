@@ -4,13 +4,13 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <set>
 
 #include "fastcal/math/check.hpp"
+#include "fastcal/math/decompositions.hpp"
 
 namespace fastcal {
 namespace {
