@@ -66,6 +66,8 @@ def _drawing(found: PathAccuracy) -> Figure:
     at = found.points
     traces.append(figures.points(along[at], sizes[1][at], figures.AFTER, 7, hover="target at %{x:.4g} mm"))
     key.append(Key("target", figures.AFTER, "point"))
-    drawn = figures.layout("along the path (mm)", "error of the tool (mm), logarithmic", yaxis={"type": "log"})
+    drawn = figures.layout(
+        "along the path (mm)", "error of the tool (mm), logarithmic", yaxis={"type": "log", "exponentformat": "power"}
+    )
     alt = "Distance of the tool from its place along the path, on a logarithmic axis, without and with compensation."
     return Figure("path", "Error along the path", alt, traces, drawn, columns=6, height=380, key=key)
