@@ -97,9 +97,11 @@ class Arm:
         if self.robot.joint_types != ["revolute"] * 6:
             return False
         axes = _Axes(self.robot, np.full((1, 6), 0.3))
-        (_, z2, z3, z4, z5, _), (_, _, _, p4, p5, _) = axes.z[0], axes.p[0]
+        (_, z2, z3, z4, z5, z6), (_, _, _, p4, p5, _) = axes.z[0], axes.p[0]
         across = np.cross(z4, z5)
-        if np.linalg.norm(np.cross(z2, z3)) > PARALLEL or np.linalg.norm(across) < PARALLEL:
+        if np.linalg.norm(np.cross(z2, z3)) > PARALLEL:
+            return False
+        if min(np.linalg.norm(across), np.linalg.norm(np.cross(z5, z6))) < PARALLEL:
             return False
         apart = abs((p5 - p4) @ across) / np.linalg.norm(across)
         return bool(apart < MEETING * self.robot.reach)
