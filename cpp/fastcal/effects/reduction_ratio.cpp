@@ -4,6 +4,9 @@
 // Reduction ratio: joint j turns by k_j times what its motor's position says, error = k_j - 1. With nominal coupling c,
 //   q_j += error (q_j - sum_m c_jm q_m),   q_i += c_ij error q_j   for every joint i that j drives.
 // Source: SIASUN SR210D paper, equations 13 to 15, mended as docs/effects/reduction_ratio.md says.
+#include <utility>
+#include <vector>
+
 #include "fastcal/effects/owners.hpp"
 
 namespace fastcal {
@@ -13,10 +16,15 @@ class ReductionRatio : public LinearEffect {
  public:
   ReductionRatio(const RobotModel& robot, const std::string& owner, const Options& options)
       : joint_(owner_index("reduction_ratio", "joint", owner, robot.joint_count())),
-        types_(robot.description().joint_types),
-        coupling_(robot.description().coupling),
+        motion_(joint_motion(robot.description().joint_types, joint_, 1)),
         parameters_{{owner, "error", "1", 1e-3, "relative error of the reduction ratio, k - 1"}} {
     check_options("reduction_ratio", options, {});
+    const RobotDescription& arm = robot.description();
+    for (int i = 0; i < robot.joint_count(); ++i) {
+      if (arm.coupling(joint_, i) != 0) drivers_.push_back({i, arm.coupling(joint_, i)});
+      if (arm.coupling(i, joint_) != 0)
+        driven_.push_back({i, joint_motion(arm.joint_types, i, arm.coupling(i, joint_))});
+    }
   }
 
   const std::vector<Parameter>& parameters() const override { return parameters_; }
@@ -24,18 +32,16 @@ class ReductionRatio : public LinearEffect {
 
   void basis(const State& state, TwistColumns& columns) const override {
     double own = state.q[joint_];
-    for (int m = 0; m < static_cast<int>(types_.size()); ++m) own -= coupling_(joint_, m) * state.q[m];
-    columns.push_back({0, joint_frame(joint_), joint_motion(types_, joint_, own)});
-    for (int i = 0; i < static_cast<int>(types_.size()); ++i) {
-      if (coupling_(i, joint_) != 0)
-        columns.push_back({0, joint_frame(i), joint_motion(types_, i, coupling_(i, joint_) * state.q[joint_])});
-    }
+    for (const auto& [joint, coupling] : drivers_) own -= coupling * state.q[joint];
+    columns.push_back({0, joint_frame(joint_), motion_ * own});
+    for (const auto& [joint, motion] : driven_) columns.push_back({0, joint_frame(joint), motion * state.q[joint_]});
   }
 
  private:
   int joint_;
-  std::vector<JointType> types_;
-  Eigen::MatrixXd coupling_;
+  Vector6d motion_;
+  std::vector<std::pair<int, double>> drivers_;   // what turns this joint, and by how much
+  std::vector<std::pair<int, Vector6d>> driven_;  // what it turns
   std::vector<Parameter> parameters_;
 };
 

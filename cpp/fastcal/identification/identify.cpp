@@ -42,6 +42,11 @@ Eigen::VectorXd at(const Eigen::VectorXd& values, const std::vector<int>& indice
   return out;
 }
 
+/// The triangle of the QR factorization.
+Eigen::MatrixXd triangle(const Eigen::MatrixXd& M) {
+  return Eigen::HouseholderQR<Eigen::MatrixXd>(M).matrixQR().topRows(M.cols()).triangularView<Eigen::Upper>();
+}
+
 /// Rows of a prior under the triangular factor, so that the gauge and the covariance see it like data.
 Eigen::MatrixXd with_priors(const Eigen::MatrixXd& R, const std::vector<int>& asked, const Eigen::VectorXd& scale,
                             const Limits& limits) {
@@ -53,7 +58,7 @@ Eigen::MatrixXd with_priors(const Eigen::MatrixXd& R, const std::vector<int>& as
     const double sigma = limits.prior_sigma[asked[static_cast<std::size_t>(k)]];
     if (std::isfinite(sigma)) stacked(p + k, k) = scale[k] / sigma;
   }
-  return Eigen::HouseholderQR<Eigen::MatrixXd>(stacked).matrixQR().topRows(p).triangularView<Eigen::Upper>();
+  return triangle(stacked);
 }
 
 /// The work of identify(), step by step.
@@ -91,7 +96,7 @@ class Identifier {
 
   Identification run() {
     bring_to_equilibrium();
-    const auto measured = counts(residuals(problem_, theta_));
+    const auto measured = counts(left());
     numbers_ = static_cast<double>(std::accumulate(measured.begin(), measured.end(), Eigen::Index{0}));
     kinds_ = std::count_if(measured.begin(), measured.end(), [](Eigen::Index count) { return count > 0; });
     if (numbers_ == 0) return too_few("nothing was measured in any row");
@@ -120,9 +125,9 @@ class Identifier {
 
   /// Numbers that the fit uses up: the free parameters, less what their priors give, |J R^-1|^2 with R^T R = J^T J +
   /// priors.
-  double spent() const {
+  double spent() {
     if (!has_priors()) return static_cast<double>(free_.size());
-    const Eigen::MatrixXd J = triangular_factor(problem_, theta_, free_, free_scale_, tau_, nullptr);
+    const Eigen::MatrixXd J = free_factor();
     const Eigen::MatrixXd R = with_priors(J, free_, free_scale_, limits_);
     return R.transpose().triangularView<Eigen::Lower>().solve(J.transpose()).squaredNorm();
   }
@@ -143,11 +148,24 @@ class Identifier {
     return theta;
   }
 
-  /// What the gauge is chosen by.
-  Eigen::MatrixXd factor() const {
-    return with_priors(triangular_factor(problem_, unbent(), asked_, scale_, tau_, nullptr), asked_, scale_,
-                       options_.limits);
+  /// Triangular factor of all that was asked for, found once.
+  const Eigen::MatrixXd& asked_factor(const Eigen::VectorXd& theta) {
+    if (factor_.size() == 0 || factor_at_ != theta || factor_tau_ != tau_) {
+      factor_ = triangular_factor(problem_, theta, asked_, scale_, tau_, nullptr);
+      factor_at_ = theta;
+      factor_tau_ = tau_;
+    }
+    return factor_;
   }
+
+  /// The same of the free ones, at theta.
+  Eigen::MatrixXd free_factor() {
+    const Eigen::MatrixXd& R = asked_factor(theta_);
+    return triangle(R(Eigen::all, gauge_.free));
+  }
+
+  /// What the gauge is chosen by.
+  Eigen::MatrixXd factor() { return with_priors(asked_factor(unbent()), asked_, scale_, options_.limits); }
 
   /// All asked parameters under weak priors (30 plausible sizes) and Huber's loss: a start near the solution whatever
   /// the data can't tell.
@@ -167,7 +185,7 @@ class Identifier {
     for (int round = 0; round < 6; ++round) {
       // Few steps a round: this is a start, and the next round weights the rows anew.
       const Solution solution =
-          solve(problem_, theta_, asked_, scale_, {tau_, LossKind::kHuber}, weak, {Method::kLeastSquares, 3});
+          solve(problem_, theta_, asked_, scale_, {tau_, LossKind::kHuber}, weak, {Method::kLeastSquares, 3, 0.1});
       theta_ = solution.theta;
       bring_to_equilibrium();
       const CommonNoise before = tau_;
@@ -176,11 +194,20 @@ class Identifier {
     }
   }
 
+  /// Residuals at theta, found once.
+  const RowMatrixXd& left() const {
+    if (left_.rows() == 0 || left_at_ != theta_) {
+      left_ = residuals(problem_, theta_);
+      left_at_ = theta_;
+    }
+    return left_;
+  }
+
   enum class NoiseRule { kMedian, kMean, kClean };
 
   /// Noise common to all rows, by kind, for the residuals at theta.
   CommonNoise noise(NoiseRule rule, LossKind loss) const {
-    const RowMatrixXd r = residuals(problem_, theta_);
+    const RowMatrixXd& r = left();
     CommonNoise out = kNoiseFloor;
     for (std::size_t k = 0; k < out.size(); ++k) {
       const std::vector<KindRow> rows = rows_of_kind(problem_, r, static_cast<int>(k));
@@ -221,14 +248,23 @@ class Identifier {
     if (problem_.model.needs() != kNothing)
       settle(problem_.model, theta_.head(problem_.model.parameter_count()), problem_.threads, settled_);
     if (response_) response_->origin = theta_;
+    forget();
+  }
+
+  /// Loads have moved: what was found before no longer holds.
+  void forget() {
+    left_.resize(0, 0);
+    factor_.resize(0, 0);
   }
 
   /// Finds along which directions the loads' own change counts, from here on.
   void follow_loads() {
     if ((problem_.model.needs() & kLoads) == 0) return;
     problem_.response = nullptr;
+    forget();
     response_ = load_response(problem_, theta_, asked_, scale_, factor());
     if (response_) problem_.response = &*response_;
+    forget();
   }
 
   /// Solves at fixed loads, brings the loads to the equilibrium of what was found, and again until parameters and noise
@@ -305,6 +341,7 @@ class Identifier {
     out_.message = message;
     theta_ = start_;
     free_.clear();
+    gauge_.free.clear();
     gauge_.held.resize(asked_.size());
     std::iota(gauge_.held.begin(), gauge_.held.end(), 0);
     gauge_.directions.resize(0, 0);
@@ -317,9 +354,7 @@ class Identifier {
     out_.theta = theta_;
     out_.free = free_;
     for (const int k : gauge_.held) out_.held.push_back(asked_[static_cast<std::size_t>(k)]);
-    out_.rank = has_priors()
-                    ? choose_gauge(triangular_factor(problem_, unbent(), asked_, scale_, tau_, nullptr), hold_).rank
-                    : gauge_.rank;
+    out_.rank = has_priors() ? choose_gauge(asked_factor(unbent()), hold_).rank : gauge_.rank;
     std::vector<Parameter> asked_parameters;
     for (const int index : asked_) asked_parameters.push_back(out_.parameters[static_cast<std::size_t>(index)]);
     out_.unidentifiable = describe_directions(gauge_, asked_parameters);
@@ -332,7 +367,7 @@ class Identifier {
       }
       out_.unidentifiable_parts.push_back(std::move(parts));
     }
-    out_.residuals = residuals(problem_, theta_);
+    out_.residuals = left();
     out_.weights = row_weights(problem_, out_.residuals, {tau_, loss_});
     out_.tau = tau_;
     out_.degrees_of_freedom = static_cast<int>(std::lround(numbers_ - spent()));
@@ -391,7 +426,7 @@ class Identifier {
   void covariance() {
     const auto p = static_cast<Eigen::Index>(free_.size());
     if (p == 0) return;
-    Eigen::MatrixXd R = triangular_factor(problem_, theta_, free_, free_scale_, tau_, nullptr);
+    Eigen::MatrixXd R = free_factor();
     // Rows that measure nothing carry no information and are not in R; rows with weight 0 are in it, and A below counts
     // them out.
     const LossKind used = options_.solver.method == Method::kBfgsMeanDistance ? LossKind::kDistance : loss_;
@@ -409,6 +444,11 @@ class Identifier {
   std::vector<int> asked_;
   Eigen::VectorXd start_, theta_, scale_, hold_, free_scale_;
   Limits limits_;
+  mutable RowMatrixXd left_;  // residuals at left_at_; empty where the loads have moved since
+  mutable Eigen::VectorXd left_at_;
+  Eigen::MatrixXd factor_;  // of asked_, at factor_at_ and factor_tau_; empty where the loads have moved since
+  Eigen::VectorXd factor_at_;
+  CommonNoise factor_tau_{};
   CommonNoise tau_{};
   CommonNoise tuned_{};  // the noise before the last step of fine_fit, which leaves the outliers out
   LossKind loss_ = LossKind::kNone;

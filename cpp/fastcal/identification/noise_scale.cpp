@@ -8,18 +8,37 @@
 namespace fastcal {
 namespace {
 
-/// The tau at which a falling function crosses 1, at least `floor`; by bisection on a logarithmic scale.
+/// The tau at which a falling function crosses 1, at least `floor`: false position on logarithmic scales, where a plain
+/// variance is a straight line, with the Illinois rule (M. Dowell, P. Jarratt 1971).
 template <typename F>
 double crossing(const F& ratio, double floor, double guess) {
-  if (!(ratio(floor) > 1)) return floor;
-  double low = floor;
-  double high = std::max(guess, floor) * 2;
-  while (ratio(high) > 1) high *= 4;
-  for (int i = 0; i < 60; ++i) {
-    const double middle = std::sqrt(low * high);
-    (ratio(middle) > 1 ? low : high) = middle;
+  const auto height = [&](double x) { return std::log(ratio(std::exp(x))); };
+  double low = std::log(floor);
+  double above = height(low);
+  if (!(above > 0)) return floor;
+  double high = std::log(std::max(guess, floor) * 2);
+  double below = height(high);
+  while (below > 0) {
+    low = high;
+    above = below;
+    high += std::log(4.0);
+    below = height(high);
   }
-  return high;
+  double x = high;
+  double y = below;
+  for (int i = 0; i < 100 && y != 0; ++i) {
+    // Where the function is 0, its logarithm leads nowhere.
+    const double next = std::isinf(below) ? 0.5 * (low + high) : high - below * (high - low) / (below - above);
+    if (std::abs(next - x) <= 1e-16 * std::abs(x)) break;
+    const double there = height(next);
+    const bool again = (y > 0) == (there > 0);
+    x = next;
+    y = there;
+    (y > 0 ? low : high) = x;
+    (y > 0 ? above : below) = y;
+    if (again) (y > 0 ? below : above) *= 0.5;
+  }
+  return std::exp(x);
 }
 
 bool nothing_claimed(const std::vector<KindRow>& rows) {

@@ -4,10 +4,13 @@
 
 #include <ceres/ceres.h>
 
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <string>
 #include <utility>
 
 namespace fastcal {
@@ -68,6 +71,27 @@ class Reduced {
   mutable NormalEquations last_;
 };
 
+/// P^T L D L^T P = A; pivots that are nothing beside the largest are left out.
+struct Root {
+  explicit Root(const NormalEquations& sums) : factor(sums.A), turned(factor.transpositionsP() * sums.g) {
+    const double floor = 1e-13 * std::max(factor.vectorD().maxCoeff(), 0.0);
+    diagonal = factor.vectorD().unaryExpr([floor](double d) { return d > floor ? std::sqrt(d) : 0.0; });
+    factor.matrixL().solveInPlace(turned);
+    turned = (diagonal.array() > 0).select(turned.array() / diagonal.array(), 0);
+  }
+
+  /// To where the quadratic has its minimum.
+  Eigen::VectorXd step() const {
+    Eigen::VectorXd x = (diagonal.array() > 0).select(-turned.array() / diagonal.array(), 0);
+    factor.matrixU().solveInPlace(x);
+    return factor.transpositionsP().transpose() * x;
+  }
+
+  Eigen::LDLT<Eigen::MatrixXd> factor;
+  Eigen::VectorXd diagonal;  // root of D, 0 for what is left out
+  Eigen::VectorXd turned;    // D^-1/2 L^-1 P g: as long as the step, in standard deviations
+};
+
 /// The root of the normal equations as a Ceres cost function.
 class RootCost : public ceres::CostFunction {
  public:
@@ -83,27 +107,42 @@ class RootCost : public ceres::CostFunction {
     const NormalEquations& sums = reduced_.at(parameters[0], true);
     if (!std::isfinite(sums.cost) || !sums.A.allFinite()) return false;
     const Eigen::Index p = reduced_.size();
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(sums.A);
-    const double floor = 1e-13 * std::max(eigen.eigenvalues()[p - 1], 0.0);
-    const Eigen::VectorXd root =
-        eigen.eigenvalues().unaryExpr([floor](double d) { return d > floor ? std::sqrt(d) : 0.0; });
-    const Eigen::VectorXd turned = eigen.eigenvectors().transpose() * sums.g;
-    double squared = 0;
-    for (Eigen::Index k = 0; k < p; ++k) {
-      r[k] = root[k] > 0 ? turned[k] / root[k] : 0;
-      squared += r[k] * r[k];
-    }
-    r[p] = std::sqrt(std::max(0.0, 2 * sums.cost - squared));
+    const Root root(sums);
+    left_ = root.turned.squaredNorm();
+    Eigen::Map<Eigen::VectorXd>(r, p) = root.turned;
+    r[p] = std::sqrt(std::max(0.0, 2 * sums.cost - left_));
     if (jacobians != nullptr && jacobians[0] != nullptr) {
       Eigen::Map<RowMatrixXd> J(jacobians[0], p + 1, p);
-      J.topRows(p) = root.asDiagonal() * eigen.eigenvectors().transpose();
+      const Eigen::MatrixXd L = root.factor.matrixL();
+      J.topRows(p) = (root.factor.transpositionsP().transpose() * (L * root.diagonal.asDiagonal()).eval()).transpose();
       J.row(p).setZero();
     }
     return true;
   }
 
+  /// Squared length of the Gauss-Newton step from where it was evaluated last, in standard deviations at unit noise.
+  double left() const { return left_; }
+
  private:
   const Reduced& reduced_;
+  mutable double left_ = 0;
+};
+
+/// Ends the search where the step that is left is too short for the cost to tell: beyond, rounding accepts and refuses.
+class NothingLeft : public ceres::IterationCallback {
+ public:
+  NothingLeft(const RootCost& cost, double settled) : cost_(cost), settled_(settled) {}
+
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
+    reached_ = summary.step_is_successful && cost_.left() <= settled_ * settled_;
+    return reached_ ? ceres::SOLVER_TERMINATE_SUCCESSFULLY : ceres::SOLVER_CONTINUE;
+  }
+  bool reached() const { return reached_; }
+
+ private:
+  const RootCost& cost_;
+  double settled_;
+  bool reached_ = false;
 };
 
 /// The cost of the PMC paper as a function of y, x = T y: the root of the mean squared whitened distance, or with
@@ -142,24 +181,29 @@ double step_left(const Reduced& reduced, const double* x) {
 }
 
 void solve_least_squares(const Reduced& reduced, const std::vector<int>& free, const Eigen::VectorXd& theta_0,
-                         const Eigen::VectorXd& scale, const Limits& limits, int max_iterations, Eigen::VectorXd& x,
-                         Solution& out) {
+                         const Eigen::VectorXd& scale, const Limits& limits, const SolverOptions& asked,
+                         Eigen::VectorXd& x, Solution& out) {
   RootCost cost(reduced);
+  NothingLeft nothing_left(cost, asked.settled);
   ceres::Problem::Options ownership;
   ownership.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   ceres::Problem problem(ownership);
   problem.AddResidualBlock(&cost, nullptr, x.data());
+  constexpr double kFar = std::numeric_limits<double>::infinity();
+  Eigen::ArrayXd low = Eigen::ArrayXd::Constant(x.size(), -kFar);
+  Eigen::ArrayXd high = Eigen::ArrayXd::Constant(x.size(), kFar);
   for (Eigen::Index k = 0; limits.lower.size() > 0 && k < x.size(); ++k) {
     const int index = free[static_cast<std::size_t>(k)];
-    const double low = (limits.lower[index] - theta_0[index]) / scale[k];
-    const double high = (limits.upper[index] - theta_0[index]) / scale[k];
-    x[k] = std::clamp(x[k], low, high);  // Ceres refuses a start outside
-    if (std::isfinite(low)) problem.SetParameterLowerBound(x.data(), static_cast<int>(k), low);
-    if (std::isfinite(high)) problem.SetParameterUpperBound(x.data(), static_cast<int>(k), high);
+    low[k] = (limits.lower[index] - theta_0[index]) / scale[k];
+    high[k] = (limits.upper[index] - theta_0[index]) / scale[k];
+    x[k] = std::clamp(x[k], low[k], high[k]);  // Ceres refuses a start outside
+    if (std::isfinite(low[k])) problem.SetParameterLowerBound(x.data(), static_cast<int>(k), low[k]);
+    if (std::isfinite(high[k])) problem.SetParameterUpperBound(x.data(), static_cast<int>(k), high[k]);
   }
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_QR;
-  options.max_num_iterations = max_iterations;
+  options.max_num_iterations = asked.max_iterations;
+  options.callbacks.push_back(&nothing_left);
   options.function_tolerance = 1e-14;
   options.gradient_tolerance = 1e-12;
   options.parameter_tolerance = 1e-11;
@@ -168,15 +212,24 @@ void solve_least_squares(const Reduced& reduced, const std::vector<int>& free, c
   options.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem, &summary);
+  out.iterations = static_cast<int>(summary.iterations.size());
+  const NormalEquations& end = reduced.at(x.data(), true);
+  out.cost = end.cost;
+  const Root root(end);
+  const Eigen::VectorXd last = x + root.step();
+  if (nothing_left.reached() && (last.array() >= low).all() && (last.array() <= high).all()) {
+    x = last;
+    out.cost -= 0.5 * root.turned.squaredNorm();
+  }
   // A robust loss converges step by step where many parameters meet outliers: the step that is left decides, not how
   // many there were.
   constexpr double kNothingLeft = 1e-3;  // standard deviations
-  out.converged = summary.termination_type == ceres::CONVERGENCE ||
-                  (summary.termination_type == ceres::NO_CONVERGENCE && step_left(reduced, x.data()) < kNothingLeft);
-  out.iterations = static_cast<int>(summary.iterations.size());
-  out.message = summary.termination_type == ceres::NO_CONVERGENCE && out.converged
-                    ? "the step that is left is below 0.001 standard deviations"
-                    : summary.message;
+  const bool ended = summary.termination_type == ceres::NO_CONVERGENCE;
+  const bool near = nothing_left.reached() || (ended && step_left(reduced, x.data()) < kNothingLeft);
+  out.converged = near || summary.termination_type == ceres::CONVERGENCE;
+  out.message =
+      near ? "the step that is left is below " + std::string(ended ? "0.001" : "0.00001") + " standard deviations"
+           : summary.message;
 }
 
 void solve_bfgs(const Reduced& reduced, double rows, bool of_distance, int max_iterations, Eigen::VectorXd& x,
@@ -205,7 +258,8 @@ void solve_bfgs(const Reduced& reduced, double rows, bool of_distance, int max_i
   // It ends where the cost no longer changes in double precision, which Ceres reports as a failed line search: judged
   // by the step that is left.
   const double left = step_left(reduced, x.data());
-  out.converged = left < 1e-4 * std::sqrt(1 + 2 * reduced.at(x.data(), true).cost);
+  out.cost = reduced.at(x.data(), true).cost;
+  out.converged = left < 1e-4 * std::sqrt(1 + 2 * out.cost);
   out.message = "BFGS: " + summary.message;
 }
 
@@ -239,6 +293,7 @@ void solve_inside(const Problem& problem, const Reduced& reduced, const std::vec
     const auto i = static_cast<Eigen::Index>(k);
     x[i] = (rest.theta[free[k]] - start[free[k]]) / scale[i];
   }
+  out.cost = rest.cost;
   out.converged = rest.converged;
   out.iterations += rest.iterations;
   out.message = rest.message;
@@ -255,17 +310,17 @@ Solution solve(const Problem& problem, const Eigen::VectorXd& theta_0, const std
   const Reduced reduced(problem, theta_0, free, scale, used, limits);
   Eigen::VectorXd x = Eigen::VectorXd::Zero(reduced.size());
   if (free.empty()) {
+    out.cost = reduced.at(x.data(), false).cost;
     out.converged = true;
     out.message = "nothing to identify";
   } else if (options.method == Method::kLeastSquares) {
-    solve_least_squares(reduced, free, theta_0, scale, limits, options.max_iterations, x, out);
+    solve_least_squares(reduced, free, theta_0, scale, limits, options, x, out);
     solve_inside(problem, reduced, free, scale, weighting, limits, options, x, out);
   } else {
     solve_bfgs(reduced, static_cast<double>(problem.row_count()), options.method == Method::kBfgsMeanDistance,
                options.max_iterations, x, out);
   }
   out.theta = reduced.theta(x.data());
-  out.cost = reduced.at(x.data(), true).cost;
   return out;
 }
 

@@ -33,6 +33,7 @@ enum class Method {
 struct SolverOptions {
   Method method = Method::kLeastSquares;
   int max_iterations = 100;
+  double settled = 1e-5;  ///< standard deviations at unit noise: a step that is no longer is the last
 };
 
 struct Solution {

@@ -18,24 +18,20 @@ constexpr Eigen::Index kChunkRows = 128;  // a chunk's Jacobian stays in the sec
 
 inline Eigen::Index chunk_count(Eigen::Index rows) { return (rows + kChunkRows - 1) / kChunkRows; }
 
-/// Calls body(chunk, begin, end) for every chunk of [0, rows); rethrows the first exception.
-template <typename Body>
-void parallel_chunks(Eigen::Index rows, int threads, const Body& body) {
+/// Calls body(worker, chunk, begin, end) for every chunk of [0, rows), worker = make() one a thread; rethrows the first
+/// exception.
+template <typename Make, typename Body>
+void parallel_chunks(Eigen::Index rows, int threads, const Make& make, const Body& body) {
   const Eigen::Index chunks = chunk_count(rows);
-  const auto one = [&](Eigen::Index chunk) {
-    body(chunk, chunk * kChunkRows, std::min(rows, (chunk + 1) * kChunkRows));
-  };
   const int workers = static_cast<int>(std::min<Eigen::Index>(std::max(threads, 1), chunks));
-  if (workers <= 1) {
-    for (Eigen::Index chunk = 0; chunk < chunks; ++chunk) one(chunk);
-    return;
-  }
   std::atomic<Eigen::Index> next{0};
   std::exception_ptr failure;
   std::mutex guard;
   const auto work = [&] {
     try {
-      for (Eigen::Index chunk = next++; chunk < chunks; chunk = next++) one(chunk);
+      auto worker = make();
+      for (Eigen::Index chunk = next++; chunk < chunks; chunk = next++)
+        body(worker, chunk, chunk * kChunkRows, std::min(rows, (chunk + 1) * kChunkRows));
     } catch (...) {
       const std::lock_guard<std::mutex> lock(guard);
       if (!failure) failure = std::current_exception();
@@ -43,9 +39,17 @@ void parallel_chunks(Eigen::Index rows, int threads, const Body& body) {
   };
   std::vector<std::thread> pool;
   for (int i = 1; i < workers; ++i) pool.emplace_back(work);
-  work();
+  if (chunks > 0) work();
   for (std::thread& thread : pool) thread.join();
   if (failure) std::rethrow_exception(failure);
+}
+
+/// The same for bodies that need nothing of their own: body(chunk, begin, end).
+template <typename Body>
+void parallel_chunks(Eigen::Index rows, int threads, const Body& body) {
+  parallel_chunks(
+      rows, threads, [] { return 0; },
+      [&body](int, Eigen::Index chunk, Eigen::Index begin, Eigen::Index end) { body(chunk, begin, end); });
 }
 
 }  // namespace fastcal

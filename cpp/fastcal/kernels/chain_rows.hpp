@@ -1,0 +1,49 @@
+// SPDX-FileCopyrightText: 2026 The fastcal authors
+// SPDX-License-Identifier: MIT
+//
+// The chain in many postures side by side: poses of its frames, and what small twists of them do to measured numbers.
+// Plain arrays only, compiled for the instruction sets chosen from at run time. Rows come in groups of kGroup; arrays
+// "by row" are `stride` long, a multiple of kGroup, whose tail beyond the rows is computed, finite and unheard.
+#pragma once
+
+namespace fastcal::kernels {
+
+constexpr int kGroup = 8;
+constexpr int kPoseNumbers = 12;  // a rotation, column by column, and a position
+constexpr int kNumbers = 7;       // that a row may hold at most
+
+/// T_f = T_(f-1) C Tz(slide) Rz(turn) M; each of the last three by row, null where there is none.
+struct FrameRows {
+  double constant[kPoseNumbers];  ///< C
+  const double* slide;            ///< [m]
+  const double* turn;             ///< [rad]
+  const double* motion;           ///< (kPoseNumbers, stride)
+};
+
+/// Poses of all frames: (stride / kGroup, frames, kPoseNumbers, kGroup).
+void forward_rows(const FrameRows* frames, int frame_count, int stride, double* poses);
+
+/// One parameter's twist of one frame, in the axes of the frame.
+struct TwistRows {
+  int frame;             ///< -1: the measuring frame
+  double scale;          ///< the column is scale times the derivative
+  double xi[6];          ///< [v; w], the same in all rows
+  const double* by_row;  ///< (6, stride) instead of xi; or null
+  unsigned parts;        ///< bit k: part k of the twist is not 0 in all rows
+  double* column;        ///< (numbers, stride): what it does to each number
+  bool adds;             ///< to what is there
+};
+
+/// What was measured: three coordinates of the tool or none, then `others`.
+struct NumberRows {
+  bool position;
+  int others;
+  const double* factor;  ///< (numbers, stride) by which each number is multiplied
+  const double* slope;   ///< (others, 6, stride) d number / d [v; w] of the tool, axes of the measuring frame
+};
+
+/// Columns of the Jacobian; `twists` in the order of their frames.
+void twist_columns(const double* poses, int frame_count, int stride, const TwistRows* twists, int twist_count,
+                   const NumberRows& numbers);
+
+}  // namespace fastcal::kernels

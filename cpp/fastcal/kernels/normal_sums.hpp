@@ -1,0 +1,18 @@
+// SPDX-FileCopyrightText: 2026 The fastcal authors
+// SPDX-License-Identifier: MIT
+//
+// What least squares makes of a block of rows: its Gram matrix, or the triangle of its QR factorization. Plain arrays
+// only, compiled for the instruction sets chosen from at run time. A block is stored column by column, `ld` apart; its
+// rows are a multiple of kGroup.
+#pragma once
+
+namespace fastcal::kernels {
+
+/// Upper triangle of B^T B, column by column into `A` (columns x columns).
+void gram(const double* block, int ld, int rows, int columns, double* A);
+
+/// R <- upper triangle of the QR factorization of [R; B] by Householder's reflections; R (columns x columns) column by
+/// column. The block is lost.
+void update_triangle(double* block, int ld, int rows, int columns, double* R);
+
+}  // namespace fastcal::kernels

@@ -1,0 +1,95 @@
+// SPDX-FileCopyrightText: 2026 The fastcal authors
+// SPDX-License-Identifier: MIT
+//
+// What RowEvaluator does row by row, for a chunk of rows side by side: effects are asked row by row, the chain and the
+// columns of its Jacobian are one kernel's work.
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include "fastcal/kernels/chain_rows.hpp"
+#include "fastcal/model/error_model.hpp"
+
+namespace fastcal {
+
+/// Numbers at addresses that a vector register likes.
+class AlignedNumbers {
+ public:
+  /// At least `count` of them; what was there is lost where they were fewer.
+  double* resize(Eigen::Index count) {
+    const auto lines = static_cast<std::size_t>(count + 7) / 8;
+    if (lines_.size() < lines) lines_ = std::vector<Line>(lines);
+    return data();
+  }
+  double* data() { return lines_.empty() ? nullptr : lines_.front().value; }
+  const double* data() const { return lines_.empty() ? nullptr : lines_.front().value; }
+
+ private:
+  struct alignas(64) Line {
+    double value[8] = {};
+  };
+  std::vector<Line> lines_;
+};
+
+/// Evaluates an ErrorModel at one parameter vector; one a thread.
+class RowBlock {
+ public:
+  /// `free`: the parameters whose columns are wanted, `scale` by what each is multiplied.
+  RowBlock(const ErrorModel& model, const Eigen::Ref<const Eigen::VectorXd>& theta, const std::vector<int>& free,
+           const Eigen::VectorXd& scale);
+
+  /// Brings the frames of rows begin ... end - 1 up to date; twists of effects too where columns will be asked for.
+  void forward(const Samples& samples, Eigen::Index begin, Eigen::Index end, bool with_columns);
+
+  /// Rows of every array, a multiple of kernels::kGroup.
+  int stride() const { return stride_; }
+  /// Part k of the tool's position, or of a frame's pose (kernels::kPoseNumbers), in row i of the block.
+  double position(int i, int k) const { return pose_part(frame_count() - 1, i, 9 + k); }
+  Pose tool(int i) const;
+
+  /// Columns of `free` in `block`, `ld` apart: d number / d parameter by factor and scale, (numbers, stride) each; 0
+  /// for parameters that are not the model's.
+  void jacobian(const kernels::NumberRows& numbers, double* block, int ld);
+
+ private:
+  /// One parameter's twist of one frame by an effect.
+  struct EffectTwist {
+    int parameter, frame;
+    unsigned parts;
+    AlignedNumbers xi;  // (6, stride)
+  };
+
+  int frame_count() const { return chain_.frame_count(); }
+  double pose_part(int frame, int i, int k) const {
+    return poses_.data()[((i / kernels::kGroup * frame_count() + frame) * kernels::kPoseNumbers + k) * kernels::kGroup +
+                         i % kernels::kGroup];
+  }
+  void ask_effects(const Samples& samples, Eigen::Index begin, Eigen::Index end, bool with_columns);
+  void keep(const TwistColumns& columns, int i);
+  Vector6d frame_twist(int frame, int i) const {
+    return Eigen::Map<const Vector6d, 0, Eigen::InnerStride<>>(frame_xi_[static_cast<std::size_t>(frame)].data() + i,
+                                                               Eigen::InnerStride<>(stride_));
+  }
+  /// exp of the twists of a frame that does not only turn about z.
+  void general_motion(int frame, int rows);
+  /// Puts the right Jacobian before the columns: exp(xi + d) = exp(xi) exp(J_r d), exact at any size of the twist. It
+  /// is 1 where both turn about the same axis.
+  void turn_columns(int frame, int rows);
+
+  const ErrorModel& model_;
+  Eigen::VectorXd theta_;
+  Chain chain_;
+  std::vector<std::pair<int, double>> wanted_;  // of a parameter: its column and scale; scale 0: not wanted
+  std::size_t free_count_;
+  int stride_ = 0;
+  Twists xi_;
+  TwistColumns columns_;
+  std::vector<EffectTwist> twists_;
+  std::vector<bool> moved_, general_;                      // by frame
+  std::vector<AlignedNumbers> frame_xi_, angle_, motion_;  // by frame: (6, stride), (stride), (12, stride)
+  std::vector<kernels::FrameRows> frames_;
+  AlignedNumbers poses_;
+};
+
+}  // namespace fastcal
