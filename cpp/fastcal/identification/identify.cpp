@@ -67,8 +67,9 @@ class Identifier {
   Identifier(const Problem& problem, std::vector<int> asked, const Eigen::Matrix3Xd& anchors,
              const IdentifyOptions& options)
       : settled_(problem.model.needs() == kNothing ? Samples() : problem.samples),
-        problem_{problem.model, problem.model.needs() == kNothing ? problem.samples : settled_, problem.measured,
-                 problem.threads, nullptr},
+        problem_{problem.model,    problem.model.needs() == kNothing ? problem.samples : settled_,
+                 problem.measured, problem.threads,
+                 nullptr,          &memory_},
         options_(options),
         asked_(std::move(asked)) {
     out_.parameters = problem.model.parameters();
@@ -245,8 +246,11 @@ class Identifier {
 
   /// Loads at the present parameters: constant inside a solve, but for their response.
   void bring_to_equilibrium() {
-    if (problem_.model.needs() != kNothing)
+    if (problem_.model.needs() != kNothing) {
       settle(problem_.model, theta_.head(problem_.model.parameter_count()), problem_.threads, settled_);
+      memory_.forget();
+    }
+    memory_.prepare(problem_.row_count());
     if (response_) response_->origin = theta_;
     forget();
   }
@@ -437,7 +441,8 @@ class Identifier {
     out_.covariance = free_scale_.asDiagonal() * inverse * inverse.transpose() * free_scale_.asDiagonal();
   }
 
-  Samples settled_;  // the conditions with loads at the last outer iteration; empty where no effect needs any
+  Samples settled_;     // the conditions with loads at the last outer iteration; empty where no effect needs any
+  TwistMemory memory_;  // what the effects make of the rows, as they are
   Problem problem_;
   std::optional<LoadResponse> response_;
   const IdentifyOptions& options_;

@@ -49,10 +49,10 @@ class WhitenedRows {
   }
 
   /// Residuals and weights before a loss of rows begin ... end - 1.
-  void evaluate(Eigen::Index begin, Eigen::Index end, bool with_jacobian) {
+  void evaluate(Eigen::Index begin, Eigen::Index end) {
     begin_ = begin;
     rows_ = static_cast<int>(end - begin);
-    block_.forward(problem_.samples, begin, end, with_jacobian);
+    block_.forward(problem_.samples, begin, end, problem_.memory);
     const Eigen::Index stride = block_.stride();
     const auto count = static_cast<Eigen::Index>(numbers_.size());
     residual_.resize(count * stride);
@@ -207,7 +207,7 @@ NormalEquations normal_equations(const Problem& problem, const Eigen::VectorXd& 
     parallel_chunks(rows, problem.threads, worker,
                     [&](WhitenedRows& whitened, Eigen::Index chunk, Eigen::Index begin, Eigen::Index end) {
                       const auto c = static_cast<std::size_t>(chunk);
-                      whitened.evaluate(first + begin, first + end, with_jacobian);
+                      whitened.evaluate(first + begin, first + end);
                       for (int i = 0; i < end - begin; ++i) {
                         const RowWeight& row = whitened.weight(i);
                         if (row.components == 0) continue;
@@ -240,7 +240,7 @@ RowMatrixXd residuals(const Problem& problem, const Eigen::VectorXd& theta) {
   const auto worker = [&] { return WhitenedRows(problem, theta, none, scale, {1, 1, 1}); };
   parallel_chunks(problem.row_count(), problem.threads, worker,
                   [&](WhitenedRows& rows, Eigen::Index, Eigen::Index begin, Eigen::Index end) {
-                    rows.evaluate(begin, end, false);
+                    rows.evaluate(begin, end);
                     for (Eigen::Index i = begin; i < end; ++i) rows.raw(static_cast<int>(i - begin), out.row(i));
                   });
   return out;
@@ -270,7 +270,7 @@ Eigen::MatrixXd triangular_factor(const Problem& problem, const Eigen::VectorXd&
   const auto worker = [&] { return WhitenedRows(problem, theta, free, scale, tau); };
   parallel_chunks(problem.row_count(), problem.threads, worker,
                   [&](WhitenedRows& whitened, Eigen::Index chunk, Eigen::Index begin, Eigen::Index end) {
-                    whitened.evaluate(begin, end, true);
+                    whitened.evaluate(begin, end);
                     for (Eigen::Index i = begin; rows != nullptr && i < end; ++i) {
                       if (!((*rows)[static_cast<std::size_t>(i)].weight > 0))
                         whitened.weigh(static_cast<int>(i - begin), 0);

@@ -12,6 +12,7 @@
 #include "fastcal/identification/loss.hpp"
 #include "fastcal/measurement/measurements.hpp"
 #include "fastcal/model/error_model.hpp"
+#include "fastcal/model/twist_table.hpp"
 
 namespace fastcal {
 
@@ -30,6 +31,7 @@ struct Problem {
   const Measurements& measured;
   int threads = 1;
   const LoadResponse* response = nullptr;  ///< none: loads do not move
+  TwistMemory* memory = nullptr;           ///< of these samples, as they are
 
   int parameter_count() const { return model.parameter_count() + 3 * measured.anchor_count; }
   Eigen::Index row_count() const { return samples.count(); }

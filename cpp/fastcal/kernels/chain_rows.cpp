@@ -110,11 +110,12 @@ struct Units {
       if (twist.adds) load(sum[n], twist.column + n * stride + row);
     }
     for (int k = 0; k < 6; ++k) {
-      if (!(twist.parts >> k & 1U)) continue;
-      if (twist.by_row)
-        load(part, twist.by_row + k * stride + row);
-      else
+      if (twist.part[k])
+        load(part, twist.part[k] + row);
+      else if (twist.xi[k] != 0)
         part = Lane{} + twist.xi[k];
+      else
+        continue;
       part *= twist.scale;
       for (int n = 0; n < count; ++n) sum[n] += part * by[k][n];
     }

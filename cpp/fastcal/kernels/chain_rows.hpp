@@ -25,13 +25,12 @@ void forward_rows(const FrameRows* frames, int frame_count, int stride, double* 
 
 /// One parameter's twist of one frame, in the axes of the frame.
 struct TwistRows {
-  int frame;             ///< -1: the measuring frame
-  double scale;          ///< the column is scale times the derivative
-  double xi[6];          ///< [v; w], the same in all rows
-  const double* by_row;  ///< (6, stride) instead of xi; or null
-  unsigned parts;        ///< bit k: part k of the twist is not 0 in all rows
-  double* column;        ///< (numbers, stride): what it does to each number
-  bool adds;             ///< to what is there
+  int frame;              ///< -1: the measuring frame
+  double scale;           ///< the column is scale times the derivative
+  double xi[6];           ///< [v; w], the same in all rows
+  const double* part[6];  ///< by row, instead of xi; null: as xi says
+  double* column;         ///< (numbers, stride): what it does to each number
+  bool adds;              ///< to what is there
 };
 
 /// What was measured: three coordinates of the tool or none, then `others`.

@@ -3,6 +3,7 @@
 #include "fastcal/model/row_block.hpp"
 
 #include <algorithm>
+#include <initializer_list>
 
 #include "fastcal/math/se3.hpp"
 
@@ -34,15 +35,24 @@ RowBlock::RowBlock(const ErrorModel& model, const Eigen::Ref<const Eigen::Vector
     if (free[k] < model.parameter_count())
       wanted_[static_cast<std::size_t>(free[k])] = {static_cast<int>(k), scale[static_cast<Eigen::Index>(k)]};
   }
+  int first = static_cast<int>(model.robot().nominal().size());
+  for (const auto& effect : model.effects()) {
+    if (const auto* linear = dynamic_cast<const LinearEffect*>(effect.get()))
+      linear_.emplace_back(linear, first);
+    else
+      others_.emplace_back(effect.get(), first);
+    first += static_cast<int>(effect->parameters().size());
+  }
   for (std::size_t f = 0; f < frames_.size(); ++f) write(chain_.constants[f], frames_[f].constant, 1);
 }
 
-void RowBlock::forward(const Samples& samples, Eigen::Index begin, Eigen::Index end, bool with_columns) {
-  const auto rows = static_cast<int>(end - begin);
-  stride_ = (rows + kernels::kGroup - 1) / kernels::kGroup * kernels::kGroup;
+void RowBlock::forward(const Samples& samples, Eigen::Index begin, Eigen::Index end, TwistMemory* memory) {
+  rows_ = static_cast<int>(end - begin);
+  stride_ = (rows_ + kernels::kGroup - 1) / kernels::kGroup * kernels::kGroup;
   std::fill(moved_.begin(), moved_.end(), false);
   std::fill(general_.begin(), general_.end(), false);
-  if (!model_.effects().empty()) ask_effects(samples, begin, end, with_columns);
+  if (!linear_.empty()) ask_linear(samples, begin, memory);
+  if (!others_.empty()) ask_others(samples, begin);
   for (int f = 0; f < frame_count(); ++f) {
     const auto k = static_cast<std::size_t>(f);
     kernels::FrameRows& frame = frames_[k];
@@ -55,93 +65,107 @@ void RowBlock::forward(const Samples& samples, Eigen::Index begin, Eigen::Index 
     double* shift = angle + stride_;
     std::fill(angle, angle + 2 * stride_, 0.0);
     const bool revolute = joint && chain_.joint_types[static_cast<std::size_t>(f / 2)] == JointType::kRevolute;
-    for (int i = 0; joint && i < rows; ++i) (revolute ? angle : shift)[i] = samples.q(begin + i, f / 2);
-    for (int i = 0; turned && i < rows; ++i) angle[i] += xi[5 * stride_ + i];
+    for (int i = 0; joint && i < rows_; ++i) (revolute ? angle : shift)[i] = samples.q(begin + i, f / 2);
+    for (int i = 0; turned && i < rows_; ++i) angle[i] += xi[5 * stride_ + i];
     if (revolute || turned) frame.turn = angle;
     if (joint && !revolute) frame.slide = shift;
     if (general_[k]) {
-      general_motion(f, rows);
+      general_motion(f);
       frame.motion = motion_[k].data();
     }
-    if (moved_[k]) turn_columns(f, rows);
   }
   double* poses = poses_.resize(static_cast<Eigen::Index>(frame_count()) * kernels::kPoseNumbers * stride_);
   kernels::forward_rows(frames_.data(), frame_count(), stride_, poses);
 }
 
-void RowBlock::ask_effects(const Samples& samples, Eigen::Index begin, Eigen::Index end, bool with_columns) {
-  for (EffectTwist& twist : twists_) twist.parts = 0;
-  for (Eigen::Index row = begin; row < end; ++row) {
-    const auto i = static_cast<int>(row - begin);
-    const State state = samples.row(row);
+double* RowBlock::move(int frame) {
+  const auto k = static_cast<std::size_t>(frame);
+  double* xi = frame_xi_[k].resize(6 * stride_);
+  if (!moved_[k]) std::fill(xi, xi + 6 * stride_, 0.0);
+  moved_[k] = true;
+  return xi;
+}
+
+void RowBlock::ask_linear(const Samples& samples, Eigen::Index begin, TwistMemory* memory) {
+  TwistMemory::Chunk* known = memory == nullptr ? nullptr : &memory->chunk(begin);
+  table_ = known != nullptr && known->known ? &known->table : &own_table_;
+  if (table_ == &own_table_) {
+    own_table_.clear(stride_);
+    for (int i = 0; i < rows_; ++i) {
+      const State state = samples.row(begin + i);
+      columns_.clear();
+      for (const auto& [effect, first] : linear_) {
+        const std::size_t before = columns_.size();
+        effect->basis(state, columns_);
+        for (std::size_t c = before; c < columns_.size(); ++c) columns_[c].parameter += first;
+      }
+      own_table_.add(columns_, i);
+    }
+    if (known != nullptr && TwistMemory::has_room(own_table_.bytes(), samples.count())) {
+      known->table = own_table_;
+      known->known = true;
+    }
+  }
+  for (const TwistTable::Entry& entry : table_->entries()) {
+    const double theta = theta_[entry.parameter];
+    if (theta == 0) continue;
+    for (int k = 0; k < 6; ++k) {
+      const double* part = entry.part(k, stride_);
+      if (part == nullptr) continue;
+      double* xi = move(entry.frame) + k * stride_;
+      for (int i = 0; i < stride_; ++i) xi[i] += theta * part[i];
+      if (k != 5) general_[static_cast<std::size_t>(entry.frame)] = true;
+    }
+  }
+}
+
+void RowBlock::ask_others(const Samples& samples, Eigen::Index begin) {
+  other_table_.clear(stride_);
+  for (int i = 0; i < rows_; ++i) {
+    const State state = samples.row(begin + i);
     xi_.setZero();
     columns_.clear();
-    int first = static_cast<int>(model_.robot().nominal().size());
-    for (const auto& effect : model_.effects()) {
+    for (const auto& [effect, first] : others_) {
       const std::size_t before = columns_.size();
-      effect->deflect(state, theta_.data() + first, xi_, with_columns ? &columns_ : nullptr);
+      effect->deflect(state, theta_.data() + first, xi_, &columns_);
       for (std::size_t c = before; c < columns_.size(); ++c) columns_[c].parameter += first;
-      first += static_cast<int>(effect->parameters().size());
     }
+    other_table_.add(columns_, i);
     for (int f = 0; f < frame_count(); ++f) {
-      const auto k = static_cast<std::size_t>(f);
       const auto xi = xi_.col(f);
       if (xi.cwiseAbs().sum() == 0) continue;
-      double* to = frame_xi_[k].data();
-      if (!moved_[k]) {
-        to = frame_xi_[k].resize(6 * stride_);
-        std::fill(to, to + 6 * stride_, 0.0);
-        moved_[k] = true;
-      }
-      if (!is_turn_about_z(xi)) general_[k] = true;
-      for (int part = 0; part < 6; ++part) to[part * stride_ + i] = xi[part];
-    }
-    keep(columns_, i);
-  }
-}
-
-void RowBlock::keep(const TwistColumns& columns, int i) {
-  std::size_t at = 0;  // effects give their columns in the same order in most rows
-  for (const Chain::Column& column : columns) {
-    if (wanted_[static_cast<std::size_t>(column.parameter)].first < 0) continue;
-    const auto same = [&column](const EffectTwist& twist) {
-      return twist.parameter == column.parameter && twist.frame == column.frame;
-    };
-    if (at >= twists_.size() || !same(twists_[at]))
-      at = static_cast<std::size_t>(std::find_if(twists_.begin(), twists_.end(), same) - twists_.begin());
-    if (at == twists_.size()) twists_.push_back({column.parameter, column.frame, 0, {}});
-    EffectTwist& twist = twists_[at++];
-    double* xi = twist.xi.resize(6 * stride_);
-    for (int k = 0; k < 6; ++k) {
-      if (column.xi[k] == 0) continue;
-      if ((twist.parts >> k & 1U) == 0) std::fill(xi + k * stride_, xi + (k + 1) * stride_, 0.0);
-      twist.parts |= 1U << k;
-      xi[k * stride_ + i] += column.xi[k];
+      double* to = move(f);
+      for (int part = 0; part < 6; ++part) to[part * stride_ + i] += xi[part];
+      if (!is_turn_about_z(xi)) general_[static_cast<std::size_t>(f)] = true;
     }
   }
 }
 
-void RowBlock::general_motion(int frame, int rows) {
+void RowBlock::general_motion(int frame) {
   const auto k = static_cast<std::size_t>(frame);
   double* motion = motion_[k].resize(kernels::kPoseNumbers * stride_);
   const Pose none;
-  for (int i = 0; i < stride_; ++i) write(i < rows ? exp_se3(frame_twist(frame, i)) : none, motion + i, stride_);
+  for (int i = 0; i < stride_; ++i) write(i < rows_ ? exp_se3(frame_twist(frame, i)) : none, motion + i, stride_);
 }
 
-void RowBlock::turn_columns(int frame, int rows) {
-  constexpr unsigned kTurnAboutZ = 1U << 5;
-  for (EffectTwist& twist : twists_) {
-    const bool same = !general_[static_cast<std::size_t>(frame)] && (twist.parts & ~kTurnAboutZ) == 0;
-    if (twist.frame != frame || twist.parts == 0 || same) continue;
-    for (int part = 0; part < 6; ++part) {
-      double* own = twist.xi.data() + part * stride_;
-      if ((twist.parts >> part & 1U) == 0) std::fill(own, own + stride_, 0.0);
+void RowBlock::turn_twists(int frame, std::vector<kernels::TwistRows*>& twists) {
+  std::vector<double*> to;
+  for (kernels::TwistRows* twist : twists) {
+    turned_.emplace_back();
+    double* parts = turned_.back().resize(6 * stride_);
+    for (int k = 0; k < 6; ++k) {
+      if (twist->part[k] != nullptr) std::copy(twist->part[k], twist->part[k] + stride_, parts + k * stride_);
+      twist->part[k] = parts + k * stride_;
     }
-    twist.parts = 63;
-    for (int i = 0; i < rows; ++i) {
-      Eigen::Map<Vector6d, 0, Eigen::InnerStride<>> own(twist.xi.data() + i, Eigen::InnerStride<>(stride_));
-      const Vector6d here = frame_twist(frame, i);
-      if (!here.isZero(0)) own = (right_jacobian_se3(here) * own).eval();
+    to.push_back(parts);
+  }
+  for (int i = 0; i < rows_; ++i) {
+    const Vector6d here = frame_twist(frame, i);
+    if (here.isZero(0)) continue;
+    const Matrix6d J_r = right_jacobian_se3(here);
+    for (double* parts : to) {
+      Eigen::Map<Vector6d, 0, Eigen::InnerStride<>> xi(parts + i, Eigen::InnerStride<>(stride_));
+      xi = (J_r * xi).eval();
     }
   }
 }
@@ -155,19 +179,38 @@ Pose RowBlock::tool(int i) const {
 
 void RowBlock::jacobian(const kernels::NumberRows& numbers, double* block, int ld) {
   std::vector<kernels::TwistRows> twists;
-  const auto add = [&](int parameter, int frame, const double* xi, const double* by_row, unsigned parts) {
+  const auto add = [&](int parameter, int frame) -> kernels::TwistRows* {
     const auto& [column, scale] = wanted_[static_cast<std::size_t>(parameter)];
-    if (column < 0 || parts == 0) return;
-    kernels::TwistRows twist{frame, scale, {}, by_row, parts, block + static_cast<Eigen::Index>(column) * ld, false};
-    if (xi != nullptr) std::copy(xi, xi + 6, twist.xi);
-    twists.push_back(twist);
+    if (column < 0) return nullptr;
+    return &twists.emplace_back(
+        kernels::TwistRows{frame, scale, {}, {}, block + static_cast<Eigen::Index>(column) * ld, false});
   };
   for (const Chain::Column& column : chain_.columns) {
-    unsigned parts = 0;
-    for (int k = 0; k < 6; ++k) parts |= (column.xi[k] != 0 ? 1U : 0U) << k;
-    add(column.parameter, column.frame, column.xi.data(), nullptr, parts);
+    if (kernels::TwistRows* twist = add(column.parameter, column.frame))
+      std::copy(column.xi.begin(), column.xi.end(), twist->xi);
   }
-  for (const EffectTwist& twist : twists_) add(twist.parameter, twist.frame, nullptr, twist.xi.data(), twist.parts);
+  const std::size_t of_geometry = twists.size();
+  for (const TwistTable* table : std::initializer_list<const TwistTable*>{table_, &other_table_}) {
+    for (const TwistTable::Entry& entry : table->entries()) {
+      if (entry.values.empty()) continue;
+      if (kernels::TwistRows* twist = add(entry.parameter, entry.frame)) {
+        for (int k = 0; k < 6; ++k) twist->part[k] = entry.part(k, stride_);
+      }
+    }
+  }
+  turned_.clear();
+  for (int f = 0; f < frame_count(); ++f) {
+    const auto k = static_cast<std::size_t>(f);
+    if (!moved_[k]) continue;
+    std::vector<kernels::TwistRows*> here;
+    for (std::size_t t = of_geometry; t < twists.size(); ++t) {
+      const auto* part = twists[t].part;
+      // Where both turn about z, the right Jacobian is 1.
+      if (twists[t].frame == f && (general_[k] || std::any_of(part, part + 5, [](const double* x) { return x; })))
+        here.push_back(&twists[t]);
+    }
+    if (!here.empty()) turn_twists(f, here);
+  }
   std::stable_sort(twists.begin(), twists.end(), [](const auto& a, const auto& b) { return a.frame < b.frame; });
   std::vector<bool> written(free_count_);
   for (kernels::TwistRows& twist : twists) {

@@ -10,6 +10,7 @@
 
 #include "fastcal/kernels/chain_rows.hpp"
 #include "fastcal/model/error_model.hpp"
+#include "fastcal/model/twist_table.hpp"
 
 namespace fastcal {
 
@@ -38,9 +39,11 @@ class RowBlock {
   /// `free`: the parameters whose columns are wanted, `scale` by what each is multiplied.
   RowBlock(const ErrorModel& model, const Eigen::Ref<const Eigen::VectorXd>& theta, const std::vector<int>& free,
            const Eigen::VectorXd& scale);
+  RowBlock(const RowBlock&) = delete;
+  RowBlock& operator=(const RowBlock&) = delete;
 
-  /// Brings the frames of rows begin ... end - 1 up to date; twists of effects too where columns will be asked for.
-  void forward(const Samples& samples, Eigen::Index begin, Eigen::Index end, bool with_columns);
+  /// Brings the frames of rows begin ... end - 1 up to date. `memory` (or null) knows these rows, a chunk, from before.
+  void forward(const Samples& samples, Eigen::Index begin, Eigen::Index end, TwistMemory* memory);
 
   /// Rows of every array, a multiple of kernels::kGroup.
   int stride() const { return stride_; }
@@ -53,42 +56,42 @@ class RowBlock {
   void jacobian(const kernels::NumberRows& numbers, double* block, int ld);
 
  private:
-  /// One parameter's twist of one frame by an effect.
-  struct EffectTwist {
-    int parameter, frame;
-    unsigned parts;
-    AlignedNumbers xi;  // (6, stride)
-  };
-
   int frame_count() const { return chain_.frame_count(); }
   double pose_part(int frame, int i, int k) const {
     return poses_.data()[((i / kernels::kGroup * frame_count() + frame) * kernels::kPoseNumbers + k) * kernels::kGroup +
                          i % kernels::kGroup];
   }
-  void ask_effects(const Samples& samples, Eigen::Index begin, Eigen::Index end, bool with_columns);
-  void keep(const TwistColumns& columns, int i);
+  /// The tables of these rows, and the sums of the twists by frame.
+  void ask_linear(const Samples& samples, Eigen::Index begin, TwistMemory* memory);
+  void ask_others(const Samples& samples, Eigen::Index begin);
+  /// Sum of the twists of a frame, (6, stride); marks it as moved.
+  double* move(int frame);
   Vector6d frame_twist(int frame, int i) const {
     return Eigen::Map<const Vector6d, 0, Eigen::InnerStride<>>(frame_xi_[static_cast<std::size_t>(frame)].data() + i,
                                                                Eigen::InnerStride<>(stride_));
   }
   /// exp of the twists of a frame that does not only turn about z.
-  void general_motion(int frame, int rows);
-  /// Puts the right Jacobian before the columns: exp(xi + d) = exp(xi) exp(J_r d), exact at any size of the twist. It
-  /// is 1 where both turn about the same axis.
-  void turn_columns(int frame, int rows);
+  void general_motion(int frame);
+  /// Puts the right Jacobian before the twists of a frame: exp(xi + d) = exp(xi) exp(J_r d), exact at any size.
+  void turn_twists(int frame, std::vector<kernels::TwistRows*>& twists);
 
   const ErrorModel& model_;
   Eigen::VectorXd theta_;
   Chain chain_;
-  std::vector<std::pair<int, double>> wanted_;  // of a parameter: its column and scale; scale 0: not wanted
+  std::vector<std::pair<int, double>> wanted_;  // of a parameter: its column (-1: not wanted) and scale
   std::size_t free_count_;
   int stride_ = 0;
+  int rows_ = 0;
+  std::vector<std::pair<const LinearEffect*, int>> linear_;  // with the places of their first parameters
+  std::vector<std::pair<const Effect*, int>> others_;
   Twists xi_;
   TwistColumns columns_;
-  std::vector<EffectTwist> twists_;
+  TwistTable own_table_, other_table_;
+  const TwistTable* table_ = &own_table_;                  // of the linear effects
   std::vector<bool> moved_, general_;                      // by frame
   std::vector<AlignedNumbers> frame_xi_, angle_, motion_;  // by frame: (6, stride), (stride), (12, stride)
   std::vector<kernels::FrameRows> frames_;
+  std::vector<AlignedNumbers> turned_;  // twists behind their right Jacobians, (6, stride)
   AlignedNumbers poses_;
 };
 
