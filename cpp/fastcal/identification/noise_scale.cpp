@@ -3,6 +3,7 @@
 #include "fastcal/identification/noise_scale.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace fastcal {
@@ -49,13 +50,18 @@ bool nothing_claimed(const std::vector<KindRow>& rows) {
 }  // namespace
 
 std::vector<KindRow> rows_of_kind(const Problem& problem, const RowMatrixXd& r, int kind) {
+  const Measurements& measured = problem.measured;
+  const std::array<Eigen::Index, kKinds> numbers{measured.position.size(), measured.rotation.size(),
+                                                 measured.distance.size()};
   std::vector<KindRow> out;
+  if (numbers[static_cast<std::size_t>(kind)] == 0) return out;
+  out.reserve(static_cast<std::size_t>(r.rows()));
   for (Eigen::Index i = 0; i < r.rows(); ++i) {
     KindRow row;
     for (int c = 0; c < kComponents; ++c) {
       if (static_cast<int>(kind_of(c)) != kind || std::isnan(r(i, c))) continue;
       row.squares[row.components] = r(i, c) * r(i, c);
-      const double own = problem.measured.sigma(i, c);
+      const double own = measured.sigma(i, c);
       row.claimed[row.components++] = own * own;
     }
     if (row.components > 0) out.push_back(row);

@@ -1,0 +1,61 @@
+// SPDX-FileCopyrightText: 2026 The fastcal authors
+// SPDX-License-Identifier: MIT
+//
+// The sums of a block against plain matrix algebra.
+#include "fastcal/kernels/normal_sums.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/QR>
+#include <Eigen/SVD>
+
+#include "support/random.hpp"
+
+namespace fastcal {
+namespace {
+
+using test::Random;
+
+Eigen::MatrixXd block_of(Random& random, int ld, int rows, int columns) {
+  Eigen::MatrixXd block = Eigen::MatrixXd::Constant(ld, columns, 1e300);  // what lies between columns is not read
+  block.topRows(rows) = Eigen::MatrixXd::NullaryExpr(rows, columns, [&] { return random.uniform(-1, 1); });
+  return block;
+}
+
+TEST(Gram, IsTheProductOfTheBlockWithItself) {
+  Random random(1);
+  for (const int columns : {1, 3, 4, 5, 34}) {
+    for (const int rows : {8, 64, 384}) {
+      const Eigen::MatrixXd block = block_of(random, rows + 8, rows, columns);
+      Eigen::MatrixXd A = Eigen::MatrixXd::Zero(columns, columns);
+      kernels::gram(block.data(), rows + 8, rows, columns, A.data());
+      const Eigen::MatrixXd B = block.topRows(rows);
+      const Eigen::MatrixXd wanted = (B.transpose() * B).triangularView<Eigen::Upper>();
+      EXPECT_LT((A - wanted).norm(), 1e-13 * wanted.norm()) << columns << " columns, " << rows << " rows";
+    }
+  }
+}
+
+TEST(UpdateTriangle, KeepsSmallSingularValuesThatTheGramMatrixLoses) {
+  Random random(2);
+  constexpr int kColumns = 13;
+  Eigen::MatrixXd all(4 * 48, kColumns);
+  Eigen::MatrixXd R = Eigen::MatrixXd::Zero(kColumns, kColumns);
+  for (int part = 0; part < 4; ++part) {
+    Eigen::MatrixXd block = block_of(random, 56, 48, kColumns);
+    block.col(6) = block.col(2) + 1e-12 * block.col(6);  // nearly dependent,
+    block.col(9).setZero();                              // nothing at all,
+    block.col(11) = block.col(3) - block.col(4);         // and wholly so
+    all.middleRows(48 * part, 48) = block.topRows(48);
+    kernels::update_triangle(block.data(), 56, 48, kColumns, R.data());
+  }
+  EXPECT_TRUE(R.isUpperTriangular(0));
+  EXPECT_LT((R.transpose() * R - all.transpose() * all).norm(), 1e-13 * all.squaredNorm());
+  const Eigen::VectorXd found = R.jacobiSvd().singularValues();
+  const Eigen::VectorXd wanted = all.jacobiSvd().singularValues();
+  EXPECT_LT((found - wanted).cwiseAbs().maxCoeff(), 1e-14 * wanted[0]);
+  EXPECT_NEAR(found[kColumns - 3] / wanted[kColumns - 3], 1, 1e-2) << "1e-12 of the largest";
+}
+
+}  // namespace
+}  // namespace fastcal

@@ -1,0 +1,142 @@
+// SPDX-FileCopyrightText: 2026 The fastcal authors
+// SPDX-License-Identifier: MIT
+//
+// Rows side by side against RowEvaluator, which takes them one by one.
+#include "fastcal/model/row_block.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+
+#include "fastcal/math/parallel.hpp"
+#include "support/robots.hpp"
+
+namespace fastcal {
+namespace {
+
+using test::Random;
+
+/// Turns and shifts that differ from row to row, and rows in which there are none.
+class RowTwists : public LinearEffect {
+ public:
+  explicit RowTwists(bool turns_only) : turns_only_(turns_only) {}
+  const std::vector<Parameter>& parameters() const override { return parameters_; }
+  void basis(const State& state, TwistColumns& columns) const override {
+    const double q = state.q[0];
+    Vector6d turn = Vector6d::Zero();
+    turn[5] = q;
+    if (q > -2) columns.push_back({0, joint_frame(1), turn});
+    Vector6d twist;
+    twist << 1, q, q * q, 0.3, std::sin(q), 1;
+    columns.push_back({1, turns_only_ ? joint_frame(1) : link_frame(0), turns_only_ ? turn : twist});
+    if (q > 0) columns.push_back({1, kBaseFrame, turns_only_ ? turn : twist});
+    if (q < 1) columns.push_back({2, tool_frame(3), twist});
+  }
+
+ private:
+  bool turns_only_;
+  std::vector<Parameter> parameters_{
+      {"rows", "a", "m", 1, "one"}, {"rows", "b", "m", 1, "two"}, {"rows", "c", "m", 1, "three"}};
+};
+
+/// The same, not linear: asked for its columns at every theta.
+class Bent : public Effect {
+ public:
+  const std::vector<Parameter>& parameters() const override { return parameters_; }
+  void deflect(const State& state, const double* theta, Twists& xi, TwistColumns* columns) const override {
+    const Vector6d along = state.q[1] * Vector6d::Ones();
+    xi.col(link_frame(1)) += theta[0] * theta[0] * along;
+    if (columns != nullptr) columns->push_back({0, link_frame(1), 2 * theta[0] * along});
+  }
+
+ private:
+  std::vector<Parameter> parameters_{{"bent", "a", "m", 1, "squared"}};
+};
+
+/// All six numbers of a tool pose as they are: slopes of a row, turns too.
+struct Numbers {
+  explicit Numbers(int stride) : factor(6 * stride, 1.0), slope(Eigen::VectorXd::Zero(18 * stride)) {
+    for (int o = 0; o < 3; ++o) slope.segment((6 * o + 3 + o) * stride, stride).setOnes();
+  }
+  std::vector<double> factor;
+  Eigen::VectorXd slope;
+  kernels::NumberRows rows() const { return {true, 3, factor.data(), slope.data()}; }
+};
+
+void expect_rows(const ErrorModel& model, const Samples& samples, const Eigen::VectorXd& theta, TwistMemory* memory) {
+  const int p = model.parameter_count();
+  std::vector<int> free;  // every other one, backwards, and one that is not the model's
+  for (int k = p - 1; k >= 0; k -= 2) free.push_back(k);
+  free.push_back(p);
+  const auto columns = static_cast<Eigen::Index>(free.size());
+  const Eigen::VectorXd scale = Eigen::VectorXd::LinSpaced(columns, 1, 2);
+  RowBlock block(model, theta, free, scale);
+  RowEvaluator rows(model, theta);
+  Eigen::Matrix<double, 6, Eigen::Dynamic> J(6, p);
+  for (Eigen::Index begin = 0; begin < samples.count(); begin += kChunkRows) {
+    const Eigen::Index end = std::min(begin + kChunkRows, samples.count());
+    block.forward(samples, begin, end, memory);
+    const Numbers numbers(block.stride());
+    const int ld = 6 * block.stride() + 3;
+    Eigen::MatrixXd found(ld, columns);
+    block.jacobian(numbers.rows(), found.data(), ld);
+    Eigen::MatrixXd points(ld, columns);
+    block.jacobian({true, 0, numbers.factor.data(), nullptr}, points.data(), ld);
+    for (Eigen::Index i = 0; i < end - begin; ++i) {
+      const Pose& T = rows.jacobian(samples.row(begin + i), J);
+      const Pose at = block.tool(static_cast<int>(i));
+      ASSERT_LT((at.p - T.p).norm() + (at.R - T.R).norm(), 1e-13) << "row " << begin + i;
+      for (Eigen::Index k = 0; k + 1 < columns; ++k) {
+        for (int c = 0; c < 6; ++c) {
+          const double wanted = scale[k] * J(c, free[static_cast<std::size_t>(k)]);
+          const Eigen::Index at_row = c * block.stride() + i;
+          ASSERT_NEAR(found(at_row, k), wanted, 1e-12 * (1 + std::abs(wanted)))
+              << "row " << begin + i << ", parameter " << free[static_cast<std::size_t>(k)] << ", component " << c;
+          if (c < 3) {
+            ASSERT_NEAR(points(at_row, k), wanted, 1e-12 * (1 + std::abs(wanted)));
+          }
+        }
+      }
+      for (int c = 0; c < 6; ++c) ASSERT_EQ(found(c * block.stride() + i, columns - 1), 0);
+    }
+  }
+}
+
+TEST(RowBlock, IsTheRowsOneByOne) {
+  Random random(1);
+  for (int trial = 0; trial < 12; ++trial) {
+    const RobotModel robot =
+        test::build(test::kKinds4[static_cast<std::size_t>(trial % 4)], test::random_tables(random, 3));
+    std::vector<std::shared_ptr<const Effect>> effects;
+    if (trial >= 4) effects.push_back(std::make_shared<RowTwists>(trial >= 8));
+    if (trial % 3 == 1) effects.push_back(std::make_shared<Bent>());
+    const ErrorModel model(robot, effects);
+    Eigen::VectorXd theta = model.start() + random.values(model.parameter_count(), 0.3);
+    Samples samples;
+    samples.q = RowMatrixXd::NullaryExpr(kChunkRows + 21, 3, [&] { return random.uniform(-3, 3); });
+    TwistMemory memory;
+    memory.prepare(samples.count());
+    expect_rows(model, samples, theta, nullptr);
+    expect_rows(model, samples, theta, &memory);  // fills it,
+    theta.tail(2).setZero();
+    expect_rows(model, samples, theta, &memory);  // uses it
+  }
+}
+
+TEST(RowBlock, HoldsAtAnglesBeyondThePolynomial) {
+  const ErrorModel model(test::build("dh", test::six_axes(0.7)));
+  Samples samples;
+  samples.q = RowMatrixXd::Zero(2, 6);
+  samples.q.topLeftCorner<2, 3>() << 1.5e7, -3e9, 0.1, 99999.5, -99999.5, 100000.5;
+  RowBlock block(model, model.start(), {}, {});
+  block.forward(samples, 0, 2, nullptr);
+  RowEvaluator rows(model, model.start());
+  for (int i = 0; i < 2; ++i) {
+    const Pose& T = rows.pose(samples.row(i));
+    EXPECT_LT((block.tool(i).p - T.p).norm() + (block.tool(i).R - T.R).norm(), 1e-13);
+  }
+}
+
+}  // namespace
+}  // namespace fastcal
