@@ -92,11 +92,11 @@ def _diagnosed(
         best.fit.remaining > _HOPELESS * search.start.fit.remaining or unexplained.one_block_does_better(search, best)
     ):
         best = search.start  # what explains so little is no name
-    curve = grading.waves_of_one_curve(search, best)
+    curve = grading.waves_of_one_curve(search, best) if len(best.names) <= search.most else None
     if curve is not None:
-        best = search.start
+        best = curve[1]
     say("weighing what else it could be")
-    found = _Found(robot, data, test, search, best, curve, library, level, threads)
+    found = _Found(robot, data, test, search, best, curve and curve[0], library, level, threads)
     say("adding what was found")
     return found.told()
 

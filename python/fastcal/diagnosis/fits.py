@@ -24,7 +24,7 @@ from fastcal.robot import Spec
 
 FloatArray = NDArray[np.float64]
 
-_WEAK = 30.0  # plausible sizes: keeps a singular fit solvable, and moves nothing that the data tell
+_FAR, _NEAR = 30.0, 1e-3  # plausible sizes that a step may reach along what the data do not tell, at most and least
 _STEPS = 15
 _SETTLED = 1e-2  # change of chi square that is none, and as a share of it
 _SHARE = 1e-6
@@ -95,7 +95,7 @@ class Fit:
 
 
 def fit(problem: Problem, added: Sequence[Name], start: Fit | None = None) -> Fit:
-    """Gauss-Newton from a fit of some of the same effects; each round brings the loads to equilibrium."""
+    """Levenberg-Marquardt from a fit of some of the same effects; each round brings the loads to equilibrium."""
     added = tuple(added)
     entries = with_nuisances([*problem.given, *(name.entry for name in added)], problem.start.robot)
     model, samples = problem.model(entries, problem.kept)
@@ -105,48 +105,47 @@ def fit(problem: Problem, added: Sequence[Name], start: Fit | None = None) -> Fi
     free = [*problem.geometry, *range(problem.own, len(theta))]
     prior = np.concatenate([_priors(problem, entries, model), np.inf * places])
     scale = np.concatenate([[p.sigma for p in model.parameters], places])[free]
-    weak = _WEAK * scale
     lower = np.concatenate([[p.lower for p in model.parameters], -np.inf * places])[free]
     names = [p.name for p in model.parameters] + [""] * len(places)
     critical = np.array([name.startswith("critical") for name in names])[free]
     deviation = prior[free]
-    best = (np.inf, theta, _core.linearize(model, samples, problem.measured, theta, list(problem.noise.common), 1))
-    damping = 1.0
-    step = np.zeros(len(free))
-    for _ in range(_STEPS):
+    held_rows = np.diag(np.where(np.isfinite(deviation), scale / deviation, 0.0))
+    factor = problem.noise.factor
+
+    def remaining_at(theta: FloatArray) -> tuple[float, FloatArray, _core.Linearization]:
         near = _core.linearize(model, samples, problem.measured, theta, list(problem.noise.common), problem.threads)
-        r = np.asarray(near.r) / problem.noise.factor
+        r = np.asarray(near.r) / factor
         held = theta[free] / deviation
-        remaining = float(r @ r + held @ held)
-        if remaining > best[0] * (1 + _SHARE) + _SETTLED:
-            damping /= 4
-            if damping < 1e-3:
+        return float(r @ r + held @ held), theta, near
+
+    def stepped(theta: FloatArray, near: _core.Linearization, reach: float) -> FloatArray:
+        A = np.vstack([np.asarray(near.J)[:, free] * scale / factor, np.eye(len(free)) / reach, held_rows])
+        held = np.where(np.isfinite(deviation), theta[free] / deviation, 0.0)
+        b = np.concatenate([-np.asarray(near.r) / factor, np.zeros(len(free)), -held])
+        out = theta.copy()
+        out[free] += _solve(A, b) * scale
+        index = np.array(free)[critical]
+        out[index] = np.maximum(out[index], np.maximum(lower[critical], 1e-6))
+        return out
+
+    best = remaining_at(theta)
+    reach = _FAR
+    for _ in range(_STEPS):
+        now = remaining_at(stepped(best[1], best[2], reach))
+        if now[0] > best[0] * (1 + _SHARE) + _SETTLED:
+            reach /= 4  # shortens the step along what the data hardly tell, such as a wrist's gauge, and nothing else
+            if reach < _NEAR:
                 break
-            theta = best[1].copy()
-            theta[free] += damping * step
             continue
-        settled = best[0] - remaining < _SETTLED + _SHARE * remaining
-        best = (remaining, theta.copy(), near)
+        settled = best[0] - now[0] < _SETTLED + _SHARE * now[0]
+        best, reach = now, min(2 * reach, _FAR)
         if settled:
             break
-        J = np.asarray(near.J)[:, free] * scale / problem.noise.factor
-        inverse = np.diag(scale / weak)
-        own = np.diag(np.where(np.isfinite(deviation), scale / deviation, 0.0))
-        A = np.vstack([J, inverse, own])
-        b = np.concatenate([-r, np.zeros(len(free)), np.where(np.isfinite(deviation), -held, 0.0)])
-        step = _solve(A, b) * scale
-        damping = 1.0
-        theta = theta.copy()
-        theta[free] += step
-        if critical.any():
-            at = np.flatnonzero(critical)
-            index = np.array(free)[at]
-            theta[index] = np.maximum(theta[index], np.maximum(lower[at], 1e-6))
     return Fit(problem, added, entries, model, samples, best[1], free, prior, best[0], best[2])
 
 
 def _solve(A: FloatArray, b: FloatArray) -> FloatArray:
-    """Least squares by normal equations; the weak priors keep them positive definite."""
+    """Least squares by a complete orthogonal factorization."""
     return np.asarray(linalg.lstsq(A, b, lapack_driver="gelsy", check_finite=False)[0])
 
 

@@ -27,7 +27,7 @@ FOLDS = 5
 HELD_OUT = 2.0  # standard errors by which held-out rows must be better
 STABLE = 0.8  # share of the folds in which the same name must come first
 _CONTAINED = 0.98  # share of a signature from which on a block without a name holds it
-_PIECES = 3
+_PIECES, _SURE_WAVE = 3, 20.0  # waves of one joint, and the size of the least of two, that tell a curve from waves
 _CLOSE = 0.5  # of the largest statistic: names below it cannot come first
 
 
@@ -153,20 +153,20 @@ def _one_curve(search: Search, state: State, name: Name) -> tuple[str, ...]:
     return ()
 
 
-def waves_of_one_curve(search: Search, state: State) -> str | None:
-    """The joint of which a set names several waves and nothing else, where they may be pieces of one curve; else None.
+def waves_of_one_curve(search: Search, state: State) -> tuple[str, State] | None:
+    """A joint of which a set names several waves that may be pieces of one curve, and the set without them; else None.
 
     _PIECES waves are; fewer where one of them is not sure and a curve over the joint's position does as well.
     """
-    names = state.names
-    owners = {name.owner for name in names}
-    if len(owners) != 1 or len(names) < 2 or any(name.effect not in PERIODIC for name in names):
-        return None
-    if len(names) < _PIECES:
-        drops = (search.without(state, name).fit.remaining - state.fit.remaining for name in names)
-        if min(drops) >= SURE_SNR**2 or not _one_curve(search, state, names[0]):
-            return None
-    return owners.pop()
+    for owner in sorted({name.owner for name in state.names}):
+        waves = [name for name in state.names if name.owner == owner and name.effect in PERIODIC]
+        if len(waves) < 2:
+            continue
+        least = min(search.without(state, wave).fit.remaining for wave in waves) - state.fit.remaining
+        if len(waves) >= _PIECES or (least < _SURE_WAVE**2 and _one_curve(search, state, waves[0])):
+            rest = [name for name in state.names if name not in waves]
+            return owner, search.state(rest, state) if rest else search.start
+    return None
 
 
 def _leaves_nothing(search: Search, base: State, block: int) -> bool:

@@ -10,6 +10,9 @@ import pytest
 
 import fastcal
 from fastcal import Dataset, Robot
+from fastcal.diagnosis.fits import fit
+from fastcal.diagnosis.library import Name
+from fastcal.diagnosis.problem import Noise, prepared_problem
 from fastcal.diagnosis.unexplained import main_orders, profile_curve
 from fastcal.io.measurements import load_measurements
 
@@ -70,6 +73,26 @@ def test_a_plan_needs_a_noise(sigma: float) -> None:
     poses = Dataset.from_arrays(fastcal.random_poses(robot, 20), robot=robot)
     with pytest.raises(fastcal.InvalidInput, match="sigma"):
         fastcal.foresee(robot, poses, sigma)
+
+
+@pytest.mark.parametrize("order", [(0, 1), (1, 0)])
+def test_a_fit_ends_where_it_ends_whatever_it_starts_from(order: tuple[int, int]) -> None:
+    """Of a wrist whose axes meet one direction is hardly told: a step far along it must not shorten the others."""
+    slack = {"effect": "backlash", "owner": "joint2", "parameters": {"gap_rad": 5e-5}}
+    tilt = {"effect": "bearing_tilt", "owner": "joint6", "parameters": {"rad_nm": 1e-7}}
+    robot, poses = arm_with("kuka_kr500_3", [], 150)
+    true = Robot(dict(fastcal.perturbed(robot, seed=4).spec) | {"effects": [slack, tilt]})
+    random = np.random.default_rng(5)
+    payload, approach = random.choice([0.0, 250.0, 500.0], 150), random.choice([-1.0, 1.0], (150, 6))
+    data = fastcal.simulate(true, Dataset.from_arrays(poses.q, payload=payload, approach=approach), noise=NOISE, seed=6)
+    names = [Name({"effect": e["effect"], "owner": e["owner"]}) for e in (slack, tilt)]
+    problem = prepared_problem(robot, data, names, Noise((NOISE, 1e-4, NOISE)), 1)
+    first, second = (names[k] for k in order)
+    whole = fit(problem, names)
+    grown = fit(problem, [first, second], fit(problem, [first]))
+    assert grown.remaining == pytest.approx(whole.remaining, abs=0.2)
+    assert abs(whole.remaining - 450) < 5 * np.sqrt(2 * 450)
+    assert [grown.value(name)[0] for name in names] == pytest.approx([5e-5, 1e-7], rel=0.3)
 
 
 def test_many_waves_are_told_by_joint_and_order() -> None:
