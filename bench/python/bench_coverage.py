@@ -4,7 +4,8 @@
 
 Each set has an arm of its own (geometry off by 0.5 mm and 0.5 mrad, effects of their plausible sizes), and poses,
 conditions and noise of its own; fastcal simulates it and, told which effects there are, identifies them. Counted are
-the effects' parameters; what is told to be unidentifiable is not promised, and counted apart.
+the effects' parameters; what is told to be unidentifiable is not promised, and counted apart. FILE holds every row
+as soon as it is counted: the same command again goes on where it was stopped.
 
     python bench/python/bench_coverage.py [--sets 200] [--jobs N] [--loss tukey none] [--effects NAME ...] [--out FILE]
 """
@@ -13,11 +14,11 @@ from __future__ import annotations
 
 import argparse
 import copy
+import functools
 import json
 import zlib
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +30,7 @@ from fastcal.calibration import LOSSES, CalibrationResult, calibrate
 from fastcal.dataset import Dataset
 from fastcal.effect_origins import with_origins
 from fastcal.effects import build_effects, edge_name, edge_unit, full_name, parse_effects
+from fastcal.io.atomic import write_text
 from fastcal.io.robot_file import load_robot
 from fastcal.io.structure_schema import check_structure
 from fastcal.profile_penalty import prior_deviations
@@ -78,7 +80,7 @@ STIFF = {"rad_nm": 0.3}
 CURVATURE = 1e-3  # of true joint profiles; the one that is fitted with is found by cross-validation
 
 
-@cache
+@functools.cache
 def arm() -> Robot:
     """The KR500 with a spring, gear ratios and an upper arm that bends, before an instrument that stands askew."""
     spec = copy.deepcopy(load_robot("kuka_kr500_3").spec)
@@ -220,29 +222,71 @@ def wilson(hits: int, count: int) -> tuple[float, float]:
     return middle - half, middle + half
 
 
-def summary(trials: list[list[Miss] | None]) -> dict[str, Any]:
-    """Counted, told, covered, its bounds, and the root of the mean squared miss in deviations (1 is honest)."""
+Row = dict[str, Any]
+SUMS = ("not_converged", "counted", "told", "hits", "squares")
+
+
+def row_of(trials: list[list[Miss] | None]) -> Row:
+    """What the sets of one effect come to, as `rates` of their sums."""
     found = [miss for trial in trials for miss in trial or ()]
     z = np.array([miss.deviations for miss in found if miss.deviations is not None])
+    missing = sum(trial is None for trial in trials)
     hits = sum(miss.covered for miss in found)
-    low, high = wilson(hits, len(z))
-    return {
-        "not_converged": sum(trial is None for trial in trials),
-        "counted": len(z),
-        "told": len(found) - len(z),
-        "covered": hits / max(len(z), 1),
-        "low": low,
-        "high": high,
-        "rms_deviations": float(np.sqrt(np.mean(z**2))) if len(z) else None,
-    }
+    return rates(dict(zip(SUMS, (missing, len(z), len(found) - len(z), hits, float(np.sum(z**2))), strict=True)))
 
 
-def measure(labels: list[str], sets: int, jobs: int, loss: str) -> dict[str, dict[str, Any]]:
-    """The table of one loss: a row an effect, one of the groups, one of all."""
-    tasks = [(label, seed) for label in labels for seed in range(sets)]
-    done = joblib.Parallel(n_jobs=jobs)(joblib.delayed(trial)(label, seed, loss) for label, seed in tasks)
-    rows = {label: summary(done[k * sets : (k + 1) * sets]) for k, label in enumerate(labels)}
-    return rows | {"pooled": summary(done)}
+def rates(sums: Row) -> Row:
+    """The share covered, its bounds, and the root of the mean squared miss in deviations (1 is honest)."""
+    count = sums["counted"]
+    low, high = wilson(sums["hits"], count)
+    rms = (sums["squares"] / count) ** 0.5 if count else None
+    return sums | {"covered": sums["hits"] / max(count, 1), "low": low, "high": high, "rms_deviations": rms}
+
+
+def pooled(rows: Iterable[Row]) -> Row:
+    """All rows as one."""
+    rows = list(rows)
+    return rates({key: sum(row[key] for row in rows) for key in SUMS})
+
+
+def measure(
+    labels: list[str],
+    sets: int,
+    jobs: int,
+    loss: str,
+    known: dict[str, Row] | None = None,
+    keep: Callable[[dict[str, Row]], None] = lambda rows: None,
+) -> dict[str, Row]:
+    """The table of one loss: a row an effect, one of the groups, one of all.
+
+    Args:
+        labels: Effects, and GROUPS.
+        sets: Of each.
+        jobs: Processes.
+        loss: Robust loss.
+        known: The table so far; its rows stay.
+        keep: Called with the table after each new row.
+    """
+    table = known or {}
+    for label in labels:
+        if label not in table:
+            rows = table | {
+                label: row_of(joblib.Parallel(jobs)(joblib.delayed(trial)(label, k, loss) for k in range(sets)))
+            }
+            rows = {each: rows[each] for each in [*OWNERS, GROUPS] if each in rows}
+            table = rows | {"pooled": pooled(rows.values())}
+            keep(table)
+    return table
+
+
+def read_tables(path: Path | None, sets: int) -> dict[str, dict[str, Row]]:
+    """The tables of an earlier run with as many sets; none where there is no such file."""
+    if path is None or not path.exists():
+        return {}
+    found = json.loads(path.read_text(encoding="utf-8"))
+    if found["sets"] != sets:
+        raise SystemExit(f"{path} holds {found['sets']} sets each, asked were {sets}; name another file")
+    return dict(found["losses"])
 
 
 def main() -> None:
@@ -253,9 +297,17 @@ def main() -> None:
     parser.add_argument("--effects", nargs="+", choices=[*OWNERS, GROUPS], default=[*OWNERS, GROUPS])
     parser.add_argument("--out", type=Path)
     options = parser.parse_args()
-    tables = {}
+    tables = read_tables(options.out, options.sets)
+
+    def keep(loss: str, rows: dict[str, Row]) -> None:
+        tables[loss] = rows
+        if options.out:
+            found = {"sets": options.sets, "level": LEVEL, "losses": tables}
+            write_text(options.out, json.dumps(found, indent=1) + "\n")
+
     for loss in options.loss:
-        tables[loss] = measure(options.effects, options.sets, options.jobs, loss)
+        so_far = tables.get(loss)
+        tables[loss] = measure(options.effects, options.sets, options.jobs, loss, so_far, functools.partial(keep, loss))
         print(
             f"loss {loss}, {options.sets} sets each\n{'':28} counted  told  covered  95 % bounds   rms  not converged"
         )
@@ -264,11 +316,7 @@ def main() -> None:
                 f"{label:28} {row['counted']:7} {row['told']:5}  {row['covered']:7.3f}  "
                 f"{row['low']:.3f} {row['high']:.3f}  {row['rms_deviations'] or 0:5.2f} {row['not_converged']:5}"
             )
-    if options.out:
-        options.out.parent.mkdir(parents=True, exist_ok=True)
-        text = json.dumps({"sets": options.sets, "level": LEVEL, "losses": tables}, indent=1) + "\n"
-        options.out.write_text(text, encoding="utf-8")
-    if not all(GOAL[0] <= table["pooled"]["covered"] <= GOAL[1] for table in tables.values()):
+    if not all(GOAL[0] <= tables[loss]["pooled"]["covered"] <= GOAL[1] for loss in options.loss):
         raise SystemExit(f"the pooled coverage is not within {GOAL}")
 
 
