@@ -17,6 +17,9 @@
 namespace fastcal {
 namespace {
 
+constexpr double kToolReach = 0.3;          // [m] a tool's plausible size
+constexpr double kTurningThatShows = 3e-3;  // [rad] RMS that tells a tool's size from an arm's errors of a millimetre
+
 /// A row with a whole measured point, and the orientation where there is one.
 struct Row {
   Pose T_base_flange;
@@ -55,25 +58,45 @@ Pose fit_base(const std::vector<Row>& rows, const Eigen::Vector3d& t) {
   return {R, mean_world - R * mean_base};
 }
 
-/// Base position and tool point for a given base rotation: linear; directions that the rows do not show keep t_0.
+/// Base position and tool point for a given base rotation: linear, and without the means in the tool point alone. It is
+/// kept near t_0 with a ridge: where the flange hardly turns, an arm off by a millimetre would move it by kilometres.
 void fit_points(const std::vector<Row>& rows, const Eigen::Matrix3d& R_base, const Eigen::Vector3d& t_0, Pose& base,
                 Eigen::Vector3d& t) {
-  Eigen::Matrix<double, 6, 6> A = Eigen::Matrix<double, 6, 6>::Zero();
-  Eigen::Matrix<double, 6, 1> b = Eigen::Matrix<double, 6, 1>::Zero();
+  Eigen::Matrix3d mean_R = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d mean_y = Eigen::Vector3d::Zero();
+  double count = 0;
+  const auto left = [&](const Row& row) -> Eigen::Vector3d {
+    return row.p_world_tool - R_base * (row.T_base_flange * t_0);
+  };
   for (const Row& row : rows) {
     if (!row.has_point) continue;
-    Eigen::Matrix<double, 3, 6> D;
-    D << Eigen::Matrix3d::Identity(), R_base * row.T_base_flange.R;
-    const Eigen::Vector3d y = row.p_world_tool - R_base * (row.T_base_flange * t_0);
-    A += D.transpose() * D;
-    b += D.transpose() * y;
+    mean_R += row.T_base_flange.R;
+    mean_y += left(row);
+    ++count;
   }
-  Eigen::CompleteOrthogonalDecomposition<Eigen::Matrix<double, 6, 6>> solver(A);
-  solver.setThreshold(1e-9);
-  const Eigen::Matrix<double, 6, 1> x =
-      Eigen::CompleteOrthogonalDecomposition<Eigen::Matrix<double, 6, 6>>(solver).solve(b);
-  base = {R_base, x.head<3>()};
-  t = t_0 + x.tail<3>();
+  mean_R /= count;
+  mean_y /= count;
+  Eigen::Matrix3d A = count * kTurningThatShows * kTurningThatShows * Eigen::Matrix3d::Identity();
+  Eigen::Vector3d b = Eigen::Vector3d::Zero();
+  for (const Row& row : rows) {
+    if (!row.has_point) continue;
+    const Eigen::Matrix3d D = row.T_base_flange.R - mean_R;
+    A += D.transpose() * D;
+    b += D.transpose() * (R_base.transpose() * (left(row) - mean_y));
+  }
+  const Eigen::Vector3d change = A.ldlt().solve(b);
+  base = {R_base, mean_y - R_base * (mean_R * change)};
+  t = t_0 + change;
+}
+
+/// The tool's rotation for a given base rotation, in the mean over the rows; `nominal` where none was measured.
+Eigen::Matrix3d fit_tool_rotation(const std::vector<Row>& rows, const Eigen::Matrix3d& R_base,
+                                  const Eigen::Matrix3d& nominal) {
+  Eigen::Matrix3d M = Eigen::Matrix3d::Zero();
+  for (const Row& row : rows) {
+    if (row.has_rotation) M += (R_base * row.T_base_flange.R).transpose() * row.R_world_tool;
+  }
+  return M.isZero(0) ? nominal : nearest_rotation(M);
 }
 
 /// The rotation part of the lifted linear problem; false where its 13 unknowns are not all shown.
@@ -224,12 +247,12 @@ Alignment align(const Problem& given) {
     const Eigen::Vector3d t_0 = robot.T_flange_tool.p;
     if (lifted_rotation(rows, R_base)) {
       fit_points(rows, R_base, t_0, base, tool.p);
-      add(base, tool);
+      add(base, {fit_tool_rotation(rows, R_base, tool.R), tool.p});
     }
-    // Starts that need no well spread rows: the nominal tool, no tool, and tools of 0.3 m along each axis.
+    // Starts that need no well spread rows: the nominal tool, no tool, and tools along each axis.
     std::vector<Eigen::Vector3d> tools{t_0, Eigen::Vector3d::Zero()};
     for (int axis = 0; axis < 3; ++axis) {
-      for (const double sign : {-0.3, 0.3}) tools.emplace_back(sign * Eigen::Vector3d::Unit(axis));
+      for (const double reach : {-kToolReach, kToolReach}) tools.emplace_back(reach * Eigen::Vector3d::Unit(axis));
     }
     for (const Eigen::Vector3d& t : tools) {
       Pose fitted = fit_base(rows, t);
@@ -238,7 +261,7 @@ Alignment align(const Problem& given) {
         fit_points(rows, fitted.R, t_0, fitted, t_fitted);
         fitted = fit_base(rows, t_fitted);
       }
-      add(fitted, {tool.R, t_fitted});
+      add(fitted, {fit_tool_rotation(rows, fitted.R, tool.R), t_fitted});
     }
   }
 
@@ -288,8 +311,9 @@ Alignment align(const Problem& given) {
     weighting.loss = LossKind::kHuber;
     Limits limits;
     limits.prior_mean = theta;
-    limits.prior_sigma =
-        Eigen::VectorXd::Constant(theta.size(), 10.0);  // [m], [rad]: only what the rows do not show stays for it
+    // [m], [rad]: only what the rows do not show stays for it.
+    limits.prior_sigma = Eigen::VectorXd::Constant(theta.size(), 10.0);
+    limits.prior_sigma.segment(tool_first, 3).setConstant(kToolReach);
     const Solution solution = solve(here, theta, free, scale, weighting, limits, {Method::kLeastSquares, 30});
     if (!(solution.cost < best)) continue;
     best = solution.cost;

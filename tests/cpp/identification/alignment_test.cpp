@@ -154,6 +154,38 @@ TEST(Alignment, PosturesOfOneJointStayFinite) {
   EXPECT_LT(found.rms, 1e-4);
 }
 
+// Where the flange never turns, base and tool shift together unseen: the tool stays where the robot file has it.
+// Turning by less than the arm's errors says no more: 0.5 mm over 1e-7 rad would be a tool of kilometres.
+TEST(Alignment, AFlangeThatHardlyTurnsKeepsTheNominalTool) {
+  test::Tables t;
+  t.types = {JointType::kPrismatic, JointType::kPrismatic, JointType::kPrismatic, JointType::kRevolute,
+             JointType::kRevolute};
+  t.screws = RowMatrixXd::Zero(5, 7);
+  t.screws.block<3, 3>(0, 3).setIdentity();
+  t.screws(3, 2) = t.screws(4, 0) = 1;
+  t.tool.p = {0.1, -0.05, 0.2};
+  const RobotModel robot = test::build("poe", t);
+  Random random(8);
+  for (const double turn : {0.0, 1e-9, 1e-7, 1e-5}) {
+    for (const What what : {What::kPositions, What::kPoses}) {
+      const Pose base{random.rotation(), 5 * random.unit()};
+      const Pose tool{what == What::kPoses ? random.rotation() : Eigen::Matrix3d::Identity(), t.tool.p};
+      const ErrorModel truth(robot.with_base_and_tool(base, tool));
+      Samples samples = test::postures(random, 60, 5, 1);
+      samples.q.rightCols(2) *= turn;
+      const Alignment found =
+          align({ErrorModel(robot), samples, test::measure(random, truth, samples, truth.start(), what, {5e-4, 1e-4})});
+      ASSERT_TRUE(found.found);
+      const Errors e = errors(found, base, tool);
+      EXPECT_LT(e.tool_m, 0.05) << turn;
+      EXPECT_LT(e.base_m, 0.05) << turn;
+      EXPECT_LT(e.base_rad, 1e-3) << turn;
+      EXPECT_LT(e.tool_rad, 1e-3) << turn;
+      EXPECT_LT(found.rms, 1.2e-3) << turn;
+    }
+  }
+}
+
 TEST(Alignment, RowsWithoutAPointAreLeftOut) {
   Random random(7);
   const Place place = random_place(random, "dh");
