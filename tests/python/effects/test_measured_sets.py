@@ -81,28 +81,29 @@ def test_profiles_make_no_region_worse_that_they_were_not_fitted_on(shared_data:
     # As found by cross-validation, which takes a minute.
     curvature = {1: 5.62, 2: 0.178, 3: 0.0562, 4: 0.0562, 5: 5.62, 6: 1e-6}
     profiles = [f"joint_profile@joint{joint}:curvature={s}" for joint, s in curvature.items()]
-    draws = [np.random.default_rng(seed).choice(len(c), 20, replace=False) for seed in range(5)]
+    draws = [np.random.default_rng(seed).choice(len(c), 20, replace=False) for seed in range(20)]
 
     def squares(effects: list[str]) -> FloatArray:
-        """(N,) mean squared distance over five draws of the 20 rows; a few points of c are gross."""
+        """(20, N) squared distances, for each draw of the 20 rows; a few points of c are gross."""
         model = calibrate(robot, b, effects=effects).model
-        out = np.zeros(len(c))
+        out = []
         for draw in draws:
             placed = align(model, c.select(np.isin(np.arange(len(c)), draw)))
             there = Robot(with_frames(model.spec, placed.T_world_base, placed.T_flange_tool))
             off = np.linalg.norm(there.forward(c.q)[:, :3, 3] - c.position, axis=1)
-            out += np.minimum(off, 5e-3) ** 2 / len(draws)
-        return out
+            out.append(np.minimum(off, 5e-3) ** 2)
+        return np.array(out)
 
     without, with_profiles = squares(["geometry"]), squares(["geometry", *profiles])
-    ratios = []
+    regions = []
     for joint in range(robot.joint_count):
         beyond = (c.q[:, joint] < b.q[:, joint].min()) | (c.q[:, joint] > b.q[:, joint].max())
         cell = np.floor(c.q[:, joint] / np.radians(20.0))
-        for k in np.unique(cell[beyond]):
-            region = beyond & (cell == k)
-            if np.count_nonzero(region) >= 20:
-                ratios.append(np.sqrt(np.mean(with_profiles[region]) / np.mean(without[region])))
-    assert len(ratios) > 20
-    assert max(ratios) <= 1
-    assert np.median(ratios) < 0.95
+        regions += [
+            beyond & (cell == k) for k in np.unique(cell[beyond]) if np.count_nonzero(beyond & (cell == k)) >= 20
+        ]
+    assert len(regions) > 20
+    ratios = np.array([np.sqrt(with_profiles[:, at].mean(axis=1) / without[:, at].mean(axis=1)) for at in regions])
+    assert np.median(ratios) < 0.9
+    assert np.mean(ratios.max(axis=0) > 1) <= 0.05  # of the draws; in 100 others one makes one region worse, by 1 %
+    assert ratios.max() < 1.02
