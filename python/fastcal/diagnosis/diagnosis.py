@@ -92,7 +92,7 @@ def _diagnosed(
         best.fit.remaining > _HOPELESS * search.start.fit.remaining or unexplained.one_block_does_better(search, best)
     ):
         best = search.start  # what explains so little is no name
-    curve = grading.waves_of_one_curve(search, best) if len(best.names) <= search.most else None
+    curve = grading.waves_of_one_curve(search, best)
     if curve is not None:
         best = curve[1]
     say("weighing what else it could be")

@@ -152,7 +152,8 @@ class Search:
             for state in levels[-1][:WIDTH]:
                 for names in self.next_sets(state, TRIES):
                     child = self.state(names, state)
-                    children[child.key] = child
+                    if self._is_earned(child, state):
+                        children[child.key] = child
             if not children:
                 break
             ranked = sorted((c for c in children.values() if not c.impossible), key=lambda s: s.bic)
@@ -162,6 +163,12 @@ class Search:
             levels.append([c for k, c in enumerate(ranked) if k < WIDTH or c.bic < ranked[0].bic + ODDS])
             self.say(f"{len(levels) - 1} effects: {', '.join(ranked[0].key)}")
         return levels
+
+    def _is_earned(self, child: State, parent: State) -> bool:
+        """Is what a set explains beyond another still significant when it is fitted? A score may promise too much."""
+        drop = np.array([parent.fit.remaining - child.fit.remaining])
+        more = np.array([child.size - parent.size], dtype=np.int32)
+        return bool(p_values(drop, more, self.problem.noise.freedom)[0] < NAMED / self.start.family.named)
 
     def next_sets(self, state: State, count: int) -> list[tuple[Name, ...]]:
         """Sets with one name more, or a richer name in place of one, the most promising names first."""

@@ -23,6 +23,7 @@ FloatArray = NDArray[np.float64]
 POWER = 0.8
 SHOWN = 12  # names in the ranking, and of them in the confusion map
 MAPPED = 8
+_ABSORBED = 1e-6  # times the noise, of a parameter's plausible size: less is rounding
 _FINER = (
     "joint_compliance_nonlinear",
     "base_step",
@@ -83,7 +84,7 @@ def _sizes(name: Name, length: FloatArray, root: FloatArray, core: _core.RobotMo
         return
     (effect,) = build_effects([name.entry], core)
     for parameter, own, at in zip(effect.parameters, length, root, strict=True):
-        if own > 0 and np.isfinite(at):
+        if own * parameter.sigma > _ABSORBED and np.isfinite(at):
             value = from_si(float(at / own), edge_unit(parameter, geometry=False))
             yield edge_name(parameter, geometry=False), value
 
