@@ -281,10 +281,12 @@ Alignment align(const Problem& given) {
   // Refine the best starts over base and tool alone, with a robust loss; the least cost wins.
   double best = std::numeric_limits<double>::infinity();
   const double level = std::max(candidates.front().misfit, 1e-6);
+  TwistMemory memory;  // effects do not look at base and tool beyond the loads, which stand
+  memory.prepare(problem.row_count());
   for (const Candidate& candidate : candidates) {
     const ErrorModel model =
         problem.model.with_robot(problem.model.robot().with_base_and_tool(candidate.base, candidate.tool));
-    const Problem here{model, problem.samples, problem.measured, problem.threads};
+    const Problem here{model, problem.samples, problem.measured, problem.threads, nullptr, &memory};
     Eigen::VectorXd theta = Eigen::VectorXd::Zero(here.parameter_count());
     theta.head(model.parameter_count()) = model.start();
     Eigen::Matrix3Xd anchors;
