@@ -7,23 +7,29 @@
 168 configurations of a grid of 200 mm in the paper's box, tilted by up to 20 degrees, 112 trained; 21 loads of its
 blocks up to 30 kg, 15 of them trained. GA10 (112 x 15) trains; GA20 (112 x 6 other loads), GB20 (56 other
 configurations x 6 trained loads), GB10 (56 x 9 trained loads) and GB30 (56 x 6 others) test; the paper's 840 rows are
-GB10 and GB30. Geometry comes from the 112 configurations without load. The true arm has joint compliance and a
-tilting bearing that the model lacks, errors outside the library, and a slack of joint 1 that makes two heaps of
-errors, which one by the sign of its position: what the paper's figure 22 shows. --trials 0 (default) takes the
-paper's sizes; above, TPE.
+GB10 and GB30. Geometry comes from the 112 configurations without load.
+
+The true arm has joint compliance and a tilting bearing that the model lacks, errors outside the library, and a slack
+of joint 1 that makes two heaps of errors, as in figure 16. Their sizes are the paper's before any network: 0.383 mm
+without load (V.A.1) and 0.618 +- 0.275 mm over the 840 rows (table 6), as near as one arm comes. The slack goes with
+the side to which the upper arm leans; with joint 1's own side (figure 22) geometry takes half of it, and no two heaps
+are left.
+
+--trials 0 (default) takes the paper's sizes, with a decay of the weights that the paper lacks; above, TPE.
 """
 
 from __future__ import annotations
 
 import copy
 import time
+from dataclasses import replace
 
 import numpy as np
 from network_arm import FloatArray, arguments, lengths, measure, run, table
 
 from fastcal import Dataset, Robot, calibrate, inverse_kinematics, load_robot, perturbed
 from fastcal._core import exp_so3
-from fastcal.networks.ca_somm import fit_ca_somm
+from fastcal.networks.ca_somm import fit_ca_somm, found_split
 from fastcal.networks.device import one_thread
 from fastcal.networks.fitting import Schedule
 from fastcal.networks.mlp import fit_mlp
@@ -31,14 +37,17 @@ from fastcal.networks.options import Options
 from fastcal.networks.plain import fit_plain
 from fastcal.networks.population import Architecture
 from fastcal.networks.problem import problem_of
+from fastcal.networks.somm import PAPER as PAPER_SIZES
 from fastcal.networks.somm import fit_somm
 from fastcal.robot import pose
 
 NOISE, HEAVIEST = 2e-5, 30.0
 SIZES = (3e-5, 2.5e-5, 2.5e-5, 5e-5, 5e-5, 5e-5)
-GAP = 6e-4  # of joint 1, taken up to the side to which it has turned from the middle [rad]
+GAP = 5e-4  # of joint 1, taken up to one side or the other as the upper arm leans [rad]
+LEAN = float(np.radians(-72))  # of joint 2: where it changes
 BLOCKS_KG = (0.0, 1, 2, 3, 5, 6, 7, 8, 10, 11, 12, 13, 15, 16, 17, 18, 20, 22, 25, 28, 30)
 TRAINED, OTHER = 15, 6
+DECAY = 2.0  # of the weights; the paper has none, and its sizes alone remember the 112 configurations
 TILT = float(np.radians(20))
 PAPER = {"before": 2.613, "kinematic": 0.618, "somm": 0.389, "ca": 0.310}
 MOSM = Architecture.plain((50, 50, 40, 30), "tanh")
@@ -61,9 +70,9 @@ def configurations(nominal: Robot, seed: int) -> FloatArray:
 def true_arm(nominal: Robot, seed: int) -> Robot:
     effects = [
         {"effect": "joint_compliance", "owner": f"joint{j}", "parameters": {"compliance_rad_nm": value}}
-        for j, value in ((2, 6e-7), (3, 9e-7), (4, 2e-6), (5, 4e-6), (6, 4e-6))
+        for j, value in ((2, 2e-6), (3, 3e-6), (4, 6.4e-6), (5, 1.3e-5), (6, 1.3e-5))
     ]
-    effects += [{"effect": "bearing_tilt", "owner": "joint1", "parameters": {"rad_nm": 1.5e-7}}]
+    effects += [{"effect": "bearing_tilt", "owner": "joint1", "parameters": {"rad_nm": 4.8e-7}}]
     return perturbed(Robot(nominal.spec | {"effects": effects}), seed=seed)
 
 
@@ -71,7 +80,7 @@ def measured(true: Robot, q: FloatArray, loads: FloatArray, seed: int) -> Datase
     """Every configuration under every load."""
     rows, payload = np.repeat(q, len(loads), axis=0), np.tile(loads, len(q))
     slack = rows.copy()
-    slack[:, 0] += GAP * np.sign(rows[:, 0] + 1e-9)
+    slack[:, 0] += GAP * np.where(rows[:, 1] > LEAN, 1, -1)
     data = measure(true, slack, payload, SIZES, HEAVIEST, NOISE, seed)
     return Dataset.from_arrays(rows, payload=payload, position=data.position)
 
@@ -97,13 +106,14 @@ def study(seed: int, trials: int = 0) -> dict[str, float]:
     problem = problem_of(model, sets["GA10"], seed=seed)
     own = [np.arange(len(problem))]
     options = Options(seed=seed, trials=trials)
+    sizes = None if trials else [axis._replace(decay=DECAY) for axis in PAPER_SIZES]
     begun = time.process_time()
     with one_thread():
         schedule = Schedule(epochs=200, batch=200, rate=1e-3)
         networks = {
             "mosm": fit_plain(problem, own, options, architecture=MOSM, schedule=schedule),
-            "somm": fit_somm(problem, own, options),
-            "ca": fit_ca_somm(problem, own, options),
+            "somm": fit_somm(problem, own, options, sizes=sizes),
+            "ca": fit_ca_somm(problem, own, options, sizes=sizes),
             "mlp": fit_mlp(problem, own, options),
         }
     assert found.train.before is not None
@@ -126,13 +136,12 @@ def study(seed: int, trials: int = 0) -> dict[str, float]:
         out[f"{kind}_gain"] = 1 - out[f"{kind}_mean"] / out["kinematic_mean"]
     _figures(out, sets["GB30"], left["GB30"]["kinematic"])
     classified = networks["ca"][0]
-    data = Dataset.from_arrays(
-        np.vstack([sets["GB10"].q, sets["GB30"].q]),
-        payload=np.concatenate([sets["GB10"].payload, sets["GB30"].payload]),
+    tested = [problem.residuals, left["GB10"]["kinematic"], left["GB30"]["kinematic"]]
+    heaps = found_split(replace(problem, residuals=np.vstack(tested)), own[0], seed).classes[len(problem) :]
+    side = np.concatenate(
+        [classified.classes(model.inputs(sets[name].q, sets[name].payload)) for name in ("GB10", "GB30")]
     )
-    side = classified.classes(model.inputs(data.q, data.payload))
-    right = float(np.mean(side == (data.q[:, 0] > 0)))
-    return out | {"class_rate": max(right, 1 - right)}
+    return out | {"class_rate": float(np.mean(side == heaps))}
 
 
 def _figures(out: dict[str, float], data: Dataset, errors: FloatArray) -> None:
@@ -161,7 +170,7 @@ def main() -> None:
             ("kinematic, max", 1.609, m["kinematic_max"]),
             ("SOMM-ANN, max", 0.991, m["somm_max"]),
             ("CA-SOMM-ANN, max", 1.255, m["ca_max"]),
-            ("classes that follow the sign of joint 1", "-", m["class_rate"]),
+            ("rows put in the class of their error", 0.93, m["class_rate"]),
         ],
     )
     rows = [("training, GA10", 0.376, m["somm_GA10_mean"]), ("validating, GB20", 0.397, m["somm_GB20_mean"])]

@@ -39,7 +39,7 @@ class Schedule:
         huber: Use the Huber loss with its corner at this error; 0: squares.
         patience: Stop a member that has not become better on its validation rows for so many checks; 0: never.
         check: Epochs between two looks at the validation rows.
-        decay: Weight decay, decoupled (Loshchilov, Hutter 2019).
+        decay: Weight decay, decoupled (Loshchilov, Hutter 2019), for all or one a member.
     """
 
     epochs: int = 200
@@ -50,7 +50,7 @@ class Schedule:
     huber: float = 0.0
     patience: int = 0
     check: int = 5
-    decay: float = 0.0
+    decay: float | Sequence[float] = 0.0
 
 
 def loss(error: torch.Tensor, huber: float) -> torch.Tensor:
@@ -94,6 +94,8 @@ def fit(
     count = len(theta)
     rules = [schedule.rule] * count if isinstance(schedule.rule, str) else list(schedule.rule)
     rates = [schedule.rate] * count if isinstance(schedule.rate, (int, float)) else list(schedule.rate)
+    decays = [schedule.decay] * count if isinstance(schedule.decay, (int, float)) else list(schedule.decay)
+    shrink = _column(decays, theta) * _column(rates, theta)
     optimizer = Optimizer(rules, rates, theta)
     randoms = [np.random.default_rng((seed, 1)) for seed in seeds]
     longest = max(len(own) for own in rows)
@@ -113,8 +115,8 @@ def fit(
             total = loss(model.error(theta, order[:, k * batch : (k + 1) * batch]), schedule.huber).sum()
             (gradient,) = torch.autograd.grad(total, theta)
             theta = theta.detach()
-            if schedule.decay:
-                theta *= 1 - schedule.decay * share * optimizer_rate(rates, theta)
+            if any(decays):
+                theta *= 1 - share * shrink
             optimizer.step(theta, torch.nan_to_num(gradient), share)
         if validation is not None and ((epoch + 1) % schedule.check == 0 or epoch + 1 == schedule.epochs):
             now = _judged(model, theta, judged, schedule.huber)
@@ -134,9 +136,9 @@ def fit(
     return best, best_loss.cpu().numpy().astype(float)
 
 
-def optimizer_rate(rates: Sequence[float], theta: torch.Tensor) -> torch.Tensor:
-    """(P, 1) learning rates."""
-    return torch.tensor(list(rates), dtype=theta.dtype, device=theta.device)[:, None]
+def _column(values: Sequence[float], theta: torch.Tensor) -> torch.Tensor:
+    """(P, 1), one a member."""
+    return torch.tensor(list(values), dtype=theta.dtype, device=theta.device)[:, None]
 
 
 def _order(own: IntArray, count: int, random: np.random.Generator) -> IntArray:

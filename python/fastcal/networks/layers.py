@@ -74,7 +74,7 @@ def forward(
     h, kept, last = x, [], []
     for k, layer in enumerate(layers):
         if layer.count < len(h):
-            last.append(h[layer.count :])
+            last.append(_as_wide(h[layer.count :], places[-1].fan_in))
             h = h[: layer.count]
         own = theta[: layer.count]
         a = torch.baddbmm(places[k].biases(own), h, places[k].weights(own))
@@ -83,7 +83,7 @@ def forward(
             a *= layer.mask
         kept.append(Kept(h, a, negative))
         h = a
-    h = torch.cat([h, *reversed(last)]) if last else h
+    h = torch.cat([_as_wide(h, places[-1].fan_in), *reversed(last)])
     return torch.baddbmm(places[-1].biases(theta), h, places[-1].weights(theta)), [*kept, Kept(h)]
 
 
@@ -116,13 +116,12 @@ def backward(
     slopes = theta[:, places[-1].stop :]
     found = torch.zeros_like(theta)
     _give(found, places[-1], kept[-1].h, d)
-    above = torch.bmm(d, places[-1].weights(theta).transpose(1, 2))  # dL/da of each network's deepest layer
-    d = above[:0]
+    above = torch.bmm(d, places[-1].weights(theta).transpose(1, 2))  # dL/da of each network's last layer
+    d = _as_wide(above[:0], places[-2].fan_out)
     for k in reversed(range(len(layers))):
         layer, (h, a, negative) = layers[k], kept[k]
         if layer.count > len(d):
-            deeper = len(d)
-            d = torch.cat([d, above[deeper : layer.count]]) if deeper else above[: layer.count]
+            d = torch.cat([d, _as_wide(above[len(d) : layer.count], places[k].fan_out)])
         if layer.mask is not None:
             d *= layer.mask
         found[: layer.count, places[-1].stop + k] = _through(d, a, negative, layer, slopes[:, k, None, None])
@@ -130,6 +129,11 @@ def backward(
         if k > 0:
             d = torch.bmm(d, places[k].weights(theta[: layer.count]).transpose(1, 2))
     return found
+
+
+def _as_wide(h: torch.Tensor, width: int) -> torch.Tensor:
+    """(P, B, width): padding of zeros is added or taken away."""
+    return h if h.shape[2] == width else torch.nn.functional.pad(h, (0, width - h.shape[2]))
 
 
 def _give(found: torch.Tensor, place: Place, h: torch.Tensor, d: torch.Tensor) -> None:

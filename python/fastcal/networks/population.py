@@ -56,13 +56,14 @@ class Population:
         self._order = None if sorted_already else torch.tensor(order, device=device)
         self._back = None if sorted_already else torch.tensor(np.argsort(order), device=device)
         self.depth = max(len(member.hidden) for member in members)
-        self.width = max(max(member.hidden) for member in members)
-        fans = [inputs] + [self.width] * self.depth
+        # Each layer is as wide as its widest network, the output reads as many as the widest last layer has.
+        widths = [max(m.hidden[k] for m in members if k < len(m.hidden)) for k in range(self.depth)]
         self._places: list[Place] = []
         at = 0
-        for fan_in, fan_out in zip(fans, [self.width] * self.depth + [outputs], strict=True):
+        fans = zip([inputs, *widths[:-1]], widths, strict=True)
+        for fan_in, fan_out in (*fans, (max(m.hidden[-1] for m in members), outputs)):
             self._places.append(Place(at, fan_in, fan_out))
-            at += (fan_in + 1) * fan_out
+            at = self._places[-1].stop
         self._slopes = at
         self.size = at + self.depth
         self._layers = [self._layer(k, device) for k in range(self.depth)]
@@ -75,7 +76,7 @@ class Population:
             first, at = at, at + len(list(equal))
             runs.append((name, first, at))
         # What pads has numbers of 0, and all functions but the sigmoid leave a 0 as it is: it learns nothing.
-        there = np.arange(self.width) < np.array([[[member.hidden[k]]] for member in own])
+        there = np.arange(self._places[k].fan_out) < np.array([[[member.hidden[k]]] for member in own])
         mask = torch.tensor(there, dtype=torch.float32, device=device) if "sigmoid" in names else None
         return Hidden(len(own), tuple(runs), mask)
 

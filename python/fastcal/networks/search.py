@@ -44,6 +44,7 @@ class Candidate:
         axes: The coordinates that it gives.
         rows, validation: What it learns from and is judged on.
         seed: Of its start and of the order of its rows.
+        decay: Of its weights.
     """
 
     architecture: Architecture
@@ -53,6 +54,7 @@ class Candidate:
     rows: IntArray
     validation: IntArray
     seed: int
+    decay: float = 0.0
 
 
 def losses_of(
@@ -78,6 +80,7 @@ def _losses(problem: Problem, candidates: Sequence[Candidate], epochs: int, batc
         batch=batch,
         rule=[candidate.rule for candidate in candidates],
         rate=[candidate.rate for candidate in candidates],
+        decay=[candidate.decay for candidate in candidates],
     )
     with one_thread():
         _, losses = train_plain(

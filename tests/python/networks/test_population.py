@@ -79,6 +79,16 @@ def test_trained_together_they_become_what_they_would_alone() -> None:
             assert value[0] == pytest.approx(last[k], rel=1e-3)
 
 
+def test_weights_that_nothing_pulls_at_decay_each_at_its_own_rate() -> None:
+    class Still:
+        def error(self, theta: torch.Tensor, rows: torch.Tensor) -> torch.Tensor:
+            return 0 * theta[:, :1, None]
+
+    schedule = Schedule(epochs=3, batch=5, rule="sgd", rate=[0.1, 0.2], decay=[0.0, 0.5], cosine=False)
+    theta, _ = fit(Still(), torch.ones(2, 4), [np.arange(10)] * 2, schedule, [1, 2])
+    np.testing.assert_allclose(theta.numpy(), np.array([[1.0], [0.9**6]]) * np.ones(4), rtol=1e-6)
+
+
 def test_a_member_does_not_depend_on_its_company() -> None:
     x, y = example()
     schedule = Schedule(epochs=5, batch=10, rate=1e-2)
