@@ -3,7 +3,6 @@
 #include "fastcal/diagnosis/score_tests.hpp"
 
 #include <Eigen/Eigenvalues>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <limits>

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: MIT
 #include "fastcal/identification/alignment.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <limits>

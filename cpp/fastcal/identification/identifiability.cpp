@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: MIT
 #include "fastcal/identification/identifiability.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <numeric>

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: MIT
 #include "fastcal/identification/identify.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -14,6 +13,7 @@
 #include "fastcal/identification/load_response.hpp"
 #include "fastcal/identification/noise_scale.hpp"
 #include "fastcal/math/check.hpp"
+#include "fastcal/math/decompositions.hpp"
 #include "fastcal/model/settle.hpp"
 
 namespace fastcal {

@@ -9,6 +9,7 @@
 #include "fastcal/identification/whitened_rows.hpp"
 #include "fastcal/kernels/normal_sums.hpp"
 #include "fastcal/math/check.hpp"
+#include "fastcal/math/decompositions.hpp"
 #include "fastcal/math/parallel.hpp"
 
 namespace fastcal {

@@ -2,11 +2,11 @@
 // SPDX-License-Identifier: MIT
 #include "fastcal/identification/subset_search.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
 #include "fastcal/math/check.hpp"
+#include "fastcal/math/decompositions.hpp"
 
 namespace fastcal {
 namespace {

@@ -3,7 +3,6 @@
 #include "fastcal/structure/stiffness_table.hpp"
 
 #include <Eigen/Cholesky>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <limits>
