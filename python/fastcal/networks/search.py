@@ -30,7 +30,7 @@ from fastcal.networks.problem import Problem
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 
-BATCH = 20
+BATCH = 25
 
 
 @dataclass(frozen=True)
