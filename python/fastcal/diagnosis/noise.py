@@ -27,6 +27,7 @@ IntArray = NDArray[np.intp]
 RICH_SHARE = 0.35  # of the degrees of freedom that the rich model may take
 OUTLIER_LEVEL = 0.01  # chance that noise alone puts one row of the set on the list
 MOST_OUTLIERS = 0.05  # share of the rows: more are no outliers, but an effect
+RUN = 4  # rows in a row: of 5 % outliers so many stand together in one of a thousand sets
 AGREES = 0.01  # two-sided level at which a claimed noise is taken to be wrong
 FEWEST_REPEATS = 30  # degrees of freedom of repeats from which on they tell the noise
 _RIDGE = 1e-9
@@ -83,8 +84,24 @@ def quieted(problem: Problem, at: Fit, option: float | None) -> tuple[Problem, N
                 break
     level = noise_level(every, rich, problem.data, option)
     used = every.used.copy()
-    used[every.rows[rich.wrong]] = False
+    used[every.rows[lone(rich.wrong, every.kept)]] = False
     return replace(every, used=used, noise=level.noise), level
+
+
+def lone(wrong: IntArray, data: Dataset) -> IntArray:
+    """Those of the rows `wrong` that do not stand in a run of RUN or more, one measured after the other.
+
+    Where every row of a stretch of time is off, something moved: that is an effect and no outliers. A run goes on over
+    single rows that happen to fit.
+    """
+    order = np.argsort(data.time, kind="stable") if data.time is not None else np.arange(len(data))
+    is_wrong = np.isin(order, wrong)
+    padded = np.r_[False, is_wrong, False]
+    bridged = is_wrong | (padded[:-2] & padded[2:])
+    ends = np.flatnonzero(np.diff(np.r_[False, bridged, False].astype(int)))
+    runs = [slice(a, b) for a, b in zip(ends[::2], ends[1::2], strict=True)]
+    moved = [order[run] for run in runs if RUN in np.convolve(is_wrong[run], np.ones(RUN))]
+    return wrong[~np.isin(wrong, np.concatenate(moved))] if moved else wrong
 
 
 def _agreement(rich: RichFit) -> int:

@@ -15,7 +15,7 @@ from fastcal.dataset import Dataset
 from fastcal.diagnosis import Diagnosis, diagnose
 from fastcal.diagnosis.grading import Evidence, grade
 from fastcal.diagnosis.library import Name, build_library, harmonics, parse_exclusions
-from fastcal.diagnosis.noise import repeats
+from fastcal.diagnosis.noise import lone, repeats
 
 SIGMA = 4e-5  # [m]
 ROWS = 110
@@ -175,6 +175,25 @@ def test_repeats_tell_the_noise_of_a_coordinate() -> None:
     assert found is not None
     assert found[1] == 90  # those that came from the other side are no repeats
     assert repeats(rows([])) is None
+
+
+def test_rows_that_are_off_one_after_the_other_are_no_outliers() -> None:
+    wrong = np.array([3, 10, 11, 12, 13, 15, 50, 51, 53, 54])
+    assert lone(wrong, rows([])).tolist() == [3, 50, 51, 53, 54]
+    backwards = rows([], time=np.arange(float(ROWS))[::-1].copy())
+    assert lone(wrong, backwards).tolist() == [3, 50, 51, 53, 54]
+    assert lone(wrong[:1], backwards).tolist() == [3]
+    shuffled = rows([], time=np.random.default_rng(0).permutation(float(ROWS) * np.arange(ROWS)))
+    assert lone(wrong, shuffled).tolist() == wrong.tolist()
+
+
+def test_the_first_rows_that_are_all_off_hide_no_effect() -> None:
+    """Five of 110 rows are few enough to pass for outliers, were they not the first five."""
+    moved = {"effect": "base_step", "owner": "base", "parameters": {"at_s": 4.5, "step_x_mm": 0.5, "step_y_mm": -0.4}}
+    found = diagnose(arm(), rows([moved], time=np.arange(float(ROWS))), exclude=["base_step"])
+    assert found.verdict == "unexplained"
+    assert found.unexplained is not None
+    assert (found.unexplained.owner, found.unexplained.depends_on) == ("base", ("time_s",))
 
 
 @pytest.mark.parametrize("factor", [0.3, 3.0])
