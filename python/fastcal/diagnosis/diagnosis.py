@@ -93,8 +93,7 @@ def _diagnosed(
     ):
         best = search.start  # what explains so little is no name
     curve = grading.waves_of_one_curve(search, best)
-    if curve is not None:
-        best = curve[1]
+    best = search.pruned(best) if curve is None else curve[1]
     say("weighing what else it could be")
     found = _Found(robot, data, test, search, best, curve and curve[0], library, level, threads)
     say("adding what was found")

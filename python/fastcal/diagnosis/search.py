@@ -32,6 +32,7 @@ NAMED, GENERIC = 0.03, 0.01  # chance to refuse a true name beside the best sinc
 MOST_EFFECTS = 4
 WIDTH = 3  # sets of one size that are kept
 TRIES = 4  # names that are tried on top of each
+LOUD = 10.0  # times the noise: a name beside something that has none
 ODDS = 10.0  # difference of BIC at which of two sets that stand the worse one is refused (1 : 150)
 _DRAWS = 256
 
@@ -217,6 +218,21 @@ class Search:
         if key not in self.seen:
             self.seen[key] = State(fit(self.problem, names, near.fit), self.start.family)
         return self.seen[key]
+
+    def pruned(self, state: State) -> State:
+        """A set without the names that it can do without.
+
+        Where it suffices, those without which it does too; where something remains, those that are not LOUD: they may
+        be shadows of what has no name.
+        """
+        while state.names and len(state.names) <= self.most:
+            fewer = min((self.without(state, name) for name in state.names), key=lambda s: s.fit.remaining)
+            if state.suffices and not (fewer.suffices and fewer.bic < state.bic):
+                break
+            if not state.suffices and fewer.fit.remaining - state.fit.remaining > LOUD**2:
+                break
+            state = fewer
+        return state
 
     def without(self, state: State, name: Name) -> State:
         """A set without one of its names."""

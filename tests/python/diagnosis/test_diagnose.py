@@ -70,6 +70,16 @@ def test_one_effect_is_named_with_its_size_and_closes_the_gap() -> None:
     np.testing.assert_allclose(np.diag(correlation), np.ones(len(names)), atol=1e-9)
 
 
+def test_a_name_that_a_set_can_do_without_is_dropped() -> None:
+    found = one()
+    assert found.search is not None
+    assert found.state is not None
+    spare = next(n for n in found.search.problem.names if n.key == ("coupling_ratio", "joint6<-joint5"))
+    more = found.search.state((*found.state.names, spare), found.state)
+    assert found.search.pruned(more).key == found.state.key
+    assert found.search.pruned(found.state) is found.state
+
+
 def test_two_effects_are_named_together() -> None:
     found = diagnose(arm(), rows([BACKLASH, RATIO]), sigma=SIGMA)
     assert found.verdict == "several"
