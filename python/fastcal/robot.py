@@ -79,6 +79,10 @@ class Robot:
             self.at_equilibrium
         )
 
+    def __reduce__(self) -> tuple[type[Robot], tuple[Spec]]:
+        """A robot is what its file says: so it goes to other processes."""
+        return Robot, (self.spec,)
+
     @property
     def correction(self) -> Correction | None:
         """What `fastcal train` has added; None for a model without."""

@@ -5,6 +5,8 @@
 The C++ tests compare random chains of each kind with KDL; here the road from the file's own numbers is tested.
 """
 
+import pickle
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -138,3 +140,12 @@ def test_batches_into_a_given_array_and_over_threads_are_the_same_bits() -> None
     np.testing.assert_array_equal(robot.forward(q[17])[0], poses[17])
     np.testing.assert_array_equal(robot.forward(np.asfortranarray(q)), poses)
     np.testing.assert_array_equal(robot.forward(q[::2]), poses[::2])
+
+
+def test_a_robot_goes_to_another_process_as_its_file() -> None:
+    wave = {"order": 2.0, "amplitude_rad": 3e-4, "phase_rad": 0.5}
+    entry = {"effect": "gear_harmonic", "owner": "joint2", "parameters": wave}
+    robot = Robot(dict(load_robot("ur10").spec) | {"effects": [entry]})
+    q = np.random.default_rng(0).uniform(-1, 1, (5, 6))
+    again = pickle.loads(pickle.dumps(robot))  # noqa: S301 - what was written a moment ago
+    np.testing.assert_array_equal(again.forward(q), robot.forward(q))
