@@ -39,7 +39,7 @@ from fastcal.networks.population import Architecture
 from fastcal.networks.problem import problem_of
 from fastcal.networks.somm import PAPER as PAPER_SIZES
 from fastcal.networks.somm import fit_somm
-from fastcal.robot import pose
+from fastcal.robot.robot import pose
 
 NOISE, HEAVIEST = 2e-5, 30.0
 SIZES = (3e-5, 2.5e-5, 2.5e-5, 5e-5, 5e-5, 5e-5)

@@ -29,7 +29,7 @@ from fastcal.networks.options import Options
 from fastcal.networks.plain import fit_plain
 from fastcal.networks.population import Architecture
 from fastcal.networks.problem import Problem, problem_of
-from fastcal.robot import pose
+from fastcal.robot.robot import pose
 
 LEARNT, UNSEEN, GEOMETRY, PER_LOAD, HEAVY = 2796, 708, 90, 50, 168
 TOOL_KG, LOADS_KG, TESTED_KG = 3.6, (0.4, 1.95, 3.95, 5.95, 7.95, 9.95), (5.95, 9.95)

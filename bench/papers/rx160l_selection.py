@@ -23,8 +23,8 @@ from pathlib import Path
 import numpy as np
 
 from fastcal import Robot, calibrate, choose_parameters, load_robot, random_poses, simulate
-from fastcal.evaluation import ErrorStatistics
-from fastcal.selection import RX160L_ALWAYS, RX160L_OPTIONAL
+from fastcal.calibration.evaluation import ErrorStatistics
+from fastcal.selection.choose_parameters import RX160L_ALWAYS, RX160L_OPTIONAL
 from fastcal.units import to_si
 
 FITTED, UNSEEN, FOLDS = 90, 40, 3

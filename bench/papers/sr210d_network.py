@@ -27,7 +27,7 @@ from fastcal.networks.device import one_thread
 from fastcal.networks.mlp import fit_mlp
 from fastcal.networks.options import Options
 from fastcal.networks.problem import problem_of
-from fastcal.robot import pose
+from fastcal.robot.robot import pose
 
 LOAD, NOISE = 210.0, 3e-5
 SIZES = (6e-5, 1.1e-4, 1.1e-4, 1e-4, 1e-4, 1e-4)

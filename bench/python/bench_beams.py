@@ -26,7 +26,7 @@ import openseespy.opensees as ops
 from numpy.typing import NDArray
 from Pynite import FEModel3D
 
-from fastcal.beams import BeamFrame
+from fastcal.beams.frame import BeamFrame
 
 Array = NDArray[np.float64]
 # Post, shoulder, upper arm, crank, rod, lever (these four the parallelogram), forearm, hinge, telescope, gun.

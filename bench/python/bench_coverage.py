@@ -26,16 +26,16 @@ import joblib
 import numpy as np
 from scipy import special
 
-from fastcal.calibration import LOSSES, CalibrationResult, calibrate
-from fastcal.dataset import Dataset
-from fastcal.effect_origins import with_origins
-from fastcal.effects import build_effects, edge_name, edge_unit, full_name, parse_effects
+from fastcal.calibration.calibrate import LOSSES, CalibrationResult, calibrate
+from fastcal.calibration.options_from_data import with_origins
+from fastcal.calibration.simulation import perturbed, random_poses, simulate
+from fastcal.calibration.smoothing import prior_deviations
+from fastcal.effects.entries import build_effects, edge_name, edge_unit, full_name, parse_effects
 from fastcal.io.atomic import write_text
 from fastcal.io.robot_file import load_robot
 from fastcal.io.structure_schema import check_structure
-from fastcal.profile_penalty import prior_deviations
-from fastcal.robot import Robot, Spec
-from fastcal.simulation import perturbed, random_poses, simulate
+from fastcal.measurements.dataset import Dataset
+from fastcal.robot.robot import Robot, Spec
 from fastcal.units import from_si, to_si
 
 LEVEL = 0.95

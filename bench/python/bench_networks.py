@@ -18,6 +18,7 @@ import numpy as np
 import torch
 
 from fastcal import load_robot, random_poses, simulate
+from fastcal.calibration.simulation import perturbed
 from fastcal.networks import ga_dnn
 from fastcal.networks.bso_mlp import ARCHITECTURE
 from fastcal.networks.device import one_thread
@@ -27,7 +28,6 @@ from fastcal.networks.plain import Coordinates
 from fastcal.networks.population import Population
 from fastcal.networks.problem import Problem, problem_of
 from fastcal.networks.search import Candidate, losses_of
-from fastcal.simulation import perturbed
 
 Clock = Callable[[], float]
 

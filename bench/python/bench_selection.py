@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from fastcal import _core, load_robot, random_poses
-from fastcal.selection import RX160L_ALWAYS, RX160L_OPTIONAL
+from fastcal.selection.choose_parameters import RX160L_ALWAYS, RX160L_OPTIONAL
 
 Array = NDArray[np.float64]
 POSES, FOLDS, OPTIONAL = 90, 10, len(RX160L_OPTIONAL)

@@ -20,11 +20,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import Robot, load_robot, perturbed, random_poses
-from fastcal.dataset import Dataset
 from fastcal.diagnosis import Diagnosis
 from fastcal.diagnosis.library import Name, build_library
-from fastcal.effect_values import written_parameters
-from fastcal.effects import build_effects, edge_name, edge_unit
+from fastcal.effects.entries import build_effects, edge_name, edge_unit
+from fastcal.effects.values import written_parameters
+from fastcal.measurements.dataset import Dataset
 from fastcal.units import to_si
 
 FloatArray = NDArray[np.float64]

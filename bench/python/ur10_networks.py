@@ -16,8 +16,8 @@ from pathlib import Path
 import numpy as np
 
 from fastcal import Robot, calibrate, evaluate, load_measurements, load_robot
+from fastcal.calibration.realign import placed
 from fastcal.networks import train
-from fastcal.placement import placed
 
 
 def mean_mm(robot: Robot, data: object) -> float:

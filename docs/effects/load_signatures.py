@@ -12,7 +12,7 @@ from drawing import Figure, FloatArray
 from signatures import POINTS, arm, having, joint_error, over_joint, postures, shift
 
 from fastcal.io.robot_file import load_robot
-from fastcal.robot import Robot
+from fastcal.robot.robot import Robot
 from fastcal.units import from_si, to_si
 
 PAYLOADS = (0.0, 14.0)  # kg

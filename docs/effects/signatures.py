@@ -12,7 +12,7 @@ from drawing import Figure, FloatArray
 
 from fastcal import _core
 from fastcal.io.robot_file import load_robot
-from fastcal.robot import Robot
+from fastcal.robot.robot import Robot
 from fastcal.units import from_si, to_si
 
 POINTS = 121

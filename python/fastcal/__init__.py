@@ -10,75 +10,75 @@ from typing import TYPE_CHECKING, Any
 from fastcal._core import __version__
 
 if TYPE_CHECKING:
-    from fastcal.beams import BeamFrame
-    from fastcal.branches import branches
-    from fastcal.calibration import CalibrationResult, calibrate
+    from fastcal.beams.frame import BeamFrame
+    from fastcal.calibration.calibrate import CalibrationResult, calibrate
+    from fastcal.calibration.evaluation import evaluate
+    from fastcal.calibration.parameter_identifiability import Redundancy, redundancy
+    from fastcal.calibration.prediction import predict
+    from fastcal.calibration.regularization import regularized_least_squares
+    from fastcal.calibration.simulation import perturbed, random_poses, simulate
     from fastcal.compensation import Compensation, Targets, compensate, compensate_program, path_accuracy
     from fastcal.conversion import convert
-    from fastcal.dataset import Dataset
     from fastcal.design import design_poses
     from fastcal.diagnosis import Diagnosis, diagnose
     from fastcal.diagnosis.plan import foresee
+    from fastcal.effects.registered import register_effect
     from fastcal.errors import FastcalError, InvalidInput, ParseError
-    from fastcal.evaluation import evaluate
-    from fastcal.ik import InverseKinematics, inverse_kinematics
-    from fastcal.inertia import InertiaLoad, inertia_load
+    from fastcal.ik.all_configurations import branches
+    from fastcal.ik.inertia_load import InertiaLoad, inertia_load
+    from fastcal.ik.inverse_kinematics import InverseKinematics, inverse_kinematics
+    from fastcal.ik.posture import configurations
+    from fastcal.ik.redundancy_resolution import arm_angles, choose_posture
     from fastcal.io.measurements import load_measurements
     from fastcal.io.measurements_out import write_measurements
     from fastcal.io.robot_file import load_robot
     from fastcal.io.targets import load_targets
-    from fastcal.null_space import arm_angles, choose_posture
-    from fastcal.posture import configurations
-    from fastcal.prediction import predict
-    from fastcal.redundancy_analysis import Redundancy, redundancy
-    from fastcal.registered import register_effect
-    from fastcal.regularization import regularized_least_squares
+    from fastcal.measurements.dataset import Dataset
     from fastcal.report import write_report
-    from fastcal.robot import Robot
-    from fastcal.selection import choose_parameters
-    from fastcal.simulation import perturbed, random_poses, simulate
+    from fastcal.robot.robot import Robot
+    from fastcal.selection.choose_parameters import choose_parameters
 
 # Public name: the module that defines it, imported at the name's first use, so that `import fastcal` takes no time.
 _HOMES = {
-    "BeamFrame": "beams",
-    "CalibrationResult": "calibration",
+    "BeamFrame": "beams.frame",
+    "CalibrationResult": "calibration.calibrate",
     "Compensation": "compensation",
-    "Dataset": "dataset",
+    "Dataset": "measurements.dataset",
     "Diagnosis": "diagnosis",
     "FastcalError": "errors",
-    "InertiaLoad": "inertia",
-    "InverseKinematics": "ik",
+    "InertiaLoad": "ik.inertia_load",
+    "InverseKinematics": "ik.inverse_kinematics",
     "InvalidInput": "errors",
     "ParseError": "errors",
-    "Redundancy": "redundancy_analysis",
-    "Robot": "robot",
+    "Redundancy": "calibration.parameter_identifiability",
+    "Robot": "robot.robot",
     "Targets": "compensation",
-    "arm_angles": "null_space",
-    "branches": "branches",
-    "calibrate": "calibration",
-    "choose_parameters": "selection",
-    "choose_posture": "null_space",
+    "arm_angles": "ik.redundancy_resolution",
+    "branches": "ik.all_configurations",
+    "calibrate": "calibration.calibrate",
+    "choose_parameters": "selection.choose_parameters",
+    "choose_posture": "ik.redundancy_resolution",
     "compensate": "compensation",
     "compensate_program": "compensation",
-    "configurations": "posture",
+    "configurations": "ik.posture",
     "convert": "conversion",
     "design_poses": "design",
     "diagnose": "diagnosis",
-    "evaluate": "evaluation",
+    "evaluate": "calibration.evaluation",
     "foresee": "diagnosis.plan",
-    "inertia_load": "inertia",
-    "inverse_kinematics": "ik",
+    "inertia_load": "ik.inertia_load",
+    "inverse_kinematics": "ik.inverse_kinematics",
     "load_measurements": "io.measurements",
     "load_robot": "io.robot_file",
     "load_targets": "io.targets",
     "path_accuracy": "compensation",
-    "perturbed": "simulation",
-    "predict": "prediction",
-    "random_poses": "simulation",
-    "redundancy": "redundancy_analysis",
-    "register_effect": "registered",
-    "regularized_least_squares": "regularization",
-    "simulate": "simulation",
+    "perturbed": "calibration.simulation",
+    "predict": "calibration.prediction",
+    "random_poses": "calibration.simulation",
+    "redundancy": "calibration.parameter_identifiability",
+    "register_effect": "effects.registered",
+    "regularized_least_squares": "calibration.regularization",
+    "simulate": "calibration.simulation",
     "write_measurements": "io.measurements_out",
     "write_report": "report",
 }

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from fastcal import simulate
-from fastcal.dataset import Dataset
+from fastcal.calibration.simulation import random_poses
 from fastcal.io.robot_file import load_robot
-from fastcal.robot import Robot
-from fastcal.simulation import random_poses
+from fastcal.measurements.dataset import Dataset
+from fastcal.robot.robot import Robot
 
 
 @pytest.fixture(scope="session")

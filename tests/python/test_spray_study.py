@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import fastcal
-from fastcal.robot import Robot
+from fastcal.robot.robot import Robot
 
 PAPERS = Path(__file__).parents[2] / "bench" / "papers"
 

@@ -14,8 +14,8 @@ from fastcal.cli.console import fail, progress, say, warn
 from fastcal.cli.options import DataFile, Loss, Method, OutFolder, RobotFile, Rule, Threads
 
 if TYPE_CHECKING:
-    from fastcal.calibration import CalibrationResult
-    from fastcal.selection import Selection
+    from fastcal.calibration.calibrate import CalibrationResult
+    from fastcal.selection.choose_parameters import Selection
 
 NOT_CONVERGED = 3
 FILES = ("model.yaml", "result.json", "report.html")
@@ -46,11 +46,13 @@ def calibrate(
     threads: Threads = 1,
 ) -> None:
     """Identify a robot from measured poses."""
-    from fastcal import calibration, inspection, selection
+    from fastcal.calibration import calibrate as calibration
+    from fastcal.calibration import inspection
     from fastcal.errors import InvalidInput
     from fastcal.io.folder import check_folder
     from fastcal.io.measurements import load_measurements
     from fastcal.io.robot_file import load_robot
+    from fastcal.selection.choose_parameters import choose_parameters
 
     check_folder(output)
     if choose is not None and (priors or method != "nls"):
@@ -62,7 +64,7 @@ def calibrate(
         show("looking at the columns")
         suspected = inspection.suspicion(nominal, measured)
         given: dict[str, Any] = {"test": other, "effects": effects, "loss": loss, "threads": threads, "progress": show}
-        choice = None if choose is None else selection.choose_parameters(nominal, measured, rule=choose, **given)
+        choice = None if choose is None else choose_parameters(nominal, measured, rule=choose, **given)
         found = (
             choice.result if choice else calibration.calibrate(nominal, measured, method=method, priors=priors, **given)
         )

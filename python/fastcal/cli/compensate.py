@@ -15,7 +15,7 @@ from fastcal.cli.options import ModelFile, OutFile, Threads
 
 if TYPE_CHECKING:
     from fastcal.compensation import Compensation
-    from fastcal.robot import Robot
+    from fastcal.robot.robot import Robot
 
 
 def compensate(

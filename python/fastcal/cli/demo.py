@@ -15,8 +15,8 @@ from fastcal.cli.console import progress, say
 from fastcal.cli.options import Seed, Threads
 
 if TYPE_CHECKING:
-    from fastcal.dataset import Dataset
-    from fastcal.robot import Robot
+    from fastcal.measurements.dataset import Dataset
+    from fastcal.robot.robot import Robot
 
 ARM = "staubli_rx160l"
 HEAD = "Written by fastcal demo: a simulated arm, no real one was measured."
@@ -37,7 +37,7 @@ Folder = Annotated[Path, typer.Option("-o", "--output", metavar="OUT", help="The
 
 def demo(output: Folder = Path("fastcal-demo"), seed: Seed = 1, threads: Threads = 1) -> None:
     """Simulate a measured arm, calibrate it, and end with the path of the report."""
-    from fastcal.calibration import calibrate as identify
+    from fastcal.calibration.calibrate import calibrate as identify
     from fastcal.io.measurements import load_measurements
     from fastcal.io.robot_file import load_robot
 
@@ -73,11 +73,11 @@ def _check_ours(output: Path) -> None:
 
 def _write_measurements(output: Path, seed: int) -> None:
     """robot.yaml (nominal), measurements.csv and test.csv of an arm off by about 0.5 mm and 0.5 mrad, that yields."""
+    from fastcal.calibration.simulation import perturbed
     from fastcal.io.folder import atomic_folder
     from fastcal.io.measurements_out import write_measurements
     from fastcal.io.robot_file import load_robot, write_spec
-    from fastcal.robot import Robot
-    from fastcal.simulation import perturbed
+    from fastcal.robot.robot import Robot
 
     nominal = load_robot(ARM)
     compliances = [
@@ -95,7 +95,7 @@ def _write_measurements(output: Path, seed: int) -> None:
 def _measured(nominal: Robot, true: Robot, rows: int, outlier_share: float, seed: tuple[int, int]) -> Dataset:
     import numpy as np
 
-    from fastcal.simulation import random_poses, simulate
+    from fastcal.calibration.simulation import random_poses, simulate
     from fastcal.units import to_si
 
     random = np.random.default_rng(seed)

@@ -13,10 +13,10 @@ from fastcal.cli.console import progress, say, warn
 from fastcal.cli.options import OutFile, RobotFile, Seed, Threads
 
 if TYPE_CHECKING:
-    from fastcal.dataset import Dataset
     from fastcal.design import PoseDesign
-    from fastcal.robot import Robot
-    from fastcal.targets import Targets
+    from fastcal.measurements.dataset import Dataset
+    from fastcal.measurements.targets import Targets
+    from fastcal.robot.robot import Robot
 
 
 def design(

@@ -32,7 +32,8 @@ def diagnose(
     threads: Threads = 1,
 ) -> None:
     """Find what the model is missing, name it or say that it can't be told, and add it."""
-    from fastcal import diagnosis, inspection
+    from fastcal import diagnosis
+    from fastcal.calibration import inspection
     from fastcal.io.folder import check_folder
     from fastcal.io.measurements import load_measurements
     from fastcal.io.robot_file import load_robot

@@ -13,7 +13,7 @@ from fastcal.cli.console import progress, say, warn
 from fastcal.cli.options import DataFile, ModelFile, OutFile, Threads
 
 if TYPE_CHECKING:
-    from fastcal.evaluation import Evaluation
+    from fastcal.calibration.evaluation import Evaluation
 
 
 def predict(
@@ -23,10 +23,10 @@ def predict(
     threads: Threads = 1,
 ) -> None:
     """Predict where the tool is, and how surely, into a CSV file."""
+    from fastcal.calibration.prediction import predict as predicted
     from fastcal.io.measurements import load_measurements
     from fastcal.io.robot_file import load_robot
     from fastcal.io.tables import write_csv
-    from fastcal.prediction import predict as predicted
     from fastcal.units import from_si
 
     robot = load_robot(model)
@@ -53,13 +53,13 @@ def evaluate(
     threads: Threads = 1,
 ) -> None:
     """Hold a model against measured poses: error statistics, and ISO 9283 where poses repeat."""
-    from fastcal.evaluation import evaluate as evaluated
-    from fastcal.inspection import readback_notes
+    from fastcal.calibration.evaluation import evaluate as evaluated
+    from fastcal.calibration.extrapolation_notes import range_notes
+    from fastcal.calibration.inspection import readback_notes
+    from fastcal.calibration.prediction import correction_notes
     from fastcal.io.measurements import load_measurements
     from fastcal.io.results import write_json
     from fastcal.io.robot_file import load_robot
-    from fastcal.prediction import correction_notes
-    from fastcal.profile_range import range_notes
 
     robot = load_robot(model)
     measured = load_measurements(data, robot)

@@ -28,10 +28,10 @@ def simulate(
     threads: Threads = 1,
 ) -> None:
     """Simulate the measurement of a robot with its effects, into a CSV file."""
+    from fastcal.calibration.simulation import simulate as simulated
     from fastcal.io.measurements import load_measurements
     from fastcal.io.measurements_out import write_measurements
     from fastcal.io.robot_file import load_robot
-    from fastcal.simulation import simulate as simulated
     from fastcal.units import to_si
 
     arm = load_robot(robot)

@@ -6,7 +6,7 @@ from fastcal.compensation.commands import METHODS, Compensation, compensate
 from fastcal.compensation.one_step import one_step
 from fastcal.compensation.paths import PathAccuracy, path_accuracy
 from fastcal.compensation.programs import CompensatedProgram, compensate_program
-from fastcal.targets import Targets
+from fastcal.measurements.targets import Targets
 
 __all__ = [
     "METHODS",

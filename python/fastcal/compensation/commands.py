@@ -11,16 +11,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fastcal.calibration.extrapolation_notes import range_notes
+from fastcal.calibration.prediction import correction_notes
 from fastcal.compensation.following import follow
 from fastcal.compensation.one_step import one_step, pose_errors
-from fastcal.dataset import Dataset
 from fastcal.errors import InvalidInput
-from fastcal.ik import InverseKinematics, inverse_kinematics
-from fastcal.nominal import nominal_robot
-from fastcal.prediction import correction_notes
-from fastcal.profile_range import range_notes
-from fastcal.robot import Robot
-from fastcal.targets import Targets, targets_of
+from fastcal.ik.inverse_kinematics import InverseKinematics, inverse_kinematics
+from fastcal.measurements.dataset import Dataset
+from fastcal.measurements.targets import Targets, targets_of
+from fastcal.robot.controller_robot import nominal_robot
+from fastcal.robot.robot import Robot
 
 FloatArray = NDArray[np.float64]
 

@@ -9,10 +9,10 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from fastcal.ik import inverse_kinematics
-from fastcal.posture import Arm
+from fastcal.ik.inverse_kinematics import inverse_kinematics
+from fastcal.ik.posture import Arm
 from fastcal.programs.program import Language, Target
-from fastcal.robot import Robot
+from fastcal.robot.robot import Robot
 
 FloatArray = NDArray[np.float64]
 

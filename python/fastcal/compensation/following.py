@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.compensation.curves import between
-from fastcal.ik import InverseKinematics, inverse_kinematics
-from fastcal.robot import Robot
-from fastcal.targets import Targets
+from fastcal.ik.inverse_kinematics import InverseKinematics, inverse_kinematics
+from fastcal.measurements.targets import Targets
+from fastcal.robot.robot import Robot
 
 FloatArray = NDArray[np.float64]
 

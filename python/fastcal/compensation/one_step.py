@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
-from fastcal.robot import Robot
+from fastcal.robot.robot import Robot
 
 FloatArray = NDArray[np.float64]
 

@@ -21,9 +21,9 @@ from fastcal.compensation.commands import compensate
 from fastcal.compensation.curves import arc, between
 from fastcal.compensation.following import follow
 from fastcal.errors import InvalidInput
-from fastcal.nominal import nominal_robot
-from fastcal.robot import Robot
-from fastcal.targets import Targets, targets_of
+from fastcal.measurements.targets import Targets, targets_of
+from fastcal.robot.controller_robot import nominal_robot
+from fastcal.robot.robot import Robot
 
 FloatArray = NDArray[np.float64]
 

@@ -18,15 +18,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fastcal import se3
 from fastcal.compensation.commands import METHODS, notes_on_ranges
 from fastcal.compensation.configurations import Configurations
 from fastcal.compensation.one_step import one_step
 from fastcal.errors import InvalidInput, ParseError
-from fastcal.ik import inverse_kinematics
-from fastcal.nominal import nominal_robot
+from fastcal.ik.inverse_kinematics import inverse_kinematics
 from fastcal.programs import Cell, Document, Frames, Program, Target, Word
-from fastcal.robot import Robot
+from fastcal.robot import se3
+from fastcal.robot.controller_robot import nominal_robot
+from fastcal.robot.robot import Robot
 from fastcal.units import from_si
 
 FloatArray = NDArray[np.float64]

@@ -9,11 +9,12 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from fastcal import se3, units
+from fastcal import units
 from fastcal.conversion.chain import Body, Chain, Spec, chain_of, frame_of, si
 from fastcal.conversion.rows import dh_rows, mdh_rows
 from fastcal.errors import InvalidInput
-from fastcal.se3 import Array
+from fastcal.robot import se3
+from fastcal.robot.se3 import Array
 
 KINDS = ("dh", "mdh", "poe", "urdf")
 

@@ -14,8 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from fastcal import se3, units
-from fastcal.se3 import Array
+from fastcal import units
+from fastcal.robot import se3
+from fastcal.robot.se3 import Array
 
 Spec = dict[str, Any]
 

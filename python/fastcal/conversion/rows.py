@@ -15,9 +15,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fastcal import se3
 from fastcal.conversion.chain import Chain
-from fastcal.se3 import Array
+from fastcal.robot import se3
+from fastcal.robot.se3 import Array
 
 _EXACT = 1e-13  # [m] and [rad]: below this two lines meet, two directions are one
 _PARALLEL = 1e-3  # sine of an angle at which a measured axis may as well be parallel

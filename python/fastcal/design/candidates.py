@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fastcal.errors import InvalidInput
-from fastcal.robot import Robot
+from fastcal.robot.robot import Robot
 
 FloatArray = NDArray[np.float64]
 

@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
-from fastcal.calibration import asked_parameters, parameter_names
+from fastcal.calibration.calibrate import asked_parameters, parameter_names
 from fastcal.design.candidates import Candidates
-from fastcal.effects import Spec, identity
-from fastcal.robot import Robot
+from fastcal.effects.entries import Spec, identity
+from fastcal.robot.robot import Robot
 
 FloatArray = NDArray[np.float64]
 

@@ -10,14 +10,14 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fastcal import registered
-from fastcal.dataset import Dataset
 from fastcal.design.candidates import Candidates
-from fastcal.effects import Spec, label, parse_effects, without_repeats
+from fastcal.effects import registered
+from fastcal.effects.entries import Spec, label, parse_effects, without_repeats
 from fastcal.errors import InvalidInput
-from fastcal.ik import inverse_kinematics
-from fastcal.robot import Robot
-from fastcal.targets import Targets
+from fastcal.ik.inverse_kinematics import inverse_kinematics
+from fastcal.measurements.dataset import Dataset
+from fastcal.measurements.targets import Targets
+from fastcal.robot.robot import Robot
 
 FloatArray = NDArray[np.float64]
 

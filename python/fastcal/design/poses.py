@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fastcal import _core
-from fastcal.dataset import Dataset
 from fastcal.design.candidates import MOST, Candidates, postures, with_conditions
 from fastcal.design.linear import LinearProblem, linear_problem
 from fastcal.design.observability import INDICES, observability_indices
@@ -22,10 +21,11 @@ from fastcal.design.result import PoseDesign, in_order
 from fastcal.design.search import Found, Search
 from fastcal.design.separation import Separation, separating_poses
 from fastcal.design.surroundings import REASONS, Surroundings
-from fastcal.effects import Spec
+from fastcal.effects.entries import Spec
 from fastcal.errors import InvalidInput
-from fastcal.robot import Robot
-from fastcal.targets import Targets
+from fastcal.measurements.dataset import Dataset
+from fastcal.measurements.targets import Targets
+from fastcal.robot.robot import Robot
 from fastcal.units import to_si
 
 FloatArray = NDArray[np.float64]

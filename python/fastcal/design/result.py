@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
-from fastcal.dataset import Dataset
 from fastcal.design.candidates import Candidates, joint_ranges
 from fastcal.design.separation import Separation
-from fastcal.robot import Robot
+from fastcal.measurements.dataset import Dataset
+from fastcal.robot.robot import Robot
 
 FloatArray = NDArray[np.float64]
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
-from fastcal.robot import Robot
+from fastcal.robot.robot import Robot
 
 FloatArray = NDArray[np.float64]
 Point = Sequence[float]

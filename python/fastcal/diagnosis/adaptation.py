@@ -10,16 +10,16 @@ from typing import Any
 
 import numpy as np
 
-from fastcal.calibration import CalibrationResult, calibrate
-from fastcal.dataset import Dataset
+from fastcal.calibration.calibrate import CalibrationResult, calibrate
+from fastcal.calibration.evaluation import Evaluation, evaluate
 from fastcal.diagnosis.library import Name
 from fastcal.diagnosis.problem import with_nuisances
 from fastcal.diagnosis.result import GapStep, NamedValue
 from fastcal.diagnosis.search import MOST_EFFECTS, State
-from fastcal.effect_values import written_parameters
-from fastcal.effects import identity
-from fastcal.evaluation import Evaluation, evaluate
-from fastcal.robot import Robot, Spec
+from fastcal.effects.entries import identity
+from fastcal.effects.values import written_parameters
+from fastcal.measurements.dataset import Dataset
+from fastcal.robot.robot import Robot, Spec
 
 
 def calibrations(

@@ -16,8 +16,8 @@ from fastcal.diagnosis.fits import Fit, corner_start, identity_of
 from fastcal.diagnosis.generic import Curves, Generic
 from fastcal.diagnosis.library import Name
 from fastcal.diagnosis.problem import ONE, Problem, core_entry
-from fastcal.effects import build_effects
-from fastcal.robot import Spec
+from fastcal.effects.entries import build_effects
+from fastcal.robot.robot import Spec
 
 FloatArray = NDArray[np.float64]
 

@@ -12,8 +12,7 @@ from scipy import special
 from threadpoolctl import threadpool_limits
 
 from fastcal import _core
-from fastcal.calibration import CalibrationResult
-from fastcal.dataset import Dataset
+from fastcal.calibration.calibrate import CalibrationResult
 from fastcal.diagnosis import adaptation, grading, periodic, sensitivity, unexplained
 from fastcal.diagnosis.fits import fit
 from fastcal.diagnosis.library import Library, Name, build_library, parse_exclusions
@@ -24,7 +23,8 @@ from fastcal.diagnosis.result import Diagnosis, Finding, Unexplained
 from fastcal.diagnosis.search import Search, State
 from fastcal.diagnosis.words import sentence_of
 from fastcal.errors import InvalidInput
-from fastcal.robot import Robot, Spec
+from fastcal.measurements.dataset import Dataset
+from fastcal.robot.robot import Robot, Spec
 from fastcal.units import from_si
 
 _GUESS = 1e-4  # [m, rad] a common noise to begin with, where the data claim none

@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from fastcal import _core
+from fastcal.calibration.parameter_limits import has_prior
+from fastcal.calibration.smoothing import prior_deviations
 from fastcal.diagnosis.library import Name
 from fastcal.diagnosis.problem import Problem, core_entry, with_nuisances
-from fastcal.effects import build_effects
+from fastcal.effects.entries import build_effects
 from fastcal.errors import InvalidInput
-from fastcal.parameter_limits import has_prior
-from fastcal.profile_penalty import prior_deviations
-from fastcal.robot import Spec
+from fastcal.robot.robot import Spec
 
 FloatArray = NDArray[np.float64]
 

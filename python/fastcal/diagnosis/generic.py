@@ -16,7 +16,7 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
-from fastcal.dataset import Dataset
+from fastcal.measurements.dataset import Dataset
 
 FloatArray = NDArray[np.float64]
 

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from fastcal import _core
+from fastcal.calibration.evaluation import pose_groups
 from fastcal.diagnosis.library import LOADED, RICHER, SHAPES, Name
 from fastcal.diagnosis.periodic import PERIODIC
 from fastcal.diagnosis.search import GENERIC, NAMED, Search, State
 from fastcal.diagnosis.tails import p_values
-from fastcal.evaluation import pose_groups
 
 FloatArray = NDArray[np.float64]
 

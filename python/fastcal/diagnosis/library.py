@@ -11,12 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fastcal import registered
-from fastcal.dataset import Dataset
-from fastcal.effect_origins import with_origins
-from fastcal.effects import build_effects, effect_names, effect_owners, identity, label
+from fastcal.calibration.options_from_data import with_origins
+from fastcal.effects import registered
+from fastcal.effects.entries import build_effects, effect_names, effect_owners, identity, label
 from fastcal.errors import InvalidInput
-from fastcal.robot import Robot, Spec
+from fastcal.measurements.dataset import Dataset
+from fastcal.robot.robot import Robot, Spec
 
 FloatArray = NDArray[np.float64]
 Key = tuple[str, str]

@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg, special
 
-from fastcal.dataset import Dataset
+from fastcal.calibration.evaluation import pose_groups
 from fastcal.diagnosis.blocks import Blocks, blocks
 from fastcal.diagnosis.fits import Fit, fit
 from fastcal.diagnosis.problem import Noise, Problem
-from fastcal.evaluation import pose_groups
+from fastcal.measurements.dataset import Dataset
 from fastcal.units import from_si
 
 FloatArray = NDArray[np.float64]

@@ -21,12 +21,12 @@ from fastcal.diagnosis.fits import Fit
 from fastcal.diagnosis.problem import prepared_problem
 from fastcal.diagnosis.row_projections import Effect, Reading
 from fastcal.diagnosis.search import Search, State
-from fastcal.effects import core_options
-from fastcal.robot import Spec
+from fastcal.effects.entries import core_options
+from fastcal.robot.robot import Spec
 
 if TYPE_CHECKING:
-    from fastcal.dataset import Dataset
     from fastcal.diagnosis.result import Diagnosis, Finding
+    from fastcal.measurements.dataset import Dataset
 
 FloatArray = NDArray[np.float64]
 

@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.calibration.evaluation import pose_groups
 from fastcal.diagnosis.library import ORDERS, Name, harmonics
 from fastcal.diagnosis.tails import p_values
-from fastcal.evaluation import pose_groups
 
 if TYPE_CHECKING:
     from fastcal.diagnosis.search import Search, State

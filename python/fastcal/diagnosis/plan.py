@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fastcal.dataset import Dataset
+from fastcal.calibration.simulation import simulate
 from fastcal.diagnosis import sensitivity
 from fastcal.diagnosis.fits import fit
 from fastcal.diagnosis.library import Name, Untestable, build_library, parse_exclusions
@@ -19,8 +19,8 @@ from fastcal.diagnosis.problem import Noise, prepared_problem
 from fastcal.diagnosis.result import Smallest
 from fastcal.diagnosis.search import Search, State
 from fastcal.errors import InvalidInput
-from fastcal.robot import Robot
-from fastcal.simulation import simulate
+from fastcal.measurements.dataset import Dataset
+from fastcal.robot.robot import Robot
 
 if TYPE_CHECKING:
     from fastcal.design.candidates import Candidates  # the rooms of design are entered where a plan is made

@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
-from fastcal.calibration import Prepared, measurements, prepare
-from fastcal.conditions import build_samples, condition_columns
-from fastcal.dataset import Dataset
+from fastcal.calibration.calibrate import Prepared, measurements, prepare
 from fastcal.diagnosis.library import LOADED, NUISANCES, Name
-from fastcal.effects import build_effects, effect_owners
-from fastcal.robot import Robot, Spec
+from fastcal.effects.entries import build_effects, effect_owners
+from fastcal.measurements.conditions import build_samples, condition_columns
+from fastcal.measurements.dataset import Dataset
+from fastcal.robot.robot import Robot, Spec
 
 FloatArray = NDArray[np.float64]
 

@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.calibration.evaluation import Evaluation
 from fastcal.diagnosis.library import Untestable
-from fastcal.evaluation import Evaluation
-from fastcal.robot import Robot
+from fastcal.robot.robot import Robot
 
 if TYPE_CHECKING:
-    from fastcal.calibration import CalibrationResult
+    from fastcal.calibration.calibrate import CalibrationResult
     from fastcal.diagnosis.plan import SeparatingPlan
     from fastcal.diagnosis.search import Search, State
 

@@ -16,13 +16,13 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.calibration.change_point import find_step
 from fastcal.diagnosis.blocks import Blocks, blocks
 from fastcal.diagnosis.fits import Fit, fit
 from fastcal.diagnosis.library import RICHER, Key, Name
 from fastcal.diagnosis.periodic import waves
 from fastcal.diagnosis.problem import Problem
 from fastcal.diagnosis.tails import p_values
-from fastcal.step_search import find_step
 
 FloatArray = NDArray[np.float64]
 

@@ -15,7 +15,7 @@ from fastcal.diagnosis.library import Key, Library, Name, Untestable, needs
 from fastcal.diagnosis.result import Refusal, Smallest
 from fastcal.diagnosis.search import DETECT, NAMED, Search, State
 from fastcal.diagnosis.tails import p_values
-from fastcal.effects import build_effects, edge_name, edge_unit
+from fastcal.effects.entries import build_effects, edge_name, edge_unit
 from fastcal.units import from_si
 
 FloatArray = NDArray[np.float64]

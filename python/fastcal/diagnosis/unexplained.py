@@ -7,13 +7,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from fastcal.calibration import CalibrationResult
-from fastcal.dataset import Dataset
+from fastcal.calibration.calibrate import CalibrationResult
 from fastcal.diagnosis.problem import prepared_problem
 from fastcal.diagnosis.result import Unexplained
 from fastcal.diagnosis.search import GENERIC, Search, State
 from fastcal.diagnosis.tails import p_values
-from fastcal.robot import Robot, Spec
+from fastcal.measurements.dataset import Dataset
+from fastcal.robot.robot import Robot, Spec
 
 FloatArray = NDArray[np.float64]
 

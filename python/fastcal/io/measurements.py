@@ -10,12 +10,12 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from fastcal.dataset import Dataset, FloatArray
-from fastcal.dataset_checks import BadRow, RobotFacts, check_whole_rows
 from fastcal.errors import ParseError
 from fastcal.io.columns import KINDS, Column, match_columns, would_do
 from fastcal.io.table import Table
 from fastcal.io.tables import read_table
+from fastcal.measurements.checks import BadRow, RobotFacts, check_whole_rows
+from fastcal.measurements.dataset import Dataset, FloatArray
 from fastcal.units import from_si, to_si
 
 

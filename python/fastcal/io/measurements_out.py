@@ -10,8 +10,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from fastcal.dataset import Dataset, FloatArray
 from fastcal.io.tables import write_csv
+from fastcal.measurements.dataset import Dataset, FloatArray
 from fastcal.units import from_si
 
 Columns = dict[str, Sequence[float | str] | NDArray[np.generic]]

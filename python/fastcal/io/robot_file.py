@@ -17,7 +17,7 @@ from fastcal.io.robot_schema import Spec, check_spec
 from fastcal.io.urdf_file import read_urdf, urdf_text, what_urdf_loses
 from fastcal.io.yaml_file import read_yaml
 from fastcal.io.yaml_text import yaml_text
-from fastcal.robot import Robot
+from fastcal.robot.robot import Robot
 
 
 def load_robot(source: str | os.PathLike[str]) -> Robot:

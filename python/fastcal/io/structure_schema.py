@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from fastcal.beam_stiffness import end_stiffness
+from fastcal.beams.element_stiffness import end_stiffness
 from fastcal.errors import InvalidInput
 from fastcal.io.fields import Fields
-from fastcal.structure import DIRECTIONS, frame_names
+from fastcal.robot.structure import DIRECTIONS, frame_names
 
 Spec = dict[str, Any]
 

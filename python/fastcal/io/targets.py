@@ -8,16 +8,16 @@ import os
 
 import numpy as np
 
-from fastcal.conditions import condition_columns
-from fastcal.dataset import Dataset, FloatArray
-from fastcal.dataset_checks import QUATERNION_TOLERANCE, SCALE_LIMIT, BadRow
+from fastcal.calibration.prediction import rotations
 from fastcal.io.columns import match_columns, would_do
 from fastcal.io.measurements import Columns, quaternions_of_rpy, unknown_columns
 from fastcal.io.table import Table
 from fastcal.io.tables import read_table, write_csv
-from fastcal.prediction import rotations
-from fastcal.robot import Robot, length_or_angle_unit
-from fastcal.targets import Targets
+from fastcal.measurements.checks import QUATERNION_TOLERANCE, SCALE_LIMIT, BadRow
+from fastcal.measurements.conditions import condition_columns
+from fastcal.measurements.dataset import Dataset, FloatArray
+from fastcal.measurements.targets import Targets
+from fastcal.robot.robot import Robot, length_or_angle_unit
 from fastcal.units import from_si
 
 

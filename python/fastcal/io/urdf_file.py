@@ -13,7 +13,7 @@ from fastcal import _core, units
 from fastcal.errors import InvalidInput, ParseError
 from fastcal.io.robot_schema import Spec
 from fastcal.io.yaml_file import read_text
-from fastcal.se3 import Array, rotation_to_rpy
+from fastcal.robot.se3 import Array, rotation_to_rpy
 
 _NO_LIMIT = "1e6"
 

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.correction import Inputs
-from fastcal.dataset import Dataset
 from fastcal.errors import InvalidInput
-from fastcal.robot import Robot, pose
+from fastcal.measurements.dataset import Dataset
+from fastcal.robot.robot import Robot, pose
 from fastcal.units import from_si
 
 FloatArray = NDArray[np.float64]

@@ -11,13 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 from sklearn.ensemble import HistGradientBoostingRegressor
 
-from fastcal.calibration import calibrate
+from fastcal.calibration.calibrate import calibrate
 from fastcal.correction.experts import BoostedTrees, Neighbours
 from fastcal.correction.inputs import Scaling
 from fastcal.correction.trees import Trees
 from fastcal.networks.options import Options
 from fastcal.networks.problem import Problem
-from fastcal.robot import Robot, pose
+from fastcal.robot.robot import Robot, pose
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.correction.experts import Expert
-from fastcal.dataset import Dataset
 from fastcal.errors import InvalidInput
+from fastcal.measurements.dataset import Dataset
 from fastcal.networks import NETWORKS
 from fastcal.networks.bso_mlp import fit_bso_mlp
 from fastcal.networks.ca_somm import fit_ca_somm
@@ -27,7 +27,7 @@ from fastcal.networks.options import Options
 from fastcal.networks.problem import Problem, lengths_mm, problem_of
 from fastcal.networks.rivals import fit_boosting, fit_neighbours, profile_errors, with_profiles
 from fastcal.networks.somm import fit_somm
-from fastcal.robot import Robot
+from fastcal.robot.robot import Robot
 from fastcal.units import from_si
 
 FloatArray = NDArray[np.float64]

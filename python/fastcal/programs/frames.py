@@ -10,9 +10,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from fastcal import se3
 from fastcal.errors import ParseError
 from fastcal.programs.program import Move, Program, Target
+from fastcal.robot import se3
 
 FloatArray = NDArray[np.float64]
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from fastcal.posture import Arm
+from fastcal.ik.posture import Arm
 from fastcal.programs import orientation
 from fastcal.programs.program import Document, Move, Number, Program, Target, Word, decimal
 from fastcal.programs.scanning import Piece, blanked, closing, number, split

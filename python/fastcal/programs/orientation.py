@@ -7,7 +7,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from fastcal import _core, se3
+from fastcal import _core
+from fastcal.robot import se3
 
 FloatArray = NDArray[np.float64]
 
@@ -21,7 +22,7 @@ def from_quaternion(values: FloatArray) -> FloatArray:
 
 def to_quaternion(T: FloatArray) -> FloatArray:
     """x, y, z, qw, qx, qy, qz of T, qw at least 0."""
-    from fastcal.prediction import quaternions
+    from fastcal.calibration.prediction import quaternions
 
     return np.concatenate([T[:3, 3], quaternions(T[None, :3, :3])[0]])
 

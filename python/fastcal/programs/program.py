@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.errors import ParseError
-from fastcal.posture import Arm
+from fastcal.ik.posture import Arm
 from fastcal.units import from_si, to_si
 
 FloatArray = NDArray[np.float64]

@@ -21,8 +21,8 @@ from fastcal.report.words import listed, verdict
 from fastcal.units import from_si
 
 if TYPE_CHECKING:
-    from fastcal.calibration import CalibrationResult
-    from fastcal.evaluation import Evaluation
+    from fastcal.calibration.calibrate import CalibrationResult
+    from fastcal.calibration.evaluation import Evaluation
 
 Array = NDArray[np.float64]
 

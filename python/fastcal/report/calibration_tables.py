@@ -15,7 +15,7 @@ from fastcal.report.tables import Cell, Column, Group, Table, capitalised, numbe
 from fastcal.report.view import Rows
 
 if TYPE_CHECKING:
-    from fastcal.calibration import IdentifiedParameter
+    from fastcal.calibration.calibrate import IdentifiedParameter
 
 OUTLIER_LIMIT = 25
 PAIR_LIMIT = 15

@@ -45,9 +45,9 @@ from fastcal.report.trends import trend
 from fastcal.report.view import Rows, rows_of
 
 if TYPE_CHECKING:
+    from fastcal.calibration.evaluation import Evaluation
     from fastcal.diagnosis.result import Diagnosis, Finding
     from fastcal.diagnosis.search import State
-    from fastcal.evaluation import Evaluation
 
 FILES = ("model.yaml", "diagnosis.json", "report.html", "next_poses.csv")
 _FRAME = "the measuring frame"

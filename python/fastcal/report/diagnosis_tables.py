@@ -9,7 +9,7 @@ from itertools import groupby
 from typing import TYPE_CHECKING
 
 from fastcal.diagnosis.words import EFFECTS, owner_in_words
-from fastcal.effects import build_effects, edge_name
+from fastcal.effects.entries import build_effects, edge_name
 from fastcal.report import shop
 from fastcal.report.diagnosis_words import reason_in_words, spoken_label
 from fastcal.report.formatting import fixed, percent

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from fastcal.io.yaml_text import yaml_text
-from fastcal.robot import Spec
+from fastcal.robot.robot import Spec
 
 if TYPE_CHECKING:
     from fastcal.diagnosis.result import Finding

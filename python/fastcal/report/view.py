@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from fastcal import units
 
 if TYPE_CHECKING:
-    from fastcal.dataset import Dataset
-    from fastcal.evaluation import ErrorStatistics, Evaluation
+    from fastcal.calibration.evaluation import ErrorStatistics, Evaluation
+    from fastcal.measurements.dataset import Dataset
 
 Array = NDArray[np.float64]
 

@@ -14,7 +14,7 @@ from fastcal.report.trends import Trend
 from fastcal.report.view import Rows
 
 if TYPE_CHECKING:
-    from fastcal.calibration import CalibrationResult
+    from fastcal.calibration.calibrate import CalibrationResult
 
 _WORSE_ON_TEST = 1.3
 _NO_GAIN = 0.97

@@ -106,7 +106,7 @@ def test_columns_that_were_meant_otherwise_are_refused_with_the_evidence(
 
 def test_what_calibration_takes_up_is_a_warning_and_not_corrected(demo, good, tmp_path, fastcal, monkeypatch) -> None:
     suspected = "the points do not fit this robot: ...; nothing was changed"
-    monkeypatch.setattr("fastcal.inspection.suspicion", lambda robot, data: suspected)
+    monkeypatch.setattr("fastcal.calibration.inspection.suspicion", lambda robot, data: suspected)
     said = fastcal("calibrate", demo / "robot.yaml", good, "-o", tmp_path / "new")
     assert said.code == 0
     assert f"fastcal: warning: {suspected}" in said.err.splitlines()
@@ -180,7 +180,7 @@ def test_a_fault_of_fastcal_is_one_line_too(demo, good, tmp_path, fastcal, monke
     def breaks(*args: object, **options: object) -> Callable[..., None]:
         raise ZeroDivisionError("a fault\nof two lines")
 
-    monkeypatch.setattr("fastcal.calibration.calibrate", breaks)
+    monkeypatch.setattr("fastcal.calibration.calibrate.calibrate", breaks)
     said = fastcal("calibrate", demo / "robot.yaml", good, "-o", tmp_path / "out")
     assert said.code == 1
     assert said.error.startswith("internal error, ZeroDivisionError: a fault of two lines")

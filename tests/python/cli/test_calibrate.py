@@ -16,10 +16,10 @@ import numpy as np
 import pytest
 
 import fastcal as library
-from fastcal import calibration
-from fastcal.calibration import LOSSES, METHODS
+from fastcal.calibration import calibrate as calibration
+from fastcal.calibration.calibrate import LOSSES, METHODS
 from fastcal.cli import options
-from fastcal.selection import RULES
+from fastcal.selection.choose_parameters import RULES
 
 
 def strict_json(path: Path) -> dict[str, Any]:

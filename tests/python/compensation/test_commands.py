@@ -11,7 +11,7 @@ import fastcal
 from fastcal.compensation.curves import between
 from fastcal.correction import Corrected
 from fastcal.errors import InvalidInput
-from fastcal.nominal import nominal_record, nominal_robot
+from fastcal.robot.controller_robot import nominal_record, nominal_robot
 
 START = {
     "staubli_rx160l": [10.0, 20.0, 80.0, 15.0, 50.0, -20.0],

@@ -14,11 +14,11 @@ import numpy as np
 import pytest
 
 import fastcal
-from fastcal.conditions import condition_columns
-from fastcal.dataset import Dataset
-from fastcal.nominal import nominal_robot
-from fastcal.robot import Robot
-from fastcal.simulation import perturbed, simulate
+from fastcal.calibration.simulation import perturbed, simulate
+from fastcal.measurements.conditions import condition_columns
+from fastcal.measurements.dataset import Dataset
+from fastcal.robot.controller_robot import nominal_robot
+from fastcal.robot.robot import Robot
 
 # Set: what is asked of the calibration, and what stands in the true arm's file beside the values.
 SETS: dict[str, tuple[str, list[dict[str, Any]]]] = {

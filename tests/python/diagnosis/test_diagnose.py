@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 from fastcal import InvalidInput, Robot, load_robot, perturbed, random_poses, simulate
-from fastcal.dataset import Dataset
 from fastcal.diagnosis import Diagnosis, diagnose
 from fastcal.diagnosis.grading import Evidence, grade
 from fastcal.diagnosis.library import Name, build_library, harmonics, parse_exclusions
 from fastcal.diagnosis.noise import lone, repeats
+from fastcal.measurements.dataset import Dataset
 
 SIGMA = 4e-5  # [m]
 ROWS = 110

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fastcal.dataset import Dataset
 from fastcal.io.robot_file import load_robot
-from fastcal.robot import Robot
+from fastcal.measurements.dataset import Dataset
+from fastcal.robot.robot import Robot
 
 Spec = dict[str, Any]
 

@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 
 import fastcal
-from fastcal.calibration import calibrate
+from fastcal.calibration.calibrate import calibrate
+from fastcal.calibration.simulation import perturbed, random_poses, simulate
 from fastcal.io.robot_file import load_robot, read_spec
-from fastcal.robot import Robot
-from fastcal.simulation import perturbed, random_poses, simulate
-from fastcal.structure import full_matrix
+from fastcal.robot.robot import Robot
+from fastcal.robot.structure import full_matrix
 from fastcal.units import to_si
 
 ROOT = Path(__file__).parents[3]

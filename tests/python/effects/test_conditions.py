@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fastcal.calibration import calibrate
-from fastcal.dataset import Dataset
+from fastcal.calibration.calibrate import calibrate
+from fastcal.calibration.simulation import simulate
 from fastcal.errors import InvalidInput
-from fastcal.robot import Robot
-from fastcal.simulation import simulate
+from fastcal.measurements.dataset import Dataset
+from fastcal.robot.robot import Robot
 
 MISSING = [
     ("thermal_expansion@robot", "temperature", "thermal_expansion@robot needs the column temperature_c"),

@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 
 from fastcal import _core
-from fastcal.calibration import calibrate
-from fastcal.dataset import Dataset
-from fastcal.effect_values import edge_values, parameter_values, polar_pairs, written_parameters
-from fastcal.effects import build_effects, core_options, effect_names, effect_owners, parse_effects
+from fastcal.calibration.calibrate import calibrate
+from fastcal.calibration.simulation import simulate
+from fastcal.effects.entries import build_effects, core_options, effect_names, effect_owners, parse_effects
+from fastcal.effects.values import edge_values, parameter_values, polar_pairs, written_parameters
 from fastcal.errors import InvalidInput
 from fastcal.io.robot_file import load_robot
-from fastcal.robot import Robot
-from fastcal.simulation import simulate
+from fastcal.measurements.dataset import Dataset
+from fastcal.robot.robot import Robot
 from fastcal.units import UNITS
 
 HARMONIC: dict[str, Any] = {"effect": "gear_harmonic", "owner": "joint2", "order": 2.0}

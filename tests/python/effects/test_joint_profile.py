@@ -10,13 +10,13 @@ import pytest
 from numpy.typing import NDArray
 
 from fastcal import _core
-from fastcal.calibration import calibrate
-from fastcal.dataset import Dataset
-from fastcal.prediction import predict
-from fastcal.profile_penalty import LinearProblem, choose_curvatures, prior_deviations
-from fastcal.profile_range import range_notes
-from fastcal.robot import Robot
-from fastcal.simulation import perturbed, simulate
+from fastcal.calibration.calibrate import calibrate
+from fastcal.calibration.extrapolation_notes import range_notes
+from fastcal.calibration.prediction import predict
+from fastcal.calibration.simulation import perturbed, simulate
+from fastcal.calibration.smoothing import LinearProblem, choose_curvatures, prior_deviations
+from fastcal.measurements.dataset import Dataset
+from fastcal.robot.robot import Robot
 
 FloatArray = NDArray[np.float64]
 

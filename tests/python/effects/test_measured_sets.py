@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from fastcal.calibration import align, calibrate
-from fastcal.identified import with_frames
+from fastcal.calibration.calibrate import align, calibrate
 from fastcal.io.measurements import load_measurements
 from fastcal.io.robot_file import load_robot
-from fastcal.robot import Robot
+from fastcal.robot.identified_spec import with_frames
+from fastcal.robot.robot import Robot
 
 FloatArray = NDArray[np.float64]
 

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import fastcal
-from fastcal.compliance import from_payload_pairs, same_posture
-from fastcal.dataset import Dataset
-from fastcal.robot import Robot
+from fastcal.calibration.payload_pairs import from_payload_pairs, same_posture
+from fastcal.measurements.dataset import Dataset
+from fastcal.robot.robot import Robot
 
 # Table 3 of the paper, which is in N mm/rad: critical torque [N m], compliance below and above [rad/(N m)].
 TABLE_3 = {

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fastcal.calibration import calibrate
-from fastcal.dataset import Dataset
-from fastcal.robot import Robot
-from fastcal.simulation import perturbed, simulate
+from fastcal.calibration.calibrate import calibrate
+from fastcal.calibration.simulation import perturbed, simulate
+from fastcal.measurements.dataset import Dataset
+from fastcal.robot.robot import Robot
 from fastcal.units import to_si
 
 NOISE = to_si(0.03, "mm")

@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from fastcal import registered
-from fastcal.calibration import calibrate
-from fastcal.dataset import Dataset
-from fastcal.effects import effect_names, parse_effects
+from fastcal.calibration.calibrate import calibrate
+from fastcal.calibration.simulation import perturbed, simulate
+from fastcal.effects import registered
+from fastcal.effects.entries import effect_names, parse_effects
+from fastcal.effects.registered import States, register_effect
 from fastcal.errors import InvalidInput
-from fastcal.registered import States, register_effect
-from fastcal.robot import Robot
-from fastcal.simulation import perturbed, simulate
+from fastcal.measurements.dataset import Dataset
+from fastcal.robot.robot import Robot
 
 FloatArray = NDArray[np.float64]
 

@@ -5,8 +5,8 @@
 import numpy as np
 import pytest
 
-from fastcal.row_weights import HUBER, huber_weights
-from fastcal.step_search import find_step
+from fastcal.calibration.change_point import find_step
+from fastcal.calibration.row_weights import HUBER, huber_weights
 
 
 def problem(at: int, size: float, outliers: int = 0) -> tuple[np.ndarray, ...]:

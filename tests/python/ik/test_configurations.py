@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fastcal import InvalidInput, Robot, configurations, inverse_kinematics, load_robot, perturbed, random_poses
-from fastcal.posture import Arm
+from fastcal.ik.posture import Arm
 from fastcal.robots import available
 
 SIX = [name for name in available() if load_robot(name).joint_types == ["revolute"] * 6]

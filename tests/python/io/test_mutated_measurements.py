@@ -15,10 +15,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from fastcal.dataset import Dataset
 from fastcal.errors import FastcalError
 from fastcal.io.measurements import load_measurements
 from fastcal.io.text_tables import read_text_table
+from fastcal.measurements.dataset import Dataset
 
 ARM = SimpleNamespace(
     joint_types=["revolute"] * 2, limits=np.array([[-math.pi, math.pi]] * 2), reach=1.5, joint_count=2

@@ -10,7 +10,7 @@ import pytest
 
 from fastcal.errors import ParseError
 from fastcal.io.robot_schema import check_spec
-from fastcal.robot import Robot
+from fastcal.robot.robot import Robot
 
 Spec = dict[str, Any]
 

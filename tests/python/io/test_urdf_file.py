@@ -9,12 +9,13 @@ from xml.etree import ElementTree as ET
 import numpy as np
 import pytest
 
-from fastcal import robots, se3
+from fastcal import robots
 from fastcal.conversion import convert
 from fastcal.errors import InvalidInput, ParseError
 from fastcal.io.robot_file import load_robot, read_spec, write_spec
 from fastcal.io.urdf_file import urdf_text, what_urdf_loses
-from fastcal.se3 import Array
+from fastcal.robot import se3
+from fastcal.robot.se3 import Array
 
 Spec = dict[str, Any]
 

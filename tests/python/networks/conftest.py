@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import fastcal
-from fastcal.dataset import Dataset
-from fastcal.robot import Robot
+from fastcal.measurements.dataset import Dataset
+from fastcal.robot.robot import Robot
 
 NOISE = 2e-5
 

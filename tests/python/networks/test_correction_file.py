@@ -14,9 +14,9 @@ from safetensors.numpy import load, save
 
 import fastcal
 from fastcal.correction.serialize import from_plain, to_plain
-from fastcal.dataset import Dataset
 from fastcal.errors import InvalidInput, ParseError
 from fastcal.io.correction_file import read_correction, write_correction
+from fastcal.measurements.dataset import Dataset
 
 pytest.importorskip("torch")
 from fastcal.networks import TrainingResult

@@ -11,8 +11,8 @@ import pytest
 torch = pytest.importorskip("torch")
 
 from fastcal.correction.correction import limited  # noqa: E402 - torch first, or the file is skipped
-from fastcal.dataset import Dataset  # noqa: E402
 from fastcal.errors import InvalidInput  # noqa: E402
+from fastcal.measurements.dataset import Dataset  # noqa: E402
 from fastcal.networks import TrainingResult, train  # noqa: E402
 from fastcal.networks.device import one_thread  # noqa: E402
 from fastcal.networks.export import export  # noqa: E402
@@ -21,7 +21,7 @@ from fastcal.networks.options import Options  # noqa: E402
 from fastcal.networks.plain import fit_plain  # noqa: E402
 from fastcal.networks.population import Architecture  # noqa: E402
 from fastcal.networks.problem import problem_of  # noqa: E402
-from fastcal.robot import Robot  # noqa: E402
+from fastcal.robot.robot import Robot  # noqa: E402
 
 
 def meant(model: Robot, unseen: Dataset) -> tuple[list[np.ndarray], np.ndarray]:

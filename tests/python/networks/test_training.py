@@ -14,13 +14,13 @@ import pytest
 from numpy.typing import NDArray
 
 import fastcal
+from fastcal.calibration.realign import placed
 from fastcal.correction.dense import DenseNet
 from fastcal.correction.experts import AxisNetworks
 from fastcal.correction.inputs import Scaling
-from fastcal.dataset import Dataset
 from fastcal.errors import InvalidInput
-from fastcal.placement import placed
-from fastcal.robot import Robot
+from fastcal.measurements.dataset import Dataset
+from fastcal.robot.robot import Robot
 from fastcal.units import from_si
 
 pytest.importorskip("torch")

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from fastcal.calibration import CalibrationResult, IdentifiedParameter, Unidentifiable
-from fastcal.dataset import Dataset
-from fastcal.evaluation import ErrorStatistics, Evaluation, distances
+from fastcal.calibration.calibrate import CalibrationResult, IdentifiedParameter, Unidentifiable
+from fastcal.calibration.evaluation import ErrorStatistics, Evaluation, distances
 from fastcal.io.robot_file import load_robot
-from fastcal.robot import Robot
+from fastcal.measurements.dataset import Dataset
+from fastcal.robot.robot import Robot
 
 Array = NDArray[np.float64]
 MakeResult = Callable[..., CalibrationResult]

@@ -16,7 +16,7 @@ from typing import Any
 
 import pytest
 
-from fastcal.calibration import CalibrationResult
+from fastcal.calibration.calibrate import CalibrationResult
 from fastcal.report import calibration_page
 
 MakeResult = Callable[..., CalibrationResult]

@@ -18,7 +18,7 @@ import numpy as np
 import plotly.graph_objects as go
 import pytest
 
-from fastcal.calibration import CalibrationResult
+from fastcal.calibration.calibrate import CalibrationResult
 from fastcal.report import calibration_page, write_report
 from fastcal.report.page import to_script_json
 

@@ -7,9 +7,9 @@ from collections.abc import Callable
 import numpy as np
 
 from fastcal import units
-from fastcal.calibration import CalibrationResult
-from fastcal.dataset import Dataset
-from fastcal.evaluation import ErrorStatistics, Evaluation, distances
+from fastcal.calibration.calibrate import CalibrationResult
+from fastcal.calibration.evaluation import ErrorStatistics, Evaluation, distances
+from fastcal.measurements.dataset import Dataset
 from fastcal.report import tables
 from fastcal.report.calibration_tables import accuracy_table, outlier_table, parameter_table
 from fastcal.report.view import rows_of

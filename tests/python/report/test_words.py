@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from fastcal.calibration import CalibrationResult
+from fastcal.calibration.calibrate import CalibrationResult
 from fastcal.report.trends import Trend, trend
 from fastcal.report.view import Rows, Statistics, rows_of
 from fastcal.report.words import Verdict, listed, verdict

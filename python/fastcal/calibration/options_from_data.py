@@ -1,0 +1,99 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""What an effect takes from the data that it is first fitted on and keeps on every other file: origins, labels, ranges.
+
+Temperature and time count from the middle of the data: there the geometry stands as it is identified, and is least
+entangled with the effect.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from fastcal.effects.entries import LABELS, Spec, core_options, label
+from fastcal.errors import InvalidInput
+from fastcal.measurements.dataset import Dataset
+from fastcal.robot.robot import Robot
+from fastcal.units import from_si
+
+_DECIMALS = 3  # an origin is a choice: milliseconds and millikelvins of it mean nothing
+
+
+def with_origins(entry: Spec, robot: Robot, data: Dataset) -> Spec:
+    """The entry with the options that the data decide; those that it has already stay.
+
+    Raises:
+        InvalidInput: The data have no such column, or too little in it.
+    """
+    filler = _FILLERS.get(entry["effect"])
+    return dict(entry) if filler is None else {**filler(entry, robot, data), **entry}
+
+
+def _temperature(entry: Spec, robot: Robot, data: Dataset) -> Spec:
+    if data.temperature is None:
+        raise _missing(entry, "temperature_c")
+    return {"t0_c": round(from_si(float(np.mean(data.temperature)), "c"), _DECIMALS)}
+
+
+def _time(entry: Spec, robot: Robot, data: Dataset) -> Spec:
+    if data.time is None:
+        raise _missing(entry, "time_s")
+    return {"t0_s": round(float(np.mean(data.time)), _DECIMALS)}
+
+
+def _labels(entry: Spec, robot: Robot, data: Dataset) -> Spec:
+    option = LABELS[entry["effect"]]
+    column = option.removesuffix("s")
+    codes, names = getattr(data, column), getattr(data, f"{column}_names")
+    if codes is None:
+        raise _missing(entry, column)
+    present = [names[i] for i in dict.fromkeys(codes.tolist())]
+    if len(entry.get(option, present)) < 2:
+        raise InvalidInput(
+            f"{label(entry)} needs at least two labels in the column {column}, and the data have only '{present[0]}'"
+        )
+    return {option: present}
+
+
+def _range(entry: Spec, robot: Robot, data: Dataset) -> Spec:
+    if core_options(entry).get("periodic"):
+        return {}
+    joint = int(entry["owner"].removeprefix("joint")) - 1
+    low, high = float(data.q[:, joint].min()), float(data.q[:, joint].max())
+    if not low < high:
+        raise InvalidInput(f"{label(entry)} needs data in which joint {joint + 1} moves")
+    unit = "rad" if robot.joint_types[joint] == "revolute" else "m"
+    return {f"low_{unit}": low, f"high_{unit}": high}
+
+
+def _harmonic(entry: Spec, robot: Robot, data: Dataset) -> Spec:
+    """The order; of a wave at least half a period must fit into the joint's range, or offset and ratio do as well."""
+    if entry.get("side") == "motor":
+        return {}
+    joint = int(entry["owner"].removeprefix("joint")) - 1
+    low, high = robot.limits[joint]
+    order = float(core_options(entry).get("order", 1.0))
+    if order * (high - low) < math.pi:
+        reach = from_si(float(high - low), "deg")
+        raise InvalidInput(
+            f"{label(entry)}: of order {order:g} less than half a period fits into the joint's {reach:.4g} deg"
+        )
+    return {"order": order}
+
+
+def _missing(entry: Spec, column: str) -> InvalidInput:
+    return InvalidInput(f"{label(entry)} needs the column {column}, which the data do not have")
+
+
+_FILLERS: dict[str, Callable[[Spec, Robot, Dataset], Spec]] = {
+    "thermal_expansion": _temperature,
+    "thermal_offset": _temperature,
+    "base_drift": _time,
+    "station_offset": _labels,
+    "tool_shift": _labels,
+    "joint_profile": _range,
+    "gear_harmonic": _harmonic,
+}

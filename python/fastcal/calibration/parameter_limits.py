@@ -1,0 +1,69 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""What is known of parameters before any data: their bounds, and Gaussian priors where they are asked for."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal import _core
+from fastcal.calibration.smoothing import prior_deviations
+from fastcal.errors import InvalidInput
+from fastcal.robot.robot import Robot, Spec
+
+FloatArray = NDArray[np.float64]
+
+PRIOR_SIZES = 3.0  # standard deviation of a prior that `priors` asks for, in plausible sizes
+
+
+def has_prior(entry: Spec) -> bool:
+    """Is an effect a nuisance (`prior: yes`), each parameter held where it is expected, within its plausible size?"""
+    answers = {True: True, "yes": True, False: False, "no": False}
+    prior = entry.get("prior", False)
+    if not isinstance(prior, str | bool) or prior not in answers:
+        raise InvalidInput(f"{entry['effect']}@{entry['owner']}: prior is yes or no, got {prior!r}")
+    return answers[prior]
+
+
+def parameter_limits(
+    robot: Robot, model: _core.ErrorModel, anchor_count: int, *, priors: bool
+) -> dict[str, FloatArray]:
+    """Keyword arguments of the core's `identify`, one number a parameter of the model and three an anchor, SI.
+
+    Args:
+        robot: Its effects say which of them are nuisances (`prior: yes`): each parameter is held near what the robot
+            file says, which is 0 but for the scale of a structure, with its plausible size as standard deviation.
+        model: The model of `robot` with base and tool fitted.
+        anchor_count: Anchors of measured lengths; nothing is known of them.
+        priors: Hold all parameters but base and tool where the model starts (a scale that starts at 0: where it is
+            expected), with PRIOR_SIZES plausible sizes.
+
+    Returns:
+        lower, upper: empty where nothing is bounded. prior_mean, prior_sigma: empty where there are no priors.
+    """
+    parameters = model.parameters
+    infinite = np.full(3 * anchor_count, np.inf)
+    limits: dict[str, FloatArray] = {}
+    if any(np.isfinite([p.lower, p.upper]).any() for p in parameters):
+        limits["lower"] = np.concatenate([[p.lower for p in parameters], -infinite])
+        limits["upper"] = np.concatenate([[p.upper for p in parameters], infinite])
+    size = np.array([p.sigma for p in parameters])
+    expected = np.array([p.expected for p in parameters])
+    mean = np.where(model.start == 0, expected, model.start)
+    sigma = np.full(len(parameters), np.inf)
+    if priors:
+        held = np.array([p.owner not in ("base", "tool") for p in parameters])
+        sigma[held] = PRIOR_SIZES * size[held]
+    at = len(model.robot.parameters)
+    for entry, effect in zip(robot.spec.get("effects") or [], robot.effects, strict=True):
+        own = slice(at, at + len(effect.parameters))
+        if has_prior(entry):
+            mean[own], sigma[own] = expected[own], size[own]
+        if effect.penalty and "curvature" in entry:
+            mean[own], sigma[own] = 0.0, prior_deviations(float(entry["curvature"]), np.asarray(effect.penalty))
+        at = own.stop
+    if np.isfinite(sigma).any():
+        limits["prior_mean"] = np.concatenate([mean, np.zeros(len(infinite))])
+        limits["prior_sigma"] = np.concatenate([sigma, infinite])
+    return limits

@@ -1,0 +1,97 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""What the core identified, as a result tells it: the table of parameters, what moves together, outliers, the noise."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import special
+
+from fastcal import _core
+from fastcal.calibration.result import IdentifiedParameter
+from fastcal.effects.entries import edge_name, edge_unit
+from fastcal.effects.values import polar_pairs
+from fastcal.measurements.dataset import Dataset
+from fastcal.robot.robot import Robot
+from fastcal.units import factor, from_si
+
+FloatArray = NDArray[np.float64]
+
+OUTLIER_SHARE = 0.01  # a row is listed where normal noise would make one so large in one of a hundred data sets
+CORRELATED = 0.95
+
+
+def parameter_table(
+    start: Robot, model: _core.ErrorModel, found: _core.Identification, data: Dataset
+) -> tuple[list[IdentifiedParameter], FloatArray]:
+    """Identified numbers in edge units and their covariance in SI; harmonics as amplitude and phase.
+
+    The turns of base and tool are those from nominal to identified, about their own axes.
+    """
+    own = len(model.robot.parameters)
+    count = len(model.parameters)
+    nominal = np.concatenate([start.error_model.start, np.zeros(len(found.parameters) - count)])
+    theta = np.array(found.theta)
+    for first, T, T_nominal in zip(
+        (0, own - 6), model.robot.base_and_tool(theta[:own]), start.core.base_and_tool(start.core.nominal), strict=True
+    ):
+        theta[first + 3 : first + 6] = _core.log_so3(T_nominal[:3, :3].T @ T[:3, :3])
+    names = {i: edge_name(p, geometry=i < own or i >= count) for i, p in enumerate(found.parameters)}
+    place = {i: k for k, i in enumerate(found.free)}
+    slope = np.eye(len(place))
+    for pair in polar_pairs(start.spec.get("effects") or [], start.effects, own, theta):
+        if all(i in place for i in pair.indices):
+            at = [place[i] for i in pair.indices]
+            slope[np.ix_(at, at)] = pair.slope
+            theta[pair.indices], nominal[pair.indices] = pair.values, pair.polar_of(nominal[pair.indices])
+            names |= dict(zip(pair.indices, pair.names, strict=True))
+    covariance = slope @ np.asarray(found.covariance).reshape(slope.shape) @ slope.T
+    out = []
+    for i, deviation in zip(found.free, np.sqrt(np.diag(covariance)), strict=True):
+        parameter = found.parameters[i]
+        unit = edge_unit(parameter, geometry=i < own or i >= count)
+        owner = (
+            parameter.owner if i < count else f"anchor {data.anchor_names[int(parameter.owner.removeprefix('anchor'))]}"
+        )
+        value, before = from_si(float(theta[i]), unit), from_si(float(nominal[i]), unit)
+        out.append(IdentifiedParameter(names[i], owner, value, float(deviation) / factor(unit), unit, before))
+    return out, covariance
+
+
+def anchor_places(found: _core.Identification, data: Dataset, count: int) -> dict[str, FloatArray]:
+    """Places (3,) of the anchors of measured lengths, which stand behind the model's `count` parameters."""
+    places = np.asarray(found.theta)[count:].reshape(-1, 3)
+    return dict(zip(data.anchor_names, places, strict=True)) if len(places) else {}
+
+
+def correlated_pairs(names: list[str], covariance: FloatArray) -> list[tuple[str, str, float]]:
+    """Pairs whose estimates move together, strongest first."""
+    if len(names) < 2:
+        return []
+    scale = np.sqrt(np.diag(covariance))
+    r = covariance / np.outer(scale, scale)
+    i, j = np.triu_indices(len(names), 1)
+    strong = np.flatnonzero(np.abs(r[i, j]) > CORRELATED)
+    order = strong[np.argsort(-np.abs(r[i, j][strong]), kind="stable")]
+    return [(names[i[k]], names[j[k]], float(r[i[k], j[k]])) for k in order]
+
+
+def outlier_rows(found: _core.Identification) -> list[int]:
+    """Rows whose whitened error is larger than normal noise makes it in OUTLIER_SHARE of all such data sets."""
+    squares = np.asarray(found.whitened_squares)
+    numbers = np.sum(~np.isnan(np.asarray(found.residuals)), axis=1)
+    used = numbers > 0
+    limit = np.full(len(squares), np.inf)
+    limit[used] = special.chdtri(numbers[used], OUTLIER_SHARE / max(int(used.sum()), 1))
+    return [int(i) for i in np.flatnonzero(squares / max(found.variance_factor, 1e-300) > limit)]
+
+
+def sigma_note(found: _core.Identification, data: Dataset) -> str:
+    """Where the noise level comes from, for the reader."""
+    if data.sigma_position is None:
+        return "estimated from what the model leaves; the data claim none"
+    common = from_si(found.common_noise[0] if data.position is not None else found.common_noise[2], "mm")
+    if common > 0:
+        return f"the data's own claims and a common part of {common:.4f} mm, which the claims do not explain"
+    return f"the data's own claims times {found.variance_factor**0.5:.3f}, which is what the model leaves"

@@ -1,0 +1,100 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Where a model says that its tool is, and how sure it is of that."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal.calibration.extrapolation_notes import range_notes
+from fastcal.measurements.dataset import Dataset
+from fastcal.robot.robot import Robot
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Prediction:
+    """Poses of the tool in the measuring frame.
+
+    Attributes:
+        position: (N, 3) [m].
+        rotation: (N, 4) unit quaternion w, x, y, z, w at least 0.
+        sigma_position: (N, 3) standard deviation that comes from the identified parameters alone [m]; NaN for a robot
+            that was not calibrated. A new measurement adds its own noise.
+        correction_weight: (N,) share of the trained correction that the guard lets pass: 1 inside the trained joints
+            and loads, 0 far from them; None for a model without one. With a correction, `sigma_position` also holds
+            how far measured points lay from corrected ones on held-out rows, their noise included.
+        notes: What a reader should know, a sentence each.
+    """
+
+    position: FloatArray
+    rotation: FloatArray
+    sigma_position: FloatArray
+    correction_weight: FloatArray | None = None
+    notes: tuple[str, ...] = ()
+
+
+def predict(robot: Robot, data: Dataset, *, threads: int = 1) -> Prediction:
+    """The tool's pose in every row of `data`, of which only q and the conditions are read."""
+    T = robot.poses(data, threads=threads)
+    deviation = robot.deviation_at(robot.samples(data), threads)
+    notes = (*range_notes(robot, data), *correction_notes(robot, data))
+    weight = None
+    if robot.correction is not None:
+        corrected = robot.correct(data.q, data.payload)
+        weight = corrected.weight
+        deviation = np.hypot(np.nan_to_num(deviation), corrected.sigma)
+    return Prediction(T[:, :3, 3].copy(), quaternions(T[:, :3, :3]), deviation, weight, notes)
+
+
+def correction_notes(robot: Robot, data: Dataset) -> list[str]:
+    """A sentence where the trained correction is held back in some row; none otherwise."""
+    if robot.correction is None:
+        return []
+    weight = robot.correct(data.q, data.payload).weight
+    partly, off = int(np.sum(weight < 1)), int(np.sum(weight == 0))
+    if not partly:
+        return []
+    return [
+        f"{partly} of {len(data)} rows lie outside the joints and loads that the correction was trained on: there it "
+        f"fades, in {off} of them to zero"
+    ]
+
+
+def quaternions(R: FloatArray) -> FloatArray:
+    """Unit quaternions w, x, y, z (N, 4), w at least 0, of rotations (N, 3, 3).
+
+    From the largest of the four squares 4 w^2 = 1 + trace ..., so that nothing small is divided by (S. Shepperd,
+    "Quaternion from rotation matrix", 1978).
+    """
+    xx, yy, zz = R[:, 0, 0], R[:, 1, 1], R[:, 2, 2]
+    squares = np.column_stack([1 + xx + yy + zz, 1 + xx - yy - zz, 1 - xx + yy - zz, 1 - xx - yy + zz])
+    products = np.empty((len(R), 4, 4))  # 4 times the outer product of the quaternion with itself
+    for i in range(4):
+        products[:, i, i] = squares[:, i]
+    for i, j, value in (
+        (0, 1, R[:, 2, 1] - R[:, 1, 2]),
+        (0, 2, R[:, 0, 2] - R[:, 2, 0]),
+        (0, 3, R[:, 1, 0] - R[:, 0, 1]),
+        (1, 2, R[:, 0, 1] + R[:, 1, 0]),
+        (1, 3, R[:, 0, 2] + R[:, 2, 0]),
+        (2, 3, R[:, 1, 2] + R[:, 2, 1]),
+    ):
+        products[:, i, j] = products[:, j, i] = value
+    row = products[np.arange(len(R)), np.argmax(squares, axis=1)]
+    q = row / np.linalg.norm(row, axis=1, keepdims=True)
+    return np.asarray(np.where(q[:, :1] < 0, -q, q))
+
+
+def rotations(wxyz: FloatArray) -> FloatArray:
+    """(N, 3, 3) of unit quaternions w, x, y, z (N, 4)."""
+    w, x, y, z = wxyz.T
+    R = np.empty((len(wxyz), 3, 3))
+    R[:, 0] = np.column_stack([1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)])
+    R[:, 1] = np.column_stack([2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)])
+    R[:, 2] = np.column_stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)])
+    return R

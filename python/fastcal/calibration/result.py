@@ -1,0 +1,108 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""What a calibration found."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import special
+
+from fastcal.calibration.evaluation import Evaluation
+from fastcal.robot.robot import Robot
+from fastcal.units import from_si
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class IdentifiedParameter:
+    """One number of the result, in the unit of its name: `theta_deg` of `joint2`."""
+
+    name: str
+    owner: str
+    value: float
+    std: float
+    unit: str
+    nominal: float
+
+
+@dataclass(frozen=True)
+class Unidentifiable:
+    """A direction that the data can't tell, in words, and the parameters in it; the first is held at nominal."""
+
+    direction: str
+    parameters: list[str]
+
+
+@dataclass(frozen=True, eq=False)
+class CalibrationResult:
+    """What `calibrate` found.
+
+    Attributes:
+        model: The identified robot; also the start of a next calibration.
+        nominal: The robot before, with the best rigid fit of base and tool.
+        status: converged, not_converged or too_few_equations.
+        parameters: Identified numbers in edge units; `covariance` (P, P) is theirs in SI, in the same order.
+        rank: Directions of the asked parameters that change anything that was measured.
+        sigma: Noise of one measured coordinate [m], `sigma_note` says where it comes from.
+        outliers: Rows whose error the noise does not explain.
+        weights: (N,) robust weight of each row, 1 is full.
+    """
+
+    status: str
+    message: str
+    model: Robot
+    nominal: Robot
+    loss: str
+    method: str
+    parameters: list[IdentifiedParameter]
+    covariance: FloatArray
+    unidentifiable: list[Unidentifiable]
+    correlated: list[tuple[str, str, float]]
+    rank: int
+    asked_count: int
+    degrees_of_freedom: int
+    iterations: int
+    sigma: float
+    sigma_note: str
+    outliers: list[int]
+    weights: FloatArray
+    train: Evaluation
+    test: Evaluation | None = None
+    notes: list[str] = field(default_factory=list)
+
+    @property
+    def sigma_mm(self) -> float:
+        """`sigma` in mm."""
+        return from_si(self.sigma, "mm")
+
+    def interval(self, level: float = 0.95) -> FloatArray:
+        """(P, 2) two-sided confidence intervals of the parameters in edge units, by Student's t."""
+        t = float(special.stdtrit(max(self.degrees_of_freedom, 1), 0.5 + level / 2))
+        values = np.array([p.value for p in self.parameters])
+        half = t * np.array([p.std for p in self.parameters])
+        return np.column_stack([values - half, values + half])
+
+    def to_json_dict(self) -> dict[str, Any]:
+        """The content of result.json."""
+        return {
+            "status": self.status,
+            "message": self.message,
+            "method": self.method,
+            "loss": self.loss,
+            "train": self.train.to_json_dict(),
+            "test": None if self.test is None else self.test.to_json_dict(),
+            "parameters": [vars(p) for p in self.parameters],
+            "rank": self.rank,
+            "unidentifiable": [vars(u) for u in self.unidentifiable],
+            "correlated": [{"first": a, "second": b, "correlation": r} for a, b, r in self.correlated],
+            "sigma_mm": self.sigma_mm,
+            "sigma_note": self.sigma_note,
+            "degrees_of_freedom": self.degrees_of_freedom,
+            "outliers": self.outliers,
+            "notes": self.notes,
+        }

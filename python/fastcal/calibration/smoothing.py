@@ -1,0 +1,129 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""How curved may a penalized effect be? The curvature that predicts held-out rows best, on the linearized problem.
+
+Coefficient k of an effect has the prior N(0, s^2 / w_k), w_k its penalty: for joint profiles s is the RMS curvature
+[rad / rad^2] that is expected. One s for all effects, then one each where that predicts better still, and never a
+rougher one than the held-out rows ask for. (S. Wold, "Spline functions in data analysis", 1974.)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg
+
+from fastcal.calibration.row_weights import huber_weights
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+FOLDS = 5
+_GRID = np.arange(-6.0, 1.01, 0.5)  # log10 of s
+_FINE = 0.25
+_STEP = 0.5
+_SEED = 0
+
+
+def prior_deviations(curvature: float, penalty: FloatArray) -> FloatArray:
+    """(p,) standard deviations s / sqrt(w_k); infinite where w_k = 0."""
+    with np.errstate(divide="ignore"):
+        return np.asarray(curvature / np.sqrt(penalty))
+
+
+@dataclass(frozen=True, eq=False)
+class LinearProblem:
+    """A whitened linear problem of which some blocks of parameters are penalized.
+
+    Attributes:
+        J: (m, p) Jacobian.
+        residual: (m,) predicted less measured.
+        row: (m,) row of the data of each number; rows are held out whole.
+        blocks: For each penalized effect the columns that are its.
+        penalties: Their w_k.
+        weak: (p,) standard deviations so large that they only keep singular problems solvable.
+    """
+
+    J: FloatArray
+    residual: FloatArray
+    row: IntArray
+    blocks: Sequence[IntArray]
+    penalties: Sequence[FloatArray]
+    weak: FloatArray
+
+
+def choose_curvatures(problem: LinearProblem) -> list[float]:
+    """The s of each block. Rounded to three digits: cross-validation knows no more."""
+    search = _Search(problem)
+    common = search.common()
+    search.weigh(huber_weights(search.left(common), problem.row))  # outliers are known once the rest fits
+    return [float(f"{10.0**s:.3g}") for s in search.each(search.common())]
+
+
+class _Search:
+    """Held-out errors by normal equations, summed once a fold."""
+
+    def __init__(self, problem: LinearProblem) -> None:
+        self._problem = problem
+        rows = np.unique(problem.row)
+        fold_of = np.empty(int(rows.max()) + 1, dtype=np.int64)
+        fold_of[rows] = np.random.default_rng(_SEED).permutation(len(rows)) % FOLDS
+        self._fold = fold_of[problem.row]
+        self.weigh(np.ones(len(problem.residual)))
+
+    def weigh(self, weight: FloatArray) -> None:
+        """Sums the normal equations of each fold at weights (m,)."""
+        self._folds = []
+        for fold in range(FOLDS):
+            of = self._fold == fold
+            root = np.sqrt(weight[of])
+            J, r = self._problem.J[of] * root[:, np.newaxis], self._problem.residual[of] * root
+            self._folds.append((J.T @ J, J.T @ r, float(r @ r)))
+        self._A = np.sum([A for A, _, _ in self._folds], axis=0)
+        self._g = np.sum([g for _, g, _ in self._folds], axis=0)
+
+    def common(self) -> FloatArray:
+        """log10 of the best s that all blocks share, one each."""
+        blocks = len(self._problem.blocks)
+        best = float(_GRID[np.argmin([self._error(np.full(blocks, s)) for s in _GRID])])
+        near = [best - _FINE, best, best + _FINE]
+        return np.full(blocks, near[int(np.argmin([self._error(np.full(blocks, s)) for s in near]))])
+
+    def each(self, log_s: FloatArray) -> FloatArray:
+        """From a common start every s by itself: down while it costs nothing, up while it gains."""
+        best, least = log_s.copy(), self._error(log_s)
+        nothing = least / len(self._problem.residual)  # what one number's noise adds
+        for block in range(len(best)):
+            for direction, slack in ((-_STEP, nothing), (_STEP, -nothing)):
+                while True:
+                    trial = best.copy()
+                    trial[block] = np.clip(trial[block] + direction, _GRID[0], _GRID[-1])
+                    error = self._error(trial)
+                    if trial[block] == best[block] or error > least + slack:
+                        break
+                    best, least = trial, min(error, least)
+        return best
+
+    def left(self, log_s: FloatArray) -> FloatArray:
+        """(m,) what a fit to all rows leaves."""
+        return self._problem.residual - self._problem.J @ self._solve(self._A, self._g, log_s)
+
+    def _error(self, log_s: FloatArray) -> float:
+        """Weighted sum of squares of the rows of every fold, fitted to the others."""
+        total = 0.0
+        for A, g, squares in self._folds:
+            b = self._solve(self._A - A, self._g - g, log_s)
+            total += squares - 2 * b @ g + b @ A @ b
+        return float(total)
+
+    def _solve(self, A: FloatArray, g: FloatArray, log_s: FloatArray) -> FloatArray:
+        """(A + S^-2)^-1 g, S the priors' deviations; in b / S, where it is well conditioned."""
+        S = self._problem.weak.copy()
+        for columns, penalty, exponent in zip(self._problem.blocks, self._problem.penalties, log_s, strict=True):
+            S[columns] = 1 / np.hypot(1 / S[columns], 1 / prior_deviations(10.0**exponent, penalty))
+        scaled = A * np.outer(S, S)
+        scaled[np.diag_indices_from(scaled)] += 1
+        return np.asarray(S * linalg.cho_solve(linalg.cho_factor(scaled, overwrite_a=True), S * g))

@@ -1,0 +1,181 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Effects as they stand in a robot file or on the command line, and as the core builds them.
+
+An entry of a robot file's `effects` is `{effect, owner, parameters, OPTION: VALUE ...}`. Options carry their unit at
+the end of their name (`t0_c`, `at_s`, `low_rad`) and reach the core in SI without it; of lists of labels (`stations`,
+`mounts`) it is told how many there are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+from fastcal import _core
+from fastcal.effects import registered
+from fastcal.errors import InvalidInput
+from fastcal.units import from_si, parse_name, to_si
+
+Spec = dict[str, Any]
+
+_GEOMETRY_UNITS = {"m": "mm", "rad": "deg"}  # what a table of a robot is written in
+_EFFECT_UNITS = {"m": "mm", "m_s": "mm_s"}  # an effect's angles stay in radian, as its compliances are
+
+LABELS = {"station_offset": "stations", "tool_shift": "mounts"}  # options that list labels: the core is told how many
+AMONG_PARAMETERS = {
+    "gear_harmonic": ("order",),
+    "base_step": ("at_s",),
+}  # options that a file lists with the parameters
+_OF_CALIBRATION = ("curvature", "prior")  # options that only the calibration reads
+_APART = (
+    "order",
+    "side",
+    "column",
+    "axis",
+)  # options that make two entries of one effect and owner two different causes
+
+
+def effect_names() -> list[str]:
+    """All effects: the core's and those registered from Python."""
+    return sorted([*_core.effect_names(), *registered.names()])
+
+
+def effect_owners(name: str, core: _core.RobotModel) -> list[str]:
+    """All owners that a robot has for an effect; InvalidInput where the name is not known."""
+    known = registered.find(name)
+    if known is not None:
+        return known.owners_of(core)
+    if name not in _core.effect_names():
+        there = f"geometry, {', '.join(effect_names())}"
+        raise InvalidInput(f"no effect is called '{name}'; there are {there} (those written in Python once registered)")
+    return list(_core.effect_owners(name, core))
+
+
+def edge_unit(parameter: _core.Parameter, *, geometry: bool) -> str:
+    """The unit in which a parameter is written for people."""
+    return (_GEOMETRY_UNITS if geometry else _EFFECT_UNITS).get(parameter.unit, parameter.unit)
+
+
+def edge_name(parameter: _core.Parameter, *, geometry: bool) -> str:
+    """The name with its unit at the end, such as theta_deg, compliance_rad_nm, rad_nm or error."""
+    unit = edge_unit(parameter, geometry=geometry)
+    return "_".join(part for part in (parameter.name, "" if unit == "1" else unit) if part)
+
+
+def value_at_edge(parameter: _core.Parameter, value: float, *, geometry: bool) -> float:
+    """An SI value in the unit of `edge_unit`."""
+    return from_si(value, edge_unit(parameter, geometry=geometry))
+
+
+def full_name(parameter: _core.Parameter) -> str:
+    """Owner and name; "joint1 rad_k" where the unit says it all."""
+    return f"{parameter.owner} {parameter.name or parameter.unit}"
+
+
+def label(entry: Spec) -> str:
+    """The entry as it is written on a command line."""
+    return f"{entry['effect']}@{entry['owner']}"
+
+
+def identity(entry: Spec) -> tuple[Any, ...]:
+    """Equal for two entries of the same cause."""
+    options = options_of(entry)
+    return (entry["effect"], entry["owner"], *(options.get(key) for key in _APART))
+
+
+def without_repeats(entries: Sequence[Spec]) -> list[Spec]:
+    """The entries in order, of those of one cause the first."""
+    seen: dict[tuple[Any, ...], Spec] = {}
+    for entry in entries:
+        seen.setdefault(identity(entry), entry)
+    return list(seen.values())
+
+
+def options_of(entry: Spec) -> Spec:
+    """The options of an entry as they are written, those that stand among the parameters too."""
+    options = {key: value for key, value in entry.items() if key not in ("effect", "owner", "parameters")}
+    given = entry.get("parameters") or {}
+    for key in AMONG_PARAMETERS.get(entry["effect"], ()):
+        if key in given:
+            options[key] = given[key]["value"] if isinstance(given[key], dict) else given[key]
+    return options
+
+
+def core_options(entry: Spec) -> Spec:
+    """The options as the core takes them: SI, units dropped, labels counted."""
+    out: Spec = {}
+    for key, value in options_of(entry).items():
+        if key in _OF_CALIBRATION:
+            continue
+        if key == LABELS.get(entry["effect"]):
+            out["count"] = float(len(value))
+            continue
+        name, unit = parse_name(key)
+        number = isinstance(value, (int, float)) and not isinstance(value, bool)
+        out[name if unit else key] = to_si(float(value), unit or "1") if number else value
+    return out
+
+
+def build_effects(entries: Sequence[Spec], core: _core.RobotModel) -> list[_core.Effect]:
+    """The effects in order; they share the columns of `extra_columns` and the table of registered effects."""
+    columns = extra_columns(entries)
+    effects, table = [], 0
+    for entry in entries:
+        known = registered.find(entry["effect"])
+        if known is not None:
+            effects.append(known.build(entry["owner"], core, table))
+            table += known.width(entry["owner"])
+            continue
+        options = core_options(entry)
+        if "column" in options:
+            options["index"] = float(columns.index(options["column"]))
+        effect_owners(entry["effect"], core)
+        effects.append(_core.make_effect(entry["effect"], core, entry["owner"], options))
+    return effects
+
+
+def extra_columns(entries: Sequence[Spec]) -> list[str]:
+    """Columns of the user's own that the entries name, each once."""
+    return list(dict.fromkeys(str(entry["column"]) for entry in entries if "column" in entry))
+
+
+def parse_effects(text: str | Sequence[str], core: _core.RobotModel) -> tuple[bool, list[Spec]]:
+    """Reads `geometry,joint_compliance@joint2,gear_harmonic@joint1:order=2` into (is geometry asked for, entries).
+
+    All owners of a name unless one is given. A name behind a colon is an option; numbers are read as numbers.
+
+    Raises:
+        InvalidInput: A name, owner or option is unknown.
+    """
+    items: Iterable[str] = text.split(",") if isinstance(text, str) else text
+    geometry = False
+    entries: list[Spec] = []
+    for item in items:
+        head, *options = str(item).strip().split(":")
+        name, _, owner = head.partition("@")
+        if not name:
+            raise InvalidInput(f"an effect list holds an empty name: '{text}'")
+        if name == "geometry":
+            geometry = True
+            continue
+        owners = effect_owners(name, core)
+        if owner and owner not in owners:
+            raise InvalidInput(f"{name} has no owner '{owner}' on this robot; there are {', '.join(owners) or 'none'}")
+        for chosen in [owner] if owner else owners:
+            entry: Spec = {"effect": name, "owner": chosen}
+            for option in options:
+                key, equals, value = option.partition("=")
+                if not equals:
+                    raise InvalidInput(f"an option is written name=value, got '{option}' in '{item}'")
+                entry[key] = _number_or_text(value)
+            build_effects([entry], core)
+            entries.append(entry)
+    return geometry, entries
+
+
+def _number_or_text(value: str) -> float | str:
+    try:
+        return float(value)
+    except ValueError:
+        return value

@@ -1,0 +1,147 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""What the values of a data set must satisfy, whether they come from arrays or from a file."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal.errors import InvalidInput
+from fastcal.units import from_si, to_si
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from fastcal.measurements.dataset import Dataset
+
+LIMIT_MARGIN = to_si(360.0, "deg")
+SCALE_LIMIT = 200.0  # reaches; a base may stand far from the instrument, but not this far
+QUATERNION_TOLERANCE = 0.01  # of its length: three written decimals lose 0.001
+
+
+class RobotFacts(Protocol):
+    """What must be known of an arm to judge measurements of it."""
+
+    @property
+    def joint_types(self) -> Sequence[str]:
+        """`revolute` or `prismatic`, one a joint."""
+
+    @property
+    def limits(self) -> NDArray[np.float64]:
+        """(n, 2) least and greatest joint positions [rad or m]."""
+
+    @property
+    def reach(self) -> float:
+        """The farthest that the arm can get from its base [m]."""
+
+
+class BadRow(InvalidInput):
+    """A value that cannot be meant, with its place, so that a reader of files can name line and column.
+
+    Attributes:
+        field, row, index: The place: dataset.field[row, index].
+        expected: What would do.
+    """
+
+    def __init__(self, field: str, row: int, index: int, expected: str, got: str) -> None:
+        super().__init__(field, row, index, expected, got)
+        self.field, self.row, self.index, self.expected, self.got = field, row, index, expected, got
+
+    def __str__(self) -> str:
+        return f"{self.field}, row {self.row}, entry {self.index}: expected {self.expected}, got {self.got}"
+
+
+def check_values(data: Dataset, robot: RobotFacts | None) -> None:
+    """Raises BadRow for the first value of each kind that cannot be meant."""
+    _require("q", data.q, np.isfinite(data.q), "a finite number")
+    if robot is not None:
+        _check_limits(data.q, robot)
+    for field in ("q_read", "position", "rotation", "distance"):
+        values = getattr(data, field)
+        if values is not None:
+            _require(field, values, ~np.isinf(values), "a finite number, or nothing where it was not measured")
+    for field in ("payload", "wrench", "current", "temperature", "time", "approach"):
+        values = getattr(data, field)
+        if values is not None:
+            _require(field, values, np.isfinite(values), "a finite number in every row")
+    _require("payload", data.payload, data.payload >= 0, "a mass of at least 0")
+    if data.temperature is not None:
+        _require("temperature", data.temperature, data.temperature >= 0, "a temperature above absolute zero")
+    if data.approach is not None:
+        _require("approach", data.approach, np.isin(data.approach, (-1, 0, 1)), "+1 or -1 (0 where it is unknown)")
+    _check_measured(data)
+    _check_sigmas(data)
+    if robot is not None:
+        _check_scale(data, robot)
+
+
+def check_whole_rows(field: str, values: NDArray[np.float64]) -> None:
+    """Raises BadRow for the first row of (N, k) of which only a part is NaN."""
+    empty = np.isnan(values)
+    _require(field, values, ~empty | empty.all(axis=1, keepdims=True), "the whole orientation in a row, or none of it")
+
+
+def _check_measured(data: Dataset) -> None:
+    if data.rotation is not None:
+        check_whole_rows("rotation", data.rotation)
+        with np.errstate(over="ignore"):
+            length = np.linalg.norm(data.rotation, axis=1)
+        off = np.abs(length - 1.0) > QUATERNION_TOLERANCE
+        if off.any():
+            row = int(np.argmax(off))
+            expected = f"a quaternion of length 1 (here it is {length[row]:.6g})"
+            raise BadRow("rotation", row, 0, expected, f"{data.rotation[row, 0]:.6g}")
+    if data.distance is not None and data.anchor is not None:
+        _require("distance", data.distance, ~(data.distance <= 0), "a length greater than 0")
+        _require(
+            "anchor", data.anchor, np.isnan(data.distance) | (data.anchor >= 0), "the label of this length's anchor"
+        )
+
+
+def _check_sigmas(data: Dataset) -> None:
+    needed = np.zeros((len(data), 3), dtype=bool)
+    if data.position is not None:
+        needed |= ~np.isnan(data.position)
+    if data.distance is not None:
+        needed[:, 0] |= ~np.isnan(data.distance)
+    turned = np.zeros(len(data), dtype=bool) if data.rotation is None else ~np.isnan(data.rotation[:, 0])
+    for field, values, used in (
+        ("sigma_position", data.sigma_position, needed),
+        ("sigma_rotation", data.sigma_rotation, turned),
+    ):
+        if values is not None:
+            fits = (values > 0) & np.isfinite(values) | np.isnan(values) & ~used
+            _require(field, values, fits, "a standard deviation greater than 0")
+
+
+def _check_limits(q: NDArray[np.float64], robot: RobotFacts) -> None:
+    limits = np.asarray(robot.limits, dtype=np.float64)
+    turns = np.array([kind == "revolute" for kind in robot.joint_types])
+    margin = np.where(turns, LIMIT_MARGIN, robot.reach)
+    outside = (q < limits[:, 0] - margin) | (q > limits[:, 1] + margin)
+    if not outside.any():
+        return
+    row, joint = (int(place) for place in np.argwhere(outside)[0])
+    unit = "deg" if turns[joint] else "mm"
+    low, high, much = (from_si(float(value), unit) for value in (*limits[joint], margin[joint]))
+    expected = f"at most {much:.6g} {unit} outside joint {joint + 1}'s limits of {low:.6g} to {high:.6g} {unit}"
+    raise BadRow("q", row, joint, expected, f"{from_si(float(q[row, joint]), unit):.6g} {unit}")
+
+
+def _check_scale(data: Dataset, robot: RobotFacts) -> None:
+    for field, values in (("position", data.position), ("distance", data.distance)):
+        if values is not None:
+            fits = ~(np.abs(values) > SCALE_LIMIT * robot.reach)
+            reach = from_si(robot.reach, "mm")
+            expected = f"a number that fits an arm with a reach of {reach:.4g} mm (is its unit right?)"
+            _require(field, values, fits, expected)
+
+
+def _require(field: str, values: NDArray[np.generic], fits: NDArray[np.bool_], expected: str) -> None:
+    if not fits.all():
+        row, *rest = (int(place) for place in np.argwhere(~fits)[0])
+        got = values[(row, *rest)].item()
+        raise BadRow(field, row, rest[0] if rest else 0, expected, f"{got:.6g}")

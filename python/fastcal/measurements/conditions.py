@@ -1,0 +1,154 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""What a data set or a caller says of N postures, as the core reads it, held against what the robot's effects need."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal import _core
+from fastcal.effects import registered
+from fastcal.effects.entries import LABELS, Spec, extra_columns, label
+from fastcal.errors import InvalidInput
+from fastcal.measurements.dataset import Dataset
+
+FloatArray = NDArray[np.float64]
+
+NUMBERS = ("temperature", "time")  # one a row
+TABLES = ("wrench", "approach", "current")
+LABELLED = {"station": "stations", "mount": "mounts"}  # a column of labels: the option that lists those an effect knows
+_TITLES = {"temperature": "temperature_c", "time": "time_s", "wrench": "fx_n ... mz_nm"}
+
+
+def build_samples(
+    entries: Sequence[Spec],
+    effects: Sequence[_core.Effect],
+    core: _core.RobotModel,
+    q: FloatArray,
+    given: Mapping[str, Any],
+) -> _core.Samples:
+    """The core's conditions of N postures.
+
+    Args:
+        entries: The robot's effects as in its file.
+        effects: The same as the core has them.
+        core: The robot.
+        q: (N, n) joint positions, checked.
+        given: payload, wrench, temperature ... in SI, `station` and `mount` as labels, `extra` as name to (N,); None
+            where there is none. One number or label stands for all rows.
+    """
+    known = {name: value for name, value in given.items() if value is not None and name != "extra"}
+    names = ["payload", *NUMBERS, *TABLES, *LABELLED]
+    for name in known:
+        if name not in names:
+            raise InvalidInput(f"no condition is called '{name}'; there are {', '.join(names)}, extra")
+    extra = {name: np.asarray(values, dtype=float) for name, values in (given.get("extra") or {}).items()}
+    arrays = _arrays(known, q)
+    labels = {
+        name: np.broadcast_to(np.asarray(known[name]).astype(str), (len(q),)) for name in LABELLED if name in known
+    }
+    for entry, effect in zip(entries, effects, strict=True):
+        _check_columns(entry, effect, {**arrays, **labels}, extra, len(q))
+    for name, values in labels.items():
+        arrays[name] = np.unique(values, return_inverse=True)[1].astype(np.int32)
+        for entry in entries:
+            if LABELS.get(entry["effect"]) == LABELLED[name]:
+                arrays[name] = _numbers_of(values, entry, name)
+    if columns := extra_columns(entries):
+        arrays["extra"] = np.column_stack([extra[name] for name in columns])
+    table = _table(entries, core, q, arrays, extra)
+    return _core.Samples(q, **arrays, **({} if table is None else {"table": table}))
+
+
+def condition_columns(data: Dataset) -> dict[str, Any]:
+    """The conditions of a data set as `Robot.forward` takes them: name to values, None where there are none."""
+    return {
+        "payload": data.payload,
+        "wrench": data.wrench,
+        "temperature": data.temperature,
+        "time": data.time,
+        "station": None if data.station is None else np.array(data.station_names)[data.station],
+        "mount": None if data.mount is None else np.array(data.mount_names)[data.mount],
+        "approach": data.approach,
+        "current": data.current,
+        "extra": data.extra,
+    }
+
+
+def _arrays(known: Mapping[str, Any], q: FloatArray) -> dict[str, Any]:
+    """Numbers of every row, (N,) or (N, k)."""
+    arrays: dict[str, Any] = {}
+    for name in ("payload", *NUMBERS):
+        if name in known:
+            arrays[name] = np.broadcast_to(np.asarray(known[name], dtype=float), (len(q),))
+    for name in TABLES:
+        if name in known:
+            shape = (len(q), 6 if name == "wrench" else q.shape[1])
+            arrays[name] = np.ascontiguousarray(np.broadcast_to(np.asarray(known[name], dtype=float), shape))
+    return arrays
+
+
+def _check_columns(
+    entry: Spec, effect: _core.Effect, given: Mapping[str, Any], extra: Mapping[str, FloatArray], rows: int
+) -> None:
+    """Raises InvalidInput where the data lack what the effect cannot do without."""
+    own = registered.find(entry["effect"])
+    for name in own.columns if own else effect.data_columns:
+        field = name.rstrip("0123456789")  # approach4: the column of a joint
+        if field.startswith("extra:"):
+            _check_extra(entry, field.removeprefix("extra:"), extra, rows)
+        elif field not in given:
+            raise InvalidInput(f"{label(entry)} needs the column {_title(name)}, which the data do not have")
+    for name in own.extra if own else ():
+        _check_extra(entry, name, extra, rows)
+
+
+def _title(name: str) -> str:
+    """A column as a file has it."""
+    return f"{name}_a" if name.startswith("current") else _TITLES.get(name, name)
+
+
+def _check_extra(entry: Spec, name: str, extra: Mapping[str, FloatArray], rows: int) -> None:
+    if name not in extra:
+        raise InvalidInput(f"{label(entry)} needs the column {name} with numbers, which the data do not have")
+    values = extra[name]
+    if values.shape != (rows,):
+        raise InvalidInput(f"the column {name} must have shape ({rows},), got {values.shape}")
+    if not np.isfinite(values).all():
+        row = int(np.argmin(np.isfinite(values)))
+        raise InvalidInput(f"{label(entry)} needs the column {name}, and it holds no number in row {row}")
+
+
+def _numbers_of(labels: NDArray[np.str_], entry: Spec, column: str) -> NDArray[np.int32]:
+    """Labels as places in the entry's own list, which may be another file's."""
+    known = [str(name) for name in entry.get(LABELLED[column], sorted(set(labels)))]
+    places = {name: place for place, name in enumerate(known)}
+    for row, name in enumerate(labels):
+        if name not in places:
+            listed = ", ".join(known)
+            raise InvalidInput(f"{column} '{name}' in row {row} is none that {label(entry)} was fitted with: {listed}")
+    return np.array([places[name] for name in labels], dtype=np.int32)
+
+
+def _table(
+    entries: Sequence[Spec],
+    core: _core.RobotModel,
+    q: FloatArray,
+    arrays: Mapping[str, Any],
+    extra: Mapping[str, FloatArray],
+) -> FloatArray | None:
+    parts = []
+    for entry in entries:
+        own = registered.find(entry["effect"])
+        if own is None:
+            continue
+        columns = {name: arrays[name] for name in ("payload", *NUMBERS, *TABLES, *LABELLED) if name in arrays}
+        states = registered.States(
+            owner=entry["owner"], robot=core, q=q, extra={name: extra[name] for name in own.extra}, **columns
+        )
+        parts.append(own.table(states))
+    return np.hstack(parts) if parts else None

@@ -1,0 +1,213 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Measured poses of a robot as SI arrays, one row a pose."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field, fields, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fastcal.errors import InvalidInput
+from fastcal.measurements.checks import BadRow, RobotFacts, check_values
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+Labels = Sequence[str | int] | NDArray[np.str_] | NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class Dataset:
+    """N poses of an arm with n joints; a field is None where nothing of it is known.
+
+    Attributes:
+        q: (N, n) commanded joint positions [rad or m].
+        payload: (N,) mass at the tool [kg].
+        q_read: (N, n) joint positions read back [rad or m], NaN where not read. Never used to fit.
+        position: (N, 3) measured point in the measuring frame [m], NaN where a coordinate was not measured.
+        rotation: (N, 4) measured orientation as a unit quaternion w, x, y, z, NaN in rows where it was not.
+        distance: (N,) measured length from an anchor to the point [m], NaN where it was not.
+        anchor: (N,) index into `anchor_names`, -1 where a row has none.
+        sigma_position: (N, 3) standard deviation of each coordinate [m]; column 0 is that of a length too.
+        sigma_rotation: (N,) standard deviation of the orientation about each axis [rad].
+        wrench: (N, 6) fx fy fz [N] mx my mz [N m] at the tool.
+        current: (N, n) motor currents [A].
+        temperature: (N,) [K].
+        time: (N,) [s].
+        station, mount: (N,) index into `station_names`, `mount_names`: set-ups of the instrument and the target.
+        approach: (N, n) +1 or -1, the direction in which the joint last moved; 0 where unknown.
+        extra: Unknown columns that hold numbers, as they are: name to (N,), NaN where empty.
+        extra_labels: Unknown columns that hold text: name to N strings.
+        notes: What a reader should know, a sentence each.
+        source: Where the data came from.
+    """
+
+    q: FloatArray
+    payload: FloatArray
+    q_read: FloatArray | None = None
+    position: FloatArray | None = None
+    rotation: FloatArray | None = None
+    distance: FloatArray | None = None
+    anchor: IntArray | None = None
+    anchor_names: tuple[str, ...] = ()
+    sigma_position: FloatArray | None = None
+    sigma_rotation: FloatArray | None = None
+    wrench: FloatArray | None = None
+    current: FloatArray | None = None
+    temperature: FloatArray | None = None
+    time: FloatArray | None = None
+    station: IntArray | None = None
+    station_names: tuple[str, ...] = ()
+    mount: IntArray | None = None
+    mount_names: tuple[str, ...] = ()
+    approach: FloatArray | None = None
+    extra: Mapping[str, FloatArray] = field(default_factory=dict)
+    extra_labels: Mapping[str, list[str]] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+    source: str = "arrays"
+
+    def __len__(self) -> int:
+        return len(self.q)
+
+    @property
+    def measured(self) -> NDArray[np.bool_]:
+        """(N,) true in rows that hold at least one measured number."""
+        known = np.zeros(len(self), dtype=bool)
+        for values in (self.position, self.rotation, self.distance):
+            if values is not None:
+                known |= ~np.isnan(values.reshape(len(self), -1)).all(axis=1)
+        return known
+
+    def select(self, rows: ArrayLike | slice) -> Dataset:
+        """The given rows (indices, a mask or a slice) in that order; label names and notes stay whole."""
+        chosen = np.arange(len(self))[rows if isinstance(rows, slice) else np.asarray(rows)]
+        parts: dict[str, Any] = {
+            f.name: value[chosen] for f in fields(self) if isinstance(value := getattr(self, f.name), np.ndarray)
+        }
+        return replace(
+            self,
+            **parts,
+            extra={name: values[chosen] for name, values in self.extra.items()},
+            extra_labels={name: [labels[i] for i in chosen] for name, labels in self.extra_labels.items()},
+        )
+
+    @classmethod
+    def from_arrays(  # noqa: D417 - the class says what the fields are
+        cls,
+        q: ArrayLike,
+        *,
+        position: ArrayLike | None = None,
+        rotation: ArrayLike | None = None,
+        distance: ArrayLike | None = None,
+        anchor: Labels | None = None,
+        q_read: ArrayLike | None = None,
+        sigma_position: ArrayLike | None = None,
+        sigma_rotation: ArrayLike | None = None,
+        payload: ArrayLike = 0.0,
+        wrench: ArrayLike | None = None,
+        current: ArrayLike | None = None,
+        temperature: ArrayLike | None = None,
+        time: ArrayLike | None = None,
+        station: Labels | None = None,
+        mount: Labels | None = None,
+        approach: ArrayLike | None = None,
+        extra: Mapping[str, ArrayLike] | None = None,
+        extra_labels: Mapping[str, Sequence[str]] | None = None,
+        notes: Sequence[str] = (),
+        source: str = "arrays",
+        robot: RobotFacts | None = None,
+    ) -> Dataset:
+        """Checks arrays in SI and makes a data set of copies of them; shapes as in the class.
+
+        One number stands for all rows in payload, temperature and time; sigma_position may also be (N,).
+        Labels (anchor, station, mount) are given as one text or whole number a row. Lengths without an anchor belong
+        to one and the same. Quaternions are brought to length 1.
+
+        Args:
+            robot: Where given, q is held against its joints and limits and the points against its reach.
+
+        Raises:
+            InvalidInput: A shape, a type or a value cannot be meant; names the field, the row and the value.
+        """
+        joints = _array("q", q, (None, None if robot is None else len(robot.joint_types)))
+        rows, count = joints.shape
+        if rows == 0 or count == 0:
+            raise InvalidInput(f"q must hold at least one row and one joint, got shape {joints.shape}")
+
+        def one(name: str, value: ArrayLike | None, *shape: int) -> FloatArray | None:
+            return None if value is None else _array(name, value, (rows, *shape))
+
+        sigma = sigma_position
+        if sigma is not None and np.ndim(sigma) == 1:
+            sigma = np.asarray(sigma)[:, np.newaxis]
+        lengths = one("distance", distance)
+        if lengths is not None and anchor is None:
+            anchor = ["1"] * rows
+        anchors, anchor_names = _codes("anchor", anchor, rows)
+        stations, station_names = _codes("station", station, rows)
+        mounts, mount_names = _codes("mount", mount, rows)
+        data = cls(
+            q=joints,
+            q_read=one("q_read", q_read, count),
+            position=one("position", position, 3),
+            rotation=one("rotation", rotation, 4),
+            distance=lengths,
+            anchor=anchors,
+            anchor_names=anchor_names,
+            sigma_position=None if sigma is None else _array("sigma_position", sigma, (rows, 3), spread=True),
+            sigma_rotation=None if sigma_rotation is None else _spread("sigma_rotation", sigma_rotation, rows),
+            payload=_spread("payload", payload, rows),
+            wrench=one("wrench", wrench, 6),
+            current=one("current", current, count),
+            temperature=None if temperature is None else _spread("temperature", temperature, rows),
+            time=None if time is None else _spread("time", time, rows),
+            station=stations,
+            station_names=station_names,
+            mount=mounts,
+            mount_names=mount_names,
+            approach=one("approach", approach, count),
+            extra={name: _array(name, values, (rows,)) for name, values in (extra or {}).items()},
+            extra_labels={name: [str(label) for label in labels] for name, labels in (extra_labels or {}).items()},
+            notes=tuple(notes),
+            source=source,
+        )
+        check_values(data, robot)
+        if data.rotation is not None:
+            data.rotation[:] /= np.linalg.norm(data.rotation, axis=1, keepdims=True)
+        return data
+
+
+def _array(name: str, value: ArrayLike, shape: tuple[int | None, ...], *, spread: bool = False) -> FloatArray:
+    """A float64 copy in C order of real numbers; None in `shape` is any size; with `spread`, ones are repeated."""
+    given = np.asarray(value)
+    if given.dtype.kind not in "fiu":
+        raise InvalidInput(f"{name} must hold real numbers, got {given.dtype}")
+    if spread:
+        with suppress(ValueError):  # the sentence below says it
+            given = np.broadcast_to(given, [size or 0 for size in shape])
+    if given.ndim != len(shape) or any(size not in (None, got) for size, got in zip(shape, given.shape, strict=True)):
+        sizes = ["Nn"[axis] if size is None else str(size) for axis, size in enumerate(shape)]
+        expected = f"({sizes[0]},)" if len(sizes) == 1 else f"({', '.join(sizes)})"
+        raise InvalidInput(f"{name} must have shape {expected}, got {given.shape}")
+    return np.array(given, dtype=np.float64, order="C")
+
+
+def _spread(name: str, value: ArrayLike, rows: int) -> FloatArray:
+    return _array(name, value, (rows,), spread=np.ndim(value) == 0)
+
+
+def _codes(name: str, labels: Labels | None, rows: int) -> tuple[IntArray | None, tuple[str, ...]]:
+    """Labels as indices into their names in the order of first appearance; an empty text is -1."""
+    if labels is None:
+        return None, ()
+    texts = [str(label) for label in labels]
+    if len(texts) != rows:
+        raise InvalidInput(f"{name} must hold {rows} labels, one a row, got {len(texts)}")
+    if name != "anchor" and "" in texts:
+        raise BadRow(name, texts.index(""), 0, "a label", "''")
+    names = {text: index for index, text in enumerate(dict.fromkeys(text for text in texts if text))}
+    return np.array([names.get(text, -1) for text in texts], dtype=np.int64), tuple(names)

@@ -1,0 +1,99 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""The robot file of an identified model: found numbers in the table of its own kind, effects with their deviations."""
+
+from __future__ import annotations
+
+import copy
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal import _core
+from fastcal.effects.entries import AMONG_PARAMETERS
+from fastcal.effects.values import written_parameters
+from fastcal.robot.robot import ROW_KEYS, Robot, Spec, pose, screw
+from fastcal.units import from_si
+
+FloatArray = NDArray[np.float64]
+
+
+def with_frames(spec: Spec, T_world_base: FloatArray, T_flange_tool: FloatArray) -> Spec:
+    """The spec with other base and tool, in edge units."""
+    out = copy.deepcopy(spec)
+    out["base"], out["tool"] = frame_spec(T_world_base), frame_spec(T_flange_tool)
+    return out
+
+
+def frame_spec(T: FloatArray) -> Spec:
+    """{xyz_mm, rpy_deg} of a pose (4, 4)."""
+    return {
+        "xyz_mm": [from_si(float(v), "mm") for v in T[:3, 3]],
+        "rpy_deg": [from_si(float(v), "deg") for v in _core.rotation_to_rpy(T[:3, :3])],
+    }
+
+
+def identified(start: Robot, model: _core.ErrorModel, found: _core.Identification) -> Spec:
+    """The robot file of the identified model: the start's, with the found numbers in its own table."""
+    theta = np.asarray(found.theta)[: len(model.parameters)]
+    own = len(model.robot.parameters)
+    spec = with_frames(start.spec, *model.robot.base_and_tool(theta[:own]))
+    values = {(p.owner, p.name): float(theta[i]) for i, p in enumerate(model.parameters[:own])}
+    for i, joint in enumerate(spec["joints"]):
+        _set_joint(
+            joint,
+            spec["kinematics"],
+            {name: value for (owner, name), value in values.items() if owner == f"joint{i + 1}"},
+        )
+    covariance = np.full((len(theta), len(theta)), np.nan)
+    free = [i for i in found.free if i < len(theta)]
+    covariance[np.ix_(free, free)] = np.asarray(found.covariance)[
+        : len(free), : len(free)
+    ]  # free ones ascend, anchors come last
+    at = own
+    for entry, effect in zip(spec.get("effects") or [], start.effects, strict=True):
+        part = slice(at, at + len(effect.parameters))
+        written = written_parameters(entry, effect, theta[part], covariance[part, part])
+        for option in AMONG_PARAMETERS.get(entry["effect"], ()):
+            entry.pop(option, None)
+        entry["parameters"] = written
+        at = part.stop
+    return spec
+
+
+def _set_joint(joint: Spec, kinematics: str, values: dict[str, float]) -> None:
+    """Writes identified SI numbers into one joint of a spec."""
+    if kinematics in ("dh", "mdh"):
+        for name, key in ROW_KEYS.items():
+            joint[key] = from_si(values[name], key.rsplit("_", 1)[1])
+        return
+    shift = np.eye(4)
+    shift[:3, 3] = [values["x"], values["y"], values.get("z", 0.0)]
+    shift[:3, :3] = (
+        _core.rotation_about("x", values["rx"])
+        @ _core.rotation_about("y", values["ry"])
+        @ _core.rotation_about("z", values.get("rz", 0.0))
+    )
+    if kinematics == "urdf":
+        joint["origin"] = frame_spec(pose(joint["origin"]) @ shift)
+        return
+    direction, point = _poe_axis(screw(joint), joint["type"], shift)
+    if joint["type"] == "prismatic":
+        joint["v"] = direction.tolist()
+        joint["d_mm"] = from_si(values["d"], "mm")
+    else:
+        joint["omega"] = direction.tolist()
+        joint["theta_deg"] = from_si(values["theta"], "deg")
+        joint.pop("v_mm", None)
+        joint["point_mm"] = [from_si(float(v), "mm") for v in point]
+
+
+def _poe_axis(values: FloatArray, kind: str, shift: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Direction (3,) and a point (3,) [m] of a screw after the error motion `shift` of its axis frame."""
+    omega, v = values[:3], values[3:6]
+    frame = np.eye(4)
+    frame[:3, :3] = _core.rotation_to_axis(v if kind == "prismatic" else omega)
+    if kind != "prismatic":
+        frame[:3, 3] = np.cross(omega, v)
+    moved = frame @ shift
+    return moved[:3, 2], moved[:3, 3]

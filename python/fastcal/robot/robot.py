@@ -1,0 +1,337 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""A robot: what its file says (`spec`, edge units) and the C++ model that is built from it.
+
+The file's numbers are the truth and the C++ model is always built from them, so a robot that was saved and loaded
+predicts the same, bit for bit.
+"""
+
+from __future__ import annotations
+
+import copy
+from functools import cached_property
+from os import PathLike
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fastcal import _core
+from fastcal.correction import Corrected, Correction, Inputs
+from fastcal.effects.entries import build_effects, edge_name, full_name
+from fastcal.effects.values import parameter_values
+from fastcal.errors import InvalidInput
+from fastcal.measurements.conditions import build_samples, condition_columns
+from fastcal.measurements.dataset import Dataset
+from fastcal.robot.calibration_record import CalibrationRecord
+from fastcal.robot.structure import build_structure, frame_names
+from fastcal.units import to_si
+
+FloatArray = NDArray[np.float64]
+Spec = dict[str, Any]
+
+ROW_KEYS = {
+    "theta": "theta_deg",
+    "d": "d_mm",
+    "a": "a_mm",
+    "alpha": "alpha_deg",
+    "beta": "beta_deg",
+}  # DH and MDH, in the order of the core
+
+
+def pose(frame: Spec) -> FloatArray:
+    """(4, 4) of {xyz_mm, rpy_deg}, rpy about fixed axes X, Y, Z: R = Rz Ry Rx."""
+    T = np.eye(4)
+    T[:3, :3] = _core.rpy_to_rotation(to_si(np.asarray(frame["rpy_deg"], dtype=float), "deg"))
+    T[:3, 3] = to_si(np.asarray(frame["xyz_mm"], dtype=float), "mm")
+    return T
+
+
+def length_or_angle_unit(joint: Spec) -> str:
+    """The unit in which a joint's position and limits are given: deg, or mm for a prismatic one."""
+    return "mm" if joint["type"] == "prismatic" else "deg"
+
+
+class Robot:
+    """A robot with its effects, nominal or identified.
+
+    Args:
+        spec: Canonical content of a robot file, as `fastcal.load_robot` reads it; it is copied.
+
+    Raises:
+        InvalidInput: A number is not finite, a screw has no unit length, an effect is unknown.
+    """
+
+    def __init__(self, spec: Spec) -> None:
+        self.spec: Spec = copy.deepcopy(spec)
+        self.core: _core.RobotModel = build_core(self.spec)
+        if self.correction is not None and self.correction.joint_count != self.joint_count:
+            raise InvalidInput(
+                f"the correction was trained for {self.correction.joint_count} joints, and {self.name} has "
+                f"{self.joint_count}"
+            )
+        effects = self.spec.get("effects") or []
+        self.effects = build_effects(effects, self.core)
+        values = [
+            v for entry, effect in zip(effects, self.effects, strict=True) for v in parameter_values(entry, effect)
+        ]
+        self.error_model = _core.ErrorModel(self.core, self.effects, np.asarray(values, dtype=float)).with_equilibrium(
+            self.at_equilibrium
+        )
+
+    def __reduce__(self) -> tuple[type[Robot], tuple[Spec]]:
+        """A robot is what its file says: so it goes to other processes."""
+        return Robot, (self.spec,)
+
+    @property
+    def correction(self) -> Correction | None:
+        """What `fastcal train` has added; None for a model without."""
+        found: Correction | None = self.spec.get("correction")
+        return found
+
+    def __repr__(self) -> str:
+        effects = ", ".join(f"{e['effect']}@{e['owner']}" for e in self.spec.get("effects") or [])
+        return f"<Robot {self.name}: {self.joint_count} joints, {self.kinematics}{', ' + effects if effects else ''}>"
+
+    @property
+    def name(self) -> str:
+        """As the file names it."""
+        return str(self.spec["name"])
+
+    @property
+    def kinematics(self) -> str:
+        """dh, mdh, poe or urdf."""
+        return str(self.spec["kinematics"])
+
+    @property
+    def at_equilibrium(self) -> bool:
+        """Are loads taken in the deflected posture (the default), or in the undeflected one, to first order?"""
+        return bool(self.spec.get("equilibrium", True))
+
+    @property
+    def joint_types(self) -> list[str]:
+        """Revolute or prismatic, one a joint."""
+        return [joint["type"] for joint in self.spec["joints"]]
+
+    @property
+    def joint_count(self) -> int:
+        """n, moving joints."""
+        return len(self.spec["joints"])
+
+    @cached_property
+    def limits(self) -> FloatArray:
+        """(n, 2) least and greatest joint position [rad or m]; infinite where the file has none."""
+        out = np.full((self.joint_count, 2), [-np.inf, np.inf])
+        for i, joint in enumerate(self.spec["joints"]):
+            unit = length_or_angle_unit(joint)
+            for side, key in enumerate((f"min_{unit}", f"max_{unit}")):
+                if joint.get(key) is not None:
+                    out[i, side] = to_si(float(joint[key]), unit)
+        return out
+
+    @cached_property
+    def reach(self) -> float:
+        """[m] A bound on the distance from base to tool: all lengths of the chain, stretched sliders included."""
+        zero = np.zeros((1, self.joint_count))
+        origins = self._frames(zero)
+        slides = sum(
+            float(np.max(np.abs(limits[np.isfinite(limits)]), initial=0.0))
+            for kind, limits in zip(self.joint_types, self.limits, strict=True)
+            if kind == "prismatic"
+        )
+        return float(np.linalg.norm(np.diff(origins, axis=0), axis=1).sum() + slides)
+
+    def _frames(self, q: FloatArray) -> FloatArray:
+        """(frames, 3) origins of the chain's frames in the base at one posture q (1, n)."""
+        return np.asarray(self.core.frame_origins(q[0]))
+
+    @property
+    def parameter_names(self) -> list[str]:
+        """Names of the columns of `parameter_jacobian`, such as "joint2 theta"."""
+        return [full_name(parameter) for parameter in self.error_model.parameters]
+
+    @property
+    def record(self) -> CalibrationRecord | None:
+        """How sure the identified numbers are; None for a nominal robot."""
+        return CalibrationRecord.from_spec(self.spec.get("calibration"))
+
+    def samples(self, data: Dataset) -> _core.Samples:
+        """The conditions of a data set for the core; InvalidInput where a column that an effect needs is missing."""
+        return self.conditions(data.q, **condition_columns(data))
+
+    def conditions(self, q: ArrayLike, **columns: Any) -> _core.Samples:
+        """Checked conditions of N postures q (N, n) or (n,), SI; see `forward`."""
+        joints = np.ascontiguousarray(np.atleast_2d(np.asarray(q, dtype=float)))
+        if joints.ndim != 2 or joints.shape[1] != self.joint_count:
+            raise InvalidInput(f"q must have shape (N, {self.joint_count}), got {np.shape(q)}")
+        return build_samples(self.spec.get("effects") or [], self.effects, self.core, joints, columns)
+
+    def forward(
+        self, q: ArrayLike, *, threads: int = 1, out: FloatArray | None = None, **conditions: Any
+    ) -> FloatArray:
+        """Poses (N, 4, 4) of the tool in the measuring frame for joint positions q (N, n) [rad or m].
+
+        Args:
+            q: Joint positions as commanded; (n,) is one posture.
+            threads: Cores to use; the result does not depend on it.
+            out: C-order float64 (N, 4, 4) to write into.
+            **conditions: payload [kg], wrench (N, 6), temperature [K], time [s], station and mount (labels), approach
+                (N, n),
+                current (N, n) [A], extra (name to (N,)); one number or label stands for all rows.
+        """
+        samples = self.conditions(q, **conditions)
+        T = np.asarray(self.error_model.predict(samples, self.error_model.start, threads, out))
+        return self._with_correction(T, q, conditions.get("payload"))
+
+    def poses(self, data: Dataset, *, threads: int = 1) -> FloatArray:
+        """`forward` (N, 4, 4) at the joints and conditions of a data set."""
+        T = np.asarray(self.error_model.predict(self.samples(data), self.error_model.start, threads))
+        return self._with_correction(T, data.q, data.payload)
+
+    def correct(self, q: ArrayLike, payload: ArrayLike | None = None) -> Corrected:
+        """What the trained correction adds at q (N, n) and payload [kg], one number or (N,); zero without a correction.
+
+        Displacement and sigma are along the axes of the measuring frame [m]; `forward` has the displacement in it.
+        """
+        joints = np.atleast_2d(np.asarray(q, dtype=float))
+        correction = self.correction
+        if correction is None:
+            return Corrected(np.zeros((len(joints), 3)), np.zeros(len(joints)), np.zeros((len(joints), 3)))
+        found = correction(self.inputs(joints, payload))
+        R = pose(self.spec["base"])[:3, :3]
+        sigma = np.sqrt(found.sigma**2 @ (R**2).T)
+        return Corrected(found.displacement @ R.T, found.weight, sigma)
+
+    def inputs(self, q: FloatArray, payload: ArrayLike | None = None) -> Inputs:
+        """What a correction looks at; the joints' Jacobian is that of the rigid chain."""
+        rigid = _core.ErrorModel(self.core, [], np.zeros(0))
+        R = pose(self.spec["base"])[:3, :3]
+        J = R.T @ np.asarray(_core.joint_jacobian(rigid, _core.Samples(q), 1))[:, :3]
+        load = np.broadcast_to(np.asarray(0.0 if payload is None else payload, dtype=float), (len(q),))
+        return Inputs(q, np.ascontiguousarray(load), J)
+
+    def _with_correction(self, T: FloatArray, q: ArrayLike, payload: ArrayLike | None) -> FloatArray:
+        if self.correction is not None:
+            T[:, :3, 3] += self.correct(q, payload).displacement
+        return T
+
+    def parameter_jacobian(
+        self, q: ArrayLike, *, rows: int = 3, threads: int = 1, out: FloatArray | None = None, **conditions: Any
+    ) -> FloatArray:
+        """(N, rows, P): derivative of the tool by every parameter, SI, axes of the measuring frame.
+
+        rows = 3: position; 6: [v; w], velocity of the tool's origin and turning of its frame. Columns:
+        `parameter_names`.
+        """
+        return np.asarray(
+            self.error_model.parameter_jacobian(
+                self.conditions(q, **conditions), self.error_model.start, rows, threads, out
+            )
+        )
+
+    def joint_jacobian(self, q: ArrayLike, *, threads: int = 1, **conditions: Any) -> FloatArray:
+        """(N, 6, n): motion of the tool [v; w] by every joint, SI, axes of the measuring frame.
+
+        The joints turn about the axes of the deflected arm, and the deflection is held.
+        """
+        return np.asarray(_core.joint_jacobian(self.error_model, self.conditions(q, **conditions), threads))
+
+    def position_deviation(self, q: ArrayLike, **conditions: Any) -> FloatArray:
+        """(N, 3) standard deviation [m] of the predicted points that comes from the identified parameters.
+
+        NaN for a nominal robot; else the root of diag(J C J^T) with the covariance C of the identified parameters; a
+        new measurement adds its own noise to it.
+        """
+        return self.deviation_at(self.conditions(q, **conditions))
+
+    def deviation_at(self, samples: _core.Samples, threads: int = 1) -> FloatArray:
+        """`position_deviation` at conditions that are checked already."""
+        record = self.record
+        if record is None:
+            return np.full((len(samples), 3), np.nan)
+        columns = [self.parameter_names.index(name) for name in record.parameters if name in self.parameter_names]
+        known = [i for i, name in enumerate(record.parameters) if name in self.parameter_names]
+        J = np.asarray(self.error_model.parameter_jacobian(samples, self.error_model.start, 3, threads, None))[
+            :, :, columns
+        ]
+        return np.asarray(np.linalg.norm(J @ record.root[known], axis=2))
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Writes the robot file; it loads back to the same predictions, bit for bit."""
+        from fastcal.io.robot_file import (
+            write_spec,  # the file format is a leaf: nothing that computes needs it at import
+        )
+
+        write_spec(self.spec, path)
+
+
+def build_core(spec: Spec) -> _core.RobotModel:
+    """The C++ model of a canonical spec."""
+    joints: list[Spec] = spec["joints"]
+    n = len(joints)
+    links = [joint.get("link") or {} for joint in joints]
+    coupling = np.zeros((n, n))
+    for entry in spec.get("coupling") or []:
+        coupling[entry["joint"] - 1, entry["source"] - 1] = entry["ratio"]
+    description = _core.RobotDescription(
+        joint_types=[joint["type"] for joint in joints],
+        mass=np.array([link.get("mass_kg", 0.0) for link in links], dtype=float),
+        com=to_si(np.array([link.get("com_mm", [0.0] * 3) for link in links], dtype=float), "mm"),
+        inertia=np.array([link.get("inertia_kg_m2", [0.0] * 6) for link in links], dtype=float),
+        T_world_base=pose(spec["base"]),
+        T_flange_tool=pose(spec["tool"]),
+        p_flange_payload=to_si(np.asarray(spec["payload"]["com_mm"], dtype=float), "mm"),
+        gravity=np.asarray(spec["gravity_m_s2"], dtype=float),
+        gravity_in_world=spec["gravity_frame"] == "measuring",
+        coupling=coupling,
+        wrench_frame=spec["wrench_frame"],
+        motor_ratio=np.array([joint.get("motor_ratio", np.nan) for joint in joints], dtype=float),
+        compensator=_compensator(spec.get("compensator")),
+        bending=build_structure(spec.get("structure") or {}, frame_names(n)),
+    )
+    kinematics = spec["kinematics"]
+    if kinematics in ("dh", "mdh"):
+        rows = np.array(
+            [
+                [to_si(float(joint.get(key, 0.0)), key.rsplit("_", 1)[1]) for key in ROW_KEYS.values()]
+                for joint in joints
+            ]
+        )
+        return (_core.build_dh if kinematics == "dh" else _core.build_mdh)(description, rows)
+    if kinematics == "poe":
+        return _core.build_poe(description, np.array([screw(joint) for joint in joints]), pose(spec["home"]))
+    origins = [pose(joint["origin"]) for joint in joints]
+    axes = np.array([joint["axis"] for joint in joints], dtype=float)
+    return _core.build_urdf(
+        description, origins, axes / np.linalg.norm(axes, axis=1, keepdims=True), pose(spec["flange"])
+    )
+
+
+def _compensator(entry: Spec | None) -> _core.Compensator | None:
+    """The spring of a robot file; anchor and arm are in the joint's frame at joint position 0."""
+    if not entry:
+        return None
+    return _core.Compensator(
+        joint=entry["joint"] - 1,
+        anchor=to_si(np.asarray(entry["anchor_mm"], dtype=float), "mm"),
+        arm=to_si(np.asarray(entry["arm_mm"], dtype=float), "mm"),
+        stiffness=float(entry["stiffness_n_m"]),
+        free_length=to_si(float(entry["free_length_mm"]), "mm"),
+    )
+
+
+def screw(joint: Spec) -> FloatArray:
+    """(7,) omega, v, offset of a POE joint in SI; v = -omega x point (or the unit direction of a prismatic joint)."""
+    omega = np.asarray(joint["omega"], dtype=float)
+    if joint["type"] == "prismatic":
+        v = np.asarray(joint["v_mm"] if "v_mm" in joint else joint["v"], dtype=float)
+        return np.concatenate([np.zeros(3), v / np.linalg.norm(v), [to_si(float(joint.get("d_mm", 0.0)), "mm")]])
+    omega = omega / np.linalg.norm(omega)
+    if "point_mm" in joint:
+        v = -np.cross(omega, to_si(np.asarray(joint["point_mm"], dtype=float), "mm"))
+    else:
+        v = to_si(np.asarray(joint["v_mm"], dtype=float), "mm")
+    return np.concatenate([omega, v, [to_si(float(joint.get("theta_deg", 0.0)), "deg")]])
+
+
+__all__ = ["Robot", "Spec", "edge_name", "pose", "screw"]
