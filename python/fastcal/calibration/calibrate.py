@@ -12,10 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.calibration.alignment import align as align
+from fastcal.calibration.alignment import measurements as measurements
 from fastcal.calibration.critical_loads import with_critical_loads
 from fastcal.calibration.evaluation import evaluate
 from fastcal.calibration.extrapolation_notes import range_notes
 from fastcal.calibration.geometry_anchoring import pulls
+from fastcal.calibration.inspection import check_columns, check_fit
 from fastcal.calibration.options_from_data import with_origins
 from fastcal.calibration.parameter_limits import parameter_limits
 from fastcal.calibration.parameter_table import (
@@ -43,28 +46,6 @@ Progress = Callable[[str], None]
 
 LOSSES = ("tukey", "huber", "cauchy", "none")
 METHODS = ("nls", "bfgs", "bfgs_mean_distance")
-
-
-def measurements(data: Dataset) -> _core.Measurements:
-    """What was measured, as the core reads it."""
-    if data.position is None and data.rotation is None and data.distance is None:
-        raise InvalidInput(
-            f"{data.source}: no measured column; expected x_mm y_mm z_mm, an orientation, or distance_mm"
-        )
-    return _core.Measurements(
-        position=data.position,
-        rotation=data.rotation,
-        distance=data.distance,
-        anchor=None if data.anchor is None else data.anchor.astype(np.int32),
-        anchor_count=len(data.anchor_names) if data.distance is not None else 0,
-        sigma_position=data.sigma_position,
-        sigma_rotation=data.sigma_rotation,
-    )
-
-
-def align(robot: Robot, data: Dataset, threads: int = 1) -> _core.Alignment:
-    """Best rigid fit of base and tool (and anchors) to the data; closed form, no initial guess."""
-    return _core.align(robot.error_model, robot.samples(data), measurements(data), threads)
 
 
 class Prepared(NamedTuple):
@@ -134,6 +115,7 @@ def calibrate(
     priors: bool = False,
     equilibrium: bool | None = None,
     max_iterations: int = 100,
+    as_read: bool = False,
     threads: int = 1,
     progress: Progress | None = None,
 ) -> CalibrationResult:
@@ -154,17 +136,22 @@ def calibrate(
             papers do); the model keeps it. None: as the robot says, which is True unless its file has `equilibrium:
             false`.
         max_iterations: Of one solve.
+        as_read: Take the columns of `data` as they are, though another reading of them may fit far better, and return
+            a fit that explains nothing: `notes` say so. Not checking saves some 0.05 s.
         threads: Cores; the result does not depend on it.
         progress: Called with a sentence at each step.
 
     Raises:
-        InvalidInput: An unknown effect, parameter, loss or method, or data without a measured column.
+        InvalidInput: An unknown effect, parameter, loss or method, data without a measured column, or columns that
+            were probably meant otherwise.
     """
     if loss not in LOSSES:
         raise InvalidInput(f"loss must be one of {', '.join(LOSSES)}, got '{loss}'")
     if method not in METHODS:
         raise InvalidInput(f"method must be one of {', '.join(METHODS)}, got '{method}'")
     say = progress or (lambda text: None)
+    say("looking at the columns")
+    suspected = check_columns(robot, data, as_read=as_read)
     say("aligning base and tool")
     start, model, samples, measured, alignment, asked = prepare(
         robot, data, effects=effects, parameters=parameters, equilibrium=equilibrium, threads=threads
@@ -215,6 +202,7 @@ def calibrate(
     judge: dict[str, Any] = {"before": aligned, "anchors": places, "anchors_before": places_before, "threads": threads}
     table, table_covariance = parameter_table(start, model, found, data)
     beyond = [] if test is None else [f"{test.source}: {note}" for note in range_notes(result_model, test)]
+    train = evaluate(result_model, data, **judge)
     return CalibrationResult(
         status=found.status,
         message=found.message,
@@ -237,9 +225,9 @@ def calibrate(
         sigma_note=sigma_note(found, data),
         outliers=outlier_rows(found),
         weights=np.asarray(found.weights),
-        train=evaluate(result_model, data, **judge),
+        train=train,
         test=None if test is None else evaluate(result_model, test, **judge),
-        notes=[*data.notes, *beyond],
+        notes=[*suspected, *check_fit(robot, train, as_read=as_read), *data.notes, *beyond],
     )
 
 

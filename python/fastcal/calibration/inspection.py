@@ -9,24 +9,25 @@ import copy
 import numpy as np
 from numpy.typing import NDArray
 
-from fastcal.calibration.calibrate import align
+from fastcal.calibration.alignment import align
 from fastcal.calibration.evaluation import Evaluation, distances
 from fastcal.errors import InvalidInput
-from fastcal.measurements import column_check as guard
+from fastcal.measurements.column_check import plausible
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot
 from fastcal.units import from_si
 
 FloatArray = NDArray[np.float64]
 
-HOPELESS_SHARE = 0.1  # of the reach; no geometric error is so large, so what calibration would find is nonsense
+BAD_SHARE = 0.01  # of the reach; calibrated arms miss by a thousandth at most
+ACCEPT = "--as-read (in Python as_read=True) accepts the columns as they are"
 
 
-def suspicion(robot: Robot, data: Dataset) -> str | None:
-    """What the columns were probably meant to be, with the evidence; None where they fit the robot.
+def check_columns(robot: Robot, data: Dataset, *, as_read: bool = False) -> list[str]:
+    """Refuses columns that were probably meant otherwise; with `as_read`, a note says so instead.
 
     Raises:
-        InvalidInput: The robot, as the columns are read, misses the points so far that nothing can be calibrated.
+        InvalidInput: Another reading of the columns fits at least five times better; both misfits and what was meant.
     """
     bare = Robot(copy.deepcopy(robot.spec) | {"effects": []})
 
@@ -34,18 +35,18 @@ def suspicion(robot: Robot, data: Dataset) -> str | None:
         found = align(bare, Dataset.from_arrays(q, position=position))
         return float(found.rms) if found.found else float("inf")
 
-    found = guard.plausible(data, bare, misfit)
-    if found is None:
-        return None
-    if found.rms_read > HOPELESS_SHARE * robot.reach:
-        raise InvalidInput(f"{data.source}: {found.message}")
-    return found.message
+    suspicion = plausible(data, bare, misfit, bare.forward)
+    if suspicion is None:
+        return []
+    if as_read:
+        return [suspicion.message]
+    raise InvalidInput(f"{data.source}: {suspicion.message}; {ACCEPT}")
 
 
-def check_fit(robot: Robot, fit: Evaluation, suspected: str | None = None) -> None:
+def check_fit(robot: Robot, fit: Evaluation, *, as_read: bool = False) -> list[str]:
     """Refuses a calibration that explains nothing: half of the rows are still farther off than a part of the reach.
 
-    `suspected` is what `suspicion` said of the data, if anything.
+    With `as_read`, a note says so instead.
 
     Raises:
         InvalidInput: The data are of another robot, or no measurements at all.
@@ -53,14 +54,16 @@ def check_fit(robot: Robot, fit: Evaluation, suspected: str | None = None) -> No
     known = distances(fit.error_after, fit.length_after)
     known = known[~np.isnan(known)]
     median = float(np.median(known)) if len(known) else 0.0
-    if median > guard.BAD_SHARE * robot.reach:
-        if suspected is not None:
-            raise InvalidInput(f"{fit.data.source}: {suspected}")
-        miss, reach = (f"{from_si(length, 'mm'):.4g} mm" for length in (median, robot.reach))
-        raise InvalidInput(
-            f"{fit.data.source}: the points do not fit this robot: even when calibrated it misses half of them by more "
-            f"than {miss}, with a reach of {reach}; is it the right robot, in the order of its joints?"
-        )
+    if median <= BAD_SHARE * robot.reach:
+        return []
+    miss, reach = (f"{from_si(length, 'mm'):.4g} mm" for length in (median, robot.reach))
+    message = (
+        f"the points do not fit this robot: even when calibrated it misses half of them by more than {miss}, with a "
+        f"reach of {reach}; is it the right robot, in the order of its joints?"
+    )
+    if as_read:
+        return [message]
+    raise InvalidInput(f"{fit.data.source}: {message}")
 
 
 def readback_notes(robot: Robot, data: Dataset) -> list[str]:

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from fastcal.calibration.calibrate import align
+from fastcal.calibration.alignment import align
 from fastcal.errors import Undetermined
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.identified_spec import with_frames

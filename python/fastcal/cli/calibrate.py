@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fastcal.cli.console import fail, progress, say, warn
-from fastcal.cli.options import DataFile, Loss, Method, OutFolder, RobotFile, Rule, Threads
+from fastcal.cli.options import AsRead, DataFile, Loss, Method, OutFolder, RobotFile, Rule, Threads
 
 if TYPE_CHECKING:
     from fastcal.calibration.calibrate import CalibrationResult
@@ -43,6 +43,7 @@ def calibrate(
             "within a standard error; the others stay at nominal."
         ),
     ] = None,
+    as_read: AsRead = False,
     threads: Threads = 1,
 ) -> None:
     """Identify a robot from measured poses."""
@@ -61,15 +62,13 @@ def calibrate(
     measured = load_measurements(data, nominal)
     other = None if test is None else load_measurements(test, nominal)
     with progress() as show:
-        show("looking at the columns")
-        suspected = inspection.suspicion(nominal, measured)
-        given: dict[str, Any] = {"test": other, "effects": effects, "loss": loss, "threads": threads, "progress": show}
+        given: dict[str, Any] = {"test": other, "effects": effects, "loss": loss, "as_read": as_read}
+        given |= {"threads": threads, "progress": show}
         choice = None if choose is None else choose_parameters(nominal, measured, rule=choose, **given)
         found = (
             choice.result if choice else calibration.calibrate(nominal, measured, method=method, priors=priors, **given)
         )
-        inspection.check_fit(nominal, found.train, suspected)
-        notes = [*([suspected] if suspected else []), *found.notes, *inspection.readback_notes(nominal, measured)]
+        notes = [*found.notes, *inspection.readback_notes(nominal, measured)]
         if found.degrees_of_freedom <= 0:
             notes.append(
                 "as many parameters as measured numbers: nothing is left to tell the noise or any deviation by"

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fastcal.cli.console import progress, say, warn
-from fastcal.cli.options import DataFile, OutFolder, RobotFile, Threads
+from fastcal.cli.options import AsRead, DataFile, OutFolder, RobotFile, Threads
 
 if TYPE_CHECKING:
     from fastcal.diagnosis import Diagnosis
@@ -29,11 +29,11 @@ def diagnose(
     sigma_mm: Annotated[
         float | None, typer.Option(min=1e-6, help="Standard deviation of a measured coordinate, where it is known.")
     ] = None,
+    as_read: AsRead = False,
     threads: Threads = 1,
 ) -> None:
     """Find what the model is missing, name it or say that it can't be told, and add it."""
     from fastcal import diagnosis
-    from fastcal.calibration import inspection
     from fastcal.io.folder import check_folder
     from fastcal.io.measurements import load_measurements
     from fastcal.io.robot_file import load_robot
@@ -44,21 +44,19 @@ def diagnose(
     measured = load_measurements(data, nominal)
     other = None if test is None else load_measurements(test, nominal)
     with progress() as show:
-        show("looking at the columns")
-        suspected = inspection.suspicion(nominal, measured)
         found = diagnosis.diagnose(
             nominal,
             measured,
             test=other,
             exclude=exclude or (),
             sigma=None if sigma_mm is None else to_si(sigma_mm, "mm"),
+            as_read=as_read,
             threads=threads,
             progress=show,
         )
-        inspection.check_fit(nominal, found.calibrations[0].train, suspected)
         show("writing the report")
         found.save(output)
-    warn([*([suspected] if suspected else []), *found.notes])
+    warn(found.notes)
     say_diagnosis(found, output)
 
 

@@ -16,6 +16,9 @@ ModelFile = Annotated[str, typer.Argument(metavar="MODEL", help="A calibrated ro
 DataFile = Annotated[
     Path, typer.Argument(metavar="DATA", help="Measured poses: CSV, Parquet or Excel, one row a pose.")
 ]
+AsRead = Annotated[
+    bool, typer.Option("--as-read", help="Take the columns as they are, though another reading fits far better.")
+]
 OutFile = Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="The file to write.")]
 OutFolder = Annotated[Path, typer.Option("-o", "--output", metavar="OUT", help="The folder to write into.")]
 Threads = Annotated[int, typer.Option(min=1, help="Cores to use; the result does not depend on it.")]

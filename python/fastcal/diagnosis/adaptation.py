@@ -43,7 +43,7 @@ def calibrations(
         spec = dict(robot.spec) | {"effects": whole}
         # Outliers are known and left out: a robust loss would have nothing left to do.
         found = calibrate(
-            Robot(spec), best.fit.problem.data.select(best.fit.problem.used), loss="none", threads=threads
+            Robot(spec), best.fit.problem.data.select(best.fit.problem.used), loss="none", as_read=True, threads=threads
         )
         frame: dict[str, Any] = {"before": found.nominal, "threads": threads}
         other = None if test is None else evaluate(found.model, test, **frame)

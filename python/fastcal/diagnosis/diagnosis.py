@@ -13,6 +13,7 @@ from threadpoolctl import threadpool_limits
 
 from fastcal import _core
 from fastcal.calibration.calibrate import CalibrationResult
+from fastcal.calibration.inspection import check_columns, check_fit
 from fastcal.diagnosis import adaptation, grading, periodic, sensitivity, unexplained
 from fastcal.diagnosis.fits import fit
 from fastcal.diagnosis.library import Library, Name, build_library, parse_exclusions
@@ -40,6 +41,7 @@ def diagnose(
     test: Dataset | None = None,
     exclude: Collection[str] = (),
     sigma: float | None = None,
+    as_read: bool = False,
     threads: int = 1,
     progress: Callable[[str], None] | None = None,
 ) -> Diagnosis:
@@ -51,18 +53,24 @@ def diagnose(
         test: Other poses, only reported on.
         exclude: Names that are not to be given, `EFFECT` or `EFFECT@OWNER`.
         sigma: Standard deviation of a measured coordinate [m], where the data have no column for it.
+        as_read: Take the columns of `data` as they are, as in `calibrate`.
         threads: Cores; the result does not depend on it.
         progress: Called with a sentence at each step.
 
     Raises:
-        InvalidInput: An unknown effect or owner to exclude, a sigma that is none, data without a measured column.
+        InvalidInput: An unknown effect or owner to exclude, a sigma that is none, data without a measured column, or
+            columns that were probably meant otherwise.
     """
     say = progress or (lambda text: None)
     if sigma is not None and not (np.isfinite(sigma) and sigma > 0):
         raise InvalidInput(f"sigma must be a standard deviation above 0, got {sigma}")
+    say("looking at the columns")
+    suspected = check_columns(robot, data, as_read=as_read)
     library = build_library(robot, data, parse_exclusions(exclude, robot))
     with threadpool_limits(1):  # many small matrices: a BLAS that shares them out spends most of its time waiting
-        return _diagnosed(robot, data, test, library, sigma, threads, say)
+        found = _diagnosed(robot, data, test, library, sigma, threads, say)
+    unexplained_by_any = check_fit(robot, found.calibrations[0].train, as_read=as_read)
+    return replace(found, notes=[*suspected, *unexplained_by_any, *found.notes])
 
 
 def _diagnosed(

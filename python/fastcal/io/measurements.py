@@ -73,7 +73,13 @@ def _dataset(table: Table, robot: RobotFacts, require_measured: bool) -> Dataset
     extra, extra_labels = unknown_columns(table, unknown)
     notes = [*table.notes, *(f"column '{table.names[place]}' is not known and is kept as it is" for place in unknown)]
     notes += columns.notes + _notes_on_limits(data, robot)
-    return replace(data, extra=extra, extra_labels=extra_labels, notes=tuple(notes))
+    return replace(
+        data,
+        rotation_angles=columns.angles(),
+        extra=extra,
+        extra_labels=extra_labels,
+        notes=tuple(notes),
+    )
 
 
 @dataclass
@@ -120,13 +126,17 @@ class Columns:
 
     def rotation(self) -> FloatArray | None:
         """The orientation as quaternions (N, 4), from quaternions or from roll, pitch and yaw."""
-        angles = self.numbers("rotation", ["rx", "ry", "rz"])
+        angles = self.angles()
         if angles is None:
             return self.numbers("rotation", ["qw", "qx", "qy", "qz"])
         if any(part in self.known for part in ("qw", "qx", "qy", "qz")):
             raise self.table.error("holds the orientation twice; expected either qw qx qy qz or rx ry rz")
         check_whole_rows("rotation", angles)
         return quaternions_of_rpy(angles)
+
+    def angles(self) -> FloatArray | None:
+        """Roll, pitch and yaw (N, 3) [rad], where the orientation is given by them."""
+        return self.numbers("rotation", ["rx", "ry", "rz"])
 
     def sigma_position(self) -> FloatArray | None:
         """One standard deviation a row (N,), or one a coordinate (N, 3)."""

@@ -1,39 +1,41 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Notices columns that were meant otherwise: a wrong unit, joints swapped, turned or shifted, left-handed points.
+"""Finds columns that were meant otherwise: a wrong unit, joints swapped or turned, another convention of orientation.
 
-The nominal robot, laid onto the points by the best rigid base and tool, misses them by its own errors, a few
-thousandths of its reach. Where it misses by far more, every single other reading of the columns is tried. One that
-explains the data several times better is what was probably meant; it is told with both figures, and nothing is changed.
+The nominal robot, laid onto the data by the best rigid base and tool, misses them by its own errors. Every single other
+reading of the columns is tried. One that explains the data at least five times better is what was probably meant; it is
+given with both figures, and nothing is changed. Points are judged first; orientations where the points fit.
 
-Readings are compared by RMS misfit / RMS spread of the points, which units of length leave as it is, so that shrinking
-the points explains nothing; a ratio above 1 counts as 1, for the mean of the points does as well.
+Readings of points are compared by RMS misfit / RMS spread of the points, which units of length leave as it is, so that
+shrinking the points explains nothing; a ratio above 1 counts as 1, for the mean of the points does as well. Bounds that
+cost little (`least_misfit`) leave few readings to be fitted.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
-from itertools import combinations, permutations
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.measurements import orientation_readings as orientation
 from fastcal.measurements.checks import RobotFacts
+from fastcal.measurements.column_readings import Reading, other_readings
 from fastcal.measurements.dataset import Dataset
-from fastcal.units import factor, from_si, to_si, unit_names
+from fastcal.units import from_si
 
 FloatArray = NDArray[np.float64]
 Misfit = Callable[[FloatArray, FloatArray], float]
-Reading = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
+Poses = Callable[[FloatArray], FloatArray]
 
-BAD_SHARE = 0.01  # of the reach; nominal arms miss by 0.001 to 0.005
+NEGLIGIBLE_SHARE = 1e-4  # of the reach; what misses by less has been read as it was meant
+NEGLIGIBLE_TURN = 3e-3  # [rad] the same for orientations
 BETTER_BY = 5.0
 SIMILAR = 1.5  # readings this near to the best one can't be told from it
+SCALE_BAND = 2.0  # a unit slip is fitted where the points are this near to its ratio
 FEWEST_ROWS = 8  # base and tool alone adapt to 9 numbers, three rows
 MOST_ROWS = 60
-MIRROR = np.array([1.0, 1.0, -1.0])
-TURNS = tuple((f"shifted by {degrees:g} deg", to_si(degrees, "deg")) for degrees in (90.0, -90.0, 2 * 90.0))
 
 
 @dataclass(frozen=True)
@@ -43,118 +45,149 @@ class Suspicion:
     Attributes:
         meant: The reading that explains the data.
         others: Further readings that explain them about as well.
-        rms_read: RMS distance between nominal robot and points as read [m].
-        rms_meant: The same with the columns as they were probably meant [m].
+        read: RMS misfit between nominal robot and data as read, with its unit in words.
+        better: The same with the columns as they were probably meant.
         reach: The robot's reach [m].
+        what: What was held against the robot: points or orientations.
     """
 
     meant: str
     others: tuple[str, ...]
-    rms_read: float
-    rms_meant: float
+    read: str
+    better: str
     reach: float
+    what: str = "points"
 
     @property
     def message(self) -> str:
         """The suspicion and its evidence in one sentence."""
-        read, meant = (f"{from_si(rms, 'mm'):.4g} mm" for rms in (self.rms_read, self.rms_meant))
-        reach = f"{from_si(self.reach, 'mm'):.4g} mm"
+        reach = f", with a reach of {from_si(self.reach, 'mm'):.4g} mm" if self.what == "points" else ""
         either = f" (or: {'; '.join(self.others)})" if self.others else ""
         return (
-            f"the points do not fit this robot: as read, it misses them by {read} RMS after the best fit of base and "
-            f"tool, with a reach of {reach}; with {self.meant} it would be {meant}{either}; nothing was changed"
+            f"the {self.what} do not fit this robot: as read, it misses them by {self.read} RMS after the best fit of "
+            f"base and tool{reach}; with {self.meant} it would be {self.better}{either}; nothing was changed"
         )
 
 
-def plausible(dataset: Dataset, robot: RobotFacts, misfit: Misfit) -> Suspicion | None:
-    """Holds measured points against the nominal robot; None where they fit it, or where no other reading fits better.
+def plausible(dataset: Dataset, robot: RobotFacts, misfit: Misfit, poses: Poses) -> Suspicion | None:
+    """Holds measurements against the nominal robot; None where they fit it, or where no other reading fits better.
 
     Args:
-        dataset: Its rows with a whole point are looked at, up to 60 of them.
+        dataset: Up to 60 of its rows with a whole point, or else with an orientation, are looked at.
         robot: The nominal arm's joint types and reach.
         misfit: RMS distance [m] between the nominal robot at q (N, n) and points (N, 3) after the best rigid fit of
-            base and tool. Called once where the data fit, else about a hundred times.
+            base and tool.
+        poses: Poses (N, 4, 4) of the nominal robot at q (N, n), in any base and with any tool.
     """
-    if dataset.position is None:
+    return _points(dataset, robot, misfit, poses) or _orientations(dataset, robot, poses)
+
+
+def _points(dataset: Dataset, robot: RobotFacts, misfit: Misfit, poses: Poses) -> Suspicion | None:
+    if dataset.position is None or (rows := _chosen(dataset.position)) is None:
         return None
-    rows = np.flatnonzero(~np.isnan(dataset.position).any(axis=1))
+    q, position = dataset.q[rows], dataset.position[rows]
+    as_read = misfit(q, position)
+    if as_read <= NEGLIGIBLE_SHARE * robot.reach:
+        return None
+    to_beat = min(1.0, as_read / _spread(position)) / BETTER_BY
+    _, G = _least_misfit(poses(q), position)
+    scale = float(np.sign(np.linalg.det(G)) * np.abs(np.linalg.det(G)) ** (1 / 3))
+    found = []
+    for reading in other_readings(dataset, rows, list(robot.joint_types)):
+        if len(reading.rows) < FEWEST_ROWS or not _worth_fitting(reading, scale, to_beat, poses):
+            continue
+        rms = misfit(reading.q, reading.position)
+        found.append((reading.rank, rms / _spread(reading.position), rms, reading.words))
+    return _best(found, to_beat, robot, lambda rms: f"{from_si(rms, 'mm'):.4g} mm", as_read, "points")
+
+
+def _worth_fitting(reading: Reading, scale: float, to_beat: float, poses: Poses) -> bool:
+    """Whether a bound leaves it possible that a reading beats, or is similar to, one that beats what is read.
+
+    `scale` is that of the points as read: a slip of the unit shows in it, and the bound can't see it.
+    """
+    if reading.scale == 1.0:
+        least, _ = _least_misfit(poses(reading.q), reading.position)
+        return least < SIMILAR * to_beat * _spread(reading.position)
+    if reading.scale < 0.0:
+        return scale <= 0.0 or abs(scale) < 1.0 / SCALE_BAND
+    return not SCALE_BAND**-1 < abs(scale) < SCALE_BAND
+
+
+def _least_misfit(T: FloatArray, position: FloatArray) -> tuple[float, FloatArray]:
+    """A bound [m] that the misfit is not below, and the matrix G (3, 3) that takes points into the robot's base.
+
+    p = A (t + R x) + b is t = G p - c - R x with G = A'; any G in place of a rotation makes it linear in G, c and x.
+    """
+    N = len(T)
+    system = np.zeros((N, 3, 15))
+    for axis in range(3):
+        system[:, axis, 3 * axis : 3 * axis + 3] = position - position.mean(axis=0)
+        system[:, axis, 9 + axis] = 1.0
+    system[:, :, 12:] = T[:, :3, :3]
+    solution, *_ = np.linalg.lstsq(system.reshape(3 * N, 15), T[:, :3, 3].reshape(-1), rcond=None)
+    left = T[:, :3, 3].reshape(-1) - system.reshape(3 * N, 15) @ solution
+    return float(np.sqrt(left @ left / N)), np.asarray(solution[:9].reshape(3, 3), dtype=np.float64)
+
+
+def _orientations(dataset: Dataset, robot: RobotFacts, poses: Poses) -> Suspicion | None:
+    if dataset.rotation is None or (rows := _chosen(dataset.rotation)) is None:
+        return None
+    R = poses(dataset.q[rows])[:, :3, :3]
+    measured = orientation.of_quaternion(dataset.rotation[rows])
+    as_read = orientation.misfit(R, measured)
+    if as_read <= NEGLIGIBLE_TURN:
+        return None
+    readings = [(rank, words, R, M) for rank, words, M in _orientation_readings(dataset, rows)]
+    readings += [
+        (each.rank, each.words, poses(each.q)[:, :3, :3], orientation.of_quaternion(dataset.rotation[each.rows]))
+        for each in other_readings(dataset.without_points(), rows, list(robot.joint_types))
+    ]
+    to_beat = as_read / BETTER_BY
+    found = []
+    for rank, words, mine, theirs in readings:
+        if len(theirs) >= FEWEST_ROWS and orientation.least_misfit(mine, theirs) < SIMILAR * to_beat:
+            rms = orientation.misfit(mine, theirs)
+            found.append((rank, rms, rms, words))
+    return _best(found, to_beat, robot, lambda rms: f"{from_si(rms, 'deg'):.4g} deg", as_read, "orientations")
+
+
+def _orientation_readings(dataset: Dataset, rows: NDArray[np.int64]) -> list[tuple[int, str, FloatArray]]:
+    if dataset.rotation is None:
+        return []
+    if dataset.rotation_angles is not None:
+        return list(orientation.angle_readings(dataset.rotation_angles[rows]))
+    return list(orientation.quaternion_readings(dataset.rotation[rows]))
+
+
+def _best(
+    found: list[tuple[int, float, float, str]],
+    to_beat: float,
+    robot: RobotFacts,
+    text: Callable[[float], str],
+    as_read: float,
+    what: str,
+) -> Suspicion | None:
+    """The best of (rank, share, misfit, words), where its share beats `to_beat`, with the simplest of those like it."""
+    best = min((share for _, share, _, _ in found), default=np.inf)
+    if not best < to_beat:
+        return None
+    # Where base or tool take up a shift of a joint, its sign turned and any shift do as well as the sign alone.
+    (simplest, _, meant_rms, meant), *rest = sorted(entry for entry in found if entry[1] <= SIMILAR * best)
+    others = tuple(words for rank, _, _, words in rest if rank == simplest)
+    return Suspicion(meant, others, text(as_read), text(meant_rms), robot.reach, what)
+
+
+def _chosen(values: FloatArray) -> NDArray[np.int64] | None:
+    """Up to 60 rows that are whole; None where there are too few to judge by."""
+    rows = np.flatnonzero(~np.isnan(values).any(axis=1))
     if len(rows) < FEWEST_ROWS:
         return None
     # Scattered and not at equal steps, which may fall in with the steps of a grid.
-    rows = np.random.default_rng(0).permutation(rows)[:MOST_ROWS]
-    q, position = dataset.q[rows], dataset.position[rows]
-    as_read = misfit(q, position)
-    if as_read <= BAD_SHARE * robot.reach:
-        return None
-    found = []
-    for simplicity, meaning, reading in _readings(list(robot.joint_types)):
-        q_meant, position_meant = reading(q, position)
-        rms = misfit(q_meant, position_meant)
-        found.append((simplicity, rms / _spread(position_meant), rms, meaning))
-    best = min(share for _, share, _, _ in found)
-    if not best * BETTER_BY < min(1.0, as_read / _spread(position)):
-        return None
-    # Where base or tool take up a shift of a joint, its sign turned and any shift do as well as the sign alone.
-    similar = sorted(entry for entry in found if entry[1] <= SIMILAR * best)
-    (simplest, _, rms_meant, meant), *rest = similar
-    others = tuple(meaning for simplicity, _, _, meaning in rest if simplicity == simplest)
-    return Suspicion(meant, others, as_read, rms_meant, robot.reach)
+    return np.random.default_rng(0).permutation(rows)[:MOST_ROWS]
 
 
 def _spread(position: FloatArray) -> float:
     """RMS distance of points (N, 3) from their mean [m]."""
     distances = np.linalg.norm(position - position.mean(axis=0), axis=1)
     return max(float(np.sqrt(np.mean(distances**2))), np.finfo(np.float64).tiny)
-
-
-def _readings(joint_types: list[str]) -> Iterator[tuple[int, str, Reading]]:
-    """Every other way in which one thing may have been meant: a rank (0 the simplest), words, the data so read."""
-    for words, ratio in _unit_slips("length"):
-        yield 0, f"the points in {words}", _scaled(np.full(3, ratio))
-    yield 0, "one axis of the points turned round or two of them swapped (they are left-handed)", _scaled(MIRROR)
-    for joint_type, kind in (("revolute", "angle"), ("prismatic", "length")):
-        joints = [joint for joint, found in enumerate(joint_types) if found == joint_type]
-        for words, ratio in _unit_slips(kind):
-            if len(joints) > 1:
-                yield 0, f"all {joint_type} joints in {words}", _changed(joints, ratio, 0.0)
-            for joint in joints:
-                yield 0, f"joint {joint + 1} in {words}", _changed([joint], ratio, 0.0)
-        for first, second in combinations(joints, 2):
-            yield 0, f"the columns of joints {first + 1} and {second + 1} swapped", _swapped(first, second)
-        for joint in joints:
-            yield 0, f"the sign of joint {joint + 1} turned", _changed([joint], -1.0, 0.0)
-            for words, shift in TURNS if joint_type == "revolute" else ():
-                yield 1, f"joint {joint + 1} {words}", _changed([joint], 1.0, shift)
-                yield 2, f"the sign of joint {joint + 1} turned and it {words}", _changed([joint], -1.0, shift)
-
-
-def _unit_slips(kind: str) -> Iterator[tuple[str, float]]:
-    """Pairs of units of a kind: which was meant and which was read, and the ratio; one pair for each ratio."""
-    seen: set[str] = set()
-    for meant, read in permutations(unit_names(kind), 2):
-        ratio = factor(meant) / factor(read)
-        if f"{ratio:.6g}" not in seen:
-            seen.add(f"{ratio:.6g}")
-            yield f"{meant} where they were read in {read}", ratio
-
-
-def _scaled(ratios: FloatArray) -> Reading:
-    return lambda q, position: (q, position * ratios)
-
-
-def _changed(joints: list[int], ratio: float, shift: float) -> Reading:
-    def reading(q: FloatArray, position: FloatArray) -> tuple[FloatArray, FloatArray]:
-        meant = q.copy()
-        meant[:, joints] = ratio * q[:, joints] + shift
-        return meant, position
-
-    return reading
-
-
-def _swapped(first: int, second: int) -> Reading:
-    def reading(q: FloatArray, position: FloatArray) -> tuple[FloatArray, FloatArray]:
-        meant = q.copy()
-        meant[:, [first, second]] = q[:, [second, first]]
-        return meant, position
-
-    return reading

@@ -30,6 +30,7 @@ class Dataset:
         q_read: (N, n) joint positions read back [rad or m], NaN where not read. Never used to fit.
         position: (N, 3) measured point in the measuring frame [m], NaN where a coordinate was not measured.
         rotation: (N, 4) measured orientation as a unit quaternion w, x, y, z, NaN in rows where it was not.
+        rotation_angles: (N, 3) roll, pitch and yaw as a file gave them [rad], only to check their convention.
         distance: (N,) measured length from an anchor to the point [m], NaN where it was not.
         anchor: (N,) index into `anchor_names`, -1 where a row has none.
         sigma_position: (N, 3) standard deviation of each coordinate [m]; column 0 is that of a length too.
@@ -51,6 +52,7 @@ class Dataset:
     q_read: FloatArray | None = None
     position: FloatArray | None = None
     rotation: FloatArray | None = None
+    rotation_angles: FloatArray | None = None
     distance: FloatArray | None = None
     anchor: IntArray | None = None
     anchor_names: tuple[str, ...] = ()
@@ -94,6 +96,10 @@ class Dataset:
             extra={name: values[chosen] for name, values in self.extra.items()},
             extra_labels={name: [labels[i] for i in chosen] for name, labels in self.extra_labels.items()},
         )
+
+    def without_points(self) -> Dataset:
+        """The same without measured points."""
+        return replace(self, position=None)
 
     @classmethod
     def from_arrays(  # noqa: D417 - the class says what the fields are

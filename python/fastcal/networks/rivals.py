@@ -86,7 +86,9 @@ def trees_of(boosted: Any) -> Trees:
 
 def with_profiles(robot: Robot, problem: Problem, own: IntArray, threads: int) -> Robot:
     """The model identified anew on some rows, with a profile of every joint besides what it has."""
-    return calibrate(robot, problem.data.select(own), effects="geometry,joint_profile", threads=threads).model
+    return calibrate(
+        robot, problem.data.select(own), effects="geometry,joint_profile", as_read=True, threads=threads
+    ).model
 
 
 def profile_errors(problem: Problem, threads: int) -> FloatArray:

@@ -12,12 +12,13 @@ judged by a linearization at its own solution, which differs from K nonlinear fi
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from fastcal.calibration.calibrate import CalibrationResult, calibrate, prepare
+from fastcal.calibration.inspection import check_columns, check_fit
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot
@@ -117,6 +118,7 @@ def choose_parameters(
     rule: str = "least",
     refits: int = 20,
     loss: str = "tukey",
+    as_read: bool = False,
     seed: int = 0,
     threads: int = 1,
     progress: Callable[[str], None] | None = None,
@@ -141,6 +143,7 @@ def choose_parameters(
             one standard error of the least.
         refits: How many of the best sets are identified anew.
         loss: As in `calibrate`.
+        as_read: As in `calibrate`.
         seed: Of the deal into folds; the same seed gives the same choice.
         threads: Cores; the result does not depend on it.
         progress: Called with a sentence at each step.
@@ -150,6 +153,8 @@ def choose_parameters(
     """
     _check(optional, always, search=search, rule=rule, refits=refits, deals=deals)
     say = progress or (lambda text: None)
+    say("looking at the columns")
+    suspected = check_columns(robot, data, as_read=as_read)
     say("identifying all parameters")
     named = None if optional is None else [*always, *optional]
     start = prepare(robot, data, effects=effects, parameters=named, threads=threads)
@@ -174,10 +179,21 @@ def choose_parameters(
     parameters = min(within, key=lambda candidate: (len(candidate.parameters), candidate.error)).parameters
     everything = sets.of(np.ones((1, len(columns)), dtype=np.bool_))
     error = float(everything.error[0])
+    result = calibrate(
+        robot,
+        data,
+        test=test,
+        effects=effects,
+        parameters=parameters,
+        loss=loss,
+        as_read=True,  # refused or noted above
+        threads=threads,
+    )
+    check_fit(robot, result.train, as_read=as_read)
     return Selection(
         parameters=parameters,
         table=table,
-        result=calibrate(robot, data, test=test, effects=effects, parameters=parameters, loss=loss, threads=threads),
+        result=replace(result, notes=[*suspected, *result.notes]),
         full=_candidate(judge, columns, error, float(everything.standard_error[0]), error),
         evaluated=len(searched.error),
         search="exhaustive" if every else "stepwise",

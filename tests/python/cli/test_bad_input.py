@@ -104,13 +104,21 @@ def test_columns_that_were_meant_otherwise_are_refused_with_the_evidence(
     assert_nothing_written(tmp_path)
 
 
-def test_what_calibration_takes_up_is_a_warning_and_not_corrected(demo, good, tmp_path, fastcal, monkeypatch) -> None:
-    suspected = "the points do not fit this robot: ...; nothing was changed"
-    monkeypatch.setattr("fastcal.calibration.inspection.suspicion", lambda robot, data: suspected)
-    said = fastcal("calibrate", demo / "robot.yaml", good, "-o", tmp_path / "new")
+@pytest.mark.parametrize("command", ["calibrate", "diagnose"])
+def test_columns_are_taken_as_they_are_where_the_user_says_so(
+    demo, good, tmp_path, fastcal, rewritten, command
+) -> None:
+    """A joint whose sign costs little: refused with both misfits, and accepted by --as-read with a warning."""
+    turned = rewritten(good, tmp_path / "bad.csv", scaled("q6_deg", -1.0))
+    said = fastcal(command, demo / "robot.yaml", turned, "-o", tmp_path / "new")
+    assert said.code == 2
+    assert "--as-read (in Python as_read=True) accepts the columns as they are" in said.error
+    assert not (tmp_path / "new").exists()
+    said = fastcal(command, demo / "robot.yaml", turned, "--as-read", "-o", tmp_path / "new")
     assert said.code == 0
-    assert f"fastcal: warning: {suspected}" in said.err.splitlines()
-    assert suspected in json.loads((tmp_path / "new/result.json").read_text())["notes"]
+    assert "with the sign of joint 6 turned it would be" in said.err
+    file = "result.json" if command == "calibrate" else "diagnosis.json"
+    assert "with the sign of joint 6 turned" in " ".join(json.loads((tmp_path / "new" / file).read_text())["notes"])
 
 
 def test_three_poses_leave_nothing_to_tell_the_noise_by(demo, good, tmp_path, fastcal, rewritten) -> None:
