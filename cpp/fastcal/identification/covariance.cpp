@@ -1,0 +1,27 @@
+// SPDX-FileCopyrightText: 2026 The fastcal authors
+// SPDX-License-Identifier: MIT
+#include "fastcal/identification/covariance.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "fastcal/identification/noise_scale.hpp"
+
+namespace fastcal {
+
+Eigen::MatrixXd covariance(FitState& fit, const std::vector<RowWeight>& weights) {
+  const auto p = static_cast<Eigen::Index>(fit.free.size());
+  if (p == 0) return {};
+  Eigen::MatrixXd R = fit.free_factor();
+  // Rows that measure nothing carry no information and are not in R; rows with weight 0 are in it, and the inflation
+  // counts them out.
+  const bool mean_distance = fit.options.solver.method == Method::kBfgsMeanDistance;
+  const double inflation = variance_inflation(weights, mean_distance ? LossKind::kDistance : fit.loss, fit.freedom);
+  R /= std::sqrt(std::max(inflation, std::numeric_limits<double>::min()));
+  R = with_priors(R, fit.free, fit.free_scale, fit.options.limits);
+  const Eigen::MatrixXd inverse = R.triangularView<Eigen::Upper>().solve(Eigen::MatrixXd::Identity(p, p));
+  return fit.free_scale.asDiagonal() * inverse * inverse.transpose() * fit.free_scale.asDiagonal();
+}
+
+}  // namespace fastcal

@@ -1,0 +1,15 @@
+// SPDX-FileCopyrightText: 2026 The fastcal authors
+// SPDX-License-Identifier: MIT
+//
+// How sure the free parameters are.
+#pragma once
+
+#include "fastcal/identification/fit_state.hpp"
+
+namespace fastcal {
+
+/// Covariance (p, p) of the free parameters, SI: (R^T R / inflation + priors)^-1 with R^T R = J^T J of all rows; what a
+/// robust loss costs in certainty is in the inflation, found from the rows' `weights`.
+Eigen::MatrixXd covariance(FitState& fit, const std::vector<RowWeight>& weights);
+
+}  // namespace fastcal

@@ -1,0 +1,83 @@
+// SPDX-FileCopyrightText: 2026 The fastcal authors
+// SPDX-License-Identifier: MIT
+//
+// Where an identification has come to, which its stages (start, gauge, robust noise, covariance) read and move on:
+// parameters, loads at equilibrium, noise, what is free. Residuals and the triangular factor are found once for each
+// theta.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "fastcal/identification/identify.hpp"
+
+namespace fastcal {
+
+class FitState {
+ public:
+  /// `anchors`: starting places. `options` and what `problem` refers to must outlive it.
+  FitState(const Problem& given, const std::vector<int>& asked_of_model, const Eigen::Matrix3Xd& anchors,
+           const IdentifyOptions& options);
+  FitState(const FitState&) = delete;
+  FitState& operator=(const FitState&) = delete;
+
+  bool has_priors() const { return limits.prior_sigma.size() > 0; }
+
+  /// Residuals (N, 7) at theta.
+  const RowMatrixXd& residuals_here();
+
+  /// Triangular factor of the whitened Jacobian of all that was asked for, at `there`; no priors.
+  const Eigen::MatrixXd& asked_factor(const Eigen::VectorXd& there);
+
+  /// The same of the free parameters, at theta.
+  Eigen::MatrixXd free_factor();
+
+  /// Loads at the present parameters, constant inside a solve but for their response.
+  void bring_to_equilibrium();
+
+  /// Loads or their response have changed: residuals and factor are found anew.
+  void forget();
+
+  /// Minimizes over the free parameters at the present noise.
+  Solution refit(LossKind with);
+
+ private:
+  Samples settled_;     // the conditions with loads at the last outer iteration; empty where no effect needs any
+  TwistMemory memory_;  // what the effects make of the rows, as they are
+  RowMatrixXd residuals_;
+  Eigen::VectorXd residuals_at_;
+  Eigen::MatrixXd factor_;
+  Eigen::VectorXd factor_at_;
+  CommonNoise factor_tau_{};
+
+ public:
+  Problem problem;
+  std::optional<LoadResponse> response;
+  const IdentifyOptions& options;
+  Limits limits;
+  std::vector<Parameter> parameters;  ///< of theta, anchors included
+  std::vector<int> asked;             ///< indices into theta, anchors included
+  Eigen::VectorXd start, theta;
+  Eigen::VectorXd scale, hold;  ///< of the asked: plausible size, and how readily the gauge holds it
+  Gauge gauge;                  ///< positions in `asked`
+  std::vector<int> free;        ///< indices into theta
+  Eigen::VectorXd free_scale;
+  CommonNoise tau{};
+  LossKind loss = LossKind::kNone;
+  double measured_count = 0;  ///< measured numbers
+  double freedom = 1;         ///< share of the squared residuals that a fit leaves: degrees of freedom by numbers
+  bool claims = false;        ///< do the rows claim a noise of their own?
+};
+
+/// values[indices].
+Eigen::VectorXd at(const Eigen::VectorXd& values, const std::vector<int>& indices);
+
+/// The upper triangle of the QR factorization.
+Eigen::MatrixXd triangle(const Eigen::MatrixXd& M);
+
+/// Triangular factor R of columns `indices` (scaled by `scale`) with rows 1 / sigma of their priors beneath it, so that
+/// gauge and covariance see a prior like data.
+Eigen::MatrixXd with_priors(const Eigen::MatrixXd& R, const std::vector<int>& indices, const Eigen::VectorXd& scale,
+                            const Limits& limits);
+
+}  // namespace fastcal
