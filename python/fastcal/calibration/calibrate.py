@@ -35,7 +35,7 @@ from fastcal.calibration.unset_options import with_open_effects_set
 from fastcal.effects.entries import full_name, parse_effects, without_repeats
 from fastcal.errors import InvalidInput, Undetermined
 from fastcal.measurements.dataset import Dataset
-from fastcal.robot.calibration_record import CalibrationRecord
+from fastcal.robot.calibration_record import CalibrationRecord, lower_root
 from fastcal.robot.controller_robot import nominal_record
 from fastcal.robot.identified_spec import identified, with_frames
 from fastcal.robot.robot import Robot
@@ -189,7 +189,7 @@ def calibrate(
     if kept:
         record = CalibrationRecord(
             [free_names[k] for k in kept],
-            np.asarray(np.linalg.cholesky(covariance[np.ix_(kept, kept)]), dtype=np.float64),
+            lower_root(covariance[np.ix_(kept, kept)]),
             from_si(sigma, "mm"),
             found.degrees_of_freedom,
         )
@@ -228,6 +228,7 @@ def calibrate(
         train=train,
         test=None if test is None else evaluate(result_model, test, **judge),
         notes=[*suspected, *check_fit(robot, train, as_read=as_read), *data.notes, *beyond],
+        anchors=places,
     )
 
 

@@ -51,6 +51,7 @@ class CalibrationResult:
         sigma: Noise of one measured coordinate [m], `sigma_note` says where it comes from.
         outliers: Rows whose error the noise does not explain.
         weights: (N,) robust weight of each row, 1 is full.
+        anchors: Place (3,) [m] of each point from which lengths were measured, by its name.
     """
 
     status: str
@@ -74,6 +75,7 @@ class CalibrationResult:
     train: Evaluation
     test: Evaluation | None = None
     notes: list[str] = field(default_factory=list)
+    anchors: dict[str, FloatArray] = field(default_factory=dict)
 
     @property
     def sigma_mm(self) -> float:

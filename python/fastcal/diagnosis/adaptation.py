@@ -1,54 +1,106 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""What was found is added to the robot, one effect after the other, and each model is calibrated and judged."""
+"""The robot with what was found: each model is the very fit that was judged, written as a robot file."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from fastcal.calibration.calibrate import CalibrationResult, calibrate
+from fastcal.calibration.calibrate import calibrate
 from fastcal.calibration.evaluation import Evaluation, evaluate
+from fastcal.diagnosis.fits import Fit
 from fastcal.diagnosis.library import Name
-from fastcal.diagnosis.problem import with_nuisances
-from fastcal.diagnosis.result import GapStep, NamedValue
-from fastcal.diagnosis.search import MOST_EFFECTS, State
-from fastcal.effects.entries import identity
-from fastcal.effects.values import written_parameters
+from fastcal.diagnosis.problem import core_entry
+from fastcal.diagnosis.result import AdaptedModel, GapStep, NamedValue
+from fastcal.diagnosis.search import MOST_EFFECTS, Search, State
+from fastcal.effects.entries import full_name, identity
 from fastcal.measurements.dataset import Dataset
+from fastcal.robot.calibration_record import CalibrationRecord
+from fastcal.robot.controller_robot import nominal_record
+from fastcal.robot.identified_spec import identified, with_frames
 from fastcal.robot.robot import Robot, Spec
+from fastcal.units import from_si
+
+FloatArray = NDArray[np.float64]
 
 
-def calibrations(
-    robot: Robot,
-    data: Dataset,
-    test: Dataset | None,
-    best: State,
-    names: Sequence[Name],
-    profiles: list[Spec],
-    threads: int,
-) -> list[CalibrationResult]:
-    """The calibrated geometry, then with one effect more each time."""
-    out = []
-    entries: list[Spec] = list(robot.spec.get("effects") or [])
-    steps = [[], *([_for_file(best, name) for name in group] for group in groups(names))]
-    if profiles:
-        steps.append(profiles)
-    for added in steps:
-        entries = entries + added
-        whole = with_nuisances(entries, robot)
-        spec = dict(robot.spec) | {"effects": whole}
-        # Outliers are known and left out: a robust loss would have nothing left to do.
-        found = calibrate(
-            Robot(spec), best.fit.problem.data.select(best.fit.problem.used), loss="none", as_read=True, threads=threads
-        )
-        frame: dict[str, Any] = {"before": found.nominal, "threads": threads}
-        other = None if test is None else evaluate(found.model, test, **frame)
-        out.append(replace(found, train=evaluate(found.model, data, **frame), test=other))
-    return out
+@dataclass(frozen=True, eq=False)
+class Judge:
+    """The rows on which models are judged: all of the data, and the test poses."""
+
+    data: Dataset
+    test: Dataset | None
+    threads: int = 1
+
+    def adapted(self, fit: Fit, sigma: float) -> AdaptedModel:
+        """A fit as a robot, with its errors; `sigma` of a coordinate [m] is kept in its record."""
+        before = nominal(fit)
+        places = dict(zip(self.data.anchor_names, fit.anchors, strict=True)) if len(fit.anchors) else {}
+        return self.of(robot_of(fit, sigma), before, places)
+
+    def of(self, model: Robot, before: Robot, anchors: dict[str, FloatArray]) -> AdaptedModel:
+        """A robot with its errors, beside those of another one."""
+        frame: dict[str, Any] = {"before": before, "anchors": anchors, "anchors_before": anchors}
+        frame |= {"threads": self.threads}
+        test = None if self.test is None else evaluate(model, self.test, **frame)
+        return AdaptedModel(model, evaluate(model, self.data, **frame), test)
+
+
+def models(search: Search, best: State, names: Sequence[Name], judge: Judge, sigma: float) -> list[AdaptedModel]:
+    """The fitted geometry, then the fits with one effect of `names` more each time."""
+    fits, near = [search.start.fit], search.start
+    added: list[Name] = []
+    for group in groups(names):
+        added = [*added, *group]
+        near = best if len(added) == len(best.names) else search.state(added, near)
+        fits.append(near.fit)
+    return [judge.adapted(fit, sigma) for fit in fits]
+
+
+def with_profiles(robot: Robot, best: State, profiles: Sequence[Spec], judge: Judge) -> tuple[AdaptedModel, bool]:
+    """The robot with the names of a set and joint profiles, and whether its calibration converged.
+
+    How curved a profile is and how it shares its joint with the geometry is for the calibration to find.
+    """
+    entries = [core_entry(e) for e in best.fit.entries]
+    problem = best.fit.problem
+    # Outliers are known and left out: a robust loss would have nothing left to do.
+    found = calibrate(
+        Robot(dict(robot.spec) | {"effects": [*entries, *profiles]}),
+        problem.data.select(problem.used),
+        loss="none",
+        as_read=True,
+        threads=judge.threads,
+    )
+    return judge.of(found.model, found.nominal, found.anchors), found.status == "converged"
+
+
+def nominal(fit: Fit) -> Robot:
+    """The robot as it came, with base and tool fitted to the data."""
+    start = fit.problem.start
+    return Robot(with_frames(start.robot.spec, start.alignment.T_world_base, start.alignment.T_flange_tool))
+
+
+def robot_of(fit: Fit, sigma: float) -> Robot:
+    """A fit as a robot file, how sure it is among it."""
+    start = fit.problem.start.robot
+    bare = Robot(dict(start.spec) | {"effects": [core_entry(entry) for entry in fit.entries]})
+    spec = identified(bare, fit.model, fit)
+    count = len(fit.model.parameters)
+    kept = [k for k, i in enumerate(fit.free) if i < count]
+    record = CalibrationRecord(
+        [full_name(fit.model.parameters[fit.free[k]]) for k in kept],
+        fit.root(kept),
+        from_si(sigma, "mm"),
+        int(fit.freedom),
+    )
+    spec["calibration"] = record.to_spec() | {"nominal": nominal_record(start.spec)}
+    return Robot(spec)
 
 
 def groups(names: Sequence[Name]) -> list[list[Name]]:
@@ -56,19 +108,8 @@ def groups(names: Sequence[Name]) -> list[list[Name]]:
     return [[name] for name in names] if len(names) <= MOST_EFFECTS else [list(names)]
 
 
-def _for_file(best: State, name: Name) -> Spec:
-    """The entry as a robot file has it, with a start where the solver needs one."""
-    entry = {key: value for key, value in name.entry.items() if key not in ("corner", "at_s")}
-    if name.effect == "joint_compliance_nonlinear":
-        place = best.fit.place(name)
-        effect = best.fit.model_effects[[e is name.entry for e in best.fit.entries].index(True)]
-        nan = np.full((3, 3), np.nan)
-        entry["parameters"] = written_parameters(entry, effect, best.fit.theta[place], nan)
-    return entry
-
-
 def values(model: Robot, entry: Spec) -> dict[str, NamedValue]:
-    """Parameters of an effect as the calibrated model has them."""
+    """Parameters of an effect as the adapted model has them."""
     wanted = (entry["effect"], entry["owner"], entry.get("order"), entry.get("side"))
     for found in model.spec.get("effects") or []:
         order = identity(found)[2]
@@ -77,16 +118,16 @@ def values(model: Robot, entry: Spec) -> dict[str, NamedValue]:
     raise KeyError(wanted)
 
 
-def gap(steps: Sequence[CalibrationResult], names: Sequence[Name], profiles: Sequence[Spec]) -> list[GapStep]:
+def gap(steps: Sequence[AdaptedModel], names: Sequence[Name], profiles: Sequence[Spec]) -> list[GapStep]:
     """RMS errors of the geometry alone and of each model after it."""
     added: list[str | None] = [None, *(",".join("@".join(name.key) for name in group) for group in groups(names))]
     if profiles:
         added.append(",".join(f"{p['effect']}@{p['owner']}" for p in profiles))
     return [
-        GapStep(name, _rms(found.train), None if found.test is None else _rms(found.test))
+        GapStep(name, _rms(found.train) or 0.0, None if found.test is None else _rms(found.test))
         for name, found in zip(added, steps, strict=True)
     ]
 
 
-def _rms(part: Evaluation) -> float:
-    return part.after.to_mm()["rms"] if part.after is not None else float("nan")
+def _rms(part: Evaluation) -> float | None:
+    return part.after.to_mm()["rms"] if part.after is not None else None

@@ -12,7 +12,6 @@ from scipy import special
 from threadpoolctl import threadpool_limits
 
 from fastcal import _core
-from fastcal.calibration.calibrate import CalibrationResult
 from fastcal.calibration.inspection import check_columns, check_fit
 from fastcal.diagnosis import adaptation, grading, periodic, sensitivity, unexplained
 from fastcal.diagnosis.fits import fit
@@ -20,7 +19,7 @@ from fastcal.diagnosis.library import Library, Name, build_library, parse_exclus
 from fastcal.diagnosis.noise import OUTLIER_LEVEL, NoiseLevel, off_by, quieted
 from fastcal.diagnosis.plan import SeparatingPlan, separating_plan
 from fastcal.diagnosis.problem import Noise, Problem, prepared_problem
-from fastcal.diagnosis.result import Diagnosis, Finding, Unexplained
+from fastcal.diagnosis.result import AdaptedModel, Diagnosis, Finding, Unexplained
 from fastcal.diagnosis.search import Search, State
 from fastcal.diagnosis.words import sentence_of
 from fastcal.errors import InvalidInput
@@ -182,7 +181,7 @@ class _Found:
             ranking=sensitivity.ranking(search, best),
             smallest=sensitivity.smallest(best),
             confusion=sensitivity.confusion(search),
-            calibrations=steps,
+            steps=steps,
             search=search,
             state=best,
             plan=self._plan(equivalents),
@@ -197,20 +196,20 @@ class _Found:
         rivals = [[_replacement(self.best, state) for state in states] for states in equivalents]
         return separating_plan(self.best, rivals)
 
-    def _adapted(self, names: Sequence[Name]) -> tuple[list[CalibrationResult], list[Spec], Unexplained | None]:
-        """Calibrated models, the joint profiles among what was added, and what remains."""
-        given = (self.robot, self.data, self.test, self.best, names)
-        steps = adaptation.calibrations(*given, [], self.threads)
+    def _adapted(self, names: Sequence[Name]) -> tuple[list[AdaptedModel], list[Spec], Unexplained | None]:
+        """The fits as robots, the joint profiles among what was added, and what remains."""
+        judge = adaptation.Judge(self.data, self.test, self.threads)
+        steps = adaptation.models(self.search, self.best, names, judge, self.level.sigma)
         if self.best.suffices:
             return steps, [], None
         profiles = unexplained.curved_joints(self.best)
         if self.curve is not None:
             profiles = [{"effect": "joint_profile", "owner": self.curve}]
         if profiles:
-            more = adaptation.calibrations(*given, profiles, self.threads)
-            if unexplained.profiles_suffice(steps[-1], more[-1]):
-                rest = unexplained.beyond_profiles(self.search, more[-1].model, self.data, self.threads)
-                return more, profiles, rest
+            curved, converged = adaptation.with_profiles(self.robot, self.best, profiles, judge)
+            if converged and unexplained.profiles_suffice(steps[-1], curved):
+                rest = unexplained.beyond_profiles(self.search, curved.model, self.data, self.threads)
+                return [*steps, curved], profiles, rest
         return steps, [], unexplained.rest(self.search, self.best)
 
     def _finding(

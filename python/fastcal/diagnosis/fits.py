@@ -1,6 +1,12 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Fits of a robot with some effects added: Gauss-Newton, outliers and noise known."""
+"""Fits of a robot with some effects added: Levenberg-Marquardt, outliers and noise known.
+
+What a parameter is worth is what it moves the measured numbers over these rows: its plausible size is the one at which
+it alone moves them as far as the nominal robot is off, whatever its unit. Every parameter has a prior of WEAK such
+sizes about its start. That decides nothing the data show, and it gives the directions that they do not show (the
+parallel axes of a cobot, a wrist's gauge) the same value in the fit as in the tests that follow it.
+"""
 
 from __future__ import annotations
 
@@ -24,8 +30,11 @@ from fastcal.robot.robot import Spec
 
 FloatArray = NDArray[np.float64]
 
-_FAR, _NEAR = 30.0, 1e-3  # plausible sizes that a step may reach along what the data do not tell, at most and least
+WEAK = 30.0  # plausible sizes: standard deviation of the prior of every parameter
+_FAR, _NEAR = 30.0, 1e-3  # plausible sizes that a step may reach along what the data hardly show, at most and least
 _STEPS = 15
+_NIL = 1e-9  # of the misfit: what a parameter of its usual size moves by rounding alone
+_FARTHEST = 30.0  # of 1 mm or 1 mrad
 _SETTLED = 1e-2  # change of chi square that is none, and as a share of it
 _SHARE = 1e-6
 
@@ -38,6 +47,7 @@ class Fit:
         entries: All effects in the model: the robot's, the added ones, nuisances.
         theta: (P,) parameters of the model, then the anchors' places.
         free: Indices of those that are identified.
+        prior: (P,) standard deviation of each parameter's prior; `centre` (P,) its mean.
         remaining: |whitened residual|^2, priors included.
         near: Whitened Jacobian and residual at theta.
     """
@@ -50,8 +60,32 @@ class Fit:
     theta: FloatArray
     free: list[int]
     prior: FloatArray
+    centre: FloatArray
     remaining: float
     near: _core.Linearization
+
+    @cached_property
+    def covariance(self) -> FloatArray:
+        """(F, F) of the free parameters, (A^T A)^-1 of the whitened rows with their priors."""
+        return np.asarray(self._inverse @ self._inverse.T)
+
+    @cached_property
+    def _inverse(self) -> FloatArray:
+        """R^-1 of A = Q R."""
+        A = self.whitened[0]
+        length = np.linalg.norm(A, axis=0)
+        R = linalg.qr(A / length, mode="r", check_finite=False)[0][: A.shape[1]]
+        return np.asarray(linalg.solve_triangular(R, np.eye(len(R)), check_finite=False) / length[:, np.newaxis])
+
+    def root(self, kept: list[int]) -> FloatArray:
+        """Lower triangular L, L L^T the covariance of some of the free ones: no Cholesky that rounding could end."""
+        R = linalg.qr(self._inverse[kept].T, mode="r", check_finite=False)[0][: len(kept)]
+        return np.asarray(R.T * np.where(np.diag(R) < 0, -1.0, 1.0))
+
+    @property
+    def anchors(self) -> FloatArray:
+        """(anchors, 3) places from which lengths were measured [m]."""
+        return self.theta[len(self.model.parameters) :].reshape(-1, 3)
 
     def value(self, name: Name) -> FloatArray:
         """Parameters of one added effect."""
@@ -77,12 +111,22 @@ class Fit:
         """A (m, p) of the free parameters, r (m) measured less predicted, row (m): of the data, -1 a prior's."""
         A = np.asarray(self.near.J)[:, self.free] / self.problem.noise.factor
         r = -np.asarray(self.near.r) / self.problem.noise.factor
-        held = np.flatnonzero(np.isfinite(self.prior[self.free]))
-        prior = np.zeros((len(held), len(self.free)))
-        deviation = self.prior[self.free][held]
-        prior[np.arange(len(held)), held] = 1 / deviation
-        row = np.concatenate([np.asarray(self.near.row, dtype=np.intp), np.full(len(held), -1)])
-        return np.vstack([A, prior]), np.concatenate([r, -self.theta[self.free][held] / deviation]), row
+        deviation = self.prior[self.free]
+        away = (self.theta - self.centre)[self.free] / deviation
+        row = np.concatenate([np.asarray(self.near.row, dtype=np.intp), np.full(len(away), -1)])
+        return np.vstack([A, np.diag(1 / deviation)]), np.concatenate([r, -away]), row
+
+    @cached_property
+    def freedom(self) -> float:
+        """Degrees of freedom of the measured numbers: their count less the parameters that they determine.
+
+        m - tr(H) over the measured rows, H = Q Q^T of the rows with their priors.
+        """
+        A = self.whitened[0]
+        length = np.linalg.norm(A, axis=0)
+        Q = np.linalg.qr(A / length)[0]
+        m = len(self.near.r)
+        return max(m - float(np.sum(Q[:m] ** 2)), 1.0)
 
     @cached_property
     def loads(self) -> FloatArray:
@@ -99,41 +143,50 @@ def fit(problem: Problem, added: Sequence[Name], start: Fit | None = None) -> Fi
     added = tuple(added)
     entries = with_nuisances([*problem.given, *(name.entry for name in added)], problem.start.robot)
     model, samples = problem.model(entries, problem.kept)
-    places = np.ones(len(problem.anchors))  # [m] their plausible size
-    before = problem.anchors if start is None or len(places) == 0 else start.theta[-len(places) :]
+    places = len(problem.anchors)
+    before = problem.anchors if start is None or places == 0 else start.theta[-places:]
     theta = np.concatenate([_carried(problem, entries, model, start), before])
+    centre = np.concatenate([_carried(problem, entries, model, None, corners=start), problem.anchors])
     free = [*problem.geometry, *range(problem.own, len(theta))]
-    prior = np.concatenate([_priors(problem, entries, model), np.inf * places])
-    scale = np.concatenate([[p.sigma for p in model.parameters], places])[free]
-    lower = np.concatenate([[p.lower for p in model.parameters], -np.inf * places])[free]
-    names = [p.name for p in model.parameters] + [""] * len(places)
+    no_bound = np.full(places, np.inf)
+    lower = np.concatenate([[p.lower for p in model.parameters], -no_bound])[free]
+    names = [p.name for p in model.parameters] + [""] * places
     critical = np.array([name.startswith("critical") for name in names])[free]
-    deviation = prior[free]
-    held_rows = np.diag(np.where(np.isfinite(deviation), scale / deviation, 0.0))
     factor = problem.noise.factor
 
-    def remaining_at(theta: FloatArray) -> tuple[float, FloatArray, _core.Linearization]:
-        near = _core.linearize(model, samples, problem.measured, theta, list(problem.noise.common), problem.threads)
+    def linearized(theta: FloatArray) -> _core.Linearization:
+        return _core.linearize(model, samples, problem.measured, theta, list(problem.noise.common), problem.threads)
+
+    def remaining(theta: FloatArray, near: _core.Linearization) -> float:
         r = np.asarray(near.r) / factor
-        held = theta[free] / deviation
-        return float(r @ r + held @ held), theta, near
+        away = (theta - centre)[free] / deviation
+        return float(r @ r + away @ away)
 
     def stepped(theta: FloatArray, near: _core.Linearization, reach: float) -> FloatArray:
-        A = np.vstack([np.asarray(near.J)[:, free] * scale / factor, np.eye(len(free)) / reach, held_rows])
-        held = np.where(np.isfinite(deviation), theta[free] / deviation, 0.0)
-        b = np.concatenate([-np.asarray(near.r) / factor, np.zeros(len(free)), -held])
+        scale = size[free]
+        A = np.vstack([np.asarray(near.J)[:, free] * (scale / factor), np.diag(np.hypot(scale / deviation, 1 / reach))])
+        b = np.concatenate([-np.asarray(near.r) / factor, np.zeros(len(free))])
+        g = A.T @ b - (theta - centre)[free] * scale / deviation**2
         out = theta.copy()
-        out[free] += _solve(A, b) * scale
+        out[free] += _solve(A, g) * scale
         index = np.array(free)[critical]
         out[index] = np.maximum(out[index], np.maximum(lower[critical], 1e-6))
         return out
 
-    best = remaining_at(theta)
+    near = linearized(theta)
+    size = _sizes(problem, model, near)
+    prior = np.concatenate([_priors(problem, entries, model), no_bound])
+    centre[np.isfinite(prior)] = 0.0
+    prior = np.where(np.isfinite(prior), prior, WEAK * size)
+    deviation = prior[free]
+    best = remaining(theta, near), theta, near
     reach = _FAR
     for _ in range(_STEPS):
-        now = remaining_at(stepped(best[1], best[2], reach))
+        there = stepped(best[1], best[2], reach)
+        near = linearized(there)
+        now = remaining(there, near), there, near
         if now[0] > best[0] * (1 + _SHARE) + _SETTLED:
-            reach /= 4  # shortens the step along what the data hardly tell, such as a wrist's gauge, and nothing else
+            reach /= 4  # shortens the step along what the data hardly show, such as a wrist's gauge, and nothing else
             if reach < _NEAR:
                 break
             continue
@@ -141,12 +194,28 @@ def fit(problem: Problem, added: Sequence[Name], start: Fit | None = None) -> Fi
         best, reach = now, min(2 * reach, _FAR)
         if settled:
             break
-    return Fit(problem, added, entries, model, samples, best[1], free, prior, best[0], best[2])
+    return Fit(problem, added, entries, model, samples, best[1], free, prior, centre, best[0], best[2])
 
 
-def _solve(A: FloatArray, b: FloatArray) -> FloatArray:
-    """Least squares by a complete orthogonal factorization."""
-    return np.asarray(linalg.lstsq(A, b, lapack_driver="gelsy", check_finite=False)[0])
+def _sizes(problem: Problem, model: _core.ErrorModel, near: _core.Linearization) -> FloatArray:
+    """(P,) plausible size of each parameter: it alone moves the rows by the root mean square that the start leaves.
+
+    One that moves nothing where it is has the size that its model gives it, and lengths and angles of the geometry
+    _FARTHEST of these at most: beyond, the tool moves along a curve.
+    """
+    length = np.linalg.norm(np.asarray(near.J), axis=0)
+    given = np.concatenate([[p.sigma for p in model.parameters], np.ones(len(problem.anchors))])
+    given[~np.isfinite(given)] = 1.0
+    is_nil = length * given < _NIL * problem.misfit
+    size = np.where(is_nil, given, problem.misfit / np.where(is_nil, 1.0, length))
+    size[: problem.own] = np.minimum(size[: problem.own], _FARTHEST * given[: problem.own])
+    return size
+
+
+def _solve(A: FloatArray, g: FloatArray) -> FloatArray:
+    """The solution x of A^T A x = g by the triangle of A (m, p), which has full rank: its columns have a prior each."""
+    R = linalg.qr(A, mode="r", check_finite=False)[0][: A.shape[1]]
+    return np.asarray(linalg.cho_solve((R, False), g, check_finite=False))
 
 
 def _priors(problem: Problem, entries: Sequence[Spec], model: _core.ErrorModel) -> FloatArray:
@@ -165,8 +234,13 @@ def _priors(problem: Problem, entries: Sequence[Spec], model: _core.ErrorModel) 
     return out
 
 
-def _carried(problem: Problem, entries: Sequence[Spec], model: _core.ErrorModel, start: Fit | None) -> FloatArray:
-    """(P,) where to start: the values of `start`, the robot file's, 0 for what is new, corners at their quantile."""
+def _carried(
+    problem: Problem, entries: Sequence[Spec], model: _core.ErrorModel, start: Fit | None, corners: Fit | None = None
+) -> FloatArray:
+    """(P,) where to start: the values of `start`, the robot file's, 0 for what is new, corners at their quantile.
+
+    Corners follow from the loads of `start`, or of the fit `corners`.
+    """
     theta = np.array(model.start)
     known: dict[int, FloatArray] = {}
     if start is not None:
@@ -187,7 +261,7 @@ def _carried(problem: Problem, entries: Sequence[Spec], model: _core.ErrorModel,
         if identity_of(entry) in known:
             theta[at : at + count] = known[identity_of(entry)]
         elif "corner" in entry:
-            theta[at : at + count] = corner_start(entry, effect, start, known)
+            theta[at : at + count] = corner_start(entry, effect, corners or start, known)
         at += count
     return theta
 

@@ -114,7 +114,7 @@ def rich_fit(at: Fit, blocks: Blocks) -> RichFit:
     """A robust fit of the parameters and as many blocks as RICH_SHARE allows; their order is fixed, no choice."""
     A, r, row = at.whitened
     ranks = np.asarray(blocks.tests.scores.rank)
-    budget = RICH_SHARE * (len(r) - blocks.tests.null_rank)
+    budget = RICH_SHARE * at.freedom
     columns = [A]
     for index in _order(blocks):
         if 0 < ranks[index] <= budget:
@@ -180,8 +180,8 @@ def _suspects(X: FloatArray, r: FloatArray, row: IntArray) -> IntArray:
 def _without_outliers(X: FloatArray, r: FloatArray, row: IntArray) -> RichFit:
     wrong = _largest(_suspects(X, r, row), None, row)
     for _ in range(_ROUNDS):
-        kept = ~np.isin(row, wrong)
-        solved = _solved(X, r, kept.astype(float))
+        solved = _solved(X, r, (~np.isin(row, wrong)).astype(float))
+        kept = ~np.isin(row, wrong) & (row >= 0)
         freedom = max(float(kept.sum() - np.sum(solved.Z[kept] ** 2)), 1.0)
         mean_square = float(np.sum(solved.left[kept] ** 2)) / freedom
         square, count = studentized(solved.left, solved.Z, row, wrong)

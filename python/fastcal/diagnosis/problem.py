@@ -82,6 +82,17 @@ class Problem:
         """(3 anchors,) places from which lengths were measured, to begin with [m]; empty where none were."""
         return np.asarray(self.start.alignment.anchors, dtype=np.float64).ravel()
 
+    @cached_property
+    def misfit(self) -> float:
+        """Length of the residual that the robot leaves as it came, base and tool fitted, whitened but for `factor`.
+
+        At least that of the noise.
+        """
+        model, samples = self.model(self.given, self.kept)
+        theta = np.concatenate([model.start, self.anchors])
+        near = _core.linearize(model, samples, self.measured, theta, list(self.noise.common), self.threads)
+        return max(float(np.linalg.norm(near.r)), self.noise.factor * float(np.sqrt(len(near.r))))
+
     @property
     def given(self) -> list[Spec]:
         """Effects that the robot file has."""

@@ -16,7 +16,6 @@ from fastcal.diagnosis.library import Untestable
 from fastcal.robot.robot import Robot
 
 if TYPE_CHECKING:
-    from fastcal.calibration.calibrate import CalibrationResult
     from fastcal.diagnosis.plan import SeparatingPlan
     from fastcal.diagnosis.search import Search, State
 
@@ -112,6 +111,15 @@ class Smallest:
 
 
 @dataclass(frozen=True, eq=False)
+class AdaptedModel:
+    """A robot with what was found so far, and its errors on the data and the test poses."""
+
+    model: Robot
+    train: Evaluation
+    test: Evaluation | None
+
+
+@dataclass(frozen=True, eq=False)
 class Diagnosis:
     """What `diagnose` found; `model` is the robot with the effects in it.
 
@@ -125,7 +133,7 @@ class Diagnosis:
         ranking: All names by what they explain, with the reason for which each is not given.
         smallest: What would have been seen.
         confusion: Names of the first in the ranking, and the largest correlation of each pair.
-        calibrations: The model at each step of `gap`.
+        steps: The model at each step of `gap`.
         search: Every set that was fitted; `state` is the one that is given.
         plan: What to measure next, where a name has equivalents.
     """
@@ -143,7 +151,7 @@ class Diagnosis:
     ranking: list[Refusal]
     smallest: list[Smallest]
     confusion: tuple[list[str], FloatArray]
-    calibrations: list[CalibrationResult]
+    steps: list[AdaptedModel]
     search: Search
     state: State
     plan: SeparatingPlan | None = None
@@ -152,17 +160,17 @@ class Diagnosis:
     @property
     def model(self) -> Robot:
         """The identified robot with everything that was found."""
-        return self.calibrations[-1].model
+        return self.steps[-1].model
 
     @property
     def train(self) -> Evaluation:
         """Errors on the data, with everything that was found."""
-        return self.calibrations[-1].train
+        return self.steps[-1].train
 
     @property
     def test(self) -> Evaluation | None:
         """Errors on the test poses."""
-        return self.calibrations[-1].test
+        return self.steps[-1].test
 
     def to_json_dict(self) -> dict[str, Any]:
         """The content of diagnosis.json."""

@@ -19,7 +19,6 @@ FloatArray = NDArray[np.float64]
 
 _LEVER = 0.25  # of the 90th percentile: a pose with less says next to nothing of the joint
 _RANK = 1e-9
-_WEAK = 30.0  # plausible sizes, as the fits hold what the data don't tell
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,13 +169,10 @@ class Effect:
 
 
 def _beyond(fit: Fit, columns: NDArray[np.intp], C: FloatArray) -> FloatArray:
-    """C (m, q) without what some of the fit's columns can do, weakly held as in the fit: (m + columns, q)."""
+    """C (m, q) without what some of the fit's columns can do: (m, q)."""
     A = fit.whitened[0][:, columns]
-    held = _WEAK * np.array([p.sigma for p in fit.model.parameters])[np.array(fit.free)[columns]]
-    # In sizes of the weak prior: what the data hardly tell is held, and takes nothing from C.
-    Q = np.linalg.qr(np.vstack([A * held, np.eye(len(columns))]))[0]
-    whole = np.vstack([C, np.zeros((len(columns), C.shape[1]))])
-    return np.asarray(whole - Q @ (Q.T @ whole))
+    Q = np.linalg.qr(A / np.linalg.norm(A, axis=0))[0]
+    return np.asarray(C - Q @ (Q.T @ C))
 
 
 def _inverse(C: FloatArray) -> FloatArray:

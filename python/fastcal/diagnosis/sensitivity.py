@@ -95,8 +95,7 @@ def ranking(search: Search, best: State) -> list[Refusal]:
     found = start.blocks
     scores = found.tests.scores
     statistic, rank = np.asarray(scores.statistic)[: found.count], np.asarray(scores.rank)[: found.count]
-    freedom = max(len(start.fit.near.r) - found.tests.null_rank, 1)
-    misfit = max(start.fit.remaining - freedom, 1.0)
+    misfit = max(start.fit.remaining - start.fit.freedom, 1.0)
     given = {name.key for name in best.names}
     estimate = np.asarray(found.tests.estimate)
     first = np.concatenate([[0], np.cumsum(found.sizes)])

@@ -7,9 +7,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from fastcal.calibration.calibrate import CalibrationResult
 from fastcal.diagnosis.problem import prepared_problem
-from fastcal.diagnosis.result import Unexplained
+from fastcal.diagnosis.result import AdaptedModel, Unexplained
 from fastcal.diagnosis.search import GENERIC, Search, State
 from fastcal.diagnosis.tails import p_values
 from fastcal.measurements.dataset import Dataset
@@ -49,9 +48,9 @@ def curved_joints(best: State) -> list[Spec]:
     return [{"effect": "joint_profile", "owner": owner} for owner in owners]
 
 
-def profiles_suffice(before: CalibrationResult, after: CalibrationResult) -> bool:
+def profiles_suffice(before: AdaptedModel, after: AdaptedModel) -> bool:
     """Do joint profiles explain most of the mean square of the training rows?"""
-    if before.train.after is None or after.train.after is None or after.status != "converged":
+    if before.train.after is None or after.train.after is None:
         return False
     return after.train.after.rms**2 <= _MOST * before.train.after.rms**2
 
@@ -115,7 +114,7 @@ def rest(search: Search, state: State) -> Unexplained:
     generic = np.arange(found.count, len(rank))
     worth = found.worth(statistic[generic], rank[generic], generic)
     block = found.generics[int(np.argmax(worth))]
-    freedom = max(len(state.fit.near.r) - found.tests.null_rank, 1)
+    freedom = state.fit.freedom
     misfit = max(search.start.fit.remaining - freedom, 1.0)
     share = float(np.clip((state.fit.remaining - freedom) / misfit, 0.0, 1.0))
     return Unexplained(block.owner, share, block.curves.depends_on)

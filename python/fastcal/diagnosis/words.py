@@ -115,7 +115,7 @@ def _gain(found: Diagnosis) -> str:
     first, last = found.gap[0], found.gap[-1]
     if first.test_rms_mm is None or last.test_rms_mm is None:
         return f"With it in the model the error falls from {first.train_rms_mm:.3f} to {last.train_rms_mm:.3f} mm RMS."
-    floor = found.sigma_mm * 3**0.5
+    floor = found.sigma_mm * (1.0 if found.search.problem.data.position is None else 3**0.5)
     return (
         f"With it in the model the error on the test poses falls from {first.test_rms_mm:.3f} to "
         f"{last.test_rms_mm:.3f} mm RMS; noise alone makes {floor:.3f} mm."

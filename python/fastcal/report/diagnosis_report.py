@@ -126,7 +126,7 @@ def diagnosis_page(found: Diagnosis) -> str:
         confusion=_confusion(found),
         untestable=diagnosis_tables.untestable_table(found),
         smallest=diagnosis_tables.smallest_table(found),
-        pairs=_pairs(train, geometry, changed=len(found.calibrations) > 1),
+        pairs=_pairs(train, geometry, changed=len(found.steps) > 1),
         components=charts.component_key(train.components) if train else [],
         trend_note=residual_figures.drawn_note(train.row_count) if train else "",
         scene=None if arrows is None else workspace.scene(*arrows, base, _FRAME),
@@ -142,8 +142,8 @@ def diagnosis_page(found: Diagnosis) -> str:
 
 def _rows(found: Diagnosis, name: str, part: str) -> tuple[Rows | None, Rows | None]:
     """The rows of a set with everything that was found, "before" being the geometry alone; and those of the latter."""
-    first: Evaluation | None = getattr(found.calibrations[0], part)
-    last: Evaluation | None = getattr(found.calibrations[-1], part)
+    first: Evaluation | None = getattr(found.steps[0], part)
+    last: Evaluation | None = getattr(found.steps[-1], part)
     if first is None or last is None:
         return None, None
     compared = replace(last, before=first.after, error_before=first.error_after, length_before=first.length_after)

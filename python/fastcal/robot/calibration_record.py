@@ -11,6 +11,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 
+def lower_root(covariance: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Lower triangular L (P, P) with L L^T = covariance (P, P), which rounding may have left a little indefinite.
+
+    By the eigenvectors of the correlations, D V L V^T D, and a QR of the root: where directions are all but lost, a
+    Cholesky factorization ends on a negative pivot of the size of rounding.
+    """
+    deviation = np.sqrt(np.diag(covariance))
+    scale = np.where(deviation > 0, deviation, 1.0)
+    values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
+    root = scale[:, np.newaxis] * vectors * np.sqrt(np.maximum(values, 0.0))
+    R = np.asarray(np.linalg.qr(root.T, mode="r"))
+    return np.asarray(R.T * np.where(np.diag(R) < 0, -1.0, 1.0))
+
+
 @dataclass(frozen=True)
 class CalibrationRecord:
     """Identified parameters and the root of their covariance.

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import copy
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,22 @@ from fastcal.robot.robot import ROW_KEYS, Robot, Spec, pose, screw
 from fastcal.units import from_si
 
 FloatArray = NDArray[np.float64]
+
+
+class Solution(Protocol):
+    """Identified parameters, SI: the core's `Identification` is one."""
+
+    @property
+    def theta(self) -> FloatArray:
+        """(P,) all parameters of a model, then the places of anchors."""
+
+    @property
+    def free(self) -> list[int]:
+        """Indices, ascending, of those that were identified."""
+
+    @property
+    def covariance(self) -> FloatArray:
+        """(F, F) of these."""
 
 
 def with_frames(spec: Spec, T_world_base: FloatArray, T_flange_tool: FloatArray) -> Spec:
@@ -33,7 +50,7 @@ def frame_spec(T: FloatArray) -> Spec:
     }
 
 
-def identified(start: Robot, model: _core.ErrorModel, found: _core.Identification) -> Spec:
+def identified(start: Robot, model: _core.ErrorModel, found: Solution) -> Spec:
     """The robot file of the identified model: the start's, with the found numbers in its own table."""
     theta = np.asarray(found.theta)[: len(model.parameters)]
     own = len(model.robot.parameters)

@@ -174,7 +174,7 @@ def test_names_are_spoken() -> None:
 def test_each_verdict_has_a_page_that_says_what_to_do(found: Diagnosis, verdict: str) -> None:
     (finding,) = found.effects
     changed = {
-        "none": {"effects": [], "calibrations": found.calibrations[:1], "gap": found.gap[:1]},
+        "none": {"effects": [], "steps": found.steps[:1], "gap": found.gap[:1]},
         "one_of": {"effects": [replace(finding, equivalents=(("gear_harmonic", "joint3"),), grade="B")]},
         "several": {"effects": [finding, finding]},
         "unexplained": {"unexplained": Unexplained("joint5", 0.4, ("q4", "q6"))},
