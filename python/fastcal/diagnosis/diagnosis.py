@@ -68,7 +68,7 @@ def diagnose(
     library = build_library(robot, data, parse_exclusions(exclude, robot))
     with threadpool_limits(1):  # many small matrices: a BLAS that shares them out spends most of its time waiting
         found = _diagnosed(robot, data, test, library, sigma, threads, say)
-    unexplained_by_any = check_fit(robot, found.calibrations[0].train, as_read=as_read)
+    unexplained_by_any = check_fit(robot, found.steps[0].train, as_read=as_read)
     return replace(found, notes=[*suspected, *unexplained_by_any, *found.notes])
 
 
