@@ -7,6 +7,7 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
+from fastcal import late
 from fastcal._core import __version__
 
 if TYPE_CHECKING:
@@ -82,6 +83,23 @@ _HOMES = {
     "write_measurements": "io.measurements_out",
     "write_report": "report",
 }
+
+# What lower rooms call and may not import (late.py).
+late.bind(
+    {
+        "chart": "fastcal.report.notebook:chart",
+        "dataset_of_frame": "fastcal.io.measurements:dataset_of_frame",
+        "frame": "fastcal.report.frames:frame",
+        "headline": "fastcal.report.summaries:headline",
+        "load_measurements": "fastcal.io.measurements:load_measurements",
+        "load_robot": "fastcal.io.robot_file:load_robot",
+        "notebook_html": "fastcal.report.notebook:html",
+        "summary": "fastcal.report.summaries:summary",
+        "write_calibration": "fastcal.report.calibration_files:write_calibration",
+        "write_diagnosis": "fastcal.report.diagnosis_report:write_diagnosis",
+        "write_spec": "fastcal.io.robot_file:write_spec",
+    }
+)
 
 __all__ = [
     "BeamFrame",

@@ -37,6 +37,7 @@ from fastcal.errors import InvalidInput, Undetermined
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.calibration_record import CalibrationRecord, lower_root
 from fastcal.robot.controller_robot import nominal_record
+from fastcal.robot.given import DataLike, RobotLike, as_data, as_robot
 from fastcal.robot.identified_spec import identified, with_frames
 from fastcal.robot.robot import Robot
 from fastcal.units import from_si
@@ -104,10 +105,10 @@ def parameter_names(model: _core.ErrorModel) -> list[str]:
 
 
 def calibrate(
-    robot: Robot,
-    data: Dataset,
+    robot: RobotLike,
+    data: DataLike,
     *,
-    test: Dataset | None = None,
+    test: DataLike | None = None,
     effects: str | Sequence[str] = "geometry",
     parameters: Sequence[str] | None = None,
     method: str = "nls",
@@ -122,8 +123,9 @@ def calibrate(
     """Identifies a robot from measured poses.
 
     Args:
-        robot: Nominal robot, or an identified one as a new start; its effects stay and are identified again.
-        data: Measured poses; read-back joint positions are never used.
+        robot: Nominal robot, or an identified one as a new start; its effects stay and are identified again. A path,
+            the name of a shipped arm and a mapping are read.
+        data: Measured poses, or the path of their file, or a pandas table; read-back joint positions are never used.
         test: Other poses, only reported on.
         effects: Names as on the command line; base and tool are always identified.
         parameters: Exactly these besides base and tool, such as "joint2 a" (`Robot.parameter_names`); the others keep
@@ -149,6 +151,9 @@ def calibrate(
         raise InvalidInput(f"loss must be one of {', '.join(LOSSES)}, got '{loss}'")
     if method not in METHODS:
         raise InvalidInput(f"method must be one of {', '.join(METHODS)}, got '{method}'")
+    robot = as_robot(robot)
+    data = as_data(data, robot)
+    test = None if test is None else as_data(test, robot)
     say = progress or (lambda text: None)
     say("looking at the columns")
     suspected = check_columns(robot, data, as_read=as_read)

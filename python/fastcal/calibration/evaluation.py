@@ -12,7 +12,9 @@ from numpy.typing import NDArray
 
 from fastcal import _core
 from fastcal.measurements.dataset import Dataset
+from fastcal.robot.given import DataLike, RobotLike, as_data, as_robot
 from fastcal.robot.robot import Robot
+from fastcal.shown import Shown
 from fastcal.units import from_si
 
 FloatArray = NDArray[np.float64]
@@ -63,8 +65,8 @@ class Repeatability:
     sigma: float
 
 
-@dataclass(frozen=True, eq=False)
-class Evaluation:
+@dataclass(frozen=True, eq=False, repr=False)
+class Evaluation(Shown):
     """A data set beside a model before and after calibration.
 
     Attributes:
@@ -150,8 +152,8 @@ def distances(points: FloatArray, lengths: FloatArray | None) -> FloatArray:
 
 
 def evaluate(
-    robot: Robot,
-    data: Dataset,
+    robot: RobotLike,
+    data: DataLike,
     *,
     before: Robot | None = None,
     anchors: dict[str, FloatArray] | None = None,
@@ -160,8 +162,10 @@ def evaluate(
 ) -> Evaluation:
     """Error statistics of a model on measured data, beside those of `before` where it is given.
 
-    Anchors of lengths are the ones that calibration found; without any, lengths are not judged.
+    Anchors of lengths are the ones that calibration found; without any, lengths are not judged. Paths are read.
     """
+    robot = as_robot(robot)
+    data = as_data(data, robot)
     points, lengths, turns = residuals(robot, data, anchors, threads)
     after = distances(points, lengths)
     out = Evaluation(

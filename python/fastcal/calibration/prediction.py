@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from fastcal.calibration.extrapolation_notes import range_notes
 from fastcal.measurements.dataset import Dataset
+from fastcal.robot.given import DataLike, RobotLike, as_data, as_robot
 from fastcal.robot.robot import Robot
 
 FloatArray = NDArray[np.float64]
@@ -38,8 +39,10 @@ class Prediction:
     notes: tuple[str, ...] = ()
 
 
-def predict(robot: Robot, data: Dataset, *, threads: int = 1) -> Prediction:
-    """The tool's pose in every row of `data`, of which only q and the conditions are read."""
+def predict(robot: RobotLike, data: DataLike, *, threads: int = 1) -> Prediction:
+    """The tool's pose in every row of `data`, of which only q and the conditions are read. Paths are read."""
+    robot = as_robot(robot)
+    data = as_data(data, robot, require_measured=False)
     T = robot.poses(data, threads=threads)
     deviation = robot.deviation_at(robot.samples(data), threads)
     notes = (*range_notes(robot, data), *correction_notes(robot, data))

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -11,8 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
+from fastcal import late
 from fastcal.calibration.evaluation import Evaluation
 from fastcal.robot.robot import Robot
+from fastcal.shown import Plotted
 from fastcal.units import from_si
 
 FloatArray = NDArray[np.float64]
@@ -38,8 +41,8 @@ class Unidentifiable:
     parameters: list[str]
 
 
-@dataclass(frozen=True, eq=False)
-class CalibrationResult:
+@dataclass(frozen=True, eq=False, repr=False)
+class CalibrationResult(Plotted):
     """What `calibrate` found.
 
     Attributes:
@@ -88,6 +91,10 @@ class CalibrationResult:
         values = np.array([p.value for p in self.parameters])
         half = t * np.array([p.std for p in self.parameters])
         return np.column_stack([values - half, values + half])
+
+    def save(self, folder: str | os.PathLike[str]) -> None:
+        """Writes model.yaml, result.json and report.html into a folder, all or none; no model if not converged."""
+        late.call("write_calibration", self, folder)
 
     def to_json_dict(self) -> dict[str, Any]:
         """The content of result.json."""

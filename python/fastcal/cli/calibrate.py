@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from fastcal.selection.choose_parameters import Selection
 
 NOT_CONVERGED = 3
-FILES = ("model.yaml", "result.json", "report.html")
 
 
 def calibrate(
@@ -53,6 +52,7 @@ def calibrate(
     from fastcal.io.folder import check_folder
     from fastcal.io.measurements import load_measurements
     from fastcal.io.robot_file import load_robot
+    from fastcal.report.calibration_files import write_calibration
     from fastcal.selection.choose_parameters import choose_parameters
 
     check_folder(output)
@@ -75,33 +75,16 @@ def calibrate(
             )
         found = replace(found, notes=notes)
         show("writing the report")
-        write(found, output, choice=choice)
+        write_calibration(found, output, more=None if choice is None else {"choice": choice.to_json_dict()})
     warn(found.notes)
     if other is not None:
         warn(f"{test}: {note}" for note in other.notes if note not in found.notes)
     if choice is not None:
         say_choice(choice)
-    say_result(found, output)
+    say_result(found, output, (robot, data))
     if found.status != "converged":
         fail(f"{found.status.replace('_', ' ')}: {found.message}; no model.yaml")
         raise typer.Exit(NOT_CONVERGED)
-
-
-def write(result: CalibrationResult, output: Path, *, simulated: bool = False, choice: Selection | None = None) -> None:
-    """Writes a result's files into a folder, all or none; a model only where the calibration converged."""
-    from fastcal import __version__
-    from fastcal.io.folder import atomic_folder
-    from fastcal.io.results import write_json
-    from fastcal.io.robot_file import write_spec
-    from fastcal.report import write_report
-
-    with atomic_folder(output, owned=FILES) as folder:
-        if result.status == "converged":
-            source = Path(result.train.data.source).name
-            write_spec(result.model.spec, folder / "model.yaml", f"Identified by fastcal {__version__} from {source}")
-        chosen = {} if choice is None else {"choice": choice.to_json_dict()}
-        write_json(folder / "result.json", result.to_json_dict() | chosen)
-        write_report(result, folder / "report.html", simulated=simulated)
 
 
 def say_choice(choice: Selection) -> None:
@@ -116,24 +99,18 @@ def say_choice(choice: Selection) -> None:
         say(f"error of a coordinate on held-out poses: {chosen:.4f} mm, {full:.4f} mm with all parameters")
 
 
-def say_result(result: CalibrationResult, output: Path) -> None:
-    """The result in a few lines; the last is the report's path."""
-    rows = len(result.train.data)
-    state = result.status.replace("_", " ")
-    say(f"{result.model.name}: {state}, {len(result.parameters)} parameters identified from {rows} rows")
-    for name, part in (("training", result.train), ("test", result.test)):
-        if part is not None and part.before is not None and part.after is not None:
-            before, after = part.before.to_mm(), part.after.to_mm()
-            say(
-                f"error on {name} poses, {part.after.count} rows: RMS {before['rms']:.4f} mm before, "
-                f"{after['rms']:.4f} mm after; largest {before['max']:.4f} mm before, {after['max']:.4f} mm after"
-            )
-    say(f"noise of a measured coordinate: {result.sigma_mm:.4f} mm ({result.sigma_note})")
-    say(f"loss: {result.loss}" + ("" if result.loss == "none" else " (robust: rows that fit badly weigh less)"))
-    if result.unidentifiable:
-        say(f"these data can't tell {len(result.unidentifiable)} directions; their first parameter is held at nominal:")
-        for direction in result.unidentifiable:
-            say(f"  {direction.direction}")
-    if result.outliers:
-        say(f"outliers, data rows counted from 0: {', '.join(map(str, result.outliers))}")
+def say_result(result: CalibrationResult, output: Path, files: tuple[str | Path, Path] | None = None) -> None:
+    """The result in a few lines; the last two are what to do next and the report's path.
+
+    Args:
+        result: What was found.
+        output: The folder that it was written into.
+        files: ROBOT and DATA, for a command line that can be copied.
+    """
+    from fastcal.report.next_step import next_step
+    from fastcal.report.summaries import summary
+
+    for line in summary(result):
+        say(line)
+    say(next_step(result, None if files is None else (str(files[0]), str(files[1]), f"{output}_diagnosis")))
     say(str(output / "report.html"))

@@ -40,6 +40,7 @@ def demo(output: Folder = Path("fastcal-demo"), seed: Seed = 1, threads: Threads
     from fastcal.calibration.calibrate import calibrate as identify
     from fastcal.io.measurements import load_measurements
     from fastcal.io.robot_file import load_robot
+    from fastcal.report.calibration_files import write_calibration
 
     _check_ours(output)
     say(f"This is a simulation: a {ARM} with chance errors and yielding joints, before a simulated tracker.")
@@ -52,8 +53,8 @@ def demo(output: Folder = Path("fastcal-demo"), seed: Seed = 1, threads: Threads
         test = load_measurements(output / "test.csv", nominal)
         found = identify(nominal, data, test=test, effects=EFFECTS, threads=threads, progress=show)
         show("writing the report")
-        calibrate.write(found, output, simulated=True)
-    calibrate.say_result(found, output)
+        write_calibration(found, output, simulated=True)
+    calibrate.say_result(found, output, (output / "robot.yaml", output / "measurements.csv"))
     if found.status != "converged":
         raise typer.Exit(calibrate.NOT_CONVERGED)
 

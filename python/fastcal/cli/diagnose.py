@@ -62,24 +62,8 @@ def diagnose(
 
 def say_diagnosis(found: Diagnosis, output: Path) -> None:
     """The verdict in a few lines; the last is the report's path."""
-    say(f"{found.model.name}: {found.verdict.replace('_', ' ')}")
-    say(found.sentence)
-    for finding in found.effects:
-        values = ", ".join(
-            f"{name} {v.value:.4g}" + ("" if v.std is None else f" +- {v.std:.2g}")
-            for name, v in finding.parameters.items()
-        )
-        tail = f", {values}" if finding.effect != "joint_profile" and values else ""
-        say(f"  {finding.grade}  {finding.label}{tail}")
-        for effect, owner in finding.equivalents:
-            say(f"     or {effect}@{owner}")
-    for step in found.gap:
-        test = "" if step.test_rms_mm is None else f", test poses {step.test_rms_mm:.4f} mm"
-        say(f"{'geometry alone' if step.added is None else 'with ' + step.added}: RMS {step.train_rms_mm:.4f} mm{test}")
-    say(f"noise of a measured coordinate: {found.sigma_mm:.4f} mm ({found.sigma_note})")
-    if found.untestable:
-        names = sorted({u.effect for u in found.untestable})
-        say(f"these data can't show (diagnosis.json says what would): {', '.join(names)}")
-    if found.outliers:
-        say(f"outliers, data rows counted from 0: {', '.join(map(str, found.outliers))}")
+    from fastcal.report.summaries import summary
+
+    for line in summary(found):
+        say(line)
     say(str(output / "report.html"))

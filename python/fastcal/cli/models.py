@@ -73,18 +73,7 @@ def evaluate(
 
 def say_evaluation(found: Evaluation, title: str) -> None:
     """The figures of `evaluate` in a few lines."""
-    figures = found.to_json_dict()
-    say(f"{title}: {figures['count']} rows")
-    if figures["after_mm"] is not None:
-        after = figures["after_mm"]
-        say("position error: " + ", ".join(f"{name} {after[name]:.4f} mm" for name in ("mean", "std", "rms", "max")))
-    elif found.data.distance is not None:
-        say("lengths are not judged: their anchors are known only while a calibration runs")
-    if (turn := figures.get("after_rotation_deg")) is not None:
-        say("orientation error: " + ", ".join(f"{name} {turn[name]:.4f} deg" for name in ("mean", "rms", "max")))
-    if (iso := figures.get("iso_9283")) is not None:
-        say(
-            f"ISO 9283, {iso['poses']} poses visited {iso['visits']} times: "
-            f"mean AP {iso['accuracy_mm']['mean']:.4f} mm, mean RP {iso['repeatability_mm']['mean']:.4f} mm, "
-            f"noise of a coordinate {iso['sigma_mm']:.4f} mm"
-        )
+    from fastcal.report.summaries import evaluation_lines
+
+    for line in evaluation_lines(found, title):
+        say(line)

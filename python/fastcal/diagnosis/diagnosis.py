@@ -24,6 +24,7 @@ from fastcal.diagnosis.search import Search, State
 from fastcal.diagnosis.words import sentence_of
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
+from fastcal.robot.given import DataLike, RobotLike, as_data, as_robot
 from fastcal.robot.robot import Robot, Spec
 from fastcal.units import from_si
 
@@ -34,10 +35,10 @@ _HOPELESS = 0.5  # share of the misfit that names must explain where something r
 
 
 def diagnose(
-    robot: Robot,
-    data: Dataset,
+    robot: RobotLike,
+    data: DataLike,
     *,
-    test: Dataset | None = None,
+    test: DataLike | None = None,
     exclude: Collection[str] = (),
     sigma: float | None = None,
     as_read: bool = False,
@@ -47,8 +48,9 @@ def diagnose(
     """Finds what a robot's model is missing, names it or says that it can't tell, and adds it.
 
     Args:
-        robot: Nominal, or identified with effects: those stay and are identified again.
-        data: Measured poses.
+        robot: Nominal, or identified with effects: those stay and are identified again. A path, the name of a shipped
+            arm and a mapping are read.
+        data: Measured poses, or the path of their file, or a pandas table.
         test: Other poses, only reported on.
         exclude: Names that are not to be given, `EFFECT` or `EFFECT@OWNER`.
         sigma: Standard deviation of a measured coordinate [m], where the data have no column for it.
@@ -63,6 +65,9 @@ def diagnose(
     say = progress or (lambda text: None)
     if sigma is not None and not (np.isfinite(sigma) and sigma > 0):
         raise InvalidInput(f"sigma must be a standard deviation above 0, got {sigma}")
+    robot = as_robot(robot)
+    data = as_data(data, robot)
+    test = None if test is None else as_data(test, robot)
     say("looking at the columns")
     suspected = check_columns(robot, data, as_read=as_read)
     library = build_library(robot, data, parse_exclusions(exclude, robot))

@@ -11,11 +11,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal import late
 from fastcal.calibration.evaluation import Evaluation
 from fastcal.diagnosis.library import Untestable
 from fastcal.robot.robot import Robot
+from fastcal.shown import Plotted
 
 if TYPE_CHECKING:
+    from plotly.graph_objects import Figure
+
     from fastcal.diagnosis.plan import SeparatingPlan
     from fastcal.diagnosis.search import Search, State
 
@@ -119,8 +123,8 @@ class AdaptedModel:
     test: Evaluation | None
 
 
-@dataclass(frozen=True, eq=False)
-class Diagnosis:
+@dataclass(frozen=True, eq=False, repr=False)
+class Diagnosis(Plotted):
     """What `diagnose` found; `model` is the robot with the effects in it.
 
     Attributes:
@@ -215,8 +219,25 @@ class Diagnosis:
             "notes": self.notes,
         }
 
+    def plot_gap(self) -> Figure:
+        """RMS error of the geometry alone, what each effect takes of it, and what noise alone would make."""
+        return late.call("chart", self, "gap")
+
+    def plot_effect(self, name: str | None = None) -> Figure:
+        """What the data ask for against the effect's own variable, and the fitted effect with its 95 % band.
+
+        Args:
+            name: EFFECT@OWNER of a finding. None: the first.
+
+        Raises:
+            InvalidInput: Nothing of that name was found.
+        """
+        return late.call("chart", self, "effect", name)
+
+    def plot_likeness(self) -> Figure:
+        """How alike the signatures of the leading causes are in these data."""
+        return late.call("chart", self, "likeness")
+
     def save(self, folder: str | os.PathLike[str]) -> None:
         """Writes model.yaml, diagnosis.json and report.html into a folder, all or none."""
-        from fastcal.report.diagnosis_report import write_diagnosis  # files and pages are leaves
-
-        write_diagnosis(self, folder)
+        late.call("write_diagnosis", self, folder)

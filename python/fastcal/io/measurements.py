@@ -7,6 +7,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,6 +18,13 @@ from fastcal.io.tables import read_table
 from fastcal.measurements.checks import BadRow, RobotFacts, check_whole_rows
 from fastcal.measurements.dataset import Dataset, FloatArray
 from fastcal.units import from_si, to_si
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+OWN_COLUMNS = ("order", "row", "status")  # which fastcal writes beside what it reads: of designs and predictions
+ROUNDING = 1e-9  # [rad, m] beyond a limit: of a number that went through a file
 
 
 def load_measurements(path: str | os.PathLike[str], robot: RobotFacts, *, require_measured: bool = True) -> Dataset:
@@ -38,6 +46,17 @@ def load_measurements(path: str | os.PathLike[str], robot: RobotFacts, *, requir
         if table.exact is None:
             raise
     return _dataset(table.exact(), robot, require_measured)
+
+
+def dataset_of_frame(frame: pd.DataFrame, robot: RobotFacts, *, require_measured: bool = True) -> Dataset:
+    """A pandas table with the columns of a measurement file as SI arrays; arguments and errors as above."""
+    columns = [
+        column.to_numpy(dtype=np.float64, na_value=np.nan)
+        if column.dtype.kind in "fiu"
+        else ["" if value is None or value != value else str(value) for value in column]
+        for _, column in frame.items()
+    ]
+    return _dataset(Table("the table", [str(name) for name in frame.columns], columns), robot, require_measured)
 
 
 def _dataset(table: Table, robot: RobotFacts, require_measured: bool) -> Dataset:
@@ -71,7 +90,8 @@ def _dataset(table: Table, robot: RobotFacts, require_measured: bool) -> Dataset
         raise table.error("holds nothing measured; expected numbers in x_mm y_mm z_mm, an orientation or distance_mm")
     # Last, as the decimal mark is for the known columns to say.
     extra, extra_labels = unknown_columns(table, unknown)
-    notes = [*table.notes, *(f"column '{table.names[place]}' is not known and is kept as it is" for place in unknown)]
+    foreign = [table.names[place] for place in unknown if table.names[place] not in OWN_COLUMNS]
+    notes = [*table.notes, *(f"column '{name}' is not known and is kept as it is" for name in foreign)]
     notes += columns.notes + _notes_on_limits(data, robot)
     return replace(
         data,
@@ -217,12 +237,17 @@ def _notes_on_limits(data: Dataset, robot: RobotFacts) -> list[str]:
     limits = np.asarray(robot.limits, dtype=np.float64)
     beyond = np.maximum(limits[:, 0] - data.q, data.q - limits[:, 1])
     return [
-        f"joint {joint + 1} is outside its limits in {int((beyond[:, joint] > 0).sum())} rows, "
+        f"joint {joint + 1} is outside its limits in {_rows(beyond[:, joint])}, "
         f"by {from_si(float(beyond[:, joint].max()), unit):.3g} {unit} at most"
         for joint, kind in enumerate(robot.joint_types)
-        if beyond[:, joint].max() > 0
+        if beyond[:, joint].max() > ROUNDING
         for unit in ["deg" if kind == "revolute" else "mm"]
     ]
+
+
+def _rows(beyond: FloatArray) -> str:
+    count = int((beyond > ROUNDING).sum())
+    return "1 row" if count == 1 else f"{count} rows"
 
 
 def _listed(names: Sequence[str], most: int = 12) -> str:

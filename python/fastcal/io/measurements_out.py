@@ -6,29 +6,50 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.errors import InvalidInput
 from fastcal.io.tables import write_csv
 from fastcal.measurements.dataset import Dataset, FloatArray
 from fastcal.units import from_si
 
+if TYPE_CHECKING:
+    import pandas as pd
+
+_UNITS = {"revolute": "deg", "prismatic": "mm"}
 Columns = dict[str, Sequence[float | str] | NDArray[np.generic]]
 
 
-def write_measurements(path: str | os.PathLike[str], data: Dataset, joint_types: Sequence[str]) -> None:
+def write_measurements(path: str | os.PathLike[str], data: Dataset, joint_types: Sequence[str] | None = None) -> None:
     """Writes a data set as CSV in mm, deg, kg, N, A and degrees Celsius; what was not measured is left empty.
 
     Args:
         path: The file; written whole or not at all.
         data: What it is to hold. Orientations are written as quaternions.
-        joint_types: `revolute` or `prismatic`, one a joint.
+        joint_types: `revolute` or `prismatic`, one a joint; may be left out where the data know their robot.
 
     Raises:
-        InvalidInput: The file cannot be written.
+        InvalidInput: The file cannot be written, or the kinds of the joints are not known.
     """
+    write_csv(path, file_columns(data, joint_types))
+
+
+def frame_of(data: Dataset) -> pd.DataFrame:
+    """The same columns as a pandas table; where the kinds of the joints are not known, q1 ... without a unit."""
+    import pandas as pd
+
+    return pd.DataFrame(file_columns(data, data.joint_types or ("unknown",) * data.q.shape[1]))
+
+
+def file_columns(data: Dataset, joint_types: Sequence[str] | None = None) -> Columns:
+    """The columns of a measurement file by their names; arguments and errors of `write_measurements`."""
     columns: Columns = {}
+    joint_types = joint_types or data.joint_types
+    if len(joint_types) != data.q.shape[1]:
+        raise InvalidInput(f"expected the type of each of the {data.q.shape[1]} joints, got {list(joint_types)}")
 
     def add(names: Sequence[str], values: FloatArray | None, unit: str | None = None) -> None:
         if values is not None:
@@ -36,7 +57,7 @@ def write_measurements(path: str | os.PathLike[str], data: Dataset, joint_types:
             for name, column in zip(names, edge.reshape(len(data), -1).T, strict=True):
                 columns[name if unit is None else f"{name}_{unit}"] = column
 
-    units = ["deg" if joint_type == "revolute" else "mm" for joint_type in joint_types]
+    units = [_UNITS.get(joint_type) for joint_type in joint_types]
     for suffix, values in (("", data.q), ("_read", data.q_read)):
         for joint, unit in enumerate(units, start=1):
             add([f"q{joint}{suffix}"], None if values is None else values[:, joint - 1], unit)
@@ -66,7 +87,7 @@ def write_measurements(path: str | os.PathLike[str], data: Dataset, joint_types:
     )
     columns.update(data.extra)
     columns.update(data.extra_labels)
-    write_csv(path, columns)
+    return columns
 
 
 def _add_labels(columns: Columns, name: str, codes: NDArray[np.int64] | None, names: Sequence[str]) -> None:

@@ -4,7 +4,9 @@
 
 from __future__ import annotations
 
+import copy
 import os
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -20,8 +22,11 @@ from fastcal.io.yaml_text import yaml_text
 from fastcal.robot.robot import Robot
 
 
-def load_robot(source: str | os.PathLike[str]) -> Robot:
-    """A robot from a YAML or URDF file, or a shipped arm by its name (see `fastcal.robots.available()`).
+def load_robot(source: str | os.PathLike[str] | Mapping[str, Any]) -> Robot:
+    """A robot from a YAML or URDF file, a shipped arm by its name, or the content of a robot file as a mapping.
+
+    The name of a shipped arm (`fastcal.robots.available()`) may be written `UR5` or `ur-5`; a file or folder of that
+    name is given as `./ur5`.
 
     Raises:
         ParseError: The file is not there or holds something that can't be meant.
@@ -29,27 +34,49 @@ def load_robot(source: str | os.PathLike[str]) -> Robot:
     return Robot(read_spec(source))
 
 
-def read_spec(source: str | os.PathLike[str]) -> Spec:
+def read_spec(source: str | os.PathLike[str] | Mapping[str, Any]) -> Spec:
     """The canonical spec of a robot file or a shipped arm: every key in its place, defaults filled in, mm and degrees.
 
     Raises:
         ParseError: One sentence that names the file, the key, what was expected and what came.
     """
-    path = Path(source)
-    if not path.exists() and isinstance(source, str):
-        shipped = robots.path_of(source)
-        if shipped is None:
-            names = ", ".join(robots.available())
-            raise ParseError(f"there is no such file, and no shipped arm has that name; shipped are {names}", source)
-        path = shipped
-    if path.suffix.lower() == ".urdf":
-        return check_spec(read_urdf(path), path)
-    value = read_yaml(path)
+    if isinstance(source, Mapping):
+        value: Any = copy.deepcopy(dict(source))
+        path = Path(str(value.get("name", "robot")))
+    else:
+        path = _found(source)
+        if path.suffix.lower() == ".urdf":
+            return check_spec(read_urdf(path), path)
+        value = read_yaml(path)
     if isinstance(value, dict):
         if value.get("kinematics") == "urdf" and "urdf" in value:
             value = _with_urdf(value, path)
         value.setdefault("name", path.stem)
     return _with_correction(check_spec(value, path), path)
+
+
+def _found(source: str | os.PathLike[str]) -> Path:
+    """The file that is meant: a shipped arm by its exact name, else a file, else a shipped arm by a likely spelling."""
+    if not isinstance(source, str | os.PathLike):
+        raise ParseError(f"expected a robot file, the name of a shipped arm or a mapping, got {type(source).__name__}")
+    path = Path(source)
+    name = source if isinstance(source, str) else ""
+    if (shipped := robots.path_of(name)) is not None:
+        return shipped
+    if path.is_dir():
+        hint = f"; did you mean {path / 'model.yaml'}?" if (path / "model.yaml").is_file() else ""
+        raise ParseError(f"is a folder; expected a robot file or the name of a shipped arm{hint}", path)
+    if path.exists() or not name:
+        return path
+    meant = robots.likely(name)
+    if len(meant) == 1:
+        return robots.FOLDER / f"{meant[0]}.yaml"
+    listed = ", ".join(meant or robots.available())
+    raise ParseError(
+        f"there is no such file, and {'several shipped arms have' if meant else 'no shipped arm has'} that name; "
+        f"{'they' if meant else 'shipped'} are {listed}",
+        source,
+    )
 
 
 def write_spec(

@@ -7,21 +7,29 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, fields, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fastcal import late
 from fastcal.errors import InvalidInput
 from fastcal.measurements.checks import BadRow, RobotFacts, check_values
+from fastcal.measurements.splits import random_rows, region_rows
+from fastcal.shown import Shown
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 Labels = Sequence[str | int] | NDArray[np.str_] | NDArray[np.int64]
 
+SPLITS = {"random": random_rows, "region": region_rows}
 
-@dataclass(frozen=True, eq=False)
-class Dataset:
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Dataset(Shown):
     """N poses of an arm with n joints; a field is None where nothing of it is known.
 
     Attributes:
@@ -45,6 +53,7 @@ class Dataset:
         extra_labels: Unknown columns that hold text: name to N strings.
         notes: What a reader should know, a sentence each.
         source: Where the data came from.
+        joint_types: `revolute` or `prismatic`, one a joint; empty where no robot was named.
     """
 
     q: FloatArray
@@ -71,6 +80,7 @@ class Dataset:
     extra_labels: Mapping[str, list[str]] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     source: str = "arrays"
+    joint_types: tuple[str, ...] = ()
 
     def __len__(self) -> int:
         return len(self.q)
@@ -84,9 +94,24 @@ class Dataset:
                 known |= ~np.isnan(values.reshape(len(self), -1)).all(axis=1)
         return known
 
+    def __getitem__(self, rows: ArrayLike | slice) -> Dataset:
+        """`select`; one number gives a data set of one row."""
+        if isinstance(rows, int | np.integer):
+            if not -len(self) <= rows < len(self):
+                raise IndexError(f"row {rows} of a data set of {len(self)} rows")
+            rows = [int(rows)]
+        chosen = self.select(rows)
+        if len(chosen) == 0:
+            raise InvalidInput(f"none of the {len(self)} rows is chosen; a data set has at least one")
+        return chosen
+
     def select(self, rows: ArrayLike | slice) -> Dataset:
-        """The given rows (indices, a mask or a slice) in that order; label names and notes stay whole."""
-        chosen = np.arange(len(self))[rows if isinstance(rows, slice) else np.asarray(rows)]
+        """The given rows (indices, a mask or a slice) in that order; all label names and notes are kept.
+
+        Raises:
+            InvalidInput: A mask of another length, or an index beyond the rows.
+        """
+        chosen = _chosen(rows, len(self))
         parts: dict[str, Any] = {
             f.name: value[chosen] for f in fields(self) if isinstance(value := getattr(self, f.name), np.ndarray)
         }
@@ -100,6 +125,38 @@ class Dataset:
     def without_points(self) -> Dataset:
         """The same without measured points."""
         return replace(self, position=None)
+
+    def split(self, test: float = 0.25, *, by: str = "random", seed: int = 0) -> tuple[Dataset, Dataset]:
+        """(rows to fit, rows to hold out), each in the order of the data.
+
+        Args:
+            test: Share to hold out, above 0 and below 1.
+            by: `random`: any postures, all visits of one together. `region`: those nearest to one posture in joint
+                space, where a model has to extrapolate.
+            seed: The same seed gives the same rows.
+
+        Raises:
+            InvalidInput: Another word, or a share that leaves nothing on one side.
+        """
+        if by not in SPLITS:
+            raise InvalidInput(f"by must be one of {', '.join(SPLITS)}, got '{by}'")
+        held = SPLITS[by](self.q, test, seed)
+        return self.select(~held), self.select(held)
+
+    @classmethod
+    def from_frame(cls, frame: pd.DataFrame, robot: RobotFacts, *, require_measured: bool = True) -> Dataset:
+        """A pandas table with the columns of a measurement file, such as q1_deg and x_mm, as a data set in SI.
+
+        Args:
+            frame: One row a pose; its index is not read.
+            robot: The arm that was measured.
+            require_measured: Refuse a table without any measured number.
+
+        Raises:
+            ParseError: Something in it cannot be meant; names the column and the row.
+        """
+        data: Dataset = late.call("dataset_of_frame", frame, robot, require_measured=require_measured)
+        return data
 
     @classmethod
     def from_arrays(  # noqa: D417 - the class says what the fields are
@@ -180,11 +237,29 @@ class Dataset:
             extra_labels={name: [str(label) for label in labels] for name, labels in (extra_labels or {}).items()},
             notes=tuple(notes),
             source=source,
+            joint_types=() if robot is None else tuple(robot.joint_types),
         )
         check_values(data, robot)
         if data.rotation is not None:
             data.rotation[:] /= np.linalg.norm(data.rotation, axis=1, keepdims=True)
         return data
+
+
+def _chosen(rows: ArrayLike | slice, count: int) -> IntArray:
+    """Indices of the chosen rows."""
+    if isinstance(rows, slice):
+        chosen = np.arange(count)[rows]
+    else:
+        given = np.asarray(rows)
+        if given.dtype == bool and given.shape != (count,):
+            raise InvalidInput(f"a mask of rows must have shape ({count},), got {given.shape}")
+        if given.dtype.kind not in "bui" and given.size:
+            raise InvalidInput(f"rows must be whole numbers, a mask or a slice, got {given.dtype}")
+        try:
+            chosen = np.arange(count)[given.astype(bool if given.dtype == bool else np.int64)]
+        except IndexError:
+            raise InvalidInput(f"rows must lie between 0 and {count - 1}, got {given.min()} to {given.max()}") from None
+    return np.atleast_1d(chosen)
 
 
 def _array(name: str, value: ArrayLike, shape: tuple[int | None, ...], *, spread: bool = False) -> FloatArray:

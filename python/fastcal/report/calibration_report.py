@@ -4,14 +4,12 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import PurePath
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fastcal.io.atomic import write_text
 from fastcal.report import calibration_tables, charts, figures, page, residual_figures, workspace
 from fastcal.report.formatting import alike, count, plural, significant
 from fastcal.report.tables import capitalised, spaced
@@ -34,17 +32,6 @@ _METHODS = {
 _MEASURING_FRAME = "the measuring frame"
 
 
-def write_report(result: CalibrationResult, path: str | os.PathLike[str], *, simulated: bool = False) -> None:
-    """Writes the report of a CalibrationResult to `path`, one HTML file that needs nothing else.
-
-    Args:
-        result: What `calibrate` gave.
-        path: The file; it appears whole or not at all.
-        simulated: True where the measurements came from a simulator: a banner says so on the page and on paper.
-    """
-    write_text(path, calibration_page(result, simulated=simulated))
-
-
 def calibration_page(result: CalibrationResult, *, simulated: bool = False) -> str:
     """The HTML text of the report."""
     train = rows_of("Training", result.train, result.model.joint_types)
@@ -62,7 +49,7 @@ def calibration_page(result: CalibrationResult, *, simulated: bool = False) -> s
         verdict=verdict(result, train, test, trends),
         tiles=_tiles(result, sets),
         accuracy_table=calibration_tables.accuracy_table(sets) if sets else None,
-        accuracy_figures=_accuracy_figures(sets) if sets else [],
+        accuracy_figures=accuracy_figures(sets) if sets else [],
         accuracy_facts=_accuracy_facts(result),
         scene=None if arrows is None else workspace.scene(*arrows, base, _MEASURING_FRAME),
         flat_views=[] if arrows is None else workspace.flat_views(*arrows),
@@ -133,7 +120,8 @@ def _facts_of(part: Evaluation) -> list[tuple[str, str]]:
     return facts
 
 
-def _accuracy_figures(sets: list[Rows]) -> list[figures.Figure]:
+def accuracy_figures(sets: list[Rows]) -> list[figures.Figure]:
+    """Share of poses within an error, and the histogram of what is left; the last set is the one that is judged."""
     curves: list[tuple[str, Array, str, str]] = []
     samples: list[tuple[str, Array, str]] = []
     for rows in sets:

@@ -87,10 +87,10 @@ def write_diagnosis(found: Diagnosis, folder: str | os.PathLike[str]) -> None:
         (place / "report.html").write_text(diagnosis_page(found), encoding="utf-8")
 
 
-def diagnosis_page(found: Diagnosis) -> str:
+def diagnosis_page(found: Diagnosis, *, simulated: bool = False) -> str:
     """The HTML text of the page."""
-    train, geometry = _rows(found, "Training", "train")
-    test, _ = _rows(found, "Test", "test")
+    train, geometry = compared_rows(found, "Training", "train")
+    test, _ = compared_rows(found, "Test", "test")
     judged = test or train
     sets = [rows for rows in (train, test) if rows is not None]
     arrows = residual_figures.arrows(sets)
@@ -104,6 +104,7 @@ def diagnosis_page(found: Diagnosis) -> str:
         "diagnosis.html",
         title=f"Diagnosis of {found.model.name}",
         robot_name=found.model.name,
+        simulated=simulated,
         sources=[
             (name, PurePath(part.data.source).name, len(part.data))
             for name, part in (("Training", found.train), ("Test", found.test))
@@ -121,9 +122,9 @@ def diagnosis_page(found: Diagnosis) -> str:
         plan_sentence="" if found.plan is None else spoken_label(found.plan.sentence),
         rest=None if found.unexplained is None else rest_sentence(found.unexplained, _tried(found)),
         rest_figures=_rest_figures(found, state),
-        gap=_gap(found, floor),
+        gap=gap_figure(found),
         ranking=diagnosis_tables.ranking_table(found),
-        confusion=_confusion(found),
+        confusion=confusion_figure(found),
         untestable=diagnosis_tables.untestable_table(found),
         smallest=diagnosis_tables.smallest_table(found),
         pairs=_pairs(train, geometry, changed=len(found.steps) > 1),
@@ -140,7 +141,7 @@ def diagnosis_page(found: Diagnosis) -> str:
     )
 
 
-def _rows(found: Diagnosis, name: str, part: str) -> tuple[Rows | None, Rows | None]:
+def compared_rows(found: Diagnosis, name: str, part: str) -> tuple[Rows | None, Rows | None]:
     """The rows of a set with everything that was found, "before" being the geometry alone; and those of the latter."""
     first: Evaluation | None = getattr(found.steps[0], part)
     last: Evaluation | None = getattr(found.steps[-1], part)
@@ -215,8 +216,11 @@ def _rest_figures(found: Diagnosis, state: State) -> list[Figure]:
     return [] if seen is None else effect_figures.effect_figures(seen, found.unexplained.owner, "rest")
 
 
-def _gap(found: Diagnosis, floor: float) -> Figure:
+def gap_figure(found: Diagnosis) -> Figure:
+    """The error of the geometry alone, what each effect takes of it, what remains, and the noise."""
     on, sizes = _judged(found)
+    test, _ = compared_rows(found, "Test", "test")
+    floor = _floor(found, test or compared_rows(found, "Training", "train")[0])
     names = [_step_name(step.added) for step in found.gap]
     return diagnosis_figures.waterfall(list(zip(names, sizes, strict=True)), floor, on)
 
@@ -230,7 +234,8 @@ def _step_name(added: str | None) -> str:
     return " and ".join(short_name(effect, owner) for effect, _, owner in parts)
 
 
-def _confusion(found: Diagnosis) -> Figure | None:
+def confusion_figure(found: Diagnosis) -> Figure | None:
+    """How alike the signatures of the leading causes are; None where there are fewer than two."""
     names, correlation = found.confusion
     if len(names) < 2:
         return None

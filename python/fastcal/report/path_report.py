@@ -33,6 +33,7 @@ def path_page(found: PathAccuracy, robot_name: str) -> str:
         "path.html",
         title=f"Path of {robot_name}",
         robot_name=robot_name,
+        simulated=False,
         points=len(found.points),
         length=f"{significant(from_si(float(found.along[-1]), 'mm'), 4)} mm",
         table=_table(found),

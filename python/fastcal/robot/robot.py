@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fastcal import _core
+from fastcal import _core, late
 from fastcal.correction import Corrected, Correction, Inputs
 from fastcal.effects.entries import build_effects, edge_name, full_name
 from fastcal.effects.values import parameter_values
@@ -25,6 +25,7 @@ from fastcal.measurements.conditions import build_samples, condition_columns
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.calibration_record import CalibrationRecord
 from fastcal.robot.structure import build_structure, frame_names
+from fastcal.shown import Shown
 from fastcal.units import to_si
 
 FloatArray = NDArray[np.float64]
@@ -52,7 +53,7 @@ def length_or_angle_unit(joint: Spec) -> str:
     return "mm" if joint["type"] == "prismatic" else "deg"
 
 
-class Robot:
+class Robot(Shown):
     """A robot with its effects, nominal or identified.
 
     Args:
@@ -88,10 +89,6 @@ class Robot:
         """What `fastcal train` has added; None for a model without."""
         found: Correction | None = self.spec.get("correction")
         return found
-
-    def __repr__(self) -> str:
-        effects = ", ".join(f"{e['effect']}@{e['owner']}" for e in self.spec.get("effects") or [])
-        return f"<Robot {self.name}: {self.joint_count} joints, {self.kinematics}{', ' + effects if effects else ''}>"
 
     @property
     def name(self) -> str:
@@ -258,11 +255,7 @@ class Robot:
 
     def save(self, path: str | PathLike[str]) -> None:
         """Writes the robot file; it loads back to the same predictions, bit for bit."""
-        from fastcal.io.robot_file import (
-            write_spec,  # the file format is a leaf: nothing that computes needs it at import
-        )
-
-        write_spec(self.spec, path)
+        late.call("write_spec", self.spec, path)
 
 
 def build_core(spec: Spec) -> _core.RobotModel:

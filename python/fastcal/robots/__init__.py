@@ -4,16 +4,48 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
-_FOLDER = Path(__file__).parent
+FOLDER = Path(__file__).parent
+_SHORTEST = 3  # characters of a part of a name that is taken for it
 
 
 def available() -> tuple[str, ...]:
     """Names of the shipped arms, sorted."""
-    return tuple(sorted(path.stem for path in _FOLDER.glob("*.yaml")))
+    return tuple(sorted(path.stem for path in FOLDER.glob("*.yaml")))
 
 
 def path_of(name: str) -> Path | None:
-    """The file of a shipped arm; None where there is none of that name."""
-    return _FOLDER / f"{name}.yaml" if name in available() else None
+    """The file of a shipped arm; case, spaces, dots, - and _ do not matter. None where there is none of that name.
+
+    A text with a folder in it, such as ./ur5, is no name.
+    """
+    if "/" in name or "\\" in name:
+        return None
+    return next((FOLDER / f"{arm}.yaml" for arm in available() if _plain(arm) == _plain(name)), None)
+
+
+def likely(name: str) -> list[str]:
+    """Shipped arms of which `name` is the beginning of a part: "kr500" of kuka_kr500_3, "irb 6700" of abb_irb6700."""
+    wanted = _plain(name)
+    if len(wanted) < _SHORTEST or "/" in name:
+        return []
+    return [arm for arm in available() if any(part.startswith(wanted) for part in _endings(arm))]
+
+
+def about(name: str) -> str:
+    """The first sentence at the head of an arm's file: what it is."""
+    lines = (FOLDER / f"{name}.yaml").read_text(encoding="utf-8").splitlines()
+    head = " ".join(line.lstrip("# ") for line in lines if line.startswith("#") and "SPDX" not in line).strip()
+    return re.split(r"(?<=[^A-Z])[:.] ", head, maxsplit=1)[0].rstrip(".")
+
+
+def _plain(name: str) -> str:
+    return re.sub(r"[\s._-]", "", name).lower()
+
+
+def _endings(arm: str) -> list[str]:
+    """kuka_kr500_3 to kukakr5003, kr5003, 3."""
+    parts = arm.split("_")
+    return ["".join(parts[first:]) for first in range(len(parts))]

@@ -166,7 +166,7 @@ def test_a_folder_that_fails_on_the_way_leaves_the_older_one(demo, tmp_path, fas
     def disk_full(*args: Any, **options: Any) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("fastcal.report.write_report", disk_full)
+    monkeypatch.setattr("fastcal.report.calibration_files.calibration_page", disk_full)
     said = fastcal(*arguments, "--loss", "none")
     assert said.code == 2
     assert said.error.endswith("cannot be written: No space left on device")

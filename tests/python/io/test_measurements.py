@@ -16,6 +16,7 @@ from scipy.spatial.transform import Rotation
 
 from fastcal.errors import ParseError
 from fastcal.io.measurements import load_measurements
+from fastcal.io.robot_file import load_robot
 
 ARM = SimpleNamespace(
     joint_types=["revolute", "prismatic"], limits=np.array([[-math.pi, math.pi], [0.0, 1.0]]), reach=1.5, joint_count=2
@@ -95,7 +96,7 @@ def test_unknown_columns_are_kept_and_told(file: Callable[..., Path]) -> None:
     np.testing.assert_array_equal(data.extra["order"], [5.0, np.nan])
     np.testing.assert_array_equal(data.extra["x_nominal_mm"], [1.5, 2.5])
     assert data.extra_labels == {"operator": ["Jo", "12"], "when": ["2026-01-02", ""], "station_id": ["s1", "s2"]}
-    names = ("order", "x_nominal_mm", "operator", "when", "unnamed10", "station_id")
+    names = ("x_nominal_mm", "operator", "when", "unnamed10", "station_id")
     assert data.notes == tuple(f"column '{name}' is not known and is kept as it is" for name in names)
 
 
@@ -176,3 +177,13 @@ def test_real_files_are_read(shared_data: Path, name: str, rows: int | None) -> 
     last = dict(zip(header.split(","), map(float, lines[-1].split(",")), strict=True))
     np.testing.assert_array_equal(data.position[-1], [last[f"{axis}_mm"] / 1000 for axis in "xyz"])
     np.testing.assert_allclose(data.q[-1], np.radians([last[f"q{joint}_deg"] for joint in range(1, 7)]), rtol=1e-15)
+
+
+def test_nothing_is_noted_of_own_columns_and_of_rounding(tmp_path: Path) -> None:
+    """A pose of `fastcal design` on its limit, in its file's own columns, is as it should be."""
+    robot = load_robot("ur5")
+    path = tmp_path / "poses.csv"
+    path.write_text("order,q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg\n1,360.00000000000006,0,0,0,0,-360.001\n")
+    data = load_measurements(path, robot, require_measured=False)
+    assert data.notes == ("joint 6 is outside its limits in 1 row, by 0.001 deg at most",)
+    assert list(data.extra) == ["order"]

@@ -57,7 +57,7 @@ def test_every_field_comes_back(tmp_path: Path, with_lengths: bool) -> None:
     if with_lengths:
         arrays |= {"distance": [1.0, np.nan, 0.5, 2.0], "anchor": ["w", "", "v", "w"]}
         arrays["sigma_position"] = [1e-5, 2e-5, 3e-5, 4e-5]
-    data = Dataset.from_arrays(**arrays)
+    data = Dataset.from_arrays(**arrays, robot=ARM)
     write_measurements(tmp_path / "data.csv", data, ARM.joint_types)
     back = load_measurements(tmp_path / "data.csv", ARM)
     for field in fields(Dataset):

@@ -176,3 +176,36 @@ def test_nothing_is_left_of_a_file_that_cannot_be_written(tmp_path: Path) -> Non
     with pytest.raises(InvalidInput, match="cannot be written"):
         write_spec(read_spec("ur5"), tmp_path / "no" / "such" / "folder.yaml")
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("spelled", "name"),
+    [("UR5", "ur5"), ("ur-5", "ur5"), ("Ur 10", "ur10"), ("kr500", "kuka_kr500_3"), ("RX160L", "staubli_rx160l")],
+)
+def test_a_shipped_arm_by_a_likely_spelling(spelled: str, name: str) -> None:
+    assert load_robot(spelled).name == name
+
+
+def test_no_folder_or_file_shadows_a_shipped_arm(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """`fastcal calibrate ur5 data.csv -o ur5` twice: the second run must mean the same arm."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "ur5").mkdir()
+    (tmp_path / "ur10").write_text("nothing", encoding="utf-8")
+    assert (load_robot("ur5").name, load_robot("ur10").name) == ("ur5", "ur10")
+    with pytest.raises(ParseError, match="is a folder; expected a robot file"):
+        load_robot("./ur5")
+    load_robot("ur5").save(tmp_path / "ur5" / "model.yaml")
+    with pytest.raises(ParseError, match=r"did you mean .*model\.yaml"):
+        load_robot("./ur5")
+
+
+def test_a_mapping_is_a_robot() -> None:
+    content = {"name": "two", "kinematics": "dh", "joints": [
+        {"type": "revolute", "theta_deg": 0, "d_mm": 0, "a_mm": 300, "alpha_deg": 0},
+        {"type": "revolute", "theta_deg": 0, "d_mm": 0, "a_mm": 200, "alpha_deg": 0},
+    ]}  # fmt: skip
+    robot = load_robot(content)
+    np.testing.assert_allclose(robot.forward([0.0, np.pi / 2])[0, :3, 3], [0.3, 0.2, 0.0], atol=1e-15)
+    assert "min_deg" not in content["joints"][0]
+    with pytest.raises(ParseError, match="kinematics"):
+        load_robot({"name": "two", "joints": []})

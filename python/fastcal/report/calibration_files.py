@@ -1,0 +1,46 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""The files of a calibration: model.yaml, result.json and report.html, all or none."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from pathlib import PurePath
+from typing import TYPE_CHECKING, Any
+
+from fastcal.io.folder import atomic_folder
+from fastcal.io.results import write_json
+from fastcal.io.robot_file import write_spec
+from fastcal.report.calibration_report import calibration_page
+
+if TYPE_CHECKING:
+    from fastcal.calibration.calibrate import CalibrationResult
+
+FILES = ("model.yaml", "result.json", "report.html")
+
+
+def write_calibration(
+    result: CalibrationResult,
+    folder: str | os.PathLike[str],
+    *,
+    simulated: bool = False,
+    more: Mapping[str, Any] | None = None,
+) -> None:
+    """Writes a result's files into a folder; a model only where the calibration converged.
+
+    Args:
+        result: What `calibrate` gave.
+        folder: Made where it is not there; an older result in it is replaced.
+        simulated: True where no robot was measured: the page says so.
+        more: Further entries of result.json.
+    """
+    import fastcal
+
+    with atomic_folder(folder, owned=FILES) as place:
+        if result.status == "converged":
+            source = PurePath(result.train.data.source).name
+            comment = f"Identified by fastcal {fastcal.__version__} from {source}"
+            write_spec(result.model.spec, place / "model.yaml", comment)
+        write_json(place / "result.json", result.to_json_dict() | dict(more or {}))
+        (place / "report.html").write_text(calibration_page(result, simulated=simulated), encoding="utf-8")

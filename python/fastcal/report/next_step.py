@@ -1,0 +1,68 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""After a calibration: is what remains more than noise, and what to do about it, in one line."""
+
+from __future__ import annotations
+
+import shlex
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fastcal.report.formatting import percent, significant
+from fastcal.report.trends import Trend, trend
+from fastcal.report.view import Rows, rows_of
+from fastcal.report.words import listed
+from fastcal.units import from_si
+
+if TYPE_CHECKING:
+    from fastcal.calibration.result import CalibrationResult
+
+MORE_THAN_NOISE = 1.3  # times the RMS error that the known noise would make
+_MOST = 2  # variables that are named
+
+
+def next_step(result: CalibrationResult, files: tuple[str, str, str] | None = None) -> str:
+    """One line; with `files` (robot, data, folder) it holds the command to run next."""
+    if result.status != "converged":
+        return "next: measure more poses, or more varied ones; `fastcal design` chooses them"
+    rows = rows_of("Training", result.train, result.model.joint_types)
+    if rows is None:
+        return "next: nothing was measured that shows how large the remaining error is"
+    trends = {v.name: trend(v.values, rows.residual) for v in rows.variables}
+    more = what_remains(result, rows, trends)
+    if more is None:
+        if result.test is None:
+            return "next: what remains looks like noise; check the model on other poses (--test, or fastcal evaluate)"
+        return "next: what remains looks like noise; the model is ready for fastcal compensate"
+    command = "fastcal diagnose" if files is None else shlex.join(["fastcal", "diagnose", *files[:2], "-o", files[2]])
+    return f"next: {more}; find the cause with: {command}"
+
+
+def what_remains(result: CalibrationResult, rows: Rows, trends: dict[str, Trend]) -> str | None:
+    """Why what remains is more than noise; None where nothing says so.
+
+    It is more where the residuals follow a recorded variable, or where they exceed a noise that is known without the
+    model: from repeated poses, else from the data's sigma column.
+    """
+    titles = {variable.name: variable.title for variable in rows.variables}
+    flagged = sorted((n for n, t in trends.items() if t.is_flagged(len(trends))), key=lambda n: -trends[n].share)
+    if flagged:
+        named = listed([f"{titles[name]} ({percent(trends[name].share)})" for name in flagged[:_MOST]])
+        return f"the remaining error is not all noise: it depends on {named}"
+    floor = known_floor(result)
+    rms = rows.after.rms
+    if floor is not None and rms > MORE_THAN_NOISE * floor:
+        return f"RMS {significant(rms)} mm remains where the known noise makes {significant(floor)} mm"
+    return None
+
+
+def known_floor(result: CalibrationResult) -> float | None:
+    """RMS error [mm] of a row that the noise of a coordinate would make, where it is known without the model."""
+    data = result.train.data
+    dimensions = 3.0 if data.position is not None else 1.0
+    if result.train.repeatability is not None:
+        return float(from_si(result.train.repeatability.sigma, "mm") * np.sqrt(dimensions))
+    if data.sigma_position is None:
+        return None
+    return float(from_si(np.sqrt(np.nanmean(data.sigma_position**2)), "mm") * np.sqrt(dimensions))

@@ -1,0 +1,194 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""The report's tables and charts in a notebook: HTML of a result, and its figures as Plotly figures with a legend."""
+
+from __future__ import annotations
+
+from functools import singledispatch
+from html import escape
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+from plotly import graph_objects
+from plotly.subplots import make_subplots
+
+from fastcal.calibration.result import CalibrationResult
+from fastcal.diagnosis import partial_residuals
+from fastcal.diagnosis.result import Diagnosis
+from fastcal.errors import InvalidInput
+from fastcal.report import calibration_report, diagnosis_report, effect_figures, figures, residual_figures, workspace
+from fastcal.report.frames import frame
+from fastcal.report.summaries import summary
+from fastcal.report.tables import capitalised
+from fastcal.report.trends import trend
+from fastcal.report.view import Rows, rows_of
+
+if TYPE_CHECKING:
+    from fastcal.report.figures import Figure
+
+_HEAD = 8  # rows of a table that a notebook shows
+
+
+def html(shown: Any) -> str:
+    """The lines of `summary()` and the head of `to_frame()`."""
+    first, *others = summary(shown)
+    lines = "".join(f"<div style='white-space:pre-wrap'>{escape(line)}</div>" for line in others)
+    table = frame(shown)
+    count = len(table)
+    with pd.option_context("display.precision", 4):
+        rows = table.head(_HEAD).to_html(border=0, na_rep="", index=table.index.name is not None) if count else ""
+    more = f"<div>... {count - _HEAD} more rows in .to_frame()</div>" if count > _HEAD else ""
+    return f"<div><strong>{escape(first)}</strong>{lines}{rows}{more}</div>"
+
+
+def chart(shown: Any, kind: str, which: str | None = None) -> graph_objects.Figure:
+    """A chart of the report by its kind; InvalidInput where the result has none of that kind."""
+    found = _CHARTS[kind](shown) if which is None else _CHARTS[kind](shown, which)
+    if not found:
+        raise InvalidInput(f"{type(shown).__name__} has nothing to draw for '{kind}': no row of it has what that needs")
+    return plotly_figure(found)
+
+
+def plotly_figure(drawn: list[Figure]) -> graph_objects.Figure:
+    """Figures of the report beside each other as one of Plotly's, their key as its legend."""
+    first = drawn[0]
+    if len(drawn) == 1:
+        figure = graph_objects.Figure({"data": first.traces, "layout": first.layout})
+    else:
+        figure = make_subplots(1, len(drawn), subplot_titles=[capitalised(part.title) for part in drawn])
+        for column, part in enumerate(drawn, start=1):
+            figure.add_traces(graph_objects.Figure({"data": part.traces}).data, rows=1, cols=column)
+            figure.update_xaxes(part.layout["xaxis"], row=1, col=column)
+            figure.update_yaxes(part.layout["yaxis"], row=1, col=column)
+        figure.update_layout({key: value for key, value in first.layout.items() if key not in ("xaxis", "yaxis")})
+    figure.update_traces(showlegend=False)
+    for entry in first.key:
+        figure.add_trace(_legend_entry(entry))
+    title = capitalised(first.title) if len(drawn) == 1 else ""
+    figure.update_layout(
+        title={"text": title, "font": {"size": 15}, "x": 0, "xref": "paper"},
+        height=max(first.height, 320) + 60 + 24 * bool(first.key),
+        margin={"t": 60 if not first.controls else 90},
+        showlegend=bool(first.key),
+        legend={"orientation": "h", "x": 0, "y": 1.02, "yanchor": "bottom"},
+        meta={"alt": " ".join(part.alt for part in drawn)},
+    )
+    if first.controls:
+        figure.update_layout(updatemenus=[_buttons(first)])
+    return figure
+
+
+def _legend_entry(entry: figures.Key) -> graph_objects.Scatter:
+    is_line = entry.mark not in ("point", "cross")
+    return graph_objects.Scatter(
+        x=[None],
+        y=[None],
+        name=entry.label,
+        mode="lines" if is_line else "markers",
+        line={"color": entry.colour, "dash": entry.mark} if is_line else None,
+        marker={"color": entry.colour, "symbol": "x" if entry.mark == "cross" else "circle"},
+        hoverinfo="skip",
+    )
+
+
+def _buttons(drawn: Figure) -> dict[str, Any]:
+    """The buttons that show some traces in place of others."""
+    switched = sorted({trace for control in drawn.controls for trace in control["traces"]})
+    buttons = [
+        {
+            "label": control["label"],
+            "method": "restyle",
+            "args": [{"visible": [trace in control["traces"] for trace in switched]}, switched],
+        }
+        for control in drawn.controls
+    ]
+    return {"type": "buttons", "direction": "right", "x": 0, "y": 1.02, "yanchor": "bottom", "buttons": buttons}
+
+
+@singledispatch
+def _sets(shown: Any) -> list[Rows]:
+    """Training rows and, where there are any, test rows."""
+    raise TypeError(f"{type(shown).__name__} has no residuals")
+
+
+@_sets.register
+def _(result: CalibrationResult) -> list[Rows]:
+    kinds = result.model.joint_types
+    sets = (rows_of("Training", result.train, kinds), rows_of("Test", result.test, kinds))
+    return [rows for rows in sets if rows is not None]
+
+
+@_sets.register
+def _(found: Diagnosis) -> list[Rows]:
+    sets = (diagnosis_report.compared_rows(found, name, part)[0] for name, part in _PARTS)
+    return [rows for rows in sets if rows is not None]
+
+
+_PARTS = (("Training", "train"), ("Test", "test"))
+
+
+def _errors(shown: Any) -> list[Figure]:
+    sets = _sets(shown)
+    return calibration_report.accuracy_figures(sets)[:1] if sets else []
+
+
+def _histogram(shown: Any) -> list[Figure]:
+    sets = _sets(shown)
+    return calibration_report.accuracy_figures(sets)[1:] if sets else []
+
+
+def _residuals(shown: Any, over: str | None = None) -> list[Figure]:
+    sets = _sets(shown)
+    if not sets:
+        return []
+    rows = sets[0]
+    names = [variable.name for variable in rows.variables]
+    if over is not None and over not in names:
+        raise InvalidInput(f"the residuals can be drawn over {', '.join(names)}, got '{over}'")
+    trends = {v.name: trend(v.values, rows.residual) for v in rows.variables}
+    panels = residual_figures.trend_panels(rows, trends)
+    return [panel for panel in panels if over is None or panel.id == f"trend-{over}"][:1]
+
+
+def _workspace(shown: Any) -> list[Figure]:
+    arrows = residual_figures.arrows(_sets(shown))
+    base = np.asarray(shown.model.spec["base"]["xyz_mm"], float)
+    return [] if arrows is None else [workspace.scene(*arrows, base, "the measuring frame")]
+
+
+def _noise(shown: Any) -> list[Figure]:
+    sets = _sets(shown)
+    return [residual_figures.normal_plot(sets[0], shown.sigma_mm, shown.outliers)] if sets else []
+
+
+def _gap(found: Diagnosis) -> list[Figure]:
+    return [diagnosis_report.gap_figure(found)]
+
+
+def _effect(found: Diagnosis, name: str | None = None) -> list[Figure]:
+    named = {f.label: f for f in found.effects}
+    if name is None and named:
+        name = next(iter(named))
+    if name not in named:
+        given = f"found were {', '.join(named)}" if named else "no effect was found"
+        raise InvalidInput(f"there is no finding {name}; {given}" if name else given)
+    seen = partial_residuals.of_finding(partial_residuals.final_state(found), named[name])
+    return effect_figures.effect_figures(seen, named[name].owner, "effect")
+
+
+def _likeness(found: Diagnosis) -> list[Figure]:
+    drawn = diagnosis_report.confusion_figure(found)
+    return [] if drawn is None else [drawn]
+
+
+_CHARTS: dict[str, Any] = {
+    "errors": _errors,
+    "histogram": _histogram,
+    "residuals": _residuals,
+    "workspace": _workspace,
+    "noise": _noise,
+    "gap": _gap,
+    "effect": _effect,
+    "likeness": _likeness,
+}

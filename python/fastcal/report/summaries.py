@@ -1,0 +1,172 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Robots, data and results in a line and in a few lines: what commands print and notebooks show."""
+
+from __future__ import annotations
+
+from functools import singledispatch
+from pathlib import PurePath
+from typing import Any
+
+import numpy as np
+
+from fastcal.calibration.evaluation import Evaluation
+from fastcal.calibration.result import CalibrationResult
+from fastcal.measurements.dataset import Dataset
+from fastcal.report.formatting import plural
+from fastcal.report.words import listed
+from fastcal.robot.robot import Robot
+from fastcal.units import from_si
+
+_CONDITIONS = ("temperature", "time", "current", "wrench", "approach", "q_read")
+_MOST_ROWS = 20  # outliers that are listed
+
+
+@singledispatch
+def headline(shown: Any) -> str:
+    """What `repr` shows between the brackets."""
+    return str(_registered(headline, shown)(shown))
+
+
+@singledispatch
+def summary(shown: Any) -> list[str]:
+    """The lines of `summary()`."""
+    return list(_registered(summary, shown)(shown))
+
+
+def _registered(shows: Any, shown: Any) -> Any:
+    """The function for a diagnosis, whose rooms are entered only where there is one."""
+    import fastcal.report.diagnosis_summary  # noqa: F401  registers itself
+
+    found = shows.dispatch(type(shown))
+    if found is shows.dispatch(object):
+        raise TypeError(f"nothing is known of {type(shown).__name__}")
+    return found
+
+
+@headline.register
+def _(robot: Robot) -> str:
+    effects = [f"{entry['effect']}@{entry['owner']}" for entry in robot.spec.get("effects") or []]
+    identified = "" if robot.record is None else ", identified"
+    with_effects = f", {', '.join(effects)}" if effects else ""
+    return f"{robot.name}, {robot.joint_count} joints ({robot.kinematics}){identified}{with_effects}"
+
+
+@summary.register
+def _(robot: Robot) -> list[str]:
+    masses = [(joint.get("link") or {}).get("mass_kg") for joint in robot.spec["joints"]]
+    known = [mass for mass in masses if mass is not None]
+    lines = [
+        headline(robot),
+        f"reach: at most {robot.reach:.3f} m from base to tool",
+        f"link masses: {sum(known):.1f} kg in {len(known)} of {len(masses)} links" if known else "link masses: none",
+    ]
+    if robot.record is not None:
+        record = robot.record
+        lines.append(f"identified: {len(record.parameters)} parameters, noise of a coordinate {record.sigma_mm:.4f} mm")
+    return lines
+
+
+@headline.register
+def _(data: Dataset) -> str:
+    sizes = f"{plural(len(data), 'pose')} of {plural(data.q.shape[1], 'joint')}"
+    return f"{PurePath(data.source).name}, {sizes}; {listed(_measured(data))}"
+
+
+@summary.register
+def _(data: Dataset) -> list[str]:
+    lines = [headline(data)]
+    conditions = [name for name in _CONDITIONS if getattr(data, name) is not None]
+    if data.payload.any():
+        low, high = data.payload.min(), data.payload.max()
+        lines.append(f"payload: {low:g} to {high:g} kg" if high > low else f"payload: {low:g} kg")
+    if conditions:
+        lines.append(f"recorded with it: {listed([name.replace('q_read', 'joint read-back') for name in conditions])}")
+    for name, labels in (("stations", data.station_names), ("mounts", data.mount_names)):
+        if labels:
+            lines.append(f"{name}: {listed(list(labels))}")
+    if data.position is not None:
+        low, high = (from_si(edge(data.position, axis=0), "mm") for edge in (np.nanmin, np.nanmax))
+        box = " x ".join(f"{side:.0f}" for side in high - low)
+        lines.append(f"the measured points span {box} mm")
+    if data.extra or data.extra_labels:
+        lines.append(f"other columns: {listed([*data.extra, *data.extra_labels])}")
+    return lines
+
+
+@headline.register
+def _(found: Evaluation) -> str:
+    rms = "no position error" if found.after is None else f"RMS {found.after.to_mm()['rms']:.4f} mm"
+    return f"{PurePath(found.data.source).name}, {plural(len(found.data), 'pose')}, {rms}"
+
+
+@summary.register
+def _(found: Evaluation) -> list[str]:
+    return evaluation_lines(found, PurePath(found.data.source).name)
+
+
+def evaluation_lines(found: Evaluation, title: str) -> list[str]:
+    """What `fastcal evaluate` prints."""
+    figures = found.to_json_dict()
+    lines = [f"{title}: {figures['count']} rows"]
+    if figures["after_mm"] is not None:
+        after = figures["after_mm"]
+        sizes = ", ".join(f"{name} {after[name]:.4f} mm" for name in ("mean", "std", "rms", "max"))
+        lines.append(f"position error: {sizes}")
+    elif found.data.distance is not None:
+        lines.append("lengths are not judged: their anchors are known only during a calibration")
+    if (turn := figures.get("after_rotation_deg")) is not None:
+        sizes = ", ".join(f"{name} {turn[name]:.4f} deg" for name in ("mean", "rms", "max"))
+        lines.append(f"orientation error: {sizes}")
+    if (iso := figures.get("iso_9283")) is not None:
+        lines.append(
+            f"ISO 9283, {iso['poses']} poses visited {iso['visits']} times: "
+            f"mean AP {iso['accuracy_mm']['mean']:.4f} mm, mean RP {iso['repeatability_mm']['mean']:.4f} mm, "
+            f"noise of a coordinate {iso['sigma_mm']:.4f} mm"
+        )
+    return lines
+
+
+@headline.register
+def _(result: CalibrationResult) -> str:
+    state = result.status.replace("_", " ")
+    judged = result.test or result.train
+    on = "test" if result.test is not None else "training"
+    rms = "" if judged.after is None else f", RMS {judged.after.to_mm()['rms']:.4f} mm on {on} poses"
+    return f"{result.model.name}, {state}, {len(result.parameters)} parameters{rms}"
+
+
+@summary.register
+def _(result: CalibrationResult) -> list[str]:
+    rows = len(result.train.data)
+    state = result.status.replace("_", " ")
+    lines = [f"{result.model.name}: {state}, {len(result.parameters)} parameters identified from {rows} rows"]
+    for name, part in (("training", result.train), ("test", result.test)):
+        if part is not None and part.before is not None and part.after is not None:
+            before, after = part.before.to_mm(), part.after.to_mm()
+            lines.append(
+                f"error on {name} poses, {part.after.count} rows: RMS {before['rms']:.4f} mm before, "
+                f"{after['rms']:.4f} mm after; largest {before['max']:.4f} mm before, {after['max']:.4f} mm after"
+            )
+    lines.append(f"noise of a measured coordinate: {result.sigma_mm:.4f} mm ({result.sigma_note})")
+    lines.append(f"loss: {result.loss}" + ("" if result.loss == "none" else " (robust: outliers get less weight)"))
+    if result.unidentifiable:
+        count = len(result.unidentifiable)
+        some = "1 combination of parameters is" if count == 1 else f"{count} combinations of parameters are"
+        lines.append(f"{some} not identifiable; the first parameter of each is held at nominal:")
+        lines += [f"  {direction.direction}" for direction in result.unidentifiable]
+    return lines + outlier_lines(result.outliers)
+
+
+def outlier_lines(rows: list[int]) -> list[str]:
+    """The rows of outliers, cut where they are many; nothing where there are none."""
+    if not rows:
+        return []
+    listed_rows = ", ".join(map(str, rows[:_MOST_ROWS]))
+    more = f" and {len(rows) - _MOST_ROWS} more" if len(rows) > _MOST_ROWS else ""
+    return [f"outliers (data rows, counted from 0): {listed_rows}{more}"]
+
+
+def _measured(data: Dataset) -> list[str]:
+    kinds = (("positions", data.position), ("orientations", data.rotation), ("lengths", data.distance))
+    return [name for name, column in kinds if column is not None] or ["nothing measured"]

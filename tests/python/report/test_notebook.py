@@ -1,0 +1,139 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Robots, data and results in a shell and a notebook: short, right, and the charts of the report."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import plotly.graph_objects as go
+import pytest
+
+import fastcal
+from fastcal import CalibrationResult, Diagnosis, InvalidInput
+
+
+@pytest.fixture(scope="module")
+def found(hidden_backlash) -> Diagnosis:
+    return fastcal.diagnose(hidden_backlash.robot, hidden_backlash.data, test=hidden_backlash.test)
+
+
+@pytest.fixture(scope="module")
+def result(hidden_backlash) -> CalibrationResult:
+    return fastcal.calibrate(hidden_backlash.robot, hidden_backlash.data, test=hidden_backlash.test)
+
+
+def test_a_repr_is_one_short_line(hidden_backlash, result: CalibrationResult, found: Diagnosis) -> None:
+    for shown in (hidden_backlash.robot, hidden_backlash.data, result, result.train, found):
+        text = repr(shown)
+        assert text.startswith(f"<{type(shown).__name__}: ")
+        assert "\n" not in text
+        assert len(text) < 160
+    assert "backlash@joint3" in repr(found)
+    assert f"{result.test.after.to_mm()['rms']:.4f} mm on test poses" in repr(result)
+
+
+def test_a_summary_has_the_figures(result: CalibrationResult, found: Diagnosis) -> None:
+    text = result.summary()
+    for size in (result.train.before.rms, result.train.after.rms, result.test.after.rms, result.sigma):
+        assert f"{1e3 * size:.4f} mm" in text
+    assert f"RMS {found.gap[-1].train_rms_mm:.4f} mm" in found.summary()
+    assert found.sentence in found.summary()
+    assert "ISO" not in result.train.summary()
+
+
+def test_a_table_for_each(hidden_backlash, result: CalibrationResult, found: Diagnosis) -> None:
+    robot = hidden_backlash.robot
+    joints = robot.to_frame()
+    assert list(joints.index) == [f"joint{i}" for i in range(1, robot.joint_count + 1)]
+    parameters = result.to_frame()
+    assert list(parameters["value"]) == [p.value for p in result.parameters]
+    assert ((parameters["low_95"] < parameters["value"]) & (parameters["value"] < parameters["high_95"])).all()
+    errors = result.train.to_frame()
+    assert np.sqrt(np.mean(errors["error_mm"] ** 2)) == pytest.approx(result.train.after.to_mm()["rms"])
+    (row,) = found.to_frame().to_dict("records")
+    assert (row["effect"], row["parameter"]) == ("backlash", "gap_rad")
+    assert row["value"] == found.effects[0].parameters["gap_rad"].value
+
+
+def test_html_is_escaped_and_not_long(hidden_backlash, result: CalibrationResult, found: Diagnosis) -> None:
+    for shown in (hidden_backlash.robot, hidden_backlash.data, result, result.train, found):
+        assert len(shown._repr_html_()) < 12_000
+    named = fastcal.load_robot(hidden_backlash.robot.spec | {"name": "<script>x</script>"})
+    assert "<script>" not in named._repr_html_()
+
+
+@pytest.mark.parametrize("kind", ["errors", "histogram", "residuals", "workspace", "noise"])
+def test_the_charts_of_the_report_are_plotly_figures(result: CalibrationResult, found: Diagnosis, kind: str) -> None:
+    for shown in (result, found):
+        figure = getattr(shown, f"plot_{kind}")()
+        assert isinstance(figure, go.Figure)
+        drawn = json.loads(figure.to_json())
+        assert any(trace.get("x") for trace in drawn["data"])
+        assert drawn["layout"]["meta"]["alt"]
+
+
+def test_residuals_over_a_variable(result: CalibrationResult) -> None:
+    assert result.plot_residuals("q2").layout.xaxis.title.text == "joint 2 (°)"
+    with pytest.raises(InvalidInput, match=r"can be drawn over q1, .*, got 'q9'"):
+        result.plot_residuals("q9")
+
+
+def test_a_diagnosis_draws_its_gap_and_its_effect(found: Diagnosis, hidden_backlash) -> None:
+    bars = found.plot_gap().data[0]
+    assert bars.x[0] == pytest.approx(found.gap[0].test_rms_mm)
+    effect = found.plot_effect("backlash@joint3")
+    fitted = [trace for trace in effect.data if trace.mode == "lines" and trace.y is not None and len(trace.y) == 2]
+    levels = sorted(float(trace.y[0]) for trace in fitted if trace.y[0] is not None)
+    unit = {"arcmin": 60 * 180 / np.pi, "arcsec": 3600 * 180 / np.pi, "mrad": 1e3, "°": 180 / np.pi}
+    text = effect.layout.yaxis.title.text
+    scale = next(size for name, size in unit.items() if f"({name})" in text)
+    assert levels[-1] - levels[0] == pytest.approx(scale * abs(found.effects[0].parameters["gap_rad"].value), rel=0.05)
+    with pytest.raises(InvalidInput, match="there is no finding gear@joint1; found were backlash@joint3"):
+        found.plot_effect("gear@joint1")
+
+
+def test_one_way_to_write(result: CalibrationResult, found: Diagnosis, tmp_path: Path) -> None:
+    result.save(tmp_path / "calibration")
+    found.save(tmp_path / "diagnosis")
+    assert {p.name for p in (tmp_path / "calibration").iterdir()} == {"model.yaml", "result.json", "report.html"}
+    assert {"model.yaml", "diagnosis.json", "report.html"} <= {p.name for p in (tmp_path / "diagnosis").iterdir()}
+    for shown in (result, found):
+        fastcal.write_report(shown, tmp_path / "page.html")
+        assert shown.model.name in (tmp_path / "page.html").read_text(encoding="utf-8")
+    with pytest.raises(InvalidInput, match="expected a CalibrationResult or a Diagnosis, got Robot"):
+        fastcal.write_report(result.model, tmp_path / "page.html")  # type: ignore[arg-type]
+
+
+def test_paths_tables_and_names_are_read(hidden_backlash, result: CalibrationResult, tmp_path: Path) -> None:
+    robot, data = hidden_backlash.robot, hidden_backlash.data
+    robot.save(tmp_path / "robot.yaml")
+    fastcal.write_measurements(tmp_path / "data.csv", data, robot.joint_types)
+    for given in (
+        tmp_path / "data.csv",
+        str(tmp_path / "data.csv"),
+        fastcal.load_measurements(tmp_path / "data.csv", robot).to_frame(),
+    ):
+        again = fastcal.calibrate(str(tmp_path / "robot.yaml"), given)
+        assert again.train.after.rms == pytest.approx(result.train.after.rms, rel=1e-9)
+    assert fastcal.evaluate(result.model, tmp_path / "data.csv").after.rms == pytest.approx(result.train.after.rms)
+    assert len(fastcal.predict(result.model, tmp_path / "data.csv").position) == len(data)
+
+
+@pytest.mark.parametrize(
+    ("slip", "message"),
+    [
+        (lambda r, d, c: fastcal.calibrate(d, r), "the robot comes first and the data second, got a Dataset"),
+        (lambda r, d, c: fastcal.calibrate(r, r), "the robot comes first and the data second, got a Robot"),
+        (lambda r, d, c: fastcal.calibrate(c, d), "got a CalibrationResult; its robot is its attribute .model"),
+        (lambda r, d, c: fastcal.diagnose(r, [1, 2]), "path of a measurement file or a pandas table, got list"),
+        (lambda r, d, c: fastcal.evaluate(7, d), "name of a shipped arm, got int"),
+        (lambda r, d, c: fastcal.calibrate(r, "no_such.csv"), "no_such.csv: cannot be read"),
+        (lambda r, d, c: fastcal.load_robot(3.5), "expected a robot file, .*, got float"),
+    ],
+)
+def test_a_slip_of_type_says_what_was_meant(hidden_backlash, result: CalibrationResult, slip, message: str) -> None:
+    with pytest.raises(InvalidInput, match=message):
+        slip(hidden_backlash.robot, hidden_backlash.data, result)
