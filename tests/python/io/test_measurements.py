@@ -116,7 +116,7 @@ def test_joints_somewhat_outside_their_limits_are_told(file: Callable[..., Path]
     data = load_measurements(file("q1_deg,q2_mm,x_mm,y_mm,z_mm", "190,-2,1,2,3", "200,5,1,2,3"), ARM)
     assert data.notes == (
         "joint 1 is outside its limits in 2 rows, by 20 deg at most",
-        "joint 2 is outside its limits in 1 rows, by 2 mm at most",
+        "joint 2 is outside its limits in 1 row, by 2 mm at most",
     )
 
 
