@@ -29,7 +29,7 @@ Support = int | tuple[int, str]
 
 
 class BeamFrame:
-    """What a frame of beams is, apart from where its nodes stand.
+    """What a frame of beams is, apart from the positions of its nodes.
 
     E elements, M nodes, B displacements of a node. Of a section's numbers, one is meant for all elements.
 
@@ -136,8 +136,8 @@ class BeamFrame:
             load: Forces and moments on the nodes in global axes, (N, M, 3) or (N, M, 6) [N, N m]; (M, 3) or (M, 6)
                 for all postures.
             gravity: (2,) or (3,), or one for each posture [m/s^2]. None: 9.80665 along -y in the plane, -z in space.
-            up: In space, a direction in the local x-z plane on the side of +z, that tells y from z: (3,), (E, 3) or
-                (N, E, 3). None: global z; an element whose y and z are alike needs none.
+            up: In space, a direction in the local x-z plane on the side of +z, that distinguishes y from z: (3,),
+                (E, 3) or (N, E, 3). None: global z; an element whose y and z are alike needs none.
             angle_rad: (N,) where a StiffnessTable is to be read.
             extension_m: (N,) likewise.
             stiffness: {element: K} or {element: (N, ...) K} for elements that were given with None, or instead.

@@ -35,8 +35,8 @@ class Compensation:
     Attributes:
         q: (N, n) joint positions to command [rad or m]; of the nearest pose where the target is not reached, NaN for a
             bad target.
-        status: (N,) reached, limit, unreachable, singular or bad_target, as `inverse_kinematics` says them.
-        position_error: (N,) distance [m] that the model says is left, NaN for a bad target.
+        status: (N,) reached, limit, unreachable, singular or bad_target, as `inverse_kinematics` gives them.
+        position_error: (N,) remaining distance [m] by the model, NaN for a bad target.
         rotation_error: (N,) angle [rad] that is left.
         sigma: (N,) standard deviation [m] of a coordinate of the predicted point, the root mean square of the three
             that `predict` gives; NaN for a robot that was not calibrated.
@@ -62,7 +62,7 @@ class Compensation:
 
     @property
     def reached(self) -> NDArray[np.bool_]:
-        """(N,) does the tool stand at its target, in a singular posture or not?"""
+        """(N,) is the tool at its target, in a singular posture or not?"""
         return np.asarray((self.status == "reached") | (self.status == "singular"))
 
 
@@ -88,7 +88,7 @@ def compensate(
         targets: (N, 4, 4) poses of the tool in the measuring frame, or `Targets`.
         seed: (n,) for the first row or (N, n), NaN where there is none.
         nominal: What the controller believes; None: what the model keeps of it.
-        method: `full`: iterated until the model's tool stands at the target; `one-step`: the SR210D paper's.
+        method: `full`: iterated until the model's tool is at the target; `one-step`: the SR210D paper's.
         along_path: The rows are a path: each keeps the configuration of the one before. False: single points, each by
             itself.
         hold: Joints, counted from 1, that stay where the first row's are (without a path: where each seed has them): a

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Where the nominal robot stands at the targets of a program, in the configurations that the program asks for."""
+"""Joint positions of the nominal robot at the targets of a program, in the configurations that the program asks for."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ FloatArray = NDArray[np.float64]
 
 _TURN = 2 * np.pi
 _SEEDS = 256  # quasi-random postures, from which all (at most eight) solutions of a pose are found
-_EDGE = 0.01  # rad by which a joint may miss the range that a word says: words are rounded too
+_EDGE = 0.01  # rad by which a joint may miss the range that a word names: words are rounded too
 _SAME = 1e-4  # rad: two solutions that are one
 
 
@@ -27,7 +27,7 @@ class Configurations:
 
     Args:
         nominal: The robot as its controller has it.
-        language: How the program says configurations.
+        language: How the program names configurations.
     """
 
     def __init__(self, nominal: Robot, language: Language) -> None:
@@ -44,7 +44,7 @@ class Configurations:
     def solve(
         self, target: Target, T_world_tool: FloatArray, before: FloatArray | None
     ) -> tuple[FloatArray, str | None]:
-        """Joint positions (n,) of a pose, and what to say of them.
+        """Joint positions (n,) of a pose, and notes on them.
 
         Args:
             target: Whose words ask for a configuration.
@@ -88,7 +88,7 @@ class Configurations:
         return ways
 
     def _turned(self, q: FloatArray, target: Target, before: FloatArray | None) -> FloatArray:
-        """The solution with whole turns added: into the ranges that the words say, else near the target before."""
+        """The solution with whole turns added: into the ranges that the words name, else near the previous target."""
         ranges: Mapping[int, tuple[float, float]] = self.language.asked_turns(target)
         out = q.copy()
         for joint, kind in enumerate(self.nominal.joint_types):

@@ -3,7 +3,7 @@
 """One configuration along a path: each row's joints from those of the row before, so that nothing jumps.
 
 A row far from the one before is reached through poses between the two, on the straight line and the least turn; where
-that way leaves the workspace, the row is sought by itself and told.
+that way leaves the workspace, the row is searched on its own and noted.
 """
 
 from __future__ import annotations

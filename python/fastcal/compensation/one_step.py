@@ -28,7 +28,7 @@ def one_step(
 ) -> FloatArray:
     """Commands (N, n) for poses (N, 4, 4) that the nominal robot reaches at q (N, n); joints in `hold` (from 1) stay.
 
-    The rest of the arguments are the conditions of `Robot.forward`.
+    The other arguments are the conditions of `Robot.forward`.
     """
     e = pose_errors(poses, model.forward(q, **conditions))
     J = np.asarray(_core.joint_jacobian(nominal.error_model, nominal.conditions(q)))

@@ -3,7 +3,7 @@
 """How far the tool is from its path between the points of a program, without and with compensation.
 
 Only the points are compensated; between them the controller drives lines or arcs of its nominal robot. So the error
-between them is not zero, and tells how close points must be. ISO 9283 calls the largest distance of the attained from
+between them is not zero, and shows how close points must be. ISO 9283 calls the largest distance of the attained from
 the commanded path, square to it, the path accuracy.
 """
 

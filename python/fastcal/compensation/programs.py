@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""A robot program with its targets changed so that the calibrated robot goes where the program says.
+"""A robot program with its targets changed so that the calibrated robot goes where the program intends.
 
-A target says where the controller's nominal robot is to be. With q_n its joints there, q_c the joints that bring the
+A target is a pose of the controller's nominal robot. With q_n its joints there, q_c the joints that bring the
 identified robot's flange to the same pose, a joint target becomes q_c, and a cartesian one the pose f_nominal(q_c): the
 controller, which only knows nominal kinematics, then commands q_c by itself.
 """
@@ -44,7 +44,7 @@ class CompensatedProgram:
     Attributes:
         documents: Its files, in which nothing but numbers of targets (and words of their configuration) changed.
         targets: Those of the program.
-        nominal_q: (N, n) where the controller's robot stands at each target [rad or m].
+        nominal_q: (N, n) joint positions of the controller's robot at each target [rad or m].
         q: (N, n) what it is commanded instead.
         error: (N,) distance [m] by which the tool would miss each target without the change.
         notes: What was assumed and what is left as it is, a sentence each.
@@ -73,7 +73,7 @@ def compensate_program(
     Args:
         model: A calibrated robot.
         program: As `fastcal.programs.read_program` gives it.
-        cell: Tools, frames and where base and flange are, where the program does not say them.
+        cell: Tools, frames and where base and flange are, where the program does not define them.
         nominal: What the controller believes; None: what the model keeps of it.
         method: `full` or `one-step`, as in `compensate`.
         threads: Cores; the result does not depend on it.
@@ -115,7 +115,7 @@ def compensate_program(
 
 
 class _Places:
-    """Between what targets say and where the model's tool is in the measuring frame."""
+    """Between the numbers of targets and the pose of the model's tool in the measuring frame."""
 
     def __init__(self, robot: Robot, nominal: Robot, program: Program, cell: Cell) -> None:
         self.robot, self.nominal, self.program = robot, nominal, program
@@ -123,11 +123,11 @@ class _Places:
         self.frames = Frames(program, cell, self.T_last_tool)
 
     def world(self, place: int, T_frame_tool: FloatArray) -> FloatArray:
-        """T_world_tool of the model for what a target says."""
+        """T_world_tool of the model for the numbers of a target."""
         return np.asarray(self.T_world_base @ self.frames.to_base(place, T_frame_tool) @ self.T_last_tool)
 
     def said(self, place: int, T_world_tool: FloatArray) -> FloatArray:
-        """What a target says where the model's tool is there; the inverse of `world`."""
+        """The numbers of a target at which the model's tool is there; the inverse of `world`."""
         T_base_last = se3.inverse(self.T_world_base) @ T_world_tool @ se3.inverse(self.T_last_tool)
         return self.frames.from_base(place, T_base_last)
 
@@ -147,7 +147,7 @@ def _order(program: Program) -> list[int]:
 
 
 def _nominal_joints(places: _Places, order: Sequence[int]) -> tuple[FloatArray, list[str]]:
-    """(N, n) where the controller's robot stands at the targets."""
+    """(N, n) joint positions of the controller's robot at the targets."""
     program, nominal = places.program, places.nominal
     configurations = Configurations(nominal, program.language)
     q = np.zeros((len(program.targets), nominal.joint_count))
@@ -193,7 +193,7 @@ def _approaches(q: FloatArray, order: Sequence[int]) -> FloatArray:
 
 
 def _changes(places: _Places, q_nominal: FloatArray, q: FloatArray) -> tuple[list[tuple[Word, str]], list[str]]:
-    """The new text of every target, and what to say of configurations whose words had to change."""
+    """The new text of every target, and notes on configurations whose words had to change."""
     program, language = places.program, places.program.language
     arm = Configurations(places.nominal, language).arm
     changes: list[tuple[Word, str]] = []

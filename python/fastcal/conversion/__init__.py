@@ -177,7 +177,7 @@ def _notes(spec: Spec, geometry: _Geometry) -> tuple[str, ...]:
         if spec["wrench_frame"] == frame and not _is_identity(se3.pose(moved[:3, :3])):
             notes.append(f"the {frame} frame was turned: fx_n ... mz_nm are read along its new axes")
     if spec.get("structure"):
-        notes.append("the structure's nodes stand in frames of the old kind: it was left out")
+        notes.append("the structure's nodes are fixed to frames of the old form: it was left out")
     if spec.get("calibration"):
         notes.append("the uncertainties of the identified parameters belong to the old kind and were left out")
     return tuple(notes)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""What all four kinds of robot file say: joint axes as screws, the flange and the bodies, in the base frame at q = 0.
+"""The common content of all robot files: joint axes as screws, the flange and the bodies, in the base frame at q = 0.
 
 T_base_flange(q) = exp(S_1 q_1) ... exp(S_n q_n) home (Brockett's product of exponentials). Written from the formulas of
 the file format and not from the C++ core, so that each is the other's oracle.
@@ -30,7 +30,7 @@ class Body:
     inertia: Array | None
 
     def moved(self, T: Array) -> Body:
-        """The same body seen from the frame in which its present frame stands at T."""
+        """The same body seen from the frame in which its present frame is at T."""
         R = T[:3, :3]
         inertia = None if self.inertia is None else R @ self.inertia @ R.T
         return Body(self.mass, R @ self.com + T[:3, 3], inertia)

@@ -21,7 +21,7 @@ from fastcal.robot.se3 import Array
 
 _EXACT = 1e-13  # [m] and [rad]: below this two lines meet, two directions are one
 _PARALLEL = 1e-3  # sine of an angle at which a measured axis may as well be parallel
-_ABEAM = 0.1  # cosine of theta at which +90 and -90 degrees are told apart by the next axis and not by theta
+_ABEAM = 0.1  # cosine of theta at which +90 and -90 degrees are distinguished by the next axis and not by theta
 _SHORT = 0.01  # a length that is not a link's but an error's, as a part of the arm
 _LEVER = 10.0  # an axis tilted by 1 mrad may shift d by a hundredth of the arm, not more
 

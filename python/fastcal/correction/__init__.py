@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""What a trained residual model says, by numpy alone: displacement of the tool, how sure, and where it holds back.
+"""A trained residual model evaluated by numpy alone: displacement of the tool, its uncertainty, and where it fades out.
 
     p_corrected = p_model(q, load) + w(q, load) d(q, load)
 

@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.correction.applicability import Guard
 from fastcal.correction.experts import Expert
-from fastcal.correction.guard import Guard
 from fastcal.correction.inputs import Inputs
 from fastcal.correction.uncertainty import Uncertainty
 
@@ -19,7 +19,7 @@ FloatArray = NDArray[np.float64]
 
 
 class Corrected(NamedTuple):
-    """What a correction says of N rows.
+    """A correction evaluated at N rows.
 
     Attributes:
         displacement: (N, 3) to be added to the predicted point [m].

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.correction.applicability import Guard
 from fastcal.correction.correction import Correction
 from fastcal.correction.experts import AxisNetworks, BoostedTrees, ClassifiedNetworks, Expert, Neighbours
-from fastcal.correction.guard import Guard
 from fastcal.correction.joints import GaussianProcess, JointNetwork
 from fastcal.correction.packing import Packed, Tensors, setting
 from fastcal.correction.uncertainty import Uncertainty

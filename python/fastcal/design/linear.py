@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""The design problem as a linear one: rows of derivatives, divided by noise, of the parameters that can be told.
+"""The design problem as a linear one: rows of derivatives, divided by noise, of the identifiable parameters.
 
 Columns are scaled by plausible sizes. Beforehand each parameter is taken as known to ten plausible sizes, as the gauge
-of a calibration takes it: a parameter that data can't tell better than that is held.
+of a calibration takes it: a parameter that data can't determine better than that is held.
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ _SAMPLE = 2000  # candidates by which the gauge is chosen
 
 @dataclass(frozen=True, eq=False)
 class LinearProblem:
-    """What a measured posture tells of a model's parameters.
+    """The information of a measured posture on a model's parameters.
 
     Attributes:
         model: The robot with the effects to identify.
         sigma: Standard deviation of a measured coordinate [m].
         sigma_rotation: Of the orientation about each axis [rad]; None: positions alone are measured.
         free: Indices of the model's parameters that are identified.
-        unidentifiable: What the candidates together can't tell, in words.
+        unidentifiable: What all candidates together can't determine, in words.
         threads: Cores to use.
     """
 

@@ -23,7 +23,7 @@ FloatArray = NDArray[np.float64]
 
 
 def rival_entries(separate: Sequence[str], robot: Robot) -> list[list[Spec]]:
-    """Entries of each effect that is to be told from the others."""
+    """Entries of each effect that is to be separated from the others."""
     out = []
     for text in separate:
         geometry, entries = parse_effects([text], robot.core)
@@ -36,7 +36,7 @@ def rival_entries(separate: Sequence[str], robot: Robot) -> list[list[Spec]]:
 
 
 def planned_model(robot: Robot, effects: str | Sequence[str], rivals: list[list[Spec]]) -> tuple[Robot, bool]:
-    """The robot with all effects that the poses are to tell, and is its geometry among them?
+    """The robot with all effects that the poses are to determine, and is its geometry among them?
 
     Raises:
         InvalidInput: An effect needs a condition that a design cannot choose.
@@ -52,7 +52,7 @@ def planned_model(robot: Robot, effects: str | Sequence[str], rivals: list[list[
         for column in needs:
             if column.rstrip("0123456789") not in ("payload", "approach"):
                 raise InvalidInput(
-                    f"{label(entry)} is told by '{column.removeprefix('extra:')}', which no choice of poses varies"
+                    f"{label(entry)} depends on '{column.removeprefix('extra:')}', which no choice of poses varies"
                 )
     return model, geometry
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Which poses to measure, so that a calibration tells most: optimal design over postures, payloads and directions.
+"""Which poses to measure for the most informative calibration: optimal design over postures, payloads and directions.
 
 M = M_0 + sum J_c^T J_c        O1 ~ det M        mean predicted variance = tr(M^-1 B), B = mean J_t^T J_t of targets
 """
@@ -71,7 +71,7 @@ def design_poses(
         candidate_count: Candidates at most, of a grid or a draw and of its combinations with payloads and directions.
         surroundings: Keep-out boxes, region, tracker.
         payloads: Masses at hand [kg]; each pose gets one of them.
-        separate: Two or more effects, such as "joint_compliance@joint2", that half of the poses are to tell apart.
+        separate: Two or more effects, such as "joint_compliance@joint2", that half of the poses are to separate.
         measured: Poses measured already, which count as known.
         until_sigma: Stop at the fewest poses found with which the standard deviation of a predicted coordinate, root of
             the mean square over the targets, is at most this [m].
@@ -94,11 +94,11 @@ def design_poses(
         raise InvalidInput(f"count must be at least 1 and restarts at least 0, got {count} and {restarts}")
     if until_sigma is not None and (separate or not until_sigma > 0):
         raise InvalidInput(f"until_sigma must be above 0 and goes without separate, got {until_sigma}")
-    say = progress or (lambda text: None)
+    progress = progress or (lambda text: None)
     rivals = rival_entries(separate, robot)
     model, geometry = planned_model(robot, effects, rivals)
 
-    say("gathering candidates")
+    progress("gathering candidates")
     everywhere, obstacle = _candidates(
         model, candidates, candidate_count, surroundings or Surroundings(), payloads, seed, threads
     )
@@ -108,12 +108,12 @@ def design_poses(
         why = ", ".join(f"{number} {reason}" for reason, number in rejected.items()) or "none was refused"
         raise InvalidInput(f"{count} poses were asked for, and {len(pool)} candidates can be measured: {why}")
 
-    say("linearizing")
+    progress("linearizing")
     problem = linear_problem(
         model, pool, count, geometry=geometry, sigma=noise, sigma_rotation=sigma_rotation, seed=seed, threads=threads
     )
     if not problem.free:
-        raise InvalidInput("the candidates can tell none of the parameters asked for")
+        raise InvalidInput("no parameter asked for is identifiable from the candidates")
     rows = problem.rows(pool)
     known = problem.known_before
     if measured is not None:
@@ -131,12 +131,12 @@ def design_poses(
         threads=threads,
     )
 
-    say(f"choosing {count} of {len(pool)} poses")
-    told: Separation | None = None
+    progress(f"choosing {count} of {len(pool)} poses")
+    separated: Separation | None = None
     if rivals:
         found = search.run(count - int(_SEPARATING * count))
-        told = _separated(problem, pool, rows, search, found, rivals, count - len(found.members))
-        found = Found([*found.members, *told.chosen])
+        separated = _separated(problem, pool, rows, search, found, rivals, count - len(found.members))
+        found = Found([*found.members, *separated.chosen])
     elif until_sigma is not None:
         found = search.fewest(count, until_sigma)
     else:
@@ -148,7 +148,7 @@ def design_poses(
     indices = observability_indices(measured_rows, len(ordered))
     unseen = indices["O1"] == 0 and measured is None
     if unseen:
-        notes += [f"{len(ordered)} poses do not tell all {len(problem.free)} parameters: the rest is taken as nominal"]
+        notes += [f"{len(ordered)} poses do not identify all {len(problem.free)} parameters: the others stay nominal"]
     return PoseDesign(
         q=ordered.q,
         payload=ordered.payload,
@@ -163,7 +163,7 @@ def design_poses(
         candidate_count=len(pool),
         rejected=rejected,
         enough=until_sigma is None or reached <= until_sigma,
-        separation=told,
+        separation=separated,
         notes=notes,
     )
 
@@ -193,7 +193,7 @@ def _separated(
     rivals: list[list[Spec]],
     count: int,
 ) -> Separation:
-    """Poses that tell the rivals apart, besides those of `first`; indices into the pool."""
+    """Poses that separate the rivals, besides those of `first`; indices into the pool."""
     places = problem.places_of(rivals)
     common = [i for i in range(len(problem.free)) if problem.free[i] not in {c for own in places for c in own}]
     left = np.setdiff1d(np.arange(len(pool)), first.members)
@@ -201,7 +201,7 @@ def _separated(
     causes = [problem.rows(pool, own).reshape(len(pool), k, -1) for own in places]
     blocks = [rows.reshape(len(pool), k, -1)[:, :, common], *causes]
     done = np.concatenate([block[first.members].reshape(len(first.members) * k, -1) for block in blocks], axis=1)
-    told = separating_poses(
+    found = separating_poses(
         blocks[0][left],
         [cause[left] for cause in causes],
         [np.eye(cause.shape[2]) for cause in causes],  # columns are scaled by plausible sizes
@@ -209,7 +209,7 @@ def _separated(
         prior=done.T @ done,
         threads=problem.threads,
     )
-    return told.of(left)
+    return found.of(left)
 
 
 def _checked_sigma(robot: Robot, sigma: float | None) -> float:

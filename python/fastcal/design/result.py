@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""The poses that a design chose, in the order in which to visit them, and what a calibration with them would tell."""
+"""The poses that a design chose, in the order of visiting, and what a calibration with them would determine."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ class PoseDesign:
         sigma: Predicted standard deviation of a coordinate at the targets, root of the mean square [m].
         efficiency: The criterion reaches surely this share of what any choice of as many candidates could; None where
             no bound is known.
-        parameters: Names of the parameters that the poses tell.
+        parameters: Names of the parameters identifiable from the poses.
         deviations: (P,) their predicted standard deviations, SI.
-        unidentifiable: What no pose tells, in words.
-        separation: What the poses that tell effects apart gain; indices are those of the candidates. None: not asked.
+        unidentifiable: What no pose determines, in words.
+        separation: What the poses that separate effects gain; indices are those of the candidates. None: not asked.
         enough: Was `until_sigma` reached? True where it was not asked for.
         candidate_count: Candidates that could be measured.
         rejected: Why how many others could not.

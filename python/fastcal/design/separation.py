@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Which poses tell one cause of error from another: T-optimality, from Jacobian blocks alone.
+"""Which poses separate one cause of error from another: T-optimality, from Jacobian blocks alone.
 
     D_ij = |P C_i b_i|^2,  P the projection across [A, C_j]
 
@@ -62,10 +62,10 @@ def separating_poses(
     level: float = LEVEL,
     threads: int = 1,
 ) -> Separation:
-    """Chooses candidates that best tell m causes of error from one another.
+    """Chooses candidates that best separate m causes of error.
 
     Greedy on sum over i != j of log(1 + D_ij); each candidate's gain is exact. Before anything was measured, those that
-    tell most of the parameters come first.
+    determine most of the parameters come first.
 
     Args:
         common: (N, k, p) derivatives of what a candidate measures by the parameters that are identified in any case,
@@ -76,7 +76,7 @@ def separating_poses(
         count: Candidates to choose; each at most once.
         prior: Information J^T J (P, P) of the data measured already, on [common, causes ...] in this order, P their
             sum; None: nothing was measured yet.
-        until_power: Stop where each pair is told apart with this probability.
+        until_power: Stop where each pair is separated with this probability.
         level: Of the test.
         threads: Cores; the result does not depend on it.
 

@@ -34,7 +34,7 @@ def branches(
 ) -> InverseKinematics:
     """The solutions of one target, a row each: those of the chain without effects, followed to the whole model.
 
-    A row's status says what became of its branch on the model; a branch that the effects push over a limit has
+    A row's status is the outcome of its branch on the model; a branch that the effects push over a limit has
     "limit". Whole turns are taken out of every joint as far as that brings it nearer to `near`.
 
     Args:

@@ -36,7 +36,7 @@ class InertiaLoad:
 
     Attributes:
         position: (n, K) positions of each joint [rad or m].
-        load: (n, K) mean inertia about the revolute joints while the joint stands there [kg m^2].
+        load: (n, K) mean inertia about the revolute joints with the joint there [kg m^2].
         slope: (n,) mean size of the load's change by the joint [kg m^2 a rad or m].
         sensitivity: (n,) S, mean motion of the tool's point by the joint [m a rad or m].
         index: (n,) slope over sensitivity [kg m].
@@ -61,7 +61,7 @@ class InertiaLoad:
 
     @property
     def is_singled_out(self) -> bool:
-        """Does the largest index stand above the next by more than three standard errors of their difference?"""
+        """Does the largest index exceed the next by more than three standard errors of their difference?"""
         second, first = np.argsort(self.index)[-2:]
         gap = self.index[first] - self.index[second]
         return bool(gap > 3 * np.hypot(self.index_error[first], self.index_error[second]))
@@ -85,7 +85,7 @@ def inertia_load(robot: Robot, *, points: int = 512, scrambles: int = 8, seed: i
     if points < 2 or points & (points - 1):
         raise InvalidInput(f"points must be a power of 2, got {points}")
     if scrambles < 2:
-        raise InvalidInput(f"scrambles must be at least 2, or there is no error to tell, got {scrambles}")
+        raise InvalidInput(f"scrambles must be at least 2, to estimate an error, got {scrambles}")
     low, high = robot.limits.T
     turns = np.array([kind == "revolute" for kind in robot.joint_types])
     bare = Robot(robot.spec | {"effects": []})
@@ -109,7 +109,7 @@ def inertia_load(robot: Robot, *, points: int = 512, scrambles: int = 8, seed: i
 
 
 def _loads(robot: Robot, q: FloatArray, joint: int, at: FloatArray, turns: NDArray[np.bool_]) -> FloatArray:
-    """(K,) mean inertia about the revolute joints while one joint stands at each of K positions."""
+    """(K,) mean inertia about the revolute joints with one joint at each of K positions."""
     out = np.empty(len(at))
     here = q.copy()
     for k, x in enumerate(at):

@@ -56,7 +56,7 @@ class InverseKinematics:
 
     @property
     def reached(self) -> NDArray[np.bool_]:
-        """(N,) does the tool stand at the target, in a singular posture or not?"""
+        """(N,) is the tool at the target, in a singular posture or not?"""
         return np.asarray((self.status == "reached") | (self.status == "singular"))
 
     @cached_property

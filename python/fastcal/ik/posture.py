@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""In which of its configurations an arm stands: shoulder, elbow, wrist.
+"""The configuration of an arm: shoulder, elbow, wrist.
 
 An arm with a shoulder (axis 2), a parallel elbow (axis 3) and a wrist centre (axes 4 and 5 meet) reaches a pose in up
 to eight ways, two at each of three singularities: the wrist centre above axis 1, in the plane of axes 2 and 3, q5 = 0.
-On which side of each it stands is the sign of
+The side of each is the sign of
 
     shoulder  (w - p1) . (z2 x z1)           w the point of axis 5 nearest to axis 6
     elbow     z2 . ((p3 - p2) x (c - p2))    c the point of axis 5 nearest to axis 4
@@ -33,7 +33,7 @@ _WORDS = (("front", "back"), ("up", "down"), ("positive", "negative"))
 
 @dataclass(frozen=True)
 class Posture:
-    """Which side of the three singularities; None where the arm does not tell.
+    """Side of each of the three singularities; None where the arm has no such distinction.
 
     Attributes:
         behind: Is the wrist centre behind axis 1?
@@ -65,19 +65,19 @@ class Arm:
             self._up = self._ahead * self._upright(axes)
 
     def posture(self, q: FloatArray) -> Posture:
-        """Where q (n,) stands."""
+        """The posture of q (n,)."""
         behind, down, negative = self.sides(q[np.newaxis])[0].tolist()
         return Posture(behind if self._ahead else None, not down if self._up else None, negative)
 
     def sides(self, q: FloatArray) -> BoolArray:
-        """(N, 3) for q (N, 6): behind, elbow down, wrist negative; False where the arm does not tell."""
+        """(N, 3) for q (N, 6): behind, elbow down, wrist negative; False where the arm has no such distinction."""
         axes = _Axes(self.robot, q)
         return np.column_stack([axes.ahead() * self._ahead < 0, axes.bent() * self._up < 0, np.sin(q[:, 4]) < 0])
 
     def words(self, q: FloatArray) -> NDArray[np.str_]:
-        """(N,) for q (N, 6), such as "front up positive"; "-" for what the arm does not tell."""
-        tells = (bool(self._ahead), bool(self._up), True)
-        pairs = [pair if told else ("-", "-") for pair, told in zip(_WORDS, tells, strict=True)]
+        """(N,) for q (N, 6), such as "front up positive"; "-" where the arm has no such distinction."""
+        known = (bool(self._ahead), bool(self._up), True)
+        pairs = [pair if defined else ("-", "-") for pair, defined in zip(_WORDS, known, strict=True)]
         table = np.array([" ".join(pair[side >> k & 1] for k, pair in enumerate(pairs)) for side in range(8)])
         return np.asarray(table[self.sides(q) @ [1, 2, 4]])
 
@@ -111,8 +111,9 @@ def configurations(robot: Robot, q: ArrayLike) -> NDArray[np.str_]:
     """(N,) the configuration of a 6R arm at joint positions (N, 6): shoulder, elbow, wrist.
 
     "front" or "back": the wrist centre on the side of axis 1 where it is at q = 0, or beyond; "up" or "down": the side
-    of the lower arm on which it is; "positive" or "negative": joint 5. "-" stands for what the arm does not tell, and
-    all of it is "" where the arm has not six turning joints with axis 3 along axis 2 and axis 5 through axis 4.
+    of the lower arm on which it is; "positive" or "negative": joint 5. "-" means that the arm has no such
+    distinction, and all of it is "" where the arm has not six turning joints with
+    axis 3 along axis 2 and axis 5 through axis 4.
     """
     rows = np.atleast_2d(np.asarray(q, dtype=float))
     arm = Arm(robot)

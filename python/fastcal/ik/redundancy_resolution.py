@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Of the postures in which a redundant arm stands at a target, the one that a criterion likes best.
+"""Of the postures in which a redundant arm reaches a target, the one that a criterion prefers.
 
 From a solution the arm moves in the null space of its Jacobian, J v = 0, by Newton's step on the criterion along v, and
 inverse kinematics brings the tool back; steps that do not help are halved (A. Liegeois, "Automatic supervisory control

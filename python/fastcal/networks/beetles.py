@@ -70,7 +70,7 @@ class Swarm:
 
     Attributes:
         iterations: K.
-        share: lambda, of the velocity; the antennae have the rest.
+        share: lambda, of the velocity; the antennae have the remainder.
         inertia: Greatest and least omega.
         own, common: c1, c2.
         antenna, step: d and delta at the start; both shrink as in (34).

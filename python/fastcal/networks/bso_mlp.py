@@ -21,7 +21,7 @@ from fastcal.networks.problem import Problem
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 
-# The paper tells the kind, three layers with sigmoids, and no sizes.
+# The paper gives the type, three layers with sigmoids, and no sizes.
 ARCHITECTURE = Architecture.plain((20,), "sigmoid")
 BEETLES = 30
 SCHEDULE = Schedule(epochs=400, batch=0, rate=1e-2, decay=0.01)
@@ -39,7 +39,7 @@ def fit_bso_mlp(
     """For each set of rows a swarm's best network, then all are trained by gradients together."""
     starts = []
     for k, (own, seed) in enumerate(zip(rows, options.seeds(len(rows)), strict=True)):
-        options.say(f"beetle swarm {k + 1} of {len(rows)}")
+        options.progress(f"beetle swarm {k + 1} of {len(rows)}")
         starts.append(swarm_start(problem, own, architecture, swarm, seed, options.device))
     axes = [(0, 1, 2)] * len(rows)
     members = [architecture] * len(rows)

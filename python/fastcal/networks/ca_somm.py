@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 """CA-SOMM-ANN (PMC, V.B.3): a classifier before two sets of networks, the split of the rows found from their errors.
 
-A mixture of two normal distributions is fitted to the errors of each axis; the axis whose two heaps stand farthest
+A mixture of two normal distributions is fitted to the errors of each axis; the axis whose two heaps are farthest
 apart, in their own widths (Ashman, Bird, Zepf 1994), is split. A classifier learns from joints and load which heap a
 row belongs to.
 """
@@ -67,7 +67,7 @@ def classifier_of(problem: Problem, own: IntArray, classes: NDArray[np.bool_], s
 def fit_ca_somm(
     problem: Problem, rows: Sequence[IntArray], options: Options, *, sizes: Sequence[AxisSizes] | None = None
 ) -> list[ClassifiedNetworks]:
-    """For each set of rows a split, a classifier and two SOMM-ANN; what is told is its rate on the other rows."""
+    """For each set of rows a split, a classifier and two SOMM-ANN; what is noted is its rate on the other rows."""
     sizes = sizes_of(problem, options) if sizes is None else sizes
     scaling = Scaling.of(problem.inputs)
     splits = [found_split(problem, own, options.seed) for own in rows]
@@ -86,7 +86,7 @@ def fit_ca_somm(
         found.append(expert)
     rate = float(np.concatenate(right).mean()) if any(len(part) for part in right) else float("nan")
     axes = ", ".join(sorted({"xyz"[split.axis] for split in splits}))
-    options.told.append(
+    options.notes.append(
         f"two classes by the errors in {axes}: {rate:.0%} of rows not trained on are put in the right one"
     )
     return found

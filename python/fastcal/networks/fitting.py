@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from fastcal.networks.optimizers import Optimizer
 
 IntArray = NDArray[np.intp]
-Say = Callable[[str], None]
+Progress = Callable[[str], None]
 
 
 class Model(Protocol):
@@ -71,7 +71,7 @@ def fit(
     seeds: Sequence[int],
     *,
     validation: Sequence[IntArray] | None = None,
-    say: Say | None = None,
+    progress: Progress | None = None,
 ) -> tuple[torch.Tensor, NDArray[np.float64]]:
     """Trains all members; each sees its own rows in its own order, so that it becomes what it would alone.
 
@@ -84,7 +84,7 @@ def fit(
         schedule: How long and how.
         seeds: Of the order of rows, one a member.
         validation: Rows of each member that decide which of its states is kept; None: the last one.
-        say: Told how far it is.
+        progress: Called with a sentence every ten epochs.
 
     Returns:
         (P, size) the trained members and (P,) their loss on the validation rows (or on the training rows) at the end.
@@ -129,8 +129,8 @@ def fit(
                 waited.zero_()
             elif bool((waited >= schedule.patience).all()):
                 break
-        if say is not None and epoch % 10 == 0:
-            say(f"training {count} networks, epoch {epoch} of {schedule.epochs}")
+        if progress is not None and epoch % 10 == 0:
+            progress(f"training {count} networks, epoch {epoch} of {schedule.epochs}")
     if validation is None:
         return theta, _judged(model, theta, judged, schedule.huber).cpu().numpy().astype(float)
     return best, best_loss.cpu().numpy().astype(float)

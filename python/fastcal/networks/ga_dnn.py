@@ -80,7 +80,7 @@ def fit_ga_dnn(
 ) -> list[AxisNetworks]:
     """The network that the search finds best, trained at length on each set of rows."""
     best = search(problem, options, budget or (FULL if options.full else Budget()))
-    options.told.append(
+    options.notes.append(
         f"the search chose {len(best.architecture.hidden)} hidden layers {list(best.architecture.hidden)}, "
         f"{best.architecture.activations.count('prelu')} of PReLU, {best.rule}, rate {best.rate:.2g}"
     )
@@ -106,7 +106,7 @@ def search(problem: Problem, options: Options, budget: Budget = Budget()) -> Net
     genes = random.random((budget.population, GENES))
     best, least = genes[0], np.inf
     for generation in range(budget.generations):
-        options.say(f"genetic search, generation {generation + 1} of {budget.generations}")
+        options.progress(f"genetic search, generation {generation + 1} of {budget.generations}")
         current = genes
         loss = remembered(
             study,

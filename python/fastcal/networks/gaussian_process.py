@@ -33,7 +33,7 @@ def fit_gaussian_process(problem: Problem, rows: Sequence[IntArray], options: Op
     numbers = hyperparameters(x[some], problem.inputs.J_tool_q[some], problem.residuals[some] / problem.size)
     found = []
     for k, own in enumerate(rows):
-        options.say(f"Gaussian process {k + 1} of {len(rows)}")
+        options.progress(f"Gaussian process {k + 1} of {len(rows)}")
         drawn = own if len(own) <= MOST_ROWS else np.random.default_rng((options.seed, 3)).permutation(own)[:MOST_ROWS]
         found.append(_posterior(problem, phases, x, np.sort(drawn), numbers))
     return found

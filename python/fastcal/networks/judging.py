@@ -10,9 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.correction.applicability import Guard, coordinates, margins
 from fastcal.correction.correction import Correction, limited, spread
 from fastcal.correction.experts import Expert
-from fastcal.correction.guard import Guard, coordinates, margins
 from fastcal.correction.uncertainty import DEVIATIONS, Uncertainty
 from fastcal.networks.problem import Problem
 from fastcal.units import to_si

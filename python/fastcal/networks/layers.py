@@ -17,7 +17,7 @@ import torch
 
 
 class Place(NamedTuple):
-    """Where a layer's numbers stand in a row of theta: W from `start`, (fan_in, fan_out), then b."""
+    """Where a layer's numbers are in a row of theta: W from `start`, (fan_in, fan_out), then b."""
 
     start: int
     fan_in: int
@@ -41,12 +41,12 @@ class Place(NamedTuple):
 
 @dataclass(frozen=True)
 class Hidden:
-    """A hidden layer of those networks that are so deep: the first `count` of P, which stand deepest first.
+    """A hidden layer of those networks that are so deep: the first `count` of P, deepest first.
 
     Attributes:
         count: How many they are.
         runs: (activation, first, last + 1) of neighbours with the same one.
-        mask: (count, 1, width) 1 where a network has a neuron; None where padding says 0 by itself.
+        mask: (count, 1, width) 1 where a network has a neuron; None where padding gives 0 by itself.
     """
 
     count: int
@@ -59,7 +59,7 @@ class Hidden:
 
 
 class Kept(NamedTuple):
-    """What a layer read, and of a hidden one what it says and the negative parts that prelu met."""
+    """What a layer read, and of a hidden one its output and the negative parts that prelu met."""
 
     h: torch.Tensor
     a: torch.Tensor | None = None
@@ -137,7 +137,7 @@ def _as_wide(h: torch.Tensor, width: int) -> torch.Tensor:
 
 
 def _give(found: torch.Tensor, place: Place, h: torch.Tensor, d: torch.Tensor) -> None:
-    """Puts dW and db of a layer where they stand in the gradient."""
+    """Puts dW and db of a layer where they are in the gradient."""
     place.weights(found).copy_(torch.bmm(h.transpose(1, 2), d))
     torch.sum(d, dim=1, keepdim=True, out=place.biases(found))
 
@@ -147,7 +147,7 @@ def _through(
 ) -> torch.Tensor:
     """dL/dz in the place of dL/da, and dL/dslope (count,)."""
     found = torch.zeros_like(slope[: layer.count, 0, 0])
-    assert a is not None  # noqa: S101 - a hidden layer keeps what it says
+    assert a is not None  # noqa: S101 - a hidden layer keeps its output
     for name, first, last in layer.runs:
         own, said = d[first:last], a[first:last]
         if name == "tanh":
@@ -176,7 +176,7 @@ class Passes(torch.autograd.Function):
     def forward(ctx: Any, theta: torch.Tensor, x: torch.Tensor, places: list[Place], layers: list[Hidden]) -> Any:
         """(P, B, outputs)."""
         out, kept = forward(theta, x, places, layers)
-        ctx.rest = places, layers, kept
+        ctx.saved = places, layers, kept
         ctx.save_for_backward(theta)
         return out
 
@@ -184,4 +184,4 @@ class Passes(torch.autograd.Function):
     def backward(ctx: Any, d: torch.Tensor) -> tuple[torch.Tensor, None, None, None]:
         """dL/dtheta."""
         (theta,) = ctx.saved_tensors
-        return backward(d, theta, *ctx.rest), None, None, None
+        return backward(d, theta, *ctx.saved), None, None, None

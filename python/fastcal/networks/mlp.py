@@ -31,7 +31,7 @@ SCHEDULE = Schedule(epochs=150, batch=256, rate=3e-3, huber=1.0, decay=0.1)
 
 
 class JointErrors:
-    """Errors of P networks that speak in joints: J net(features) + rest - wanted, all in units."""
+    """Errors of P networks that predict joint errors: J net(features) + offset - wanted, all in units."""
 
     def __init__(
         self, population: Population, features: FloatArray, J: FloatArray, wanted: FloatArray, device: torch.device
@@ -74,12 +74,12 @@ def fit_mlp(
     said = np.zeros((len(rows), *wanted.shape))
     for _ in range(ROUNDS):
         curves = [
-            linalg.cho_solve(factor, regression.right(own, wanted - rest))
-            for factor, own, rest in zip(factors, rows, said, strict=True)
+            linalg.cho_solve(factor, regression.right(own, wanted - offset))
+            for factor, own, offset in zip(factors, rows, said, strict=True)
         ]
         left = np.array([wanted - A @ c for c in curves])
         model = JointErrors(population, features, problem.inputs.J_tool_q, left, theta.device)
-        theta, _ = fit(model, theta, rows, schedule, seeds, say=options.say)
+        theta, _ = fit(model, theta, rows, schedule, seeds, progress=options.progress)
         with torch.no_grad():
             every = torch.arange(len(problem), device=theta.device).expand(len(rows), -1)
             said = model.error(theta, every).cpu().numpy().astype(float) + left

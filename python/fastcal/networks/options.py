@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""What every training is told besides its rows."""
+"""Options of every training besides its rows."""
 
 from __future__ import annotations
 
@@ -22,22 +22,22 @@ class Options:
     Attributes:
         seed: The same seed gives the same networks.
         device: Where torch computes.
-        say: Told what is being done.
+        progress: Called with a sentence at each step.
         trials: Of a search; None: as many as the search thinks right; 0: none, sizes as a paper prints them.
         storage: File in which a search keeps its trials, so that it can be stopped and taken up again; None: nowhere.
         full: Give a search its paper's whole budget instead of halving.
         jobs: Processes, or workers of the joblib backend in force, for what can be done side by side.
-        told: Takes sentences about what a search or a classifier found.
+        notes: Takes sentences about what a search or a classifier found.
     """
 
     seed: int = 0
     device: torch.device = field(default_factory=lambda: torch.device("cpu"))
-    say: Callable[[str], None] = _silent
+    progress: Callable[[str], None] = _silent
     trials: int | None = None
     storage: Path | None = None
     full: bool = False
     jobs: int = 1
-    told: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
 
     def seeds(self, count: int) -> list[int]:
         """One seed for each of some networks."""

@@ -64,7 +64,9 @@ def train_plain(
     own = options.seeds(len(members)) if seeds is None else seeds
     model = Coordinates(population, problem, axes, options.device)
     theta = population.start(own) if start is None else start
-    theta, losses = fit(model, theta.to(options.device), rows, schedule, own, validation=validation, say=options.say)
+    theta, losses = fit(
+        model, theta.to(options.device), rows, schedule, own, validation=validation, progress=options.progress
+    )
     experts = [AxisNetworks(model.scaling, (net,), model.unit) for net in population.networks(theta)]
     return experts, losses
 

@@ -65,7 +65,7 @@ def losses_of(
     shapes = [candidate.architecture for candidate in candidates]
     order = sorted(range(len(candidates)), key=lambda k: (-len(shapes[k].hidden), shapes[k].activations, k))
     parts = [[candidates[k] for k in order[at : at + BATCH]] for at in range(0, len(order), BATCH)]
-    plain = Options(options.seed, options.device)  # what workers are told holds no function of the caller
+    plain = Options(options.seed, options.device)  # what workers receive holds no function of the caller
     work = joblib.Parallel(n_jobs=options.jobs if options.jobs > 1 else None)
     found = work(joblib.delayed(_losses)(problem, part, epochs, batch, plain) for part in parts)
     losses = np.empty(len(candidates))

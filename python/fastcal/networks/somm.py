@@ -85,7 +85,7 @@ def _searched(
     done = (optuna.trial.TrialState.COMPLETE,)
     learnt, judged = problem.training_rows()[0], np.flatnonzero(problem.folds == 0)
     while (count := len(study.get_trials(deepcopy=False, states=done))) < wanted:
-        options.say(f"searching the network of axis {'xyz'[axis]}, trial {count} of {wanted}")
+        options.progress(f"searching the network of axis {'xyz'[axis]}, trial {count} of {wanted}")
         study.sampler = optuna.samplers.TPESampler(seed=options.seed * 7919 + count, constant_liar=True)
         trials = [study.ask() for _ in range(min(asked, wanted - count))]
         sizes = [_suggested(trial) for trial in trials]

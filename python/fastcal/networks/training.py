@@ -48,7 +48,7 @@ ENSEMBLES = {"mlp": 3, "bso-mlp": 2, "somm": 2, "ca-somm": 2, "ga-dnn": 2}  # me
 RIVALS = ("gp", "knn", "boosting", "joint-profiles")
 ALONE = "model"
 SURE = 3.0  # the guard's reach was chosen on the same rows, which flatters a little
-WORSE = 1.1  # a region is told as worse where its mean error rises by more than a tenth
+WORSE = 1.1  # a region is reported as worse where its mean error rises by more than a tenth
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,20 +137,22 @@ def train(
         raise InvalidInput(f"expected a network of {', '.join(NETWORKS)}, got {network!r}")
     if unknown := set(rivals) - set(RIVALS):
         raise InvalidInput(f"expected rivals of {', '.join(RIVALS)}, got {min(unknown)!r}")
-    say = progress or (lambda text: None)
+    progress = progress or (lambda text: None)
     problem = problem_of(robot, data, folds=folds, any_load=any_load, seed=seed)
-    options = Options(seed, device_of(device), say, trials, None if storage is None else Path(storage), full, threads)
+    options = Options(
+        seed, device_of(device), progress, trials, None if storage is None else Path(storage), full, threads
+    )
     judged: dict[str, Judged] = {}
     with one_thread():
         for name in dict.fromkeys((network, *(rival for rival in rivals if rival in FITS))):
-            say(f"training {name}")
+            progress(f"training {name}")
             judged[name] = judge(name, problem, _experts(name, problem, options))
     errors = {ALONE: problem.residuals} | {name: found.errors for name, found in judged.items()}
     if "joint-profiles" in rivals:
-        say("fitting joint profiles")
+        progress("fitting joint profiles")
         errors["joint-profiles"] = profile_errors(problem, threads)
     found = _result(network, problem, judged, errors, threads)
-    return replace(found, notes=[*options.told, *found.notes])
+    return replace(found, notes=[*options.notes, *found.notes])
 
 
 def _experts(name: str, problem: Problem, options: Options) -> list[list[Expert]]:
@@ -214,8 +216,8 @@ def _result(
 def _verdict(network: str, used: str, means: dict[str, float]) -> str:
     said = f"held-out mean error {means[used]:.4f} mm with {used}"
     if used == network:
-        rest = min(means[name] for name in means if name not in (network, ALONE)) if len(means) > 2 else None
-        beaten = "" if rest is None else f" and {rest:.4f} mm with the best rival"
+        rival = min(means[name] for name in means if name not in (network, ALONE)) if len(means) > 2 else None
+        beaten = "" if rival is None else f" and {rival:.4f} mm with the best rival"
         return f"{network} is used: {said}, {means[ALONE]:.4f} mm with the model alone{beaten}"
     if used == ALONE:
         return f"{network} is not used, nor any rival: {said} alone, {means[network]:.4f} mm with {network}"

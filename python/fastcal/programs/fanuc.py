@@ -55,8 +55,8 @@ class Fanuc:
 
     def branch(self, q: FloatArray, arm: Arm) -> tuple[bool | None, ...]:
         """Flip, down, behind."""
-        stands = arm.posture(q)
-        return stands.wrist_negative, None if stands.elbow_up is None else not stands.elbow_up, stands.behind
+        posture = arm.posture(q)
+        return posture.wrist_negative, None if posture.elbow_up is None else not posture.elbow_up, posture.behind
 
     def asked_branch(self, target: Target) -> tuple[bool | None, ...]:
         """The letters of CONFIG; a left or right arm (L, R) is passed over."""
@@ -90,7 +90,7 @@ class Fanuc:
 
 @dataclass
 class _Reader:
-    """Collects what an LS file says."""
+    """Collects the content of an LS file."""
 
     document: Document
     place: int
@@ -146,7 +146,7 @@ class _Reader:
         )
 
     def move(self, instruction: str, text: str, at: int) -> None:
-        """J, L, C or A with its positions; what a register or an offset adds at run time is told."""
+        """J, L, C or A with its positions; a warning names what a register or an offset adds at run time."""
         line = self.document.line(at)
         where = f"{self.document.name}:{line}: {instruction}"
         positions = re.findall(r"(?<!\w)(P|PR)\[\s*(\w+)[^\]]*\]", text.partition("Offset")[0])
@@ -165,7 +165,7 @@ class _Reader:
 
 
 def _without_strings(text: str) -> str:
-    """The text with what stands in single quotes made spaces: CONFIG holds letters that are names of values too."""
+    """The text with what is in single quotes made spaces: CONFIG holds letters that are names of values too."""
     return re.sub(r"'[^'\n]*'", lambda match: " " * len(match[0]), text)
 
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Where a program's tools and frames are: as the user says, else as the program says, else assumed and told."""
+"""Where a program's tools and frames are: as given by the user, else by the program, else assumed with a warning."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def _identity() -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class Cell:
-    """What a program does not say about its robot; poses (4, 4) in SI.
+    """What a program does not define about its robot; poses (4, 4) in SI.
 
     Attributes:
         T_controller_base: The robot file's base in the base frame of the controller.
@@ -43,8 +43,8 @@ class Frames:
 
     Args:
         program: Whose targets they are.
-        cell: What the user says.
-        T_last_tool: The robot file's tool, in its last frame: what is assumed where nobody says a tool.
+        cell: Given by the user.
+        T_last_tool: The robot file's tool, in its last frame: assumed where no tool is defined.
 
     Attributes:
         notes: What was assumed, a sentence each.
@@ -62,14 +62,14 @@ class Frames:
         self._pairs = [self._pair(target, uses.get(i, [])) for i, target in enumerate(program.targets)]
 
     def to_base(self, place: int, T_frame_tool: FloatArray) -> FloatArray:
-        """T_base_last of the robot file for a target, by its place, whose numbers say T_frame_tool."""
+        """T_base_last of the robot file for a target, by its place, whose numbers give T_frame_tool."""
         T_frame, T_tool = self._pairs[place]
         cell = self.cell
         T_controller_flange = T_frame @ T_frame_tool @ se3.inverse(T_tool)
         return se3.inverse(cell.T_controller_base) @ T_controller_flange @ se3.inverse(cell.T_last_flange)
 
     def from_base(self, place: int, T_base_last: FloatArray) -> FloatArray:
-        """T_frame_tool, as the target's numbers say it; the inverse of `to_base`."""
+        """T_frame_tool, as the target's numbers give it; the inverse of `to_base`."""
         T_frame, T_tool = self._pairs[place]
         cell = self.cell
         return se3.inverse(T_frame) @ cell.T_controller_base @ T_base_last @ cell.T_last_flange @ T_tool
@@ -94,7 +94,7 @@ class Frames:
                         target.line,
                     )
         else:
-            # Joints say where the flange is, whatever the tool.
+            # Joints determine the flange, whatever the tool.
             return np.eye(4), self._tools.get((next(iter(tools)) or "").lower(), self._assumed_tool)
         T_frame = self._find(self._frames, next(iter(frames)), "frame", np.eye(4))
         return T_frame, self._find(self._tools, next(iter(tools)), "tool", self._assumed_tool)
@@ -104,7 +104,9 @@ class Frames:
             return known[name.lower()]
         taken = "the robot file's tool" if what == "tool" else "the robot's base"
         said = (
-            f"the program does not say which {what} holds" if name is None else f"{what} {name} is not in the program"
+            f"the program does not define which {what} applies"
+            if name is None
+            else f"{what} {name} is not in the program"
         )
         note = f"{said}: it is taken as {taken}"
         if note not in self.notes:

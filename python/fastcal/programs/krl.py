@@ -54,8 +54,8 @@ class Krl:
 
     def branch(self, q: FloatArray, arm: Arm) -> tuple[bool | None, ...]:
         """The three bits of S."""
-        stands = arm.posture(q)
-        return stands.behind, stands.elbow_up, stands.wrist_negative
+        posture = arm.posture(q)
+        return posture.behind, posture.elbow_up, posture.wrist_negative
 
     def asked_branch(self, target: Target) -> tuple[bool | None, ...]:
         """S as three bits."""
@@ -96,7 +96,7 @@ def _like(word: Word, value: int) -> str:
 
 @dataclass
 class _Reader:
-    """Collects what the files of a program say."""
+    """Collects the content of a program's files."""
 
     documents: tuple[Document, ...]
     texts: list[str]
@@ -127,7 +127,7 @@ class _Reader:
         elif parts.keys() & {"X", "A1"}:
             self.names[key] = self.target(place, start, name, *self.fdat.get(f"F{key[1:]}", (None, None)))
             if kind in (None, "FRAME") and "A1" not in parts:
-                # It may be a base or a tool as well as a target; which, the moves say.
+                # It may be a base or a tool as well as a target; the moves decide which.
                 self.undecided.add(self.names[key])
                 T = orientation.from_zyx(self.targets[self.names[key]].values)
                 self.tools[key] = self.frames[key] = T

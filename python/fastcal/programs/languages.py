@@ -26,7 +26,7 @@ SUFFIXES = tuple(_READERS)
 
 
 def language_of(name: str) -> str | None:
-    """The ending that says the language of a file, None where it is no program's."""
+    """The ending that identifies the language of a file, None where it is no program's."""
     suffix = PurePath(name).suffix.lower()
     return suffix if suffix in _READERS else None
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""What a robot program says about targets, and where in its text it says so."""
+"""The targets of a robot program, and where they are in its text."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Kind = Literal["pose", "joints"]
 
 @dataclass(frozen=True)
 class Document:
-    """One file of a program; text is what its bytes say in latin-1, which gives every byte back.
+    """One file of a program; text is its bytes in latin-1, which gives every byte back.
 
     Attributes:
         name: The file, for messages.
@@ -35,7 +35,7 @@ class Document:
     text: str
 
     def line(self, at: int) -> int:
-        """The line, from 1, in which the character `at` stands."""
+        """The line, from 1, of the character `at`."""
         return bisect_left(self._line_ends, at) + 1
 
     @cached_property
@@ -62,7 +62,7 @@ class Number(Word):
     """A word that is a number.
 
     Attributes:
-        value: As it stands there.
+        value: As written there.
         unit: mm, m, deg, rad, or 1 for a plain number.
     """
 
@@ -81,11 +81,11 @@ class Target:
 
     Attributes:
         name: As the program calls it, or "line 12".
-        line: Where its numbers stand.
+        line: Where its numbers are.
         kind: `pose`: numbers are x, y, z and the language's orientation, of the tool in a frame; `joints`: q1 ... qn.
         numbers: What a compensation replaces.
-        words: What says the configuration, by the language's own names (cf1, S, CONFIG ...).
-        tool, frame: Their names where the target itself says them (FANUC); else its moves do.
+        words: What names the configuration, in the language's own words (cf1, S, CONFIG ...).
+        tool, frame: Their names where the target itself gives them (FANUC); else its moves do.
     """
 
     name: str
@@ -108,8 +108,8 @@ class Move:
 
     Attributes:
         target: Its place in `Program.targets`.
-        document, line: Where it stands.
-        tool, frame: What it is meant in; None: the program does not say.
+        document, line: Where it is.
+        tool, frame: What it is meant in; None: the program does not define it.
         offset: Metres along the frame's axes that are added at run time (RAPID's Offs), where they are plain numbers.
     """
 
@@ -130,22 +130,22 @@ class Language(Protocol):
         """T_frame_tool (4, 4) of a target's values in SI."""
 
     def values(self, T_frame_tool: FloatArray, old: FloatArray) -> FloatArray:
-        """The values, in SI, that say a pose; of several ways, the one nearest to the old values."""
+        """The values, in SI, of a pose; of several ways, the one nearest to the old values."""
 
     def number(self, old: Number, value: float) -> str:
         """The text of a value in the unit and the form of the number that stood there."""
 
     def branch(self, q: FloatArray, arm: Arm) -> tuple[bool | None, ...]:
-        """Which of the (up to eight) solutions of a pose q (n,) is, as the words tell them apart; None: unknown."""
+        """Which of the (up to eight) solutions of a pose q (n,) is, as the words distinguish them; None: unknown."""
 
     def asked_branch(self, target: Target) -> tuple[bool | None, ...]:
-        """The solution that the target's words ask for; empty where they say nothing."""
+        """The solution that the target's words ask for; empty where they are silent."""
 
     def asked_turns(self, target: Target) -> dict[int, tuple[float, float]]:
         """Between which positions [rad] the words want a joint (from 0): low <= q < high."""
 
     def words(self, target: Target, q: FloatArray, arm: Arm) -> dict[str, str]:
-        """The words that say the configuration of q, for those that the target has."""
+        """The words that name the configuration of q, for those that the target has."""
 
 
 @dataclass(frozen=True)

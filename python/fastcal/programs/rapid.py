@@ -55,8 +55,8 @@ class Rapid:
 
     def branch(self, q: FloatArray, arm: Arm) -> tuple[bool | None, ...]:
         """The three bits of cfx: behind axis 1, behind the lower arm, axis 5 negative."""
-        stands = arm.posture(q)
-        return stands.behind, None if stands.elbow_up is None else not stands.elbow_up, stands.wrist_negative
+        posture = arm.posture(q)
+        return posture.behind, None if posture.elbow_up is None else not posture.elbow_up, posture.wrist_negative
 
     def asked_branch(self, target: Target) -> tuple[bool | None, ...]:
         """The bits of cfx."""
@@ -83,7 +83,7 @@ class Rapid:
 
 @dataclass
 class _Reader:
-    """Collects what the modules of a program say; RAPID's names don't tell capitals from small letters."""
+    """Collects the content of a program's modules; names in RAPID are case-insensitive."""
 
     documents: tuple[Document, ...]
     texts: list[str]
@@ -110,7 +110,7 @@ class _Reader:
         if kind == "tooldata":
             self.tools[key] = self._frame(place, parts[1], name)
             if parts[0].text.upper() == "FALSE":
-                self.standing[key] = "a tool that stands still"
+                self.standing[key] = "a stationary tool"
         elif kind == "wobjdata":
             self.frames[key] = self._frame(place, parts[3], name) @ self._frame(place, parts[4], name)
             if parts[0].text.upper() == "TRUE" or parts[1].text.upper() == "FALSE":
@@ -197,7 +197,7 @@ class _Reader:
         return orientation.from_quaternion(np.array([part.si for part in numbers]))
 
     def _groups(self, place: int, piece: Piece) -> list[list[Piece]]:
-        """[[...], [...]] as lists of pieces; what stands there without brackets is a list of one."""
+        """[[...], [...]] as lists of pieces; a value without brackets is a list of one."""
         text = self.texts[place]
         return [
             split(text, part.start + 1, part.end - 1) if part.text.startswith("[") else [part]

@@ -36,7 +36,7 @@ def trimmed(text: str, start: int, end: int) -> Piece:
 
 
 def split(text: str, start: int, end: int, separator: str = ",") -> list[Piece]:
-    """The pieces of text[start:end] between separators that stand in no bracket."""
+    """The pieces of text[start:end] between separators outside brackets."""
     pieces, depth, at = [], 0, start
     for place in range(start, end):
         character = text[place]

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 """URScript: p[x, y, z, rx, ry, rz] in m and rad (a rotation vector), and joint lists [q1 ... q6] in rad, or d2r(deg).
 
-In a move, or given to a name that a move takes. set_tcp(p[...]) says the tool, pose_trans(p[...], p[...]) a frame.
+In a move, or given to a name that a move takes. set_tcp(p[...]) sets the tool, pose_trans(p[...], p[...]) a frame.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ class UrScript:
         return f"{round(from_si(value, old.unit), max(digits, had)) + 0.0:.{max(digits, had)}f}"
 
     def branch(self, q: FloatArray, arm: Arm) -> tuple[bool | None, ...]:
-        """Nothing tells them apart."""
+        """Nothing distinguishes them."""
         return ()
 
     def asked_branch(self, target: Target) -> tuple[bool | None, ...]:
@@ -68,7 +68,7 @@ class UrScript:
 
 @dataclass
 class _Reader:
-    """Collects what a script says, from its beginning to its end."""
+    """Collects the content of a script, from beginning to end."""
 
     document: Document
     place: int
@@ -83,7 +83,7 @@ class _Reader:
     tool: str | None = None
 
     def assign(self, name: str, start: int) -> None:
-        """A name gets a pose or a list; whether that is a target, the moves say."""
+        """A name gets a pose or a list; the moves decide whether that is a target."""
         end = closing(self.text, start)
         if end < 0:
             raise self.document.error(start, f"{name}: expected a ] that closes this [")

@@ -31,7 +31,7 @@ RULES = ("least", "one_standard_error")
 MOST_EXHAUSTIVE = 20  # optional parameters of which `auto` tries all sets: a million, in ten folds in a second
 
 # The RX160L study: what is in all its models, and the 15 parameters whose every combination it tries. Axes 2 and 3 are
-# parallel, so beta2 stands for d2.
+# parallel, so beta2 replaces d2.
 RX160L_ALWAYS = (
     *(f"joint{i} theta" for i in (2, 3, 4, 5)),
     *("joint3 d", "joint4 d"),
@@ -126,12 +126,12 @@ def choose_parameters(
     """Chooses the parameters to identify by K-fold cross-validation, and identifies them.
 
     Poses that repeat stay in one fold. Rows count with their robust weight in the fit of all parameters, the same for
-    all sets. Of sets that predict the same the smallest stands for all.
+    all sets. Of sets with the same predictions only the smallest is kept.
 
     Args:
         robot: Nominal robot; what is not chosen keeps its value.
         data: Measured poses.
-        optional: Names such as "joint2 alpha" that may be left out; None: all of `effects` that the data can tell.
+        optional: Names such as "joint2 alpha" that may be left out; None: all identifiable parameters of `effects`.
         always: Names that are in every set; base and tool always are.
         test: Other poses, only reported on.
         folds: K.
@@ -152,10 +152,10 @@ def choose_parameters(
         InvalidInput: A name, a search or a rule is unknown, or there are fewer poses than folds.
     """
     _check(optional, always, search=search, rule=rule, refits=refits, deals=deals)
-    say = progress or (lambda text: None)
-    say("looking at the columns")
+    progress = progress or (lambda text: None)
+    progress("looking at the columns")
     suspected = check_columns(robot, data, as_read=as_read)
-    say("identifying all parameters")
+    progress("identifying all parameters")
     named = None if optional is None else [*always, *optional]
     start = prepare(robot, data, effects=effects, parameters=named, threads=threads)
     judge = CrossValidation(start, data, always, folds=folds, deals=deals, seed=seed, loss=loss, threads=threads)
@@ -164,11 +164,11 @@ def choose_parameters(
 
     sets = judge.linearized(columns)
     every = search == "exhaustive" or (search == "auto" and len(columns) <= MOST_EXHAUSTIVE)
-    say(f"comparing sets of {len(columns)} parameters in {folds} folds")
+    progress(f"comparing sets of {len(columns)} parameters in {folds} folds")
     searched = sets.all() if every else stepwise(sets)
     best = shortlist(searched, refits, one_standard_error=rule == "one_standard_error")
 
-    say(f"identifying the best {len(best)}")
+    progress(f"identifying the best {len(best)}")
     table = []
     for s in best:
         chosen = [column for column, held in zip(columns, searched.members[s], strict=True) if held]

@@ -47,7 +47,7 @@ class CrossValidation:
 
     Attributes:
         names: Of the model's parameters; a set is a list of their indices, ascending.
-        identifiable: Parameters beside base, tool and `always` that the data can tell.
+        identifiable: Parameters beside base, tool and `always` that are identifiable.
         sigma: Noise of a coordinate or a length [m], which errors are multiples of; None: only turns were measured.
 
     Raises:

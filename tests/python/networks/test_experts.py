@@ -13,10 +13,10 @@ from sklearn.gaussian_process.kernels import RBF
 from sklearn.neighbors import KNeighborsRegressor
 
 from fastcal.correction import Inputs
+from fastcal.correction.applicability import coordinates, fade, margins
 from fastcal.correction.correction import limited, spread
 from fastcal.correction.dense import DenseNet
 from fastcal.correction.experts import AxisNetworks, BoostedTrees, ClassifiedNetworks, Expert, Neighbours
-from fastcal.correction.guard import coordinates, fade, margins
 from fastcal.correction.inputs import Scaling
 from fastcal.correction.joints import GaussianProcess, JointNetwork, Phases
 from fastcal.correction.packing import Tensors

@@ -122,7 +122,7 @@ def test_a_search_that_was_stopped_goes_on_to_the_same_end(problem: Problem, tmp
         storage = tmp_path / "trials.log"
         somm._searched(problem, 0, Options(trials=2, storage=storage), asked=2, epochs=2)
         said: list[str] = []
-        later = somm._searched(problem, 0, Options(trials=4, storage=storage, say=said.append), asked=2, epochs=2)
+        later = somm._searched(problem, 0, Options(trials=4, storage=storage, progress=said.append), asked=2, epochs=2)
     assert later == straight
     assert said == ["searching the network of axis x, trial 2 of 4"]
 
@@ -153,8 +153,8 @@ def test_two_heaps_of_errors_are_split_where_they_are(arm: Robot, data: Dataset)
         other = np.setdiff1d(np.arange(len(heaps)), rows)
         said = expert.displacement(heaps.inputs.select(other))
         assert np.abs(said - heaps.residuals[other]).mean() < 1.2e-4
-    assert "two classes by the errors in x" in options.told[0]
-    rate = float(options.told[0].split(": ")[1].split(" %")[0].split("%")[0])
+    assert "two classes by the errors in x" in options.notes[0]
+    rate = float(options.notes[0].split(": ")[1].split(" %")[0].split("%")[0])
     assert rate > 90
 
 
@@ -202,7 +202,7 @@ def test_the_genetic_search_improves_is_remembered_and_does_not_depend_on_worker
     assert min(values[1]) <= min(values[0])
     assert len(values[1]) == 24
     said: list[str] = []
-    untrained = Options(storage=storage, say=said.append)
+    untrained = Options(storage=storage, progress=said.append)
     assert ga_dnn.search(problem, untrained, budget) == alone
     assert not any("epoch" in text for text in said)
 
@@ -213,7 +213,7 @@ def test_ga_dnn_learns_with_the_network_it_chose(problem: Problem) -> None:
     with one_thread():
         budget = ga_dnn.Budget(population=6, generations=1, rungs=(3,))
         (expert,) = ga_dnn.fit_ga_dnn(problem, own, options, budget=budget)
-    assert options.told[0].startswith("the search chose ")
+    assert options.notes[0].startswith("the search chose ")
     assert share_left(problem, expert) < 0.9
 
 

@@ -113,7 +113,7 @@ def test_the_best_state_on_validation_rows_is_kept_and_patience_ends_it() -> Non
     assert best[0] == pytest.approx(float(again), rel=1e-5)
     said: list[str] = []
     calm = Schedule(epochs=2000, batch=10, rate=0.3, cosine=False, check=1, patience=3)
-    fit(model, population.start([1]), [np.arange(40)], calm, [1], validation=validation, say=said.append)
+    fit(model, population.start([1]), [np.arange(40)], calm, [1], validation=validation, progress=said.append)
     assert len(said) < 100  # a sentence every tenth epoch; without patience it would be 200
     assert said[0] == "training 1 networks, epoch 0 of 2000"
 

@@ -148,7 +148,7 @@ def test_poses_go_to_the_base_and_back(programs, language) -> None:
         ("RAPID", b"[120.25,40,150]", b"[120.25,40]", "glue.mod:11", "pApproach: expected a robtarget"),
         ("RAPID", b"[0.018504,-0.0097,0.99973", b"[0.018504,-0.0097,0.79973", "glue.mod:11", "expected a quaternion"),
         ("RAPID", b"[[5,0,-10,0,60,-90]", b"[[5,0,-10,0,60]", "glue.mod:30", "expected a jointtarget"),
-        ("RAPID", b"tGun:=[TRUE", b"tGun:=[FALSE", "glue.mod:21", "tGun is a tool that stands still"),
+        ("RAPID", b"tGun:=[TRUE", b"tGun:=[FALSE", "glue.mod:21", "tGun is a stationary tool"),
         ("KRL", b"Y 40.2500000,Z 80", b"Y ?,Z 80", "weld.dat:11", "XP1, Y: expected a number, got '?'"),
         ("KRL", b"{X 1780.0,Y -210.0,", b"{X 1780.0,", "weld.src:40", "but Y is not given"),
         ("KRL", b"S 2,T 35} WITH", b"S two,T 35} WITH", "weld.src:40", "expected a number as S, got 'two'"),
