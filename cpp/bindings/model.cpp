@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The fastcal authors
 // SPDX-License-Identifier: MIT
 #include "convert.hpp"
+#include "fastcal/effects/surrogate_inputs.hpp"
 #include "fastcal/measurement/measurements.hpp"
 #include "fastcal/model/error_model.hpp"
 #include "fastcal/model/settle.hpp"
@@ -124,6 +125,22 @@ void bind_model(py::module_& m) {
           py::arg("out") = py::none(),
           "(N, rows, P): motion of the tool by every parameter, in the axes of the measuring frame; 3 rows: position, "
           "6: [v; w].");
+
+  m.def(
+      "surrogate_inputs",
+      [](const ErrorModel& model, const Samples& given, const Eigen::VectorXd& theta, const std::string& names) {
+        const std::vector<SurrogateInput> inputs = surrogate_inputs(names, model.robot());
+        Samples samples = given;
+        settle(model, theta, 1, samples, {.needs = kFrames | kLoads});
+        RowMatrixXd out(samples.count(), static_cast<Eigen::Index>(inputs.size()));
+        for (Eigen::Index i = 0; i < out.rows(); ++i) {
+          for (Eigen::Index k = 0; k < out.cols(); ++k)
+            out(i, k) = inputs[static_cast<std::size_t>(k)].value(samples.row(i));
+        }
+        return out;
+      },
+      py::arg("model"), py::arg("samples"), py::arg("theta"), py::arg("names"),
+      "(N, inputs) what surrogates may depend on, such as \"q2 load3\", in the rows of the samples, SI.");
 }
 
 }  // namespace fastcal

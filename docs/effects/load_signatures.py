@@ -158,3 +158,24 @@ def link_com() -> Figure:
         cause = {"effect": "link_com", "owner": "link3", "parameters": {f"moment_{axis}_kg_m": mass * 0.02}}
         curves.append((f"{axis} 20 mm", through(3, cause, q)))
     return Figure("q3 [deg]", "joint 3 [mrad]", way, curves)
+
+
+def friction() -> Figure:
+    """Two branches that part with the load."""
+    way, q = over_joint(2, -137, 137)
+    model = having("friction", "joint2", {"rad_nm": 1e-7})
+    curves = [
+        (f"approach {side:+d}", joint_error(model, 2, q, approach=side * np.ones((POINTS, 6)))) for side in (1, -1)
+    ]
+    return Figure("q2 [deg]", "joint 2 [mrad]", way, curves)
+
+
+def gravity_sag() -> Figure:
+    """Sag over the joint's way, with the forearm stretched and folded."""
+    way, q = over_joint(2, -137, 137)
+    model = having("gravity_sag", "joint2", {"even_rad": 1e-3})
+    curves = []
+    for name, elbow in (("forearm folded", 140.0), ("stretched", 0.0)):
+        q[:, 2] = to_si(elbow, "deg")
+        curves.append((name, joint_error(model, 2, q)))
+    return Figure("q2 [deg]", "joint 2 [mrad]", way, curves)

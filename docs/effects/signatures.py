@@ -181,3 +181,54 @@ def regressor() -> Figure:
     model = having("regressor", "base", {"tilt_rx_rad": 5e-5}, column="tilt", axis="rx")
     moved = shift(model, postures(), extra={"tilt": tilt})
     return Figure("tilt (the user's own column)", "tool [mm]", tilt, list(zip("xyz", moved.T, strict=True)))
+
+
+def tracker_range() -> Figure:
+    """A constant and a line over the distance."""
+    _, q = over_joint(3, -150, 150)
+    distance = np.linalg.norm(arm().forward(q)[:, :3, 3], axis=1)
+    order = np.argsort(distance)
+    curves = []
+    for name, parameters in (("offset 20 um", {"offset_mm": 0.02}), ("scale 2e-5", {"scale": 2e-5})):
+        moved = np.linalg.norm(shift(having("tracker_range", "instrument", parameters), q), axis=1)
+        curves.append((name, moved[order]))
+    return Figure("distance from the instrument [m]", "tool [mm]", distance[order], curves)
+
+
+def tracker_angle() -> Figure:
+    """A wave over the azimuth."""
+    way, q = over_joint(1, -180, 180)
+    curves = []
+    for part in ("azimuth_sine", "azimuth_cosine"):
+        model = having("tracker_angle", "instrument", {f"{part}_rad": 2e-5})
+        p, moved = arm().forward(q)[:, :3, 3], shift(model, q)
+        around = np.column_stack([-p[:, 1], p[:, 0], 0 * p[:, 0]]) / np.hypot(p[:, 0], p[:, 1])[:, np.newaxis]
+        curves.append((part, np.einsum("ni,ni->n", moved, around)))
+    return Figure("q1 [deg], instrument below the robot", "tool, sideways [mm]", way, curves)
+
+
+def settling() -> Figure:
+    """A line over the last move."""
+    move = np.linspace(-2, 2, POINTS)
+    moves = np.zeros((POINTS, 6))
+    moves[:, 2] = move
+    error = joint_error(having("settling", "joint3", {"rad_rad": -2e-4}), 3, postures(), move=moves)
+    return Figure("last move of joint 3 [deg]", "joint 3 [mrad]", from_si(move, "deg"), [("-2e-4", error)])
+
+
+def surrogate() -> Figure:
+    """A smooth curve that ends with its data."""
+    way, q = over_joint(3, -150, 150)
+    nodes = to_si(np.array([-90.0, -45.0, 0.0, 45.0, 90.0]), "deg")
+    model = having(
+        "surrogate",
+        "joint3",
+        {"amount": 1.0},
+        inputs="q3",
+        low=[float(nodes[0])],
+        high=[float(nodes[-1])],
+        width=[0.5],
+        nodes=nodes.tolist(),
+        weights=[1e-4, -2e-4, 1e-4, 2e-4, -5e-5],
+    )
+    return Figure("q3 [deg]", "joint 3 [mrad]", way, [("data from -90 to 90", joint_error(model, 3, q))])

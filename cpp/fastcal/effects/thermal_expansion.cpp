@@ -2,10 +2,13 @@
 // SPDX-License-Identifier: MIT
 //
 // Thermal expansion: the lengths of one link, or of all from base to flange, grow by the factor 1 + coefficient (T -
-// T0),  T0 the option t0 [K]. A link's lengths are the translation C_f.p of the constant part of its frame: a and d of
-// a DH row, the way to the next origin of a URDF.
+// T0),  T0 the option t0 [K]. Heat that lags: T is the temperature behind a
+// first-order filter of `lag` [s], lagged.hpp. A link's lengths are the translation C_f.p of the constant part of its
+// frame: a and d of a DH row, the way to the next origin of a URDF.
 //   T_(f-1) C_f Z_f exp(xi),  xi = coefficient (T - T0) (R_C R_Z)^T C_f.p    leaves joints, base and tool where they
 //   are.
+#include "fastcal/effects/growth.hpp"
+#include "fastcal/effects/lagged.hpp"
 #include "fastcal/effects/owners.hpp"
 #include "fastcal/math/check.hpp"
 
@@ -22,8 +25,9 @@ class ThermalExpansion : public LinearEffect {
  public:
   ThermalExpansion(const RobotModel& robot, const std::string& owner, const Options& options)
       : t0_(number_option(options, "t0", 293.15)),
+        lagged_(lagged_column("thermal_expansion", options)),
         parameters_{{owner, "coefficient", "1_k", 1e-5, "relative growth of the lengths per kelvin"}} {
-    check_options("thermal_expansion", options, {"t0"});
+    check_options("thermal_expansion", options, {"t0", "lag", "index"});
     if (owner != "robot") {
       frames_ = {link_frame(owner_index("thermal_expansion", "link", owner, robot.joint_count()))};
       return;
@@ -37,21 +41,14 @@ class ThermalExpansion : public LinearEffect {
 
   void basis(const State& state, TwistColumns& columns) const override {
     for (const int f : frames_) {
-      const Pose& C = state.chain->constants[static_cast<std::size_t>(f)];
-      if (C.p.isZero(0)) continue;
-      Vector6d xi = Vector6d::Zero();
-      xi.head<3>() = (state.temperature - t0_) * (C.R.transpose() * C.p);
-      const int joint = f / 2;
-      if (f == joint_frame(joint) &&
-          state.chain->joint_types[static_cast<std::size_t>(joint)] == JointType::kRevolute) {
-        xi.head<3>() = Eigen::AngleAxisd(-state.q[joint], Eigen::Vector3d::UnitZ()) * xi.head<3>();
-      }
-      columns.push_back({0, f, xi});
+      const Vector6d unit = growth(state, f);
+      if (!unit.isZero(0)) columns.push_back({0, f, (temperature_of(state, lagged_) - t0_) * unit});
     }
   }
 
  private:
   double t0_;
+  int lagged_;
   std::vector<int> frames_;
   std::vector<Parameter> parameters_;
 };

@@ -32,7 +32,7 @@ from fastcal.calibration.result import CalibrationResult as CalibrationResult
 from fastcal.calibration.result import IdentifiedParameter as IdentifiedParameter
 from fastcal.calibration.result import Unidentifiable as Unidentifiable
 from fastcal.calibration.unset_options import with_open_effects_set
-from fastcal.effects.entries import full_name, parse_effects, without_repeats
+from fastcal.effects.entries import extra_columns, full_name, parse_effects, without_repeats
 from fastcal.errors import InvalidInput, Undetermined
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.calibration_record import CalibrationRecord, lower_root
@@ -232,9 +232,19 @@ def calibrate(
         weights=np.asarray(found.weights),
         train=train,
         test=None if test is None else evaluate(result_model, test, **judge),
-        notes=[*suspected, *check_fit(robot, train, as_read=as_read), *data.notes, *beyond],
+        notes=[*suspected, *check_fit(robot, train, as_read=as_read), *_notes(result_model, data), *beyond],
         anchors=places,
     )
+
+
+def _notes(model: Robot, data: Dataset) -> list[str]:
+    """The data's own, but for columns that are used, and where directions of approach come from."""
+    used = extra_columns(model.spec.get("effects") or [])
+    out = [note for note in data.notes if not any(note.startswith(f"column '{name}' is not known") for name in used)]
+    sided = [column for effect in model.effects for column in effect.data_columns if column.startswith("approach")]
+    if sided and data.approach is None:
+        out.append("there is no approach column: the direction of each joint is that from the row before")
+    return out
 
 
 def asked_parameters(model: _core.ErrorModel, geometry: bool, *, turned: bool, placed: bool) -> list[int]:

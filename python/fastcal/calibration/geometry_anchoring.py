@@ -27,7 +27,7 @@ PULL_SIZES = 0.05  # plausible sizes: 0.05 mm and 0.05 mrad
 def pull_deviations(robot: Robot, model: _core.ErrorModel) -> FloatArray:
     """(P,) how far each parameter may lie from its fit without profiles at the cost of one deviation; inf: anywhere."""
     out = np.full(len(model.parameters), np.inf)
-    if any(effect.penalty for effect in robot.effects):
+    if any(_curves(robot)):
         for i, parameter in enumerate(model.robot.parameters):
             if parameter.owner not in ("base", "tool"):
                 out[i] = PULL_SIZES * parameter.sigma
@@ -62,9 +62,9 @@ def pulls(
         return {}
     curves: set[int] = set()
     at = len(model.robot.parameters)
-    for effect in robot.effects:
+    for effect, curve in zip(robot.effects, _curves(robot), strict=True):
         own = range(at, at + len(effect.parameters))
-        curves.update(own if effect.penalty else ())
+        curves.update(own if curve else ())
         at = own.stop
     limits: dict[str, Any] = parameter_limits(robot, model, len(anchors), priors=False)
     moving = [i for i in asked if i not in curves]
@@ -72,3 +72,8 @@ def pulls(
         model, samples, measured, asked=moving, anchors=anchors, loss=loss, threads=threads, **limits
     )
     return {"pull_mean": np.asarray(alone.theta), "pull_sigma": np.append(sigma, np.full(3 * len(anchors), np.inf))}
+
+
+def _curves(robot: Robot) -> list[bool]:
+    """Which effects are curves of joints, and no cause: a cause is fitted with the geometry from the start."""
+    return [entry["effect"] == "joint_profile" for entry in robot.spec.get("effects") or []]

@@ -34,7 +34,15 @@ FloatArray = NDArray[np.float64]
 _REACHED = 1e-7  # m, and entries of a rotation
 
 # What belongs to the measurement and not to the robot: a program knows neither instrument nor marker.
-OF_THE_MEASUREMENT = ("base_drift", "base_step", "station_offset", "tool_shift", "measurement_scale")
+OF_THE_MEASUREMENT = (
+    "base_drift",
+    "base_step",
+    "station_offset",
+    "tool_shift",
+    "measurement_scale",
+    "tracker_range",
+    "tracker_angle",
+)
 
 
 @dataclass(frozen=True, eq=False)

@@ -38,11 +38,16 @@ RICHER = {  # what holds another name of the same owner as a special case
 ORDERS = (1, 2, 3, 4, 5, 6)
 CORNERS = (0.2, 0.35, 0.5, 0.65, 0.8)  # quantiles of a joint's load at which a compliance may bend
 STEPS = 24  # moments of a step that are tried before the best is searched for
-_NOT_SCREENED = ("joint_profile", "regressor", *NUISANCES)  # generic blocks stand for the first two
+_NOT_SCREENED = ("joint_profile", "surrogate", "regressor", *NUISANCES)  # generic blocks stand for the first two
 _FEWEST = 5  # rows on either side of a step
 
 NEEDS = {
     "backlash": "approach{n} that takes both signs",
+    "friction": "approach{n} that takes both signs",
+    "settling": "rows in the order in which they were measured",
+    "tracker_range": "poses that fill a wide angle as the instrument sees them",
+    "tracker_angle": "poses that fill a wide angle as the instrument sees them",
+    "gravity_sag": "no masses in the robot file; with them joint_compliance says more",
     "thermal_expansion": "temperature_c that varies",
     "thermal_offset": "temperature_c that varies",
     "base_drift": "time_s over which the set-up may move",
@@ -167,6 +172,10 @@ def _entries(effect: str, owner: str, robot: Robot, data: Dataset) -> Iterator[N
             yield Name({**bare, "corner": corner}, f"corner={corner}")
     elif effect == "base_step":
         yield from _steps(bare, data)
+    elif effect == "gravity_sag":
+        if any(joint.get("link") for joint in robot.spec["joints"]):
+            raise InvalidInput("gravity_sag is for robots without masses")
+        yield Name({**bare, "moments": "even"})
     else:
         entry = with_origins(bare, robot, data)
         for column in _columns(entry, robot):

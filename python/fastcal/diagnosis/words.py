@@ -32,6 +32,12 @@ EFFECTS = {
     "thermal_expansion": "thermal growth",
     "thermal_offset": "a thermal drift of its zero",
     "tool_shift": "a shift of the target between its mounts",
+    "friction": "friction that grows with its load",
+    "gravity_sag": "sag under the arm's own weight",
+    "settling": "settling after its last move",
+    "tracker_range": "an error of the lengths that it measures",
+    "tracker_angle": "eccentric angle circles",
+    "surrogate": "an error without a name",
 }
 
 _PLACES = {"workspace": "in the workspace", "base": "at the base or the instrument", "tool": "at the tool"}

@@ -22,12 +22,21 @@ Spec = dict[str, Any]
 _GEOMETRY_UNITS = {"m": "mm", "rad": "deg"}  # what a table of a robot is written in
 _EFFECT_UNITS = {"m": "mm", "m_s": "mm_s"}  # an effect's angles stay in radian, as its compliances are
 
-LABELS = {"station_offset": "stations", "tool_shift": "mounts"}  # options that list labels: the core is told how many
+LABELS = {
+    "station_offset": "stations",
+    "tool_shift": "mounts",
+    "tracker_range": "stations",
+    "tracker_angle": "stations",
+}  # options that list labels: the core is told how many
 AMONG_PARAMETERS = {
     "gear_harmonic": ("order",),
     "base_step": ("at_s",),
+    "thermal_expansion": ("lag_s",),
+    "thermal_offset": ("lag_s",),
 }  # options that a file lists with the parameters
-_OF_CALIBRATION = ("curvature", "prior")  # options that only the calibration reads
+LAGGED = "temperature behind a lag of "  # begins the column of a filtered temperature; its lag [s] follows
+MOVE = "last move of joint "  # begins the column of a joint's last moves; its number follows
+_OF_CALIBRATION = ("curvature", "prior", "spread")  # options that the core does not read
 _APART = (
     "order",
     "side",
@@ -128,16 +137,44 @@ def build_effects(entries: Sequence[Spec], core: _core.RobotModel) -> list[_core
             table += known.width(entry["owner"])
             continue
         options = core_options(entry)
-        if "column" in options:
-            options["index"] = float(columns.index(options["column"]))
+        own = own_columns(entry)
+        if "inputs" in options:
+            options["inputs"] = _by_index(str(options["inputs"]), columns)
+        elif own:
+            options["index"] = float(columns.index(own[0]))
         effect_owners(entry["effect"], core)
         effects.append(_core.make_effect(entry["effect"], core, entry["owner"], options))
     return effects
 
 
 def extra_columns(entries: Sequence[Spec]) -> list[str]:
-    """Columns of the user's own that the entries name, each once."""
-    return list(dict.fromkeys(str(entry["column"]) for entry in entries if "column" in entry))
+    """Columns beyond the core's own that the entries look at, each once."""
+    return list(dict.fromkeys(column for entry in entries for column in own_columns(entry)))
+
+
+def own_columns(entry: Spec) -> list[str]:
+    """The user's own column that an entry names, or what follows from several rows: a filtered temperature, moves."""
+    if "column" in entry:
+        return [str(entry["column"])]
+    if entry["effect"] == "settling":
+        return [f"{MOVE}{entry['owner'].removeprefix('joint')}"]
+    if "inputs" in entry:
+        words = str(entry["inputs"]).split()
+        return [f"{MOVE}{word.removeprefix('move')}" for word in words if word.startswith("move")]
+    lag = lag_of(entry)
+    return [f"{LAGGED}{lag!r}"] if lag > 0 else []
+
+
+def _by_index(inputs: str, columns: Sequence[str]) -> str:
+    """The inputs of a surrogate with moves as the core knows them: by their place among the columns."""
+    words = inputs.split()
+    moves = {word: f"{MOVE}{word.removeprefix('move')}" for word in words if word.startswith("move")}
+    return " ".join(f"extra:{columns.index(moves[word])}" if word in moves else word for word in words)
+
+
+def lag_of(entry: Spec) -> float:
+    """[s] The lag of a thermal effect; 0 where it has none."""
+    return float(options_of(entry).get("lag_s", 0.0)) if "lag_s" in AMONG_PARAMETERS.get(entry["effect"], ()) else 0.0
 
 
 def parse_effects(text: str | Sequence[str], core: _core.RobotModel) -> tuple[bool, list[Spec]]:

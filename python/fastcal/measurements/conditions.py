@@ -12,9 +12,11 @@ from numpy.typing import NDArray
 
 from fastcal import _core
 from fastcal.effects import registered
-from fastcal.effects.entries import LABELS, Spec, extra_columns, label
+from fastcal.effects.entries import LABELS, LAGGED, MOVE, Spec, extra_columns, label, options_of
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
+from fastcal.measurements.last_moves import directions
+from fastcal.measurements.thermal_lag import lagged
 
 FloatArray = NDArray[np.float64]
 
@@ -41,7 +43,7 @@ def build_samples(
         given: payload, wrench, temperature ... in SI, `station` and `mount` as labels, `extra` as name to (N,); None
             where there is none. One number or label stands for all rows.
     """
-    known = {name: value for name, value in given.items() if value is not None and name != "extra"}
+    known = {name: value for name, value in given.items() if value is not None and name not in ("extra", "move")}
     names = ["payload", *NUMBERS, *TABLES, *LABELLED]
     for name in known:
         if name not in names:
@@ -56,10 +58,10 @@ def build_samples(
     for name, values in labels.items():
         arrays[name] = np.unique(values, return_inverse=True)[1].astype(np.int32)
         for entry in entries:
-            if LABELS.get(entry["effect"]) == LABELLED[name]:
+            if LABELS.get(entry["effect"]) == LABELLED[name] and LABELLED[name] in options_of(entry):
                 arrays[name] = _numbers_of(values, entry, name)
     if columns := extra_columns(entries):
-        arrays["extra"] = np.column_stack([extra[name] for name in columns])
+        arrays["extra"] = np.column_stack([_column(name, arrays, given.get("move"), extra, q) for name in columns])
     table = _table(entries, core, q, arrays, extra)
     return _core.Samples(q, **arrays, **({} if table is None else {"table": table}))
 
@@ -73,7 +75,8 @@ def condition_columns(data: Dataset) -> dict[str, Any]:
         "time": data.time,
         "station": None if data.station is None else np.array(data.station_names)[data.station],
         "mount": None if data.mount is None else np.array(data.mount_names)[data.mount],
-        "approach": data.approach,
+        "approach": directions(data.move) if data.approach is None and data.move is not None else data.approach,
+        "move": data.move,
         "current": data.current,
         "extra": data.extra,
     }
@@ -98,10 +101,9 @@ def _check_columns(
     """Raises InvalidInput where the data lack what the effect cannot do without."""
     own = registered.find(entry["effect"])
     for name in own.columns if own else effect.data_columns:
-        field = name.rstrip("0123456789")  # approach4: the column of a joint
-        if field.startswith("extra:"):
-            _check_extra(entry, field.removeprefix("extra:"), extra, rows)
-        elif field not in given:
+        if name.startswith("extra:"):
+            _check_extra(entry, name.removeprefix("extra:"), extra, rows)
+        elif name.rstrip("0123456789") not in given:  # approach4: the column of a joint
             raise InvalidInput(f"{label(entry)} needs the column {_title(name)}, which the data do not have")
     for name in own.extra if own else ():
         _check_extra(entry, name, extra, rows)
@@ -132,6 +134,20 @@ def _numbers_of(labels: NDArray[np.str_], entry: Spec, column: str) -> NDArray[n
             listed = ", ".join(known)
             raise InvalidInput(f"{column} '{name}' in row {row} is none that {label(entry)} was fitted with: {listed}")
     return np.array([places[name] for name in labels], dtype=np.int32)
+
+
+def _column(
+    name: str, arrays: Mapping[str, Any], move: FloatArray | None, extra: Mapping[str, FloatArray], q: FloatArray
+) -> FloatArray:
+    """(N,) a column of the user's own, or one that follows from several rows."""
+    if name.startswith(LAGGED):
+        if "time" not in arrays:
+            raise InvalidInput("a thermal effect with lag_s needs the column time_s, which the data do not have")
+        return lagged(arrays["temperature"], arrays["time"], float(name.removeprefix(LAGGED)))
+    if name.startswith(MOVE):
+        joint = int(name.removeprefix(MOVE)) - 1
+        return np.zeros(len(q)) if move is None else np.asarray(move, dtype=float)[:, joint]
+    return extra[name]
 
 
 def _table(

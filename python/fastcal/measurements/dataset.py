@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from fastcal import late
 from fastcal.errors import InvalidInput
 from fastcal.measurements.checks import BadRow, RobotFacts, check_values
+from fastcal.measurements.last_moves import last_moves
 from fastcal.measurements.splits import random_rows, region_rows
 from fastcal.shown import Shown
 
@@ -49,6 +50,7 @@ class Dataset(Shown):
         time: (N,) [s].
         station, mount: (N,) index into `station_names`, `mount_names`: set-ups of the instrument and the target.
         approach: (N, n) +1 or -1, the direction in which the joint last moved; 0 where unknown.
+        move: (N, n) last move of each joint [rad or m], from the order of rows; 0 where unknown (`last_moves`).
         extra: Unknown columns that hold numbers, as they are: name to (N,), NaN where empty.
         extra_labels: Unknown columns that hold text: name to N strings.
         notes: What a reader should know, a sentence each.
@@ -76,6 +78,7 @@ class Dataset(Shown):
     mount: IntArray | None = None
     mount_names: tuple[str, ...] = ()
     approach: FloatArray | None = None
+    move: FloatArray | None = None
     extra: Mapping[str, FloatArray] = field(default_factory=dict)
     extra_labels: Mapping[str, list[str]] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
@@ -213,6 +216,7 @@ class Dataset(Shown):
         anchors, anchor_names = _codes("anchor", anchor, rows)
         stations, station_names = _codes("station", station, rows)
         mounts, mount_names = _codes("mount", mount, rows)
+        approaches = one("approach", approach, count)
         data = cls(
             q=joints,
             q_read=one("q_read", q_read, count),
@@ -232,7 +236,8 @@ class Dataset(Shown):
             station_names=station_names,
             mount=mounts,
             mount_names=mount_names,
-            approach=one("approach", approach, count),
+            approach=approaches,
+            move=last_moves(joints, approaches),
             extra={name: _array(name, values, (rows,)) for name, values in (extra or {}).items()},
             extra_labels={name: [str(label) for label in labels] for name, labels in (extra_labels or {}).items()},
             notes=tuple(notes),

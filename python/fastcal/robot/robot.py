@@ -173,8 +173,8 @@ class Robot(Shown):
             threads: Cores to use; the result does not depend on it.
             out: C-order float64 (N, 4, 4) to write into.
             **conditions: payload [kg], wrench (N, 6), temperature [K], time [s], station and mount (labels), approach
-                (N, n),
-                current (N, n) [A], extra (name to (N,)); one number or label stands for all rows.
+                (N, n), move (N, n) last moves of the joints [rad or m], current (N, n) [A], extra (name to (N,)); one
+                number or label stands for all rows.
         """
         samples = self.conditions(q, **conditions)
         T = np.asarray(self.error_model.predict(samples, self.error_model.start, threads, out))
@@ -246,12 +246,30 @@ class Robot(Shown):
         record = self.record
         if record is None:
             return np.full((len(samples), 3), np.nan)
+        surrogates = self.surrogate_deviation(samples, threads)
         columns = [self.parameter_names.index(name) for name in record.parameters if name in self.parameter_names]
         known = [i for i, name in enumerate(record.parameters) if name in self.parameter_names]
         J = np.asarray(self.error_model.parameter_jacobian(samples, self.error_model.start, 3, threads, None))[
             :, :, columns
         ]
-        return np.asarray(np.linalg.norm(J @ record.root[known], axis=2))
+        return np.asarray(np.hypot(np.linalg.norm(J @ record.root[known], axis=2), surrogates))
+
+    def surrogate_deviation(self, samples: _core.Samples, threads: int = 1) -> FloatArray:
+        """(N, 3) standard deviation [m] of the points that comes from the functions of surrogates; 0 without one.
+
+        Each line of an entry's `spread` is a function (weights, then shift) of which the posterior holds one unit.
+        """
+        parts: list[Spec] = []
+        for entry in self.spec.get("effects") or []:
+            count = len(entry.get("weights") or [])
+            for line in entry.get("spread") or []:
+                part = {"weights": line[:count], "shift": line[count:], "parameters": {}}
+                parts.append({key: value for key, value in entry.items() if key != "spread"} | part)
+        if not parts:
+            return np.zeros((len(samples), 3))
+        model = _core.ErrorModel(self.core, build_effects(parts, self.core), np.zeros(len(parts)))
+        J = np.asarray(model.parameter_jacobian(samples, model.start, 3, threads, None))[:, :, -len(parts) :]
+        return np.asarray(np.linalg.norm(J, axis=2))
 
     def save(self, path: str | PathLike[str]) -> None:
         """Writes the robot file; it loads back to the same predictions, bit for bit."""

@@ -167,7 +167,9 @@ TEST(EffectRegistry, HoldsTheseNames) {
                                           "compensator_spring",
                                           "coupling_ratio",
                                           "current_compliance",
+                                          "friction",
                                           "gear_harmonic",
+                                          "gravity_sag",
                                           "joint_compliance",
                                           "joint_compliance_nonlinear",
                                           "joint_profile",
@@ -180,10 +182,14 @@ TEST(EffectRegistry, HoldsTheseNames) {
                                           "payload_mass",
                                           "reduction_ratio",
                                           "regressor",
+                                          "settling",
                                           "station_offset",
+                                          "surrogate",
                                           "thermal_expansion",
                                           "thermal_offset",
-                                          "tool_shift"};
+                                          "tool_shift",
+                                          "tracker_angle",
+                                          "tracker_range"};
   EXPECT_EQ(effect_names(), expected);
 }
 

@@ -44,5 +44,43 @@ TEST(MeasurementScale, ScalesTheDeflectedArm) {
   EXPECT_LT((tool(with(level_arm(), scaled), posture({0.2})).p - 1.001 * truth.p).norm(), 1e-14);
 }
 
+TEST(TrackerRange, AddsToEachLengthAndScalesItFromTheInstrument) {
+  Pose base = turned_base(0.3);
+  base.p = {3, -2, 0.5};
+  const std::vector<double> q{0.4, -0.9};
+  const Eigen::Vector3d truth = tool(ErrorModel(flat_arm(2, base)), posture(q)).p;
+  const Eigen::Vector3d seen =
+      tool(with(flat_arm(2, base), {{"tracker_range", "instrument", {2e-3, 1e-4}, {}}}), posture(q)).p;
+  EXPECT_LT((seen - truth.normalized() * (1.0001 * truth.norm() + 2e-3)).norm(), 1e-12);
+}
+
+TEST(TrackerRange, HasOneOfEachStation) {
+  Pose base;
+  base.p = {3, 0, 0};
+  const ErrorModel model =
+      with(flat_arm(1, base), {{"tracker_range", "instrument", {1e-3, 0, 5e-3, 0}, {{"count", 2.0}}}});
+  for (int station = 0; station < 2; ++station) {
+    Samples samples = posture({0});
+    samples.station = Eigen::VectorXi::Constant(1, station);
+    EXPECT_NEAR(tool(model, samples).p.x(), station == 0 ? 4.001 : 4.005, 1e-14);
+  }
+}
+
+TEST(TrackerAngle, TurnsTheReadingOfEachCircle) {
+  Pose base;
+  base.p = {2, 0, 2};  // the tool of a straight arm: (3, 0, 2)
+  const RobotModel robot = flat_arm(1, base);
+  const double r = std::sqrt(13.0);
+  // Azimuth 0: its sine does nothing, its cosine turns by 1e-5 about z; elevation e: tan e = 2 / 3.
+  const Eigen::Vector3d expected[4] = {{0, 0, 0}, {0, 3e-5, 0}, {-4e-5 / r, 0, 6e-5 / r}, {-6e-5 / r, 0, 9e-5 / r}};
+  for (std::size_t k = 0; k < 4; ++k) {
+    std::vector<double> values(4, 0.0);
+    values[k] = 1e-5;
+    const Eigen::Vector3d moved =
+        tool(with(robot, {{"tracker_angle", "instrument", values, {}}}), posture({0})).p - Eigen::Vector3d(3, 0, 2);
+    EXPECT_LT((moved - expected[k]).norm(), 1e-9 * 1e-5 + 1e-15) << k;
+  }
+}
+
 }  // namespace
 }  // namespace fastcal::test

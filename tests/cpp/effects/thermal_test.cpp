@@ -73,5 +73,17 @@ TEST(ThermalOffset, ShiftsTheJointsZero) {
   EXPECT_NEAR(heading(tool(model, warm({0.3, 0.4}, 283.15))), 0.7 - 2e-4, 1e-15);
 }
 
+TEST(ThermalOffset, LooksAtTheFilteredTemperatureWhereItLags) {
+  const Options late{{"t0", 290.0}, {"lag", 600.0}, {"index", 1.0}};
+  Samples samples = posture({0.3, 0.4});
+  samples.temperature = Eigen::VectorXd::Constant(1, 300);
+  samples.extra = RowMatrixXd::Zero(1, 2);
+  samples.extra(0, 1) = 294;
+  EXPECT_NEAR(heading(tool(with(flat_arm(2), {{"thermal_offset", "joint2", {1e-5}, late}}), samples)), 0.7 + 4e-5,
+              1e-15);
+  EXPECT_THROW(make_effect("thermal_offset", flat_arm(2), "joint2", {{"lag", 600.0}}), InvalidInput);
+  EXPECT_THROW(make_effect("thermal_offset", flat_arm(2), "joint2", {{"lag", -1.0}}), InvalidInput);
+}
+
 }  // namespace
 }  // namespace fastcal::test

@@ -21,7 +21,6 @@ MISSING = [
     ("base_step", "time", "base_step@base needs the column time_s"),
     ("station_offset", "station", "station_offset@base needs the column station"),
     ("tool_shift", "mount", "tool_shift@tool needs the column mount"),
-    ("backlash@joint4", "approach", "backlash@joint4 needs the column approach4"),
     ("current_compliance@joint2", "current", "current_compliance@joint2 needs the column current2_a"),
 ]
 

@@ -1,0 +1,299 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Where a model leaves something without a name, a smooth shrunk function of the place is added to it.
+
+Each block (a place and what it may depend on) is a Gaussian process beside the geometry, one amplitude by marginal
+likelihood; the block with the most evidence first, the next beside it. A block must have evidence, and the whole must
+predict poses that were left out: what is added where nothing is missing does harm on other poses. The function comes
+with the shift of the geometry that makes both together orthogonal to the geometry (`surrogate.cpp`).
+"""
+
+from __future__ import annotations
+
+import copy
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg
+
+from fastcal.measurements.dataset import Dataset
+from fastcal.robot.robot import Robot, Spec
+from fastcal.surrogate.candidates import Candidate, candidates, directions
+from fastcal.surrogate.evidence import Beside, held_out_squares
+from fastcal.surrogate.features import Features, features
+from fastcal.surrogate.problem import RestProblem, rest_problem
+
+FloatArray = NDArray[np.float64]
+
+EVIDENCE = 60.0  # twice the log of likelihoods: nothing on 14 of 14 sets where nothing is missing (with HELD_OUT)
+MORE = 30.0  # of a further block
+HELD_OUT = 0.95  # RMS of poses left out with the surrogate over that without
+MOST_BLOCKS = 3
+_WIDTHS = {1: (0.07, 0.15, 0.35, 0.8), 2: (0.25, 0.6), 3: (0.4, 0.8)}  # of an input's range, by the number of inputs
+_NODES = {1: 24, 2: 40, 3: 60}
+_FEWER = 12  # nodes of a place that moves in six directions
+_ROWS = 1500  # that blocks are chosen on: more tell no more of a smooth curve
+_ROWS_FITTED = 6000
+_FEW_ROWS = 100  # where the choice of blocks itself is part of what poses left out must confirm
+_COMPONENTS = 8  # of the function's uncertainty that a model keeps
+
+
+@dataclass(frozen=True, eq=False)
+class Block:
+    """A candidate with its kernel, its features as columns, and what was found of it."""
+
+    candidate: Candidate
+    kernel: Features
+    low: FloatArray
+    high: FloatArray
+    scale: FloatArray  # (directions,) a unit of each direction [rad, m] that has a mean square of 1 in noise
+    columns: FloatArray  # (m, features x directions), times the size
+    size: float
+    evidence: float
+
+
+@dataclass(frozen=True, eq=False)
+class AddedSurrogate:
+    """What `add_surrogate` found.
+
+    Attributes:
+        model: With the surrogates in it; the model that was given where `added` is empty.
+        added: Names such as "surrogate@joint5".
+        owner, depends_on: The place with the most evidence and what it depends on; None and () where none has any.
+        share: Of the sum of squares of what was left, what that block explains.
+        evidence: Of that block, twice a log ratio of likelihoods.
+        held_out: RMS of poses left out with everything that was tried over that without; 1 where nothing was.
+        inputs, curve: (N, inputs) and (N, directions) [rad, m]: the first block's function over the rows.
+    """
+
+    model: Robot
+    added: tuple[str, ...]
+    owner: str | None
+    depends_on: tuple[str, ...]
+    share: float
+    evidence: float
+    held_out: float
+    inputs: FloatArray
+    curve: FloatArray
+
+
+def add_surrogate(
+    model: Robot,
+    data: Dataset,
+    *,
+    noise: tuple[float, float, float],
+    anchors: FloatArray | None = None,
+    exclude: frozenset[str] = frozenset(),
+    threads: int = 1,
+) -> AddedSurrogate:
+    """Places what a calibrated model leaves and adds a surrogate of it, if evidence and poses left out both agree.
+
+    Args:
+        model: As `calibrate` or `diagnose` made it; its parameters stay as they are.
+        data: The rows that it was fitted to, without outliers.
+        noise: Standard deviation common to all numbers: positions [m], rotations [rad], lengths [m]. A wrong one
+            weights kinds of numbers against each other wrongly, and nothing else: their common factor is estimated.
+        anchors: (anchors, 3) [m], where lengths were measured.
+        exclude: Places to leave out, such as "workspace".
+        threads: Cores; the result does not depend on it.
+    """
+    open_ones = [c for c in candidates(model, data) if c.owner not in exclude]
+    owners = list(dict.fromkeys(c.owner for c in open_ones))
+    few = data.select(_some(len(data), _ROWS))
+    problem = rest_problem(model, few, noise, anchors, owners, threads)
+    blocks = _chosen(problem, open_ones)
+    nothing = AddedSurrogate(model, (), None, (), 0.0, 0.0, 1.0, np.zeros((0, 0)), np.zeros((0, 0)))
+    if not blocks:
+        return nothing
+    if len(data) > len(few):
+        rows = data.select(_some(len(data), _ROWS_FITTED))
+        problem = rest_problem(model, rows, noise, anchors, list({b.candidate.owner for b in blocks}), threads)
+        blocks = [_block(problem, b.candidate, b.kernel, b.low, b.high, b.scale, b.size, b.evidence) for b in blocks]
+    ratio = _held_out(problem, blocks, open_ones)
+    while ratio >= HELD_OUT and len(blocks) > 1:
+        blocks = blocks[:-1]
+        ratio = _held_out(problem, blocks, open_ones)
+    first = blocks[0]
+    entries, share = _entries(problem, blocks)
+    found = AddedSurrogate(
+        model=model,
+        added=(),
+        owner=first.candidate.owner,
+        depends_on=first.candidate.inputs,
+        share=share,
+        evidence=first.evidence,
+        held_out=ratio,
+        inputs=problem.inputs(first.candidate.inputs),
+        curve=_curve(problem, first, entries[0]),
+    )
+    if first.evidence < EVIDENCE or ratio >= HELD_OUT:
+        return found
+    spec = copy.deepcopy(model.spec)
+    spec["effects"] = [*(spec.get("effects") or []), *entries]
+    names = tuple(f"surrogate@{b.candidate.owner}" for b in blocks)
+    return AddedSurrogate(**{**vars(found), "model": Robot(spec), "added": names})
+
+
+def _some(rows: int, most: int) -> NDArray[np.int64]:
+    """Rows spread evenly, `most` of them at most."""
+    return np.unique(np.linspace(0, rows - 1, min(rows, most)).round().astype(np.int64))
+
+
+def _held_out(problem: RestProblem, blocks: list[Block], open_ones: list[Candidate]) -> float:
+    """RMS of poses left out with the blocks over that without.
+
+    Few rows choose blocks by chance: there the choice is made anew without each fold.
+    """
+    squares = np.zeros(2)
+    again = len(problem.data) < _FEW_ROWS
+    for k in range(int(problem.fold.max()) + 1):
+        held = problem.fold == k
+        if not held.any():
+            continue
+        own = blocks
+        if again:
+            kernels = _chosen(problem.without(held), open_ones, len(blocks))
+            own = [_block(problem, b.candidate, b.kernel, b.low, b.high, b.scale, b.size, b.evidence) for b in kernels]
+        C = np.hstack([b.columns for b in own]) if own else np.zeros((len(problem.r), 0))
+        squares += held_out_squares(problem.A, C, problem.r, held)
+    return float(np.sqrt(squares[1] / squares[0])) if squares[0] > 0 else 1.0
+
+
+def _chosen(problem: RestProblem, open_ones: list[Candidate], most: int = MOST_BLOCKS) -> list[Block]:
+    """Blocks by evidence, each beside those before it."""
+    blocks: list[Block] = []
+    A, r = problem.A, problem.r
+    while len(blocks) < most:
+        beside = Beside(A, r)
+        best: Block | None = None
+        pad = len(r) - len(problem.r)
+        for candidate in open_ones:
+            if any(candidate == b.candidate for b in blocks):
+                continue
+            for share in _WIDTHS[len(candidate.inputs)]:
+                block = _candidate_block(problem, candidate, share)
+                if block is None:
+                    break
+                found = beside.weigh(np.vstack([block.columns, np.zeros((pad, block.columns.shape[1]))]))
+                if found.evidence > (0.0 if best is None else best.evidence):
+                    best = Block(**{**vars(block), "size": found.size, "evidence": found.evidence})
+        if best is None or best.evidence < (MORE if blocks else 1e-9):
+            break
+        best = Block(**{**vars(best), "columns": best.columns * best.size})
+        blocks.append(best)
+        # What was chosen is part of the model from here on, its weights ~ N(0, I).
+        count = best.columns.shape[1]
+        columns = np.vstack([best.columns, np.zeros((pad, count))])
+        A = np.block([[A, columns], [np.zeros((count, A.shape[1])), np.eye(count)]])
+        r = np.append(r, np.zeros(count))
+    return blocks
+
+
+def _candidate_block(problem: RestProblem, candidate: Candidate, share: float) -> Block | None:
+    """The columns of a candidate, mean square 1; None where it moves nothing that was measured."""
+    x = problem.inputs(candidate.inputs)
+    low, high = x.min(axis=0), x.max(axis=0)
+    if not (high > low).all():
+        return None
+    sign = np.array([name.startswith("approach") for name in candidate.inputs])
+    width = np.where(sign, 1.0, share * (high - low))
+    most = _NODES[len(candidate.inputs)]
+    kernel = features(x, width, most if directions(candidate.owner) < 6 else _FEWER)
+    size = np.sqrt((problem.place[candidate.owner] ** 2).mean(axis=0))
+    if not size.any():
+        return None
+    scale = np.divide(1.0, size, out=np.zeros_like(size), where=size > 1e-9 * size.max())
+    return _block(problem, candidate, kernel, low, high, scale, 1.0, 0.0)
+
+
+def _block(
+    problem: RestProblem,
+    candidate: Candidate,
+    kernel: Features,
+    low: FloatArray,
+    high: FloatArray,
+    scale: FloatArray,
+    size: float,
+    evidence: float,
+) -> Block:
+    phi = kernel(problem.inputs(candidate.inputs))
+    values = np.where((problem.row >= 0)[:, np.newaxis], phi[np.maximum(problem.row, 0)], 0.0)
+    motion = problem.place[candidate.owner] * scale
+    columns = (values[:, :, np.newaxis] * motion[:, np.newaxis, :]).reshape(len(values), -1)
+    return Block(candidate, kernel, low, high, scale, size * columns, size, evidence)
+
+
+def _entries(problem: RestProblem, blocks: list[Block]) -> tuple[list[Spec], float]:
+    """The blocks as effects of a robot file, and what share of the rest the first explains."""
+    sizes = [b.columns.shape[1] for b in blocks]
+    C = np.hstack([b.columns for b in blocks])
+    beside = Beside(problem.A, problem.r)
+    across, left = beside.across(C), beside.across(problem.r)
+    precision = across.T @ across + np.eye(C.shape[1])
+    root = linalg.cho_factor(precision)
+    w = linalg.cho_solve(root, across.T @ left)
+    variance = float(np.sum((left - across @ w) ** 2)) / max(len(left) - 2 * problem.A.shape[1], 1)
+    covariance = linalg.cho_solve(root, np.eye(len(w))) * variance
+    back = linalg.lstsq(problem.A, C, lapack_driver="gelsy", check_finite=False)[0]
+    out: list[Spec] = []
+    first = np.concatenate([[0], np.cumsum(sizes)])
+    for k, block in enumerate(blocks):
+        own = slice(first[k], first[k + 1])
+        eigenvalues, V = np.linalg.eigh(covariance[own, own])
+        kept = slice(max(0, len(eigenvalues) - _COMPONENTS), None)
+        components = V[:, kept] * np.sqrt(np.maximum(eigenvalues[kept], 0.0))
+        moved = float(np.sum((across[:, own] @ w[own]) ** 2))
+        amount_std = float(np.sqrt(variance / moved)) if moved > 0 else 1.0
+        entry: Spec = {
+            "effect": "surrogate",
+            "owner": block.candidate.owner,
+            "parameters": {"amount": {"value": 1.0, "std": amount_std}},
+            "inputs": " ".join(block.candidate.inputs),
+            "low": block.low.tolist(),
+            "high": block.high.tolist(),
+            "width": block.kernel.width.tolist(),
+            "nodes": block.kernel.nodes.ravel().tolist(),
+            "weights": _at_nodes(block, w[own]).ravel().tolist(),
+            "shift": _shift(problem, -back[:, own] @ w[own]).tolist(),
+            "spread": [
+                [*_at_nodes(block, c).ravel().tolist(), *_shift(problem, -back[:, own] @ c).tolist()]
+                for c in components.T
+            ],
+        }
+        out.append(entry)
+    return out, _share(across[:, : sizes[0]], left)
+
+
+def _share(across: FloatArray, left: FloatArray) -> float:
+    """Of the sum of squares that is left, what one block explains by itself."""
+    w = np.linalg.solve(across.T @ across + np.eye(across.shape[1]), across.T @ left)
+    total = float(left @ left)
+    return float(np.clip(1 - np.sum((left - across @ w) ** 2) / total, 0.0, 1.0)) if total > 0 else 0.0
+
+
+def _at_nodes(block: Block, w: FloatArray) -> FloatArray:
+    """(k, directions) weights at the nodes [rad, m]."""
+    by_feature = w.reshape(block.kernel.at_nodes.shape[1], len(block.scale))
+    return np.asarray(block.size * (block.kernel.at_nodes @ by_feature) * block.scale)
+
+
+def _shift(problem: RestProblem, values: FloatArray) -> FloatArray:
+    """Of all parameters of the robot."""
+    out = np.zeros(len(problem.model.core.parameters))
+    own = problem.shifted >= 0
+    out[problem.shifted[own]] = values[own]
+    return out
+
+
+def _curve(problem: RestProblem, block: Block, entry: Spec) -> FloatArray:
+    """(N, directions) the function's values in the rows."""
+    phi = block.kernel(problem.inputs(block.candidate.inputs))
+    at_nodes = np.array(entry["weights"]).reshape(-1, len(block.scale))
+    w = np.linalg.lstsq(block.kernel.at_nodes, at_nodes, rcond=None)[0]
+    return np.asarray(phi @ w)
+
+
+def surrogate_deviation(model: Robot, data: Dataset, threads: int = 1) -> FloatArray:
+    """(N, 3) standard deviation [m] of the tool that comes from the model's surrogates; 0 without one."""
+    return model.surrogate_deviation(model.samples(data), threads)

@@ -1,0 +1,101 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Where something may be missing, and what it may depend on: the blocks that a surrogate is chosen from.
+
+A place is a motion of the arm (directions of `surrogate.cpp`), its inputs are named as in `surrogate_inputs.hpp`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from fastcal.measurements.dataset import Dataset
+from fastcal.robot.robot import Robot
+
+_CONSTANT = 1e-9  # of its size: an input that varies by less is constant
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A place and what its function depends on.
+
+    Attributes:
+        owner: jointN, linkN, base, tool, robot (all lengths), instrument, workspace.
+        inputs: Names of what it depends on, one to three.
+    """
+
+    owner: str
+    inputs: tuple[str, ...]
+
+    def __str__(self) -> str:
+        return f"{self.owner} by {', '.join(self.inputs)}"
+
+
+def directions(owner: str) -> int:
+    """How many directions a place moves in."""
+    if owner.startswith("joint") or owner == "robot":
+        return 1
+    return 3 if owner in ("instrument", "workspace") else 6
+
+
+def candidates(robot: Robot, data: Dataset) -> list[Candidate]:
+    """All blocks whose inputs the data hold and vary."""
+    known = {f"q{i + 1}" for i in range(robot.joint_count) if _varies(data.q[:, i])}
+    known |= {f"load{i + 1}" for i in range(robot.joint_count)}
+    for word, table in (("approach", data.approach), ("move", data.move)):
+        if table is not None:
+            known |= {f"{word}{i + 1}" for i in range(robot.joint_count) if _varies(table[:, i])}
+    for word, column in (("time", data.time), ("temperature", data.temperature), ("payload", data.payload)):
+        if column is not None and _varies(column):
+            known.add(word)
+    known |= {"gravity_x", "gravity_y", "gravity_z"}
+    known |= {f"down{i + 1}_{axis}" for i in range(robot.joint_count) for axis in "xyz"}
+    if data.position is not None:
+        known |= {"forward_x", "forward_y", "height", "range", "x", "y", "z", "sight_x", "sight_y", "sight_z"}
+    return [c for c in _all(robot.joint_count) if set(c.inputs) <= known]
+
+
+def _varies(values: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> bool:
+    return bool(np.ptp(values) > _CONSTANT * max(1.0, float(np.max(np.abs(values)))))
+
+
+def _all(n: int) -> Iterator[Candidate]:
+    for i in range(1, n + 1):
+        owner = f"joint{i}"
+        for inputs in (
+            (f"q{i}",),
+            (f"load{i}",),
+            ("time",),
+            ("temperature",),
+            (f"move{i}",),
+            (f"approach{i}", f"q{i}"),
+            (f"approach{i}", f"load{i}"),
+            (f"move{i}", f"q{i}"),
+            (f"q{i}", f"load{i}"),
+            (f"q{i}", "payload"),
+        ):
+            yield Candidate(owner, inputs)
+        for j in (i - 1, i + 1):
+            if 1 <= j <= n:
+                yield Candidate(owner, (f"q{i}", f"q{j}"))
+                yield Candidate(owner, (f"approach{j}", f"q{i}"))
+                yield Candidate(owner, (f"load{j}",))
+    for i in range(1, n):
+        yield Candidate(f"link{i}", (f"q{i}", f"q{i + 1}"))
+        yield Candidate(f"link{i}", (f"down{i}_x", f"down{i}_y", f"down{i}_z"))
+    yield Candidate("robot", ("time",))
+    yield Candidate("robot", ("temperature",))
+    yield Candidate("base", ("time",))
+    yield Candidate("base", ("q1",))
+    yield Candidate("base", ("temperature",))
+    yield Candidate("tool", ("gravity_x", "gravity_y", "gravity_z"))
+    yield Candidate("tool", ("time",))
+    yield Candidate("tool", ("sight_x", "sight_y", "sight_z"))
+    yield Candidate("instrument", ("sight_x", "sight_y", "sight_z"))
+    yield Candidate("instrument", ("forward_x", "forward_y"))
+    yield Candidate("instrument", ("height",))
+    yield Candidate("instrument", ("range",))
+    yield Candidate("workspace", ("x", "y", "z"))

@@ -1,0 +1,85 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Evidence of a random effect beside a linear model, and what it predicts of poses that were held out.
+
+    r = A b + a C w + e,   b flat,  w ~ N(0, I),  e ~ N(0, s^2 I),  s unknown
+
+With Q an orthonormal basis of A's columns, C' = C - Q Q^T C and r' likewise, and C' = U diag(d) V^T, twice the log of
+the likelihood of a over that of a = 0, s at its best for each, is
+    (m - p) log(|r'|^2 / S(a)) - sum log(1 + a^2 d^2),   S(a) = |r'|^2 - sum (U^T r')^2 a^2 d^2 / (1 + a^2 d^2).
+Source: C. Rasmussen, C. Williams, "Gaussian Processes for Machine Learning" (2006), section 2.7.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+_SIZES = 10.0 ** np.arange(-1.5, 3.01, 0.25)  # of a, in noise: columns of a block have mean square 1
+
+
+class Weighed(NamedTuple):
+    """Evidence of a block at its best size.
+
+    Attributes:
+        evidence: Twice the log of the ratio of likelihoods, 0 for a block that does nothing.
+        size: a.
+    """
+
+    evidence: float
+    size: float
+
+
+class Beside:
+    """The linear model that blocks are held against.
+
+    Args:
+        A: (m, p) its columns, rows of priors among them.
+        r: (m,) what it has to explain.
+    """
+
+    def __init__(self, A: FloatArray, r: FloatArray) -> None:
+        Q, R, _ = linalg.qr(A, mode="economic", pivoting=True, check_finite=False)
+        diagonal = np.abs(np.diag(R))
+        self._Q = Q[:, diagonal > 1e-12 * diagonal[0]]
+        self._left = self.across(r)
+        self._freedom = max(len(r) - self._Q.shape[1], 1)
+
+    def across(self, values: FloatArray) -> FloatArray:
+        """What the model cannot do of columns (m, k) or of one (m,)."""
+        once = values - self._Q @ (self._Q.T @ values)
+        return np.asarray(once - self._Q @ (self._Q.T @ once))
+
+    def weigh(self, C: FloatArray) -> Weighed:
+        """Evidence of columns C (m, k)."""
+        across = self.across(C)
+        d2, V = np.linalg.eigh(across.T @ across)
+        d2 = np.maximum(d2, 0.0)
+        along = (V.T @ (across.T @ self._left)) ** 2  # d^2 (U^T r')^2
+        a2 = _SIZES[:, np.newaxis] ** 2
+        square = float(self._left @ self._left)
+        left = np.maximum(square - (along * a2 / (1 + a2 * d2)).sum(axis=1), 1e-12 * square)
+        gain = self._freedom * np.log(square / left) - np.log1p(a2 * d2).sum(axis=1)
+        best = int(np.argmax(gain))
+        return Weighed(float(gain[best]), float(_SIZES[best])) if gain[best] > 0 else Weighed(0.0, 0.0)
+
+
+def held_out_squares(A: FloatArray, C: FloatArray, r: FloatArray, held: BoolArray) -> tuple[float, float]:
+    """Sums of squares of the held-out rows, fitted to the others: by A alone, and with C of weights ~ N(0, I)."""
+    kept = ~held
+    alone = _solve(A[kept], r[kept])
+    count = C.shape[1]
+    prior = np.hstack([np.zeros((count, A.shape[1])), np.eye(count)])
+    whole = np.hstack([A, C])
+    both = _solve(np.vstack([whole[kept], prior]), np.append(r[kept], np.zeros(count)))
+    return float(np.sum((r[held] - A[held] @ alone) ** 2)), float(np.sum((r[held] - whole[held] @ both) ** 2))
+
+
+def _solve(A: FloatArray, b: FloatArray) -> FloatArray:
+    return np.asarray(linalg.lstsq(A, b, lapack_driver="gelsy", check_finite=False)[0])

@@ -1,0 +1,148 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""A calibrated model and its rows as a surrogate needs them: residuals, geometry, motions of every place, inputs."""
+
+from __future__ import annotations
+
+import copy
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal import _core
+from fastcal.calibration.calibrate import asked_parameters, measurements
+from fastcal.calibration.evaluation import pose_groups
+from fastcal.calibration.row_weights import huber_weights
+from fastcal.measurements.dataset import Dataset
+from fastcal.robot.robot import Robot, Spec
+from fastcal.surrogate.candidates import directions
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+FOLDS = 8
+_WEAK = 30.0  # plausible sizes: a prior that only keeps what the data hardly tell from running away
+_SEED = 0
+
+
+@dataclass(frozen=True, eq=False)
+class RestProblem:
+    """Whitened numbers of what a model leaves.
+
+    Attributes:
+        model: The calibrated robot.
+        rows: (N,) rows of the data that are used.
+        A: (m, p) derivatives by the geometry (and anchors), then a row of weak priors for each.
+        r: (m,) measured less predicted; 0 in the rows of priors.
+        row: (m,) index into `rows`, -1 for a prior's.
+        fold: (m,) by pose, -1 for a prior's.
+        shifted: (p,) which parameter of the robot each column of A is; -1 for an anchor.
+        place: Owner to (m, directions): what a unit of each motion does.
+        data: The used rows; `samples` are their conditions.
+        cached: Inputs that were asked for.
+    """
+
+    model: Robot
+    data: Dataset
+    samples: _core.Samples
+    A: FloatArray
+    r: FloatArray
+    row: IntArray
+    fold: IntArray
+    shifted: IntArray
+    place: dict[str, FloatArray]
+    cached: dict[tuple[str, ...], FloatArray] = field(default_factory=dict)
+
+    def without(self, held: NDArray[np.bool_]) -> RestProblem:
+        """The problem without some numbers (m,)."""
+        kept = ~held
+        return replace(
+            self,
+            A=self.A[kept],
+            r=self.r[kept],
+            row=self.row[kept],
+            fold=self.fold[kept],
+            place={owner: values[kept] for owner, values in self.place.items()},
+        )
+
+    def inputs(self, names: tuple[str, ...]) -> FloatArray:
+        """(N, inputs) in the used rows."""
+        core = self.model.error_model
+        if names in self.cached:
+            return self.cached[names]
+        moves = [name for name in names if name.startswith("move")]
+        others = " ".join(name for name in names if name not in moves)
+        found = iter(np.asarray(_core.surrogate_inputs(core, self.samples, core.start, others)).T)
+        move = self.data.move
+        columns = [
+            move[:, int(name.removeprefix("move")) - 1] if name in moves and move is not None else next(found)
+            for name in names
+        ]
+        self.cached[names] = np.column_stack(columns)
+        return self.cached[names]
+
+
+def rest_problem(
+    model: Robot,
+    data: Dataset,
+    noise: tuple[float, float, float],
+    anchors: FloatArray | None,
+    owners: list[str],
+    threads: int,
+) -> RestProblem:
+    """The problem of `add_surrogate`, whose arguments these are; `owners` are the places to look at."""
+    spec = copy.deepcopy(model.spec)
+    spec.pop("correction", None)
+    spec.pop("calibration", None)
+    units = [unit_motion(owner, k) for owner in owners for k in range(directions(owner))]
+    extended = Robot(spec | {"effects": [*(spec.get("effects") or []), *units]})
+    samples = extended.samples(data)
+    core = extended.error_model
+    places = np.zeros(0) if anchors is None else np.ravel(anchors)
+    theta = np.concatenate([np.asarray(core.start), places])
+    near = _core.linearize(core, samples, measurements(data), theta, list(noise), threads)
+    J, r, row = np.asarray(near.J), -np.asarray(near.r), np.asarray(near.row, dtype=np.int64)
+
+    asked = asked_parameters(core, True, turned=data.rotation is not None, placed=data.position is not None)
+    geometry = [i for i in asked if i < len(core.robot.parameters)]
+    columns = [*geometry, *range(len(core.parameters), len(theta))]
+    weight = np.sqrt(huber_weights(r, row))[:, np.newaxis]
+    sizes = np.array([core.parameters[i].sigma for i in geometry] + [1.0] * len(places))
+    A = np.vstack([weight * J[:, columns], np.diag(1 / (_WEAK * sizes))])
+    first = len(core.parameters) - len(units)
+    place: dict[str, FloatArray] = {}
+    for owner in owners:
+        count = directions(owner)
+        place[owner] = _padded(weight * J[:, first : first + count], len(columns))
+        first += count
+    pad = np.full(len(columns), -1, dtype=np.int64)
+    return RestProblem(
+        model=model,
+        data=data,
+        samples=model.samples(data),
+        A=A,
+        r=np.append(weight[:, 0] * r, np.zeros(len(columns))),
+        row=np.append(row, pad),
+        fold=np.append(_folds(data)[row], pad),
+        shifted=np.array([*geometry, *([-1] * len(places))], dtype=np.int64),
+        place=place,
+    )
+
+
+def unit_motion(owner: str, direction: int) -> Spec:
+    """A surrogate that moves a place by one unit along one of its directions, whatever the inputs."""
+    weights = np.zeros(directions(owner))
+    weights[direction] = 1.0
+    return {"effect": "surrogate", "owner": owner, "weights": weights.tolist()}
+
+
+def _padded(values: FloatArray, count: int) -> FloatArray:
+    return np.vstack([values, np.zeros((count, values.shape[1]))])
+
+
+def _folds(data: Dataset) -> IntArray:
+    """(N,) 0 ... FOLDS - 1, the same for all visits of a pose."""
+    group: NDArray[Any] = pose_groups(data)
+    return np.asarray(np.random.default_rng(_SEED).permutation(int(group.max()) + 1)[group] % FOLDS, dtype=np.int64)

@@ -1,0 +1,160 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""What is missing without a name is placed and added, what is not missing is not, and a model keeps it."""
+
+import copy
+from typing import Any
+
+import numpy as np
+import pytest
+
+import fastcal
+from fastcal.calibration.calibrate import CalibrationResult, calibrate
+from fastcal.calibration.evaluation import evaluate
+from fastcal.calibration.prediction import predict
+from fastcal.calibration.simulation import perturbed, simulate
+from fastcal.effects import registered
+from fastcal.effects.registered import States
+from fastcal.io.robot_file import load_robot
+from fastcal.measurements.dataset import Dataset
+from fastcal.robot.robot import Robot
+from fastcal.surrogate import AddedSurrogate, add_surrogate, formulas
+from fastcal.units import to_si
+
+NOISE = to_si(0.03, "mm")
+
+
+def hooked(states: States) -> np.ndarray[Any, Any]:
+    """Joint 3 errs by 0.3 mrad times a bent function of its position, to the side that it came from."""
+    xi = np.zeros((len(states.q), 6, 1))
+    assert states.approach is not None
+    xi[:, 5, 0] = 3e-4 * states.approach[:, 2] * np.exp(np.sin(states.q[:, 2]))
+    return xi
+
+
+@pytest.fixture(scope="module")
+def arm() -> Robot:
+    return load_robot("ur5")
+
+
+@pytest.fixture(scope="module")
+def poses(arm: Robot) -> Dataset:
+    random = np.random.default_rng(12)
+    return Dataset.from_arrays(
+        random.uniform(-2.5, 2.5, (320, arm.joint_count)),
+        payload=random.choice([0.0, 3.0], 320),
+        time=np.arange(320) * 20.0,
+        approach=random.choice([-1.0, 1.0], (320, arm.joint_count)),
+    )
+
+
+@pytest.fixture(scope="module")
+def hidden(arm: Robot, poses: Dataset) -> tuple[CalibrationResult, Dataset, Dataset]:
+    """A calibrated arm that lacks `hooked`, the rows that it was calibrated on, and others."""
+    fastcal.register_effect(
+        "hooked", owners=["joint3"], parameters=[("size", "1", 1.0, "share")], basis=hooked, columns=["approach"]
+    )
+    spec = copy.deepcopy(perturbed(arm, seed=3).spec)
+    spec["effects"] = [{"effect": "hooked", "owner": "joint3", "parameters": {"size": 1.0}}]
+    measured = simulate(Robot(spec), poses, noise=NOISE, seed=4)
+    registered._effects.pop("hooked")
+    train, test = measured.select(slice(0, None, 2)), measured.select(slice(1, None, 2))
+    return calibrate(arm, train, loss="huber"), train, test
+
+
+@pytest.fixture(scope="module")
+def added(hidden: tuple[CalibrationResult, Dataset, Dataset]) -> AddedSurrogate:
+    found, train, _ = hidden
+    return add_surrogate(found.model, train, noise=(found.sigma, 1e-4, found.sigma))
+
+
+def rms(model: Robot, data: Dataset) -> float:
+    after = evaluate(model, data).after
+    assert after is not None
+    return after.rms
+
+
+def test_it_is_placed_and_closes_the_gap_on_other_poses(
+    hidden: tuple[CalibrationResult, Dataset, Dataset], added: AddedSurrogate
+) -> None:
+    found, _, test = hidden
+    assert added.added[0] == "surrogate@joint3"
+    assert added.owner == "joint3"
+    assert "approach3" in added.depends_on
+    assert added.share > 0.8
+    before, after = rms(found.model, test), rms(added.model, test)
+    floor = NOISE * 3**0.5
+    assert before > 3 * floor
+    assert before**2 - after**2 > 0.9 * (before**2 - floor**2)
+
+
+def test_the_geometry_keeps_its_numbers(
+    hidden: tuple[CalibrationResult, Dataset, Dataset], added: AddedSurrogate
+) -> None:
+    old, new = hidden[0].model.spec, added.model.spec
+    assert new["joints"] == old["joints"]
+    assert (new["base"], new["tool"]) == (old["base"], old["tool"])
+
+
+def test_it_fades_where_the_data_end(hidden: tuple[CalibrationResult, Dataset, Dataset], added: AddedSurrogate) -> None:
+    q = np.zeros((1, 6))
+    q[0, 2] = 6.0
+    q = np.vstack([q, 0.2 * np.ones(6)])
+    approach = np.ones((2, 6))
+    spec = copy.deepcopy(added.model.spec)
+    spec["effects"] = [e for e in spec["effects"] if e["owner"] == "joint3" and "q3" in e["inputs"]]
+    moved = Robot(spec).forward(q, approach=approach)[:, :3, 3] - hidden[0].model.forward(q)[:, :3, 3]
+    assert np.linalg.norm(moved[0]) < 1e-12
+    assert np.linalg.norm(moved[1]) > 1e-5
+
+
+def test_a_saved_model_predicts_the_same_and_says_how_sure_it_is(
+    hidden: tuple[CalibrationResult, Dataset, Dataset], added: AddedSurrogate, tmp_path: Any
+) -> None:
+    found, _, test = hidden
+    added.model.save(tmp_path / "model.yaml")
+    loaded = load_robot(tmp_path / "model.yaml")
+    np.testing.assert_array_equal(loaded.poses(test), added.model.poses(test))
+    said, plain = predict(loaded, test), predict(found.model, test)
+    assert (said.sigma_position >= 0.95 * plain.sigma_position).all()  # the geometry moves a little with it
+    own = loaded.surrogate_deviation(loaded.samples(test))
+    truth = loaded.poses(test)[:, :3, 3] - np.asarray(test.position)
+    assert 0.1 * NOISE < float(np.sqrt((own**2).mean())) < NOISE
+    pulls = truth / np.sqrt(said.sigma_position**2 + NOISE**2)
+    assert 0.8 < float(pulls.std()) < 1.35
+
+
+def test_nothing_is_added_where_nothing_is_missing(arm: Robot, poses: Dataset) -> None:
+    for seed in (1, 2):
+        measured = simulate(perturbed(arm, seed=seed), poses.select(slice(0, 200)), noise=NOISE, seed=seed)
+        found = calibrate(arm, measured, loss="huber")
+        rest = add_surrogate(found.model, measured, noise=(found.sigma, 1e-4, found.sigma))
+        assert rest.added == ()
+        assert rest.model is found.model
+        assert rest.evidence < 30
+
+
+def test_the_scale_of_the_noise_is_not_believed(hidden: tuple[CalibrationResult, Dataset, Dataset]) -> None:
+    found, train, _ = hidden
+    third = add_surrogate(found.model, train, noise=(found.sigma / 3, 1e-4, found.sigma))
+    assert third.owner == "joint3"
+    assert third.added
+
+
+def test_few_poses_choose_nothing_by_chance(arm: Robot, poses: Dataset) -> None:
+    measured = simulate(perturbed(arm, seed=5), poses.select(slice(0, 30)), noise=NOISE, seed=5)
+    found = calibrate(arm, measured, loss="none")
+    assert add_surrogate(found.model, measured, noise=(NOISE, 1e-4, NOISE)).added == ()
+
+
+def test_formulas_name_what_describes_the_curve() -> None:
+    random = np.random.default_rng(0)
+    side, load, q = random.choice([-1.0, 1.0], 300), random.normal(0, 50, 300), random.uniform(-3, 3, 300)
+    (first, *_) = formulas(("approach3", "load3"), np.column_stack([side, load]), (side * np.abs(load))[:, np.newaxis])
+    assert (first.text, round(first.share, 6)) == ("approach3 times |load3|", 1)
+    (first, *_) = formulas(("q2",), q[:, np.newaxis], np.sin(2.5 * q + 0.4)[:, np.newaxis])
+    assert first.text == "sine of 2.5 cycles a turn of q2"
+    assert first.share == pytest.approx(1)
+    (first, *_) = formulas(("load2",), load[:, np.newaxis], np.tanh(load / 20)[:, np.newaxis])
+    assert first.text.startswith("tanh(load2")
+    assert formulas(("q2",), np.zeros((0, 1)), np.zeros((0, 1))) == []
