@@ -4,6 +4,7 @@
 #include "fastcal/effects/surrogate_inputs.hpp"
 #include "fastcal/measurement/measurements.hpp"
 #include "fastcal/model/error_model.hpp"
+#include "fastcal/model/prediction.hpp"
 #include "fastcal/model/settle.hpp"
 
 namespace fastcal {
@@ -18,14 +19,14 @@ T or_empty(const std::optional<T>& value) {
 
 void bind_model(py::module_& m) {
   py::class_<Samples>(m, "Samples", "N rows of conditions, SI; what is None was not measured.")
-      .def(py::init([](const RowMatrixXd& q, const std::optional<Eigen::VectorXd>& payload,
+      .def(py::init([](RowMatrixXd q, const std::optional<Eigen::VectorXd>& payload,
                        const std::optional<RowMatrixXd>& wrench, const std::optional<Eigen::VectorXd>& temperature,
                        const std::optional<Eigen::VectorXd>& time, const std::optional<Eigen::VectorXi>& station,
                        const std::optional<Eigen::VectorXi>& mount, const std::optional<RowMatrixXd>& approach,
                        const std::optional<RowMatrixXd>& current, const std::optional<RowMatrixXd>& extra,
                        const std::optional<RowMatrixXd>& table) {
              Samples out;
-             out.q = q;
+             out.q = std::move(q);
              out.payload = or_empty(payload);
              out.wrench = or_empty(wrench);
              out.temperature = or_empty(temperature);

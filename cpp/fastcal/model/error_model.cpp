@@ -5,9 +5,7 @@
 #include <utility>
 
 #include "fastcal/math/check.hpp"
-#include "fastcal/math/parallel.hpp"
 #include "fastcal/math/se3.hpp"
-#include "fastcal/model/settle.hpp"
 
 namespace fastcal {
 
@@ -94,50 +92,6 @@ const Pose& RowEvaluator::jacobian(const State& state, Eigen::Ref<Eigen::Matrix<
         tool_motion(frame, tool.p, same ? column.xi : (right_jacobian_se3(twist) * column.xi).eval());
   }
   return tool;
-}
-
-namespace {
-
-/// Rows begin ... end - 1 with what the effects need of them.
-Samples settled(const ErrorModel& model, const Samples& samples, const Eigen::VectorXd& theta, Eigen::Index begin,
-                Eigen::Index end) {
-  Samples part = samples.slice(begin, end);
-  settle(model, theta, 1, part);
-  return part;
-}
-
-}  // namespace
-
-void predict(const ErrorModel& model, const Samples& samples, const Eigen::Ref<const Eigen::VectorXd>& theta,
-             int threads, double* poses) {
-  samples.check(model.robot().joint_count());
-  parallel_chunks(samples.count(), threads, [&](Eigen::Index, Eigen::Index begin, Eigen::Index end) {
-    RowEvaluator rows(model, theta);
-    const Samples part = settled(model, samples, theta, begin, end);
-    for (Eigen::Index i = begin; i < end; ++i) {
-      const Pose& T = rows.pose(part.row(i - begin));
-      Eigen::Map<Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> out(poses + 16 * i);
-      out.topLeftCorner<3, 3>() = T.R;
-      out.topRightCorner<3, 1>() = T.p;
-      out.row(3) << 0, 0, 0, 1;
-    }
-  });
-}
-
-void parameter_jacobian(const ErrorModel& model, const Samples& samples, const Eigen::Ref<const Eigen::VectorXd>& theta,
-                        int rows, int threads, double* J) {
-  samples.check(model.robot().joint_count());
-  FASTCAL_CHECK(rows == 3 || rows == 6) << "a parameter Jacobian has 3 or 6 rows a sample, got " << rows;
-  const int p = model.parameter_count();
-  parallel_chunks(samples.count(), threads, [&](Eigen::Index, Eigen::Index begin, Eigen::Index end) {
-    RowEvaluator evaluator(model, theta);
-    Eigen::Matrix<double, 6, Eigen::Dynamic> full(6, p);
-    const Samples part = settled(model, samples, theta, begin, end);
-    for (Eigen::Index i = begin; i < end; ++i) {
-      evaluator.jacobian(part.row(i - begin), full);
-      Eigen::Map<RowMatrixXd>(J + i * rows * p, rows, p) = full.topRows(rows);
-    }
-  });
 }
 
 }  // namespace fastcal

@@ -69,14 +69,4 @@ class RowEvaluator {
   std::vector<Pose> frames_;
 };
 
-/// Poses (N, 16), each 4 x 4 in C order, of the tool in the measuring frame, loads settled. The result does not depend
-/// on `threads`.
-void predict(const ErrorModel& model, const Samples& samples, const Eigen::Ref<const Eigen::VectorXd>& theta,
-             int threads, double* poses);
-
-/// Derivative of the tool's position (rows = 3) or of its motion [v; w] (rows = 6) by every parameter: (N, rows, P), C
-/// order.
-void parameter_jacobian(const ErrorModel& model, const Samples& samples, const Eigen::Ref<const Eigen::VectorXd>& theta,
-                        int rows, int threads, double* J);
-
 }  // namespace fastcal

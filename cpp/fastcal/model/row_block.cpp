@@ -177,6 +177,15 @@ Pose RowBlock::tool(int i) const {
   return out;
 }
 
+void RowBlock::write_tool(int i, double* out) const {
+  for (int r = 0; r < 3; ++r) {
+    for (int c = 0; c < 3; ++c) out[4 * r + c] = pose_part(frame_count() - 1, i, 3 * c + r);
+    out[4 * r + 3] = position(i, r);
+    out[12 + r] = 0;
+  }
+  out[15] = 1;
+}
+
 void RowBlock::jacobian(const kernels::NumberRows& numbers, double* block, int ld) {
   std::vector<kernels::TwistRows> twists;
   const auto add = [&](int parameter, int frame) -> kernels::TwistRows* {

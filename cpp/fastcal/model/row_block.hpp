@@ -50,6 +50,8 @@ class RowBlock {
   /// Part k of the tool's position, or of a frame's pose (kernels::kPoseNumbers), in row i of the block.
   double position(int i, int k) const { return pose_part(frame_count() - 1, i, 9 + k); }
   Pose tool(int i) const;
+  /// The tool's pose in row i as a 4 x 4 matrix in C order.
+  void write_tool(int i, double* out) const;
 
   /// Columns of `free` in `block`, `ld` apart: d number / d parameter by factor and scale, (numbers, stride) each; 0
   /// for parameters that are not the model's.

@@ -10,6 +10,7 @@
 #include "effects/loaded.hpp"
 #include "fastcal/math/check.hpp"
 #include "fastcal/math/se3.hpp"
+#include "fastcal/model/prediction.hpp"
 #include "support/robots.hpp"
 #include "support/structures.hpp"
 

@@ -11,6 +11,7 @@
 
 #include "fastcal/effects/registry.hpp"
 #include "fastcal/model/error_model.hpp"
+#include "fastcal/model/prediction.hpp"
 #include "fastcal/model/settle.hpp"
 
 namespace fastcal::test {

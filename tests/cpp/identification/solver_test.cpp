@@ -8,6 +8,7 @@
 #include <ceres/ceres.h>
 #include <gtest/gtest.h>
 
+#include "fastcal/model/prediction.hpp"
 #include "support/simulation.hpp"
 
 namespace fastcal {

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "fastcal/math/check.hpp"
+#include "fastcal/model/prediction.hpp"
 #include "support/robots.hpp"
 
 namespace fastcal {

@@ -1,0 +1,97 @@
+// SPDX-FileCopyrightText: 2026 The fastcal authors
+// SPDX-License-Identifier: MIT
+#include "fastcal/model/prediction.hpp"
+
+#include <algorithm>
+#include <numeric>
+#include <vector>
+
+#include "fastcal/math/check.hpp"
+#include "fastcal/math/parallel.hpp"
+#include "fastcal/model/row_block.hpp"
+#include "fastcal/model/settle.hpp"
+
+namespace fastcal {
+namespace {
+
+void check(const ErrorModel& model, const Samples& samples, const Eigen::Ref<const Eigen::VectorXd>& theta) {
+  samples.check(model.robot().joint_count());
+  FASTCAL_CHECK(theta.size() == model.parameter_count())
+      << "the model has " << model.parameter_count() << " parameters, got " << theta.size();
+}
+
+/// Brings the frames of rows begin ... end - 1 up to date, with the loads that the effects need.
+void forward(const ErrorModel& model, const Eigen::Ref<const Eigen::VectorXd>& theta, const Samples& samples,
+             Eigen::Index begin, Eigen::Index end, RowBlock& block) {
+  if (model.needs() == kNothing) return block.forward(samples, begin, end, nullptr);
+  Samples part = samples.slice(begin, end);
+  settle(model, theta, 1, part);
+  block.forward(part, 0, end - begin, nullptr);
+}
+
+/// (others, 6, stride): the numbers after the position are the turn w, so number 3 + o has slope 1 by motion 3 + o.
+void fill_slopes(int others, int stride, AlignedNumbers& slopes) {
+  double* slope = slopes.resize(6 * others * stride);
+  for (int o = 0; o < others; ++o) {
+    for (int k = 0; k < 6; ++k) std::fill_n(slope + (6 * o + k) * stride, stride, k == 3 + o ? 1.0 : 0.0);
+  }
+}
+
+/// Columns (P, rows, stride) as rows (count, rows, P): eight rows at a time, so that each line of memory is read once.
+void write_rows(const double* columns, int stride, int rows, Eigen::Index p, Eigen::Index count, double* J) {
+  for (Eigen::Index first = 0; first < count; first += kernels::kGroup) {
+    const Eigen::Index last = std::min<Eigen::Index>(count, first + kernels::kGroup);
+    for (int n = 0; n < rows; ++n) {
+      for (Eigen::Index k = 0; k < p; ++k) {
+        const double* from = columns + (k * rows + n) * stride;
+        for (Eigen::Index i = first; i < last; ++i) J[(i * rows + n) * p + k] = from[i];
+      }
+    }
+  }
+}
+
+}  // namespace
+
+void predict(const ErrorModel& model, const Samples& samples, const Eigen::Ref<const Eigen::VectorXd>& theta,
+             int threads, double* poses) {
+  check(model, samples, theta);
+  parallel_chunks(
+      samples.count(), threads, [&] { return RowBlock(model, theta, {}, {}); },
+      [&](RowBlock& block, Eigen::Index, Eigen::Index begin, Eigen::Index end) {
+        forward(model, theta, samples, begin, end, block);
+        for (Eigen::Index i = begin; i < end; ++i) block.write_tool(static_cast<int>(i - begin), poses + 16 * i);
+      });
+}
+
+void parameter_jacobian(const ErrorModel& model, const Samples& samples, const Eigen::Ref<const Eigen::VectorXd>& theta,
+                        int rows, int threads, double* J) {
+  check(model, samples, theta);
+  FASTCAL_CHECK(rows == 3 || rows == 6) << "a parameter Jacobian has 3 or 6 rows a sample, got " << rows;
+  const Eigen::Index p = model.parameter_count();
+  std::vector<int> all(static_cast<std::size_t>(p));
+  std::iota(all.begin(), all.end(), 0);
+  const Eigen::VectorXd scale = Eigen::VectorXd::Ones(p);
+  AlignedNumbers factor;
+  std::fill_n(factor.resize(rows * kChunkRows), rows * kChunkRows, 1.0);
+
+  struct Worker {
+    RowBlock block;
+    AlignedNumbers columns, slopes;
+  };
+  parallel_chunks(
+      samples.count(), threads,
+      [&] {
+        return Worker{RowBlock(model, theta, all, scale), {}, {}};
+      },
+      [&](Worker& worker, Eigen::Index, Eigen::Index begin, Eigen::Index end) {
+        forward(model, theta, samples, begin, end, worker.block);
+        const int stride = worker.block.stride();
+        const int ld = rows * stride;
+        double* columns = worker.columns.resize(p * ld);
+        fill_slopes(rows - 3, stride, worker.slopes);
+        worker.block.jacobian({true, rows - 3, factor.data(), worker.slopes.data()}, columns, ld);
+        write_rows(columns, stride, rows, p, end - begin, J + begin * rows * p);
+      });
+}
+
+}  // namespace fastcal
