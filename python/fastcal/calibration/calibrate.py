@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Calibration: from a robot and measured poses to the identified model, how sure it is, and what can't be told."""
+"""Calibration: from a robot and measured poses to the identified model and its uncertainty."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Which errors of an arm's geometry can be told at all: independent, correlated with others, or without effect.
+"""Which errors of an arm's geometry are identifiable at all: independent, correlated with others, or without effect.
 
 From the null space of the Jacobian over the workspace, J N = 0 (the spray-painting paper 2022, section 4.2, finds its
 five rules by hand from special cases of one pair of rows). Held parameters are chosen by QR with column pivoting of N^T
@@ -83,7 +83,7 @@ class Redundancy:
         return next(p for p in self.parameters if p.name == name)
 
     def __str__(self) -> str:
-        lines = [f"{self.rank} of {len(self.parameters)} can be told, condition {self.condition:.3g}"]
+        lines = [f"{self.rank} of {len(self.parameters)} are identifiable, condition {self.condition:.3g}"]
         for p in self.parameters:
             if p.kind == "without_effect":
                 lines.append(f"{p.name}: without effect")

@@ -90,8 +90,8 @@ def outlier_rows(found: _core.Identification) -> list[int]:
 def sigma_note(found: _core.Identification, data: Dataset) -> str:
     """Where the noise level comes from, for the reader."""
     if data.sigma_position is None:
-        return "estimated from what the model leaves; the data claim none"
+        return "estimated from the residuals; no sigma column"
     common = from_si(found.common_noise[0] if data.position is not None else found.common_noise[2], "mm")
     if common > 0:
-        return f"the data's own claims and a common part of {common:.4f} mm, which the claims do not explain"
-    return f"the data's own claims times {found.variance_factor**0.5:.3f}, which is what the model leaves"
+        return f"the sigma columns and a common part of {common:.4f} mm that they do not explain"
+    return f"the sigma columns times {found.variance_factor**0.5:.3f}, by the residuals"

@@ -35,7 +35,7 @@ class IdentifiedParameter:
 
 @dataclass(frozen=True)
 class Unidentifiable:
-    """A direction that the data can't tell, in words, and the parameters in it; the first is held at nominal."""
+    """A direction that the data cannot determine, in words, and the parameters in it; the first is held at nominal."""
 
     direction: str
     parameters: list[str]

@@ -43,7 +43,7 @@ class Verdict:
 
 def verdict(result: CalibrationResult, train: Rows | None, test: Rows | None, trends: dict[str, Trend]) -> Verdict:
     """The verdict; `trends` are those of the training residual after calibration, by the name of the variable."""
-    remarks = [_untold(result)]
+    remarks = [_unidentifiable(result)]
     if train is not None:
         remarks = [_on_test(train, test), _what_remains(train, trends), *remarks, *_outlying(result, train)]
     if result.status != "converged":
@@ -51,14 +51,14 @@ def verdict(result: CalibrationResult, train: Rows | None, test: Rows | None, tr
         return Verdict("bad", _FAILURES.get(result.status, "Failed"), headline, remarks)
     rows = test or train
     if rows is None:
-        headline = "The calibration converged; no point or length was measured that its accuracy could be told from."
+        headline = "The calibration converged; no measured point or length remains to judge its accuracy by."
         return Verdict("caution", "Not judged", headline, remarks)
     before, after = rows.before, rows.after
     poses = plural(after.count, "test pose" if test else "pose")
     where = f"{poses} not used in the fit" if test else f"the {poses} of the fit"
     numbers = f"from {_millimetres(before.mean, after.mean)} to {_millimetres(after.mean, after.mean)} on {where}"
     if after.rms > _NO_GAIN * before.rms:
-        headline = f"Calibration did not make the robot markedly more accurate: the mean error went {numbers}."
+        headline = f"Calibration did not make the robot noticeably more accurate: the mean error went {numbers}."
         return Verdict("caution", "Little gained", headline, remarks)
     ratio = before.mean / after.mean if after.mean > 0 else np.inf
     times = f", {significant(ratio, 2)} times less" if np.isfinite(ratio) and ratio >= 1.5 else ""
@@ -78,41 +78,40 @@ def _millimetres(value: float, like: float) -> str:
 
 def _on_test(train: Rows, test: Rows | None) -> Remark:
     if test is None:
-        text = "No test poses were given: how well the model predicts poses outside the fit is not shown here."
+        text = "No test poses were given, so this page cannot show how well the model predicts poses outside the fit."
         return Remark(text, True, "accuracy")
     ratio = test.after.rms / max(train.after.rms, np.finfo(float).tiny)
     if ratio > _WORSE_ON_TEST:
         text = (
-            f"On the test poses the RMS error is {significant(ratio, 2)} times that of the fit: the test poses are of "
-            "another kind than those of the fit, or the fit had too few."
+            f"On the test poses the RMS error is {significant(ratio, 2)} times that of the fit: the test poses differ "
+            "in kind from those of the fit, or the fit had too few."
         )
         return Remark(text, True, "accuracy")
-    return Remark("The model predicts poses that it has not seen as well as those of the fit.", False, "accuracy")
+    return Remark("The model predicts unseen poses as well as those of the fit.", False, "accuracy")
 
 
 def _what_remains(train: Rows, trends: dict[str, Trend]) -> Remark:
     titles = {variable.name: variable.title for variable in train.variables}
     flagged = [name for name, trend in trends.items() if trend.is_flagged(len(trends))]
     if not flagged:
-        return Remark("What remains shows no trend over any recorded variable.", False, "remaining")
+        return Remark("The remaining error shows no trend over any recorded variable.", False, "remaining")
     flagged.sort(key=lambda name: -trends[name].share)
     named = [f"{titles[name]} ({percent(trends[name].share)})" for name in flagged[:3]]
     if len(flagged) > 3:
         named.append(plural(len(flagged) - 3, "more variable"))
-    text = f"What remains is not all noise: it depends on {listed(named)}."
+    text = f"The remaining error is not all noise: it depends on {listed(named)}."
     return Remark(text, True, "remaining")
 
 
-def _untold(result: CalibrationResult) -> Remark:
+def _unidentifiable(result: CalibrationResult) -> Remark:
     held = len(result.unidentifiable)
     if held == 0:
-        return Remark("Every parameter asked for can be told from these data.", False, "untold")
+        return Remark("Every parameter asked for is identifiable from these data.", False, "unidentifiable")
+    are = "is" if held == 1 else "are"
     text = (
-        f"{plural(held, 'combination')} of parameters can\N{RIGHT SINGLE QUOTATION MARK}t be told from these data and "
-        f"{'is' if held == 1 else 'are'} held at nominal; what was measured does not show "
-        f"{'it' if held == 1 else 'them'}."
+        f"{plural(held, 'combination')} of parameters {are} not identifiable from these data and {are} held at nominal."
     )
-    return Remark(text, False, "untold")
+    return Remark(text, False, "unidentifiable")
 
 
 def _outlying(result: CalibrationResult, train: Rows) -> list[Remark]:

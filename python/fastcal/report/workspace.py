@@ -91,7 +91,7 @@ def scene(positions: Array, before: Array, after: Array, base: Array | None, fra
     }
     note = (
         f"Each arrow goes from the measured towards the predicted point in {frame}, enlarged as the button says; "
-        "what would leave the box is cut."
+        "arrows are clipped at the box."
     )
     if len(shown) < row_count:
         note += f" {count(len(shown))} of {count(row_count)} poses are drawn, spread evenly over the rows."

@@ -125,7 +125,7 @@ def make_result() -> MakeResult:
             "degrees_of_freedom": 3 * rows - len(parameters),
             "iterations": 6,
             "sigma": SIGMA,
-            "sigma_note": "estimated from what the model leaves; the data claim none",
+            "sigma_note": "estimated from the residuals; no sigma column",
             "outliers": outliers,
             "weights": weights,
             "train": _evaluation(robot, rows, 1, outliers, "measurements", **kind),

@@ -124,7 +124,7 @@ def test_no_address_of_the_network_is_in_the_page_and_none_is_allowed(case: tupl
 
 def test_parts_of_the_page(make_result: MakeResult) -> None:
     ids = check(calibration_page(make_result())).ids
-    for part in ("accuracy", "workspace", "remaining", "parameters", "untold", "noise", "method"):
+    for part in ("accuracy", "workspace", "remaining", "parameters", "unidentifiable", "noise", "method"):
         assert part in ids
     drawn = {name.removeprefix("figure-") for name in ids if name.startswith("figure-")}
     flat = {f"flat-{view}-{state}" for view in ("top", "front", "side") for state in ("before", "after")}
