@@ -21,7 +21,7 @@
 namespace fastcal {
 namespace {
 
-constexpr double kSize = 1e-3;       // [rad] what joints give under an arm's own weight: 1 mm per metre of reach
+constexpr double kSize = 2e-3;       // [rad] what joints give under an arm's own weight: 2 mm per metre of reach
 constexpr double kLeastShare = .02;  // of the owner's moment: what a link without a length may still weigh
 
 class GravitySag : public LinearEffect {

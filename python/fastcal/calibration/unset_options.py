@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from fastcal import _core
 from fastcal.calibration.change_point import find_step
 from fastcal.calibration.geometry_anchoring import pull_deviations
-from fastcal.calibration.parameter_limits import parameter_limits
+from fastcal.calibration.parameter_limits import has_prior, parameter_limits
 from fastcal.calibration.smoothing import LinearProblem, choose_curvatures
 from fastcal.effects.entries import label, options_of
 from fastcal.errors import InvalidInput
@@ -78,7 +78,7 @@ def with_open_effects_set(
     curves = [
         k
         for k, (e, effect) in enumerate(zip(entries, robot.effects, strict=True))
-        if effect.penalty and "curvature" not in e
+        if effect.penalty and "curvature" not in e and not (e["effect"] != "joint_profile" and has_prior(e))
     ]
     if not steps and not curves:
         return robot

@@ -39,6 +39,8 @@ ORDERS = (1, 2, 3, 4, 5, 6)
 CORNERS = (0.2, 0.35, 0.5, 0.65, 0.8)  # quantiles of a joint's load at which a compliance may bend
 STEPS = 24  # moments of a step that are tried before the best is searched for
 _NOT_SCREENED = ("joint_profile", "surrogate", "regressor", *NUISANCES)  # generic blocks stand for the first two
+# What many other causes look like from afar: a surrogate shows the curve, a formula beside it the name to try.
+_TO_TRY = ("friction", "settling", "tracker_angle", "tracker_range")
 _FEWEST = 5  # rows on either side of a step
 
 NEEDS = {
@@ -140,7 +142,7 @@ def build_library(robot: Robot, data: Dataset, excluded: Collection[tuple[str, s
     names: list[Name] = []
     untestable: list[Untestable] = []
     for effect in effect_names():
-        if effect in _NOT_SCREENED:
+        if effect in (*_NOT_SCREENED, *_TO_TRY):
             continue
         for owner in effect_owners(effect, robot.core):
             if (effect, None) in excluded or (effect, owner) in excluded:
@@ -173,8 +175,10 @@ def _entries(effect: str, owner: str, robot: Robot, data: Dataset) -> Iterator[N
     elif effect == "base_step":
         yield from _steps(bare, data)
     elif effect == "gravity_sag":
-        if any(joint.get("link") for joint in robot.spec["joints"]):
-            raise InvalidInput("gravity_sag is for robots without masses")
+        if not without_masses(robot) or np.ptp(data.payload) > 0:
+            raise InvalidInput(
+                "gravity_sag is for robots without masses, beside joint_compliance where payloads show it"
+            )
         yield Name({**bare, "moments": "even"})
     else:
         entry = with_origins(bare, robot, data)
@@ -213,3 +217,8 @@ def harmonics(owner: str, robot: Robot, data: Dataset, orders: Collection[float]
                 yield Name(with_origins(entry, robot, data), f"order={order:g}")
             except InvalidInput:
                 continue
+
+
+def without_masses(robot: Robot) -> bool:
+    """Does the robot file say nothing of what the arm weighs?"""
+    return not any(float((joint.get("link") or {}).get("mass_kg", 0.0)) > 0 for joint in robot.spec["joints"])

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from fastcal import _core
 from fastcal.calibration.calibrate import Prepared, measurements, prepare
-from fastcal.diagnosis.library import LOADED, NUISANCES, Name
+from fastcal.diagnosis.library import LOADED, NUISANCES, Name, without_masses
 from fastcal.effects.entries import build_effects, effect_owners
 from fastcal.measurements.conditions import build_samples, condition_columns
 from fastcal.measurements.dataset import Dataset
@@ -126,7 +126,10 @@ def core_entry(entry: Spec) -> Spec:
 
 
 def with_nuisances(entries: Sequence[Spec], robot: Robot) -> list[Spec]:
-    """The entries, and where one of them follows loads the errors of masses and centres, held by priors."""
+    """The entries, and what comes with those that follow loads, held by priors: the errors of masses and centres.
+
+    Where the robot has no masses, a joint that yields under a payload yields under the arm's unknown weight as well.
+    """
     loaded = any(entry["effect"] in LOADED or entry.get("side") == "load" for entry in entries)
     there = {(entry["effect"], entry["owner"]) for entry in entries}
     out = list(entries)
@@ -136,6 +139,12 @@ def with_nuisances(entries: Sequence[Spec], robot: Robot) -> list[Spec]:
             for effect in NUISANCES
             for owner in effect_owners(effect, robot.core)
             if (effect, owner) not in there and _has_mass(robot, owner)
+        ]
+    if loaded and without_masses(robot):
+        out += [
+            {"effect": "gravity_sag", "owner": owner, "prior": "yes"}
+            for owner in dict.fromkeys(e["owner"] for e in entries if e["effect"].startswith("joint_compliance"))
+            if ("gravity_sag", owner) not in there
         ]
     return out
 

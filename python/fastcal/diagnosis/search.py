@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from fastcal.calibration.change_point import find_step
 from fastcal.diagnosis.blocks import Blocks, blocks
 from fastcal.diagnosis.fits import Fit, fit
-from fastcal.diagnosis.library import RICHER, Key, Name
+from fastcal.diagnosis.library import RICHER, Key, Name, without_masses
 from fastcal.diagnosis.periodic import waves
 from fastcal.diagnosis.problem import Problem
 from fastcal.diagnosis.tails import p_values
@@ -200,6 +200,11 @@ class Search:
             simpler = RICHER.get(name.effect, ())
             kept = tuple(n for n in state.names if not (n.owner == name.owner and n.effect in simpler))
             out.append((*kept, self._refined(name, state)))
+            if without_masses(self.problem.start.robot):
+                # The score of a compliance lacks the sag that comes with it, which a richer one can feign.
+                simple = [n for n in state.blocks.names if n.owner == name.owner and n.effect in simpler]
+                out += [(*kept, n) for n in simple if n.key not in keys]
+                keys.update(n.key for n in simple)
         return out
 
     def _refined(self, name: Name, state: State) -> Name:

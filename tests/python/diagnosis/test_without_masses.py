@@ -1,0 +1,65 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""An arm whose weights nobody knows: its compliance is named by the payloads, its sag is carried with it."""
+
+import copy
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fastcal.calibration.simulation import perturbed, simulate
+from fastcal.diagnosis import diagnose
+from fastcal.diagnosis.library import build_library
+from fastcal.io.robot_file import load_robot
+from fastcal.measurements.dataset import Dataset
+from fastcal.robot.robot import Robot
+from fastcal.units import to_si
+
+NOISE = to_si(0.03, "mm")
+
+
+def poses(robot: Robot, loads: list[float]) -> Dataset:
+    random = np.random.default_rng(8)
+    return Dataset.from_arrays(
+        random.uniform(*robot.limits.T, (260, robot.joint_count)), payload=random.choice(loads, 260)
+    )
+
+
+@pytest.fixture(scope="module")
+def bare() -> Robot:
+    spec = copy.deepcopy(load_robot("pmc6va030").spec)
+    for joint in spec["joints"]:
+        joint.pop("link", None)
+    return Robot(spec)
+
+
+@pytest.fixture(scope="module")
+def soft() -> Robot:
+    """Joint 2 yields, under masses that `bare` does not know."""
+    spec: dict[str, Any] = copy.deepcopy(perturbed(load_robot("pmc6va030"), seed=6).spec)
+    spec["effects"] = [
+        {"effect": "joint_compliance", "owner": "joint2", "parameters": {"compliance_rad_nm": {"value": 1.2e-6}}}
+    ]
+    return Robot(spec)
+
+
+def test_the_compliance_is_named_and_not_a_ratio(bare: Robot, soft: Robot) -> None:
+    data = simulate(soft, poses(bare, [0.0, 10.0, 20.0]), noise=NOISE, seed=9)
+    test = simulate(soft, poses(bare, [0.0, 15.0]), noise=NOISE, seed=10)
+    found = diagnose(bare, data, test=test)
+    assert [(e.effect, e.owner) for e in found.effects] == [("joint_compliance", "joint2")]
+    value = found.effects[0].parameters["compliance_rad_nm"]
+    assert abs(value.value - 1.2e-6) < 4 * (value.std or 0.0) < 2e-7
+    assert found.gap[-1].test_rms_mm is not None
+    assert found.gap[-1].test_rms_mm < 1.15 * 0.03 * 3**0.5 < 0.3 * (found.gap[0].test_rms_mm or 0.0)
+
+
+def test_sag_is_offered_alone_where_no_payload_shows_compliance(bare: Robot) -> None:
+    one = build_library(bare, poses(bare, [5.0]))
+    several = build_library(bare, poses(bare, [0.0, 5.0]))
+    assert "gravity_sag" in {name.effect for name in one.names}
+    assert "gravity_sag" not in {name.effect for name in several.names}
+    assert "gravity_sag" not in {
+        name.effect for name in build_library(load_robot("pmc6va030"), poses(bare, [5.0])).names
+    }
