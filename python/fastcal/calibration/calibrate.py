@@ -31,6 +31,7 @@ from fastcal.calibration.parameter_table import (
 from fastcal.calibration.result import CalibrationResult as CalibrationResult
 from fastcal.calibration.result import IdentifiedParameter as IdentifiedParameter
 from fastcal.calibration.result import Unidentifiable as Unidentifiable
+from fastcal.calibration.setups import added_setups, with_setups
 from fastcal.calibration.unset_options import with_open_effects_set
 from fastcal.effects.entries import extra_columns, full_name, parse_effects, without_repeats
 from fastcal.errors import InvalidInput, Undetermined
@@ -82,7 +83,7 @@ def prepare(
     )
     if equilibrium is not None:
         spec["equilibrium"] = equilibrium
-    start = Robot(spec)
+    start = Robot(with_setups(spec, data))
     samples, measured = start.samples(data), measurements(data)
     alignment = _core.align(start.error_model, samples, measured, threads)
     if not alignment.found:
@@ -232,7 +233,13 @@ def calibrate(
         weights=np.asarray(found.weights),
         train=train,
         test=None if test is None else evaluate(result_model, test, **judge),
-        notes=[*suspected, *check_fit(robot, train, as_read=as_read), *_notes(result_model, data), *beyond],
+        notes=[
+            *suspected,
+            *check_fit(robot, train, as_read=as_read),
+            *_notes(result_model, data),
+            *added_setups(start, robot, effects),
+            *beyond,
+        ],
         anchors=places,
     )
 
