@@ -45,30 +45,40 @@ def waterfall(steps: Sequence[tuple[str, float]], floor: float, on: str) -> Figu
         colours.append(figures.AFTER)
         texts.append(f"{alike(steps[-1][1], floor)} mm")
     bars: Trace = {
-        "type": "bar", "orientation": "h", "x": height, "base": base, "y": list(range(len(names))), "width": 0.62,
+        "type": "bar", "orientation": "h", "x": height, "base": base, "y": list(range(len(names))), "width": 0.5,
         "marker": {"color": colours}, "text": texts, "textposition": "outside", "cliponaxis": False,
         "hovertemplate": "%{text}<extra></extra>",
     }  # fmt: skip
-    ends = [-0.6, len(names) - 0.4]
+    ends = [-0.8, len(names) - 0.5]
     top = max(b + h for b, h in zip(base, height, strict=True))
     drawn = figures.layout(
         "RMS error (mm)",
         "",
         xaxis={"range": [0, 1.16 * max(top, floor)]},
         yaxis={
-            "tickvals": list(range(len(names))),
-            "ticktext": [capitalised(name) for name in names],
             "range": ends[::-1],
             "showgrid": False,
             "zeroline": False,
-            "automargin": True,
+            "showticklabels": False,
+            "ticks": "",
         },
+        margin={"l": 10},
     )
+    # Names stand above their bars and not beside them: so they have room on any screen.
+    drawn["annotations"] = [
+        {
+            "x": 0, "y": place - 0.34, "text": capitalised(name), "showarrow": False, "xanchor": "left",
+            "yanchor": "bottom", "font": {"size": 12, "color": figures.INK}, "bgcolor": "rgba(255,255,255,0.85)",
+        }
+        for place, name in enumerate(names)
+    ]  # fmt: skip
     traces = [bars, figures.line([floor, floor], ends, figures.INK, "dash")]
     key = [Key("error", figures.BEFORE, "solid"), Key("what an effect takes away", TAKEN, "solid")]
     key += [Key("what remains", figures.AFTER, "solid"), Key("what noise alone makes", figures.INK, "dash")]
     alt = f"Error of the geometry alone on the {on}, what each added effect takes away, what remains, and the noise."
-    return Figure("gap", f"RMS error on the {on}", alt, traces, drawn, columns=6, height=90 + 46 * len(names), key=key)
+    return Figure("gap", f"RMS error on the {on}", alt, traces, drawn, columns=6, height=90 + 54 * len(names), key=key,
+                  paper_height=62 + 36 * len(names),
+                  narrow={"xaxis.range": [0, 1.5 * max(top, floor)]})  # fmt: skip
 
 
 def confusion_map(names: Sequence[str], correlation: Array, boxed: Collection[int]) -> Figure:
@@ -79,21 +89,29 @@ def confusion_map(names: Sequence[str], correlation: Array, boxed: Collection[in
     heat: Trace = {
         "type": "heatmap", "z": size, "x": list(range(n)), "y": list(range(n)), "zmin": 0, "zmax": 1, "xgap": 2,
         "ygap": 2, "colorscale": _BAND, "hoverinfo": "skip",
-        "colorbar": {"thickness": 12, "len": 0.9, "outlinewidth": 0, "title": {"text": "alike", "side": "right"}},
+        "showscale": False,
     }  # fmt: skip
-    told = {
+    written = {
         "type": "scatter", "mode": "text", "hoverinfo": "skip",
         "x": [x for _, x in cells], "y": [y for y, _ in cells],
-        "text": [fixed(float(np.floor(100 * size[cell] + 1e-9)) / 100, 2) for cell in cells],
+        "text": [fixed(float(np.floor(100 * size[cell] + 1e-9)) / 100, 2).removeprefix("0") for cell in cells],
         "textfont": {"size": 11, "color": ["#fff" if size[cell] > 0.97 else figures.INK for cell in cells]},
     }  # fmt: skip
-    ticks = {"tickvals": list(range(n)), "ticktext": [capitalised(name) for name in names], "showgrid": False}
+    numbers, spelled = [str(k + 1) for k in range(n)], [capitalised(name) for name in names]
+    ticks = {"tickvals": list(range(n)), "ticktext": numbers, "showgrid": False, "side": "top"}
     ticks |= {"zeroline": False, "automargin": True, "ticks": "", "showline": False}
-    drawn = figures.layout("", "", xaxis=ticks | {"tickangle": -35}, yaxis=ticks | {"autorange": "reversed"})
+    rows = [f"{name}  {number}" for number, name in zip(numbers, spelled, strict=True)]
+    drawn = figures.layout(
+        "", "", xaxis=ticks, yaxis=ticks | {"autorange": "reversed", "ticktext": rows, "side": "left"}, margin={"t": 30}
+    )
     drawn["shapes"] = [
         {"type": "rect", "x0": k - 0.5, "x1": k + 0.5, "y0": k - 0.5, "y1": k + 0.5,
          "line": {"color": figures.INK, "width": 3}} for k in boxed
     ]  # fmt: skip
     alt = "Correlation of the signatures of the first causes: near 1 they can hardly be told apart by these data."
     note = "Framed: what is given. Above 0.95 two causes are hard to tell apart with the poses that were measured."
-    return Figure("confusion", "Which causes look alike", alt, [heat, told], drawn, note, height=150 + 44 * n)
+    narrow = {"yaxis.ticktext": numbers, "margin.l": 20}
+    return Figure(
+        "confusion", "Which causes look alike", alt, [heat, written], drawn, note, height=90 + 40 * n, narrow=narrow,
+        names=spelled,
+    )  # fmt: skip

@@ -114,6 +114,7 @@ def diagnosis_page(found: Diagnosis, *, simulated: bool = False) -> str:
         tone=tone,
         sentence=found.sentence,
         steps=next_steps(found),
+        sections=_sections(found),
         tiles=_tiles(found, floor),
         cards=[_card(found, finding, state) for finding in found.effects],
         grades=GRADES,
@@ -139,6 +140,22 @@ def diagnosis_page(found: Diagnosis, *, simulated: bool = False) -> str:
         outlier_count=len(found.outliers),
         notes=found.notes,
     )
+
+
+def _sections(found: Diagnosis) -> list[tuple[str, str]]:
+    """What the contents list: id and short title of the sections that the page has."""
+    return [
+        *([("plan", "Next measurement")] if found.plan is not None else []),
+        *([("found", "What is missing")] if found.effects else []),
+        *([("rest", "Unexplained")] if found.unexplained is not None else []),
+        ("gap-part", "Gap closed"),
+        ("ranking", "Other causes"),
+        ("unseen", "Not testable"),
+        ("remaining", "Before and after"),
+        ("workspace", "Workspace"),
+        ("noise", "Noise and outliers"),
+        ("words", "Glossary"),
+    ]
 
 
 def compared_rows(found: Diagnosis, name: str, part: str) -> tuple[Rows | None, Rows | None]:

@@ -43,12 +43,16 @@ class Figure:
         alt: What a reader who can't see it should know.
         traces, layout: What plotly.js draws; every axis has a title with its unit.
         note: What stands under it.
-        badge: A word beside the heading; `flagged` sets it in the colour of an alert.
+        badge: A word beside the heading.
+        weight: How loud the badge is: 0 quiet, 1 slight, 2 clear, 3 strong.
         columns: How many of the page's six columns it takes.
         height: In CSS pixels.
+        paper_height: The same on A4; 0 follows from the width.
         kind: `flat`, or `scene` for what needs WebGL and is not printed.
         key: What the marks mean.
         controls: Buttons that show some traces in place of others: label, traces, selected.
+        narrow: What `Plotly.relayout` changes where the figure is narrower than a hand.
+        names: What the numbers on a narrow figure's axes stand for, from 1.
     """
 
     id: str
@@ -58,17 +62,20 @@ class Figure:
     layout: dict[str, Any]
     note: str = ""
     badge: str = ""
-    flagged: bool = False
+    weight: int = 0
     columns: int = 6
     height: int = 320
+    paper_height: int = 0
     kind: str = "flat"
     key: list[Key] = field(default_factory=list)
     controls: list[dict[str, Any]] = field(default_factory=list)
+    narrow: dict[str, Any] = field(default_factory=dict)
+    names: list[str] = field(default_factory=list)
 
 
-def marked(figure: Figure, badge: str, *, flagged: bool) -> Figure:
-    """The figure with a short word beside its title, in the colour of an alert where `flagged`."""
-    return replace(figure, badge=badge, flagged=flagged, alt=f"{figure.alt} Found: {badge}.")
+def marked(figure: Figure, badge: str, weight: int) -> Figure:
+    """The figure with a short word beside its title, as loud as `weight` says, 0 to 3."""
+    return replace(figure, badge=badge, weight=weight, alt=f"{figure.alt} Found: {badge}.")
 
 
 def layout(x_title: str, y_title: str, **more: Any) -> dict[str, Any]:

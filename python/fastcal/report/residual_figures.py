@@ -17,6 +17,8 @@ from fastcal.report.view import Rows, Variable
 Array = NDArray[np.float64]
 
 POINT_LIMIT = 350
+LOUDER = (0.1, 0.3)  # shares of the variance from which a trend is clear, and strong
+_STRENGTHS = ("no trend", "slight trend", "clear trend", "strong trend")
 
 
 def arrows(sets: list[Rows]) -> tuple[Array, Array, Array] | None:
@@ -69,13 +71,15 @@ def _strength(trends: dict[str, Trend], variable: Variable) -> float:
 
 def _panel(rows: Rows, variable: Variable, trends: dict[str, Trend], y_range: float) -> figures.Figure:
     found = trends[variable.name]
-    flagged = found.is_flagged(len(trends))
-    badge = f"{percent(found.share)} of variance" if flagged else "no trend"
+    weight = 0
+    if found.is_flagged(len(trends)):
+        weight = 1 + sum(found.share >= share for share in LOUDER)
+    badge = f"{_STRENGTHS[weight]}, {percent(found.share)} of the variance" if weight else _STRENGTHS[0]
     titles = variable.title, variable.label
     key = charts.component_key(rows.components)
     shown = figures.spread_rows(rows.row_count, POINT_LIMIT)
     panel = charts.trend_panel(variable.name, titles, variable.values, rows.residual, key, y_range, shown)
-    return figures.marked(panel, badge, flagged=flagged)
+    return figures.marked(panel, badge, weight)
 
 
 def drawn_note(row_count: int) -> str:

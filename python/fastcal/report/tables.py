@@ -78,6 +78,11 @@ class Table:
     groups: list[Group] = field(default_factory=list)
     is_sortable: bool = False
 
+    @property
+    def is_wordy(self) -> bool:
+        """Do texts fill it? On a narrow screen its cells then stand below each other."""
+        return sum(not column.numeric for column in self.columns) > 2
+
 
 def unit_text(unit: str) -> str:
     """A unit of units.py as it is printed: `rad_nm` -> rad/(N m)."""

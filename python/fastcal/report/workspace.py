@@ -122,7 +122,11 @@ def flat_views(positions: Array, before: Array, after: Array) -> list[Figure]:
             drawn["yaxis"]["scaleanchor"] = "x"
             title = f"{view}, {state} {_times(mode.scale)}"
             alt = f"{view} view of the error arrows {state} calibration, {_times(mode.scale)}."
-            views.append(Figure(f"flat-{view.lower()}-{state}", title, alt, traces, drawn, columns=2, height=270))
+            views.append(
+                Figure(
+                    f"flat-{view.lower()}-{state}", title, alt, traces, drawn, columns=2, height=270, paper_height=190
+                )
+            )
     return views
 
 

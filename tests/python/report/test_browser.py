@@ -207,7 +207,50 @@ def test_prints_on_a4(browser: Browser, page: str) -> None:
     pdf = target.read_bytes()
     sizes = {tuple(round(float(x)) for x in box.split()) for box in re.findall(rb"/MediaBox \[([^]]*)\]", pdf)}
     assert sizes == {(0, 0, 595, 842)}
-    assert 4 <= len(re.findall(rb"/Type /Page\b", pdf)) <= 9
+    assert len(re.findall(rb"/Type /Page\b", pdf)) == 4
+
+
+# Headless Chromium makes no window narrower than 500 pixels: the phone is a frame in one.
+PHONE = """<!DOCTYPE html><html><head><title>phone</title></head><body style="margin:0">
+<iframe srcdoc="%s" style="border:0;width:400px;height:9000px"></iframe><script>
+addEventListener("message", (event) => { document.body.dataset.state = "ready"; window.seen = event.data; });
+</script></body></html>"""
+
+
+def test_on_a_phone_no_word_breaks_and_nothing_is_wider_than_the_screen(browser: Browser, page: str) -> None:
+    """Words of table heads and first cells stay whole, the body does not scroll sideways, and buttons fit."""
+    script = """<script>
+      const wait = setInterval(() => {
+        if (document.body.dataset.state !== "ready") return;
+        clearInterval(wait);
+        const heads = [...document.querySelectorAll("table th, table td:first-child, .facts dt")];
+        const letter = (cell) => cell.textContent.trim().split(/[\\s\u00a0]+/).map((word) => word.length)
+          .reduce((a, b) => Math.max(a, b), 0);
+        parent.postMessage({
+          wide: document.documentElement.scrollWidth,
+          broken: heads.filter((cell) => cell.clientWidth > 0 && cell.clientWidth < 4 * Math.min(letter(cell), 12))
+            .map((cell) => cell.textContent.trim()),
+          count: heads.length,
+        }, "*");
+      }, 20);</script></body>"""
+    inner = html.escape(page.replace("</body>", script), quote=True)
+    seen = browser.probe(PHONE % inner, "return window.seen;")
+    assert seen["wide"] == 400
+    assert seen["broken"] == []
+    assert seen["count"] > 30
+
+
+def test_every_chart_has_a_text_alternative(browser: Browser, page: str) -> None:
+    script = """return [...document.querySelectorAll(".plot")].map((plot) =>
+        [plot.getAttribute("role"), (plot.getAttribute("aria-label") || "").length]);"""
+    seen = browser.probe(page, script)
+    assert len(seen) >= 10
+    assert all(role == "img" and length > 30 for role, length in seen)
+
+
+def test_the_contents_lead_to_every_section(page: str) -> None:
+    links = re.findall(r'<a href="#([^"]+)">', page.split('<nav class="contents"')[1].split("</nav>")[0])
+    assert links == re.findall(r'<section id="([^"]+)"', page)
 
 
 def test_the_page_may_connect_to_nothing(browser: Browser, page: str) -> None:

@@ -185,3 +185,10 @@ def test_each_verdict_has_a_page_that_says_what_to_do(found: Diagnosis, verdict:
     assert ("at joint 5" in steps[0]) == (verdict == "unexplained")
     if verdict in ("none", "one_of"):
         assert diagnosis_words.VERDICTS[verdict][0] in diagnosis_page(replace(found, verdict=verdict, **changed))
+
+
+def test_the_contents_of_a_diagnosis_lead_to_its_sections(found: Diagnosis, unnamed: Diagnosis) -> None:
+    for shown in (found, unnamed):
+        page = diagnosis_page(shown)
+        links = re.findall(r'<a href="#([^"]+)">', page.split('<nav class="contents"')[1].split("</nav>")[0])
+        assert links == re.findall(r'<section id="([^"]+)"', page)

@@ -5,7 +5,8 @@
 // Widths in CSS pixels of figures on A4 with 14 mm margins (182 mm of text): the sizes on paper can't be asked for before printing.
 const PAPER_WIDTH = 687;
 const PAPER_GAP = 12;
-const PAPER_ASPECT = 0.85;
+const PAPER_ASPECT = { 2: 0.6, 3: 0.42, 4: 0.36, 6: 0.28 };
+const NARROW = 480;
 const plots = [...document.querySelectorAll(".plot")];
 const drawn = plots.map(() => false);
 
@@ -42,10 +43,11 @@ async function draw(plot, place) {
     document.querySelector("details.flat-views").open = true;
     return;
   }
-  const { data, layout } = JSON.parse(plot.nextElementSibling.textContent);
+  const { data, layout, narrow } = JSON.parse(plot.nextElementSibling.textContent);
   const config = { responsive: true, displaylogo: false, displayModeBar: isScene, scrollZoom: false,
     modeBarButtons: [["resetCameraDefault3d"]] };
   await Plotly.newPlot(plot, data, layout, config);
+  if (plot.clientWidth < NARROW && Object.keys(narrow).length) await Plotly.relayout(plot, narrow);
   drawn[place] = true;
   plot.dataset.state = "drawn";
 }
@@ -92,16 +94,19 @@ function toPaper() {
     if (!drawn[place] || plot.dataset.kind === "scene") return;
     const columns = Number(/columns-(\d)/.exec(plot.closest(".figure").className)[1]);
     const width = Math.floor(((PAPER_WIDTH + PAPER_GAP) * columns) / 6 - PAPER_GAP);
-    const height = Math.min(plot.offsetHeight, Math.round(PAPER_ASPECT * width));
+    const height = Number(plot.dataset.paper) || Math.min(plot.offsetHeight, Math.round(PAPER_ASPECT[columns] * width));
     plot.style.setProperty("--paper-height", `${height}px`);
-    Plotly.relayout(plot, { width, height });
+    Plotly.relayout(plot, { width, height, "font.size": 10, "xaxis.title.font.size": 10, "yaxis.title.font.size": 10 });
   });
 }
 
 function toScreen() {
   for (const details of document.querySelectorAll("details")) details.open = details.dataset.wasOpen === "true";
   plots.forEach((plot, place) => {
-    if (drawn[place] && plot.dataset.kind !== "scene") Plotly.relayout(plot, { autosize: true, width: null, height: null });
+    if (drawn[place] && plot.dataset.kind !== "scene") {
+      Plotly.relayout(plot, { autosize: true, width: null, height: null, "font.size": 12,
+        "xaxis.title.font.size": 12, "yaxis.title.font.size": 12 });
+    }
   });
 }
 
