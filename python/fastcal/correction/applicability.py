@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Where a residual model may speak: within the trained joints and loads, and near enough to trained rows.
+"""Where a residual model applies: within the trained joints and loads, and near enough to trained rows.
 
     weight = prod_i fade(beyond_i / margin_i) fade((d - near) / (far - near)),  fade(s) = (1 + cos pi s) / 2 on [0, 1]
 
@@ -13,14 +13,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import KDTree
 
 from fastcal.correction.inputs import Inputs
 from fastcal.correction.packing import Packed, Tensors
 from fastcal.errors import InvalidInput
+
+if TYPE_CHECKING:
+    from scipy.spatial import KDTree
 
 FloatArray = NDArray[np.float64]
 
@@ -50,6 +53,8 @@ class Guard:
 
     @cached_property
     def _tree(self) -> KDTree:
+        from scipy.spatial import KDTree  # takes long to import, and few models have a network
+
         return KDTree(self.rows)
 
     def distance(self, inputs: Inputs) -> FloatArray:

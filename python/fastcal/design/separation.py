@@ -15,7 +15,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy import optimize, stats
 
 from fastcal import _core
 from fastcal.errors import InvalidInput
@@ -112,6 +111,8 @@ def separating_poses(
 
 def _power(separation: FloatArray, freedom: NDArray[np.int64], level: float) -> FloatArray:
     """(m, m) probability that a chi-squared of `freedom[i]` and noncentrality D_ij passes its limit."""
+    from scipy import stats  # takes long to import
+
     k = np.broadcast_to(freedom[:, None], separation.shape)
     power = np.asarray(stats.ncx2.sf(stats.chi2.isf(level, k), k, separation))
     np.fill_diagonal(power, np.nan)
@@ -120,6 +121,8 @@ def _power(separation: FloatArray, freedom: NDArray[np.int64], level: float) -> 
 
 def _needed(power: float, level: float, freedom: int) -> float:
     """The noncentrality at which the test at `level` has this power."""
+    from scipy import optimize, stats  # take long to import
+
     if not level < power < 1:
         raise InvalidInput(f"until_power must lie between the level {level} and 1, got {power}")
     limit = stats.chi2.isf(level, freedom)

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.stats import qmc
 
 from fastcal.errors import InvalidInput
 from fastcal.ik.inverse_kinematics import InverseKinematics, inverse_kinematics
@@ -60,6 +59,8 @@ def branches(
     if middle.shape != (model.joint_count,):
         raise InvalidInput(f"near must have shape ({model.joint_count},), got {middle.shape}")
     generator = np.random.default_rng(random_seed)
+    from scipy.stats import qmc  # takes long to import
+
     seeds = low + (high - low) * qmc.Sobol(model.joint_count, seed=generator).random(max(int(starts), 1))
     nominal = Robot(copy.deepcopy(model.spec) | {"effects": []})
     found = inverse_kinematics(nominal, np.broadcast_to(T, (len(seeds), 4, 4)), seeds, restarts=0, threads=threads)

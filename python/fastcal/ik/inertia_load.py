@@ -18,7 +18,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
-from scipy.stats import qmc
 
 from fastcal import _core
 from fastcal.errors import InvalidInput
@@ -90,6 +89,8 @@ def inertia_load(robot: Robot, *, points: int = 512, scrambles: int = 8, seed: i
     turns = np.array([kind == "revolute" for kind in robot.joint_types])
     bare = Robot(robot.spec | {"effects": []})
     nodes = (1 - np.cos(np.pi * (np.arange(_POSITIONS) + 0.5) / _POSITIONS)) / 2
+    from scipy.stats import qmc  # takes long to import
+
     position = low[:, None] + nodes * (high - low)[:, None]
     loads, slopes, sensitivities = [], [], []
     for generator in np.random.default_rng(seed).spawn(scrambles):

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import qmc
 
 from fastcal.errors import InvalidInput
 from fastcal.ik.posture import Arm, unwound
@@ -82,6 +81,8 @@ def _chain_solutions(
     In a configuration there is one solution, but for whole turns: those that bring it nearest to the seed are taken.
     """
     low, high = np.clip(box, -np.pi, np.pi).T
+    from scipy.stats import qmc  # takes long to import
+
     starts = low + (high - low) * qmc.Sobol(6, seed=np.random.default_rng(0)).random(_STARTS)
     sides = arm.sides(starts)
     out = seed.copy()

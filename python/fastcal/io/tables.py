@@ -14,7 +14,6 @@ from pathlib import Path
 from fastcal.errors import InvalidInput, ParseError
 from fastcal.io.arrow import read_parquet_table
 from fastcal.io.atomic import write_text
-from fastcal.io.excel import read_excel_table
 from fastcal.io.table import Table
 from fastcal.io.text_tables import read_text_table
 
@@ -35,6 +34,8 @@ def read_table(path: str | os.PathLike[str]) -> Table:
     if content.startswith(b"PAR1"):
         return read_parquet_table(content, name)
     if content.startswith(b"PK\x03\x04"):
+        from fastcal.io.excel import read_excel_table  # openpyxl takes longer to import than a CSV to read
+
         return read_excel_table(content, name)
     if content.startswith(b"\xd0\xcf\x11\xe0"):
         raise ParseError("is an old Excel file (xls); save it as xlsx or CSV", name)

@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
+from scipy import special
 
 from fastcal.report import figures
 from fastcal.report.figures import Figure, Key, Trace
@@ -114,7 +114,7 @@ def normal_plot(residual: Array, sigma: float, is_outlier: NDArray[np.bool_], mo
     """
     known = np.flatnonzero(np.isfinite(residual))
     order = known[np.argsort(residual[known])]
-    x = stats.norm.ppf((np.arange(1, len(order) + 1) - 0.375) / (len(order) + 0.25))
+    x = special.ndtri((np.arange(1, len(order) + 1) - 0.375) / (len(order) + 0.25))
     shown = _thin_middle(len(order), most)
     x, y, outlying = x[shown], residual[order][shown], is_outlier[order][shown]
     hover = "residual %{y:.3f} mm at normal quantile %{x:.2f}"

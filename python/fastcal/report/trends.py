@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
+from scipy import special
 
 Array = NDArray[np.float64]
 
@@ -78,6 +78,16 @@ def binned_median(x: Array, y: Array) -> BinnedMedian:
     return BinnedMedian(centre, median, median - error, median + error)
 
 
+def kruskal_wallis(groups: list[Array]) -> float:
+    """H of Kruskal and Wallis (1952) with their correction for ties; SciPy's own takes half a second to import."""
+    _, places, counts = np.unique(np.concatenate(groups), return_inverse=True, return_counts=True)
+    ranks = (np.cumsum(counts) - (counts - 1) / 2)[places]
+    n = len(ranks)
+    sums = [part.sum() ** 2 / len(part) for part in np.split(ranks, np.cumsum([len(group) for group in groups])[:-1])]
+    ties = 1 - float(np.sum(counts.astype(float) ** 3 - counts)) / (n**3 - n)
+    return float((12 / (n * (n + 1)) * np.sum(sums) - 3 * (n + 1)) / ties)
+
+
 def trend(x: Array, residual: Array) -> Trend:
     """Score of x (N,) against the columns of residual (N, m); NaN in either leaves that one number out.
 
@@ -92,11 +102,11 @@ def trend(x: Array, residual: Array) -> Trend:
         row_count = sum(len(rows) for rows in bins)
         if len(bins) < 2 or row_count <= len(bins) or np.ptp(y) == 0.0:
             continue
-        h = float(stats.kruskal(*(y[rows] for rows in bins)).statistic)
+        h = kruskal_wallis([y[rows] for rows in bins])
         statistic, freedom = statistic + h, freedom + len(bins) - 1
         shares.append(max(0.0, (h - len(bins) + 1) / (row_count - len(bins))))
         variances.append(float(np.median(np.abs(y - np.median(y)))) ** 2)
     if freedom == 0:
         return NO_TREND
     weights = variances if sum(variances) > 0.0 else None
-    return Trend(float(np.average(shares, weights=weights)), float(stats.chi2.sf(statistic, freedom)))
+    return Trend(float(np.average(shares, weights=weights)), float(special.chdtrc(freedom, statistic)))

@@ -4,8 +4,17 @@ import itertools
 
 import numpy as np
 import pytest
+from scipy import stats
 
-from fastcal.report.trends import BIN_COUNT, NO_TREND, ROWS_PER_BIN, bin_rows, binned_median, trend
+from fastcal.report.trends import (
+    BIN_COUNT,
+    NO_TREND,
+    ROWS_PER_BIN,
+    bin_rows,
+    binned_median,
+    kruskal_wallis,
+    trend,
+)
 
 
 def test_bins_hold_equally_many_rows_in_the_order_of_x() -> None:
@@ -86,3 +95,9 @@ def test_too_few_rows_have_no_trend(rows: int) -> None:
 def test_nothing_measured_has_no_trend() -> None:
     assert trend(np.arange(100.0), np.full((100, 3), np.nan)) == NO_TREND
     assert trend(np.arange(100.0), np.zeros((100, 3))) == NO_TREND
+
+
+def test_the_rank_test_is_scipys_also_with_ties() -> None:
+    random = np.random.default_rng(3)
+    groups = [np.round(random.normal(shift, 1.0, size), 1) for shift, size in ((0.0, 30), (0.3, 45), (0.0, 12))]
+    assert kruskal_wallis(groups) == pytest.approx(stats.kruskal(*groups).statistic, rel=1e-12)

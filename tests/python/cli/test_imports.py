@@ -1,0 +1,65 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Which modules a command loads: half of a short command's time was imports that it did not need."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import fastcal
+
+# Each takes a quarter of a second or more.
+HEAVY = {"scipy.stats", "scipy.spatial", "scipy.optimize", "pandas", "openpyxl", "torch", "sklearn"}
+
+PROBE = """
+import sys
+from fastcal.cli import main
+sys.argv = ["fastcal", *sys.argv[1:]]
+try:
+    main()
+except SystemExit as end:
+    assert not end.code, end.code
+print(*sorted(sys.modules), file=open("modules.txt", "w"))
+"""
+
+
+def loaded(folder: Path, *arguments: str) -> set[str]:
+    subprocess.run([sys.executable, "-c", PROBE, *arguments], cwd=folder, check=True, capture_output=True)
+    return set((folder / "modules.txt").read_text(encoding="utf-8").split())
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a robot file, measurements and a model."""
+    path = tmp_path_factory.mktemp("imports")
+    robot = fastcal.load_robot("staubli_rx160l")
+    robot.save(path / "robot.yaml")
+    data = fastcal.simulate(
+        fastcal.perturbed(robot, seed=1), fastcal.random_poses(robot, 40, seed=2), noise=5e-5, seed=3
+    )
+    fastcal.write_measurements(path / "data.csv", data)
+    fastcal.calibrate(robot, data).model.save(path / "model.yaml")
+    return path
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["--help"],
+        ["calibrate", "robot.yaml", "data.csv", "-o", "out"],
+        ["predict", "model.yaml", "data.csv", "-o", "predicted.csv"],
+        ["evaluate", "model.yaml", "data.csv"],
+        ["convert", "robot.yaml", "--to", "poe", "-o", "poe.yaml"],
+    ],
+    ids=lambda arguments: arguments[0].strip("-"),
+)
+def test_a_command_loads_only_what_it_needs(folder: Path, arguments: list[str]) -> None:
+    assert loaded(folder, *arguments) & HEAVY == set()
+
+
+def test_the_probe_sees_a_heavy_module(folder: Path) -> None:
+    rivals = "joint_compliance@joint2,joint_compliance@joint3"
+    chosen = ["--count", "12", "--candidate-count", "64", "--separate", rivals, "--payload-kg", "0,10", "-o", "p.csv"]
+    assert "scipy.stats" in loaded(folder, "design", "robot.yaml", *chosen)
