@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from fastcal.ik.inverse_kinematics import InverseKinematics, inverse_kinematics
     from fastcal.ik.posture import configurations
     from fastcal.ik.redundancy_resolution import arm_angles, choose_posture
-    from fastcal.io.measurements import load_measurements
+    from fastcal.importers import load_measurements
     from fastcal.io.measurements_out import write_measurements
     from fastcal.io.robot_file import load_robot
     from fastcal.io.targets import load_targets
@@ -69,7 +69,7 @@ _HOMES = {
     "foresee": "diagnosis.plan",
     "inertia_load": "ik.inertia_load",
     "inverse_kinematics": "ik.inverse_kinematics",
-    "load_measurements": "io.measurements",
+    "load_measurements": "importers",
     "load_robot": "io.robot_file",
     "load_targets": "io.targets",
     "path_accuracy": "compensation",

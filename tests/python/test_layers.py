@@ -64,6 +64,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "networks": {*ARM, "calibration"},
     "diagnosis": {"_core", *ARM, "calibration", "selection", "design", "surrogate"},
     "io": {"_core", *ARM, "robots", "beams", "calibration", "design", "programs"},
+    "importers": {"_core", *ARM, "calibration", "io", "programs"},
     "report": {*ARM, "calibration", "selection", "compensation", "design", "diagnosis", "io"},
 }
 # What binds the rooms together may import any of them, and is imported by none.

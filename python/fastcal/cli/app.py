@@ -11,7 +11,7 @@ from typing import Annotated, cast
 
 import typer
 
-from fastcal.cli import calibrate, compensate, convert, demo, design, diagnose, models, simulate, train
+from fastcal.cli import calibrate, compensate, convert, demo, design, diagnose, imports, models, simulate, train
 from fastcal.cli.console import fail
 from fastcal.errors import FastcalError, Undetermined
 
@@ -30,6 +30,8 @@ COMMANDS = (
     design.design,
     simulate.simulate,
     convert.convert,
+    imports.import_,
+    imports.template,
     demo.demo,
 )
 
@@ -40,7 +42,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 for command in COMMANDS:
-    app.command()(command)
+    app.command(command.__name__.rstrip("_"))(command)
 
 
 def _show_version(wanted: bool) -> None:

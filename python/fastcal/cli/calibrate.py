@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fastcal.cli.console import fail, progress, say, warn
-from fastcal.cli.options import AsRead, DataFile, Loss, Method, OutFolder, RobotFile, Rule, Threads
+from fastcal.cli.options import AsRead, DataFiles, Loss, Method, OutFolder, RobotFile, Rule, Threads
 
 if TYPE_CHECKING:
     from fastcal.calibration.calibrate import CalibrationResult
@@ -22,7 +22,7 @@ NOT_CONVERGED = 3
 
 def calibrate(
     robot: RobotFile,
-    data: DataFile,
+    data: DataFiles,
     output: OutFolder,
     test: Annotated[
         Path | None, typer.Option(metavar="TEST", help="Other poses, only reported on: no choice reads them.")
@@ -49,8 +49,8 @@ def calibrate(
     from fastcal.calibration import calibrate as calibration
     from fastcal.calibration import inspection
     from fastcal.errors import InvalidInput
+    from fastcal.importers import load_measurements
     from fastcal.io.folder import check_folder
-    from fastcal.io.measurements import load_measurements
     from fastcal.io.robot_file import load_robot
     from fastcal.report.calibration_files import write_calibration
     from fastcal.selection.choose_parameters import choose_parameters

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fastcal.cli.console import progress, say, warn
-from fastcal.cli.options import AsRead, DataFile, OutFolder, RobotFile, Threads
+from fastcal.cli.options import AsRead, DataFiles, OutFolder, RobotFile, Threads
 
 if TYPE_CHECKING:
     from fastcal.diagnosis import Diagnosis
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 def diagnose(
     robot: RobotFile,
-    data: DataFile,
+    data: DataFiles,
     output: OutFolder,
     test: Annotated[
         Path | None, typer.Option(metavar="TEST", help="Other poses, only reported on: no choice reads them.")
@@ -34,8 +34,8 @@ def diagnose(
 ) -> None:
     """Find what the model is missing, name it or say that it can't be told, and add it."""
     from fastcal import diagnosis
+    from fastcal.importers import load_measurements
     from fastcal.io.folder import check_folder
-    from fastcal.io.measurements import load_measurements
     from fastcal.io.robot_file import load_robot
     from fastcal.units import to_si
 

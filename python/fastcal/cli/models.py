@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fastcal.cli.console import progress, say, warn
-from fastcal.cli.options import DataFile, ModelFile, OutFile, Threads
+from fastcal.cli.options import DataFiles, ModelFile, OutFile, Threads, file_names
 
 if TYPE_CHECKING:
     from fastcal.calibration.evaluation import Evaluation
@@ -24,7 +24,7 @@ def predict(
 ) -> None:
     """Predict where the tool is, and how surely, into a CSV file."""
     from fastcal.calibration.prediction import predict as predicted
-    from fastcal.io.measurements import load_measurements
+    from fastcal.importers import load_measurements
     from fastcal.io.robot_file import load_robot
     from fastcal.io.tables import write_csv
     from fastcal.units import from_si
@@ -46,7 +46,7 @@ def predict(
 
 def evaluate(
     model: ModelFile,
-    data: DataFile,
+    data: DataFiles,
     output: Annotated[
         Path | None, typer.Option("-o", "--output", metavar="FILE", help="Also write the figures, as JSON.")
     ] = None,
@@ -57,7 +57,7 @@ def evaluate(
     from fastcal.calibration.extrapolation_notes import range_notes
     from fastcal.calibration.inspection import readback_notes
     from fastcal.calibration.prediction import correction_notes
-    from fastcal.io.measurements import load_measurements
+    from fastcal.importers import load_measurements
     from fastcal.io.results import write_json
     from fastcal.io.robot_file import load_robot
 
@@ -68,7 +68,7 @@ def evaluate(
         write_json(output, found.to_json_dict())
     beyond = [*range_notes(robot, measured), *correction_notes(robot, measured)]
     warn([*measured.notes, *beyond, *readback_notes(robot, measured)])
-    say_evaluation(found, f"{robot.name} on {data.name}")
+    say_evaluation(found, f"{robot.name} on {file_names(data)}")
 
 
 def say_evaluation(found: Evaluation, title: str) -> None:

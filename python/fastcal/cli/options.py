@@ -19,6 +19,13 @@ DataFile = Annotated[
 AsRead = Annotated[
     bool, typer.Option("--as-read", help="Take the columns as they are, though another reading fits far better.")
 ]
+DataFiles = Annotated[
+    list[Path],
+    typer.Argument(
+        metavar="DATA...",
+        help="Measured poses, or exports that hold joints and points. Several files: each its own station and mount.",
+    ),
+]
 OutFile = Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="The file to write.")]
 OutFolder = Annotated[Path, typer.Option("-o", "--output", metavar="OUT", help="The folder to write into.")]
 Threads = Annotated[int, typer.Option(min=1, help="Cores to use; the result does not depend on it.")]
@@ -28,3 +35,8 @@ Seed = Annotated[int, typer.Option(min=0, help="The same seed gives the same num
 Method = Literal["nls", "bfgs", "bfgs_mean_distance"]
 Loss = Literal["tukey", "huber", "cauchy", "none"]
 Rule = Literal["least", "one_standard_error"]
+
+
+def file_names(files: list[Path]) -> str:
+    """The names of some files without their folders."""
+    return ", ".join(file.name for file in files)

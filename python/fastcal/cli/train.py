@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from fastcal.cli.console import progress, say, warn
-from fastcal.cli.options import DataFile, ModelFile, OutFolder, Seed, Threads
+from fastcal.cli.options import DataFiles, ModelFile, OutFolder, Seed, Threads, file_names
 
 if TYPE_CHECKING:
     from fastcal.networks import TrainingResult
@@ -22,7 +22,7 @@ Network = Literal["mlp", "bso-mlp", "somm", "ca-somm", "ga-dnn", "gp"]
 
 def train(
     model: ModelFile,
-    data: DataFile,
+    data: DataFiles,
     output: OutFolder,
     network: Annotated[Network, typer.Option(help="What to train.")] = "mlp",
     rivals: Annotated[
@@ -44,8 +44,8 @@ def train(
     threads: Threads = 1,
 ) -> None:
     """Train a network on what a model leaves; it is kept only where it beats its rivals."""
+    from fastcal.importers import load_measurements
     from fastcal.io.folder import atomic_folder, check_folder
-    from fastcal.io.measurements import load_measurements
     from fastcal.io.results import write_json
     from fastcal.io.robot_file import load_robot, write_spec
     from fastcal.networks import train as trained
@@ -71,7 +71,7 @@ def train(
             progress=show,
         )
     with atomic_folder(output, owned=FILES) as folder:
-        write_spec(found.model.spec, folder / "model.yaml", f"Trained by fastcal from {data.name}: {found.used}")
+        write_spec(found.model.spec, folder / "model.yaml", f"Trained by fastcal from {file_names(data)}: {found.used}")
         write_json(folder / "training.json", found.to_json_dict())
     warn([*measured.notes, *found.notes])
     _say(found, output)

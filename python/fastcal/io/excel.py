@@ -13,6 +13,8 @@ import openpyxl
 from fastcal.errors import ParseError
 from fastcal.io.table import Cells, Table, unreadable, without_blank_columns
 
+EXPLANATIONS = "Columns"  # the sheet of fastcal's own templates that explains the columns
+
 
 def read_excel_table(content: bytes, path: str) -> Table:
     """Reads the content of an xlsx file; `path` is for the errors. Formulas count with the values saved beside them.
@@ -39,7 +41,7 @@ def read_excel_table(content: bytes, path: str) -> Table:
     (_, header), *body = filled
     names = ["" if name is None else str(name) for name in header]
     columns = [_column([row[place] if place < len(row) else None for _, row in body]) for place in range(width)]
-    others = ", ".join(f"'{other.title}'" for other in book.worksheets[1:])
+    others = ", ".join(f"'{other.title}'" for other in book.worksheets[1:] if other.title != EXPLANATIONS)
     notes = (f"sheet '{sheet.title}' is read; left out: {others}",) if others else ()
     return Table(path, *without_blank_columns(names, columns), lines=[line for line, _ in body], notes=notes)
 

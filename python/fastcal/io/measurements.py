@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
-OWN_COLUMNS = ("order", "row", "status")  # which fastcal writes beside what it reads: of designs and predictions
+OWN_COLUMNS = ("order", "row", "status", "name")  # which fastcal writes beside what it reads
 ROUNDING = 1e-9  # [rad, m] beyond a limit: of a number that went through a file
 
 
@@ -41,11 +41,11 @@ def load_measurements(path: str | os.PathLike[str], robot: RobotFacts, *, requir
     """
     table = read_table(path)
     try:
-        return _dataset(table, robot, require_measured)
+        return dataset_from_table(table, robot, require_measured)
     except ParseError:
         if table.exact is None:
             raise
-    return _dataset(table.exact(), robot, require_measured)
+    return dataset_from_table(table.exact(), robot, require_measured)
 
 
 def dataset_of_frame(frame: pd.DataFrame, robot: RobotFacts, *, require_measured: bool = True) -> Dataset:
@@ -56,10 +56,15 @@ def dataset_of_frame(frame: pd.DataFrame, robot: RobotFacts, *, require_measured
         else ["" if value is None or value != value else str(value) for value in column]
         for _, column in frame.items()
     ]
-    return _dataset(Table("the table", [str(name) for name in frame.columns], columns), robot, require_measured)
+    return dataset_from_table(Table("the table", [str(name) for name in frame.columns], columns), robot, require_measured)
 
 
-def _dataset(table: Table, robot: RobotFacts, require_measured: bool) -> Dataset:
+def dataset_from_table(table: Table, robot: RobotFacts, require_measured: bool = True) -> Dataset:
+    """The data set of a table whose columns are those of a measurement file.
+
+    Raises:
+        ParseError: Something in it cannot be meant; one sentence with file, line and column.
+    """
     known, unknown = match_columns(table, robot.joint_types)
     columns = Columns(table, known)
     joints = range(1, len(robot.joint_types) + 1)

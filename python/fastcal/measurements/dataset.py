@@ -162,6 +162,25 @@ class Dataset(Shown):
         return data
 
     @classmethod
+    def concatenate(cls, sets: Sequence[Dataset], *, labels: Sequence[str] | None = None) -> Dataset:
+        """Several data sets of one arm as one, in the order given.
+
+        What some of them did not measure is empty in their rows. A condition that only some of them know (temperature,
+        time, wrench, current) can't be: it is left out, and a note says so. Where a set has no stations or no mounts,
+        `labels` names it; without `labels` it is named by its source, if another set has them.
+
+        Args:
+            sets: At least one; all with the same number of joints.
+            labels: A name a set, for its station and its mount.
+
+        Raises:
+            InvalidInput: There is no set, or they are of different arms.
+        """
+        from fastcal.measurements.concatenation import concatenated
+
+        return concatenated(sets, labels)
+
+    @classmethod
     def from_arrays(  # noqa: D417 - the class says what the fields are
         cls,
         q: ArrayLike,

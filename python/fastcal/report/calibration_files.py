@@ -39,7 +39,7 @@ def write_calibration(
 
     with atomic_folder(folder, owned=FILES) as place:
         if result.status == "converged":
-            source = PurePath(result.train.data.source).name
+            source = ", ".join(PurePath(each).name for each in result.train.data.source.split(", "))
             comment = f"Identified by fastcal {fastcal.__version__} from {source}"
             write_spec(result.model.spec, place / "model.yaml", comment)
         write_json(place / "result.json", result.to_json_dict() | dict(more or {}))

@@ -1,0 +1,99 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""`fastcal import` and `fastcal template`: from an instrument's own file to a measurement file, or to an empty one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from fastcal.cli.console import progress, say
+from fastcal.cli.options import OutFile, RobotFile
+
+if TYPE_CHECKING:
+    from fastcal.importers import Mapping
+
+
+def import_(
+    exports: Annotated[
+        list[Path], typer.Argument(metavar="EXPORT...", help="Exports of an instrument, one after the other.")
+    ],
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="FILE", help="The measurement file to write, CSV.")
+    ] = None,
+    joints: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="The controller's log or program with the joints, where EXPORT has none."),
+    ] = None,
+    robot: Annotated[
+        str | None, typer.Option(metavar="ROBOT", help="The arm: tries the join on it, finds missing and slipped rows.")
+    ] = None,
+    sheet: Annotated[str | None, typer.Option(metavar="NAME", help="The sheet of a workbook.")] = None,
+    orientation: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="What the angles are: rpy, abc, wpr, zyz, xyz_moving, rotation_vector ..."),
+    ] = None,
+    map_: Annotated[
+        Path | None, typer.Option("--map", metavar="FILE", help="Which of its columns is which, as YAML.")
+    ] = None,
+    print_map: Annotated[
+        bool, typer.Option("--print-map", help="Write such a map to start from, to FILE or the screen.")
+    ] = False,
+) -> None:
+    """Turn exports of instruments and controllers into a measurement file.
+
+    Joints and points of two files are joined by name, else by time, else by order. What can't be decided is asked for.
+    """
+    from fastcal.errors import InvalidInput
+    from fastcal.importers import import_measurements, map_text, read_map, write_imported
+    from fastcal.importers.orientation import check_convention
+    from fastcal.io.atomic import write_text
+    from fastcal.io.robot_file import load_robot
+
+    mapping: Mapping | None = None if map_ is None else read_map(map_)
+    if orientation is not None:
+        check_convention(orientation)
+    arm = None if robot is None else load_robot(robot)
+    if print_map:
+        text = map_text([*exports, *([joints] if joints else [])], mapping, sheet)
+        if output is None:
+            say(text.rstrip())
+        else:
+            write_text(output, text)
+        return
+    if output is None:
+        raise InvalidInput("expected -o FILE, the measurement file to write")
+    inputs = [*exports, *(path for path in (joints, map_) if path is not None)]
+    if output.exists() and any(path.exists() and path.samefile(output) for path in inputs):
+        raise InvalidInput(f"{output}: is one of the inputs; give another name with -o")
+    with progress() as show:
+        show("reading")
+        found = import_measurements(
+            exports, joints=joints, robot=arm, sheet=sheet, orientation=orientation, mapping=mapping
+        )
+        rows = write_imported(output, found, arm)
+    for note in found.notes:
+        say(note)
+    kinds = ", ".join(
+        text
+        for text, given in (("points", "x"), ("orientations", "r"), ("lengths", "distance"))
+        if _has(found.columns, given)
+    )
+    say(f"{output}: {rows} rows, {found.joints} joints, {kinds}; read as {found.dialect}")
+
+
+def _has(columns: object, given: str) -> bool:
+    names = {"x": ("x_",), "r": ("rx_", "qw"), "distance": ("distance_",)}[given]
+    return any(str(name).startswith(names) for name in columns)  # type: ignore[attr-defined]
+
+
+def template(robot: RobotFile, output: OutFile) -> None:
+    """Write an empty measurement file for a robot, CSV or Excel (xlsx) with a sheet that explains each column."""
+    from fastcal.importers import write_template
+    from fastcal.io.robot_file import load_robot
+
+    arm = load_robot(robot)
+    write_template(output, arm)
+    say(f"{output}: an empty measurement file for {arm.name}")

@@ -1,0 +1,133 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""The cells of an export before anyone knows what they mean: text of any encoding, or a sheet of a workbook."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from fastcal.errors import ParseError
+
+NUMBER = re.compile(r"[-+]?(\d+([.,]\d*)?|[.,]\d+)([eE][-+]?\d+)?")
+COMMENT_MARKS = ("//", "#", "%", "!")
+_ENOUGH = 400  # lines that decide on the separator
+_NEARLY = 0.7  # of the numbers that the best separator finds: a rarer separator wins by convention
+
+
+@dataclass(frozen=True)
+class Row:
+    """A row of cells and the line, from 1, where it stands; comments lose their mark."""
+
+    line: int
+    cells: tuple[str, ...]
+    comment: bool = False
+
+    @property
+    def blank(self) -> bool:
+        """Whether no cell holds anything."""
+        return not any(self.cells)
+
+
+@dataclass(frozen=True)
+class Grid:
+    """One table of cells, maybe with titles above and remarks below.
+
+    Attributes:
+        path: The file, for messages.
+        rows: All rows, empty ones too.
+        text: The whole text, for exports that are no tables; a sheet has none.
+        sheet: The name of the sheet of a workbook.
+    """
+
+    path: str
+    rows: tuple[Row, ...]
+    text: str = ""
+    sheet: str | None = None
+
+    @property
+    def opening(self) -> str:
+        """The first rows as one text, in which an export names its maker, its units and its conventions."""
+        return "\n".join(" ".join(row.cells) for row in self.rows[:40])
+
+    def error(self, message: str, line: int | None = None) -> ParseError:
+        """An error that names the file and, where it helps, the sheet and the line."""
+        return ParseError(message if self.sheet is None else f"sheet '{self.sheet}': {message}", self.path, line)
+
+
+def decoded(content: bytes, path: str) -> str:
+    """The text of a file: UTF-16 and UTF-8 with or without their mark, else the Windows code page 1252.
+
+    Raises:
+        ParseError: It is no text.
+    """
+    if content[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        return content.decode("utf-16", errors="replace").lstrip("\ufeff")
+    if content[:3] != b"\xef\xbb\xbf" and b"\0" in content:
+        sides = content[: len(content) // 2 * 2]
+        encoding = "utf-16-le" if sides[1::2].count(0) > sides[::2].count(0) else "utf-16-be"
+        text = sides.decode(encoding, errors="replace")
+        if "\0" in text or text.count("\ufffd") > len(text) / 100:
+            raise ParseError("holds NUL characters; expected a text file or an Excel workbook (xlsx)", path)
+        return text
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return content.decode("cp1252", errors="replace")
+
+
+def text_grid(text: str, path: str) -> Grid:
+    """The cells of a text: separated by tab, semicolon, bar, comma or blanks, whichever gives the most numbers."""
+    lines = re.split(r"\r\n|\r|\n", text.replace("\N{MINUS SIGN}", "-"))
+    split, separator = _separation([line for line in lines if line.strip()])
+    marks = COMMENT_MARKS if separator == ";" else (*COMMENT_MARKS, ";")
+    rows = []
+    for number, line in enumerate(lines, start=1):
+        bare = line.strip()
+        comment = next((mark for mark in marks if bare.startswith(mark)), None)
+        rest = bare[len(comment) :].strip() if comment else line
+        rows.append(Row(number, split(rest), comment is not None))
+    return Grid(path, tuple(rows), text)
+
+
+def _separation(lines: Sequence[str]) -> tuple[Callable[[str], tuple[str, ...]], str]:
+    """How to split a line, and the separator."""
+    middle = max(0, len(lines) // 2 - _ENOUGH // 2)
+    sample = lines[middle : middle + _ENOUGH]
+    ways: list[tuple[str, Callable[[str], tuple[str, ...]]]] = [
+        *((mark, _by_mark(mark)) for mark in "\t;|,"),
+        ("  ", _by_wide_blanks),
+        (" ", _by_blanks),
+    ]
+    found = []
+    for separator, split in ways:
+        cells = [split(line) for line in sample]
+        numbers = sum(NUMBER.fullmatch(cell) is not None for row in cells for cell in row)
+        widths = Counter(map(len, cells))
+        even = max(widths.values()) / len(cells) if cells else 0.0
+        found.append((0 if separator == "  " and even < 0.9 else numbers, separator, split))
+    most = max(count for count, _, _ in found)
+    return next((split, separator) for count, separator, split in found if count >= _NEARLY * most)
+
+
+def _by_mark(mark: str) -> Callable[[str], tuple[str, ...]]:
+    def split(line: str) -> tuple[str, ...]:
+        if '"' not in line:
+            return tuple(cell.strip() for cell in line.split(mark))
+        return tuple(cell.strip() for cell in next(csv.reader(io.StringIO(line), delimiter=mark), []))
+
+    return split
+
+
+def _by_wide_blanks(line: str) -> tuple[str, ...]:
+    """At two blanks or more, so that names may hold one."""
+    return tuple(re.split(r"\s{2,}", line.strip()))
+
+
+def _by_blanks(line: str) -> tuple[str, ...]:
+    """At blanks; a unit in brackets belongs to the word before it."""
+    return tuple(re.sub(r"\s+([\[(])", r"\1", line.strip()).split())

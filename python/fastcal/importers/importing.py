@@ -1,0 +1,238 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""From exports to one table of the contract: sheets chosen, joints and points joined, files put one after the other."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+
+from fastcal.errors import InvalidInput, ParseError
+from fastcal.importers import programs
+from fastcal.importers.dialects import read_export
+from fastcal.importers.export import Export
+from fastcal.importers.grid import Grid
+from fastcal.importers.joining import joined
+from fastcal.importers.mapping import Mapping
+from fastcal.importers.mapping import map_text as text_of_map
+from fastcal.importers.reading import Column, Reading, interpret
+from fastcal.importers.sources import read_grids
+from fastcal.robot.robot import Robot
+
+Path_ = str | os.PathLike[str]
+
+
+def import_measurements(
+    exports: Sequence[Path_],
+    *,
+    joints: Path_ | None = None,
+    robot: Robot | None = None,
+    sheet: str | None = None,
+    orientation: str | None = None,
+    mapping: Mapping | None = None,
+) -> Reading:
+    """Reads exports of instruments and controllers into columns of a measurement file.
+
+    Args:
+        exports: Files that hold measured points, with or without the joints; one after the other.
+        joints: A log or a program with the joints, where the exports have none.
+        robot: The arm; it says how many joints there are, and tries a join.
+        sheet: The sheet of a workbook.
+        orientation: What the exports' angles are, by `importers.orientation.CONVENTIONS`.
+        mapping: Answers kept in a file.
+
+    Raises:
+        InvalidInput, ParseError: Something can't be read or decided; one sentence with the option that decides.
+    """
+    mapping = mapping or Mapping()
+    asked = partial(
+        read,
+        mapping=mapping,
+        robot=robot,
+        sheet=sheet or mapping.sheet,
+        orientation=orientation or mapping.orientation,
+    )
+    readings = [reading for path in exports for reading in asked(path, wanted="points" if joints else "any")]
+    if joints is not None:
+        found = [each for each in asked(joints, wanted="joints") if each.joints]
+        if not found:
+            raise InvalidInput(f"{os.fspath(joints)}: holds no joint positions that are known; name them with --map")
+        poses = stacked(found)
+    else:
+        poses = None
+    _check_map(mapping, [*readings, *([poses] if poses else [])])
+    return _complete(readings, poses, robot)
+
+
+def _complete(readings: list[Reading], poses: Reading | None, robot: Robot | None) -> Reading:
+    points = [reading for reading in readings if reading.measured and not reading.joints]
+    bare = [reading for reading in readings if reading.joints and not reading.measured]
+    whole = [reading for reading in readings if reading.joints and reading.measured]
+    if poses is None and points and bare and not whole:
+        poses, readings = stacked(bare), points  # the joints were given among the exports
+    if poses is not None:
+        missing = next((reading for reading in readings if not reading.measured), None)
+        if missing is not None:
+            raise InvalidInput(_without_points(missing))
+        return joined(stacked(readings), poses, robot)
+    for reading in readings:
+        if not reading.measured:
+            raise InvalidInput(_without_points(reading))
+        if not reading.joints:
+            raise InvalidInput(
+                f"{reading.path}: holds {len(reading)} measured points and no joints: give the controller's log "
+                f"or program "
+                "with --joints FILE"
+            )
+    return stacked(readings)
+
+
+def _without_points(reading: Reading) -> str:
+    if reading.computed is not None:
+        return (
+            f"{reading.path}: '{reading.computed}' is what the controller computes from its joints and no "
+            f"measurement: give "
+            "the instrument's points, and this file with --joints"
+        )
+    held = f"{reading.joints} joints in {len(reading)} rows and" if reading.joints else ""
+    return (
+        f"{reading.path}: holds {held} no measured points that are known; name them with --map, or give the "
+        f"instrument's export"
+    )
+
+
+def read(
+    path: Path_,
+    *,
+    mapping: Mapping,
+    robot: Robot | None = None,
+    sheet: str | None = None,
+    orientation: str | None = None,
+    wanted: str = "any",
+) -> list[Reading]:
+    """What a file holds: one reading, or the joints and the points of two sheets.
+
+    Raises:
+        InvalidInput, ParseError: It can't be read, or several sheets could be it.
+    """
+    kinds = None if robot is None else robot.joint_types
+    found: list[tuple[Grid, Reading]] = []
+    problems: list[InvalidInput] = []
+    for export in open_exports(path, mapping, sheet):
+        if isinstance(export, InvalidInput):
+            problems.append(export)
+            continue
+        try:
+            reading = interpret(export, convention=orientation, joint_kinds=kinds, wanted=wanted)
+        except InvalidInput as problem:
+            problems.append(problem)
+            continue
+        if reading.joints or reading.measured or reading.computed:
+            found.append((export.grid, reading))
+        else:
+            problems.append(InvalidInput(_without_points(reading)))
+    if not found:
+        raise problems[0] if len(problems) == 1 else _best(problems)
+    return _chosen(os.fspath(path), found, several=len(found) + len(problems) > 1)
+
+
+def _best(problems: list[InvalidInput]) -> InvalidInput:
+    """The problem of the sheet that came farthest: one that asks before one that has no table."""
+    return next((problem for problem in problems if "--" in str(problem)), problems[0])
+
+
+def open_exports(path: Path_, mapping: Mapping, sheet: str | None) -> list[Export | InvalidInput]:
+    """The exports in a file, a sheet each, with the map applied; a sheet that can't be read is its problem."""
+    name = os.fspath(path)
+    if programs.is_program(path):
+        return [mapping.applied(programs.read_joints(name))]
+    grids = read_grids(path)
+    if sheet is not None and grids[0].sheet is not None:
+        chosen = [grid for grid in grids if str(grid.sheet).lower() == sheet.lower()]
+        if not chosen:
+            raise ParseError(f"has no sheet '{sheet}'; it has {', '.join(repr(grid.sheet) for grid in grids)}", name)
+        grids = chosen
+    out: list[Export | InvalidInput] = []
+    for grid in grids:
+        try:
+            out.append(mapping.applied(read_export(replace(grid, rows=grid.rows[mapping.skip_rows :]))))
+        except ParseError as problem:
+            out.append(problem)
+    return out
+
+
+def _chosen(path: str, found: list[tuple[Grid, Reading]], *, several: bool) -> list[Reading]:
+    """Of several sheets the only one with poses and points, or one with joints and one with points."""
+    whole = [(grid, reading) for grid, reading in found if reading.joints and reading.measured]
+    fits = whole or found
+    if len(fits) > 1 and not whole:
+        joints = [reading for _, reading in fits if reading.joints]
+        points = [reading for _, reading in fits if reading.measured]
+        if len(joints) == 1 and len(points) == 1:
+            return [points[0], joints[0]]
+    if len(fits) > 1:
+        names = ", ".join(f"'{grid.sheet}'" for grid, _ in fits)
+        raise InvalidInput(f"{path}: the sheets {names} could each be it; say which with --sheet NAME")
+    grid, reading = fits[0]
+    if several and grid.sheet is not None:
+        reading = replace(reading, notes=[f"sheet '{grid.sheet}' is read", *reading.notes])
+    return [reading]
+
+
+def stacked(readings: Sequence[Reading]) -> Reading:
+    """Readings one after the other; a column that some lack is empty there.
+
+    Raises:
+        InvalidInput: Two give a quantity in different units or different numbers of joints.
+    """
+    if len(readings) == 1:
+        return readings[0]
+    names = list(dict.fromkeys(name for reading in readings for name in reading.columns))
+    columns: dict[str, Column] = {}
+    for name in names:
+        parts = [reading.columns.get(name) for reading in readings]
+        if any(isinstance(part, list) for part in parts):
+            columns[name] = [
+                text for p, r in zip(parts, readings, strict=True) for text in (p if p is not None else [""] * len(r))
+            ]
+        else:
+            columns[name] = np.concatenate(
+                [np.full(len(r), np.nan) if p is None else np.asarray(p) for p, r in zip(parts, readings, strict=True)]
+            )
+    first = readings[0]
+    if len({reading.joints for reading in readings}) > 1:
+        counts = " and ".join(f"{reading.joints} in {reading.path}" for reading in readings[:3])
+        raise InvalidInput(f"the files hold different numbers of joints: {counts}")
+    all_named = all(reading.names is not None for reading in readings)
+    return replace(
+        first,
+        columns=columns,
+        names=[name for reading in readings for name in reading.names or []] if all_named else None,
+        counted=any(reading.counted for reading in readings),
+        times=None,
+        lines=[line for reading in readings for line in reading.lines],
+        notes=list(dict.fromkeys(note for reading in readings for note in reading.notes)),
+    )
+
+
+def _check_map(mapping: Mapping, readings: Sequence[Reading]) -> None:
+    """Refuses a map of which a column is in none of the files: a slip of the pen would else be passed over."""
+    given = {name for reading in readings for name in reading.columns} | {"name"}
+    turned = {"qw", "qx", "qy", "qz"} if given & {"qw", "rx_deg", "rx_rad", "rx_mrad"} else set()
+    for ours, theirs in mapping.columns.items():
+        turn = ours[0] == "r" or (ours in ("qw", "qx", "qy", "qz"))
+        if ours not in given and not (turn and (turned or given & {"rx_deg", "rx_rad", "rx_mrad"})):
+            raise ParseError(f"columns.{ours}: no file has the column {theirs!r}", mapping.path)
+
+
+def map_text(paths: Sequence[Path_], mapping: Mapping | None = None, sheet: str | None = None) -> str:
+    """A map of the columns of some files, as YAML, to start from.
+
+    Raises:
+        ParseError: A file can't be read.
+    """
+    return text_of_map([export for path in paths for export in open_exports(path, mapping or Mapping(), sheet)])

@@ -1,0 +1,236 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Joins a controller's joints with an instrument's points: by name, by time or by order, and tries the robot."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from fastcal.errors import InvalidInput
+from fastcal.importers.export import FloatArray
+from fastcal.importers.names import pairs_by_name
+from fastcal.importers.pairing import FEWEST_ROWS, Pairing, pair_by_robot
+from fastcal.importers.reading import Column, Reading
+from fastcal.importers.standstills import core, standstills
+from fastcal.importers.timing import pairs_by_time
+from fastcal.robot.robot import Robot
+from fastcal.units import from_si, parse_name, to_si
+
+Pair = tuple[int, int]  # pose, point
+_RECORD = 3.0  # rows of one list a row of the other: it is a record of the motion
+_STILL_JOINT = 3.5e-4  # [rad or m]
+_STILL_POINT = 3e-4  # [m]
+_MOST = 0.7  # of the shorter list that the robot must confirm
+_LISTED = 12
+
+
+@dataclass
+class _Join:
+    """A join as it is made."""
+
+    points: Reading
+    poses: Reading
+    robot: Robot | None
+    said: list[str] = field(default_factory=list)
+
+
+def joined(points: Reading, poses: Reading, robot: Robot | None) -> Reading:
+    """One row a measured pose: columns of both, in the order of the poses.
+
+    Raises:
+        InvalidInput: It can't be known which point belongs to which pose; names the option that would decide.
+    """
+    join = _Join(points, poses, robot)
+    pairs, how = _by_name_or_time(join)
+    if how is None:
+        _reduce_records(join)
+        pairs, how = _by_order(join)
+    elif how == "by name":
+        left_points, left_poses = _left(join, pairs or [])
+        _say_left(join, left_points, left_poses)
+    pairs = _tried(join, pairs, how)
+    if not pairs:
+        raise InvalidInput(f"{points.path}: no point belongs to a pose of {poses.path}")
+    note = f"{len(pairs)} points joined with their poses {how}"
+    at, to = join.poses.rows([i for i, _ in pairs]), join.points.rows([j for _, j in pairs])
+    columns: dict[str, Column] = {**at.columns, **{n: v for n, v in to.columns.items() if n not in at.columns}}
+    named = to if to.names is not None and not to.counted else at
+    return replace(
+        to,
+        columns=columns,
+        joints=at.joints,
+        names=named.names,
+        counted=named.counted,
+        times=to.times or at.times,
+        notes=[*points.notes, *poses.notes, note, *join.said],
+    )
+
+
+def _by_name_or_time(join: _Join) -> tuple[list[Pair] | None, str | None]:
+    points, poses = join.points, join.poses
+    if points.names is not None and poses.names is not None:
+        found = pairs_by_name(poses.names, points.names, counted=(poses.counted, points.counted))
+        if found is not None:
+            return found, "by name"
+    timed = pairs_by_time(si_joints(poses), poses.times, points.times)
+    if timed is None:
+        return None, None
+    if timed.shift:
+        join.said.append(f"the two clocks differ by {timed.shift / 3600:+g} h, which is taken into account")
+    for rows, why in ((timed.moving, "were taken while the arm moved"), (timed.outside, "have no pose at their time")):
+        if rows:
+            join.said.append(f"{len(rows)} points {why} and are left out: {_listed(points, rows)}")
+    return timed.pairs, "by time"
+
+
+def _reduce_records(join: _Join) -> None:
+    """A record of the motion, where the other list has a row a pose, becomes a row a standstill."""
+    if len(join.poses) >= _RECORD * len(join.points):
+        join.poses = _reduced(join, join.poses, si_joints(join.poses), _STILL_JOINT, "joints")
+    elif len(join.points) >= _RECORD * len(join.poses) and (position := si_points(join.points)) is not None:
+        join.points = _reduced(join, join.points, position, _STILL_POINT, "points")
+
+
+def _reduced(join: _Join, reading: Reading, values: FloatArray, tolerance: float, what: str) -> Reading:
+    found = standstills(values, tolerance)
+    if not found:
+        return reading
+    join.said.append(f"the {len(reading)} samples of the {what} hold {len(found)} standstills, whose means are taken")
+    middle = [(start + end) // 2 for start, end in found]
+    out = reading.rows(middle)
+    numbers = [name for name, column in out.columns.items() if isinstance(column, np.ndarray)]
+    for name in numbers:
+        column = reading.columns[name]
+        # Angles and quaternions may jump by a turn or a sign: their middle sample stands for them.
+        if isinstance(column, np.ndarray) and name[0] in "qxyz" and not name.startswith(("qw", "qx", "qy", "qz")):
+            out.columns[name] = np.array([column[core(*stretch)].mean() for stretch in found])
+    return replace(out, names=None, times=None if out.times is None else out.times)
+
+
+def _by_order(join: _Join) -> tuple[list[Pair] | None, str]:
+    points, poses = join.points, join.poses
+    if len(points) == len(poses):
+        if join.robot is None:
+            join.said.append("nothing but the order joins them: --robot ROBOT would check that no row has slipped")
+        return [(k, k) for k in range(len(points))], "by order"
+    if join.robot is None:
+        raise InvalidInput(
+            f"{points.path}: {len(points)} points and {len(poses)} poses, and neither names nor times say which belong "
+            "together: give the arm with --robot ROBOT, which can"
+        )
+    return None, "by order"
+
+
+def _tried(join: _Join, pairs: list[Pair] | None, how: str) -> list[Pair] | None:
+    """The pairs, confirmed or mended by the robot where one is given."""
+    position = si_points(join.points)
+    if join.robot is None:
+        return pairs
+    if position is None or np.isnan(position).any():
+        join.said.append("rows without a whole point can't be tried on the robot")
+        return pairs
+    if min(len(join.points), len(join.poses)) < FEWEST_ROWS:
+        if pairs is None:
+            raise InvalidInput(
+                f"{join.points.path}: {len(join.points)} points and {len(join.poses)} poses; to find which "
+                f"belong together "
+                f"the robot needs at least {FEWEST_ROWS}"
+            )
+        join.said.append(f"fewer than {FEWEST_ROWS} rows can't be tried on the robot")
+        return pairs
+    order = list(range(len(position)))
+    if how == "by name" and pairs:
+        # Names say the order: points are tried in that of the poses.
+        order = [j for _, j in pairs] + sorted(set(order) - {j for _, j in pairs})
+        order = list(dict.fromkeys(order))
+    place = {j: k for k, j in enumerate(order)}
+    expected = None if pairs is None else [(i, place[j]) for i, j in pairs]
+    found = pair_by_robot(join.robot, si_joints(join.poses), position[order], expected)
+    if found is None or len(found.pairs) < _MOST * min(len(join.points), len(join.poses)):
+        raise InvalidInput(
+            f"{join.points.path}: the points do not fit this robot in the order of the poses, nor with rows missing or "
+            f"shifted: is it the right robot, and are units and joints of {join.poses.path} right?"
+        )
+    mended = [(i, order[k]) for i, k in found.pairs]
+    _say_mended(join, pairs, mended, found)
+    return mended
+
+
+def _say_mended(join: _Join, pairs: list[Pair] | None, mended: list[Pair], found: Pairing) -> None:
+    """What the robot changed, in words."""
+    rms = f"{from_si(found.rms, 'mm'):.3g} mm RMS"
+    if pairs is not None and set(pairs) == set(mended):
+        join.said.append(f"tried on the robot: every pair fits it ({rms}), no row has slipped")
+        return
+    left_points, left_poses = _left(join, mended)
+    before_points, before_poses = _left(join, pairs or [])
+    changed = sorted(set(mended) - set(pairs or [])) if pairs is not None else []
+    parts = []
+    if pairs is None or changed:
+        parts.append(
+            "the order had rows missing or slipped, mended with the robot"
+            if not _out_of_order(mended)
+            else ("rows were missing, shifted or swapped, mended with the robot")
+        )
+    swapped = _out_of_order(mended)
+    if swapped:
+        parts.append(f"in another order than the poses: {_listed(join.points, swapped)}")
+    lost = left_poses if pairs is None or changed else sorted(set(left_poses) - set(before_poses))
+    extra = left_points if pairs is None or changed else sorted(set(left_points) - set(before_points))
+    if lost:
+        parts.append(f"poses missing a point that fits: {_listed(join.poses, lost)}")
+    if extra:
+        parts.append(f"points missing a pose that fits: {_listed(join.points, extra)}")
+    join.said.append("; ".join([*parts, f"the {len(mended)} pairs that are kept fit to {rms}"]))
+
+
+def _out_of_order(pairs: Sequence[Pair]) -> list[int]:
+    """Points that were measured before one of an earlier pose."""
+    highest, out = -1, []
+    for _, j in pairs:
+        if j < highest:
+            out.append(j)
+        highest = max(highest, j)
+    return out
+
+
+def _left(join: _Join, pairs: Sequence[Pair]) -> tuple[list[int], list[int]]:
+    points = sorted({*range(len(join.points))} - {j for _, j in pairs})
+    return points, sorted({*range(len(join.poses))} - {i for i, _ in pairs})
+
+
+def _say_left(join: _Join, points: list[int], poses: list[int]) -> None:
+    if points:
+        join.said.append(
+            f"{len(points)} points without a pose of their name are left out: {_listed(join.points, points)}"
+        )
+    if poses:
+        join.said.append(f"{len(poses)} poses without a point of their name are left out: {_listed(join.poses, poses)}")
+
+
+def _listed(reading: Reading, rows: Sequence[int]) -> str:
+    shown = ", ".join(reading.label(row) for row in rows[:_LISTED])
+    return shown + (f" and {len(rows) - _LISTED} more" if len(rows) > _LISTED else "")
+
+
+def si_joints(reading: Reading) -> FloatArray:
+    """(N, n) joint positions [rad or m]."""
+    columns = [_si(reading, f"q{joint}") for joint in range(1, reading.joints + 1)]
+    return np.column_stack([column for column in columns if column is not None])
+
+
+def si_points(reading: Reading) -> FloatArray | None:
+    """(N, 3) measured points [m]; None where lengths alone were measured."""
+    columns = [column for axis in "xyz" if (column := _si(reading, axis)) is not None]
+    return np.column_stack(columns) if len(columns) == len("xyz") else None
+
+
+def _si(reading: Reading, quantity: str) -> FloatArray | None:
+    for name, values in reading.columns.items():
+        found, unit = parse_name(name)
+        if found == quantity and unit is not None and isinstance(values, np.ndarray):
+            return to_si(values, unit)
+    return None

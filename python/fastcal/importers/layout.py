@@ -1,0 +1,137 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Finds the table in a grid: title rows above it, the header, a row of units, rows of numbers, and remarks below."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+from fastcal.importers.export import Export, number, with_units
+from fastcal.importers.grid import Grid, Row
+from fastcal.importers.words import ANGLES, LENGTHS, STATISTICS, UNIT_WORDS, Title, meaning, plain_words, unit_of
+
+_SEARCHED = 200  # rows in which the header is looked for
+_FEWEST_TITLES = 3
+_UNITS = re.compile(
+    r"\b(length |angle |angular )?(units?|unite|unites|unité|unités|einheit|einheiten|unita|unità|unidades)\b", re.I
+)
+
+
+def read_table(grid: Grid, dialect: str = "a table") -> Export:
+    """The table of a grid; without a header its columns are known by their number alone.
+
+    Raises:
+        ParseError: There are no rows of numbers, or they are wider than the header.
+    """
+    header = find_header(grid)
+    if header is None:
+        return _without_header(grid, dialect)
+    titles = _titles(grid, header)
+    after = [row for row in grid.rows[header + 1 :] if not row.blank and not row.comment]
+    units = [""] * len(titles)
+    if after and _is_units(after[0].cells):
+        units = _padded(after[0].cells, len(titles))
+        after = after[1:]
+    elif header > 0 and _is_units(grid.rows[header - 1].cells):
+        units = _padded(grid.rows[header - 1].cells, len(titles))
+    meanings = with_units(titles, units)
+    rows, lines, notes = _body(grid, titles, after)
+    if not rows:
+        raise grid.error("holds no rows of numbers below its header")
+    return Export(grid, dialect, titles, meanings, rows, lines, stated_units(grid, header), notes=tuple(notes))
+
+
+def find_header(grid: Grid) -> int | None:
+    """The place of the row with the most titles that are known, of at least three; None where there is none."""
+    best, place = (False, _FEWEST_TITLES - 1), None
+    for k, row in enumerate(grid.rows[:_SEARCHED]):
+        filled = [cell for cell in row.cells if cell]
+        numbers = sum(number(cell) is not None for cell in filled)
+        if numbers * 3 > len(filled):
+            continue
+        known = sum(meaning(cell) is not None for cell in filled)
+        # A comment is the header only where nothing else is.
+        if known >= _FEWEST_TITLES and (not row.comment, known) > best:
+            best, place = (not row.comment, known), k
+    return place
+
+
+def stated_units(grid: Grid, header: int) -> dict[str, tuple[str, float]]:
+    """Units that the lines above the header state, such as Units: MM / DEG."""
+    found: dict[str, tuple[str, float]] = {}
+    for row in grid.rows[: header + 1]:
+        text = " ".join(row.cells)
+        if match := _UNITS.search(text):
+            for word in re.findall(r"[^\s,;:/=()\[\]]+", text[match.end() :]):
+                if (unit := UNIT_WORDS.get(word.lower())) and unit[0] in (*LENGTHS, *ANGLES):
+                    found.setdefault("length" if unit[0] in LENGTHS else "angle", unit)
+    return found
+
+
+def _titles(grid: Grid, header: int) -> list[str]:
+    """The header's titles; where some come twice, with the words of the row above that hold for several columns."""
+    titles = [" ".join(cell.split()) for cell in grid.rows[header].cells]
+    filled = [title.lower() for title in titles if title]
+    above = next((row for row in reversed(grid.rows[:header]) if not row.blank), None)
+    if len(set(filled)) == len(filled) or above is None:
+        return titles
+    groups, group = [], ""
+    for cell in _padded(above.cells, len(titles)):
+        group = cell or group
+        groups.append(group)
+    return [f"{group} {title}".strip() if title else "" for group, title in zip(groups, titles, strict=True)]
+
+
+def _is_units(cells: Sequence[str]) -> bool:
+    filled = [cell for cell in cells if cell]
+    known = sum(unit_of(cell) is not None for cell in filled)
+    return known >= 2 and known >= len(filled) - 1 and any(number(cell) is None for cell in filled)
+
+
+def _padded(cells: Sequence[str], width: int) -> list[str]:
+    return [*cells[:width], *[""] * (width - len(cells))]
+
+
+def _body(grid: Grid, titles: Sequence[str], after: Sequence[Row]) -> tuple[list[list[str]], list[int], list[str]]:
+    """Rows of numbers, their lines, and what was left out behind them."""
+    width = len(titles)
+    rows, lines = [], []
+    for row in after:
+        cells = row.cells
+        if any(cells[width:]):
+            if sum(number(cell) is not None for cell in cells) < width / 2:
+                continue  # a sentence
+            hint = "; decimal commas need ; or tab between the cells" if len(cells) >= 2 * width - 2 else ""
+            raise grid.error(f"expected {width} cells as in the header, got {len(cells)}{hint}", row.line)
+        if [" ".join(cell.split()) for cell in cells[:width]] == list(titles):
+            continue  # the header again, on the next page
+        rows.append(_padded(cells, width))
+        lines.append(row.line)
+    notes: list[str] = []
+    kept = len(rows)
+    while kept and (_is_statistic(rows[kept - 1]) or sum(number(cell) is not None for cell in rows[kept - 1]) < 2):
+        kept -= 1
+    if kept < len(rows):
+        named = ", ".join(next((cell for cell in row if cell), "") for row in rows[kept:][:8])
+        notes.append(f"left out below the table: {named}")
+    return rows[:kept], lines[:kept], notes
+
+
+def _is_statistic(row: Sequence[str]) -> bool:
+    """Whether a row is a mean, a deviation or the like, by its own name."""
+    texts = [cell for cell in row if cell and number(cell) is None]
+    words = [word for text in texts[:2] for word in plain_words(text)]
+    return bool(words) and words[0] in STATISTICS
+
+
+def _without_header(grid: Grid, dialect: str) -> Export:
+    body = [row for row in grid.rows if not row.blank and not row.comment]
+    body = [row for row in body if sum(number(cell) is not None for cell in row.cells) >= _FEWEST_TITLES]
+    if not body:
+        raise grid.error("holds no table: no row names columns that are known, and no row holds three numbers")
+    width = max(len(row.cells) for row in body)
+    none: list[Title | None] = [None] * width
+    rows = [_padded(row.cells, width) for row in body]
+    units = stated_units(grid, len(grid.rows) - 1)
+    return Export(grid, dialect, [""] * width, none, rows, [row.line for row in body], units, headed=False)

@@ -1,0 +1,89 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Measurements for a command or a notebook: a measurement file, an export that needs no join, or several of them."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from fastcal.errors import InvalidInput, ParseError
+from fastcal.importers.grid import decoded
+from fastcal.importers.importing import import_measurements
+from fastcal.importers.writing import imported_dataset
+from fastcal.io import measurements
+from fastcal.measurements.dataset import Dataset
+from fastcal.robot.robot import Robot
+
+_OWN = re.compile(r"\bq\d+(_read)?_(deg|rad|mrad|mm|m|um|in)\b", re.I)
+
+
+def load_measurements(
+    path: str | os.PathLike[str] | Sequence[str | os.PathLike[str]], robot: Robot, *, require_measured: bool = True
+) -> Dataset:
+    """Reads measured poses into SI arrays.
+
+    A measurement file (CSV, Parquet, Excel) is read as it is; an export of an instrument or a controller that holds
+    joints and points is imported. Of several files, one after the other, each is a station and a mount of its own
+    where no column says otherwise.
+
+    Args:
+        path: The file, or several.
+        robot: The arm that was measured: its joints say which columns q must have, its limits and its reach what the
+            numbers can mean.
+        require_measured: Refuse a file without any measured number. Without it q and the conditions are enough.
+
+    Raises:
+        ParseError: The file or something in it can't be meant; one sentence with file, line and column.
+        InvalidInput: Something can't be decided; the sentence names the option of `fastcal import` that decides it.
+    """
+    if isinstance(path, str | os.PathLike):
+        return _load(path, robot, require_measured)
+    files = list(path)
+    if not files:
+        raise InvalidInput("expected at least one file of measurements")
+    sets = [_load(file, robot, require_measured) for file in files]
+    return sets[0] if len(sets) == 1 else Dataset.concatenate(sets, labels=_labels(files))
+
+
+def _load(path: str | os.PathLike[str], robot: Robot, require_measured: bool) -> Dataset:
+    try:
+        return measurements.load_measurements(path, robot, require_measured=require_measured)
+    except ParseError as error:
+        if not require_measured or not Path(path).is_file() or _is_own(path):
+            raise
+        own = error
+    try:
+        reading = import_measurements([path], robot=robot)
+    except InvalidInput as problem:
+        # What the file lacks as an export says more than what it lacks as a measurement file.
+        raise _asking(path, problem) from own
+    return imported_dataset(replace(reading, notes=[f"read as {reading.dialect}", *reading.notes]), robot)
+
+
+def _asking(path: str | os.PathLike[str], problem: InvalidInput) -> InvalidInput:
+    """A question of the importer, with the command that takes the answer."""
+    text = str(problem)
+    return InvalidInput(f"{text}; fastcal import {os.fspath(path)} takes it") if " --" in text else problem
+
+
+def _is_own(path: str | os.PathLike[str]) -> bool:
+    """Whether a file means to be a measurement file: its header names joints as fastcal does."""
+    content = Path(path).read_bytes()[:20_000]
+    if content.startswith((b"PK\x03\x04", b"PAR1")):
+        return False
+    try:
+        text = decoded(content, os.fspath(path))
+    except ParseError:
+        return False
+    first = next((line for line in re.split(r"[\r\n]+", text) if line.strip()), "")
+    return _OWN.search(first) is not None
+
+
+def _labels(files: Sequence[str | os.PathLike[str]]) -> list[str]:
+    """A name a file: without folder and ending, where that tells them apart."""
+    short = [Path(file).stem for file in files]
+    return short if len(set(short)) == len(short) else [os.fspath(file) for file in files]

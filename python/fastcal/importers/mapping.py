@@ -1,0 +1,176 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""The map of an export: which of its columns is which of the contract's, kept in a YAML file (--map, --print-map)."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+from collections.abc import Mapping as Map
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+from fastcal.errors import InvalidInput, ParseError
+from fastcal.importers.export import Export
+from fastcal.importers.orientation import CONVENTIONS
+from fastcal.importers.words import ANGLES, LENGTHS, Title
+from fastcal.io.fields import Fields
+from fastcal.io.yaml_file import read_yaml
+
+_UNITS = "|".join((*LENGTHS, *ANGLES))
+_JOINT = re.compile(rf"q(\d+)(_read)?_({_UNITS})")
+_PART = re.compile(rf"([xyz]|r[xyz])_({_UNITS})|(q[wxyz]|r[123][123])")
+_OWN = re.compile(
+    r"(payload|sigma|sigma_[xyz]|sigma_rot|temperature|time|f[xyz]|m[xyz]|current\d+|distance|tilt_[xy]|sigma_tilt)_\S+"
+)
+_LABELS = ("name", "station", "mount", "plane", "anchor")
+
+
+@dataclass(frozen=True)
+class Mapping:
+    """Answers about an export.
+
+    Attributes:
+        path: Its file, for messages.
+        columns: A column of the contract, with the export's unit: the header of the export's column, or its number
+            from 1.
+        orientation: What three angles or nine numbers are; None: as the export says.
+        sheet: The sheet of a workbook.
+        skip_rows: Lines above the table that are passed over.
+    """
+
+    path: str = ""
+    columns: Map[str, str | int] = field(default_factory=dict)
+    orientation: str | None = None
+    sheet: str | None = None
+    skip_rows: int = 0
+
+    def places(self, export: Export) -> dict[str, int]:
+        """Where an export has the columns of the map.
+
+        Raises:
+            ParseError: A number lies beyond the export's columns.
+        """
+        titles = {title.lower(): place for place, title in reversed(list(enumerate(export.titles))) if title}
+        found = {}
+        for ours, theirs in self.columns.items():
+            if isinstance(theirs, int):
+                if not 1 <= theirs <= len(export.titles):
+                    raise ParseError(
+                        f"columns.{ours}: expected a number from 1 to {len(export.titles)}, the columns of "
+                        f"{export.grid.path}, got {theirs}",
+                        self.path,
+                    )
+                found[ours] = theirs - 1
+            elif " ".join(theirs.split()).lower() in titles:
+                found[ours] = titles[" ".join(theirs.split()).lower()]
+        return found
+
+    def applied(self, export: Export) -> Export:
+        """The export with the meanings of the map; one that has none of its columns stays as it is."""
+        places = self.places(export)
+        if not places:
+            return export
+        keep = ("name", "number", "time", "date", "valid")
+        meanings = [title if title is not None and title.role in keep else None for title in export.meanings]
+        for ours, place in places.items():
+            meanings[place] = _title(ours)
+        orientation = self.orientation or ("rpy" if any(_PART.fullmatch(k) and k[0] == "r" for k in places) else None)
+        return replace(
+            export, meanings=meanings, orientation=orientation or export.orientation, headed=True, controller=False
+        )
+
+
+def _title(ours: str) -> Title:
+    """What a key of a map says of the column; checked when the map was read."""
+    if match := _JOINT.fullmatch(ours):
+        return Title(f"q{match[1]}", "actual" if match[2] else "plain", (match[3], 1.0), ("map",))
+    if match := _PART.fullmatch(ours):
+        return Title(match[1] or match[3], "measured", (match[2], 1.0) if match[2] else None, ("map",))
+    return Title("name") if ours == "name" else Title(ours, "own")
+
+
+def read_map(path: str | os.PathLike[str]) -> Mapping:
+    """Reads a map.
+
+    Raises:
+        ParseError: A key or a value can't be meant; one sentence with what would do.
+    """
+    name = os.fspath(path)
+    fields = Fields(read_yaml(name), "", name)
+    columns: dict[str, str | int] = {}
+    for ours, theirs in (fields.take("columns", {}) or {}).items():
+        key = str(ours).strip().lower()
+        if not (_JOINT.fullmatch(key) or _PART.fullmatch(key) or _OWN.fullmatch(key) or key in _LABELS):
+            raise ParseError(
+                f"columns.{ours}: expected a column of a measurement file with its unit, such as q1_deg, x_mm, rx_rad, "
+                "qw or r11",
+                name,
+            )
+        if isinstance(theirs, bool) or not isinstance(theirs, str | int):
+            raise ParseError(f"columns.{ours}: expected a header or a number from 1, got {theirs!r}", name)
+        columns[key] = theirs
+    orientation, sheet, skip = fields.take("orientation", None), fields.take("sheet", None), fields.take("skip_rows", 0)
+    fields.done()
+    if orientation is not None and orientation not in CONVENTIONS:
+        raise ParseError(f"orientation: expected {', '.join(CONVENTIONS)}, got {orientation!r}", name)
+    if isinstance(skip, bool) or not isinstance(skip, int) or skip < 0:
+        raise ParseError(f"skip_rows: expected a number of lines, got {skip!r}", name)
+    return Mapping(name, columns, orientation, None if sheet is None else str(sheet), skip)
+
+
+def map_text(exports: Sequence[Export | InvalidInput]) -> str:
+    """A map to start from: what is known of each column as it is read, the others as comments."""
+    lines = [
+        "# Which column of the export is which of the measurement file: ours: theirs, by header or by number from 1.",
+        "# Our name carries the unit that the export has: q1_deg or q1_rad, x_mm or x_m, rx_deg; also qw ..., "
+        "r11 ... r33.",
+        "columns:",
+    ]
+    unknown = []
+    for export in exports:
+        if isinstance(export, InvalidInput):
+            continue
+        for place, meaning in enumerate(export.meanings):
+            title = export.titles[place]
+            theirs = (
+                json.dumps(title, ensure_ascii=False) if title and export.titles.count(title) == 1 else str(place + 1)
+            )
+            ours = None if meaning is None else _ours(meaning, export)
+            if ours is None:
+                unknown.append(f"#  ?: {theirs}" + ("" if title else f"   # such as {export.rows[0][place]}"))
+            else:
+                lines.append(f"  {ours}: {theirs}")
+    if lines[-1] == "columns:":
+        lines[-1] = "columns: {}"
+    lines += [*(["# Not used, or not known:"] if unknown else []), *unknown]
+    lines += [
+        "# What three angles rx ry rz are, in this order, or nine numbers r11 ... r33:",
+        f"#orientation: {' | '.join(CONVENTIONS)}",
+    ]
+    return "\n".join([*lines, "#sheet: Sheet1", "#skip_rows: 0", ""])
+
+
+def _ours(meaning: Title, export: Export) -> str | None:
+    """The name of a column in a map; None for what is not taken."""
+    if meaning.sense in ("nominal", "deviation", "controller") and not meaning.role[1:].isdigit():
+        return None
+    role = {
+        "w": "rx",
+        "p": "ry",
+        "r": "rz",
+        "a": "rx",
+        "b": "ry",
+        "c": "rz",
+        "roll": "rx",
+        "pitch": "ry",
+        "yaw": "rz",
+    }.get(meaning.role, meaning.role)
+    if meaning.sense == "own" or role in ("name", "qw", "qx", "qy", "qz") or re.fullmatch("r[123][123]", role):
+        return role
+    if role in ("x", "y", "z"):
+        return f"{role}_{(meaning.unit or export.units.get('length') or ('mm', 1.0))[0]}"
+    if role in ("rx", "ry", "rz") or (role[0] == "q" and role[1:].isdigit()):
+        return f"{role}_{(meaning.unit or export.units.get('angle') or ('deg', 1.0))[0]}"
+    return None
