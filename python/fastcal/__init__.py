@@ -91,7 +91,7 @@ late.bind(
         "dataset_of_frame": "fastcal.io.measurements:dataset_of_frame",
         "frame": "fastcal.report.frames:frame",
         "headline": "fastcal.report.summaries:headline",
-        "load_measurements": "fastcal.io.measurements:load_measurements",
+        "load_measurements": "fastcal.importers:load_measurements",
         "load_robot": "fastcal.io.robot_file:load_robot",
         "notebook_html": "fastcal.report.notebook:html",
         "summary": "fastcal.report.summaries:summary",

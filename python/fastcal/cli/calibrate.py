@@ -81,7 +81,7 @@ def calibrate(
         warn(f"{test}: {note}" for note in other.notes if note not in found.notes)
     if choice is not None:
         say_choice(choice)
-    say_result(found, output, (robot, data))
+    say_result(found, output, (robot, " ".join(map(str, data))))
     if found.status != "converged":
         fail(f"{found.status.replace('_', ' ')}: {found.message}; no model.yaml")
         raise typer.Exit(NOT_CONVERGED)
@@ -99,7 +99,7 @@ def say_choice(choice: Selection) -> None:
         say(f"error of a coordinate on held-out poses: {chosen:.4f} mm, {full:.4f} mm with all parameters")
 
 
-def say_result(result: CalibrationResult, output: Path, files: tuple[str | Path, Path] | None = None) -> None:
+def say_result(result: CalibrationResult, output: Path, files: tuple[str | Path, str | Path] | None = None) -> None:
     """The result in a few lines; the last two are what to do next and the report's path.
 
     Args:

@@ -56,7 +56,9 @@ def dataset_of_frame(frame: pd.DataFrame, robot: RobotFacts, *, require_measured
         else ["" if value is None or value != value else str(value) for value in column]
         for _, column in frame.items()
     ]
-    return dataset_from_table(Table("the table", [str(name) for name in frame.columns], columns), robot, require_measured)
+    return dataset_from_table(
+        Table("the table", [str(name) for name in frame.columns], columns), robot, require_measured
+    )
 
 
 def dataset_from_table(table: Table, robot: RobotFacts, require_measured: bool = True) -> Dataset:

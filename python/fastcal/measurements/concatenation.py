@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -33,7 +34,7 @@ def concatenated(sets: Sequence[Dataset], labels: Sequence[str] | None) -> Datas
         fields[name] = _labels(sets, name, labels)
     if any(data.distance is not None for data in sets):
         fields["anchor"] = [text for data in sets for text in _texts(data, "anchor", "")]
-    return Dataset.from_arrays(
+    whole = Dataset.from_arrays(
         np.concatenate([data.q for data in sets]),
         payload=np.concatenate([data.payload for data in sets]),
         **fields,
@@ -48,6 +49,7 @@ def concatenated(sets: Sequence[Dataset], labels: Sequence[str] | None) -> Datas
         notes=notes,
         source=", ".join(data.source for data in sets),
     )
+    return replace(whole, rotation_angles=_filled(sets, "rotation_angles"))
 
 
 def _check(sets: Sequence[Dataset], labels: Sequence[str] | None) -> None:
