@@ -7,9 +7,11 @@
 #include <urdf_parser/urdf_parser.h>
 
 #include <algorithm>
+#include <cctype>
 #include <iterator>
 #include <mutex>
 #include <numbers>
+#include <string>
 #include <utility>
 
 #include "fastcal/math/check.hpp"
@@ -35,14 +37,43 @@ class Complaints : public console_bridge::OutputHandler {
   std::string first_;
 };
 
+/// The place behind the next `close`, or the end of the text.
+std::size_t skipped(const std::string& xml, std::size_t start, const char* close) {
+  const std::size_t end = xml.find(close, start);
+  return end == std::string::npos ? xml.size() : end + std::string(close).size();
+}
+
+/// The place of the '>' that ends the tag at `start`. Only behind '=' does a quote begin a value, as the parser has it.
+std::size_t end_of_tag(const std::string& xml, std::size_t start) {
+  char last = ' ';
+  std::size_t i = start;
+  for (; i < xml.size() && xml[i] != '>'; ++i) {
+    if ((xml[i] == '"' || xml[i] == '\'') && last == '=') i = std::min(xml.find(xml[i], i + 1), xml.size() - 1);
+    if (std::isspace(static_cast<unsigned char>(xml[i])) == 0) last = xml[i];
+  }
+  return i;
+}
+
 /// The XML parser behind urdfdom calls itself for each level: a deep text would end the process, not the call.
 void check_nesting(const std::string& xml) {
   constexpr int kDeepest = 1000;
   int depth = 0;
-  for (std::size_t i = 0; i + 1 < xml.size(); ++i) {
-    const char next = xml[i + 1];
-    if (xml[i] == '<' && next != '/' && next != '?' && next != '!') ++depth;
-    if ((xml[i] == '<' && next == '/') || (xml[i] == '/' && next == '>')) --depth;
+  for (std::size_t i = xml.find('<'); i < xml.size(); i = xml.find('<', i)) {
+    if (xml.compare(i, 4, "<!--") == 0) {
+      i = skipped(xml, i + 4, "-->");
+    } else if (xml.compare(i, 9, "<![CDATA[") == 0) {
+      i = skipped(xml, i + 9, "]]>");
+    } else if (xml.compare(i, 2, "<?") == 0) {
+      i = skipped(xml, i + 2, "?>");
+    } else {
+      const std::size_t end = end_of_tag(xml, i);
+      if (xml.compare(i, 2, "</") == 0) {
+        --depth;
+      } else if (xml.compare(i, 2, "<!") != 0 && xml[end - 1] != '/') {
+        ++depth;
+      }
+      i = end;
+    }
     FASTCAL_CHECK(depth <= kDeepest) << "the URDF nests its elements more than " << kDeepest << " deep";
   }
 }

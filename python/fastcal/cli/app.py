@@ -13,6 +13,7 @@ import typer
 
 from fastcal.cli import calibrate, compensate, convert, demo, design, diagnose, imports, models, simulate, train
 from fastcal.cli.console import fail
+from fastcal.cli.own_inputs import keeps_its_inputs
 from fastcal.errors import FastcalError, Undetermined
 
 OK, INTERNAL, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
@@ -42,7 +43,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 for command in COMMANDS:
-    app.command(command.__name__.rstrip("_"))(command)
+    app.command(command.__name__.rstrip("_"))(keeps_its_inputs(command))
 
 
 def _show_version(wanted: bool) -> None:

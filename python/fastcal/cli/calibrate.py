@@ -52,10 +52,10 @@ def calibrate(
     from fastcal.importers import load_measurements
     from fastcal.io.folder import check_folder
     from fastcal.io.robot_file import load_robot
-    from fastcal.report.calibration_files import write_calibration
+    from fastcal.report.calibration_files import FILES, write_calibration
     from fastcal.selection.choose_parameters import choose_parameters
 
-    check_folder(output)
+    check_folder(output, FILES)
     if choose is not None and (priors or method != "nls"):
         raise InvalidInput("--choose compares sets by least squares without priors: leave out --priors and --method")
     nominal = load_robot(robot)

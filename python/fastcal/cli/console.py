@@ -4,27 +4,36 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 
 import typer
 
+# What moves a terminal's cursor, colours it, names its window or turns the direction of writing.
+_CONTROL = re.compile("[\x00-\x08\x0a-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
+
+
+def visible(text: str) -> str:
+    """The text on one line, with control characters, which names in files may hold, written out as escapes."""
+    return _CONTROL.sub(lambda found: ascii(found[0])[1:-1], text)
+
 
 def say(text: str) -> None:
     """A line on standard output."""
-    typer.echo(text)
+    typer.echo(visible(text))
 
 
 def warn(warnings: Iterable[str]) -> None:
     """A line on standard error for each."""
     for text in warnings:
-        typer.echo(f"fastcal: warning: {text}", err=True)
+        typer.echo(f"fastcal: warning: {visible(text)}", err=True)
 
 
 def fail(text: str) -> None:
     """The one line of an error, on standard error."""
-    typer.echo(f"fastcal: error: {' '.join(text.splitlines())}", err=True)
+    typer.echo(f"fastcal: error: {visible(' '.join(text.splitlines()))}", err=True)
 
 
 @contextmanager
@@ -39,4 +48,4 @@ def progress() -> Iterator[Callable[[str], None]]:
 
     with Live(console=Console(stderr=True), transient=True) as live:
         # Drawn at once: a step may end before the next turn of the spinner.
-        yield lambda text: live.update(Spinner("dots", text=f"{text} ..."), refresh=True)
+        yield lambda text: live.update(Spinner("dots", text=f"{visible(text)} ..."), refresh=True)

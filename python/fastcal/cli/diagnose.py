@@ -37,9 +37,10 @@ def diagnose(
     from fastcal.importers import load_measurements
     from fastcal.io.folder import check_folder
     from fastcal.io.robot_file import load_robot
+    from fastcal.report.diagnosis_report import FILES
     from fastcal.units import to_si
 
-    check_folder(output)
+    check_folder(output, FILES)
     nominal = load_robot(robot)
     measured = load_measurements(data, nominal)
     other = None if test is None else load_measurements(test, nominal)

@@ -15,7 +15,7 @@ from fastcal.cli.options import DataFiles, ModelFile, OutFolder, Seed, Threads, 
 if TYPE_CHECKING:
     from fastcal.networks import TrainingResult
 
-FILES = ("model.yaml", "model.safetensors", "training.json")
+FILES = ("model.yaml", "model.safetensors", f"model-{'[0-9a-f]' * 16}.safetensors", "training.json")
 # As fastcal.networks has them; written out here so that `fastcal --help` need not load it.
 Network = Literal["mlp", "bso-mlp", "somm", "ca-somm", "ga-dnn", "gp"]
 
@@ -50,7 +50,7 @@ def train(
     from fastcal.io.robot_file import load_robot, write_spec
     from fastcal.networks import train as trained
 
-    check_folder(output)
+    check_folder(output, FILES)
     robot = load_robot(model)
     measured = load_measurements(data, robot)
     wanted = [] if rivals == "none" else [name.strip() for name in rivals.split(",")]

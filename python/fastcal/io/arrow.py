@@ -9,7 +9,10 @@ import pyarrow as pa
 import pyarrow.parquet
 from numpy.typing import NDArray
 
+from fastcal.errors import ParseError
 from fastcal.io.table import Cells, Table, unreadable, without_blank_columns
+
+MAX_CELLS = 50_000_000
 
 
 def column_from_arrow(column: pa.ChunkedArray) -> Cells:
@@ -41,9 +44,15 @@ def read_parquet_table(content: bytes, path: str) -> Table:
     Raises:
         ParseError: It is damaged.
     """
+    found: pa.Table | None = None
     try:
-        found = pyarrow.parquet.read_table(pa.BufferReader(content), use_threads=False)
-        columns = [column_from_arrow(column) for column in found.columns]
+        size = pyarrow.parquet.ParquetFile(pa.BufferReader(content)).metadata
+        if size.num_rows * size.num_columns <= MAX_CELLS:
+            found = pyarrow.parquet.read_table(pa.BufferReader(content), use_threads=False)
+        columns = [] if found is None else [column_from_arrow(column) for column in found.columns]
     except Exception as error:  # noqa: BLE001 - a damaged file makes the decoder raise what it happens to meet
         raise unreadable("Parquet", error, path) from None
+    if found is None:
+        message = f"expected at most {MAX_CELLS} cells, got {size.num_rows} rows and {size.num_columns} columns"
+        raise ParseError(message, path)
     return Table(path, *without_blank_columns(found.column_names, columns))

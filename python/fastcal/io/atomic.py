@@ -1,16 +1,24 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Files that appear whole or not at all: written beside their place under another name, then moved there."""
+"""Files that appear whole or not at all: written beside their place under another name, then moved there.
+
+Their content is on the disk before the move, and the move before the call returns, so that a power cut too leaves
+either the old file or the new one. What a killed process left behind is removed by the next that writes there.
+"""
 
 from __future__ import annotations
 
+import fcntl
 import os
 import secrets
+import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from fastcal.errors import InvalidInput
+
+PREFIX = ".fastcal-"
 
 
 @contextmanager
@@ -24,18 +32,17 @@ def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
     """
     # A link is followed, as a plain write would, so that it stays a link.
     target = Path(path).resolve()
-    temporary = target.with_name(f".{secrets.token_hex(6)}.{target.name}")
     try:
         # A move onto /dev/null would replace the device.
         if target.exists() and not target.is_file():
             raise InvalidInput(f"{path}: cannot be written: it is not a regular file")
-        yield temporary
-        temporary.replace(target)
-    except OSError as error:
-        raise InvalidInput(f"{path}: cannot be written: {error.strerror or error}") from error
-    finally:
-        with suppress(OSError):
-            temporary.unlink()
+        with temporary_place(target.parent, f".{target.name}", folder=False) as temporary:
+            yield temporary
+            sync(temporary)
+            temporary.replace(target)
+            sync(target.parent)
+    except (OSError, UnicodeEncodeError) as error:
+        raise InvalidInput(f"{path}: cannot be written: {getattr(error, 'strerror', None) or error}") from error
 
 
 def write_text(path: str | os.PathLike[str], text: str) -> None:
@@ -48,3 +55,56 @@ def write_bytes(path: str | os.PathLike[str], content: bytes) -> None:
     """Writes bytes, whole or not at all."""
     with atomic_path(path) as temporary:
         temporary.write_bytes(content)
+
+
+@contextmanager
+def temporary_place(parent: Path, ending: str, *, folder: bool) -> Iterator[Path]:
+    """An empty file or folder of its own in `parent`, removed at the end; a lock on it says that its owner lives."""
+    remove_abandoned(parent)
+    place = parent / f"{PREFIX}{secrets.token_hex(6)}{ending}"
+    lock = -1
+    try:
+        if folder:
+            place.mkdir()
+        else:
+            os.close(os.open(place, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666))
+        with suppress(OSError):  # a file system without locks: then nobody removes what is abandoned
+            lock = os.open(place, os.O_RDONLY)
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        yield place
+    finally:
+        remove(place)
+        if lock >= 0:
+            os.close(lock)
+
+
+def remove_abandoned(parent: Path) -> None:
+    """Removes temporary files and folders in `parent` whose owner was killed: nobody holds their lock."""
+    with suppress(OSError):
+        for place in parent.glob(f"{PREFIX}*"):
+            with suppress(OSError):
+                found = os.open(place, os.O_RDONLY | os.O_NOFOLLOW)
+                try:
+                    fcntl.flock(found, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                    remove(place)
+                finally:
+                    os.close(found)
+
+
+def remove(place: Path) -> None:
+    """Removes a file or a folder with all that is in it, if it is there and may be removed."""
+    if place.is_dir() and not place.is_symlink():
+        shutil.rmtree(place, ignore_errors=True)
+    else:
+        with suppress(OSError):
+            place.unlink()
+
+
+def sync(place: Path) -> None:
+    """Waits until a file, or the names in a folder, are on the disk."""
+    found = os.open(place, os.O_RDONLY)
+    try:
+        with suppress(OSError):  # file systems that can't do it for folders
+            os.fsync(found)
+    finally:
+        os.close(found)

@@ -11,6 +11,7 @@ import numpy as np
 import openpyxl
 
 from fastcal.errors import ParseError
+from fastcal.io.excel_archive import MAX_BYTES, check_archive
 from fastcal.io.table import Cells, Table, unreadable, without_blank_columns
 
 EXPLANATIONS = "Columns"  # the sheet of fastcal's own templates that explains the columns
@@ -22,16 +23,19 @@ def read_excel_table(content: bytes, path: str) -> Table:
     Raises:
         ParseError: It is damaged, has no sheet of cells, or a row is longer than the header.
     """
+    check_archive(content, path)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # about styles and extensions, which nobody reads here
             book = openpyxl.load_workbook(io.BytesIO(content), read_only=True, data_only=True)
             sheet = book.worksheets[0]
             sheet.reset_dimensions()  # some writers state them wrongly
-            rows = [list(row) for row in sheet.iter_rows(values_only=True)]
+            rows = sheet.iter_rows(values_only=True)
+            filled = [(line, row) for line, row in enumerate(rows, 1) if any(cell not in (None, "") for cell in row)]
     except Exception as error:  # noqa: BLE001 - a damaged file makes the decoder raise what it happens to meet
         raise unreadable("Excel", error, path) from None
-    filled = [(line, row) for line, row in enumerate(rows, start=1) if any(cell not in (None, "") for cell in row)]
+    if sum(len(cell) for _, row in filled for cell in row if isinstance(cell, str)) > MAX_BYTES:
+        raise ParseError(f"expected a sheet of at most {MAX_BYTES} characters", path)
     if not filled:
         raise ParseError(f"sheet '{sheet.title}' is empty; expected a header and rows of numbers", path)
     width = len(filled[0][1])

@@ -9,10 +9,12 @@ from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
 
-from fastcal.errors import InvalidInput, ParseError
+from fastcal.errors import InvalidInput
 from fastcal.io.atomic import atomic_path
+from fastcal.io.regular_file import read_bytes
 from fastcal.programs import Document, Program, read_program
 
+MAX_BYTES = 16_000_000
 _OF_ONE_NAME = {".src": ".dat"}
 
 
@@ -28,10 +30,7 @@ def load_program(path: str | os.PathLike[str]) -> Program:
     if partner is not None:
         beside = [files[0].with_suffix(ending) for ending in (partner, partner.upper())]
         files += [file for file in beside if file.is_file()][:1]
-    try:
-        return read_program({str(file): file.read_bytes() for file in files})
-    except OSError as error:
-        raise ParseError(f"cannot be read: {error.strerror or error}", path) from None
+    return read_program({str(file): read_bytes(file, MAX_BYTES) for file in files})
 
 
 def write_program(path: str | os.PathLike[str], documents: Sequence[Document]) -> list[Path]:

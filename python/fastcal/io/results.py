@@ -8,13 +8,15 @@ import json
 import math
 import os
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from fastcal.errors import ParseError
 from fastcal.io.atomic import write_text
+from fastcal.io.regular_file import read_bytes
+
+MAX_BYTES = 64_000_000
 
 
 def write_json(path: str | os.PathLike[str], content: Mapping[str, Any]) -> None:
@@ -33,9 +35,9 @@ def read_json(path: str | os.PathLike[str]) -> dict[str, Any]:
         ParseError: The file is not there or does not hold a JSON object.
     """
     try:
-        content = json.loads(Path(path).read_text(encoding="utf-8"))
-    except OSError as error:
-        raise ParseError(f"cannot be read: {error.strerror or error}", path) from None
+        content = json.loads(read_bytes(path, MAX_BYTES).decode())
+    except ParseError:
+        raise
     except (ValueError, RecursionError) as error:
         raise ParseError(f"is not JSON: {error}", path, getattr(error, "lineno", None)) from None
     if not isinstance(content, dict):

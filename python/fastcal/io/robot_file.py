@@ -6,18 +6,20 @@ from __future__ import annotations
 
 import copy
 import os
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from fastcal import robots
+from fastcal.correction.correction import Correction
 from fastcal.errors import InvalidInput, ParseError
 from fastcal.io.atomic import write_text
 from fastcal.io.correction_file import read_correction, write_correction
 from fastcal.io.fields import Fields
 from fastcal.io.robot_schema import Spec, check_spec
 from fastcal.io.urdf_file import read_urdf, urdf_text, what_urdf_loses
-from fastcal.io.yaml_file import read_yaml
+from fastcal.io.yaml_file import read_text, read_yaml
 from fastcal.io.yaml_text import yaml_text
 from fastcal.robot.robot import Robot
 
@@ -84,7 +86,8 @@ def write_spec(
 ) -> tuple[str, ...]:
     """Writes a canonical spec, whole or not at all: XML where the path ends in .urdf, else YAML.
 
-    The YAML loads back bit for bit; a trained correction goes into a .safetensors file of the same name beside it.
+    The YAML loads back bit for bit; a trained correction goes into a .safetensors file beside it,
+    named by its content; that of the model which was there before goes where no other model names it.
     A URDF holds the joints, the links' masses, base and tool (as fixed joints).
 
     Args:
@@ -101,10 +104,8 @@ def write_spec(
     """
     if Path(path).suffix.lower() != ".urdf":
         if (correction := spec.get("correction")) is not None:
-            beside = Path(path).with_suffix(".safetensors")
-            spec = spec | {"correction": {"file": beside.name, "sha256": write_correction(correction, beside)}}
-        head = "".join(f"# {line}\n" for line in comment.splitlines())
-        write_text(path, head + yaml_text(spec))
+            return _write_with_correction(spec, Path(path).resolve(), correction, comment)
+        write_text(path, _commented(comment) + yaml_text(spec))
         return ()
     lost = what_urdf_loses(spec)
     moving = [key for key in lost if key in ("compensator", "effects", "correction")]
@@ -114,6 +115,38 @@ def write_spec(
         )
     write_text(path, urdf_text(spec))
     return lost
+
+
+def _write_with_correction(spec: Spec, path: Path, correction: Correction, comment: str) -> tuple[str, ...]:
+    """The network first, under a name of its own, then in one step the model that refers to it."""
+    before = set(path.parent.glob("*.safetensors"))
+    old = _named_correction(path)
+    network, sha256 = write_correction(correction, path)
+    try:
+        write_text(
+            path, _commented(comment) + yaml_text(spec | {"correction": {"file": network.name, "sha256": sha256}})
+        )
+    except BaseException:
+        if network not in before:
+            network.unlink(missing_ok=True)
+        raise
+    others = [other for other in path.parent.glob("*.yaml") if other != path]
+    if old is not None and old != network.name and not any(_named_correction(other) == old for other in others):
+        (path.parent / old).unlink(missing_ok=True)
+    return ()
+
+
+def _named_correction(model: Path) -> str | None:
+    """The name of the network file that a model file of fastcal's refers to; None where it names none."""
+    try:
+        found = re.search(r'^correction:\s*\{?\s*file: "?([^/",\n]+\.safetensors)"?', read_text(model), re.MULTILINE)
+    except ParseError:
+        return None
+    return found.group(1) if found else None
+
+
+def _commented(comment: str) -> str:
+    return "".join(f"# {line}\n" for line in comment.splitlines())
 
 
 def _with_correction(spec: Spec, path: Path) -> Spec:

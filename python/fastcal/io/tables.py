@@ -14,8 +14,11 @@ from pathlib import Path
 from fastcal.errors import InvalidInput, ParseError
 from fastcal.io.arrow import read_parquet_table
 from fastcal.io.atomic import write_text
+from fastcal.io.regular_file import read_bytes
 from fastcal.io.table import Table
 from fastcal.io.text_tables import read_text_table
+
+MAX_BYTES = 256_000_000
 
 
 def read_table(path: str | os.PathLike[str]) -> Table:
@@ -25,10 +28,7 @@ def read_table(path: str | os.PathLike[str]) -> Table:
         ParseError: It cannot be read; names the file and, where it can, the line.
     """
     name = os.fspath(path)
-    try:
-        content = Path(path).read_bytes()
-    except OSError as error:
-        raise ParseError(f"cannot be read: {error.strerror or error}", name) from None
+    content = read_bytes(path, MAX_BYTES)
     if not content:
         raise ParseError("is empty; expected a header and rows of numbers", name)
     if content.startswith(b"PAR1"):
@@ -43,7 +43,9 @@ def read_table(path: str | os.PathLike[str]) -> Table:
 
 
 def write_csv(path: str | os.PathLike[str], columns: Mapping[str, Iterable[float | int | str]]) -> None:
-    """Writes columns of one length, whole or not at all; numbers in the fewest digits that give them back, NaN empty.
+    """Writes columns of one length, whole or not at all.
+
+    Numbers have the fewest digits that give them back; one that is not finite is an empty cell.
 
     Raises:
         InvalidInput: The file cannot be written, or its name promises another format.
@@ -61,4 +63,4 @@ def write_csv(path: str | os.PathLike[str], columns: Mapping[str, Iterable[float
 def _cell(value: float | int | str) -> str:
     # A numpy scalar prints its type since numpy 2.
     plain = value if isinstance(value, str) else getattr(value, "item", lambda: value)()
-    return "" if isinstance(plain, float) and math.isnan(plain) else str(plain)
+    return "" if isinstance(plain, float) and not math.isfinite(plain) else str(plain)

@@ -20,6 +20,8 @@ from fastcal.errors import ParseError
 from fastcal.io.arrow import column_from_arrow
 from fastcal.io.table import EMPTY, Table, without_blank_columns
 
+MAX_BYTES = 64_000_000
+MAX_COLUMNS = 10_000
 LABELS = frozenset({"station", "mount", "anchor"})  # 007 stays 007 in these
 
 
@@ -29,6 +31,9 @@ def read_text_table(content: bytes, path: str) -> Table:
     Raises:
         ParseError: It is no UTF-8 text, a row has more or fewer cells than the header, a quote is not closed.
     """
+    if len(content) > MAX_BYTES:
+        message = f"expected a CSV file of at most {MAX_BYTES} bytes, got {len(content)}; save it as Parquet"
+        raise ParseError(message, path)
     try:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -37,8 +42,10 @@ def read_text_table(content: bytes, path: str) -> Table:
     if "\0" in text:
         line = text.count("\n", 0, text.index("\0")) + 1
         raise ParseError("holds a NUL character; expected a text file", path, line)
-    header = next((line for line in re.split(r"[\r\n]+", text) if line.strip()), "")
+    header = next((line[0] for line in re.finditer(r"[^\r\n]+", text) if line[0].strip()), "")
     separator = next((mark for mark in ";\t" if mark in header), ",")
+    if header.count(separator) >= MAX_COLUMNS:
+        raise ParseError(f"expected at most {MAX_COLUMNS} columns, got {header.count(separator) + 1}", path)
     exact = partial(_read_exactly, text, separator, path)
     return _read_quickly(text, separator, path, header, exact) or exact()
 

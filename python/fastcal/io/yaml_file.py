@@ -11,12 +11,12 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import yaml
 
 from fastcal.errors import ParseError
+from fastcal.io.regular_file import read_bytes
 
 MAX_BYTES = 8_000_000
 MAX_VALUES = 200_000
@@ -35,19 +35,10 @@ def read_text(path: str | os.PathLike[str]) -> str:
     Raises:
         ParseError: There is no such file, it is none, too large, or no text.
     """
-    file = Path(path)
     try:
-        if not file.is_file():
-            raise ParseError("is not a file" if file.exists() else "there is no such file", path)
-        if file.stat().st_size > MAX_BYTES:
-            raise ParseError(f"expected a file of at most {MAX_BYTES} bytes, got {file.stat().st_size}", path)
-        return file.read_bytes().decode("utf-8-sig")
+        return read_bytes(path, MAX_BYTES).decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise ParseError(f"expected UTF-8 text, got the byte 0x{error.object[error.start]:02x}", path) from None
-    except (OSError, ValueError) as error:
-        if isinstance(error, ParseError):
-            raise
-        raise ParseError(f"cannot be read: {getattr(error, 'strerror', None) or error}", path) from None
 
 
 def read_yaml(path: str | os.PathLike[str]) -> Any:

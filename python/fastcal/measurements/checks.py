@@ -79,7 +79,8 @@ def check_values(data: Dataset, robot: RobotFacts | None) -> None:
 
 
 def check_whole_rows(field: str, values: NDArray[np.float64]) -> None:
-    """Raises BadRow for the first row of (N, k) of which only a part is NaN."""
+    """Raises BadRow for the first row of (N, k) of which only a part is NaN, or that is infinite."""
+    _require(field, values, ~np.isinf(values), "a finite number")
     empty = np.isnan(values)
     _require(field, values, ~empty | empty.all(axis=1, keepdims=True), "the whole orientation in a row, or none of it")
 

@@ -49,8 +49,9 @@ def test_train_then_predict_and_evaluate(files: Path, tmp_path: Path, fastcal: C
     said = fastcal("train", files / "robot.yaml", files / "data.csv", *FEW, "-o", tmp_path / "out")
     assert said.code == 0
     assert said.out.splitlines()[-1] == str(tmp_path / "out" / "model.yaml")
+    (network,) = (path.name for path in (tmp_path / "out").glob("model-*.safetensors"))
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
-        "model.safetensors", "model.yaml", "training.json",
+        network, "model.yaml", "training.json",
     ]  # fmt: skip
     told = json.loads((tmp_path / "out" / "training.json").read_text())
     assert told["used"] == "mlp"

@@ -6,6 +6,7 @@ import json
 import pickle
 import shutil
 import struct
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -40,9 +41,15 @@ def test_a_loaded_model_says_the_same_bit_for_bit(saved: Path, trained: Training
 @pytest.fixture
 def copied(saved: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
-    for name in ("model.yaml", "model.safetensors"):
-        shutil.copy(saved.parent / name, tmp_path)
+    for path in saved.parent.iterdir():
+        shutil.copy(path, tmp_path)
     return tmp_path
+
+
+def network_of(folder: Path) -> Path:
+    """The one network file in a folder."""
+    (path,) = folder.glob("model-*.safetensors")
+    return path
 
 
 def refused(path: Path) -> str:
@@ -56,7 +63,7 @@ def refused(path: Path) -> str:
 
 
 def test_a_pickle_is_not_unpickled(copied: Path) -> None:
-    path = copied / "model.safetensors"
+    path = network_of(copied)
     path.write_bytes(pickle.dumps(Bomb()))
     assert "expected a correction as safetensors" in refused(path)
     with pytest.raises(ParseError, match="its sha256"):
@@ -67,21 +74,21 @@ def test_a_pickle_is_not_unpickled(copied: Path) -> None:
 def test_a_torch_file_is_not_loaded(copied: Path) -> None:
     import torch
 
-    path = copied / "model.safetensors"
+    path = network_of(copied)
     torch.save({"weights": torch.zeros(3), "bomb": Bomb()}, path)
     assert "expected a correction as safetensors" in refused(path)
 
 
 @pytest.mark.parametrize("share", [0.0, 0.00001, 0.001, 0.5, 0.999])
 def test_a_file_that_is_cut_off_is_refused(copied: Path, share: float) -> None:
-    path = copied / "model.safetensors"
+    path = network_of(copied)
     content = path.read_bytes()
     path.write_bytes(content[: int(share * len(content))])
     refused(path)
 
 
 def test_a_changed_file_is_told_by_its_sum(copied: Path) -> None:
-    path = copied / "model.safetensors"
+    path = network_of(copied)
     content = bytearray(path.read_bytes())
     content[-3] ^= 1
     path.write_bytes(content)
@@ -90,15 +97,15 @@ def test_a_changed_file_is_told_by_its_sum(copied: Path) -> None:
 
 
 def test_a_missing_file_is_named(copied: Path) -> None:
-    (copied / "model.safetensors").unlink()
-    with pytest.raises(ParseError, match=r"model\.safetensors: the model's correction cannot be read: No such file"):
+    network_of(copied).unlink()
+    with pytest.raises(ParseError, match=r"model-[0-9a-f]{16}\.safetensors: there is no such file"):
         fastcal.load_robot(copied / "model.yaml")
 
 
 @pytest.mark.parametrize("name", ["../model.safetensors", "/elsewhere/model.safetensors", "..", "a\\b"])
 def test_a_file_elsewhere_is_refused(copied: Path, name: str) -> None:
     path = copied / "model.yaml"
-    path.write_text(path.read_text().replace("model.safetensors", json.dumps(name)))
+    path.write_text(path.read_text().replace(network_of(copied).name, json.dumps(name)))
     with pytest.raises(ParseError, match="the name of a file beside this one"):
         fastcal.load_robot(path)
 
@@ -146,7 +153,7 @@ def test_content_that_cannot_be_meant_is_refused(trained: TrainingResult, change
 
 
 def test_the_file_holds_arrays_and_one_line_of_json(saved: Path) -> None:
-    content = (saved.parent / "model.safetensors").read_bytes()
+    content = network_of(saved.parent).read_bytes()
     assert all(array.dtype == np.float64 for array in load(content).values())
     assert b"pickle" not in content
 
@@ -155,7 +162,32 @@ def test_other_forms_refuse_to_lose_the_correction(trained: TrainingResult, tmp_
     with pytest.raises(InvalidInput, match="the trained correction"):
         fastcal.convert(trained.model, "poe")
     assert "correction" not in fastcal.convert(trained.model, "poe", drop_effects=True).spec
-    path = tmp_path / "alone.safetensors"
     assert trained.model.correction is not None
-    sha = write_correction(trained.model.correction, path)
+    path, sha = write_correction(trained.model.correction, tmp_path / "alone.yaml")
+    assert path.name == f"alone-{sha[:16]}.safetensors"
     assert read_correction(path, sha).network == "mlp"
+
+
+def test_a_foreign_file_of_the_network_s_name_is_not_written_over(trained: TrainingResult, tmp_path: Path) -> None:
+    correction = trained.model.correction
+    assert correction is not None
+    path, _ = write_correction(correction, tmp_path / "model.yaml")
+    assert write_correction(correction, tmp_path / "model.yaml")[0] == path
+    path.write_text("mine")
+    with pytest.raises(InvalidInput, match="another file has this name"):
+        trained.model.save(tmp_path / "model.yaml")
+    assert [(each.name, each.read_text()) for each in tmp_path.iterdir()] == [(path.name, "mine")]
+
+
+def test_a_network_that_another_model_names_stays(trained: TrainingResult, tmp_path: Path) -> None:
+    trained.model.save(tmp_path / "model.yaml")
+    network = network_of(tmp_path)
+    shutil.copy(tmp_path / "model.yaml", tmp_path / "copy.yaml")
+    changed = fastcal.Robot(
+        trained.model.spec | {"correction": replace(trained.model.correction, record={"held_out_mm": {}})}
+    )
+    changed.save(tmp_path / "model.yaml")
+    assert network.exists()
+    (tmp_path / "copy.yaml").unlink()
+    trained.model.save(tmp_path / "model.yaml")
+    assert network_of(tmp_path) == network

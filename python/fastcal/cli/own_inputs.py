@@ -1,0 +1,76 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""No command writes over what it reads, however the paths are spelled."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any, ParamSpec
+
+P = ParamSpec("P")
+OUTPUTS = ("output", "report", "storage")
+# What commands write into a folder; a file of another name in there is not touched.
+RESULTS = ("model.yaml", "result.json", "diagnosis.json", "training.json", "report.html", "poses.csv")
+_COMPANIONS = (".safetensors", ".urdf", ".dat", ".DAT")  # files that another one names or implies
+_MOST_TEXT = 1_000_000
+
+
+def keeps_its_inputs(command: Callable[P, None]) -> Callable[P, None]:
+    """The command, which refuses outputs that are one of its inputs before it does anything."""
+
+    @functools.wraps(command)
+    def checked(*args: P.args, **kwargs: P.kwargs) -> None:
+        check(dict(kwargs))
+        command(*args, **kwargs)
+
+    return checked
+
+
+def check(given: dict[str, Any]) -> None:
+    """Refuses outputs among the values of a command's parameters that are the same file as an input.
+
+    Raises:
+        InvalidInput: One is: the same path, another spelling of it, a link to it, or a second name of the same file.
+    """
+    from fastcal.errors import InvalidInput
+
+    inputs = [path for name, value in given.items() if name not in OUTPUTS for path in _files(value)]
+    inputs += [companion for path in inputs for companion in _companions(path)]
+    for name in OUTPUTS:
+        if isinstance(output := given.get(name), Path):
+            for written in _written(output):
+                for path in inputs:
+                    if written.samefile(path):
+                        raise InvalidInput(f"{written}: is an input of this command; choose another output")
+
+
+def _files(value: Any) -> Iterator[Path]:
+    """The files that a parameter's value names, if it names any."""
+    for each in value if isinstance(value, list | tuple) else (value,):
+        if isinstance(each, str | Path) and _is_file(Path(each)):
+            yield Path(each)
+
+
+def _companions(path: Path) -> Iterator[Path]:
+    """Files beside an input that are read with it: the network or URDF that a model names, the .dat of a .src."""
+    beside = [path.with_suffix(ending) for ending in (".dat", ".DAT")] if path.suffix.lower() == ".src" else []
+    if path.suffix.lower() in (".yaml", ".yml") and path.is_file() and path.stat().st_size < _MOST_TEXT:
+        text = path.read_text(encoding="utf-8", errors="replace")
+        beside = [other for other in path.parent.iterdir() if other.suffix in _COMPANIONS and other.name in text]
+    yield from filter(_is_file, beside)
+
+
+def _written(output: Path) -> Iterator[Path]:
+    """The files that are there already and that a command would write: the output, or results in a folder."""
+    for path in [output / name for name in RESULTS] if output.is_dir() else [output]:
+        if _is_file(path):
+            yield path
+
+
+def _is_file(path: Path) -> bool:
+    try:
+        return path.exists() and not path.is_dir()
+    except (OSError, ValueError):  # no path at all, such as a list of effects that is too long for one
+        return False
