@@ -44,24 +44,19 @@ Gauge choose_gauge(const Eigen::MatrixXd& R, const Eigen::VectorXd& hold, const 
 }
 
 double hold_preference(const Parameter& parameter) {
+  if (parameter.of_effect) return 3;
   const bool turns = parameter.unit == "rad";
   if (parameter.owner == "base") return 1e-4;
   if (parameter.owner == "tool") return turns ? 1e-2 : 1e-3;
   if (parameter.owner.rfind("anchor", 0) == 0) return 1e-5;
-  if (parameter.owner.rfind("joint", 0) == 0) {
-    if (parameter.name == "beta") return 10;
-    if (parameter.name == "theta" || parameter.name == "d" || parameter.name == "a" || parameter.name == "alpha")
-      return 1;
-    if (parameter.name.size() <= 2) return 1;  // x, y, z, rx, ry, rz of a POE axis or a URDF origin
-  }
-  return 3;
+  return parameter.name == "beta" ? 10 : 1;
 }
 
 std::vector<std::string> describe_directions(const Gauge& gauge, const std::vector<Parameter>& parameters) {
   constexpr double kVisible = 0.02;  // of the largest part of the direction
   constexpr std::size_t kNamed = 5;
   const auto name = [&](Eigen::Index k) {
-    return parameters[static_cast<std::size_t>(k)].owner + " " + parameters[static_cast<std::size_t>(k)].name;
+    return parameters[static_cast<std::size_t>(k)].label();
   };
   std::vector<std::string> out;
   for (Eigen::Index column = 0; column < gauge.directions.cols(); ++column) {

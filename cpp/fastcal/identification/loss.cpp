@@ -123,8 +123,8 @@ const Loss& tuned_loss(LossKind kind, int components) {
     std::once_flag once;
     Loss loss;
   };
-  static std::array<std::array<Slot, kComponents + 1>, 5> slots;
-  Slot& slot = slots[static_cast<std::size_t>(kind)][static_cast<std::size_t>(components)];
+  static std::array<std::array<Slot, kComponents + 1>, kLossKinds> slots;
+  Slot& slot = slots.at(static_cast<std::size_t>(kind)).at(static_cast<std::size_t>(components));
   std::call_once(slot.once, [&] { slot.loss = tune(kind, components); });
   return slot.loss;
 }

@@ -6,6 +6,7 @@
 // d = 1. Source: R. Maronna, D. Martin, V. Yohai, "Robust Statistics" (2006), chapters 2, 5 and 6.
 #pragma once
 
+#include <cstddef>
 #include <string>
 
 namespace fastcal {
@@ -17,6 +18,7 @@ enum class LossKind {
   kTukey,
   kDistance  ///< rho = 2 u: the sum of the distances themselves, the cost that the PMC paper prints in (15); not tuned
 };
+inline constexpr std::size_t kLossKinds = static_cast<std::size_t>(LossKind::kDistance) + 1;  // the last of them
 
 /// "none", "huber", "cauchy" or "tukey"; throws InvalidInput for another.
 LossKind loss_kind(const std::string& name);

@@ -42,7 +42,11 @@ struct Parameter {
   std::string doc;    ///< one line
   double lower = -std::numeric_limits<double>::infinity();  ///< what it can be at all
   double upper = std::numeric_limits<double>::infinity();
-  double expected = 0;  ///< where a prior holds it: what the robot file says
+  double expected = 0;     ///< where a prior holds it: what the robot file says
+  bool of_effect = false;  ///< of an effect, not of the geometry: ErrorModel marks them
+
+  /// Owner and name; the unit where that says it all: "joint1 rad_k".
+  std::string label() const { return owner + " " + (name.empty() ? unit : name); }
 };
 
 /// The rigid body that joint i moves.

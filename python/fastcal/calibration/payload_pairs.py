@@ -22,7 +22,7 @@ from scipy import optimize
 from fastcal import _core
 from fastcal.calibration.calibrate import IdentifiedParameter, prepare
 from fastcal.calibration.critical_loads import Corners, best_corners, open_corners, remaining, starting_values
-from fastcal.effects.entries import edge_unit
+from fastcal.effects.entries import edge_unit, full_name
 from fastcal.effects.values import edge_values, written_parameters
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
@@ -231,7 +231,7 @@ def _solve(problem: _Differences, corners: list[Corners]) -> tuple[FloatArray, F
     _, singular, directions = np.linalg.svd(J, full_matrices=False)
     if singular[-1] <= _UNTOLD * singular[0]:
         parameter = effects[int(np.argmax(np.abs(directions[-1])))]
-        raise InvalidInput(f"the payloads do not tell {parameter.owner} {parameter.name}: leave its effect out")
+        raise InvalidInput(f"the payloads do not tell {full_name(parameter)}: leave its effect out")
     r = problem.residuals(theta)
     sigma = float(np.sqrt(r @ r / problem.freedom()))
     root = (directions.T / singular) * scale[:, None] * sigma

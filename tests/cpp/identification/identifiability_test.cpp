@@ -6,6 +6,7 @@
 
 #include <set>
 
+#include "fastcal/effects/registry.hpp"
 #include "support/simulation.hpp"
 
 namespace fastcal {
@@ -167,6 +168,30 @@ TEST(Words, AreOneSentenceADirection) {
       describe_directions(gauge, named({"joint1 a", "joint1 d", "joint2 a", "joint2 d", "joint3 a"}, "m"));
   EXPECT_EQ(sentences[0], "joint1 d and joint1 a move together");
   EXPECT_EQ(sentences[2], "joint2 d changes nothing that was measured");
+}
+
+TEST(Words, NameAParameterWithoutANameByItsUnit) {
+  Gauge gauge;
+  gauge.held = {0};
+  gauge.directions = Eigen::Vector2d(0, 0);
+  EXPECT_EQ(describe_directions(gauge, named({"joint3 ", "joint3 theta"}, "rad_nm")),
+            std::vector<std::string>{"joint3 rad_nm changes nothing that was measured"});
+}
+
+/// Whatever an effect's parameter is called: "a" beside the geometry's own a, or nothing at all.
+TEST(Gauge, AnEffectIsHeldRatherThanTheGeometry) {
+  for (const char* name : {"joint1 a", "joint1 ", "joint1 gap", "base rate"}) {
+    std::vector<Parameter> parameters = named({"joint1 a", name}, "rad");
+    parameters[1].of_effect = true;
+    EXPECT_GT(hold_preference(parameters[1]), hold_preference(parameters[0])) << name;
+  }
+}
+
+TEST(Gauge, TheModelMarksTheParametersOfEffects) {
+  const RobotModel robot = test::build("dh", test::six_axes(0.1));
+  const ErrorModel model(robot, {make_effect("thermal_offset", robot, "joint1", {})});
+  for (std::size_t i = 0; i < model.parameters().size(); ++i)
+    EXPECT_EQ(model.parameters()[i].of_effect, i + 1 == model.parameters().size());
 }
 
 TEST(Words, StopAfterFiveNames) {
