@@ -8,7 +8,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['Alignment', 'ArmBending', 'ArmStructure', 'BeamSolver', 'BlockScores', 'Candidates', 'Choice', 'Compensator', 'Effect', 'ErrorModel', 'FoldErrors', 'Identification', 'Linearization', 'Measurements', 'Parameter', 'RobotDescription', 'RobotModel', 'Samples', 'ScoreTests', 'Separation', 'StiffnessTable', 'StructureElement', 'StructureNode', 'SubsetSearch', 'Tracker', 'align', 'build_dh', 'build_mdh', 'build_poe', 'build_urdf', 'draw_design', 'effect_names', 'effect_owners', 'exchange_design', 'exp_so3', 'free_parameters', 'grow_design', 'identify', 'inverse_kinematics', 'joint_jacobian', 'linearize', 'log_so3', 'make_effect', 'mass_matrix', 'observability_index', 'posture_obstacles', 'quaternion_to_rotation', 'read_urdf', 'rotation_about', 'rotation_to_axis', 'rotation_to_rpy', 'rpy_to_rotation', 'separate', 'surrogate_inputs', 'tabulated_effect', 'visiting_order']
+__all__: list[str] = ['Alignment', 'ArmBending', 'ArmStructure', 'BeamSolver', 'BlockScores', 'Candidates', 'Choice', 'Compensator', 'Effect', 'ErrorModel', 'FoldErrors', 'Identification', 'Linearization', 'Measurements', 'Parameter', 'RobotDescription', 'RobotModel', 'SHOWN_BY_LOADS', 'SHOWN_BY_MOTION', 'Samples', 'ScoreTests', 'Separation', 'StiffnessTable', 'StructureElement', 'StructureNode', 'SubsetSearch', 'Tracker', 'align', 'build_dh', 'build_mdh', 'build_poe', 'build_urdf', 'draw_design', 'effect_names', 'effect_owners', 'effect_traits', 'exchange_design', 'exp_so3', 'free_parameters', 'grow_design', 'identify', 'inverse_kinematics', 'joint_jacobian', 'linearize', 'log_so3', 'make_effect', 'mass_matrix', 'observability_index', 'posture_obstacles', 'quaternion_to_rotation', 'read_urdf', 'rotation_about', 'rotation_to_axis', 'rotation_to_rpy', 'rpy_to_rotation', 'separate', 'surrogate_inputs', 'tabulated_effect', 'visiting_order']
 class Parameter:
     """
     A named number of a model, in SI.
@@ -113,6 +113,11 @@ class Effect:
     def data_columns(self) -> list[str]:
         """
         Columns of the data that it cannot do without, beside q.
+        """
+    @property
+    def follows_loads(self) -> bool:
+        """
+        Does it yield to loads?
         """
     @property
     def parameters(self) -> list[Parameter]:
@@ -558,6 +563,10 @@ def effect_owners(name: str, robot: RobotModel) -> list[str]:
     """
     All owners that a robot has for an effect.
     """
+def effect_traits(name: str) -> dict:
+    """
+    What an effect tells about itself, by the names of fastcal.effects.traits.Traits.
+    """
 def exchange_design(candidates: Candidates, criterion: str, *, start: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], targets: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], members: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], rounds: typing.SupportsInt | typing.SupportsIndex = 20, threads: typing.SupportsInt | typing.SupportsIndex = 1) -> Choice:
     """
     Exchanges members while that improves O1 ... O5 or the variance.
@@ -642,7 +651,7 @@ def surrogate_inputs(model: ErrorModel, samples: Samples, theta: typing.Annotate
     """
     (N, inputs) what surrogates may depend on, such as "q2 load3", in the rows of the samples, SI.
     """
-def tabulated_effect(robot: RobotModel, owner: str, parameters: collections.abc.Sequence[tuple[str, str, typing.SupportsFloat | typing.SupportsIndex, str]], frames: collections.abc.Sequence[str], first: typing.SupportsInt | typing.SupportsIndex) -> Effect:
+def tabulated_effect(robot: RobotModel, owner: str, parameters: collections.abc.Sequence[tuple[str, str, typing.SupportsFloat | typing.SupportsIndex, str]], frames: collections.abc.Sequence[str], first: typing.SupportsInt | typing.SupportsIndex, follows_loads: bool = False) -> Effect:
     """
     An effect whose basis stands in Samples.table from column `first` on, (frame, parameter, 6); parameters: (name, unit, sigma, doc).
     """
@@ -650,4 +659,6 @@ def visiting_order(q: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[
     """
     A short path through the rows (N, n), joints scaled, that begins near from_ (n).
     """
+SHOWN_BY_LOADS: str = 'a load about it that varies in another way than the geometry: other poses, payloads or pulling sideways'
+SHOWN_BY_MOTION: str = 'poses in which {owner} moves further'
 __version__: str = '0.1.0'

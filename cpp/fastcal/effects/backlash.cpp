@@ -54,6 +54,14 @@ class Backlash : public LinearEffect {
 
 }  // namespace
 
-FASTCAL_REGISTER_EFFECT("backlash", {make<Backlash>, joint_owners})
+FASTCAL_REGISTER_EFFECT("backlash", {make<Backlash>,
+                                     joint_owners,
+                                     {.phrase = "backlash (lost motion)",
+                                      .place = Place::kJoint,
+                                      .depends_on = {"approach{n}"},
+                                      .needs_data = "approach{n} that takes both signs",
+                                      .shown_by = "poses that {owner} reaches from both sides",
+                                      .refers_to = Reference::kAxes,
+                                      .plotted_over = "approach{n}"}})
 
 }  // namespace fastcal

@@ -37,6 +37,16 @@ class BaseDrift : public LinearEffect {
 
 }  // namespace
 
-FASTCAL_REGISTER_EFFECT("base_drift", {make<BaseDrift>, single_owner("base")})
+FASTCAL_REGISTER_EFFECT("base_drift", {make<BaseDrift>,
+                                       single_owner("base"),
+                                       {.phrase = "a drift of the base or the instrument in time",
+                                        .place = Place::kBase,
+                                        .depends_on = {"time_s"},
+                                        .needs_data = "time_s over which the set-up may move",
+                                        .shown_by = "poses that are measured again later",
+                                        .refers_to = Reference::kBase,
+                                        .of_the_measurement = true,
+                                        .plotted_over = "time_s",
+                                        .options_from_data = {"t0_s"}}})
 
 }  // namespace fastcal

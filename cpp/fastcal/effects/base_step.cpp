@@ -38,6 +38,16 @@ class BaseStep : public LinearEffect {
 
 }  // namespace
 
-FASTCAL_REGISTER_EFFECT("base_step", {make<BaseStep>, single_owner("base")})
+FASTCAL_REGISTER_EFFECT("base_step", {make<BaseStep>,
+                                      single_owner("base"),
+                                      {.phrase = "a step of the base or the instrument",
+                                       .place = Place::kBase,
+                                       .depends_on = {"time_s"},
+                                       .needs_data = "time_s over which the set-up may move",
+                                       .shown_by = "poses that are measured again later",
+                                       .refers_to = Reference::kBase,
+                                       .of_the_measurement = true,
+                                       .plotted_over = "time_s",
+                                       .searched_option = "at_s"}})
 
 }  // namespace fastcal

@@ -71,6 +71,12 @@ std::vector<std::string> structure_owners(const RobotModel& robot) {
 
 }  // namespace
 
-FASTCAL_REGISTER_EFFECT("beam_gravity", {make<BeamGravity>, structure_owners})
+FASTCAL_REGISTER_EFFECT("beam_gravity", {make<BeamGravity>,
+                                         structure_owners,
+                                         {.phrase = "sag of its structure under gravity",
+                                          .place = Place::kStructure,
+                                          .depends_on = {"load"},
+                                          .needs_data = "a structure in the robot file",
+                                          .shown_by = kShownByLoads}})
 
 }  // namespace fastcal

@@ -33,6 +33,12 @@ class BearingTilt : public LinearEffect {
 
 }  // namespace
 
-FASTCAL_REGISTER_EFFECT("bearing_tilt", {make<BearingTilt>, joint_owners})
+FASTCAL_REGISTER_EFFECT("bearing_tilt", {make<BearingTilt>,
+                                         joint_owners,
+                                         {.phrase = "a bearing that tilts under load",
+                                          .place = Place::kJoint,
+                                          .depends_on = {"load"},
+                                          .shown_by = kShownByLoads,
+                                          .number = "turn per moment"}})
 
 }  // namespace fastcal

@@ -42,6 +42,13 @@ class CompensatorSpring : public WeightEffect {
 
 }  // namespace
 
-FASTCAL_REGISTER_EFFECT("compensator_spring", {make<CompensatorSpring>, spring_owners})
+FASTCAL_REGISTER_EFFECT("compensator_spring",
+                        {make<CompensatorSpring>,
+                         spring_owners,
+                         {.phrase = "a gravity compensator that is stiffer or softer than the file says",
+                          .place = Place::kJoint,
+                          .depends_on = {"q{n}"},
+                          .needs_data = "a compensator in the robot file",
+                          .shown_by = "a compensator in the robot file and poses that change its angle"}})
 
 }  // namespace fastcal

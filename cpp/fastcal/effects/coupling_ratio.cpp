@@ -55,6 +55,13 @@ class CouplingRatio : public LinearEffect {
 
 }  // namespace
 
-FASTCAL_REGISTER_EFFECT("coupling_ratio", {make<CouplingRatio>, pairs})
+FASTCAL_REGISTER_EFFECT("coupling_ratio", {make<CouplingRatio>,
+                                           pairs,
+                                           {.phrase = "a wrong coupling ratio",
+                                            .place = Place::kJoint,
+                                            .depends_on = {"q{m}"},
+                                            .shown_by = "poses in which joint{m} moves further",
+                                            .refers_to = Reference::kAxes,
+                                            .plotted_over = "q{m}"}})
 
 }  // namespace fastcal

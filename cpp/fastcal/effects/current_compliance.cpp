@@ -35,6 +35,16 @@ class CurrentCompliance : public LinearEffect {
 
 }  // namespace
 
-FASTCAL_REGISTER_EFFECT("current_compliance", {make<CurrentCompliance>, joint_owners})
+FASTCAL_REGISTER_EFFECT("current_compliance",
+                        {make<CurrentCompliance>,
+                         joint_owners,
+                         {.phrase = "compliance that follows the motor current",
+                          .place = Place::kJoint,
+                          .depends_on = {"current{n}_a"},
+                          .needs_data = "current{n}_a",
+                          .shown_by = "poses and payloads over which the current of motor {n} varies",
+                          .refers_to = Reference::kAxes,
+                          .plotted_over = "current{n}_a",
+                          .number = "turn per current"}})
 
 }  // namespace fastcal

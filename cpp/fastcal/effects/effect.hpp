@@ -41,6 +41,9 @@ class Effect {
   /// Bits of Need.
   virtual unsigned needs() const { return kNothing; }
 
+  /// Does it yield to loads? What changes the loads and asks for the compliances moves nothing itself.
+  virtual bool follows_loads() const { return (needs() & kLoads) != 0 && (needs() & kCompliance) == 0; }
+
   /// Columns of the data that it cannot do without, beside q: fields of State, "approach2" for that of one joint.
   virtual std::vector<std::string> data_columns() const { return {}; }
 

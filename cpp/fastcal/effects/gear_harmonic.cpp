@@ -65,6 +65,16 @@ class GearHarmonic : public LinearEffect {
 
 }  // namespace
 
-FASTCAL_REGISTER_EFFECT("gear_harmonic", {make<GearHarmonic>, revolute_owners})
+FASTCAL_REGISTER_EFFECT("gear_harmonic", {make<GearHarmonic>,
+                                          revolute_owners,
+                                          {.phrase = "a periodic gear or encoder error",
+                                           .place = Place::kJoint,
+                                           .depends_on = {"q{n}"},
+                                           .shown_by = kShownByMotion,
+                                           .refers_to = Reference::kAxes,
+                                           .plotted_over = "q{n}",
+                                           .options_from_data = {"order"},
+                                           .searched_option = "order",
+                                           .is_wave = true}})
 
 }  // namespace fastcal

@@ -40,6 +40,13 @@ class JointCompliance : public LinearEffect {
 
 }  // namespace
 
-FASTCAL_REGISTER_EFFECT("joint_compliance", {make<JointCompliance>, joint_owners})
+FASTCAL_REGISTER_EFFECT("joint_compliance", {make<JointCompliance>,
+                                             joint_owners,
+                                             {.phrase = "compliance (it gives under load)",
+                                              .place = Place::kJoint,
+                                              .depends_on = {"torque"},
+                                              .shown_by = kShownByLoads,
+                                              .refers_to = Reference::kAxes,
+                                              .plotted_over = "torque"}})
 
 }  // namespace fastcal

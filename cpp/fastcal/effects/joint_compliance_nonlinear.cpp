@@ -185,6 +185,16 @@ std::shared_ptr<const Effect> make_nonlinear(const RobotModel& robot, const std:
 
 }  // namespace
 
-FASTCAL_REGISTER_EFFECT("joint_compliance_nonlinear", {make_nonlinear, joint_owners})
+FASTCAL_REGISTER_EFFECT("joint_compliance_nonlinear", {make_nonlinear,
+                                                       joint_owners,
+                                                       {.phrase = "compliance that changes with the load",
+                                                        .place = Place::kJoint,
+                                                        .depends_on = {"torque"},
+                                                        .shown_by = kShownByLoads,
+                                                        .generalizes = {"joint_compliance"},
+                                                        .contrast = {"low", "high"},
+                                                        .refers_to = Reference::kAxes,
+                                                        .plotted_over = "torque",
+                                                        .searched_parameter = "critical"}})
 
 }  // namespace fastcal

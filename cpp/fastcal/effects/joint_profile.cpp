@@ -80,6 +80,16 @@ class JointProfile : public LinearEffect {
 
 }  // namespace
 
-FASTCAL_REGISTER_EFFECT("joint_profile", {make<JointProfile>, joint_owners})
+FASTCAL_REGISTER_EFFECT("joint_profile", {make<JointProfile>,
+                                          joint_owners,
+                                          {.phrase = "a position error of a shape without a name",
+                                           .role = Role::kCurve,
+                                           .place = Place::kJoint,
+                                           .depends_on = {"q{n}"},
+                                           .shown_by = kShownByMotion,
+                                           .generalizes = {"reduction_ratio", "gear_harmonic"},
+                                           .refers_to = Reference::kAxes,
+                                           .plotted_over = "q{n}",
+                                           .options_from_data = {"range"}}})
 
 }  // namespace fastcal

@@ -55,6 +55,10 @@ class LinkBending : public LinearEffect {
 
 }  // namespace
 
-FASTCAL_REGISTER_EFFECT("link_bending", {make<LinkBending>, long_link_owners})
+FASTCAL_REGISTER_EFFECT(
+    "link_bending",
+    {make<LinkBending>,
+     long_link_owners,
+     {.phrase = "a link that bends", .place = Place::kLink, .depends_on = {"load"}, .shown_by = kShownByLoads}})
 
 }  // namespace fastcal

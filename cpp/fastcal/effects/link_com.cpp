@@ -47,6 +47,12 @@ class LinkCom : public WeightEffect {
 
 }  // namespace
 
-FASTCAL_REGISTER_EFFECT("link_com", {make<LinkCom>, link_owners})
+FASTCAL_REGISTER_EFFECT("link_com", {make<LinkCom>,
+                                     link_owners,
+                                     {.phrase = "a wrong centre of gravity of a link",
+                                      .role = Role::kNuisance,
+                                      .place = Place::kLink,
+                                      .depends_on = {"q"},
+                                      .shown_by = "a compliance in the model and poses that change the link's lever"}})
 
 }  // namespace fastcal

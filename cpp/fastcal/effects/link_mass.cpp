@@ -40,6 +40,12 @@ class LinkMass : public WeightEffect {
 
 }  // namespace
 
-FASTCAL_REGISTER_EFFECT("link_mass", {make<LinkMass>, link_owners})
+FASTCAL_REGISTER_EFFECT("link_mass", {make<LinkMass>,
+                                      link_owners,
+                                      {.phrase = "a wrong mass of a link",
+                                       .role = Role::kNuisance,
+                                       .place = Place::kLink,
+                                       .depends_on = {"q"},
+                                       .shown_by = "a compliance in the model and poses that change the link's lever"}})
 
 }  // namespace fastcal

@@ -41,6 +41,10 @@ class LinkTorsion : public LinearEffect {
 
 }  // namespace
 
-FASTCAL_REGISTER_EFFECT("link_torsion", {make<LinkTorsion>, long_link_owners})
+FASTCAL_REGISTER_EFFECT(
+    "link_torsion",
+    {make<LinkTorsion>,
+     long_link_owners,
+     {.phrase = "a link that twists", .place = Place::kLink, .depends_on = {"load"}, .shown_by = kShownByLoads}})
 
 }  // namespace fastcal

@@ -39,6 +39,14 @@ class MeasurementScale : public Effect {
 
 }  // namespace
 
-FASTCAL_REGISTER_EFFECT("measurement_scale", {make<MeasurementScale>, single_owner("instrument")})
+FASTCAL_REGISTER_EFFECT("measurement_scale",
+                        {make<MeasurementScale>,
+                         single_owner("instrument"),
+                         {.phrase = "a wrong scale of the instrument",
+                          .place = Place::kInstrument,
+                          .depends_on = {"x", "y", "z"},
+                          .shown_by = "a known length, such as a scale bar: the lengths of the geometry take it up",
+                          .refers_to = Reference::kAxes,
+                          .of_the_measurement = true}})
 
 }  // namespace fastcal

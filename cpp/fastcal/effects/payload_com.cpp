@@ -40,6 +40,13 @@ class PayloadCom : public WeightEffect {
 
 }  // namespace
 
-FASTCAL_REGISTER_EFFECT("payload_com", {make<PayloadCom>, payload_owners})
+FASTCAL_REGISTER_EFFECT("payload_com", {make<PayloadCom>,
+                                        payload_owners,
+                                        {.phrase = "a wrong payload centre",
+                                         .role = Role::kLoadModifier,
+                                         .place = Place::kPayload,
+                                         .depends_on = {"payload_kg"},
+                                         .shown_by = "a compliance in the model and payload_kg that varies",
+                                         .refers_to = Reference::kFlange}})
 
 }  // namespace fastcal

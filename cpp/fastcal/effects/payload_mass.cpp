@@ -36,6 +36,13 @@ class PayloadMass : public WeightEffect {
 
 }  // namespace
 
-FASTCAL_REGISTER_EFFECT("payload_mass", {make<PayloadMass>, payload_owners})
+FASTCAL_REGISTER_EFFECT("payload_mass", {make<PayloadMass>,
+                                         payload_owners,
+                                         {.phrase = "a wrong payload mass",
+                                          .role = Role::kLoadModifier,
+                                          .place = Place::kPayload,
+                                          .depends_on = {"payload_kg"},
+                                          .shown_by = "a compliance in the model and payload_kg that varies",
+                                          .refers_to = Reference::kAxes}})
 
 }  // namespace fastcal

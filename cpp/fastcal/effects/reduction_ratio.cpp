@@ -47,6 +47,13 @@ class ReductionRatio : public LinearEffect {
 
 }  // namespace
 
-FASTCAL_REGISTER_EFFECT("reduction_ratio", {make<ReductionRatio>, joint_owners})
+FASTCAL_REGISTER_EFFECT("reduction_ratio", {make<ReductionRatio>,
+                                            joint_owners,
+                                            {.phrase = "a wrong reduction ratio",
+                                             .place = Place::kJoint,
+                                             .depends_on = {"q{n}"},
+                                             .shown_by = kShownByMotion,
+                                             .refers_to = Reference::kAxes,
+                                             .plotted_over = "q{n}"}})
 
 }  // namespace fastcal

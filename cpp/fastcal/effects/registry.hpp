@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "fastcal/effects/effect.hpp"
+#include "fastcal/effects/traits.hpp"
 
 namespace fastcal {
 
@@ -28,6 +29,7 @@ using EffectMaker =
 struct EffectEntry {
   EffectMaker make;
   std::function<std::vector<std::string>(const RobotModel&)> owners;  ///< all owners that this robot has for it
+  Traits traits;
 };
 
 /// Registered names, sorted.

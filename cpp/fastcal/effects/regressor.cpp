@@ -52,6 +52,13 @@ class Regressor : public LinearEffect {
 
 }  // namespace
 
-FASTCAL_REGISTER_EFFECT("regressor", {make<Regressor>, frame_owners})
+FASTCAL_REGISTER_EFFECT("regressor", {make<Regressor>,
+                                      frame_owners,
+                                      {.phrase = "a motion that follows a column of the data",
+                                       .role = Role::kCurve,
+                                       .place = Place::kFrame,
+                                       .depends_on = {"extra"},
+                                       .needs_data = "the column that it names",
+                                       .shown_by = "numbers that vary in the column that it names"}})
 
 }  // namespace fastcal

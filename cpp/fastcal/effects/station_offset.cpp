@@ -41,6 +41,16 @@ class StationOffset : public LinearEffect {
 
 }  // namespace
 
-FASTCAL_REGISTER_EFFECT("station_offset", {make<StationOffset>, single_owner("base")})
+FASTCAL_REGISTER_EFFECT("station_offset", {make<StationOffset>,
+                                           single_owner("base"),
+                                           {.phrase = "an offset between stations of the instrument",
+                                            .place = Place::kBase,
+                                            .depends_on = {"station"},
+                                            .needs_data = "two stations or more in the column station",
+                                            .shown_by = "poses that are measured from each station",
+                                            .refers_to = Reference::kBase,
+                                            .of_the_measurement = true,
+                                            .plotted_over = "station",
+                                            .options_from_data = {"stations"}}})
 
 }  // namespace fastcal

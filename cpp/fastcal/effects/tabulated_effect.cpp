@@ -8,8 +8,9 @@
 
 namespace fastcal {
 
-TabulatedEffect::TabulatedEffect(std::vector<Parameter> parameters, std::vector<int> frames, int first)
-    : parameters_(std::move(parameters)), frames_(std::move(frames)), first_(first) {
+TabulatedEffect::TabulatedEffect(std::vector<Parameter> parameters, std::vector<int> frames, int first,
+                                 bool follows_loads)
+    : parameters_(std::move(parameters)), frames_(std::move(frames)), first_(first), follows_loads_(follows_loads) {
   FASTCAL_CHECK(!parameters_.empty() && !frames_.empty()) << "a registered effect must have a parameter and a frame";
   for (const Parameter& parameter : parameters_)
     FASTCAL_CHECK(parameter.sigma > 0) << "parameter '" << parameter.name

@@ -16,9 +16,10 @@ namespace fastcal {
 class TabulatedEffect : public LinearEffect {
  public:
   /// `frames`: the chain's frames that it moves, by number.
-  TabulatedEffect(std::vector<Parameter> parameters, std::vector<int> frames, int first);
+  TabulatedEffect(std::vector<Parameter> parameters, std::vector<int> frames, int first, bool follows_loads = false);
 
   const std::vector<Parameter>& parameters() const override { return parameters_; }
+  bool follows_loads() const override { return follows_loads_; }
   void basis(const State& state, TwistColumns& columns) const override;
 
   /// How many columns of the table belong to it.
@@ -28,6 +29,7 @@ class TabulatedEffect : public LinearEffect {
   std::vector<Parameter> parameters_;
   std::vector<int> frames_;
   int first_;
+  bool follows_loads_;
 };
 
 }  // namespace fastcal

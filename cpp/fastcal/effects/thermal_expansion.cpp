@@ -55,6 +55,14 @@ class ThermalExpansion : public LinearEffect {
 
 }  // namespace
 
-FASTCAL_REGISTER_EFFECT("thermal_expansion", {make<ThermalExpansion>, arm_and_links})
+FASTCAL_REGISTER_EFFECT("thermal_expansion", {make<ThermalExpansion>,
+                                              arm_and_links,
+                                              {.phrase = "thermal growth",
+                                               .place = Place::kLink,
+                                               .depends_on = {"temperature_c"},
+                                               .needs_data = "temperature_c that varies",
+                                               .shown_by = "poses that are measured cold and warm",
+                                               .plotted_over = "temperature_c",
+                                               .options_from_data = {"t0_c"}}})
 
 }  // namespace fastcal

@@ -38,6 +38,16 @@ class ThermalOffset : public LinearEffect {
 
 }  // namespace
 
-FASTCAL_REGISTER_EFFECT("thermal_offset", {make<ThermalOffset>, joint_owners})
+FASTCAL_REGISTER_EFFECT("thermal_offset", {make<ThermalOffset>,
+                                           joint_owners,
+                                           {.phrase = "a thermal drift of its zero",
+                                            .place = Place::kJoint,
+                                            .depends_on = {"temperature_c"},
+                                            .needs_data = "temperature_c that varies",
+                                            .shown_by = "poses that are measured cold and warm",
+                                            .refers_to = Reference::kAxes,
+                                            .plotted_over = "temperature_c",
+                                            .options_from_data = {"t0_c"},
+                                            .number = "turn per kelvin"}})
 
 }  // namespace fastcal

@@ -42,6 +42,16 @@ class ToolShift : public LinearEffect {
 
 }  // namespace
 
-FASTCAL_REGISTER_EFFECT("tool_shift", {make<ToolShift>, single_owner("tool")})
+FASTCAL_REGISTER_EFFECT("tool_shift", {make<ToolShift>,
+                                       single_owner("tool"),
+                                       {.phrase = "a shift of the target between its mounts",
+                                        .place = Place::kTool,
+                                        .depends_on = {"mount"},
+                                        .needs_data = "two mounts or more in the column mount",
+                                        .shown_by = "poses that are measured with each mount",
+                                        .refers_to = Reference::kFlange,
+                                        .of_the_measurement = true,
+                                        .plotted_over = "mount",
+                                        .options_from_data = {"mounts"}}})
 
 }  // namespace fastcal

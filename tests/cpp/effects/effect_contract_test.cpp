@@ -5,6 +5,7 @@
 // of data.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <set>
 
 #include "effects/loaded.hpp"
@@ -148,6 +149,42 @@ TEST_P(EffectContract, ParametersAreDescribed) {
   }
 }
 
+/// "joint" of "joint6<-joint5".
+std::string kind_of(const std::string& owner) { return owner.substr(0, owner.find_first_of("0123456789")); }
+
+bool holds(const std::vector<std::string>& texts, const std::string& text) {
+  return std::find(texts.begin(), texts.end(), text) != texts.end();
+}
+
+TEST_P(EffectContract, TellsWhatAnyoneMayAsk) {
+  const Traits& traits = effect_entry(GetParam()).traits;
+  const auto effect = make_effect(GetParam(), complete_arm(), owners().front(), least_options(GetParam()));
+  EXPECT_FALSE(traits.phrase.empty());
+  EXPECT_FALSE(traits.shown_by.empty());
+  EXPECT_FALSE(traits.depends_on.empty());
+  EXPECT_TRUE(traits.plotted_over == "itself" || holds(traits.depends_on, traits.plotted_over));
+  EXPECT_TRUE(effect->data_columns().empty() || !traits.needs_data.empty());
+  // Effects whose own motion is a load times a number say so twice: to the model by needs(), to people by depends_on.
+  EXPECT_EQ(effect->follows_loads(), holds(traits.depends_on, "torque") || holds(traits.depends_on, "load"));
+  const std::vector<std::string> places{"joint", "link", "base", "tool", "payload", "instrument", "structure", ""};
+  const std::string& place = places[static_cast<std::size_t>(traits.place)];
+  for (const std::string& owner : owners())
+    EXPECT_TRUE(place.empty() || kind_of(owner) == place || owner == "robot") << owner;
+}
+
+TEST_P(EffectContract, TraitsNameWhatThereIs) {
+  const Traits& traits = effect_entry(GetParam()).traits;
+  const auto effect = make_effect(GetParam(), complete_arm(), owners().front(), least_options(GetParam()));
+  std::vector<std::string> names;
+  for (const Parameter& p : effect->parameters()) names.push_back(p.name);
+  for (const std::string& simpler : traits.generalizes) EXPECT_TRUE(holds(effect_names(), simpler)) << simpler;
+  EXPECT_TRUE(traits.contrast.empty() || (traits.contrast.size() == 2 && !traits.generalizes.empty()));
+  for (const std::string& parameter : traits.contrast) EXPECT_TRUE(holds(names, parameter)) << parameter;
+  EXPECT_TRUE(traits.searched_parameter.empty() || holds(names, traits.searched_parameter));
+  EXPECT_EQ(holds(names, ""), !traits.number.empty());
+  EXPECT_TRUE(!traits.is_wave || names.size() == 2);
+}
+
 TEST_P(EffectContract, UnknownOwnersAndOptionsAreRefused) {
   Options options = least_options(GetParam());
   EXPECT_THROW(make_effect(GetParam(), complete_arm(), "elbow", options), InvalidInput);
@@ -192,6 +229,16 @@ TEST(EffectRegistry, HoldsTheseNames) {
                                           "tracker_angle",
                                           "tracker_range"};
   EXPECT_EQ(effect_names(), expected);
+}
+
+/// The diagnosis asks for the one curve of a joint and the one of a frame.
+TEST(EffectRegistry, HoldsOneCurveOfAPlace) {
+  std::vector<Place> places;
+  for (const std::string& name : effect_names()) {
+    const Traits& traits = effect_entry(name).traits;
+    if (traits.role == Role::kCurve) places.push_back(traits.place);
+  }
+  EXPECT_EQ(places, (std::vector<Place>{Place::kJoint, Place::kFrame}));
 }
 
 TEST(EffectRegistry, AnUnknownNameIsRefusedWithTheKnownOnes) {

@@ -41,6 +41,13 @@ std::vector<std::string> all_but_the_last(const RobotModel& robot) {
 
 }  // namespace
 
-FASTCAL_REGISTER_EFFECT("cable_pull", {make<CablePull>, all_but_the_last})
+FASTCAL_REGISTER_EFFECT("cable_pull", {make<CablePull>,
+                                       all_but_the_last,
+                                       {.phrase = "a cable that pulls",
+                                        .place = Place::kJoint,
+                                        .depends_on = {"q{n}"},
+                                        .shown_by = kShownByMotion,
+                                        .refers_to = Reference::kAxes,
+                                        .plotted_over = "q{n}"}})
 
 }  // namespace fastcal
