@@ -12,7 +12,7 @@ import pytest
 import fastcal
 from fastcal.io.robot_file import read_spec
 from fastcal.io.urdf_file import urdf_text
-from fastcal.robot.robot import Robot
+from fastcal.robot.robot import Robot, pose
 
 ARMS = ["kuka_kr500_3", "staubli_rx160l", "siasun_sr210d", "spray_7dof", "lbr_iiwa14"]  # mdh, dh, poe, prismatic, 7R
 
@@ -32,7 +32,7 @@ def test_gravity_torques_agree_with_pinocchio(name: str) -> None:
     model.gravity = pinocchio.Motion(np.array(as_urdf["gravity_m_s2"]), np.zeros(3))
     payload = 12.5
     at = pinocchio.SE3(np.eye(3), np.zeros(3))
-    flange = fastcal.robot.pose(as_urdf["flange"])
+    flange = pose(as_urdf["flange"])
     com = flange[:3, :3] @ (np.array(as_urdf["payload"]["com_mm"]) / 1000.0) + flange[:3, 3]
     model.appendBodyToJoint(model.njoints - 1, pinocchio.Inertia(payload, com, np.zeros((3, 3))), at)
     data = model.createData()
