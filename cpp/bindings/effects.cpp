@@ -18,9 +18,11 @@ std::string text(Role role) {
     case Role::kLoadModifier:
       return "load modifier";
     case Role::kCurve:
+      return "curve";
+    case Role::kOnRequest:
       break;
   }
-  return "curve";
+  return "on request";
 }
 
 std::string text(Place place) {
@@ -40,9 +42,11 @@ std::string text(Place place) {
     case Place::kStructure:
       return "structure";
     case Place::kFrame:
+      return "frame";
+    case Place::kAnywhere:
       break;
   }
-  return "frame";
+  return "anywhere";
 }
 
 std::string text(Reference reference) {
@@ -73,8 +77,11 @@ py::dict traits_dict(const Traits& traits) {
   out["of_the_measurement"] = traits.of_the_measurement;
   out["plotted_over"] = traits.plotted_over;
   out["options_from_data"] = py::tuple(py::cast(traits.options_from_data));
-  out["searched_option"] = traits.searched_option;
-  out["searched_parameter"] = traits.searched_parameter;
+  out["labels"] = traits.labels;
+  out["among_parameters"] = py::tuple(py::cast(traits.among_parameters));
+  out["searched"] = traits.searched;
+  out["diagnosed_with"] = traits.diagnosed_with;
+  out["without_masses"] = traits.without_masses;
   out["is_wave"] = traits.is_wave;
   out["number"] = traits.number;
   return out;

@@ -6,6 +6,7 @@ import ast
 import re
 from collections.abc import Iterator
 from fnmatch import fnmatch
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -53,7 +54,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "effects": {"_core", *EDGE},
     "measurements": {"_core", "effects", *EDGE},
     "robot": {"_core", *ARM},
-    "conversion": {*EDGE, "robot"},
+    "conversion": {*EDGE, "effects", "robot"},
     "calibration": {"_core", *ARM},
     "surrogate": {"_core", *ARM, "calibration"},
     "selection": {"_core", *ARM, "calibration"},
@@ -196,6 +197,41 @@ def test_torch_is_imported_by_the_networks_alone() -> None:
         if any(name.split(".")[0] == "torch" for name in imports(path)) and "networks" not in path.parts
     ]
     assert found == []
+
+
+# Files of the package that name an effect: an example for a reader, a default that a caller may change, its own code.
+MAY_NAME = {
+    "calibration/payload_pairs.py": {"joint_compliance"},
+    "cli/demo.py": {"joint_compliance"},
+    "cli/design.py": {"joint_compliance"},
+    "design/planned.py": {"joint_compliance"},
+    "surrogate/adding.py": {"surrogate"},
+    "surrogate/problem.py": {"surrogate"},
+}
+
+
+@cache
+def effect_names() -> str:
+    """All effects of the core, as an alternative of a pattern."""
+    files = cpp_files(CPP / "effects")
+    return "|".join(file.stem for file in files if 'FASTCAL_REGISTER_EFFECT("' in file.read_text("utf-8"))
+
+
+def named_effects(path: Path) -> set[str]:
+    """Effects whose names stand in the strings of a Python file, its docstrings left out."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    docs = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
+    texts = [
+        node.value
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in docs
+    ]
+    return {name for text in texts for name in re.findall(rf"(?<![\w.])({effect_names()})(?![\w.])", text)}
+
+
+def test_python_knows_effects_by_their_traits_alone() -> None:
+    found = {str(path.relative_to(PYTHON)): names for path in PYTHON.rglob("*.py") if (names := named_effects(path))}
+    assert found == MAY_NAME
 
 
 def test_the_fences_see_what_they_guard() -> None:

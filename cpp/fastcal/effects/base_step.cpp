@@ -48,6 +48,7 @@ FASTCAL_REGISTER_EFFECT("base_step", {make<BaseStep>,
                                        .refers_to = Reference::kBase,
                                        .of_the_measurement = true,
                                        .plotted_over = "time_s",
-                                       .searched_option = "at_s"}})
+                                       .among_parameters = {"at_s"},
+                                       .searched = "at_s"}})
 
 }  // namespace fastcal

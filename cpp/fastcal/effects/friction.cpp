@@ -42,6 +42,17 @@ class Friction : public LinearEffect {
 
 }  // namespace
 
-FASTCAL_REGISTER_EFFECT("friction", {make<Friction>, joint_owners})
+FASTCAL_REGISTER_EFFECT("friction",
+                        {make<Friction>,
+                         joint_owners,
+                         {.phrase = "friction that grows with its load",
+                          .role = Role::kOnRequest,
+                          .place = Place::kJoint,
+                          .depends_on = {"approach{n}", "torque"},
+                          .needs_data = "approach{n} that takes both signs",
+                          .shown_by = "poses and payloads that load {owner} differently, each reached from both sides",
+                          .refers_to = Reference::kAxes,
+                          .plotted_over = "approach{n}",
+                          .number = "turn per load"}})
 
 }  // namespace fastcal

@@ -74,7 +74,8 @@ FASTCAL_REGISTER_EFFECT("gear_harmonic", {make<GearHarmonic>,
                                            .refers_to = Reference::kAxes,
                                            .plotted_over = "q{n}",
                                            .options_from_data = {"order"},
-                                           .searched_option = "order",
+                                           .among_parameters = {"order"},
+                                           .searched = "order",
                                            .is_wave = true}})
 
 }  // namespace fastcal

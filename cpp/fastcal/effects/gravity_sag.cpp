@@ -48,6 +48,7 @@ class GravitySag : public LinearEffect {
 
   const std::vector<Parameter>& parameters() const override { return parameters_; }
   unsigned needs() const override { return kFrames; }
+  bool follows_loads() const override { return true; }  // the weights are in its parameters
 
   std::vector<double> penalty() const override {
     if (parameters_.size() == 1) return {};
@@ -148,6 +149,15 @@ class GravitySag : public LinearEffect {
 
 }  // namespace
 
-FASTCAL_REGISTER_EFFECT("gravity_sag", {make<GravitySag>, joint_owners})
+FASTCAL_REGISTER_EFFECT("gravity_sag",
+                        {make<GravitySag>,
+                         joint_owners,
+                         {.phrase = "sag under the arm's own weight",
+                          .place = Place::kJoint,
+                          .depends_on = {"load"},
+                          .needs_data = "no masses in the robot file; with them joint_compliance says more",
+                          .shown_by = "poses in which the arm beyond {owner} turns about a level axis",
+                          .diagnosed_with = "moments=even",
+                          .without_masses = true}})
 
 }  // namespace fastcal

@@ -195,6 +195,6 @@ FASTCAL_REGISTER_EFFECT("joint_compliance_nonlinear", {make_nonlinear,
                                                         .contrast = {"low", "high"},
                                                         .refers_to = Reference::kAxes,
                                                         .plotted_over = "torque",
-                                                        .searched_parameter = "critical"}})
+                                                        .searched = "critical"}})
 
 }  // namespace fastcal

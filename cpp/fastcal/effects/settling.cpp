@@ -39,6 +39,15 @@ class Settling : public LinearEffect {
 
 }  // namespace
 
-FASTCAL_REGISTER_EFFECT("settling", {make<Settling>, joint_owners})
+FASTCAL_REGISTER_EFFECT(
+    "settling", {make<Settling>,
+                 joint_owners,
+                 {.phrase = "settling after its last move",
+                  .role = Role::kOnRequest,
+                  .place = Place::kJoint,
+                  .depends_on = {"move{n}"},
+                  .shown_by = "rows in the order in which they were measured, with long and short moves of {owner}",
+                  .refers_to = Reference::kAxes,
+                  .number = "share of the last move"}})
 
 }  // namespace fastcal

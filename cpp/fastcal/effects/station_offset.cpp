@@ -51,6 +51,7 @@ FASTCAL_REGISTER_EFFECT("station_offset", {make<StationOffset>,
                                             .refers_to = Reference::kBase,
                                             .of_the_measurement = true,
                                             .plotted_over = "station",
-                                            .options_from_data = {"stations"}}})
+                                            .options_from_data = {"stations"},
+                                            .labels = "stations"}})
 
 }  // namespace fastcal

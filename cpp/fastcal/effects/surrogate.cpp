@@ -73,6 +73,8 @@ class Surrogate : public LinearEffect {
     return out;
   }
 
+  bool follows_loads() const override { return false; }  // a load among its inputs makes it no compliance
+
   std::vector<std::string> data_columns() const override {
     std::vector<std::string> out;
     for (const SurrogateInput& input : inputs_) {
@@ -148,6 +150,12 @@ class Surrogate : public LinearEffect {
 
 }  // namespace
 
-FASTCAL_REGISTER_EFFECT("surrogate", {make<Surrogate>, places})
+FASTCAL_REGISTER_EFFECT("surrogate", {make<Surrogate>,
+                                      places,
+                                      {.phrase = "an error without a name",
+                                       .role = Role::kCurve,
+                                       .place = Place::kAnywhere,
+                                       .depends_on = {"inputs"},
+                                       .shown_by = "poses in which its inputs vary"}})
 
 }  // namespace fastcal

@@ -63,6 +63,7 @@ FASTCAL_REGISTER_EFFECT("thermal_expansion", {make<ThermalExpansion>,
                                                .needs_data = "temperature_c that varies",
                                                .shown_by = "poses that are measured cold and warm",
                                                .plotted_over = "temperature_c",
-                                               .options_from_data = {"t0_c"}}})
+                                               .options_from_data = {"t0_c"},
+                                               .among_parameters = {"lag_s"}}})
 
 }  // namespace fastcal

@@ -48,6 +48,7 @@ FASTCAL_REGISTER_EFFECT("thermal_offset", {make<ThermalOffset>,
                                             .refers_to = Reference::kAxes,
                                             .plotted_over = "temperature_c",
                                             .options_from_data = {"t0_c"},
+                                            .among_parameters = {"lag_s"},
                                             .number = "turn per kelvin"}})
 
 }  // namespace fastcal

@@ -52,6 +52,7 @@ FASTCAL_REGISTER_EFFECT("tool_shift", {make<ToolShift>,
                                         .refers_to = Reference::kFlange,
                                         .of_the_measurement = true,
                                         .plotted_over = "mount",
-                                        .options_from_data = {"mounts"}}})
+                                        .options_from_data = {"mounts"},
+                                        .labels = "mounts"}})
 
 }  // namespace fastcal

@@ -55,6 +55,15 @@ class TrackerAngle : public LinearEffect {
 
 }  // namespace
 
-FASTCAL_REGISTER_EFFECT("tracker_angle", {make<TrackerAngle>, single_owner("instrument")})
+FASTCAL_REGISTER_EFFECT("tracker_angle", {make<TrackerAngle>,
+                                          single_owner("instrument"),
+                                          {.phrase = "eccentric angle circles",
+                                           .role = Role::kOnRequest,
+                                           .place = Place::kInstrument,
+                                           .depends_on = {"x", "y", "z"},
+                                           .shown_by = "poses that fill a wide angle as the instrument sees them",
+                                           .refers_to = Reference::kAxes,
+                                           .of_the_measurement = true,
+                                           .labels = "stations"}})
 
 }  // namespace fastcal

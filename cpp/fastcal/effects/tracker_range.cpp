@@ -54,6 +54,15 @@ class TrackerRange : public Effect {
 
 }  // namespace
 
-FASTCAL_REGISTER_EFFECT("tracker_range", {make<TrackerRange>, single_owner("instrument")})
+FASTCAL_REGISTER_EFFECT("tracker_range", {make<TrackerRange>,
+                                          single_owner("instrument"),
+                                          {.phrase = "an error of the lengths that it measures",
+                                           .role = Role::kOnRequest,
+                                           .place = Place::kInstrument,
+                                           .depends_on = {"x", "y", "z"},
+                                           .shown_by = "poses that fill a wide angle as the instrument sees them",
+                                           .refers_to = Reference::kAxes,
+                                           .of_the_measurement = true,
+                                           .labels = "stations"}})
 
 }  // namespace fastcal

@@ -19,10 +19,11 @@ enum class Role {
   kNuisance,      ///< an error of the loads: held by its plausible size beside effects that follow loads, never named
   kLoadModifier,  ///< a cause that acts through the compliances alone: it may be the form of another effect of loads
   kCurve,         ///< a shape that stands for no cause: no search names it
+  kOnRequest,     ///< a cause that looks like many others from afar: fitted where it is asked for, no search names it
 };
 
 /// Where it acts.
-enum class Place { kJoint, kLink, kBase, kTool, kPayload, kInstrument, kStructure, kFrame };
+enum class Place { kJoint, kLink, kBase, kTool, kPayload, kInstrument, kStructure, kFrame, kAnywhere };
 
 /// What its numbers refer to, hence which conversion between kinds of kinematics keeps their meaning.
 enum class Reference {
@@ -45,10 +46,13 @@ struct Traits {
   bool of_the_measurement = false;      ///< the instrument's or the set-up's, not the robot's: no compensation has it
   std::string plotted_over = "itself";  ///< the variable of its partial residual; "itself": its own size in the pose
   std::vector<std::string> options_from_data = {};  ///< "t0_c", "t0_s", "stations", "mounts", "range", "order"
-  std::string searched_option = {};     ///< found by a search over fits, written among the parameters: "order", "at_s"
-  std::string searched_parameter = {};  ///< one of which a search gives the start: "critical"
-  bool is_wave = false;                 ///< its two parameters are a sine and a cosine of one wave
-  std::string number = {};              ///< what its parameter without a name is: "turn per moment"
+  std::string labels = {};  ///< the option that lists the labels which it knows: "stations", "mounts"
+  std::vector<std::string> among_parameters = {};  ///< options that a file lists with the parameters: "order", "at_s"
+  std::string searched = {};        ///< what a search over fits finds: an option, or the start of "critical"
+  std::string diagnosed_with = {};  ///< an option with which a diagnosis tries it: "moments=even"
+  bool without_masses = false;      ///< does it stand for weights that the robot file does not give?
+  bool is_wave = false;             ///< its two parameters are a sine and a cosine of one wave
+  std::string number = {};          ///< what its parameter without a name is: "turn per moment"
 };
 
 /// The poses that show an effect of loads, and one of a joint's own position.

@@ -24,7 +24,6 @@ from fastcal.robot.robot import Robot
 
 FloatArray = NDArray[np.float64]
 
-_EFFECT = "joint_compliance_nonlinear"
 _GRID = np.linspace(0.05, 0.95, 19)  # quantiles of the loads in the data: a corner outside them is not identifiable
 _SWEEPS = 3
 _RIDGE = 1e-10  # of a column's own square: a direction that the data do not tell explains nothing
@@ -100,7 +99,7 @@ def open_corners(robot: Robot, model: _core.ErrorModel, samples: _core.Samples, 
     for k, (entry, effect) in enumerate(zip(robot.spec.get("effects") or [], robot.effects, strict=True)):
         indices = [at + i for i, p in enumerate(effect.parameters) if p.name.startswith("critical")]
         at += len(effect.parameters)
-        if entry["effect"] != _EFFECT or not indices or entry.get("parameters"):
+        if not indices or entry.get("parameters"):
             continue
         joint = int(entry["owner"].removeprefix("joint")) - 1
         axis = 5 if robot.joint_types[joint] == "revolute" else 2

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from fastcal.effects.entries import core_options
+from fastcal.effects.entries import core_options, traits_of
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot, length_or_angle_unit
 from fastcal.units import from_si
@@ -14,7 +14,7 @@ def range_notes(robot: Robot, data: Dataset) -> list[str]:
     """A sentence for each profile that some row lies outside of."""
     notes = []
     for entry in robot.spec.get("effects") or []:
-        options = core_options(entry) if entry["effect"] == "joint_profile" else {}
+        options = core_options(entry) if "range" in traits_of(entry["effect"]).options_from_data else {}
         if "low" not in options or "high" not in options:
             continue
         joint = int(entry["owner"].removeprefix("joint")) - 1

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from fastcal import _core
 from fastcal.calibration.parameter_limits import parameter_limits
+from fastcal.effects.entries import curve_of
 from fastcal.robot.robot import Robot
 
 FloatArray = NDArray[np.float64]
@@ -76,4 +77,4 @@ def pulls(
 
 def _curves(robot: Robot) -> list[bool]:
     """Which effects are curves of joints, and no cause: a cause is fitted with the geometry from the start."""
-    return [entry["effect"] == "joint_profile" for entry in robot.spec.get("effects") or []]
+    return [entry["effect"] == curve_of("joint") for entry in robot.spec.get("effects") or []]

@@ -13,7 +13,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from fastcal.effects.entries import LABELS, Spec, core_options, label
+from fastcal.effects.entries import Spec, core_options, label, traits_of
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot
@@ -28,8 +28,10 @@ def with_origins(entry: Spec, robot: Robot, data: Dataset) -> Spec:
     Raises:
         InvalidInput: The data have no such column, or too little in it.
     """
-    filler = _FILLERS.get(entry["effect"])
-    return dict(entry) if filler is None else {**filler(entry, robot, data), **entry}
+    filled: Spec = {}
+    for option in traits_of(entry["effect"]).options_from_data:
+        filled |= _FILLERS[option](entry, robot, data)
+    return {**filled, **entry}
 
 
 def _temperature(entry: Spec, robot: Robot, data: Dataset) -> Spec:
@@ -44,8 +46,7 @@ def _time(entry: Spec, robot: Robot, data: Dataset) -> Spec:
     return {"t0_s": round(float(np.mean(data.time)), _DECIMALS)}
 
 
-def _labels(entry: Spec, robot: Robot, data: Dataset) -> Spec:
-    option = LABELS[entry["effect"]]
+def _labels(entry: Spec, data: Dataset, option: str) -> Spec:
     column = option.removesuffix("s")
     codes, names = getattr(data, column), getattr(data, f"{column}_names")
     if codes is None:
@@ -56,6 +57,14 @@ def _labels(entry: Spec, robot: Robot, data: Dataset) -> Spec:
             f"{label(entry)} needs at least two labels in the column {column}, and the data have only '{present[0]}'"
         )
     return {option: present}
+
+
+def _stations(entry: Spec, robot: Robot, data: Dataset) -> Spec:
+    return _labels(entry, data, "stations")
+
+
+def _mounts(entry: Spec, robot: Robot, data: Dataset) -> Spec:
+    return _labels(entry, data, "mounts")
 
 
 def _range(entry: Spec, robot: Robot, data: Dataset) -> Spec:
@@ -69,7 +78,7 @@ def _range(entry: Spec, robot: Robot, data: Dataset) -> Spec:
     return {f"low_{unit}": low, f"high_{unit}": high}
 
 
-def _harmonic(entry: Spec, robot: Robot, data: Dataset) -> Spec:
+def _order(entry: Spec, robot: Robot, data: Dataset) -> Spec:
     """The order; of a wave at least half a period must fit into the joint's range, or offset and ratio do as well."""
     if entry.get("side") == "motor":
         return {}
@@ -89,11 +98,10 @@ def _missing(entry: Spec, column: str) -> InvalidInput:
 
 
 _FILLERS: dict[str, Callable[[Spec, Robot, Dataset], Spec]] = {
-    "thermal_expansion": _temperature,
-    "thermal_offset": _temperature,
-    "base_drift": _time,
-    "station_offset": _labels,
-    "tool_shift": _labels,
-    "joint_profile": _range,
-    "gear_harmonic": _harmonic,
+    "t0_c": _temperature,
+    "t0_s": _time,
+    "stations": _stations,
+    "mounts": _mounts,
+    "range": _range,
+    "order": _order,
 }

@@ -19,14 +19,14 @@ from fastcal.calibration.change_point import find_step
 from fastcal.calibration.geometry_anchoring import pull_deviations
 from fastcal.calibration.parameter_limits import has_prior, parameter_limits
 from fastcal.calibration.smoothing import LinearProblem, choose_curvatures
-from fastcal.effects.entries import label, options_of
+from fastcal.effects.entries import label, options_of, traits_of
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot, Spec
 
 FloatArray = NDArray[np.float64]
 
-_STEP = "base_step"
+_MOMENT = "at_s"
 _WEAK = 30.0  # plausible sizes: a prior that only keeps a singular problem solvable
 
 
@@ -74,11 +74,15 @@ def with_open_effects_set(
     """
     entries = robot.spec.get("effects") or []
     places = _places(robot, model)
-    steps = [k for k, e in enumerate(entries) if e["effect"] == _STEP and "at_s" not in options_of(e)]
+    steps = [
+        k
+        for k, e in enumerate(entries)
+        if _MOMENT in traits_of(e["effect"]).among_parameters and _MOMENT not in options_of(e)
+    ]
     curves = [
         k
         for k, (e, effect) in enumerate(zip(entries, robot.effects, strict=True))
-        if effect.penalty and "curvature" not in e and not (e["effect"] != "joint_profile" and has_prior(e))
+        if effect.penalty and "curvature" not in e and not (traits_of(e["effect"]).role != "curve" and has_prior(e))
     ]
     if not steps and not curves:
         return robot
@@ -95,7 +99,7 @@ def with_open_effects_set(
     moving += range(len(model.parameters), len(fit.theta))
     spec = copy.deepcopy(robot.spec)
     for k in steps:
-        spec["effects"][k]["parameters"] = {"at_s": _moment(fit, spec, k, places[k], moving, data)}
+        spec["effects"][k]["parameters"] = {_MOMENT: _moment(fit, spec, k, places[k], moving, data)}
     if curves:
         _set_curvatures(fit, spec, curves, places, moving + [i for k in steps for i in places[k]])
     return Robot(spec)
@@ -113,7 +117,7 @@ def _places(robot: Robot, model: _core.ErrorModel) -> list[range]:
 def _moment(fit: _Fit, spec: Spec, k: int, own: range, others: list[int], data: Dataset) -> Spec:
     """When the step was: {value, std} [s], evenly likely between two rows."""
     before_all = copy.deepcopy(spec)
-    before_all["effects"][k]["at_s"] = -np.inf
+    before_all["effects"][k][_MOMENT] = -np.inf
     near = fit.near(Robot(before_all))
     J = np.asarray(near.J)
     at, gap = find_step(

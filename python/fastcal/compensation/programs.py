@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from fastcal.compensation.commands import METHODS, notes_on_ranges
 from fastcal.compensation.configurations import Configurations
 from fastcal.compensation.one_step import one_step
+from fastcal.effects.entries import traits_of
 from fastcal.errors import InvalidInput, ParseError
 from fastcal.ik.inverse_kinematics import inverse_kinematics
 from fastcal.programs import Cell, Document, Frames, Program, Target, Word
@@ -32,17 +33,6 @@ from fastcal.units import from_si
 FloatArray = NDArray[np.float64]
 
 _REACHED = 1e-7  # m, and entries of a rotation
-
-# What belongs to the measurement and not to the robot: a program knows neither instrument nor marker.
-OF_THE_MEASUREMENT = (
-    "base_drift",
-    "base_step",
-    "station_offset",
-    "tool_shift",
-    "measurement_scale",
-    "tracker_range",
-    "tracker_angle",
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,7 +85,7 @@ def compensate_program(
         raise InvalidInput(f"method must be {' or '.join(METHODS)}, got '{method}'")
     if not program.targets:
         raise InvalidInput(f"{program.documents[0].name}: holds no targets of plain numbers; nothing to compensate")
-    robot = _without_measurement(model)
+    robot = robot_without_measurement(model)
     places = _Places(robot, nominal_robot(robot, nominal), program, cell or Cell())
     order = _order(program)
     q_nominal, notes = _nominal_joints(places, order)
@@ -144,8 +134,9 @@ class _Places:
         return np.asarray(T_world_tool @ se3.inverse(self.T_last_tool) @ self.frames.tool(place))
 
 
-def _without_measurement(model: Robot) -> Robot:
-    effects = [e for e in model.spec.get("effects") or [] if e["effect"] not in OF_THE_MEASUREMENT]
+def robot_without_measurement(model: Robot) -> Robot:
+    """The model without the effects of the instrument and the set-up: the controller meets the robot alone."""
+    effects = [e for e in model.spec.get("effects") or [] if not traits_of(e["effect"]).of_the_measurement]
     return Robot(model.spec | {"effects": effects})
 
 

@@ -12,21 +12,12 @@ import numpy as np
 from fastcal import units
 from fastcal.conversion.chain import Body, Chain, Spec, chain_of, frame_of, si
 from fastcal.conversion.rows import dh_rows, mdh_rows
+from fastcal.effects.entries import traits_of
 from fastcal.errors import InvalidInput
 from fastcal.robot import se3
 from fastcal.robot.se3 import Array
 
 KINDS = ("dh", "mdh", "poe", "urdf")
-
-# What an effect's numbers refer to decides whether they keep their meaning: a joint's axis is in every form.
-_OF_A_JOINT_AXIS = frozenset(
-    {
-        "reduction_ratio", "coupling_ratio", "gear_harmonic", "joint_profile", "backlash", "joint_compliance",
-        "joint_compliance_nonlinear", "current_compliance", "thermal_offset", "measurement_scale", "payload_mass",
-    }
-)  # fmt: skip
-_OF_THE_BASE = frozenset({"base_drift", "base_step", "station_offset"})
-_OF_THE_FLANGE = frozenset({"tool_shift", "payload_com"})
 
 
 class HasSpec(Protocol):
@@ -163,11 +154,10 @@ def _surroundings(spec: Spec, geometry: _Geometry) -> Spec:
 
 def _carried(spec: Spec, geometry: _Geometry) -> tuple[list[Spec], tuple[str, ...]]:
     """The effects that keep their meaning, and the names of what does not."""
-    meaningful = set(_OF_A_JOINT_AXIS)
-    meaningful |= _OF_THE_BASE if _is_identity(geometry.base) else set()
-    meaningful |= _OF_THE_FLANGE if _is_identity(geometry.flange) else set()
-    kept = [copy.deepcopy(effect) for effect in spec["effects"] if effect["effect"] in meaningful]
-    dropped = [f"{e['effect']}@{e['owner']}" for e in spec["effects"] if e["effect"] not in meaningful]
+    stays = {"axes": True, "base": _is_identity(geometry.base), "flange": _is_identity(geometry.flange), "rows": False}
+    is_kept = {e["effect"]: stays[traits_of(e["effect"]).refers_to] for e in spec["effects"]}
+    kept = [copy.deepcopy(effect) for effect in spec["effects"] if is_kept[effect["effect"]]]
+    dropped = [f"{e['effect']}@{e['owner']}" for e in spec["effects"] if not is_kept[e["effect"]]]
     return kept, (*dropped, *(key for key in ("compensator",) if spec.get(key)))
 
 

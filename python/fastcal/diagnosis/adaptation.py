@@ -110,12 +110,10 @@ def groups(names: Sequence[Name]) -> list[list[Name]]:
 
 def values(model: Robot, entry: Spec) -> dict[str, NamedValue]:
     """Parameters of an effect as the adapted model has them."""
-    wanted = (entry["effect"], entry["owner"], entry.get("order"), entry.get("side"))
     for found in model.spec.get("effects") or []:
-        order = identity(found)[2]
-        if (found["effect"], found["owner"], order, found.get("side")) == wanted:
+        if identity(found) == identity(entry):
             return {name: NamedValue(v["value"], v["std"]) for name, v in found["parameters"].items()}
-    raise KeyError(wanted)
+    raise KeyError(identity(entry))
 
 
 def gap(steps: Sequence[AdaptedModel], names: Sequence[Name], profiles: Sequence[Spec]) -> list[GapStep]:

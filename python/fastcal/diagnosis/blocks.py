@@ -16,7 +16,7 @@ from fastcal.diagnosis.fits import Fit, corner_start, identity_of
 from fastcal.diagnosis.generic import Curves, Generic
 from fastcal.diagnosis.library import Name
 from fastcal.diagnosis.problem import ONE, Problem, core_entry
-from fastcal.effects.entries import build_effects
+from fastcal.effects.entries import build_effects, curve_of
 from fastcal.robot.robot import Spec
 
 FloatArray = NDArray[np.float64]
@@ -56,9 +56,8 @@ class Blocks:
 def blocks(at: Fit) -> Blocks:
     """Columns and score tests of all names and generic blocks at a fit."""
     problem = at.problem
-    there = {identity_of(name.entry) for name in at.added}
-    taken = {name.key for name in at.added if name.effect in ("joint_compliance_nonlinear", "base_step")}
-    names = [n for n in problem.names if identity_of(n.entry) not in there and n.key not in taken]
+    there = {name.cause for name in at.added}
+    names = [n for n in problem.names if n.cause not in there]
     frames = _frames(problem)
     entries = [*at.entries, *(n.entry for n in names), *frames]
     model, samples = problem.model(entries, problem.kept)
@@ -74,7 +73,7 @@ def blocks(at: Fit) -> Blocks:
             known = {
                 identity_of({"effect": n.effect, "owner": n.owner}): at.value(n)
                 for n in at.added
-                if n.effect == "joint_compliance"
+                if n.effect in name.traits.generalizes
             }
             theta[part] = corner_start(name.entry, effects[offset + k], at, known)
             theta[part.start : part.start + 2] = 0.0
@@ -97,17 +96,11 @@ def blocks(at: Fit) -> Blocks:
 
 def _frames(problem: Problem) -> list[Spec]:
     robot = problem.start.robot
-    out: list[Spec] = [{"effect": "regressor", "owner": "base", "column": ONE}]
+    moved: Spec = {"effect": curve_of("frame"), "column": ONE}
+    out: list[Spec] = [{**moved, "owner": "base"}]
     for i, kind in enumerate(robot.joint_types):
-        out.append(
-            {
-                "effect": "regressor",
-                "owner": f"joint{i + 1}",
-                "column": ONE,
-                "axis": "rz" if kind == "revolute" else "z",
-            }
-        )
-    return [*out, {"effect": "regressor", "owner": "tool", "column": ONE}]
+        out.append({**moved, "owner": f"joint{i + 1}", "axis": "rz" if kind == "revolute" else "z"})
+    return [*out, {**moved, "owner": "tool"}]
 
 
 def _generic_columns(

@@ -22,6 +22,7 @@ from fastcal.diagnosis.problem import Noise, Problem, prepared_problem
 from fastcal.diagnosis.result import AdaptedModel, Diagnosis, Finding, Unexplained
 from fastcal.diagnosis.search import Search, State
 from fastcal.diagnosis.words import sentence_of
+from fastcal.effects.entries import curve_of
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.given import DataLike, RobotLike, as_data, as_robot
@@ -209,7 +210,7 @@ class _Found:
             return steps, [], None
         profiles = unexplained.curved_joints(self.best)
         if self.curve is not None:
-            profiles = [{"effect": "joint_profile", "owner": self.curve}]
+            profiles = [{"effect": curve_of("joint"), "owner": self.curve}]
         if profiles:
             curved, converged = adaptation.with_profiles(self.robot, self.best, profiles, judge)
             if converged and unexplained.profiles_suffice(steps[-1], curved):

@@ -24,7 +24,7 @@ from fastcal.calibration.parameter_limits import has_prior
 from fastcal.calibration.smoothing import prior_deviations
 from fastcal.diagnosis.library import Name
 from fastcal.diagnosis.problem import Problem, core_entry, with_nuisances
-from fastcal.effects.entries import build_effects
+from fastcal.effects.entries import build_effects, traits_of
 from fastcal.errors import InvalidInput
 from fastcal.robot.robot import Spec
 
@@ -91,6 +91,12 @@ class Fit:
         """Parameters of one added effect."""
         at = self.place(name)
         return self.theta[at]
+
+    def effect(self, name: Name) -> _core.Effect:
+        """One added effect as the core has it."""
+        return next(
+            effect for entry, effect in zip(self.entries, self.model_effects, strict=True) if entry is name.entry
+        )
 
     def place(self, name: Name) -> slice:
         """Where they stand."""
@@ -284,6 +290,6 @@ def corner_start(entry: Spec, effect: _core.Effect, start: Fit | None, known: di
     if start is None:
         raise InvalidInput(f"{entry['effect']}@{entry['owner']}: a corner follows from the loads of a fit")
     joint = int(entry["owner"].removeprefix("joint")) - 1
-    linear = known.get(identity_of({"effect": "joint_compliance", "owner": entry["owner"]}))
-    slope = 0.0 if linear is None else float(linear[0])
+    simpler = [{"effect": e, "owner": entry["owner"]} for e in traits_of(entry["effect"]).generalizes]
+    slope = next((float(known[key][0]) for key in map(identity_of, simpler) if key in known), 0.0)
     return np.array([slope, slope, np.quantile(np.abs(start.loads[:, joint]), entry["corner"])])

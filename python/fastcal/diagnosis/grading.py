@@ -13,8 +13,8 @@ from scipy import linalg
 
 from fastcal import _core
 from fastcal.calibration.evaluation import pose_groups
-from fastcal.diagnosis.library import LOADED, RICHER, SHAPES, Name
-from fastcal.diagnosis.periodic import PERIODIC
+from fastcal.diagnosis.library import Name
+from fastcal.diagnosis.periodic import is_periodic
 from fastcal.diagnosis.search import GENERIC, NAMED, Search, State
 from fastcal.diagnosis.tails import p_values
 
@@ -42,6 +42,7 @@ class Evidence:
         rivals: Blocks without a name that would do instead, in words.
         is_richer_needed: Does it need what sets it apart from its simpler relative?
         is_plausible: Are its sizes?
+        follows_loads: Does it yield to loads, as many things that look alike do?
     """
 
     statistic: float
@@ -51,6 +52,7 @@ class Evidence:
     rivals: tuple[str, ...]
     is_richer_needed: bool
     is_plausible: bool
+    follows_loads: bool = False
 
 
 def evidence(search: Search, state: State, name: Name) -> Evidence:
@@ -74,8 +76,9 @@ def evidence(search: Search, state: State, name: Name) -> Evidence:
         abs(value) <= IMPLAUSIBLE * p.sigma or p.name.startswith("critical") or not np.isfinite(p.sigma)
         for p, value in zip(parameters, theta, strict=True)
     )
-    richer = _richer_needed(name, theta, own)
-    return Evidence(statistic, len(at), gain, stability, rivals, richer, plausible)
+    richer = _richer_needed(name, parameters, theta, own)
+    loads = state.fit.effect(name).follows_loads
+    return Evidence(statistic, len(at), gain, stability, rivals, richer, plausible, loads)
 
 
 def grade(found: Evidence, name: Name, equivalents: Sequence[object], rest: bool) -> tuple[str, tuple[str, ...]]:
@@ -85,7 +88,7 @@ def grade(found: Evidence, name: Name, equivalents: Sequence[object], rest: bool
         reasons.append("something else remains unexplained, and it may take this one's place")
     if equivalents:
         reasons.append("other names explain the data as well")
-    sure = SURE_LOADED if name.effect in LOADED else SURE_SNR
+    sure = SURE_LOADED if found.follows_loads else SURE_SNR
     if found.statistic < sure**2:
         reasons.append(
             f"its signal is {found.statistic**0.5:.1f} times the noise, and a cause that looks alike and is not in the "
@@ -94,14 +97,14 @@ def grade(found: Evidence, name: Name, equivalents: Sequence[object], rest: bool
     if found.rivals:
         reasons.append(f"a cause without a name would do as well: {', '.join(found.rivals)}")
     if not found.is_richer_needed:
-        reasons.append(f"the data do not show what sets it apart from {', '.join(RICHER[name.effect])}")
+        reasons.append(f"the data do not show what sets it apart from {', '.join(name.traits.generalizes)}")
     if not found.is_plausible:
         reasons.append("it would have to be implausibly large")
     if found.gain[0] < HELD_OUT * found.gain[1]:
         reasons.append("poses that were held out do not bear it out")
     if found.stability < STABLE:
         reasons.append(f"it comes first in {found.stability:.0%} of the parts of the data only")
-    if name.effect in SHAPES:
+    if name.traits.role == "load modifier":
         reasons.append("it may be the form of a large effect of loads rather than a cause of its own")
     return ("B" if reasons else "A"), tuple(reasons)
 
@@ -113,10 +116,13 @@ def _covariance(state: State) -> FloatArray:
     return np.asarray(np.linalg.pinv((A / scale).T @ (A / scale), rcond=1e-14, hermitian=True) / np.outer(scale, scale))
 
 
-def _richer_needed(name: Name, theta: FloatArray, covariance: FloatArray) -> bool:
-    if name.effect != "joint_compliance_nonlinear":
+def _richer_needed(
+    name: Name, parameters: Sequence[_core.Parameter], theta: FloatArray, covariance: FloatArray
+) -> bool:
+    if not name.traits.contrast:
         return True
-    contrast = np.array([1.0, -1.0, 0.0])[: len(theta)]
+    one, other = name.traits.contrast
+    contrast = np.array([float(p.name == one) - float(p.name == other) for p in parameters])
     return bool((contrast @ theta) ** 2 > 25.0 * (contrast @ covariance @ contrast))
 
 
@@ -142,7 +148,7 @@ def _rivals(search: Search, base: State, name: Name) -> tuple[str, ...]:
 
 def _one_curve(search: Search, state: State, name: Name) -> tuple[str, ...]:
     """A curve over a joint's position that does what several periodic names of this joint do together."""
-    together = [n for n in state.names if n.owner == name.owner and n.effect in PERIODIC]
+    together = [n for n in state.names if n.owner == name.owner and is_periodic(n)]
     if name not in together or len(together) < 2:
         return ()
     rest = [n for n in state.names if n not in together]
@@ -160,7 +166,7 @@ def waves_of_one_curve(search: Search, state: State) -> tuple[str, State] | None
     """
     names = state.names
     for owner in sorted({name.owner for name in names}):
-        waves = [name for name in names if name.owner == owner and name.effect in PERIODIC]
+        waves = [name for name in names if name.owner == owner and is_periodic(name)]
         rest = [name for name in names if name not in waves]
         if len(waves) < 2 or (rest and len(names) > search.most):  # many waves of many joints are what they are
             continue
@@ -238,7 +244,5 @@ def _comes_first(base: State, fitted_rows: NDArray[np.intp], name: Name) -> bool
     worth = blocks.worth(np.asarray(tests.scores.statistic), np.asarray(tests.scores.rank), np.array(likely))
     best = blocks.names[likely[int(np.argmax(worth))]]
     return best.owner == name.owner and (
-        best.effect == name.effect
-        or name.effect in RICHER.get(best.effect, ())
-        or best.effect in RICHER.get(name.effect, ())
+        best.effect == name.effect or name.effect in best.traits.generalizes or best.effect in name.traits.generalizes
     )

@@ -9,6 +9,7 @@ leaves is noise, whatever is missing (Baarda 1968, with the alternatives themsel
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -127,12 +128,12 @@ def rich_fit(at: Fit, blocks: Blocks) -> RichFit:
 
 def _order(blocks: Blocks) -> list[int]:
     """Names without their variants, curves of one variable, then the rest."""
-    seen: set[tuple[str, str]] = set()
+    seen: set[tuple[Any, ...]] = set()
     first: list[int] = []
     later: list[int] = []
     for i, name in enumerate(blocks.names):
-        (later if name.key in seen and name.effect != "gear_harmonic" else first).append(i)
-        seen.add(name.key)
+        (later if name.cause in seen else first).append(i)
+        seen.add(name.cause)
     single = [blocks.count + i for i, g in enumerate(blocks.generics) if len(g.curves.depends_on) != 2]
     pairs = [blocks.count + i for i, g in enumerate(blocks.generics) if len(g.curves.depends_on) == 2]
     return [*first, *single, *pairs, *later]

@@ -18,10 +18,11 @@ from numpy.typing import NDArray
 
 from fastcal.diagnosis.blocks import Blocks
 from fastcal.diagnosis.fits import Fit
-from fastcal.diagnosis.problem import prepared_problem
+from fastcal.diagnosis.problem import core_entry, prepared_problem
 from fastcal.diagnosis.row_projections import Effect, Reading
 from fastcal.diagnosis.search import Search, State
-from fastcal.effects.entries import core_options
+from fastcal.effects.entries import build_effects, core_options, traits_of
+from fastcal.effects.traits import filled
 from fastcal.robot.robot import Spec
 
 if TYPE_CHECKING:
@@ -30,10 +31,7 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 
-_OWN = ("reduction_ratio", "gear_harmonic", "joint_profile")
-_LOAD = ("joint_compliance", "joint_compliance_nonlinear")
 _COLD = 1e-3  # of the largest change of temperature: with less nothing has grown
-_MOTION = ("base_drift", "base_step", "station_offset")
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +62,7 @@ class PartialResidual:
 
 def final_state(found: Diagnosis) -> State:
     """The state with everything that was found in it; joint profiles come after the search and are fitted once more."""
-    if not any(f.effect == "joint_profile" for f in found.effects):
+    if not any(traits_of(f.effect).role == "curve" for f in found.effects):
         return found.state
     problem = found.state.fit.problem
     again = prepared_problem(found.model, problem.data, problem.names, problem.noise, problem.threads)
@@ -113,46 +111,40 @@ def _entry(fit: Fit, finding: Finding) -> tuple[Spec, slice]:
 
 
 def _of_effect(effect: Effect, entry: Spec, blocks: Blocks) -> PartialResidual:
-    name, owner, fit = entry["effect"], entry["owner"], effect.fit
-    data, options = fit.problem.kept, core_options(entry)
-    joint, _, source = owner.partition("<-")
-    if name in _OWN:
-        on = f"q{joint.removeprefix('joint')}"
-    elif name == "coupling_ratio":
-        on = f"q{source.removeprefix('joint')}"
-    elif name in _LOAD or (name == "backlash" and entry.get("side") == "load"):
-        on = "torque"
-    elif name == "backlash":
-        on = joint.replace("joint", "approach")
-    elif name == "current_compliance":
-        on = f"{joint.replace('joint', 'current')}_a"
-    elif name == "thermal_offset":
-        on = "temperature_c"
-    elif name == "thermal_expansion" and data.temperature is not None:
-        h = data.temperature - float(options.get("t0", data.temperature.mean()))
+    """Read as the error of its joint, the growth of its link, a motion of base or target; else along itself."""
+    traits, owner, fit = traits_of(entry["effect"]), entry["owner"], effect.fit
+    data, on = fit.problem.kept, filled(traits.plotted_over, owner)
+    joint = owner.partition("<-")[0]
+    is_whole = data.position is not None
+    if traits.place == "joint" and on != "itself":
+        (core,) = build_effects([core_entry(entry)], fit.problem.start.model.robot)
+        on = "torque" if core.follows_loads and not core.data_columns else on  # a gap that the load closes
+        return _joint(effect, joint, blocks, (on,), [_variable(on, joint, fit)])
+    if traits.place == "link" and on == "temperature_c" and data.temperature is not None:
+        h = data.temperature - float(core_options(entry).get("t0", data.temperature.mean()))
         strain = np.where(np.abs(h) > _COLD * np.abs(h).max(), h, np.inf)
         reading = effect.along(effect.C[:, 0] / strain[effect.row])
-        return _result(effect, ("temperature_c",), [data.temperature], "growth", "1", reading)
-    elif name in _MOTION and data.position is not None:
-        return _moved(effect, name, options, data)
-    elif name == "tool_shift" and data.position is not None and data.mount is not None:
+        return _result(effect, (on,), [data.temperature], "growth", "1", reading)
+    if traits.place == "base" and on in ("time_s", "station") and is_whole:
+        return _result(effect, (on,), [_variable(on, owner, fit)], "motion", "m", effect.motion(_courses(entry, data)))
+    if traits.place == "tool" and on != "itself" and is_whole:
         reading = effect.in_frame(blocks.frames["tool"])
-        return _result(effect, ("mount",), [data.mount.astype(float)], "shift", "m", reading)
-    else:
-        reading = effect.along_itself()
-        x = np.zeros(len(data))
-        x[reading.kept] = reading.fitted[:, 0]
-        return _result(effect, ("itself",), [x], "displacement", "m", reading)
-    return _joint(effect, joint, blocks, (on,), [_variable(on, joint, fit)])
+        return _result(effect, (on,), [_variable(on, owner, fit)], "shift", "m", reading)
+    reading = effect.along_itself()
+    x = np.zeros(len(data))
+    x[reading.kept] = reading.fitted[:, 0]
+    return _result(effect, ("itself",), [x], "displacement", "m", reading)
 
 
-def _moved(effect: Effect, name: str, options: Spec, data: Dataset) -> PartialResidual:
-    if name == "station_offset" and data.station is not None:
-        groups = [(data.station == s).astype(float) for s in range(len(data.station_names))]
-        return _result(effect, ("station",), [data.station.astype(float)], "motion", "m", effect.motion(groups))
+def _courses(entry: Spec, data: Dataset) -> list[FloatArray]:
+    """(N,) each: over the rows, what a motion of the base follows: its stations, a step, or time as it goes on."""
+    options = core_options(entry)
+    if data.station is not None and traits_of(entry["effect"]).labels == "stations":
+        return [(data.station == s).astype(float) for s in range(len(data.station_names))]
     time = np.zeros(len(data)) if data.time is None else data.time
-    course = time - float(options.get("t0", time.mean())) if name == "base_drift" else time >= float(options["at"])
-    return _result(effect, ("time_s",), [time], "motion", "m", effect.motion([np.asarray(course, dtype=np.float64)]))
+    if "at" in options:
+        return [(time >= float(options["at"])).astype(float)]
+    return [np.asarray(time - float(options.get("t0", time.mean())), dtype=np.float64)]
 
 
 def _joint(
@@ -176,6 +168,9 @@ def _variable(name: str, owner: str, fit: Fit) -> FloatArray:
         return np.asarray(columns, dtype=np.float64)[:, int(of_joints[2]) - 1]
     if name in ("x", "y", "z"):
         return np.asarray(data.position, dtype=np.float64)[:, "xyz".index(name)]
+    labels = {"station": data.station, "mount": data.mount}.get(name)
+    if labels is not None:
+        return np.asarray(labels, dtype=np.float64)
     values = {"time_s": data.time, "temperature_c": data.temperature, "payload_kg": data.payload}[name]
     return np.asarray(values, dtype=np.float64)
 

@@ -18,13 +18,13 @@ from fastcal import _core
 from fastcal.calibration.evaluation import pose_groups
 from fastcal.diagnosis.library import ORDERS, Name, harmonics
 from fastcal.diagnosis.tails import p_values
+from fastcal.effects.entries import curve_of, effect_names, traits_of
 
 if TYPE_CHECKING:
     from fastcal.diagnosis.search import Search, State
 
 FloatArray = NDArray[np.float64]
 
-PERIODIC = ("gear_harmonic", "reduction_ratio")
 MOST_WAVES = 24
 HELD_OUT = 0.5  # share of the mean square of held-out rows that waves may leave to be the cause
 _HIGHEST = 40.0  # cycles a turn
@@ -35,11 +35,17 @@ _MARKEDLY = 6.0
 _FOLDS = 5
 
 
+def is_periodic(name: Name) -> bool:
+    """Is it a piece of what a curve over the joint's position would do as a whole: a wave, a slope?"""
+    return name.effect in traits_of(curve_of("joint")).generalizes
+
+
 def scan(state: State) -> list[Name]:
     """Waves of orders beyond the library's that are significant at a fit, the highest peaks of each revolute joint."""
     problem = state.fit.problem
     A, r, row = state.fit.whitened
     measured = row >= 0
+    waves_of_a_joint = [effect for effect in effect_names() if traits_of(effect).is_wave]
     found: list[Name] = []
     for joint, kind in enumerate(problem.start.robot.joint_types):
         q = problem.kept.q[:, joint]
@@ -56,7 +62,9 @@ def scan(state: State) -> list[Name]:
         trials = len(orders) * problem.start.robot.joint_count / 2
         peaks = _peaks(orders, np.asarray(scores.statistic), np.asarray(scores.rank), problem.noise.freedom, trials)
         new = [order for order in peaks if order not in ORDERS]
-        found += harmonics(f"joint{joint + 1}", problem.start.robot, problem.kept, new)
+        for effect in waves_of_a_joint:
+            bare = {"effect": effect, "owner": f"joint{joint + 1}"}
+            found += harmonics(bare, problem.start.robot, problem.kept, new)
     there = {repr(name) for name in problem.names}
     return [name for name in found if repr(name) not in there]
 
@@ -87,7 +95,7 @@ def waves(search: Search) -> State | None:
     rows that were held out must be predicted by the waves.
     """
     start = search.start
-    periodic = [i for i, name in enumerate(start.blocks.names) if name.effect in PERIODIC]
+    periodic = [i for i, name in enumerate(start.blocks.names) if is_periodic(name)]
     first = forward(start, list(range(start.blocks.count)), search.most + 1)
     if len(first) <= search.most or not set(first) <= set(periodic):
         return None

@@ -18,6 +18,7 @@ from fastcal.diagnosis.library import Name, Untestable, build_library, parse_exc
 from fastcal.diagnosis.problem import Noise, prepared_problem
 from fastcal.diagnosis.result import Smallest
 from fastcal.diagnosis.search import Search, State
+from fastcal.effects.traits import filled
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot
@@ -125,8 +126,13 @@ def _candidates(robot: Robot, data: Dataset, causes: Sequence[Name]) -> Candidat
     q = low + (q - limits[:, 0]) / (limits[:, 1] - limits[:, 0]) * (high - low)
     levels = np.unique(data.payload)
     payloads = levels[np.unique(np.linspace(0, len(levels) - 1, _PAYLOADS).round().astype(int))]
-    approached = [int(c.owner.removeprefix("joint")) - 1 for c in causes if c.effect == "backlash"]
-    return with_conditions(q, [float(p) for p in payloads], approached, _CANDIDATES, _SEED)
+    return with_conditions(q, [float(p) for p in payloads], approached_joints(causes), _CANDIDATES, _SEED)
+
+
+def approached_joints(causes: Sequence[Name]) -> list[int]:
+    """Joints, from 0, for whose direction of approach one of the causes asks."""
+    on = [filled(variable, cause.owner) for cause in causes for variable in cause.traits.depends_on]
+    return [int(name.removeprefix("approach")) - 1 for name in on if name.startswith("approach")]
 
 
 def _sentence(chosen: Candidates, before: float, after: float, causes: Sequence[Name]) -> str:

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from fastcal import _core
 from fastcal.calibration.calibrate import Prepared, measurements, prepare
-from fastcal.diagnosis.library import LOADED, NUISANCES, Name, without_masses
-from fastcal.effects.entries import build_effects, effect_owners
+from fastcal.diagnosis.library import Name, without_masses
+from fastcal.effects.entries import build_effects, effect_names, effect_owners, traits_of
 from fastcal.measurements.conditions import build_samples, condition_columns
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot, Spec
@@ -130,25 +130,28 @@ def with_nuisances(entries: Sequence[Spec], robot: Robot) -> list[Spec]:
 
     Where the robot has no masses, a joint that yields under a payload yields under the arm's unknown weight as well.
     """
-    loaded = any(entry["effect"] in LOADED or entry.get("side") == "load" for entry in entries)
+    effects = build_effects([core_entry(entry) for entry in entries], robot.core)
     there = {(entry["effect"], entry["owner"]) for entry in entries}
     out = list(entries)
-    if loaded:
-        out += [
-            {"effect": effect, "owner": owner, "prior": "yes"}
-            for effect in NUISANCES
-            for owner in effect_owners(effect, robot.core)
-            if (effect, owner) not in there and _has_mass(robot, owner)
-        ]
-    if loaded and without_masses(robot):
-        out += [
-            {"effect": "gravity_sag", "owner": owner, "prior": "yes"}
-            for owner in dict.fromkeys(e["owner"] for e in entries if e["effect"].startswith("joint_compliance"))
-            if ("gravity_sag", owner) not in there
-        ]
-    return out
+    if not any(effect.follows_loads for effect in effects):
+        return out
+    traits = {name: traits_of(name) for name in effect_names()}
+    nuisances = [
+        (effect, owner)
+        for effect in traits
+        if traits[effect].role == "nuisance"
+        for owner in effect_owners(effect, robot.core)
+        if _has_mass(robot, owner)
+    ]
+    if without_masses(robot):
+        yielding = dict.fromkeys(e["owner"] for e in entries if traits[e["effect"]].depends_on == ("torque",))
+        nuisances += [(effect, owner) for effect in traits if traits[effect].without_masses for owner in yielding]
+    return out + [{"effect": e, "owner": o, "prior": "yes"} for e, o in nuisances if (e, o) not in there]
 
 
 def _has_mass(robot: Robot, owner: str) -> bool:
+    """Is the mass of a link known? Of what is no link nobody asks."""
+    if not owner.startswith("link"):
+        return True
     link = robot.spec["joints"][int(owner.removeprefix("link")) - 1].get("link") or {}
     return float(link.get("mass_kg", 0.0)) > 0

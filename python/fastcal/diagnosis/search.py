@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +20,7 @@ from numpy.typing import NDArray
 from fastcal.calibration.change_point import find_step
 from fastcal.diagnosis.blocks import Blocks, blocks
 from fastcal.diagnosis.fits import Fit, fit
-from fastcal.diagnosis.library import RICHER, Key, Name, without_masses
+from fastcal.diagnosis.library import Key, Name, without_masses
 from fastcal.diagnosis.periodic import waves
 from fastcal.diagnosis.problem import Problem
 from fastcal.diagnosis.tails import p_values
@@ -134,7 +135,7 @@ class Search:
         # Far in the tail, tests that look alike rarely pass together: their effective number there is nearer to their
         # count than to what the middle of the law of the smallest p says.
         rank = np.asarray(tests.scores.rank)
-        causes = {(*n.key, n.entry.get("order")) for n, r in zip(first.blocks.names, rank, strict=False) if r > 0}
+        causes = {n.cause for n, r in zip(first.blocks.names, rank, strict=False) if r > 0}
         family = Family(
             max(tests.effective_tests(list(range(count)), _DRAWS, 0), float(len(causes))),
             max(tests.effective_tests(list(range(count, total)), _DRAWS, 0), float(np.sum(rank[count:] > 0))),
@@ -180,37 +181,35 @@ class Search:
         worth = state.blocks.worth(gain, rank, np.arange(len(gain)))
         order = np.argsort(-worth, kind="stable")
         out: list[tuple[Name, ...]] = []
-        keys: set[Key] = set()
+        causes: set[tuple[Any, ...]] = set()
         best_of: dict[Key, float] = {}
         for name, value in zip(state.blocks.names, worth, strict=True):
             best_of[name.key] = max(best_of.get(name.key, -np.inf), float(value))
         for i in order:
             name = state.blocks.names[i]
-            if any(
-                worth[i] < best_of.get((simple, name.owner), -np.inf) + ODDS for simple in RICHER.get(name.effect, ())
-            ):
+            if any(worth[i] < best_of.get((simple, name.owner), -np.inf) + ODDS for simple in name.traits.generalizes):
                 continue  # the simpler name does as well
             if len(out) >= count:
                 break
             if p[i] > NAMED / state.family.named:
                 break
-            if name.key in keys and name.effect != "gear_harmonic":
+            if name.cause in causes:
                 continue
-            keys.add(name.key)
-            simpler = RICHER.get(name.effect, ())
+            causes.add(name.cause)
+            simpler = name.traits.generalizes
             kept = tuple(n for n in state.names if not (n.owner == name.owner and n.effect in simpler))
             out.append((*kept, self._refined(name, state)))
             if without_masses(self.problem.start.robot):
                 # The score of a compliance lacks the sag that comes with it, which a richer one can feign.
                 simple = [n for n in state.blocks.names if n.owner == name.owner and n.effect in simpler]
-                out += [(*kept, n) for n in simple if n.key not in keys]
-                keys.update(n.key for n in simple)
+                out += [(*kept, n) for n in simple if n.cause not in causes]
+                causes.update(n.cause for n in simple)
         return out
 
     def _refined(self, name: Name, state: State) -> Name:
         """A step at the moment of all between two rows that explains most; other names as they are."""
         data = self.problem.kept
-        if name.effect != "base_step" or data.time is None:
+        if "at_s" not in name.entry or data.time is None:
             return name
         A, r, row = state.fit.whitened
         measured = row >= 0
@@ -261,7 +260,7 @@ class Search:
             name = base.blocks.names[i]
             if statistic[i] < enough or rank[i] == 0 or tried >= 2 * TRIES:
                 break
-            if name.key in keys or (member.effect in RICHER.get(name.effect, ()) and name.owner == member.owner):
+            if name.key in keys or (member.effect in name.traits.generalizes and name.owner == member.owner):
                 continue
             keys.add(name.key)
             tried += 1
@@ -273,5 +272,5 @@ class Search:
         return [
             state
             for name, state in found
-            if not any((simpler, name.owner) in simple for simpler in RICHER.get(name.effect, ()))
+            if not any((simpler, name.owner) in simple for simpler in name.traits.generalizes)
         ]

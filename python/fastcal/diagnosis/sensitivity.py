@@ -24,10 +24,6 @@ POWER = 0.8
 SHOWN = 12  # names in the ranking, and of them in the confusion map
 MAPPED = 8
 _ABSORBED = 1e-6  # times the noise, of a parameter's plausible size: less is rounding
-_FINER = (
-    "joint_compliance_nonlinear",
-    "base_step",
-)  # of which no smallest size is told: it depends on corner or moment
 
 
 def untestable(search: Search, library: Library) -> list[Untestable]:
@@ -36,7 +32,10 @@ def untestable(search: Search, library: Library) -> list[Untestable]:
     rank = np.asarray(found.tests.scores.rank)[: found.count]
     alive = {name.key for name, r in zip(found.names, rank, strict=True) if r > 0}
     dead = dict.fromkeys(name.key for name in found.names if name.key not in alive)
-    return [*library.untestable, *(Untestable(effect, owner, needs(effect, owner)) for effect, owner in dead)]
+    return [
+        *library.untestable,
+        *(Untestable(effect, owner, needs(effect, owner, columns=False)) for effect, owner in dead),
+    ]
 
 
 def smallest(state: State) -> list[Smallest]:
@@ -52,7 +51,7 @@ def smallest(state: State) -> list[Smallest]:
     core = state.fit.problem.start.model.robot
     told: dict[Key, int] = {}
     for i, name in enumerate(found.names):
-        if rank[i] > 0 and name.effect not in _FINER:
+        if rank[i] > 0 and not name.is_start:  # the size of those depends on corner or moment
             told.setdefault(name.key, i)
     columns = [int(c) for i in told.values() for c in range(first[i], first[i + 1])]
     roots = dict(zip(columns, found.tests.detectable(columns, _limits(state), POWER), strict=True))
@@ -79,7 +78,7 @@ def _limits(state: State) -> FloatArray:
 
 def _sizes(name: Name, length: FloatArray, root: FloatArray, core: _core.RobotModel) -> Iterable[tuple[str, float]]:
     """Parameter and size, of those that the fit does not absorb."""
-    if name.effect == "gear_harmonic":  # of any phase
+    if name.traits.is_wave:  # of any phase
         yield f"amplitude_rad of {name.variant or 'the wave'}", float(np.mean(root) / np.sqrt(np.mean(length**2)))
         return
     (effect,) = build_effects([name.entry], core)

@@ -11,6 +11,7 @@ from fastcal.diagnosis.problem import prepared_problem
 from fastcal.diagnosis.result import AdaptedModel, Unexplained
 from fastcal.diagnosis.search import GENERIC, Search, State
 from fastcal.diagnosis.tails import p_values
+from fastcal.effects.entries import curve_of
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot, Spec
 
@@ -45,7 +46,7 @@ def curved_joints(best: State) -> list[Spec]:
     owners = sorted(
         (found.generics[i - found.count].owner for i in chosen), key=lambda owner: int(owner.removeprefix("joint"))
     )
-    return [{"effect": "joint_profile", "owner": owner} for owner in owners]
+    return [{"effect": curve_of("joint"), "owner": owner} for owner in owners]
 
 
 def profiles_suffice(before: AdaptedModel, after: AdaptedModel) -> bool:
@@ -85,7 +86,7 @@ def profile_curve(model: Robot, owner: str, q: FloatArray) -> FloatArray:
     """Joint error [rad or m] of a model's profile at positions q (k,): of a robot that has this one joint alone."""
     joint = int(owner.removeprefix("joint")) - 1
     kind = model.joint_types[joint]
-    (entry,) = (e for e in model.spec["effects"] if (e["effect"], e["owner"]) == ("joint_profile", owner))
+    (entry,) = (e for e in model.spec["effects"] if (e["effect"], e["owner"]) == (curve_of("joint"), owner))
     unit = "deg" if kind == "revolute" else "mm"
     bare = {"type": kind, "theta_deg": 0.0, "d_mm": 0.0, "a_mm": 0.0, "alpha_deg": 0.0, "beta_deg": 0.0}
     limits = {key: model.spec["joints"][joint][key] for key in (f"min_{unit}", f"max_{unit}")}

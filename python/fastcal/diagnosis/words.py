@@ -6,39 +6,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from fastcal.effects.entries import traits_of
+
 if TYPE_CHECKING:
     from fastcal.diagnosis.result import Diagnosis, Finding, Unexplained
-
-EFFECTS = {
-    "backlash": "backlash (lost motion)",
-    "base_drift": "a drift of the base or the instrument in time",
-    "base_step": "a step of the base or the instrument",
-    "beam_gravity": "sag of its structure under gravity",
-    "bearing_tilt": "a bearing that tilts under load",
-    "compensator_spring": "a gravity compensator that is stiffer or softer than the file says",
-    "coupling_ratio": "a wrong coupling ratio",
-    "current_compliance": "compliance that follows the motor current",
-    "gear_harmonic": "a periodic gear or encoder error",
-    "joint_compliance": "compliance (it gives under load)",
-    "joint_compliance_nonlinear": "compliance that changes with the load",
-    "joint_profile": "a position error of a shape without a name",
-    "link_bending": "a link that bends",
-    "link_torsion": "a link that twists",
-    "measurement_scale": "a wrong scale of the instrument",
-    "payload_com": "a wrong payload centre",
-    "payload_mass": "a wrong payload mass",
-    "reduction_ratio": "a wrong reduction ratio",
-    "station_offset": "an offset between stations of the instrument",
-    "thermal_expansion": "thermal growth",
-    "thermal_offset": "a thermal drift of its zero",
-    "tool_shift": "a shift of the target between its mounts",
-    "friction": "friction that grows with its load",
-    "gravity_sag": "sag under the arm's own weight",
-    "settling": "settling after its last move",
-    "tracker_range": "an error of the lengths that it measures",
-    "tracker_angle": "eccentric angle circles",
-    "surrogate": "an error without a name",
-}
 
 _PLACES = {"workspace": "in the workspace", "base": "at the base or the instrument", "tool": "at the tool"}
 _VARIABLES = {"torque": "its load", "time_s": "time", "temperature_c": "temperature", "payload_kg": "the payload"}
@@ -56,7 +27,7 @@ def owner_in_words(owner: str) -> str:
 
 def cause_in_words(effect: str, owner: str) -> str:
     """A name as a person says it: "joint 4: backlash (lost motion)"."""
-    return f"{owner_in_words(owner)}: {EFFECTS.get(effect, effect.replace('_', ' '))}"
+    return f"{owner_in_words(owner)}: {traits_of(effect).phrase}"
 
 
 def sentence_of(found: Diagnosis) -> str:
@@ -69,11 +40,11 @@ def _causes(found: Diagnosis) -> str:
         if found.unexplained:
             return "Something is missing in the model, and no effect of the library explains it."
         return f"Nothing is missing that these data could show above their noise of {found.sigma_mm:.3f} mm."
-    waves = [f for f in found.effects if f.effect == "gear_harmonic"]
+    waves = [f for f in found.effects if traits_of(f.effect).is_wave]
     many = len(waves) > _FEW
     sentences = [_many_waves(waves)] if many else []
-    sentences += [_cause(f) for f in found.effects if f.effect != "joint_profile" and not (many and f in waves)]
-    curves = [owner_in_words(f.owner) for f in found.effects if f.effect == "joint_profile"]
+    sentences += [_cause(f) for f in found.effects if traits_of(f.effect).role != "curve" and not (many and f in waves)]
+    curves = [owner_in_words(f.owner) for f in found.effects if traits_of(f.effect).role == "curve"]
     if curves:
         first, *others = curves
         told = ", ".join([first[0].upper() + first[1:], *others])

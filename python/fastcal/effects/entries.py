@@ -10,10 +10,12 @@ the end of their name (`t0_c`, `at_s`, `low_rad`) and reach the core in SI witho
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from functools import cache
 from typing import Any
 
 from fastcal import _core
 from fastcal.effects import registered
+from fastcal.effects.traits import Place, Traits
 from fastcal.errors import InvalidInput
 from fastcal.units import from_si, parse_name, to_si
 
@@ -22,18 +24,6 @@ Spec = dict[str, Any]
 _GEOMETRY_UNITS = {"m": "mm", "rad": "deg"}  # what a table of a robot is written in
 _EFFECT_UNITS = {"m": "mm", "m_s": "mm_s"}  # an effect's angles stay in radian, as its compliances are
 
-LABELS = {
-    "station_offset": "stations",
-    "tool_shift": "mounts",
-    "tracker_range": "stations",
-    "tracker_angle": "stations",
-}  # options that list labels: the core is told how many
-AMONG_PARAMETERS = {
-    "gear_harmonic": ("order",),
-    "base_step": ("at_s",),
-    "thermal_expansion": ("lag_s",),
-    "thermal_offset": ("lag_s",),
-}  # options that a file lists with the parameters
 LAGGED = "temperature behind a lag of "  # begins the column of a filtered temperature; its lag [s] follows
 MOVE = "last move of joint "  # begins the column of a joint's last moves; its number follows
 _OF_CALIBRATION = ("curvature", "prior", "spread")  # options that the core does not read
@@ -50,15 +40,38 @@ def effect_names() -> list[str]:
     return sorted([*_core.effect_names(), *registered.names()])
 
 
+def traits_of(name: str) -> Traits:
+    """What an effect tells about itself; InvalidInput where the name is not known."""
+    known = registered.find(name)
+    return known.traits if known is not None else _core_traits(_known(name))
+
+
+@cache
+def _core_traits(name: str) -> Traits:
+    return Traits(**_core.effect_traits(name))
+
+
+def curve_of(place: Place) -> str:
+    """The effect of the core that stands for a shape without a cause: of a "joint" or of any "frame"."""
+    return next(
+        name for name in _core.effect_names() if (_core_traits(name).role, _core_traits(name).place) == ("curve", place)
+    )
+
+
 def effect_owners(name: str, core: _core.RobotModel) -> list[str]:
     """All owners that a robot has for an effect; InvalidInput where the name is not known."""
     known = registered.find(name)
     if known is not None:
         return known.owners_of(core)
+    return list(_core.effect_owners(_known(name), core))
+
+
+def _known(name: str) -> str:
+    """The name of an effect of the core; InvalidInput where it is none."""
     if name not in _core.effect_names():
         there = f"geometry, {', '.join(effect_names())}"
         raise InvalidInput(f"no effect is called '{name}'; there are {there} (those written in Python once registered)")
-    return list(_core.effect_owners(name, core))
+    return name
 
 
 def edge_unit(parameter: _core.Parameter, *, geometry: bool) -> str:
@@ -105,7 +118,7 @@ def options_of(entry: Spec) -> Spec:
     """The options of an entry as they are written, those that stand among the parameters too."""
     options = {key: value for key, value in entry.items() if key not in ("effect", "owner", "parameters")}
     given = entry.get("parameters") or {}
-    for key in AMONG_PARAMETERS.get(entry["effect"], ()):
+    for key in traits_of(entry["effect"]).among_parameters:
         if key in given:
             options[key] = given[key]["value"] if isinstance(given[key], dict) else given[key]
     return options
@@ -114,10 +127,11 @@ def options_of(entry: Spec) -> Spec:
 def core_options(entry: Spec) -> Spec:
     """The options as the core takes them: SI, units dropped, labels counted."""
     out: Spec = {}
+    labels = traits_of(entry["effect"]).labels
     for key, value in options_of(entry).items():
         if key in _OF_CALIBRATION:
             continue
-        if key == LABELS.get(entry["effect"]):
+        if key == labels:
             out["count"] = float(len(value))
             continue
         name, unit = parse_name(key)
@@ -156,7 +170,7 @@ def own_columns(entry: Spec) -> list[str]:
     """The user's own column that an entry names, or what follows from several rows: a filtered temperature, moves."""
     if "column" in entry:
         return [str(entry["column"])]
-    if entry["effect"] == "settling":
+    if "move{n}" in traits_of(entry["effect"]).depends_on:
         return [f"{MOVE}{entry['owner'].removeprefix('joint')}"]
     if "inputs" in entry:
         words = str(entry["inputs"]).split()
@@ -174,7 +188,7 @@ def _by_index(inputs: str, columns: Sequence[str]) -> str:
 
 def lag_of(entry: Spec) -> float:
     """[s] The lag of a thermal effect; 0 where it has none."""
-    return float(options_of(entry).get("lag_s", 0.0)) if "lag_s" in AMONG_PARAMETERS.get(entry["effect"], ()) else 0.0
+    return float(options_of(entry).get("lag_s", 0.0)) if "lag_s" in traits_of(entry["effect"]).among_parameters else 0.0
 
 
 def parse_effects(text: str | Sequence[str], core: _core.RobotModel) -> tuple[bool, list[Spec]]:

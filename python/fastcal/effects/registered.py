@@ -9,11 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fastcal import _core
+from fastcal.effects.traits import Place, Reference, Role, Traits
 from fastcal.errors import InvalidInput
 from fastcal.units import UNITS
 
@@ -38,6 +40,8 @@ class States:
         approach: (N, n) +1, -1, or 0 where unknown.
         current: (N, n) [A].
         extra: The user's own columns that the effect asked for, by name, each (N,).
+        load: (N, frames, 6) force and moment [N, N m] that all beyond a frame puts on it, in the frame's axes, of the
+            robot without effects in the commanded posture; only for an effect with `follows_loads`.
     """
 
     owner: str
@@ -52,6 +56,16 @@ class States:
     approach: FloatArray | None = None
     current: FloatArray | None = None
     extra: Mapping[str, FloatArray] = field(default_factory=dict)
+    load: FloatArray | None = None
+
+    def load_on(self, frame: str) -> FloatArray:
+        """(N, 6) `load` of a frame by its name, "base", "joint3", "link3" or "tool"."""
+        if self.load is None:
+            raise InvalidInput(f"the load on {frame} is asked for by an effect that was not registered to follow loads")
+        names = [self.robot.frame_name(k) for k in range(self.load.shape[1])]
+        if frame not in names:
+            raise InvalidInput(f"no frame is called '{frame}'; there are {', '.join(names)}")
+        return self.load[:, names.index(frame)]
 
 
 @dataclass(frozen=True)
@@ -65,6 +79,8 @@ class RegisteredEffect:
     frames: tuple[str, ...] | None
     columns: tuple[str, ...]
     extra: tuple[str, ...]
+    follows_loads: bool
+    traits: Traits
 
     def owners_of(self, core: _core.RobotModel) -> list[str]:
         """All owners that a robot has for it."""
@@ -84,7 +100,9 @@ class RegisteredEffect:
         if owner not in owners:
             there = ", ".join(owners) or "none"
             raise InvalidInput(f"{self.name} has no owner '{owner}' on this robot; there are {there}")
-        return _core.tabulated_effect(core, owner, list(self.parameters), list(self.frames_of(owner)), first)
+        return _core.tabulated_effect(
+            core, owner, list(self.parameters), list(self.frames_of(owner)), first, self.follows_loads
+        )
 
     def table(self, states: States) -> FloatArray:
         """(N, width) in the core's order: frame, parameter, six numbers."""
@@ -114,6 +132,19 @@ def register_effect(
     frames: Sequence[str] | None = None,
     columns: Sequence[str] = (),
     extra: Sequence[str] = (),
+    phrase: str = "",
+    role: Role = "cause",
+    place: Place | None = None,
+    depends_on: Sequence[str] = (),
+    needs_data: str = "",
+    shown_by: str = "",
+    generalizes: Sequence[str] = (),
+    contrast: Sequence[str] = (),
+    refers_to: Reference = "rows",
+    of_the_measurement: bool = False,
+    plotted_over: str = "itself",
+    number: str = "",
+    follows_loads: bool = False,
 ) -> None:
     """Makes an effect of one's own known by name, to be used as those that come with fastcal.
 
@@ -129,6 +160,20 @@ def register_effect(
             several, the basis is (N, frames, 6, parameters).
         columns: Fields of `States` that the data must have.
         extra: The user's own columns that the data must have.
+        phrase: What a person understands, "a cable that pulls"; the name in words where not given.
+        role: "cause", "nuisance", "load modifier" or "curve", as `fastcal.effects.traits.Traits` says.
+        place: Where it acts; where not given, what the owners are called, else "frame".
+        depends_on: Variables, such as "q{n}", "load" or "temperature_c".
+        needs_data: What the data must hold; where not given, the columns.
+        shown_by: The poses that would show it; where not given, other loads or a longer way of the owner.
+        generalizes: Effects of the same owners that it holds as special cases.
+        contrast: Two of its parameters, equal where it is no more than such a special case.
+        refers_to: What the numbers refer to; "rows", the frames of this kind of kinematics, is what any basis may do.
+        of_the_measurement: Is it the instrument's or the set-up's? Compensation leaves it out.
+        plotted_over: The variable of its partial residual in a report; "itself": its own size in each pose.
+        number: What its parameter is where that has no name; where not given, its line of text.
+        follows_loads: Does it yield to loads? Then `States.load` is given, errors of masses are carried beside it, and
+            it is proved at the signal that effects of loads take.
 
     Raises:
         InvalidInput: The name is taken by the core, or a parameter can't be meant.
@@ -140,9 +185,37 @@ def register_effect(
     for parameter in parameters:
         if len(parameter) != 4 or parameter[1] not in UNITS or not parameter[2] > 0:
             raise InvalidInput(f"a parameter of {name} must be (name, known unit, size above 0, text), got {parameter}")
-    _effects[name] = RegisteredEffect(
-        name, owners, tuple(parameters), basis, tuple(frames) if frames else None, tuple(columns), tuple(extra)
+    traits = Traits(
+        phrase=phrase or name.replace("_", " "),
+        role=role,
+        place=place or _place_of(owners),
+        depends_on=tuple(depends_on),
+        needs_data=needs_data or " and ".join((*columns, *extra)),
+        shown_by=shown_by or (_core.SHOWN_BY_LOADS if follows_loads else _core.SHOWN_BY_MOTION),
+        generalizes=tuple(generalizes),
+        contrast=tuple(contrast),
+        refers_to=refers_to,
+        of_the_measurement=of_the_measurement,
+        plotted_over=plotted_over,
+        number=number or parameters[0][3],
     )
+    _effects[name] = RegisteredEffect(
+        name,
+        owners,
+        tuple(parameters),
+        basis,
+        tuple(frames) if frames else None,
+        tuple(columns),
+        tuple(extra),
+        follows_loads,
+        traits,
+    )
+
+
+def _place_of(owners: Sequence[str] | Callable[[_core.RobotModel], Sequence[str]]) -> Place:
+    """What all owners are called without their numbers, where that is a place."""
+    kinds = set() if callable(owners) else {owner.rstrip("0123456789") for owner in owners}
+    return next((place for place in get_args(Place) if kinds == {place}), "frame")
 
 
 def find(name: str) -> RegisteredEffect | None:

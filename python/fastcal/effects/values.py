@@ -18,12 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
-from fastcal.effects.entries import AMONG_PARAMETERS, Spec, edge_name, edge_unit, label
+from fastcal.effects.entries import Spec, edge_name, edge_unit, label, traits_of
 from fastcal.errors import InvalidInput
 from fastcal.units import factor, from_si, to_si
 
 FloatArray = NDArray[np.float64]
-_HARMONIC = "gear_harmonic"
 _POLAR = ("amplitude_rad", "phase_rad")
 
 
@@ -38,7 +37,7 @@ class EdgeValue:
 
 def edge_values(entry: Spec, effect: _core.Effect, values: FloatArray) -> list[EdgeValue]:
     """An effect's parameters (p,) in SI as they stand in a file."""
-    if entry["effect"] == _HARMONIC:
+    if traits_of(entry["effect"]).is_wave:
         return [EdgeValue(name, "rad", float(value)) for name, value in zip(_POLAR, _polar(values), strict=True)]
     out = []
     for parameter, value in zip(effect.parameters, values, strict=True):
@@ -77,7 +76,7 @@ def polar_pairs(
     for entry, effect in zip(entries, effects, strict=True):
         indices = list(range(first, first + len(effect.parameters)))
         first += len(indices)
-        if entry["effect"] == _HARMONIC and theta[indices].any():
+        if traits_of(entry["effect"]).is_wave and theta[indices].any():
             order = effect.parameters[0].name.removeprefix("sine_")
             names = [name.replace("_rad", f"_{order}_rad") for name in _POLAR]
             out.append(PolarPair(indices, names, _polar(theta[indices]), _polar_slope(theta[indices])))
@@ -101,9 +100,9 @@ def _polar_slope(pair: FloatArray) -> FloatArray:
 def parameter_values(entry: Spec, effect: _core.Effect) -> list[float]:
     """SI values of an effect's parameters, in the core's order; 0 where the entry gives none."""
     given = {name: v["value"] if isinstance(v, dict) else v for name, v in (entry.get("parameters") or {}).items()}
-    for option in AMONG_PARAMETERS.get(entry["effect"], ()):
+    for option in traits_of(entry["effect"]).among_parameters:
         given.pop(option, None)
-    if entry["effect"] == _HARMONIC:
+    if traits_of(entry["effect"]).is_wave:
         _refuse_unknown(entry, given, list(_POLAR))
         amplitude, phase = (float(given.get(name, 0.0)) for name in _POLAR)
         return [amplitude * math.cos(phase), amplitude * math.sin(phase)]
@@ -123,11 +122,11 @@ def written_parameters(entry: Spec, effect: _core.Effect, values: FloatArray, co
         covariance: (p, p) SI; NaN in rows and columns of parameters that were held.
     """
     out: Spec = {}
-    for option in AMONG_PARAMETERS.get(entry["effect"], ()):
+    for option in traits_of(entry["effect"]).among_parameters:
         given = (entry.get("parameters") or {}).get(option, entry.get(option))
         if given is not None:
             out[option] = given if isinstance(given, dict) else {"value": float(given), "std": 0.0}
-    if entry["effect"] == _HARMONIC:
+    if traits_of(entry["effect"]).is_wave:
         slope = _polar_slope(values)
         covariance = slope @ covariance @ slope.T
     spread = np.sqrt(np.diag(covariance))

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from fastcal import _core
 from fastcal.effects import registered
-from fastcal.effects.entries import LABELS, LAGGED, MOVE, Spec, extra_columns, label, options_of
+from fastcal.effects.entries import LAGGED, MOVE, Spec, extra_columns, label, options_of, traits_of
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.last_moves import directions
@@ -58,7 +58,7 @@ def build_samples(
     for name, values in labels.items():
         arrays[name] = np.unique(values, return_inverse=True)[1].astype(np.int32)
         for entry in entries:
-            if LABELS.get(entry["effect"]) == LABELLED[name] and LABELLED[name] in options_of(entry):
+            if traits_of(entry["effect"]).labels == LABELLED[name] and LABELLED[name] in options_of(entry):
                 arrays[name] = _numbers_of(values, entry, name)
     if columns := extra_columns(entries):
         arrays["extra"] = np.column_stack([_column(name, arrays, given.get("move"), extra, q) for name in columns])
@@ -164,7 +164,18 @@ def _table(
             continue
         columns = {name: arrays[name] for name in ("payload", *NUMBERS, *TABLES, *LABELLED) if name in arrays}
         states = registered.States(
-            owner=entry["owner"], robot=core, q=q, extra={name: extra[name] for name in own.extra}, **columns
+            owner=entry["owner"],
+            robot=core,
+            q=q,
+            extra={name: extra[name] for name in own.extra},
+            load=_rigid_loads(core, q, arrays) if own.follows_loads else None,
+            **columns,
         )
         parts.append(own.table(states))
     return np.hstack(parts) if parts else None
+
+
+def _rigid_loads(core: _core.RobotModel, q: FloatArray, arrays: Mapping[str, Any]) -> FloatArray:
+    """(N, frames, 6) loads on the frames of the robot without effects [N, N m]."""
+    rigid = _core.ErrorModel(core, [])
+    return np.asarray(rigid.loads(_core.Samples(q, **arrays), rigid.start, False, 1))

@@ -15,6 +15,7 @@ from fastcal.calibration.calibrate import calibrate
 from fastcal.correction.experts import BoostedTrees, Neighbours
 from fastcal.correction.inputs import Scaling
 from fastcal.correction.trees import Trees
+from fastcal.effects.entries import curve_of
 from fastcal.networks.options import Options
 from fastcal.networks.problem import Problem
 from fastcal.robot.robot import Robot, pose
@@ -87,7 +88,7 @@ def trees_of(boosted: Any) -> Trees:
 def with_profiles(robot: Robot, problem: Problem, own: IntArray, threads: int) -> Robot:
     """The model identified anew on some rows, with a profile of every joint besides what it has."""
     return calibrate(
-        robot, problem.data.select(own), effects="geometry,joint_profile", as_read=True, threads=threads
+        robot, problem.data.select(own), effects=f"geometry,{curve_of('joint')}", as_read=True, threads=threads
     ).model
 
 

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from fastcal.diagnosis.result import Diagnosis, Finding
+from fastcal.effects.entries import traits_of
 from fastcal.report.summaries import headline, outlier_lines, summary
 
 
@@ -35,6 +36,6 @@ def _finding_lines(finding: Finding) -> list[str]:
         f"{name} {v.value:.4g}" + ("" if v.std is None else f" +- {v.std:.2g}")
         for name, v in finding.parameters.items()
     )
-    tail = f", {values}" if finding.effect != "joint_profile" and values else ""
+    tail = f", {values}" if traits_of(finding.effect).role != "curve" and values else ""
     others = [f"     or {effect}@{owner}" for effect, owner in finding.equivalents]
     return [f"  {finding.grade}  {finding.label}{tail}", *others]

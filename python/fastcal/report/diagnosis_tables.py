@@ -8,8 +8,8 @@ import re
 from itertools import groupby
 from typing import TYPE_CHECKING
 
-from fastcal.diagnosis.words import EFFECTS, owner_in_words
-from fastcal.effects.entries import build_effects, edge_name
+from fastcal.diagnosis.words import owner_in_words
+from fastcal.effects.entries import build_effects, edge_name, traits_of
 from fastcal.report import shop
 from fastcal.report.diagnosis_words import reason_in_words, spoken_label
 from fastcal.report.formatting import fixed, percent
@@ -89,7 +89,7 @@ def _usual_sizes(found: Diagnosis) -> dict[tuple[str, str, str], float]:
             if parameter.sigma < float("inf"):
                 unit = shop.split_name(label)[1]
                 out[(*name.key, label)] = from_si(parameter.sigma, unit)
-                if name.effect == "gear_harmonic":
+                if name.traits.is_wave:
                     out[(*name.key, "amplitude_rad")] = parameter.sigma
     return out
 
@@ -106,7 +106,7 @@ def untestable_table(found: Diagnosis) -> Table | None:
         needs = f"the column {needs}" if re.fullmatch(r"\w+", needs) else needs
         groups.setdefault((item.effect, needs), []).append(item.owner)
     rows = [
-        [Cell(capitalised(EFFECTS.get(effect, effect.replace("_", " ")))), Cell(owners_text(owners)), Cell(needs)]
+        [Cell(capitalised(traits_of(effect).phrase)), Cell(owners_text(owners)), Cell(needs)]
         for (effect, needs), owners in groups.items()
     ]
     columns = [Column(title, numeric=False) for title in ("Cause", "Where", "It would show with")]

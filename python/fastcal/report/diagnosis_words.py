@@ -9,6 +9,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from fastcal.diagnosis.words import cause_in_words, owner_in_words
+from fastcal.effects.entries import traits_of
 from fastcal.report.formatting import count, percent, plural
 from fastcal.report.words import listed
 
@@ -110,7 +111,7 @@ def sureness(finding: Finding) -> list[str]:
 
 def next_steps(found: Diagnosis) -> list[str]:
     """What to do now, a sentence each."""
-    names = [cause_in_words(f.effect, f.owner) for f in found.effects if f.effect != "joint_profile"]
+    names = [cause_in_words(f.effect, f.owner) for f in found.effects if traits_of(f.effect).role != "curve"]
     if found.verdict == "none":
         return [
             "Nothing has to be added: model.yaml is the calibrated geometry.",

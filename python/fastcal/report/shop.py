@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fastcal.effects.entries import traits_of
 from fastcal.report.formatting import significant, with_uncertainty
 from fastcal.report.tables import unit_text
 from fastcal.units import UNITS, ShopUnit, factor, parse_name, shop_unit, unit_names
@@ -19,11 +20,6 @@ if TYPE_CHECKING:
 
 _MOST = 3  # numbers that are told one by one
 _NUMBERS = {"inverse_ei": "1/EI", "inverse_gj": "1/GJ", "extra": "mass", "error": "relative error"}
-_BARE = {  # parameters whose unit says it all
-    "bearing_tilt": "turn per moment",
-    "thermal_offset": "turn per kelvin",
-    "current_compliance": "turn per current",
-}
 _AXES = re.compile(r"(rate|step|shift|moment)_(r?)([xyz])")
 
 
@@ -39,7 +35,7 @@ def number_in_words(name: str) -> str:
 
 def kind_in_words(effect: str, name: str) -> str:
     """The same without the axis, for what is told of all axes at once."""
-    return re.sub(r" (along|about) [xyz]$", "", number_in_words(name)) or _BARE.get(effect, "size")
+    return re.sub(r" (along|about) [xyz]$", "", number_in_words(name)) or (traits_of(effect).number or "size")
 
 
 def split_name(name: str) -> tuple[str, str]:
@@ -85,7 +81,7 @@ def estimate_lines(effect: str, parameters: Mapping[str, NamedValue]) -> list[tu
     """(what, how much) of an identified effect, a line for each parameter."""
     lines = []
     for name, found in parameters.items():
-        what = number_in_words(split_name(name)[0]) or _BARE.get(effect, "size")
+        what = number_in_words(split_name(name)[0]) or (traits_of(effect).number or "size")
         if name == "order":
             lines.append(("cycles a turn", f"{found.value:g}"))
         elif name == "phase_rad":
@@ -94,7 +90,7 @@ def estimate_lines(effect: str, parameters: Mapping[str, NamedValue]) -> list[tu
             lines.append(("at", f"{found.value:.0f} s"))
         else:
             lines.append((what, value_text(name, found.value, found.std)))
-    compliance = parameters.get("compliance_rad_nm") if effect == "joint_compliance" else None
+    compliance = parameters.get("compliance_rad_nm")
     if compliance is not None and compliance.value > 0:
         minute = shop_unit("rad", 3e-4)
         stiffness = 1 / minute.of(compliance.value)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
-from fastcal.effects.entries import AMONG_PARAMETERS
+from fastcal.effects.entries import traits_of
 from fastcal.effects.values import written_parameters
 from fastcal.robot.robot import ROW_KEYS, Robot, Spec, pose, screw
 from fastcal.units import from_si
@@ -71,7 +71,7 @@ def identified(start: Robot, model: _core.ErrorModel, found: Solution) -> Spec:
     for entry, effect in zip(spec.get("effects") or [], start.effects, strict=True):
         part = slice(at, at + len(effect.parameters))
         written = written_parameters(entry, effect, theta[part], covariance[part, part])
-        for option in AMONG_PARAMETERS.get(entry["effect"], ()):
+        for option in traits_of(entry["effect"]).among_parameters:
             entry.pop(option, None)
         entry["parameters"] = written
         at = part.stop

@@ -166,7 +166,7 @@ TEST_P(EffectContract, TellsWhatAnyoneMayAsk) {
   EXPECT_TRUE(effect->data_columns().empty() || !traits.needs_data.empty());
   // Effects whose own motion is a load times a number say so twice: to the model by needs(), to people by depends_on.
   EXPECT_EQ(effect->follows_loads(), holds(traits.depends_on, "torque") || holds(traits.depends_on, "load"));
-  const std::vector<std::string> places{"joint", "link", "base", "tool", "payload", "instrument", "structure", ""};
+  const std::vector<std::string> places{"joint", "link", "base", "tool", "payload", "instrument", "structure", "", ""};
   const std::string& place = places[static_cast<std::size_t>(traits.place)];
   for (const std::string& owner : owners())
     EXPECT_TRUE(place.empty() || kind_of(owner) == place || owner == "robot") << owner;
@@ -180,7 +180,8 @@ TEST_P(EffectContract, TraitsNameWhatThereIs) {
   for (const std::string& simpler : traits.generalizes) EXPECT_TRUE(holds(effect_names(), simpler)) << simpler;
   EXPECT_TRUE(traits.contrast.empty() || (traits.contrast.size() == 2 && !traits.generalizes.empty()));
   for (const std::string& parameter : traits.contrast) EXPECT_TRUE(holds(names, parameter)) << parameter;
-  EXPECT_TRUE(traits.searched_parameter.empty() || holds(names, traits.searched_parameter));
+  EXPECT_TRUE(traits.searched.empty() || holds(names, traits.searched) ||
+              holds(traits.among_parameters, traits.searched));
   EXPECT_EQ(holds(names, ""), !traits.number.empty());
   EXPECT_TRUE(!traits.is_wave || names.size() == 2);
 }
@@ -231,14 +232,14 @@ TEST(EffectRegistry, HoldsTheseNames) {
   EXPECT_EQ(effect_names(), expected);
 }
 
-/// The diagnosis asks for the one curve of a joint and the one of a frame.
+/// The diagnosis asks for the curve of a joint and for that of a frame.
 TEST(EffectRegistry, HoldsOneCurveOfAPlace) {
   std::vector<Place> places;
   for (const std::string& name : effect_names()) {
     const Traits& traits = effect_entry(name).traits;
     if (traits.role == Role::kCurve) places.push_back(traits.place);
   }
-  EXPECT_EQ(places, (std::vector<Place>{Place::kJoint, Place::kFrame}));
+  EXPECT_EQ(places, (std::vector<Place>{Place::kJoint, Place::kFrame, Place::kAnywhere}));
 }
 
 TEST(EffectRegistry, AnUnknownNameIsRefusedWithTheKnownOnes) {

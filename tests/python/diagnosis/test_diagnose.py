@@ -15,6 +15,7 @@ from fastcal.diagnosis import Diagnosis, diagnose
 from fastcal.diagnosis.grading import Evidence, grade
 from fastcal.diagnosis.library import Name, build_library, harmonics, parse_exclusions
 from fastcal.diagnosis.noise import lone, repeats
+from fastcal.effects.entries import build_effects
 from fastcal.measurements.dataset import Dataset
 
 SIGMA = 4e-5  # [m]
@@ -122,11 +123,13 @@ def test_a_richer_cause_that_fits_no_worse_stays_in_the_set(gap: float) -> None:
 def test_of_what_follows_a_load_only_a_loud_name_is_sure() -> None:
     """Compliance, bending, torsion and tilt of neighbours look alike to 0.99: what is not known must show itself."""
 
-    def proof(snr: float) -> Evidence:
-        return Evidence(snr**2, 1, (0.5, 0.01), 1.0, (), is_richer_needed=True, is_plausible=True)
+    def proof(snr: float, effect: str) -> Evidence:
+        (core,) = build_effects([{"effect": effect, "owner": "joint3"}], arm().core)
+        plain = {"is_richer_needed": True, "is_plausible": True, "follows_loads": core.follows_loads}
+        return Evidence(snr**2, 1, (0.5, 0.01), 1.0, (), **plain)
 
     def graded(effect: str, snr: float) -> str:
-        return grade(proof(snr), Name({"effect": effect, "owner": "joint3"}), (), rest=False)[0]
+        return grade(proof(snr, effect), Name({"effect": effect, "owner": "joint3"}), (), rest=False)[0]
 
     assert [graded("backlash", snr) for snr in (12.0, 30.0)] == ["B", "A"]
     assert [graded("joint_compliance", snr) for snr in (12.0, 30.0, 60.0)] == ["B", "B", "A"]
@@ -136,7 +139,7 @@ def test_the_moment_of_a_step_and_the_order_of_a_wave_that_was_scanned_are_count
     library = build_library(arm(), rows([], time=np.arange(float(ROWS)))).names
     assert {name.effect for name in library if name.searched == 1} == {"base_step"}
     assert {"base_drift", "gear_harmonic", "backlash"} <= {name.effect for name in library if name.searched == 0}
-    (wave,) = harmonics("joint2", arm(), rows([]), [11.5])
+    (wave,) = harmonics({"effect": "gear_harmonic", "owner": "joint2"}, arm(), rows([]), [11.5])
     assert wave.searched == 1
 
 
