@@ -83,8 +83,7 @@ void bind_robot(py::module_& m) {
       .def_readonly("lower", &Parameter::lower, "what it can be at all")
       .def_readonly("upper", &Parameter::upper)
       .def_readonly("expected", &Parameter::expected, "where a prior holds it")
-      .def("__repr__",
-           [](const Parameter& p) { return "<Parameter " + p.label() + " [" + p.unit + "]>"; });
+      .def("__repr__", [](const Parameter& p) { return "<Parameter " + p.label() + " [" + p.unit + "]>"; });
 
   py::class_<Compensator>(m, "Compensator",
                           "A spring on a joint; anchor and arm [m] in the joint's frame at joint position 0.")

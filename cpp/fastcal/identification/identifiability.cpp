@@ -55,9 +55,7 @@ double hold_preference(const Parameter& parameter) {
 std::vector<std::string> describe_directions(const Gauge& gauge, const std::vector<Parameter>& parameters) {
   constexpr double kVisible = 0.02;  // of the largest part of the direction
   constexpr std::size_t kNamed = 5;
-  const auto name = [&](Eigen::Index k) {
-    return parameters[static_cast<std::size_t>(k)].label();
-  };
+  const auto name = [&](Eigen::Index k) { return parameters[static_cast<std::size_t>(k)].label(); };
   std::vector<std::string> out;
   for (Eigen::Index column = 0; column < gauge.directions.cols(); ++column) {
     const Eigen::VectorXd direction = gauge.directions.col(column);
