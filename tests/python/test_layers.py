@@ -202,9 +202,11 @@ def test_torch_is_imported_by_the_networks_alone() -> None:
 # Files of the package that name an effect: an example for a reader, a default that a caller may change, its own code.
 MAY_NAME = {
     "calibration/payload_pairs.py": {"joint_compliance"},
+    "calibration/setups.py": {"station_offset", "tool_shift"},
     "cli/demo.py": {"joint_compliance"},
     "cli/design.py": {"joint_compliance"},
     "design/planned.py": {"joint_compliance"},
+    "importers/templates.py": {"backlash"},
     "surrogate/adding.py": {"surrogate"},
     "surrogate/problem.py": {"surrogate"},
 }
@@ -230,8 +232,9 @@ def named_effects(path: Path) -> set[str]:
 
 
 def test_python_knows_effects_by_their_traits_alone() -> None:
-    found = {str(path.relative_to(PYTHON)): names for path in PYTHON.rglob("*.py") if (names := named_effects(path))}
-    assert found == MAY_NAME
+    found = {str(path.relative_to(PYTHON)): named_effects(path) for path in PYTHON.rglob("*.py")}
+    assert {file: names for file, names in found.items() if not names <= MAY_NAME.get(file, set())} == {}
+    assert found["cli/demo.py"]
 
 
 def test_the_fences_see_what_they_guard() -> None:
