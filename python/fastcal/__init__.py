@@ -7,8 +7,8 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from fastcal import late
 from fastcal._core import __version__
+from fastcal.display import late
 
 if TYPE_CHECKING:
     from fastcal.beams.frame import BeamFrame

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.display.shown import Shown
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.given import DataLike, RobotLike, as_data, as_robot
 from fastcal.robot.robot import Robot
-from fastcal.shown import Shown
 from fastcal.units import from_si
 
 FloatArray = NDArray[np.float64]

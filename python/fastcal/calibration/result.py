@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
-from fastcal import late
 from fastcal.calibration.evaluation import Evaluation
+from fastcal.display import late
+from fastcal.display.shown import Plotted
 from fastcal.robot.robot import Robot
-from fastcal.shown import Plotted
 from fastcal.units import from_si
 
 FloatArray = NDArray[np.float64]

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fastcal import late
 from fastcal.calibration.evaluation import Evaluation
 from fastcal.diagnosis.library import Untestable
+from fastcal.display import late
+from fastcal.display.shown import Plotted
 from fastcal.robot.robot import Robot
-from fastcal.shown import Plotted
 
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure

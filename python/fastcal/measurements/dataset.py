@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fastcal import late
+from fastcal.display import late
+from fastcal.display.shown import Shown
 from fastcal.errors import InvalidInput
 from fastcal.measurements.checks import BadRow, RobotFacts, check_values
 from fastcal.measurements.last_moves import last_moves
 from fastcal.measurements.splits import random_rows, region_rows
-from fastcal.shown import Shown
 
 if TYPE_CHECKING:
     import pandas as pd

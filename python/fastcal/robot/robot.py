@@ -16,8 +16,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fastcal import _core, late
+from fastcal import _core
 from fastcal.correction import Corrected, Correction, Inputs
+from fastcal.display import late
+from fastcal.display.shown import Shown
 from fastcal.effects.entries import build_effects, edge_name, full_name
 from fastcal.effects.values import parameter_values
 from fastcal.errors import InvalidInput
@@ -25,7 +27,6 @@ from fastcal.measurements.conditions import build_samples, condition_columns
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.calibration_record import CalibrationRecord
 from fastcal.robot.structure import build_structure, frame_names
-from fastcal.shown import Shown
 from fastcal.units import to_si
 
 FloatArray = NDArray[np.float64]

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from fastcal import late
+from fastcal.display import late
 
 if TYPE_CHECKING:
     import pandas as pd
