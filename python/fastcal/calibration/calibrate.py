@@ -4,23 +4,18 @@
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fastcal import _core
 from fastcal.calibration.alignment import align as align
-from fastcal.calibration.alignment import measurements as measurements
 from fastcal.calibration.critical_loads import with_critical_loads
 from fastcal.calibration.evaluation import evaluate
 from fastcal.calibration.extrapolation_notes import range_notes
 from fastcal.calibration.geometry_anchoring import pulls
 from fastcal.calibration.inspection import check_columns, check_fit
-from fastcal.calibration.options_from_data import with_origins
-from fastcal.calibration.parameter_limits import parameter_limits
 from fastcal.calibration.parameter_table import (
     anchor_places,
     correlated_pairs,
@@ -28,13 +23,14 @@ from fastcal.calibration.parameter_table import (
     parameter_table,
     sigma_note,
 )
+from fastcal.calibration.problem import prepare
 from fastcal.calibration.result import CalibrationResult as CalibrationResult
 from fastcal.calibration.result import IdentifiedParameter as IdentifiedParameter
 from fastcal.calibration.result import Unidentifiable as Unidentifiable
-from fastcal.calibration.setups import added_setups, with_setups
+from fastcal.calibration.setups import added_setups
 from fastcal.calibration.unset_options import with_open_effects_set
-from fastcal.effects.entries import extra_columns, full_name, parse_effects, without_repeats
-from fastcal.errors import InvalidInput, Undetermined
+from fastcal.effects.entries import extra_columns, full_name
+from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.calibration_record import CalibrationRecord, lower_root
 from fastcal.robot.controller_robot import nominal_record
@@ -48,61 +44,6 @@ Progress = Callable[[str], None]
 
 LOSSES = ("tukey", "huber", "cauchy", "none")
 METHODS = ("nls", "bfgs", "bfgs_mean_distance")
-
-
-class Prepared(NamedTuple):
-    """A robot with the effects asked for, and its model with base and tool fitted to the data."""
-
-    robot: Robot
-    model: _core.ErrorModel
-    samples: _core.Samples
-    measured: _core.Measurements
-    alignment: _core.Alignment
-    asked: list[int]
-
-
-def prepare(
-    robot: Robot,
-    data: Dataset,
-    *,
-    effects: str | Sequence[str],
-    parameters: Sequence[str] | None = None,
-    equilibrium: bool | None = None,
-    threads: int = 1,
-) -> Prepared:
-    """Adds effects, fits base and tool, and says which parameters of the model are asked for; arguments of `calibrate`.
-
-    Raises:
-        InvalidInput: An unknown effect or parameter, data without a measured column, or poses that fix no base.
-    """
-    geometry, added = parse_effects(effects, robot.core)
-    spec = copy.deepcopy(robot.spec)
-    spec.pop("correction", None)  # it was trained on what another identification left
-    spec["effects"] = without_repeats(
-        [with_origins(entry, robot, data) for entry in (spec.get("effects") or []) + added]
-    )
-    if equilibrium is not None:
-        spec["equilibrium"] = equilibrium
-    start = Robot(with_setups(spec, data))
-    samples, measured = start.samples(data), measurements(data)
-    alignment = _core.align(start.error_model, samples, measured, threads)
-    if not alignment.found:
-        raise Undetermined(f"{data.source}: {alignment.message}")
-    model = start.error_model.with_robot(start.core.with_base_and_tool(alignment.T_world_base, alignment.T_flange_tool))
-    placed = data.position is not None or data.rotation is not None
-    asked = asked_parameters(model, geometry or parameters is not None, turned=data.rotation is not None, placed=placed)
-    if parameters is not None:
-        names = parameter_names(model)
-        for name in parameters:
-            if name not in names:
-                raise InvalidInput(f"there is no parameter '{name}' to identify; there are {', '.join(names)}")
-        asked = [i for i in asked if names[i] in parameters or model.parameters[i].owner in ("base", "tool")]
-    return Prepared(start, model, samples, measured, alignment, asked)
-
-
-def parameter_names(model: _core.ErrorModel) -> list[str]:
-    """Names such as "joint2 a", in the order of the model."""
-    return [full_name(parameter) for parameter in model.parameters]
 
 
 def calibrate(
@@ -159,33 +100,22 @@ def calibrate(
     say("looking at the columns")
     suspected = check_columns(robot, data, as_read=as_read)
     say("aligning base and tool")
-    start, model, samples, measured, alignment, asked = prepare(
-        robot, data, effects=effects, parameters=parameters, equilibrium=equilibrium, threads=threads
+    problem = prepare(
+        robot, data, effects=effects, parameters=parameters, equilibrium=equilibrium, loss=loss, threads=threads
     )
-    names = parameter_names(model)
 
     say("identifying")
-    start = with_critical_loads(start, model, samples, measured, asked, alignment.anchors, loss=loss, threads=threads)
-    start = with_open_effects_set(
-        start, model, samples, measured, asked, alignment.anchors, data, loss=loss, threads=threads
-    )
-    model = start.error_model.with_robot(model.robot)
-    pulled = pulls(start, model, samples, measured, asked, alignment.anchors, loss=loss, threads=threads)
-    found = _core.identify(
-        model,
-        samples,
-        measured,
-        asked=asked,
-        anchors=alignment.anchors,
+    problem = with_open_effects_set(with_critical_loads(problem))
+    pulled = pulls(problem)
+    found = problem.identify(
         method=method,
-        loss=loss,
         max_iterations=max_iterations * (5 if pulled else 1),  # curves creep along what they share with geometry
-        threads=threads,
-        **parameter_limits(start, model, len(alignment.anchors), priors=priors),
+        **problem.limits(priors=priors),
         **pulled,
     )
 
     say("reporting")
+    start, model, alignment, names = problem.robot, problem.model, problem.alignment, problem.names
     aligned = Robot(with_frames(start.spec, alignment.T_world_base, alignment.T_flange_tool))
     identified_spec = identified(start, model, found)
     free_names = [full_name(found.parameters[i]) for i in found.free]
@@ -251,22 +181,4 @@ def _notes(model: Robot, data: Dataset) -> list[str]:
     sided = [column for effect in model.effects for column in effect.data_columns if column.startswith("approach")]
     if sided and data.approach is None:
         out.append("there is no approach column: the direction of each joint is that from the row before")
-    return out
-
-
-def asked_parameters(model: _core.ErrorModel, geometry: bool, *, turned: bool, placed: bool) -> list[int]:
-    """Base and tool always (as far as the kind of measurement can show them), geometry where asked, every effect."""
-    out = []
-    own = len(model.robot.parameters)
-    for i, parameter in enumerate(model.parameters):
-        if i >= own:
-            out.append(i)
-        elif parameter.owner == "base":
-            if placed:
-                out.append(i)
-        elif parameter.owner == "tool":
-            if turned or not parameter.name.startswith("r"):
-                out.append(i)
-        elif geometry:
-            out.append(i)
     return out

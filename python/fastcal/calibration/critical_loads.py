@@ -12,13 +12,12 @@ from __future__ import annotations
 import copy
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
-from fastcal.calibration.parameter_limits import parameter_limits
+from fastcal.calibration.problem import CalibrationProblem
 from fastcal.effects.entries import edge_name, value_at_edge
 from fastcal.robot.robot import Robot
 
@@ -48,48 +47,27 @@ class Corners:
         return np.quantile(self.loads, np.arange(1, len(self.indices) + 1) / (len(self.indices) + 1))
 
 
-def with_critical_loads(
-    robot: Robot,
-    model: _core.ErrorModel,
-    samples: _core.Samples,
-    measured: _core.Measurements,
-    asked: list[int],
-    anchors: FloatArray,
-    *,
-    loss: str,
-    threads: int = 1,
-) -> Robot:
-    """The robot with starting values for all critical loads that its file does not give; itself where there are none.
-
-    Args:
-        robot: With the effects to identify.
-        model: Its model with base and tool fitted to the data.
-        samples: Conditions of the rows.
-        measured: What was measured.
-        asked: Indices of the parameters to identify.
-        anchors: (anchors, 3) starting places.
-        loss: Robust loss.
-        threads: Cores to use.
-    """
-    corners = open_corners(robot, model, samples, threads)
+def with_critical_loads(problem: CalibrationProblem) -> CalibrationProblem:
+    """The problem with starting values for all critical loads that its robot's file does not give."""
+    model = problem.model
+    corners = open_corners(problem.robot, model, problem.samples, problem.threads)
     if not corners:
-        return robot
+        return problem
     theta = starting_values(model, corners)
-    bent = _core.ErrorModel(model.robot, robot.effects, theta[len(model.robot.parameters) :])
-    bent = bent.with_equilibrium(model.at_equilibrium)
-    moving = sorted(set(asked) - {i for own in corners for i in own.indices})
-    limits: dict[str, Any] = parameter_limits(robot, bent, len(anchors), priors=False)
-    found = _core.identify(bent, samples, measured, asked=moving, anchors=anchors, loss=loss, threads=threads, **limits)
+    bent = _core.ErrorModel(model.robot, problem.robot.effects, theta[len(model.robot.parameters) :])
+    fixed = {i for own in corners for i in own.indices}
+    started = problem.with_(model=bent.with_equilibrium(model.at_equilibrium), asked=sorted(set(problem.asked) - fixed))
+    found = started.identify()
     weights = np.sqrt(np.asarray(found.weights))
     free = list(found.free)
 
     def error(theta: FloatArray) -> float:
-        near = _core.linearize(bent, samples, measured, theta, found.common_noise, threads)
+        near = started.linearize(theta, found.common_noise)
         weight = weights[np.asarray(near.row)]
         return remaining(np.asarray(near.J)[:, free] * weight[:, None], np.asarray(near.r) * weight)
 
     theta = best_corners(corners, np.array(found.theta), error)
-    return with_values(robot, model, corners, theta)
+    return problem.with_(robot=with_values(problem.robot, model, corners, theta))
 
 
 def open_corners(robot: Robot, model: _core.ErrorModel, samples: _core.Samples, threads: int = 1) -> list[Corners]:

@@ -10,13 +10,11 @@ profiles: curves take what geometry can't. Where the data tell the two apart, th
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
-from fastcal.calibration.parameter_limits import parameter_limits
+from fastcal.calibration.problem import CalibrationProblem
 from fastcal.effects.entries import curve_of
 from fastcal.robot.robot import Robot
 
@@ -35,44 +33,18 @@ def pull_deviations(robot: Robot, model: _core.ErrorModel) -> FloatArray:
     return out
 
 
-def pulls(
-    robot: Robot,
-    model: _core.ErrorModel,
-    samples: _core.Samples,
-    measured: _core.Measurements,
-    asked: list[int],
-    anchors: FloatArray,
-    *,
-    loss: str,
-    threads: int = 1,
-) -> dict[str, FloatArray]:
-    """Keyword arguments of the core's `identify` that pull geometry to its fit without profiles; none without profiles.
+def pulls(problem: CalibrationProblem) -> dict[str, FloatArray]:
+    """Options of `problem.identify` that pull geometry to its fit without profiles; none without profiles.
 
-    Args:
-        robot: With the effects to identify, their origins and curvatures set.
-        model: Its model with base and tool fitted to the data.
-        samples: Conditions of the rows.
-        measured: What was measured.
-        asked: Indices of the parameters to identify.
-        anchors: (anchors, 3) starting places.
-        loss: Robust loss.
-        threads: Cores to use.
+    The effects' origins and curvatures are set.
     """
-    sigma = pull_deviations(robot, model)
-    if not np.isfinite(sigma[asked]).any():
+    sigma = pull_deviations(problem.robot, problem.model)
+    if not np.isfinite(sigma[problem.asked]).any():
         return {}
-    curves: set[int] = set()
-    at = len(model.robot.parameters)
-    for effect, curve in zip(robot.effects, _curves(robot), strict=True):
-        own = range(at, at + len(effect.parameters))
-        curves.update(own if curve else ())
-        at = own.stop
-    limits: dict[str, Any] = parameter_limits(robot, model, len(anchors), priors=False)
-    moving = [i for i in asked if i not in curves]
-    alone = _core.identify(
-        model, samples, measured, asked=moving, anchors=anchors, loss=loss, threads=threads, **limits
-    )
-    return {"pull_mean": np.asarray(alone.theta), "pull_sigma": np.append(sigma, np.full(3 * len(anchors), np.inf))}
+    curves = {i for curve, own in zip(_curves(problem.robot), problem.effect_places, strict=True) if curve for i in own}
+    alone = problem.with_(asked=[i for i in problem.asked if i not in curves]).identify()
+    free = np.full(problem.unknown_count, np.inf)
+    return {"pull_mean": np.asarray(alone.theta), "pull_sigma": np.concatenate([sigma, free])}
 
 
 def _curves(robot: Robot) -> list[bool]:

@@ -20,8 +20,9 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import optimize
 
 from fastcal import _core
-from fastcal.calibration.calibrate import IdentifiedParameter, prepare
+from fastcal.calibration.calibrate import IdentifiedParameter
 from fastcal.calibration.critical_loads import Corners, best_corners, open_corners, remaining, starting_values
+from fastcal.calibration.problem import prepare
 from fastcal.effects.entries import edge_unit, full_name
 from fastcal.effects.values import edge_values, written_parameters
 from fastcal.errors import InvalidInput

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
-from fastcal.calibration.calibrate import asked_parameters, parameter_names
+from fastcal.calibration.problem import asked_parameters, parameter_names
 from fastcal.design.candidates import Candidates
 from fastcal.effects.entries import Spec, identity
 from fastcal.robot.robot import Robot

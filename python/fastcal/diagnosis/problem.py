@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
-from fastcal.calibration.calibrate import Prepared, measurements, prepare
+from fastcal.calibration.alignment import measurements
+from fastcal.calibration.problem import CalibrationProblem, prepare
 from fastcal.diagnosis.library import Name, without_masses
 from fastcal.effects.entries import build_effects, effect_names, effect_owners, traits_of
 from fastcal.measurements.conditions import build_samples, condition_columns
@@ -44,7 +45,7 @@ class Problem:
         noise: Of a measured number.
     """
 
-    start: Prepared
+    start: CalibrationProblem
     data: Dataset
     used: NDArray[np.bool_]
     names: list[Name]

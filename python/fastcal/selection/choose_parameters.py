@@ -17,8 +17,9 @@ from typing import Any
 
 import numpy as np
 
-from fastcal.calibration.calibrate import CalibrationResult, calibrate, prepare
+from fastcal.calibration.calibrate import CalibrationResult, calibrate
 from fastcal.calibration.inspection import check_columns, check_fit
+from fastcal.calibration.problem import prepare
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot
@@ -157,7 +158,7 @@ def choose_parameters(
     suspected = check_columns(robot, data, as_read=as_read)
     progress("identifying all parameters")
     named = None if optional is None else [*always, *optional]
-    start = prepare(robot, data, effects=effects, parameters=named, threads=threads)
+    start = prepare(robot, data, effects=effects, parameters=named, loss=loss, threads=threads)
     judge = CrossValidation(start, data, always, folds=folds, deals=deals, seed=seed, loss=loss, threads=threads)
     names = judge.names
     columns = judge.identifiable if optional is None else [i for i in start.asked if names[i] in optional]

@@ -11,20 +11,17 @@ stays at nominal, what all sets hold (base, tool, anchors) moves freely. Columns
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
-from fastcal.calibration.calibrate import Prepared, parameter_names
 from fastcal.calibration.critical_loads import with_critical_loads
 from fastcal.calibration.evaluation import pose_groups
-from fastcal.calibration.parameter_limits import parameter_limits
+from fastcal.calibration.problem import CalibrationProblem
 from fastcal.calibration.unset_options import with_open_effects_set
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
-from fastcal.robot.robot import Robot
 from fastcal.selection.set_search import Sets
 
 FloatArray = NDArray[np.float64]
@@ -56,7 +53,7 @@ class CrossValidation:
 
     def __init__(
         self,
-        start: Prepared,
+        start: CalibrationProblem,
         data: Dataset,
         always: Sequence[str],
         *,
@@ -66,17 +63,13 @@ class CrossValidation:
         loss: str,
         threads: int,
     ) -> None:
-        self._samples, self._measured, self._anchors = start.samples, start.measured, start.alignment.anchors
-        self._loss, self._threads = loss, threads
-        robot = self._started(start, data)
-        self._model = robot.error_model.with_robot(start.model.robot)
-        self._limits = parameter_limits(robot, self._model, len(self._anchors), priors=False)
-        self.names = parameter_names(self._model)
+        self._problem = with_open_effects_set(with_critical_loads(start.with_(loss=loss, threads=threads)))
+        self.names = self._problem.names
         for name in always:
             if name not in self.names:
                 raise InvalidInput(f"there is no parameter '{name}' to identify; there are {', '.join(self.names)}")
 
-        full = self._identify(start.asked)
+        full = self._problem.identify()
         count = len(self.names)
         self._theta = np.asarray(full.theta)
         self._noise = full.common_noise
@@ -90,12 +83,6 @@ class CrossValidation:
         self.identifiable = [i for i in full.free if i < count and i not in self._kept]
         self._set_unit(full)
 
-    def _started(self, start: Prepared, data: Dataset) -> Robot:
-        """The robot with what its effects need before a solve, as `calibrate` finds it."""
-        given = (start.model, start.samples, start.measured, start.asked, start.alignment.anchors)
-        robot = with_critical_loads(start.robot, *given, loss=self._loss, threads=self._threads)
-        return with_open_effects_set(robot, *given, data, loss=self._loss, threads=self._threads)
-
     def _set_unit(self, full: _core.Identification) -> None:
         """Makes 1 of the mean square that the fit leaves: weights below 1 and too large claims of noise shrink it."""
         near = self._near(self._theta)
@@ -105,21 +92,8 @@ class CrossValidation:
         self._weights = self._weights / self._unit
         self.sigma: float | None = full.sigma[0] or full.sigma[2] or None
 
-    def _identify(self, asked: list[int]) -> _core.Identification:
-        limits: dict[str, Any] = dict(self._limits)
-        return _core.identify(
-            self._model,
-            self._samples,
-            self._measured,
-            asked=asked,
-            anchors=self._anchors,
-            loss=self._loss,
-            threads=self._threads,
-            **limits,
-        )
-
     def _near(self, theta: FloatArray) -> _core.Linearization:
-        return _core.linearize(self._model, self._samples, self._measured, theta, self._noise, self._threads)
+        return self._problem.linearize(theta, self._noise)
 
     def linearized(self, optional: list[int], theta: FloatArray | None = None) -> Sets:
         """The sets of some parameters, near theta; None: near the fit of all."""
@@ -131,7 +105,7 @@ class CrossValidation:
         root = np.sqrt(self._weights[row])
         J = root[:, None] * np.asarray(near.J)[used] * self._size
         moved = np.zeros(len(at))  # from where x counts to theta
-        moved[optional] = ((at - np.append(self._model.start, at[len(self.names) :])) / self._size)[optional]
+        moved[optional] = ((at - np.append(self._problem.model.start, at[len(self.names) :])) / self._size)[optional]
         target = J @ moved - root * np.asarray(near.r)[used]
         prior, wanted = self._priors(at, moved, [*self._kept, *optional])
         J, target = np.vstack([J, prior]), np.append(target, wanted)
@@ -142,19 +116,20 @@ class CrossValidation:
 
     def _priors(self, at: FloatArray, moved: FloatArray, columns: list[int]) -> tuple[FloatArray, FloatArray]:
         """Rows of x / deviation = wanted / deviation for the parameters with a prior; in the unit of the others."""
-        if "prior_sigma" not in self._limits:
+        limits = self._problem.limits()
+        if "prior_sigma" not in limits:
             return np.zeros((0, len(at))), np.zeros(0)
-        deviation = self._limits["prior_sigma"] / self._size * self._unit**0.5
+        deviation = limits["prior_sigma"] / self._size * self._unit**0.5
         held = np.array([i for i in columns if np.isfinite(deviation[i])], dtype=np.intp)
         rows = np.zeros((len(held), len(at)))
         rows[np.arange(len(held)), held] = 1 / deviation[held]
-        wanted = moved + (self._limits["prior_mean"] - at) / self._size
+        wanted = moved + (limits["prior_mean"] - at) / self._size
         return rows, (wanted / deviation)[held]
 
     def refitted(self, chosen: list[int]) -> tuple[float, float]:
         """K-fold error of one set and its standard error, linearized at its own nonlinear fit."""
         kept = [i for i in self._kept if i < len(self.names)]
-        theta = np.asarray(self._identify(sorted([*kept, *chosen])).theta)
+        theta = np.asarray(self._problem.with_(asked=sorted([*kept, *chosen])).identify().theta)
         found = self.linearized(chosen, theta).of(np.ones((1, len(chosen)), dtype=np.bool_))
         return float(found.error[0]), float(found.standard_error[0])
 

@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
-from fastcal.calibration.calibrate import asked_parameters, measurements
+from fastcal.calibration.alignment import measurements
 from fastcal.calibration.evaluation import pose_groups
+from fastcal.calibration.problem import asked_parameters
 from fastcal.calibration.row_weights import huber_weights
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot, Spec

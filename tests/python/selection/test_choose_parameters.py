@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from fastcal import Dataset, InvalidInput, Robot, calibrate, choose_parameters, load_robot, random_poses, simulate
-from fastcal.calibration.calibrate import prepare
+from fastcal.calibration.problem import prepare
 from fastcal.calibration.simulation import perturbed
 from fastcal.selection.choose_parameters import RX160L_ALWAYS, RX160L_OPTIONAL
 from fastcal.selection.cross_validation import CrossValidation, fold_of_rows

@@ -1,0 +1,160 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""The problem that all who fit have in common: a robot, measured rows, what is asked for, how rows are weighted."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal import _core
+from fastcal.calibration.alignment import measurements
+from fastcal.calibration.options_from_data import with_origins
+from fastcal.calibration.parameter_limits import parameter_limits
+from fastcal.calibration.setups import with_setups
+from fastcal.effects.entries import full_name, parse_effects, without_repeats
+from fastcal.errors import InvalidInput, Undetermined
+from fastcal.measurements.dataset import Dataset
+from fastcal.robot.robot import Robot
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class CalibrationProblem:
+    """A robot with the effects to identify, its model with base and tool fitted, and what was measured.
+
+    Attributes:
+        robot: With its effects.
+        data: The measured rows.
+        model: The robot's model; base and tool are those of the best rigid fit.
+        samples, measured: The rows as the core reads them.
+        alignment: The rigid fit; where the anchors of lengths start.
+        asked: Indices of the model's parameters to identify; the anchors always are.
+        loss: Robust loss on the whitened error of a row.
+        threads: Cores; no result depends on it.
+    """
+
+    robot: Robot
+    data: Dataset
+    model: _core.ErrorModel
+    samples: _core.Samples
+    measured: _core.Measurements
+    alignment: _core.Alignment
+    asked: list[int]
+    loss: str = "tukey"
+    threads: int = 1
+
+    @cached_property
+    def names(self) -> list[str]:
+        """Names such as "joint2 a", of the model's parameters."""
+        return parameter_names(self.model)
+
+    @property
+    def unknown_count(self) -> int:
+        """Coordinates of the anchors of lengths, which follow the model's parameters in theta."""
+        return 3 * len(self.alignment.anchors)
+
+    @cached_property
+    def effect_places(self) -> list[range]:
+        """Indices of each effect's parameters in the model."""
+        out, at = [], len(self.model.robot.parameters)
+        for effect in self.robot.effects:
+            out.append(range(at, at + len(effect.parameters)))
+            at += len(effect.parameters)
+        return out
+
+    def with_(self, **changes: Any) -> CalibrationProblem:
+        """The same problem with other fields; a new `robot` brings its own model, base and tool fitted as before."""
+        if "robot" in changes and "model" not in changes:
+            changes["model"] = changes["robot"].error_model.with_robot(self.model.robot)
+        return replace(self, **changes)
+
+    def limits(self, *, priors: bool = False) -> dict[str, FloatArray]:
+        """Bounds and priors as keyword arguments of `identify`; with `priors`, every parameter is held near nominal."""
+        return parameter_limits(self.robot, self.model, len(self.alignment.anchors), priors=priors)
+
+    def identify(self, **options: Any) -> _core.Identification:
+        """Identifies what is asked; options as the core's `identify` has them, among these its bounds and priors."""
+        given: dict[str, Any] = {
+            "asked": self.asked,
+            "anchors": self.alignment.anchors,
+            "loss": self.loss,
+            "threads": self.threads,
+            **self.limits(),
+            **options,
+        }
+        return _core.identify(self.model, self.samples, self.measured, **given)
+
+    def linearize(self, theta: FloatArray, noise: Sequence[float]) -> _core.Linearization:
+        """Whitened residuals and their Jacobian at theta; `noise`: common to all rows."""
+        return _core.linearize(self.model, self.samples, self.measured, theta, list(noise), self.threads)
+
+
+def prepare(
+    robot: Robot,
+    data: Dataset,
+    *,
+    effects: str | Sequence[str],
+    parameters: Sequence[str] | None = None,
+    equilibrium: bool | None = None,
+    loss: str = "tukey",
+    threads: int = 1,
+) -> CalibrationProblem:
+    """Adds effects, fits base and tool, and says which parameters of the model are asked for; arguments of `calibrate`.
+
+    Raises:
+        InvalidInput: An unknown effect or parameter, data without a measured column, or poses that fix no base.
+    """
+    geometry, added = parse_effects(effects, robot.core)
+    spec = copy.deepcopy(robot.spec)
+    spec.pop("correction", None)  # it was trained on what another identification left
+    spec["effects"] = without_repeats(
+        [with_origins(entry, robot, data) for entry in (spec.get("effects") or []) + added]
+    )
+    if equilibrium is not None:
+        spec["equilibrium"] = equilibrium
+    start = Robot(with_setups(spec, data))
+    samples, measured = start.samples(data), measurements(data)
+    alignment = _core.align(start.error_model, samples, measured, threads)
+    if not alignment.found:
+        raise Undetermined(f"{data.source}: {alignment.message}")
+    model = start.error_model.with_robot(start.core.with_base_and_tool(alignment.T_world_base, alignment.T_flange_tool))
+    placed = data.position is not None or data.rotation is not None
+    asked = asked_parameters(model, geometry or parameters is not None, turned=data.rotation is not None, placed=placed)
+    if parameters is not None:
+        names = parameter_names(model)
+        for name in parameters:
+            if name not in names:
+                raise InvalidInput(f"there is no parameter '{name}' to identify; there are {', '.join(names)}")
+        asked = [i for i in asked if names[i] in parameters or model.parameters[i].owner in ("base", "tool")]
+    return CalibrationProblem(start, data, model, samples, measured, alignment, asked, loss, threads)
+
+
+def parameter_names(model: _core.ErrorModel) -> list[str]:
+    """Names such as "joint2 a", in the order of the model."""
+    return [full_name(parameter) for parameter in model.parameters]
+
+
+def asked_parameters(model: _core.ErrorModel, geometry: bool, *, turned: bool, placed: bool) -> list[int]:
+    """Base and tool always (as far as the kind of measurement can show them), geometry where asked, every effect."""
+    out = []
+    own = len(model.robot.parameters)
+    for i, parameter in enumerate(model.parameters):
+        if i >= own:
+            out.append(i)
+        elif parameter.owner == "base":
+            if placed:
+                out.append(i)
+        elif parameter.owner == "tool":
+            if turned or not parameter.name.startswith("r"):
+                out.append(i)
+        elif geometry:
+            out.append(i)
+    return out
