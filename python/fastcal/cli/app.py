@@ -11,8 +11,9 @@ from typing import Annotated, cast
 
 import typer
 
-from fastcal.cli import calibrate, compensate, convert, demo, design, diagnose, imports, models, simulate, train
-from fastcal.cli.console import fail
+from fastcal.cli import calibrate, compensate, convert, demo, design, diagnose, imports, lists, models, simulate, train
+from fastcal.cli.console import fail, manner
+from fastcal.cli.manners import examples, with_manners
 from fastcal.cli.own_inputs import keeps_its_inputs
 from fastcal.errors import FastcalError, Undetermined
 
@@ -33,17 +34,20 @@ COMMANDS = (
     convert.convert,
     imports.import_,
     imports.template,
+    lists.robots,
+    lists.effects,
     demo.demo,
 )
 
 app = typer.Typer(
-    add_completion=False,
+    add_completion=True,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 for command in COMMANDS:
-    app.command(command.__name__.rstrip("_"))(keeps_its_inputs(command))
+    name = command.__name__.rstrip("_")
+    app.command(name, epilog=examples(name))(with_manners(name, keeps_its_inputs(command)))
 
 
 def _show_version(wanted: bool) -> None:
@@ -68,6 +72,7 @@ def _fastcal(
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs `fastcal` with the given arguments, or with those of the process; returns the exit code."""
+    manner.set("text")
     try:
         code = typer.main.get_command(app).main(arguments, prog_name="fastcal", standalone_mode=False)
         sys.stdout.flush()

@@ -4,13 +4,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from fastcal.cli.console import fail, progress, say, warn
+from fastcal.cli.console import emit, fail, progress, say, warn
 from fastcal.cli.options import AsRead, DataFiles, Loss, Method, OutFolder, RobotFile, Rule, Threads
 
 if TYPE_CHECKING:
@@ -81,7 +82,7 @@ def calibrate(
         warn(f"{test}: {note}" for note in other.notes if note not in found.notes)
     if choice is not None:
         say_choice(choice)
-    say_result(found, output, (robot, " ".join(map(str, data))))
+    say_result(found, output, [robot, *map(str, data)])
     if found.status != "converged":
         fail(f"{found.status.replace('_', ' ')}: {found.message}; no model.yaml")
         raise typer.Exit(NOT_CONVERGED)
@@ -99,18 +100,19 @@ def say_choice(choice: Selection) -> None:
         say(f"error of a coordinate on held-out poses: {chosen:.4f} mm, {full:.4f} mm with all parameters")
 
 
-def say_result(result: CalibrationResult, output: Path, files: tuple[str | Path, str | Path] | None = None) -> None:
+def say_result(result: CalibrationResult, output: Path, inputs: Sequence[str] = ()) -> None:
     """The result in a few lines; the last two are what to do next and the report's path.
 
     Args:
         result: What was found.
         output: The folder that it was written into.
-        files: ROBOT and DATA, for a command line that can be copied.
+        inputs: ROBOT and DATA, for a command line that can be copied.
     """
     from fastcal.report.next_step import next_step
     from fastcal.report.summaries import summary
 
     for line in summary(result):
         say(line)
-    say(next_step(result, None if files is None else (str(files[0]), str(files[1]), f"{output}_diagnosis")))
+    say(next_step(result, [*inputs, "-o", f"{output}_diagnosis"] if inputs else []))
     say(str(output / "report.html"))
+    emit(result.to_json_dict())

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import numpy as np
 import typer
 
-from fastcal.cli.console import progress, say, warn
+from fastcal.cli.console import emit, progress, say, warn
 from fastcal.cli.options import ModelFile, OutFile, Threads
 
 if TYPE_CHECKING:
@@ -56,7 +56,10 @@ def compensate(
     ] = None,
     threads: Threads = 1,
 ) -> None:
-    """Turn target poses, or the targets of a robot program, into commands that reach them."""
+    """Correct target poses or a robot program for the real arm.
+
+    A table of poses becomes a table of joint positions; a program becomes the same program with other targets.
+    """
     from fastcal.errors import InvalidInput
     from fastcal.io.robot_file import load_robot
     from fastcal.programs import language_of
@@ -104,6 +107,7 @@ def _table(
     write_commands(output, robot, found.q, residual, found.sigma, found.status, found.correction_weight)
     warn(found.notes)
     _say(found)
+    emit(_figures(found))
     if kind is None:
         return
     for name, size, off in (
@@ -138,6 +142,24 @@ def _program(robot: Robot, path: Path, output: Path, cell: Path | None, options:
     say(f"error that this takes away: mean {mean:.3f} mm, largest {most:.3f} mm")
     for file in written:
         say(str(file))
+    emit(
+        {
+            "targets": len(found.targets),
+            "mean_error_mm": mean,
+            "largest_error_mm": most,
+            "files": list(map(str, written)),
+        }
+    )
+
+
+def _figures(found: Compensation) -> dict[str, Any]:
+    """The summary as plain data."""
+    from fastcal.units import from_si
+
+    counts = {status: int((found.status == status).sum()) for status in dict.fromkeys(found.status.tolist())}
+    sizes = from_si(found.position_error[found.reached], "mm")
+    largest = float(sizes.max()) if len(sizes) else None
+    return {"targets": len(found), "status": counts, "largest_residual_mm": largest}
 
 
 def _say(found: Compensation) -> None:

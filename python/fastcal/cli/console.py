@@ -6,8 +6,10 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from contextvars import ContextVar
+from typing import Any, Literal
 
 import typer
 
@@ -20,9 +22,22 @@ def visible(text: str) -> str:
     return _CONTROL.sub(lambda found: ascii(found[0])[1:-1], text)
 
 
+Manner = Literal["text", "quiet", "json"]
+manner: ContextVar[Manner] = ContextVar("manner", default="text")
+
+
 def say(text: str) -> None:
-    """A line on standard output."""
-    typer.echo(visible(text))
+    """A line of a summary on standard output, where one is wanted."""
+    if manner.get() == "text":
+        typer.echo(visible(text))
+
+
+def emit(content: Mapping[str, Any]) -> None:
+    """The summary as JSON on standard output, where that is wanted."""
+    if manner.get() == "json":
+        from fastcal.io.results import json_text
+
+        typer.echo(json_text(content), nl=False)
 
 
 def warn(warnings: Iterable[str]) -> None:
@@ -39,7 +54,7 @@ def fail(text: str) -> None:
 @contextmanager
 def progress() -> Iterator[Callable[[str], None]]:
     """Gives a function that shows what is being done, on a terminal; in a pipe it shows nothing."""
-    if not sys.stderr.isatty():
+    if manner.get() == "quiet" or not sys.stderr.isatty():
         yield lambda text: None
         return
     from rich.console import Console

@@ -20,7 +20,10 @@ def convert(
         bool, typer.Option("--drop-effects", help="Leave out what the new kind can't carry, and name it.")
     ] = False,
 ) -> None:
-    """Write a robot as another kind of file: the same tool pose for every joint position."""
+    """Write a robot as another kind of file.
+
+    The tool's pose stays the same for every joint position.
+    """
     from fastcal.conversion import convert as converted
     from fastcal.errors import InvalidInput
     from fastcal.io.robot_file import load_robot, write_spec

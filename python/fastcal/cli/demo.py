@@ -36,7 +36,10 @@ Folder = Annotated[Path, typer.Option("-o", "--output", metavar="OUT", help="The
 
 
 def demo(output: Folder = Path("fastcal-demo"), seed: Seed = 1, threads: Threads = 1) -> None:
-    """Simulate a measured arm, calibrate it, and end with the path of the report."""
+    """Simulate a measured arm and calibrate it.
+
+    The last line is the path of the report.
+    """
     from fastcal.calibration.calibrate import calibrate as identify
     from fastcal.io.measurements import load_measurements
     from fastcal.io.robot_file import load_robot
@@ -54,7 +57,7 @@ def demo(output: Folder = Path("fastcal-demo"), seed: Seed = 1, threads: Threads
         found = identify(nominal, data, test=test, effects=EFFECTS, threads=threads, progress=show)
         show("writing the report")
         write_calibration(found, output, simulated=True)
-    calibrate.say_result(found, output, (output / "robot.yaml", output / "measurements.csv"))
+    calibrate.say_result(found, output, [str(output / "robot.yaml"), str(output / "measurements.csv")])
     if found.status != "converged":
         raise typer.Exit(calibrate.NOT_CONVERGED)
 

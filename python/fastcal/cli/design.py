@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from fastcal.cli.console import progress, say, warn
+from fastcal.cli.console import emit, progress, say, warn
 from fastcal.cli.options import OutFile, RobotFile, Seed, Threads
 
 if TYPE_CHECKING:
@@ -65,7 +65,7 @@ def design(
     from fastcal.io.measurements import load_measurements
     from fastcal.io.robot_file import load_robot
     from fastcal.io.surroundings_file import load_surroundings
-    from fastcal.units import to_si
+    from fastcal.units import from_si, to_si
 
     arm = load_robot(robot)
     with progress() as show:
@@ -91,6 +91,19 @@ def design(
         )
     write_design(output, found, arm)
     _say(found, separate)
+    emit(
+        {
+            "poses": len(found),
+            "candidates": found.candidate_count,
+            "rejected": found.rejected,
+            "criterion": found.criterion,
+            "observability": found.observability,
+            "sigma_mm": from_si(found.sigma, "mm"),
+            "efficiency": found.efficiency,
+            "unidentifiable": found.unidentifiable,
+            "enough": found.enough,
+        }
+    )
     warn(found.notes)
     if not found.enough:
         warn([f"{until_sigma_mm} mm is not reached with {len(found)} poses"])

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fastcal.cli.console import progress, say, warn
+from fastcal.cli.console import emit, progress, say, warn
 from fastcal.cli.options import AsRead, DataFiles, OutFolder, RobotFile, Threads
 
 if TYPE_CHECKING:
@@ -32,7 +32,10 @@ def diagnose(
     as_read: AsRead = False,
     threads: Threads = 1,
 ) -> None:
-    """Find what the model is missing, name it or say that it can't be told, and add it."""
+    """Find what the model is missing and add it.
+
+    The cause is named where the data single it out; else the page says which causes fit alike, or where the error is.
+    """
     from fastcal import diagnosis
     from fastcal.importers import load_measurements
     from fastcal.io.folder import check_folder
@@ -68,3 +71,4 @@ def say_diagnosis(found: Diagnosis, output: Path) -> None:
     for line in summary(found):
         say(line)
     say(str(output / "report.html"))
+    emit(found.to_json_dict())

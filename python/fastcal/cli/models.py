@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from fastcal.cli.console import progress, say, warn
+from fastcal.cli.console import emit, progress, say, warn
 from fastcal.cli.options import DataFiles, ModelFile, OutFile, Threads, file_names
 
 if TYPE_CHECKING:
@@ -52,7 +52,10 @@ def evaluate(
     ] = None,
     threads: Threads = 1,
 ) -> None:
-    """Hold a model against measured poses: error statistics, and ISO 9283 where poses repeat."""
+    """Compare a model with measured poses.
+
+    Prints error statistics, and accuracy and repeatability by ISO 9283 where poses repeat.
+    """
     from fastcal.calibration.evaluation import evaluate as evaluated
     from fastcal.calibration.extrapolation_notes import range_notes
     from fastcal.calibration.inspection import readback_notes
@@ -77,3 +80,4 @@ def say_evaluation(found: Evaluation, title: str) -> None:
 
     for line in evaluation_lines(found, title):
         say(line)
+    emit(found.to_json_dict())

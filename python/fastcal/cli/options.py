@@ -9,13 +9,23 @@ from typing import Annotated, Literal
 
 import typer
 
+
+def _arms(incomplete: str) -> list[str]:
+    """Names of shipped arms, for the shell to complete."""
+    from fastcal.robots import available
+
+    return [name for name in available() if name.startswith(incomplete.lower())]
+
+
 RobotFile = Annotated[
-    str, typer.Argument(metavar="ROBOT", help="A robot file (.yaml, .urdf) or the name of a shipped arm.")
+    str,
+    typer.Argument(
+        metavar="ROBOT",
+        help="A robot file (.yaml, .urdf) or the name of a shipped arm (see fastcal robots).",
+        autocompletion=_arms,
+    ),
 ]
 ModelFile = Annotated[str, typer.Argument(metavar="MODEL", help="A calibrated robot: model.yaml.")]
-DataFile = Annotated[
-    Path, typer.Argument(metavar="DATA", help="Measured poses: CSV, Parquet or Excel, one row a pose.")
-]
 AsRead = Annotated[
     bool, typer.Option("--as-read", help="Take the columns as they are, though another reading fits far better.")
 ]

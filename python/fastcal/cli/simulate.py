@@ -27,7 +27,10 @@ def simulate(
     seed: Seed = 0,
     threads: Threads = 1,
 ) -> None:
-    """Simulate the measurement of a robot with its effects, into a CSV file."""
+    """Simulate measurements of a robot, into a CSV file.
+
+    The robot's effects act, and noise is added as asked.
+    """
     from fastcal.calibration.simulation import simulate as simulated
     from fastcal.io.measurements import load_measurements
     from fastcal.io.measurements_out import write_measurements

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from fastcal.cli.console import progress, say, warn
+from fastcal.cli.console import emit, progress, say, warn
 from fastcal.cli.options import DataFiles, ModelFile, OutFolder, Seed, Threads, file_names
 
 if TYPE_CHECKING:
@@ -43,7 +43,10 @@ def train(
     ] = False,
     threads: Threads = 1,
 ) -> None:
-    """Train a network on what a model leaves; it is kept only where it beats its rivals."""
+    """Train a network on what a model leaves.
+
+    It is kept only where it beats its rivals on regions that were held out.
+    """
     from fastcal.importers import load_measurements
     from fastcal.io.folder import atomic_folder, check_folder
     from fastcal.io.results import write_json
@@ -85,3 +88,4 @@ def _say(found: TrainingResult, output: Path) -> None:
     if found.coverage is not None:
         say(f"90 % intervals hold {found.coverage:.0%} of the held-out coordinates")
     say(str(output / "model.yaml"))
+    emit(found.to_json_dict())

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import shlex
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,8 +23,8 @@ MORE_THAN_NOISE = 1.3  # times the RMS error that the known noise would make
 _MOST = 2  # variables that are named
 
 
-def next_step(result: CalibrationResult, files: tuple[str, str, str] | None = None) -> str:
-    """One line; with `files` (robot, data, folder) it holds the command to run next."""
+def next_step(result: CalibrationResult, arguments: Sequence[str] = ()) -> str:
+    """One line; with the `arguments` of a diagnosis it ends with the command to run next."""
     if result.status != "converged":
         return "next: measure more poses, or more varied ones; `fastcal design` chooses them"
     rows = rows_of("Training", result.train, result.model.joint_types)
@@ -35,8 +36,7 @@ def next_step(result: CalibrationResult, files: tuple[str, str, str] | None = No
         if result.test is None:
             return "next: what remains looks like noise; check the model on other poses (--test, or fastcal evaluate)"
         return "next: what remains looks like noise; the model is ready for fastcal compensate"
-    command = "fastcal diagnose" if files is None else shlex.join(["fastcal", "diagnose", *files[:2], "-o", files[2]])
-    return f"next: {more}; find the cause with: {command}"
+    return f"next: {more}; find the cause with: {shlex.join(['fastcal', 'diagnose', *arguments])}"
 
 
 def what_remains(result: CalibrationResult, rows: Rows, trends: dict[str, Trend]) -> str | None:

@@ -1,0 +1,80 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""What all commands have in common: --quiet, --json where there is a summary, and examples in --help."""
+
+from __future__ import annotations
+
+import functools
+import inspect
+from collections.abc import Callable
+from typing import Annotated, Any, cast, get_type_hints
+
+import typer
+
+from fastcal.cli.console import Manner, manner
+
+EXAMPLES = {
+    "calibrate": (
+        "fastcal calibrate ur5 measurements.csv -o results",
+        "fastcal calibrate robot.yaml fit.csv --test test.csv --effects geometry,joint_compliance@joint2 -o results",
+    ),
+    "diagnose": (
+        "fastcal diagnose robot.yaml measurements.csv --test test.csv -o diagnosis",
+        "fastcal diagnose robot.yaml measurements.csv --exclude gear_harmonic@joint1 -o diagnosis",
+    ),
+    "train": ("fastcal train results/model.yaml measurements.csv --network mlp -o trained",),
+    "predict": ("fastcal predict results/model.yaml poses.csv -o predicted.csv",),
+    "compensate": (
+        "fastcal compensate results/model.yaml targets.csv -o commands.csv",
+        "fastcal compensate results/model.yaml weld.mod --payload-kg 12 -o weld_compensated.mod",
+    ),
+    "evaluate": ("fastcal evaluate results/model.yaml test.csv", "fastcal evaluate results/model.yaml test.csv --json"),
+    "design": (
+        "fastcal design robot.yaml --count 40 -o poses.csv",
+        "fastcal design robot.yaml --count 40 --separate backlash@joint3,gear_harmonic@joint3 -o poses.csv",
+    ),
+    "simulate": ("fastcal simulate robot.yaml poses.csv --noise-mm 0.05 --seed 1 -o simulated.csv",),
+    "convert": ("fastcal convert ur5 --to urdf -o ur5.urdf",),
+    "import": ("fastcal import tracker.csv --robot robot.yaml --joints joints.log -o measurements.csv",),
+    "template": ("fastcal template ur5 -o measurements.xlsx",),
+    "robots": ("fastcal robots", "fastcal robots --json"),
+    "effects": ("fastcal effects",),
+    "demo": ("fastcal demo -o demonstration",),
+}
+SUMMARIES = ("calibrate", "diagnose", "train", "compensate", "evaluate", "design", "robots", "effects")
+
+
+Quiet = Annotated[
+    bool, typer.Option("-q", "--quiet", help="Print no summary and no progress; warnings and errors stay.")
+]
+Json = Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")]
+
+
+def with_manners(name: str, command: Callable[..., None]) -> Callable[..., None]:
+    """The command with the options that all have; typer reads them from its signature."""
+    common: dict[str, Any] = {"quiet": Quiet} | ({"json": Json} if name in SUMMARIES else {})
+
+    @functools.wraps(command)
+    def run(**given: Any) -> None:
+        for choice in common:
+            if given.pop(choice):
+                manner.set(cast("Manner", choice))
+        command(**given)
+
+    # With the options spelled out: as text they would be looked up among the names of this module.
+    hints = get_type_hints(command, include_extras=True)
+    own = [part.replace(annotation=hints[part.name]) for part in inspect.signature(command).parameters.values()]
+    added = [
+        inspect.Parameter(choice, inspect.Parameter.KEYWORD_ONLY, default=False, annotation=option)
+        for choice, option in common.items()
+    ]
+    run.__annotations__ = hints | common
+    run.__signature__ = inspect.Signature([*own, *added])  # type: ignore[attr-defined]
+    return run
+
+
+def examples(name: str) -> str | None:
+    """What stands at the end of a command's help."""
+    if name not in EXAMPLES:
+        return None
+    return "\b\nExamples:\n" + "\n".join(f"  {line}" for line in EXAMPLES[name])

@@ -1,0 +1,98 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""What commands have in common: lists, --quiet, --json, examples in --help, completion, the line on what to do next."""
+
+from __future__ import annotations
+
+import json
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+
+from fastcal import _core, robots
+from fastcal.cli.app import COMMANDS
+from fastcal.cli.manners import EXAMPLES, SUMMARIES
+
+NAMES = [command.__name__.rstrip("_") for command in COMMANDS]
+
+
+def help_of(fastcal, *arguments: str) -> str:
+    said = fastcal(*arguments, "--help")
+    assert said.code == 0
+    return str(said.out)
+
+
+def test_no_summary_of_a_command_is_cut(fastcal, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    text = help_of(fastcal)
+    lines = dict(re.findall(r"^  (\w+) {2,}(.+)$", text.split("Commands:")[1], re.MULTILINE))
+    assert list(lines) == NAMES
+    assert all(line.endswith(".") and not line.endswith("...") for line in lines.values())
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_help_has_examples_with_options_that_the_command_has(fastcal, name: str) -> None:
+    text = help_of(fastcal, name)
+    assert "-q, --quiet" in text
+    assert ("--json" in text) == (name in SUMMARIES)
+    for example in EXAMPLES[name]:
+        assert f"  {example}\n" in text, "cut or wrapped"
+        words = shlex.split(example)
+        assert words[:2] == ["fastcal", name]
+        for option in [word for word in words if word.startswith("-")]:
+            assert re.search(rf"(?m)^ +.*{re.escape(option)}\b", text.split("Examples:")[0]), option
+
+
+def test_robots_lists_what_is_shipped(fastcal) -> None:
+    said = fastcal("robots")
+    assert [line.split()[0] for line in said.out.splitlines()] == list(robots.available())
+    listed = json.loads(fastcal("robots", "--json").out)["robots"]
+    assert [entry["name"] for entry in listed] == list(robots.available())
+    assert {entry["name"]: entry["joints"] for entry in listed}["lbr_iiwa7"] == 7
+
+
+def test_effects_lists_what_can_be_named(fastcal) -> None:
+    named = [line.split()[0] for line in fastcal("effects").out.splitlines()[:-1]]
+    assert named == ["geometry", *_core.effect_names()]
+    listed = json.loads(fastcal("effects", "--json").out)["effects"]
+    assert [entry["name"] for entry in listed] == named
+
+
+def test_quiet_and_json(fastcal, demo: Path, tmp_path: Path) -> None:
+    arguments = ("calibrate", demo / "robot.yaml", demo / "measurements.csv", "-o", tmp_path / "out")
+    said = fastcal(*arguments, "--quiet")
+    assert (said.code, said.out) == (0, "")
+    said = fastcal(*arguments, "--json")
+    assert json.loads(said.out) == json.loads((tmp_path / "out" / "result.json").read_text())
+    # The manner of one run is not that of the next.
+    assert fastcal(*arguments).out.splitlines()[-1] == str(tmp_path / "out" / "report.html")
+    said = fastcal("evaluate", tmp_path / "out" / "model.yaml", demo / "test.csv", "--json")
+    assert json.loads(said.out)["count"] == 60
+
+
+def test_the_last_but_one_line_says_what_to_do_next(fastcal, demo: Path, tmp_path: Path) -> None:
+    """The demonstration yields under load: its geometry alone leaves more than noise, with the compliances nothing."""
+    robot, data = demo / "robot.yaml", demo / "measurements.csv"
+    line = fastcal("calibrate", robot, data, "-o", tmp_path / "a").out.splitlines()[-2]
+    assert line.startswith("next: the remaining error is not all noise: it depends on ")
+    assert line.endswith(f"find the cause with: fastcal diagnose {robot} {data} -o {tmp_path / 'a'}_diagnosis")
+    effects = "geometry,joint_compliance@joint2,joint_compliance@joint3"
+    line = fastcal("calibrate", robot, data, "--effects", effects, "-o", tmp_path / "b").out.splitlines()[-2]
+    assert line.startswith("next: what remains looks like noise; check the model on other poses")
+    named = ("--effects", effects, "--test", demo / "test.csv", "-o", tmp_path / "c")
+    line = fastcal("calibrate", robot, data, *named).out.splitlines()[-2]
+    assert line == "next: what remains looks like noise; the model is ready for fastcal compensate"
+
+
+def test_the_shell_completes_names_of_arms(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    from fastcal.cli import main
+
+    monkeypatch.setenv("_FASTCAL_COMPLETE", "complete_bash")
+    monkeypatch.setenv("COMP_WORDS", "fastcal calibrate ur1")
+    monkeypatch.setenv("COMP_CWORD", "2")
+    with pytest.raises(SystemExit) as end:
+        main([])
+    assert end.value.code == 0
+    assert {"ur10", "ur10e", "ur16e"} <= set(capsys.readouterr().out.split())
