@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fastcal.report.formatting import percent, significant
+from fastcal.report.formatting import significant
 from fastcal.report.trends import Trend, trend
 from fastcal.report.view import Rows, rows_of
 from fastcal.report.words import listed
@@ -48,7 +48,7 @@ def what_remains(result: CalibrationResult, rows: Rows, trends: dict[str, Trend]
     titles = {variable.name: variable.title for variable in rows.variables}
     flagged = sorted((n for n, t in trends.items() if t.is_flagged(len(trends))), key=lambda n: -trends[n].share)
     if flagged:
-        named = listed([f"{titles[name]} ({percent(trends[name].share)})" for name in flagged[:_MOST]])
+        named = listed([f"{titles[name]} ({100 * trends[name].share:.0f} %)" for name in flagged[:_MOST]])
         return f"the remaining error is not all noise: it depends on {named}"
     floor = known_floor(result)
     rms = rows.after.rms
