@@ -42,7 +42,7 @@ def import_(
         bool, typer.Option("--print-map", help="Write such a map to start from, to FILE or the screen.")
     ] = False,
 ) -> None:
-    """Turn exports of instruments and controllers into a measurement file.
+    """Turn exports of instruments into a measurement file.
 
     Joints and points of two files are joined by name, else by time, else by order. What can't be decided is asked for.
     """
@@ -90,7 +90,10 @@ def _has(columns: object, given: str) -> bool:
 
 
 def template(robot: RobotFile, output: OutFile) -> None:
-    """Write an empty measurement file for a robot, CSV or Excel (xlsx) with a sheet that explains each column."""
+    """Write an empty measurement file for a robot.
+
+    CSV, or Excel (xlsx) with a sheet that explains each column.
+    """
     from fastcal.importers import write_template
     from fastcal.io.robot_file import load_robot
 
