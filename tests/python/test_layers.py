@@ -204,6 +204,7 @@ MAY_NAME = {
     "calibration/setups.py": {"station_offset", "tool_shift"},
     "cli/demo.py": {"joint_compliance"},
     "cli/design.py": {"joint_compliance"},
+    "cli/manners.py": {"backlash", "gear_harmonic", "joint_compliance"},
     "design/planned.py": {"joint_compliance"},
     "importers/templates.py": {"backlash"},
     "surrogate/adding.py": {"surrogate"},

@@ -115,11 +115,12 @@ def _table(
         ("with compensation", driven.after, driven.off_after),
     ):
         mean, most, aside = (from_si(float(value), "mm") for value in (size.mean(), size.max(), off.max()))
-        say(f"error on the path {name}: mean {mean:.4f} mm, largest {most:.4f} mm, square to the path {aside:.4f} mm")
+        sizes = f"mean {mean:.4f} mm, largest {most:.4f} mm, perpendicular to the path {aside:.4f} mm"
+        say(f"error on the path {name}: {sizes}")
     if report is not None:
         from fastcal.report import write_path_report
 
-        write_path_report(driven, robot.name, report)
+        write_path_report(driven, robot.name, report, targets_name=path.name)
         say(str(report))
 
 

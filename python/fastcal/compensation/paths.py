@@ -40,6 +40,8 @@ class PathAccuracy:
         points: (K,) which of them are the targets, compensated and driven to.
         before, after: (M,) distance of the tool from its place, without and with compensation.
         off_before, off_after: (M,) the part of it square to the path.
+        sigma: (M,) standard deviation of a coordinate [m] of what the model predicts with compensation, the root mean
+            square of three; NaN for a robot that was not calibrated.
     """
 
     poses: FloatArray
@@ -49,6 +51,7 @@ class PathAccuracy:
     after: FloatArray
     off_before: FloatArray
     off_after: FloatArray
+    sigma: FloatArray
 
 
 def path_accuracy(
@@ -103,6 +106,7 @@ def path_accuracy(
         if not reached.all():
             raise InvalidInput(f"the way to row {int(rows[np.argmin(reached)])} leaves the nominal robot's workspace")
         got = tool.forward(q, threads=threads, **targets.conditions_of(rows))
+        sigma = np.sqrt(np.mean(model.position_deviation(q, **targets.conditions_of(rows)) ** 2, axis=1))
         errors.append(got[:, :3, 3] - wanted[:, :3, 3])
     along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(wanted[:, :3, 3], axis=0), axis=1))])
     t = np.gradient(wanted[:, :3, 3], axis=0)
@@ -110,7 +114,7 @@ def path_accuracy(
     off = [np.linalg.norm(e - np.sum(e * t, axis=1, keepdims=True) * t, axis=1) for e in errors]
     size = [np.linalg.norm(e, axis=1) for e in errors]
     points = np.concatenate([[0], np.cumsum(counts)])
-    return PathAccuracy(wanted, along, points, size[0], size[1], off[0], off[1])
+    return PathAccuracy(wanted, along, points, size[0], size[1], off[0], off[1], sigma)
 
 
 def _counts(poses: FloatArray, kind: str, step: float) -> NDArray[np.int64]:

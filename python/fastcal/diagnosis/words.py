@@ -90,10 +90,13 @@ def _gain(found: Diagnosis) -> str:
     if len(found.gap) < 2:
         return ""
     first, last = found.gap[0], found.gap[-1]
+    it = "it" if len(found.gap) == 2 else "them"
     if first.test_rms_mm is None or last.test_rms_mm is None:
-        return f"With it in the model the error falls from {first.train_rms_mm:.3f} to {last.train_rms_mm:.3f} mm RMS."
+        before, after, where = first.train_rms_mm, last.train_rms_mm, ""
+    else:
+        before, after, where = first.test_rms_mm, last.test_rms_mm, " on the test poses"
+    moves = f"With {it} in the model the error{where} {'falls' if after < before else 'rises'} from {before:.3f} to"
+    if not where:
+        return f"{moves} {after:.3f} mm RMS."
     floor = found.sigma_mm * (1.0 if found.search.problem.data.position is None else 3**0.5)
-    return (
-        f"With it in the model the error on the test poses falls from {first.test_rms_mm:.3f} to "
-        f"{last.test_rms_mm:.3f} mm RMS; noise alone makes {floor:.3f} mm."
-    )
+    return f"{moves} {after:.3f} mm RMS; noise alone makes {floor:.3f} mm."

@@ -82,7 +82,7 @@ def _sources(result: CalibrationResult) -> list[tuple[str, str, int]]:
 
 def _tiles(result: CalibrationResult, sets: list[Rows]) -> list[tuple[str, str, str]]:
     shares = f"{len(result.parameters)} of {result.asked_count}"
-    told = ("Told from the data", shares, f"parameters; rank {result.rank}")
+    told = ("Identified", shares, f"parameters; rank {result.rank}")
     noise = ("Noise of a coordinate", f"{significant(result.sigma_mm, 2)} mm", "standard deviation")
     if not sets:
         return [noise, told]
@@ -146,6 +146,6 @@ def _method(result: CalibrationResult) -> list[tuple[str, str]]:
             "Outcome",
             f"{result.status.replace('_', ' ')} after {plural(result.iterations, 'iteration')}: {result.message}",
         ),
-        ("Parameters", f"{result.asked_count} asked for, {len(result.parameters)} told from the data"),
+        ("Parameters", f"{result.asked_count} asked for, {len(result.parameters)} identifiable from the data"),
         ("Degrees of freedom", f"{count(result.degrees_of_freedom)} (measured numbers less identified parameters)"),
     ]

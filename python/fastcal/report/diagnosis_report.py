@@ -28,10 +28,10 @@ from fastcal.report import (
     shop,
     workspace,
 )
+from fastcal.report.diagnosis_steps import is_advice, next_steps
 from fastcal.report.diagnosis_words import (
     GRADES,
     VERDICTS,
-    next_steps,
     rest_sentence,
     short_name,
     spoken_label,
@@ -119,7 +119,7 @@ def diagnosis_page(found: Diagnosis, *, simulated: bool = False) -> str:
         cards=[_card(found, finding, state) for finding in found.effects],
         grades=GRADES,
         effect_key=effect_figures.KEY,
-        plan=found.plan,
+        plan=found.plan if is_advice(found.plan) else None,
         plan_sentence="" if found.plan is None else spoken_label(found.plan.sentence),
         rest=None if found.unexplained is None else rest_sentence(found.unexplained, _tried(found)),
         rest_figures=_rest_figures(found, state),
@@ -145,7 +145,7 @@ def diagnosis_page(found: Diagnosis, *, simulated: bool = False) -> str:
 def _sections(found: Diagnosis) -> list[tuple[str, str]]:
     """What the contents list: id and short title of the sections that the page has."""
     return [
-        *([("plan", "Next measurement")] if found.plan is not None else []),
+        *([("plan", "Next measurement")] if is_advice(found.plan) else []),
         *([("found", "What is missing")] if found.effects else []),
         *([("rest", "Unexplained")] if found.unexplained is not None else []),
         ("gap-part", "Gap closed"),

@@ -8,13 +8,12 @@ import re
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
-from fastcal.diagnosis.words import cause_in_words, owner_in_words
-from fastcal.effects.entries import traits_of
+from fastcal.diagnosis.words import owner_in_words
 from fastcal.report.formatting import count, percent, plural
 from fastcal.report.words import listed
 
 if TYPE_CHECKING:
-    from fastcal.diagnosis.result import Diagnosis, Finding, Unexplained
+    from fastcal.diagnosis.result import Finding, Unexplained
 
 VERDICTS = {  # word and tone
     "none": ("Nothing missing", "good"),
@@ -24,7 +23,7 @@ VERDICTS = {  # word and tone
     "unexplained": ("Something remains, unnamed", "bad"),
 }
 GRADES = {
-    "A": "it is this: whatever else could be mistaken for it was tried and refused",
+    "A": "it is this: everything that could be mistaken for it was tried and rejected",
     "B": "the data are consistent with it, but something else could do the same",
     "C": "the place is known, the cause is not",
     "D": "something remains",
@@ -102,61 +101,10 @@ def sureness(finding: Finding) -> list[str]:
     gain, error = finding.gain
     better = "not clearly better" if gain < 2 * error else "clearly better"
     return [
-        f"Its mark is {finding.snr:.0f} times what noise makes; noise alone would look like this "
-        f"{chance(finding.p_value)}.",
+        f"Signal-to-noise ratio {finding.snr:.0f}; noise alone would look like this {chance(finding.p_value)}.",
         f"Poses that were held out of the fit are predicted {better} with it in the model.",
         f"Searched for in parts of the data alone, it comes first in {percent(finding.stability)} of them.",
     ]
-
-
-def next_steps(found: Diagnosis) -> list[str]:
-    """What to do now, a sentence each."""
-    names = [cause_in_words(f.effect, f.owner) for f in found.effects if traits_of(f.effect).role != "curve"]
-    if found.verdict == "none":
-        return [
-            "Nothing has to be added: model.yaml is the calibrated geometry.",
-            "If the robot errs more at other work, look below at what these data could not show, and measure that.",
-        ]
-    use = "Compensate with model.yaml: it holds the geometry and the effect as they were identified together."
-    take_out = "Should it prove wrong, the file without_... beside it takes the effect out of model.yaml again."
-    if found.verdict == "one_of":
-        others = [cause_in_words(e, o) for f in found.effects for e, o in f.equivalents]
-        separate = (
-            "the card below says how" if found.plan is not None else "fastcal design --separate chooses the poses"
-        )
-        return [
-            f"Do not repair anything yet: {names[0]} and {listed(others)} fit these data alike.",
-            f"Measure the poses that tell them apart ({separate}), and run the diagnosis on both files together.",
-            "Until then model.yaml predicts as well whichever it is, within the postures and loads that were measured.",
-        ]
-    if found.verdict == "unexplained":
-        rest = found.unexplained
-        steps = (
-            [f"Look {_look(rest)}."] if rest and rest.share >= _SMALL else ["What has no name is next to nothing here."]
-        )
-        if found.effects:
-            steps.append("model.yaml holds what was found; it is better than geometry alone, and not the whole story.")
-        else:
-            steps.append("model.yaml is the geometry alone: no name explains enough to be trusted in a model.")
-        return [*steps, "Do not trust predictions outside the postures, loads and conditions that were measured."]
-    unsure = [f for f in found.effects if f.grade != "A"]
-    steps = [use, take_out]
-    if unsure:
-        steps.append(f"Check by hand before repairing: {listed([cause_in_words(f.effect, f.owner) for f in unsure])}.")
-    return steps
-
-
-def _look(rest: Unexplained) -> str:
-    on = depends(rest.depends_on)
-    if rest.owner.startswith("joint"):
-        return f"at {place(rest.owner)} (gear, cables and hoses, brake, encoder): its error follows {on}"
-    if rest.owner == "workspace":
-        return (
-            "at the instrument and its surroundings first (refraction, line of sight, scale, target), then at cables "
-            "and hoses that pull in some postures: the error is a smooth function of the place"
-        )
-    what = {"base": "the foundation and the instrument's stand", "tool": "the tool and the target's seat"}
-    return f"at {what.get(rest.owner, place(rest.owner))}: it moves with {on}"
 
 
 def rest_sentence(rest: Unexplained, names: int) -> str:
@@ -164,6 +112,6 @@ def rest_sentence(rest: Unexplained, names: int) -> str:
     share = "less than 1\N{NARROW NO-BREAK SPACE}%" if rest.share < _SMALL else percent(rest.share)
     where = f"{'in' if rest.owner == 'workspace' else 'at'} {place(rest.owner)}"
     return (
-        f"{share} of the misfit that geometry alone leaves has no name among the {plural(names, 'cause')} that were "
-        f"tried. It is best placed {where}, as something that depends on {depends(rest.depends_on)}."
+        f"{share} of the misfit that geometry alone leaves is explained by none of the {plural(names, 'cause')} "
+        f"that were tried. It fits best {where}, as something that depends on {depends(rest.depends_on)}."
     )

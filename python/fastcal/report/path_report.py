@@ -22,17 +22,21 @@ if TYPE_CHECKING:
 _LEAST_MM = 1e-6  # what a logarithmic axis shows of zero
 
 
-def write_path_report(found: PathAccuracy, robot_name: str, path: str | os.PathLike[str]) -> None:
-    """Writes the page, whole or not at all."""
-    write_text(path, path_page(found, robot_name))
+def write_path_report(
+    found: PathAccuracy, robot_name: str, path: str | os.PathLike[str], *, targets_name: str = ""
+) -> None:
+    """Writes the page, whole or not at all; `targets_name` is the file of the path."""
+    write_text(path, path_page(found, robot_name, targets_name))
 
 
-def path_page(found: PathAccuracy, robot_name: str) -> str:
+def path_page(found: PathAccuracy, robot_name: str, targets_name: str = "") -> str:
     """The HTML text of the page."""
     return page.render(
         "path.html",
         title=f"Path of {robot_name}",
         robot_name=robot_name,
+        targets_name=targets_name,
+        sureness=_sureness(found),
         simulated=False,
         points=len(found.points),
         length=f"{significant(from_si(float(found.along[-1]), 'mm'), 4)} mm",
@@ -45,15 +49,39 @@ def _table(found: PathAccuracy) -> Table:
     columns = [Column("", numeric=False), *(Column(f"{name} (mm)") for name in ("mean", "RMS", "largest"))]
     columns.append(Column("path accuracy, ISO 9283 (mm)"))
     rows = []
+    known = _sigma_mm(found)
     for name, size, off in (
         ("without compensation", found.before, found.off_before),
         ("with compensation", found.after, found.off_after),
     ):
         mm = from_si(size, "mm")
         values = [mm.mean(), np.sqrt(np.mean(mm**2)), mm.max(), from_si(float(off.max()), "mm")]
-        cells = [number_cell(significant(float(value), 3), float(value)) for value in values]
+        cells = [number_cell(_no_finer(float(value), known), float(value)) for value in values]
         rows.append([number_cell(name, None), *cells])
     return Table("Error along the path, without and with compensation.", columns, [Group(rows)])
+
+
+def _sigma_mm(found: PathAccuracy) -> float | None:
+    """Standard deviation of a predicted coordinate along the path, RMS [mm]; None for an uncalibrated model."""
+    known = found.sigma[np.isfinite(found.sigma)]
+    return float(from_si(float(np.sqrt(np.mean(known**2))), "mm")) if len(known) else None
+
+
+def _no_finer(value: float, sigma: float | None) -> str:
+    """A predicted error; one smaller than a tenth of what the model is sure of is said to be that."""
+    least = 0.0 if sigma is None else sigma / 10
+    return f"< {significant(least, 1)}" if value < least else significant(value, 3)
+
+
+def _sureness(found: PathAccuracy) -> str:
+    """How sure the model is of its own prediction."""
+    sigma = _sigma_mm(found)
+    if sigma is None:
+        return "The model was not calibrated: how sure its prediction is, is not known."
+    return (
+        f"The model's own prediction has a standard deviation of {significant(sigma, 2)} mm a coordinate along this "
+        "path: the tool may be that far off, however small the predicted error is."
+    )
 
 
 def _drawing(found: PathAccuracy) -> Figure:
@@ -64,6 +92,10 @@ def _drawing(found: PathAccuracy) -> Figure:
     for entry, size in zip(key, sizes, strict=True):
         hover = f"{entry.label}: %{{y:.3g}} mm at %{{x:.4g}} mm"
         traces.append(figures.line(along, size, entry.colour, entry.mark, hover=hover))
+    sigma = _sigma_mm(found)
+    if sigma is not None:
+        traces.append(figures.line(along[[0, -1]], np.full(2, sigma), figures.INK, "dot"))
+        key.append(Key("standard deviation of the prediction, a coordinate", figures.INK, "dot"))
     at = found.points
     traces.append(figures.points(along[at], sizes[1][at], figures.AFTER, 7, hover="target at %{x:.4g} mm"))
     key.append(Key("target", figures.AFTER, "point"))

@@ -99,7 +99,7 @@ def _what_remains(train: Rows, trends: dict[str, Trend]) -> Remark:
     named = [f"{titles[name]} ({percent(trends[name].share)})" for name in flagged[:3]]
     if len(flagged) > 3:
         named.append(plural(len(flagged) - 3, "more variable"))
-    text = f"The remaining error is not all noise: it depends on {listed(named)}."
+    text = f"The remaining error is not all noise: it depends on {listed(named)}; fastcal diagnose looks for the cause."
     return Remark(text, True, "remaining")
 
 

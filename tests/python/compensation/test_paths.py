@@ -2,11 +2,15 @@
 # SPDX-License-Identifier: MIT
 """Lines and arcs, and how far a tool is from them between compensated points."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 import fastcal
+from fastcal.calibration.calibrate import calibrate
+from fastcal.calibration.simulation import random_poses, simulate
 from fastcal.compensation import path_accuracy
 from fastcal.compensation.curves import arc, between
 from fastcal.errors import InvalidInput
@@ -90,6 +94,27 @@ def test_the_page_draws_both_and_says_the_figures(arms) -> None:
     assert "arm &lt;1&gt;" in text
     assert "with compensation" in text
     assert f'data-sort="{float(found.before.max() * 1000)}"' in text
+    assert "was not calibrated" in text
+
+
+def test_the_page_names_the_program_and_how_sure_the_model_is(arms) -> None:
+    """An error of a thousandth of what the model is sure of is no figure to print."""
+    nominal, real = arms("staubli_rx160l")
+    found = path_accuracy(real, corners(nominal), Q, nominal=nominal)
+    sure = replace(found, sigma=np.full(len(found.along), 8e-6), after=np.full(len(found.along), 1e-8))
+    text = path_page(sure, "arm", "weld_7.csv")
+    assert "weld_7.csv" in text
+    assert "a standard deviation of 0.0080 mm a coordinate along this path" in text
+    assert "&lt; 0.0008" in text
+
+
+def test_the_sigma_of_a_path_is_that_of_the_model(arms) -> None:
+    nominal, real = arms("staubli_rx160l")
+    data = simulate(real, random_poses(nominal, 40, seed=2), noise=5e-5, seed=3)
+    model = calibrate(nominal, data, loss="none").model
+    found = path_accuracy(model, corners(nominal), Q, nominal=nominal)
+    expected = np.sqrt(np.mean(model.position_deviation(Q) ** 2))
+    assert found.sigma[0] == pytest.approx(expected, rel=0.02)  # the command is a little off the nominal posture
 
 
 @pytest.mark.parametrize(

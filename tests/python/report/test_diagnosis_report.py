@@ -18,8 +18,10 @@ import pytest
 from fastcal import load_robot
 from fastcal.diagnosis import Diagnosis, diagnose
 from fastcal.diagnosis import partial_residuals as partial
+from fastcal.diagnosis.plan import SeparatingPlan
 from fastcal.diagnosis.result import NamedValue, Unexplained
-from fastcal.report import diagnosis_words, shop
+from fastcal.diagnosis.words import sentence_of
+from fastcal.report import diagnosis_steps, diagnosis_words, shop
 from fastcal.report.diagnosis_figures import confusion_map, waterfall
 from fastcal.report.diagnosis_report import diagnosis_page
 from fastcal.report.diagnosis_tables import owners_text
@@ -179,7 +181,7 @@ def test_each_verdict_has_a_page_that_says_what_to_do(found: Diagnosis, verdict:
         "several": {"effects": [finding, finding]},
         "unexplained": {"unexplained": Unexplained("joint5", 0.4, ("q4", "q6"))},
     }[verdict]
-    steps = diagnosis_words.next_steps(replace(found, verdict=verdict, **changed))
+    steps = diagnosis_steps.next_steps(replace(found, verdict=verdict, **changed))
     assert len(steps) >= 2
     assert ("Do not repair anything yet" in steps[0]) == (verdict == "one_of")
     assert ("at joint 5" in steps[0]) == (verdict == "unexplained")
@@ -192,3 +194,35 @@ def test_the_contents_of_a_diagnosis_lead_to_its_sections(found: Diagnosis, unna
         page = diagnosis_page(shown)
         links = re.findall(r'<a href="#([^"]+)">', page.split('<nav class="contents"')[1].split("</nav>")[0])
         assert links == re.findall(r'<section id="([^"]+)"', page)
+
+
+def test_an_error_of_the_measurement_is_not_to_be_compensated(found: Diagnosis) -> None:
+    (finding,) = found.effects
+    drift = replace(finding, effect="base_drift", owner="base")
+    steps = diagnosis_steps.next_steps(replace(found, verdict="named", effects=[drift]))
+    assert steps[0].startswith("Not the robot but the measurement: base: a drift")
+    assert not any(step.startswith("Compensate") for step in steps)
+    both = diagnosis_steps.next_steps(replace(found, verdict="several", effects=[finding, drift]))
+    assert both[0].startswith("Not the robot but the measurement")
+    assert both[1].startswith("Compensate with model.yaml: it holds the geometry and the effect, identified together.")
+
+
+def test_a_plan_that_would_settle_nothing_is_no_advice(found: Diagnosis) -> None:
+    """Poses that raise the power from 9 to 16 % are not worth measuring, and the page does not ask for them."""
+    (finding,) = found.effects
+    effects = [replace(finding, equivalents=(("gear_harmonic", "joint3"),), grade="B")]
+    poses = found.search.problem.data[:12]
+    for after, asked in ((0.16, False), (0.84, True)):
+        plan = SeparatingPlan(poses, 0.09, after, "12 more poses tell them apart.")  # type: ignore[arg-type]
+        shown = replace(found, verdict="one_of", effects=effects, plan=plan)
+        steps = diagnosis_steps.next_steps(shown)
+        assert ("see below" in steps[1]) == asked
+        assert ("would hardly tell them apart" in steps[1]) == (not asked)
+        assert ('<section id="plan"' in diagnosis_page(shown)) == asked
+
+
+def test_several_causes_are_spoken_of_as_several(found: Diagnosis) -> None:
+    assert "With it in the model the error" in found.sentence
+    assert "With them in the model the error" in sentence_of(replace(found, gap=[*found.gap, found.gap[-1]]))
+    worse = replace(found.gap[-1], test_rms_mm=9.0)
+    assert " rises from " in sentence_of(replace(found, gap=[found.gap[0], worse]))

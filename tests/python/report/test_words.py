@@ -79,7 +79,8 @@ def test_trends_are_named_strongest_first(clean: CalibrationResult) -> None:
     found = judge(clean, {name: Trend(share, 0.0) for name, share in shares.items()})
     thin = "\N{NARROW NO-BREAK SPACE}"
     named = f"joint 2 (30{thin}%), joint 3 (20{thin}%), joint 1 (10{thin}%) and 1 more variable"
-    assert found.remarks[1].text == f"The remaining error is not all noise: it depends on {named}."
+    said = f"The remaining error is not all noise: it depends on {named}; fastcal diagnose looks for the cause."
+    assert found.remarks[1].text == said
 
 
 def test_the_planted_gear_error_of_joint_4_is_found(make_result: Callable[..., CalibrationResult]) -> None:

@@ -1,0 +1,122 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""What to do after a diagnosis: use the model, repair, measure again, or look somewhere."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from fastcal.diagnosis.words import cause_in_words
+from fastcal.effects.entries import traits_of
+from fastcal.report.diagnosis_words import depends, place
+from fastcal.report.formatting import percent
+from fastcal.report.words import listed
+
+if TYPE_CHECKING:
+    from fastcal.diagnosis.plan import SeparatingPlan
+    from fastcal.diagnosis.result import Diagnosis, Finding, Unexplained
+
+WORTH_MEASURING = 0.5  # power from which a plan is advice: below, the test would more likely fail than not
+_SMALL = 0.01  # share of the misfit below which what remains is not worth a search
+_SOUND = "Do not trust predictions outside the postures, loads and conditions that were measured."
+
+
+def next_steps(found: Diagnosis) -> list[str]:
+    """What to do now, a sentence each."""
+    if found.verdict == "none":
+        return [
+            "Nothing has to be added: model.yaml is the calibrated geometry.",
+            "If the robot is less accurate at other work, see below what these data could not show, and measure that.",
+        ]
+    if found.verdict == "one_of":
+        return _one_of(found)
+    if found.verdict == "unexplained":
+        return _unexplained(found)
+    return [*_measurement(found.effects), *_robot(found.effects), *_unsure(found.effects)]
+
+
+def is_advice(plan: SeparatingPlan | None) -> bool:
+    """Is a plan worth its poses: would it more likely than not settle the question?"""
+    return plan is not None and plan.power_after >= WORTH_MEASURING
+
+
+def _one_of(found: Diagnosis) -> list[str]:
+    """Names that fit alike: what would tell them apart, and what can be done until then."""
+    causes = [pair for f in found.effects for pair in ((f.effect, f.owner), *f.equivalents)]
+    if found.plan is None:
+        more = "Measure poses that tell them apart (fastcal design --separate chooses them)"
+    elif is_advice(found.plan):
+        more = "Measure the poses that tell them apart (see below)"
+    else:
+        more = (
+            "More poses of the same kind would hardly tell them apart (probability "
+            f"{percent(found.plan.power_after)} with {len(found.plan.poses)} more): measure with a load that pulls "
+            "sideways, another payload or a target on the link itself"
+        )
+    names = listed([cause_in_words(*cause) for cause in causes])
+    return [
+        f"Do not repair anything yet: {names} fit these data equally well.",
+        f"{more}, and run the diagnosis on both files together.",
+        "Until then model.yaml predicts equally well whichever it is, within the postures and loads measured.",
+    ]
+
+
+def _unexplained(found: Diagnosis) -> list[str]:
+    rest = found.unexplained
+    steps = [f"Look {_look(rest)}."] if rest and rest.share >= _SMALL else ["The unexplained part is next to nothing."]
+    if found.effects:
+        steps.append("model.yaml holds what was found: it is better than geometry alone, and not the whole story.")
+    else:
+        steps.append("model.yaml is the geometry alone: no cause explains enough to be trusted in a model.")
+    return [*steps, _SOUND]
+
+
+def _measurement(effects: list[Finding]) -> list[str]:
+    """Causes that are no fault of the robot: what to do before the next measurement."""
+    names = [cause_in_words(f.effect, f.owner) for f in effects if traits_of(f.effect).of_the_measurement]
+    if not names:
+        return []
+    alone = len(names) == len(effects)
+    return [
+        f"Not the robot but the measurement: {listed(names)}. Find out what moved or is off, secure it, and measure "
+        "again.",
+        *(
+            [
+                "There is nothing to compensate: the geometry in model.yaml was identified with this error taken out, "
+                "and robot programs are compensated without it."
+            ]
+            if alone
+            else []
+        ),
+    ]
+
+
+def _robot(effects: list[Finding]) -> list[str]:
+    """Causes in the robot: they are in the model."""
+    own = [f for f in effects if not traits_of(f.effect).of_the_measurement]
+    if not own:
+        return []
+    what = "the effect" if len(own) == 1 else f"the {len(own)} effects"
+    patches = "a without_....patch" if len(own) == 1 else "one of the without_....patch files"
+    return [
+        f"Compensate with model.yaml: it holds the geometry and {what}, identified together.",
+        f"To undo {'it' if len(own) == 1 else 'one'}, apply {patches} beside it.",
+    ]
+
+
+def _unsure(effects: list[Finding]) -> list[str]:
+    unsure = [cause_in_words(f.effect, f.owner) for f in effects if f.grade != "A"]
+    return [f"Check by hand before repairing: {listed(unsure)}."] if unsure else []
+
+
+def _look(rest: Unexplained) -> str:
+    on = depends(rest.depends_on)
+    if rest.owner.startswith("joint"):
+        return f"at {place(rest.owner)} (gear, cables and hoses, brake, encoder): its error follows {on}"
+    if rest.owner == "workspace":
+        return (
+            "at the instrument and its surroundings first (refraction, line of sight, scale, target), then at cables "
+            "and hoses that pull in some postures: the error is a smooth function of the position"
+        )
+    what = {"base": "the foundation and the instrument's stand", "tool": "the tool and the target's seat"}
+    return f"at {what.get(rest.owner, place(rest.owner))}: it moves with {on}"
