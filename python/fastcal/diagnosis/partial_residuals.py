@@ -83,7 +83,8 @@ def of_rest(state: State, owner: str, depends_on: tuple[str, ...]) -> PartialRes
     if not at:
         return None
     effect = Effect.added(fit, blocks.columns_of(blocks.count + at[0]))
-    columns = [_variable(name, owner, fit) for name in depends_on]
+    found = [_variable(name, owner, fit) for name in depends_on]
+    columns = [column for column in found if column is not None]
     if owner.startswith("joint"):
         return _joint(effect, owner, blocks, depends_on, columns)
     if len(effect.points[0]) == 0:
@@ -115,21 +116,21 @@ def _of_effect(effect: Effect, entry: Spec, blocks: Blocks) -> PartialResidual:
     traits, owner, fit = traits_of(entry["effect"]), entry["owner"], effect.fit
     data, on = fit.problem.kept, filled(traits.plotted_over, owner)
     joint = owner.partition("<-")[0]
+    (core,) = build_effects([core_entry(entry)], fit.problem.start.model.robot)
+    if traits.place == "joint" and on != "itself" and core.follows_loads and not core.data_columns:
+        on = "torque"  # a gap that the load closes asks for no side of approach
+    x = None if on == "itself" else _variable(on, joint, fit)
     is_whole = data.position is not None
-    if traits.place == "joint" and on != "itself":
-        (core,) = build_effects([core_entry(entry)], fit.problem.start.model.robot)
-        on = "torque" if core.follows_loads and not core.data_columns else on  # a gap that the load closes
-        return _joint(effect, joint, blocks, (on,), [_variable(on, joint, fit)])
-    if traits.place == "link" and on == "temperature_c" and data.temperature is not None:
-        h = data.temperature - float(core_options(entry).get("t0", data.temperature.mean()))
+    if x is not None and traits.place == "joint":
+        return _joint(effect, joint, blocks, (on,), [x])
+    if x is not None and traits.place == "link" and on == "temperature_c":
+        h = x - float(core_options(entry).get("t0", x.mean()))
         strain = np.where(np.abs(h) > _COLD * np.abs(h).max(), h, np.inf)
-        reading = effect.along(effect.C[:, 0] / strain[effect.row])
-        return _result(effect, (on,), [data.temperature], "growth", "1", reading)
-    if traits.place == "base" and on in ("time_s", "station") and is_whole:
-        return _result(effect, (on,), [_variable(on, owner, fit)], "motion", "m", effect.motion(_courses(entry, data)))
-    if traits.place == "tool" and on != "itself" and is_whole:
-        reading = effect.in_frame(blocks.frames["tool"])
-        return _result(effect, (on,), [_variable(on, owner, fit)], "shift", "m", reading)
+        return _result(effect, (on,), [x], "growth", "1", effect.along(effect.C[:, 0] / strain[effect.row]))
+    if x is not None and traits.place == "base" and on in ("time_s", "station") and is_whole:
+        return _result(effect, (on,), [x], "motion", "m", effect.motion(_courses(entry, data)))
+    if x is not None and traits.place == "tool" and is_whole:
+        return _result(effect, (on,), [x], "shift", "m", effect.in_frame(blocks.frames["tool"]))
     reading = effect.along_itself()
     x = np.zeros(len(data))
     x[reading.kept] = reading.fitted[:, 0]
@@ -155,24 +156,22 @@ def _joint(
     return _result(effect, on, columns, "joint", "rad" if revolute else "m", reading)
 
 
-def _variable(name: str, owner: str, fit: Fit) -> FloatArray:
-    """(N,) the variable of this name over the fitted rows, SI."""
+def _variable(name: str, owner: str, fit: Fit) -> FloatArray | None:
+    """(N,) the variable of this name over the fitted rows, SI; None where the data have none."""
     data = fit.problem.kept
-    if name in data.extra:
-        return data.extra[name]
-    if name == "torque":
-        return np.asarray(fit.loads[:, int(owner.removeprefix("joint")) - 1])
-    of_joints = re.fullmatch(r"(q|approach|current)(\d+)(?:_a)?", name)
-    if of_joints:
-        columns = {"q": data.q, "approach": data.approach, "current": data.current}[of_joints[1]]
-        return np.asarray(columns, dtype=np.float64)[:, int(of_joints[2]) - 1]
-    if name in ("x", "y", "z"):
-        return np.asarray(data.position, dtype=np.float64)[:, "xyz".index(name)]
-    labels = {"station": data.station, "mount": data.mount}.get(name)
-    if labels is not None:
-        return np.asarray(labels, dtype=np.float64)
-    values = {"time_s": data.time, "temperature_c": data.temperature, "payload_kg": data.payload}[name]
-    return np.asarray(values, dtype=np.float64)
+    values: object = data.extra.get(name)
+    of_joint = re.fullmatch(r"(q|approach|current)(\d+)(?:_a)?", name)
+    if of_joint:
+        columns = {"q": data.q, "approach": data.approach, "current": data.current}[of_joint[1]]
+        values = None if columns is None else columns[:, int(of_joint[2]) - 1]
+    elif name == "torque" and owner.startswith("joint"):
+        values = fit.loads[:, int(owner.removeprefix("joint")) - 1]
+    elif name in ("x", "y", "z") and data.position is not None:
+        values = data.position[:, "xyz".index(name)]
+    elif values is None:
+        conditions = {"time_s": data.time, "temperature_c": data.temperature, "payload_kg": data.payload}
+        values = {**conditions, "station": data.station, "mount": data.mount}.get(name)
+    return None if values is None else np.asarray(values, dtype=np.float64)
 
 
 def _result(

@@ -9,6 +9,7 @@ both axes alike, it could not be told from a bearing of joint 1 that tilts.)
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -111,6 +112,13 @@ def test_it_is_worded_and_drawn() -> None:
     text = diagnosis_page(found)
     assert "a pedestal that yields" in text
     assert "turn of the base per moment" in text
+
+
+def test_it_is_drawn_along_itself_where_the_data_lack_its_variable(monkeypatch: pytest.MonkeyPatch) -> None:
+    found, own = found_at(60.0), registered._effects["pedestal_tilt"]
+    traits = replace(own.traits, plotted_over="time_s")
+    monkeypatch.setitem(registered._effects, "pedestal_tilt", replace(own, traits=traits))
+    assert of_finding(found.state, found.effects[0]).depends_on == ("itself",)
 
 
 def test_it_is_converted_where_the_base_stays() -> None:
