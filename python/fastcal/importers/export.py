@@ -35,6 +35,7 @@ class Export:
         orientation: What three angles are, where the file or its format's manual says so.
         controller: Whether a controller wrote it, so that a pose called actual is what it computed.
         headed: Whether it has titles; without them columns are known by their number alone.
+        mapped: Columns of the contract that a map names and this table has.
         notes: What a reader should know.
     """
 
@@ -48,6 +49,7 @@ class Export:
     orientation: str | None = None
     controller: bool = False
     headed: bool = True
+    mapped: frozenset[str] = frozenset()
     notes: tuple[str, ...] = ()
 
     def column(self, place: int) -> list[str]:

@@ -221,11 +221,8 @@ def stacked(readings: Sequence[Reading]) -> Reading:
 
 def _check_map(mapping: Mapping, readings: Sequence[Reading]) -> None:
     """Refuses a map of which a column is in none of the files: a slip of the pen would else be passed over."""
-    given = {name for reading in readings for name in reading.columns} | {"name"}
-    turned = {"qw", "qx", "qy", "qz"} if given & {"qw", "rx_deg", "rx_rad", "rx_mrad"} else set()
     for ours, theirs in mapping.columns.items():
-        turn = ours[0] == "r" or (ours in ("qw", "qx", "qy", "qz"))
-        if ours not in given and not (turn and (turned or given & {"rx_deg", "rx_rad", "rx_mrad"})):
+        if not any(ours in reading.mapped for reading in readings):
             raise ParseError(f"columns.{ours}: no file has the column {theirs!r}", mapping.path)
 
 

@@ -78,7 +78,12 @@ class Mapping:
             meanings[place] = _title(ours)
         orientation = self.orientation or ("rpy" if any(_PART.fullmatch(k) and k[0] == "r" for k in places) else None)
         return replace(
-            export, meanings=meanings, orientation=orientation or export.orientation, headed=True, controller=False
+            export,
+            meanings=meanings,
+            orientation=orientation or export.orientation,
+            headed=True,
+            mapped=frozenset(places),
+            controller=False,
         )
 
 

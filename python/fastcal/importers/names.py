@@ -19,7 +19,7 @@ def pairs_by_name(poses: Sequence[str], points: Sequence[str], *, counted: tuple
 
     A name that comes several times in both lists is paired in order; where one pose was measured several times, all its
     points go to it. Names that agree in their numbers alone are taken only if the numbers name the rows: one list that
-    counts 1, 2, 3 ... without a gap says nothing about which rows the other list lacks.
+    counts its rows without a gap says nothing about which rows the other list lacks, or from where that one counts.
 
     Args:
         poses: The names of the poses.
@@ -30,7 +30,7 @@ def pairs_by_name(poses: Sequence[str], points: Sequence[str], *, counted: tuple
         found = _paired(poses, points, _whole)
         if found is not None:
             return found
-    if len(poses) != len(points) and (_gapless(poses) or _gapless(points)):
+    if (_gapless(poses) or _gapless(points)) and {*map(_number, poses)} != {*map(_number, points)}:
         return None
     return _paired(poses, points, _number)
 

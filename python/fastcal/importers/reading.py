@@ -39,6 +39,7 @@ class Reading:
         times: When; None where it does not say.
         lines: The line of each row.
         computed: The title of a pose that a controller computed, which is never taken.
+        mapped: Columns of the contract that a map named.
         notes: What a reader should know.
     """
 
@@ -52,6 +53,7 @@ class Reading:
     times: Times | None
     lines: list[int]
     computed: str | None = None
+    mapped: frozenset[str] = frozenset()
     notes: list[str] = field(default_factory=list)
 
     def __len__(self) -> int:
@@ -122,6 +124,7 @@ def interpret(
         _times(export, rows),
         [export.lines[k] for k in rows],
         computed,
+        export.mapped,
         notes,
     )
 

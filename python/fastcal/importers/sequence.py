@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 _SKIP = 0.6  # cost of leaving out one entry; two of them cost more than the worst match
+_ROUNDING = 1e-9
 
 
 def matched(distance: FloatArray, gate: float) -> list[tuple[int, int]]:
@@ -30,7 +31,7 @@ def matched(distance: FloatArray, gate: float) -> list[tuple[int, int]]:
         here = np.minimum(pair, skip)
         # Leaving out columns: here[j'] + 0.6 (j - j') for the best j' <= j.
         after = np.minimum.accumulate(here - steps) + steps
-        taken[i] = np.where(after < here, 0, np.where(pair <= skip, 1, 2))
+        taken[i] = np.where(after < here - _ROUNDING, 0, np.where(pair <= skip, 1, 2))
         best = after
     pairs: list[tuple[int, int]] = []
     i, j = rows - 1, columns
