@@ -57,13 +57,7 @@ def import_measurements(
         orientation=orientation or mapping.orientation,
     )
     readings = [reading for path in exports for reading in asked(path, wanted="points" if joints else "any")]
-    if joints is not None:
-        found = [each for each in asked(joints, wanted="joints") if each.joints]
-        if not found:
-            raise InvalidInput(f"{os.fspath(joints)}: holds no joint positions that are known; name them with --map")
-        poses = stacked(found)
-    else:
-        poses = None
+    poses = None if joints is None else stacked(asked(joints, wanted="joints"))
     _check_map(mapping, [*readings, *([poses] if poses else [])])
     return _complete(readings, poses, robot)
 
@@ -98,10 +92,11 @@ def _without_points(reading: Reading) -> str:
             f"measurement: give "
             "the instrument's points, and this file with --joints"
         )
-    held = f"{reading.joints} joints in {len(reading)} rows and" if reading.joints else ""
+    held = f"{reading.joints} joints in {len(reading)} rows and " if reading.joints else ""
     return (
-        f"{reading.path}: holds {held} no measured points that are known; name them with --map, or give the "
-        f"instrument's export"
+        f"{reading.path}: holds {held}no measured points that are known; name them with --map, or give the "
+        f"instrument's "
+        "export"
     )
 
 
@@ -131,8 +126,12 @@ def read(
         except InvalidInput as problem:
             problems.append(problem)
             continue
-        if reading.joints or reading.measured or reading.computed:
+        if reading.joints or (wanted != "joints" and (reading.measured or reading.computed)):
             found.append((export.grid, reading))
+        elif wanted == "joints":
+            problems.append(
+                InvalidInput(f"{reading.path}: holds no joint positions that are known; name them with --map")
+            )
         else:
             problems.append(InvalidInput(_without_points(reading)))
     if not found:

@@ -1,0 +1,135 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""`fastcal import` and `fastcal template`, and several or foreign files where a command takes DATA."""
+
+import json
+from pathlib import Path
+
+import openpyxl
+import pytest
+
+import fastcal
+from fastcal.cli import main
+from fastcal.io.measurements import load_measurements
+
+from .conftest import P, Q, Session
+
+POINTS = ("Name,X [mm],Y [mm],Z [mm]", "{name}," + P, "points.csv")
+
+
+@pytest.fixture
+def here(session: Session, monkeypatch: pytest.MonkeyPatch) -> Session:
+    monkeypatch.chdir(session.folder)
+    session.table(*POINTS)
+    session.joints()
+    return session
+
+
+def test_import_writes_a_measurement_file_and_says_how(here: Session, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["import", "points.csv", "--joints", "joints.csv", "--robot", "ur5", "-o", "out.csv"]) == 0
+    said = capsys.readouterr()
+    assert said.err == ""
+    assert "30 points joined with their poses by name" in said.out
+    assert said.out.splitlines()[-1] == "out.csv: 30 rows, 6 joints, points; read as a table"
+    assert len(load_measurements("out.csv", fastcal.load_robot("ur5"))) == 30
+
+
+def test_a_question_is_one_line_and_nothing_is_written(here: Session, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["import", "points.csv", "-o", "out.csv"]) == 2
+    said = capsys.readouterr()
+    assert said.err.count("\n") == 1
+    assert "--joints" in said.err
+    assert not Path("out.csv").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["points.csv", "--joints", "joints.csv", "-o", "points.csv"], "is one of the inputs"),
+        (["points.csv"], "expected -o FILE"),
+        (["nothing.csv", "-o", "out.csv"], "cannot be read"),
+        (["points.csv", "--orientation", "euler", "-o", "out.csv"], "--orientation: expected rpy"),
+        (["points.csv", "--joints", "points.csv", "-o", "out.csv"], "holds no joint positions"),
+        (["joints.csv", "-o", "out.csv"], "no measured points"),
+    ],
+)
+def test_usage_that_cannot_be_meant(
+    here: Session, capsys: pytest.CaptureFixture[str], arguments: list[str], said: str
+) -> None:
+    assert main(["import", *arguments]) == 2
+    assert said in capsys.readouterr().err
+
+
+def test_print_map_writes_a_file_that_map_reads(here: Session, capsys: pytest.CaptureFixture[str]) -> None:
+    here.table("J1,J2,J3,J4,J5,J6,X,Y,Z", Q + "," + P, "both.csv")
+    assert main(["import", "both.csv", "--print-map"]) == 0
+    assert 'q1_deg: "J1"' in capsys.readouterr().out
+    assert main(["import", "both.csv", "--print-map", "-o", "map.yaml"]) == 0
+    assert main(["import", "both.csv", "--map", "map.yaml", "-o", "out.csv"]) == 0
+    assert len(load_measurements("out.csv", fastcal.load_robot("ur5"))) == 30
+
+
+@pytest.mark.parametrize("name", ["t.csv", "t.xlsx"])
+def test_a_template_that_is_filled_in_is_a_measurement_file(here: Session, name: str) -> None:
+    assert main(["template", "lbr_iiwa14", "-o", name]) == 0
+    row = [0.1 * k for k in range(1, 8)] + [400.0, 10.0, 900.0]
+    if name.endswith(".csv"):
+        with Path(name).open("a") as file:
+            file.write(",".join(map(str, row)) + "\n")
+    else:
+        book = openpyxl.load_workbook(name)
+        book.worksheets[0].append(row)
+        assert [cell.value for cell in book["Columns"]["A"]][:3] == ["column", "q1_deg", "q2_deg"]
+        book.save(name)
+    data = load_measurements(name, fastcal.load_robot("lbr_iiwa14"))
+    assert len(data) == 1
+    assert data.notes == ()
+
+
+def test_a_template_of_another_ending_is_refused(here: Session, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["template", "ur5", "-o", "t.ods"]) == 2
+    assert "ends in .csv or .xlsx" in capsys.readouterr().err
+
+
+def test_calibrate_reads_an_export_as_it_is(here: Session, capsys: pytest.CaptureFixture[str]) -> None:
+    here.table("Achse 1;Achse 2;Achse 3;Achse 4;Achse 5;Achse 6;X;Y;Z", (Q + "," + P).replace(",", ";"), "export.csv")
+    assert main(["import", "export.csv", "-o", "imported.csv"]) == 0
+    for name in ("export", "imported"):
+        assert main(["calibrate", "ur5", f"{name}.csv", "-o", name]) == 0
+    said = capsys.readouterr()
+    assert "taken as degrees" in said.err
+    first, second = (json.loads(Path(name, "result.json").read_text()) for name in ("export", "imported"))
+    assert first["train"]["after_mm"] == second["train"]["after_mm"]
+
+
+def test_a_question_of_an_export_names_the_command_that_takes_the_answer(
+    here: Session, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["calibrate", "ur5", "points.csv", "-o", "out"]) == 2
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1
+    assert "--joints FILE; fastcal import points.csv takes it" in said
+
+
+def test_errors_of_a_measurement_file_stay_its_own(here: Session, capsys: pytest.CaptureFixture[str]) -> None:
+    here.table("q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,x_mm,y_mm,z", Q + "," + P, "own.csv")
+    assert main(["calibrate", "ur5", "own.csv", "-o", "out"]) == 2
+    assert "column 'z' has no unit" in capsys.readouterr().err
+
+
+def test_several_files_are_calibrated_as_one(here: Session) -> None:
+    head = "q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,x_mm,y_mm,z_mm"
+    path = here.table(head, Q + "," + P, "all.csv")
+    lines = path.read_text().splitlines()
+    Path("monday.csv").write_text("\n".join([head, *lines[1:16]]))
+    Path("tuesday.csv").write_text("\n".join([head, *lines[16:]]))
+    assert main(["calibrate", "ur5", "all.csv", "-o", "one"]) == 0
+    assert main(["calibrate", "ur5", "monday.csv", "tuesday.csv", "-o", "two"]) == 0
+    one, two = (json.loads(Path(name, "result.json").read_text()) for name in ("one", "two"))
+    assert one["train"]["after_mm"] == two["train"]["after_mm"]
+    data = fastcal.load_measurements(["monday.csv", "tuesday.csv"], fastcal.load_robot("ur5"))
+    assert data.station_names == data.mount_names == ("monday", "tuesday")
+    assert data.station is not None
+    assert data.station.tolist() == [0] * 15 + [1] * 15
+    assert main(["evaluate", "one/model.yaml", "monday.csv", "tuesday.csv", "-o", "e.json"]) == 0
+    assert json.loads(Path("e.json").read_text())["count"] == 30
