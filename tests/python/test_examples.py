@@ -3,9 +3,11 @@
 """Every example of the README and the docs runs: Python blocks, and console lines that begin with `$ fastcal`.
 
 The blocks of a page run in one folder and share their names, in the order in which a reader meets them. The folder
-holds what a reader would bring: robot.yaml, measurements.csv, test.csv; and a public set once a block uses it.
+holds what a reader would bring: robot.yaml, measurements.csv, test.csv, the same measurements as a tracker's list and a
+controller's log; and a public set once a block uses it.
 """
 
+import csv
 import re
 import shlex
 import shutil
@@ -52,14 +54,37 @@ PAGES_WITH_EXAMPLES = [
 def readers_files(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("reader")
     assert main(["demo", "-o", str(folder)]) == 0
+    write_exports(folder)
     return folder
+
+
+EXPORTS = ("tracker.txt", "joints.csv", "poses.dat", "poses_map.yaml", "monday.csv", "tuesday.csv")
+
+
+def write_exports(folder: Path) -> None:
+    """The first 60 poses of measurements.csv as an instrument and a controller write them, and as two files."""
+    text = (folder / "measurements.csv").read_text().splitlines()
+    rows = list(csv.DictReader(text[:61]))
+    joints = [f"q{joint}_deg" for joint in range(1, 7)]
+    points = [f"A, SMR, P{k:03d}, {r['x_mm']}, {r['y_mm']}, {r['z_mm']}" for k, r in enumerate(rows, 1)]
+    head = ["// SpatialAnalyzer", "// Units: Millimeters", "// Collection, Group, Target, X, Y, Z"]
+    (folder / "tracker.txt").write_text("\n".join([*head, *points]))
+    log = [",".join([f"P{k:03d}", *(r[joint] for joint in joints)]) for k, r in enumerate(rows, 1)]
+    (folder / "joints.csv").write_text("\n".join(["Name,J1,J2,J3,J4,J5,J6", *log]))
+    metres = [[str(float(row[axis]) / 1000) for axis in ("x_mm", "y_mm", "z_mm")] for row in rows]
+    bare = [" ".join([str(k), *m, *(r[j] for j in joints)]) for k, (m, r) in enumerate(zip(metres, rows, strict=True))]
+    (folder / "poses.dat").write_text("\n".join(bare))
+    places = {joint: 5 + k for k, joint in enumerate(joints)} | {"x_m": 2, "y_m": 3, "z_m": 4}
+    (folder / "poses_map.yaml").write_text(f"columns: {places}".replace("'", ""))
+    (folder / "monday.csv").write_text("\n".join(text[:31]))
+    (folder / "tuesday.csv").write_text("\n".join([text[0], *text[31:61]]))
 
 
 @pytest.mark.parametrize("page", PAGES_WITH_EXAMPLES, ids=lambda page: str(page.relative_to(ROOT)))
 def test_the_examples_of_a_page_run(
     page: Path, readers_files: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest
 ) -> None:
-    for name in ("robot.yaml", "measurements.csv", "test.csv"):
+    for name in ("robot.yaml", "measurements.csv", "test.csv", *EXPORTS):
         shutil.copy(readers_files / name, tmp_path)
     monkeypatch.chdir(tmp_path)
 
