@@ -8,8 +8,9 @@ import re
 from collections.abc import Sequence
 
 from fastcal.importers.export import Export, number, with_units
+from fastcal.importers.footers import footer_start
 from fastcal.importers.grid import Grid, Row
-from fastcal.importers.words import ANGLES, LENGTHS, STATISTICS, UNIT_WORDS, Title, meaning, plain_words, unit_of
+from fastcal.importers.words import ANGLES, LENGTHS, UNIT_WORDS, Title, meaning, unit_of
 
 _SEARCHED = 200  # rows in which the header is looked for
 _FEWEST_TITLES = 3
@@ -96,7 +97,9 @@ def _padded(cells: Sequence[str], width: int) -> list[str]:
 def _body(grid: Grid, titles: Sequence[str], after: Sequence[Row]) -> tuple[list[list[str]], list[int], list[str]]:
     """Rows of numbers, their lines, and what was left out behind them."""
     width = len(titles)
-    rows, lines = [], []
+    rows: list[list[str]] = []
+    lines: list[int] = []
+    pages = 1
     for row in after:
         cells = row.cells
         if any(cells[width:]):
@@ -105,24 +108,18 @@ def _body(grid: Grid, titles: Sequence[str], after: Sequence[Row]) -> tuple[list
             hint = "; decimal commas need ; or tab between the cells" if len(cells) >= 2 * width - 2 else ""
             raise grid.error(f"expected {width} cells as in the header, got {len(cells)}{hint}", row.line)
         if [" ".join(cell.split()) for cell in cells[:width]] == list(titles):
-            continue  # the header again, on the next page
+            pages += 1  # the header again, on the next page
+            continue
         rows.append(_padded(cells, width))
         lines.append(row.line)
-    notes: list[str] = []
-    kept = len(rows)
-    while kept and (_is_statistic(rows[kept - 1]) or sum(number(cell) is not None for cell in rows[kept - 1]) < 2):
-        kept -= 1
+    notes = []
+    if pages > 1:
+        notes.append(f"the header comes {pages} times, and the rows below each are taken")
+    kept = footer_start(rows, lines)
     if kept < len(rows):
         named = ", ".join(next((cell for cell in row if cell), "") for row in rows[kept:][:8])
         notes.append(f"left out below the table: {named}")
     return rows[:kept], lines[:kept], notes
-
-
-def _is_statistic(row: Sequence[str]) -> bool:
-    """Whether a row is a mean, a deviation or the like, by its own name."""
-    texts = [cell for cell in row if cell and number(cell) is None]
-    words = [word for text in texts[:2] for word in plain_words(text)]
-    return bool(words) and words[0] in STATISTICS
 
 
 def _without_header(grid: Grid, dialect: str) -> Export:

@@ -140,7 +140,8 @@ def _without_titles(export: Export, joint_kinds: Sequence[str] | None, wanted: s
     rest = [place for place in values if place != counter]
     axes = len(joint_kinds) if joint_kinds is not None else len(rest)
     meanings: list[Title | None] = [None] * width
-    if wanted == "joints" and len(rest) == axes and axes > 3:
+    broken = any("[" in row[place] or "(" in row[place] for row in sample for place in texts)
+    if wanted == "joints" and len(rest) == axes and axes > 3 and not broken:
         for joint, place in enumerate(rest, start=1):
             meanings[place] = Title(f"q{joint}")
     elif wanted != "joints" and len(rest) == 3 and (texts or wanted == "points"):

@@ -138,7 +138,9 @@ def split_unit(title: str) -> tuple[str, tuple[str, float] | None]:
 def plain_words(text: str) -> list[str]:
     """The words of a title in small letters without accents; J1 is j and 1, but r11 of a matrix stays."""
     bare = "".join(
-        c for c in unicodedata.normalize("NFKD", text.lower().replace("ß", "ss")) if not unicodedata.combining(c)
+        c
+        for c in unicodedata.normalize("NFKD", text.lower().replace("ß", "ss").replace("θ", "theta"))
+        if not unicodedata.combining(c)
     )
     return re.findall(r"[a-z]+|\d+", bare.replace("ecart type", "ecarttype"))
 

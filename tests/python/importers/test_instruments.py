@@ -79,6 +79,16 @@ def test_a_report_by_feature_gives_what_was_measured(session: Session, titles: s
     check(import_measurements([session.write("report.txt", text)], joints=session.joints()), session)
 
 
+@pytest.mark.parametrize("filled", [True, False])
+def test_a_table_with_a_row_a_coordinate_is_read_by_feature(session: Session, filled: bool) -> None:
+    lines = ["Inspection report", "Name\tControl\tNom\tMeas [mm]\tTol\tDev"]
+    for name, point in zip(session.names, session.points, strict=True):
+        for axis, value in zip("XYZ", point, strict=True):
+            lines.append(f"{name if filled or axis == 'X' else ''}\t{axis}\t1.0\t{value:.4f}\t0.1\t0.2")
+    path = session.write("report.txt", "\n".join([*lines, "C1\tD\t1.0\t2.0\t0.1\t0.2"]))
+    check(import_measurements([path], joints=session.joints()), session)
+
+
 def motive(session: Session, *, rotation: str = "Quaternion", units: str = "Millimeters", bodies: int = 1) -> str:
     names = ["Flange", "Base"][:bodies]
     kinds = [*["Rigid Body"] * 8, *["Rigid Body Marker"] * 3] * bodies

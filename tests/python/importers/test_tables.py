@@ -40,6 +40,17 @@ def test_footers_are_left_out_and_named(session: Session) -> None:
     assert any("Mittelwert, Stabw., Geprüft: Müller" in note for note in found.notes)
 
 
+def test_a_footer_without_a_name_is_known_by_its_numbers(session: Session) -> None:
+    path = session.table("J1,J2,J3,J4,J5,J6,X,Y,Z", Q + "," + P)
+    table = np.column_stack([session.q, session.points])
+    footer = [table.mean(axis=0), table.std(axis=0, ddof=1), table.min(axis=0), table.max(axis=0)]
+    path.write_text(path.read_text() + "\n" + "\n".join(",".join(f"{x:.3f}" for x in row) for row in footer))
+    check(import_measurements([path]), session)
+    # A pose measured last, behind an empty row, stays one.
+    path.write_text(path.read_text().split("\n\n")[0].replace("\n", "\n\n"))
+    check(import_measurements([path]), session)
+
+
 def test_a_header_repeated_on_each_page_is_passed_over(session: Session) -> None:
     path = session.table(HEAD, ROW)
     lines = path.read_text().splitlines()
