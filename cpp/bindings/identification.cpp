@@ -61,6 +61,8 @@ void bind_identification(py::module_& m) {
       .def_readonly("free", &Identification::free, "indices that were identified")
       .def_readonly("held", &Identification::held, "indices that the gauge holds at nominal")
       .def_readonly("covariance", &Identification::covariance, "of the free ones")
+      .def_readonly("covariance_root", &Identification::covariance_root,
+                    "lower triangular L with a positive diagonal, covariance = L L^T")
       .def_readonly("rank", &Identification::rank)
       .def_readonly("unidentifiable", &Identification::unidentifiable)
       .def_readonly("unidentifiable_parts", &Identification::unidentifiable_parts)

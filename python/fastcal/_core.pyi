@@ -224,6 +224,11 @@ class Identification:
         of the free ones
         """
     @property
+    def covariance_root(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        """
+        lower triangular L with a positive diagonal, covariance = L L^T
+        """
+    @property
     def degrees_of_freedom(self) -> int:
         ...
     @property

@@ -10,7 +10,7 @@
 
 namespace fastcal {
 
-Eigen::MatrixXd covariance(FitState& fit, const std::vector<RowWeight>& weights) {
+Eigen::MatrixXd covariance_root(FitState& fit, const std::vector<RowWeight>& weights) {
   const auto p = static_cast<Eigen::Index>(fit.free.size());
   if (p == 0) return {};
   Eigen::MatrixXd R = fit.free_factor();
@@ -21,7 +21,13 @@ Eigen::MatrixXd covariance(FitState& fit, const std::vector<RowWeight>& weights)
   R /= std::sqrt(std::max(inflation, std::numeric_limits<double>::min()));
   R = with_priors(R, fit.free, fit.free_scale, fit.options.limits);
   const Eigen::MatrixXd inverse = R.triangularView<Eigen::Upper>().solve(Eigen::MatrixXd::Identity(p, p));
-  return fit.free_scale.asDiagonal() * inverse * inverse.transpose() * fit.free_scale.asDiagonal();
+  // M M^T = L L^T where M^T = Q L^T: no digit is lost to a square, as in a Cholesky factor of the covariance.
+  const Eigen::MatrixXd M = fit.free_scale.asDiagonal() * inverse;
+  Eigen::MatrixXd L = triangle(M.transpose()).transpose();
+  for (Eigen::Index k = 0; k < p; ++k) {
+    if (L(k, k) < 0) L.col(k) *= -1;
+  }
+  return L;
 }
 
 }  // namespace fastcal

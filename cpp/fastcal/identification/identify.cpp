@@ -147,7 +147,8 @@ class Identifier {
     out_.weights = row_weights(fit_.problem, out_.residuals, {fit_.tau, fit_.loss});
     out_.degrees_of_freedom = static_cast<int>(std::lround(fit_.measured_count - effective_parameters(fit_)));
     report_noise(fit_, out_);
-    out_.covariance = covariance(fit_, out_.weights);
+    out_.covariance_root = covariance_root(fit_, out_.weights);
+    out_.covariance = out_.covariance_root * out_.covariance_root.transpose();
     out_.theta = fit_.theta;
     out_.parameters = fit_.parameters;
     out_.free = fit_.free;

@@ -36,6 +36,7 @@ struct Identification {
   std::vector<int> free;              ///< what was identified, ascending
   std::vector<int> held;              ///< asked, but held at nominal by the gauge
   Eigen::MatrixXd covariance;         ///< of the free ones, SI
+  Eigen::MatrixXd covariance_root;    ///< L, lower triangular with a positive diagonal: covariance = L L^T
   int rank = 0;                       ///< directions of the asked parameters that change anything that was measured
   std::vector<std::string> unidentifiable;             ///< one sentence a held parameter
   std::vector<std::vector<int>> unidentifiable_parts;  ///< the parameters in it, the held one first

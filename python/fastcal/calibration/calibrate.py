@@ -32,7 +32,7 @@ from fastcal.calibration.unset_options import with_open_effects_set
 from fastcal.effects.entries import extra_columns, full_name
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
-from fastcal.robot.calibration_record import CalibrationRecord, lower_root
+from fastcal.robot.calibration_record import CalibrationRecord
 from fastcal.robot.controller_robot import nominal_record
 from fastcal.robot.given import DataLike, RobotLike, as_data, as_robot
 from fastcal.robot.identified_spec import identified, with_frames
@@ -125,7 +125,7 @@ def calibrate(
     if kept:
         record = CalibrationRecord(
             [free_names[k] for k in kept],
-            lower_root(covariance[np.ix_(kept, kept)]),
+            np.asarray(found.covariance_root)[: len(kept), : len(kept)],  # anchors come last
             from_si(sigma, "mm"),
             found.degrees_of_freedom,
         )

@@ -17,6 +17,7 @@ from fastcal.io.measurements import load_measurements
 from fastcal.io.robot_file import load_robot
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot
+from fastcal.units import factor
 
 KINDS = ("dh", "mdh", "poe", "urdf")
 NOISE = 5e-5
@@ -304,3 +305,24 @@ def test_unknown_options_are_refused(staubli: Robot, options: dict[str, str], se
 def test_data_without_a_measured_column_are_refused(staubli: Robot) -> None:
     with pytest.raises(InvalidInput, match="no measured column"):
         calibrate(staubli, Dataset.from_arrays(postures(staubli, 20, 22)))
+
+
+@pytest.mark.parametrize("again", [False, True])
+@pytest.mark.parametrize("rows", [4, 5, 8])
+def test_priors_with_fewer_equations_than_parameters_keep_a_root_of_the_covariance(
+    staubli: Robot, rows: int, again: bool
+) -> None:
+    data, _ = measured(staubli, rows, 31)
+    robot = calibrate(staubli, measured(staubli, 60, 32)[0]).model if again else staubli
+    result = calibrate(robot, data, priors=True)
+    assert result.model.record is not None
+    root = result.model.record.root
+    assert np.all(np.diag(root) > 0)
+    assert not np.triu(root, 1).any()
+    columns = [name for name in result.model.parameter_names if name in result.model.record.parameters]
+    assert columns == result.model.record.parameters
+    deviation = np.sqrt(np.sum(root**2, axis=1))
+    table = {f"{p.owner} {p.name.rsplit('_', 1)[0]}": p.std * factor(p.unit) for p in result.parameters}
+    for name, value in zip(columns, deviation, strict=True):
+        if not name.startswith(("base r", "tool r")):
+            assert value == pytest.approx(table[name], rel=1e-9)
