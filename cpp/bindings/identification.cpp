@@ -66,6 +66,11 @@ void bind_identification(py::module_& m) {
       .def_readonly("rank", &Identification::rank)
       .def_readonly("unidentifiable", &Identification::unidentifiable)
       .def_readonly("unidentifiable_parts", &Identification::unidentifiable_parts)
+      .def_readonly("asked", &Identification::asked, "indices of the parameters in the rows of held_directions")
+      .def_readonly("held_directions", &Identification::held_directions,
+                    "(asked, held): how all move with a held one that is off by its plausible size; SI")
+      .def_readonly("outliers", &Identification::outliers, "rows that the noise does not explain")
+      .def_property_readonly("loss", [](const Identification& self) { return loss_name(self.loss); })
       .def_readonly("common_noise", &Identification::tau,
                     "standard deviation common to all rows: position [m], rotation [rad], distance [m]")
       .def_readonly("sigma", &Identification::sigma,

@@ -214,6 +214,11 @@ class Identification:
     What identify() found; SI.
     """
     @property
+    def asked(self) -> list[int]:
+        """
+        indices of the parameters in the rows of held_directions
+        """
+    @property
     def common_noise(self) -> typing.Annotated[list[float], "FixedSize(3)"]:
         """
         standard deviation common to all rows: position [m], rotation [rad], distance [m]
@@ -242,11 +247,24 @@ class Identification:
         indices that the gauge holds at nominal
         """
     @property
+    def held_directions(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        """
+        (asked, held): how all move with a held one that is off by its plausible size; SI
+        """
+    @property
     def iterations(self) -> int:
+        ...
+    @property
+    def loss(self) -> str:
         ...
     @property
     def message(self) -> str:
         ...
+    @property
+    def outliers(self) -> list[int]:
+        """
+        rows that the noise does not explain
+        """
     @property
     def parameters(self) -> list[Parameter]:
         """

@@ -19,6 +19,9 @@ namespace {
 constexpr double kToolReach = 0.3;          // [m] a tool's plausible size
 constexpr double kTurningThatShows = 3e-3;  // [rad] RMS that tells a tool's size from an arm's errors of a millimetre
 
+constexpr int kCalmingRounds = 10;
+constexpr double kCalmer = 0.8;  // of the level before: less is worth another solve
+
 /// A row with a whole measured point, and the orientation where there is one.
 struct Row {
   Pose T_base_flange;
@@ -187,6 +190,23 @@ bool fit_anchors(const Problem& problem, const std::vector<Pose>& T_world_tool, 
   return true;
 }
 
+/// Median length of the rows' residuals (N, 7): points, or turns or lengths where no point was measured.
+double median_length(const RowMatrixXd& r) {
+  std::vector<double> lengths;
+  for (Eigen::Index i = 0; i < r.rows(); ++i) {
+    const bool has_point = !r.row(i).head<3>().hasNaN();
+    double squares = 0;
+    for (Eigen::Index c = has_point ? 0 : 3; c < (has_point ? 3 : kComponents); ++c) {
+      if (!std::isnan(r(i, c))) squares += r(i, c) * r(i, c);
+    }
+    if (squares > 0) lengths.push_back(std::sqrt(squares));
+  }
+  if (lengths.empty()) return 0;
+  const auto middle = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
+  std::nth_element(lengths.begin(), middle, lengths.end());
+  return *middle;
+}
+
 std::vector<Row> rows_of(const Problem& problem) {
   const RobotModel& robot = problem.model.robot();
   const Pose base_back = robot.description().T_world_base.inverse();
@@ -230,8 +250,10 @@ Alignment align(const Problem& given) {
     double misfit = 0;
   };
   std::vector<Candidate> candidates;
+  // Among starts that fit alike, because the rows do not show the tool, the one near the nominal tool.
   const auto add = [&](const Pose& base, const Pose& tool) {
-    candidates.push_back({base, tool, misfit(rows, base, tool)});
+    const double moved = (tool.p - robot.T_flange_tool.p).norm();
+    candidates.push_back({base, tool, std::hypot(misfit(rows, base, tool), kTurningThatShows * moved)});
   };
 
   Pose tool = robot.T_flange_tool;
@@ -315,7 +337,16 @@ Alignment align(const Problem& given) {
     // [m], [rad]: only what the rows do not show stays for it.
     limits.prior_sigma = Eigen::VectorXd::Constant(theta.size(), 10.0);
     limits.prior_sigma.segment(tool_first, 3).setConstant(kToolReach);
-    const Solution solution = solve(here, theta, free, scale, weighting, limits, {Method::kLeastSquares, 30});
+    Solution solution = solve(here, theta, free, scale, weighting, limits, {Method::kLeastSquares, 30});
+    for (int round = 0; round < kCalmingRounds; ++round) {
+      // A start that gross points have led astray comes back as their pull falls with the level.
+      const double now = std::max(median_length(residuals(here, solution.theta)), 1e-6);
+      if (!(now < kCalmer * weighting.tau[0])) break;
+      weighting.tau = {now, now, now};
+      solution = solve(here, solution.theta, free, scale, weighting, limits, {Method::kLeastSquares, 30});
+    }
+    weighting.tau = {level, level, level};
+    solution.cost = normal_equations(here, solution.theta, free, scale, weighting, false).cost;
     if (!(solution.cost < best)) continue;
     best = solution.cost;
     out.found = true;

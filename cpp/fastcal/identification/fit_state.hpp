@@ -64,7 +64,8 @@ class FitState {
   Eigen::VectorXd free_scale;
   CommonNoise tau{};
   LossKind loss = LossKind::kNone;
-  double measured_count = 0;  ///< measured numbers
+  std::vector<bool> kept;     ///< rows that are no outliers; empty: all of them
+  double measured_count = 0;  ///< measured numbers of the rows that are kept
   double freedom = 1;         ///< share of the squared residuals that a fit leaves: degrees of freedom by numbers
   bool claims = false;        ///< do the rows claim a noise of their own?
 };

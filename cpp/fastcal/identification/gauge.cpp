@@ -60,6 +60,8 @@ void choose_free(FitState& fit) {
 
 void report_gauge(FitState& fit, Identification& out) {
   for (const int k : fit.gauge.held) out.held.push_back(fit.asked[static_cast<std::size_t>(k)]);
+  out.asked = fit.asked;
+  out.held_directions = fit.scale.asDiagonal() * fit.gauge.directions;
   out.rank = fit.has_priors() ? choose_gauge(fit.asked_factor(unbent(fit)), fit.hold).rank : fit.gauge.rank;
   std::vector<Parameter> asked_parameters;
   for (const int index : fit.asked) asked_parameters.push_back(fit.parameters[static_cast<std::size_t>(index)]);

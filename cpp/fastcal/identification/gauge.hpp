@@ -15,7 +15,7 @@ Eigen::MatrixXd gauge_factor(FitState& fit);
 /// started.
 void choose_free(FitState& fit);
 
-/// Fills held, rank and unidentifiable of `out`.
+/// Fills asked, held, held_directions, rank and unidentifiable of `out`.
 void report_gauge(FitState& fit, Identification& out);
 
 }  // namespace fastcal

@@ -19,7 +19,9 @@ namespace {
 
 constexpr int kMaxRounds = 30;
 constexpr int kMaxOuterRounds = 30;
-constexpr double kLoadsSettled = 1e-8;  // of a plausible size
+constexpr double kLoadsSettled = 1e-8;     // of a plausible size
+constexpr double kLeastFreedom = 1.0 / 3;  // of the degrees of freedom must stay when outliers are dropped
+constexpr double kNoiseFell = 0.5;      // relative: another noise than the one by which the free parameters were chosen
 constexpr double kNothingMoved = 3e-5;  // standard deviations: as far as a solve comes
 constexpr double kNoiseSettled =
     1e-4;  // relative; the parameters move by far less than their deviation when the noise moves by this
@@ -34,7 +36,7 @@ class Identifier {
   Identification run() {
     fit_.bring_to_equilibrium();
     const auto measured = counts(fit_.residuals_here());
-    fit_.measured_count = static_cast<double>(std::accumulate(measured.begin(), measured.end(), Eigen::Index{0}));
+    keep_rows(fit_, {});
     kinds_ = std::count_if(measured.begin(), measured.end(), [](Eigen::Index count) { return count > 0; });
     if (fit_.measured_count == 0) return too_few("nothing was measured in any row");
     coarse_fit(fit_);
@@ -47,9 +49,13 @@ class Identifier {
         return too_few("what was measured is " + std::to_string(free) + " independent numbers for " + asked +
                        " parameters: any robot fits them exactly, and nothing is left to tell their noise");
       }
+      const CommonNoise chosen_at = fit_.tau;
       outer_iterations();
       const Gauge again = choose_gauge(gauge_factor(fit_), fit_.hold, fit_.options.gauge);
-      const bool settled = again.free.size() >= fit_.gauge.free.size() || attempt == 2;
+      // More is free where gross points that spoilt the first noise have been dropped since.
+      const bool fewer = again.free.size() < fit_.gauge.free.size();
+      const bool more = again.free.size() > fit_.gauge.free.size() && largest_change(chosen_at, fit_.tau) > kNoiseFell;
+      const bool settled = (!fewer && !more) || attempt == 2;
       fit_.gauge.rank = std::max(fit_.gauge.rank, again.rank);
       if (settled) break;
     }
@@ -99,9 +105,10 @@ class Identifier {
   }
 
   /// MM-estimation: Huber's loss at the median noise, whose minimum is one; from there the asked loss, alternating with
-  /// the M-scale of the noise until neither moves; then once more at the noise of the rows that are no outliers.
+  /// the M-scale of the noise until neither moves; then at the noise of the rows that are no outliers.
   void fine_fit() {
-    const LossKind loss = fit_.loss = fit_.options.loss;
+    keep_rows(fit_, {});
+    const LossKind loss = fit_.loss = shows_outliers(fit_) ? fit_.options.loss : LossKind::kNone;
     if (loss != LossKind::kNone) {
       for (int round = 0; round < 3; ++round) {
         refit(LossKind::kHuber);
@@ -121,9 +128,27 @@ class Identifier {
       }
     }
     tuned_ = fit_.tau;
-    if (loss == LossKind::kNone) return;
-    fit_.tau = noise(fit_, NoiseRule::kClean, loss);
-    refit(loss);
+    if (loss != LossKind::kNone) drop_outliers();
+  }
+
+  /// Outliers are found, dropped and everything refitted at the noise of the others until the same rows are left. The
+  /// first are found at the median noise, which up to half of the rows cannot spoil.
+  void drop_outliers() {
+    const double least = kLeastFreedom * fit_.freedom * fit_.measured_count;
+    fit_.tau = noise(fit_, NoiseRule::kMedian, fit_.loss);
+    for (double& tau : fit_.tau) tau /= std::sqrt(fit_.freedom);
+    for (int round = 0; round < kMaxRounds; ++round) {
+      std::vector<bool> kept = explained_rows(fit_);
+      if (round > 0 && kept == fit_.kept) return;
+      keep_rows(fit_, std::move(kept));
+      if (fit_.freedom * fit_.measured_count < least) break;
+      fit_.tau = noise(fit_, NoiseRule::kKept, fit_.loss);
+      refit(fit_.loss);
+    }
+    // No set of rows holds together: none is dropped.
+    keep_rows(fit_, {});
+    fit_.tau = tuned_;
+    refit(fit_.loss);
   }
 
   /// All stay where they started.
@@ -149,6 +174,7 @@ class Identifier {
     report_noise(fit_, out_);
     out_.covariance_root = covariance_root(fit_, out_.weights);
     out_.covariance = out_.covariance_root * out_.covariance_root.transpose();
+    out_.loss = fit_.loss;
     out_.theta = fit_.theta;
     out_.parameters = fit_.parameters;
     out_.free = fit_.free;

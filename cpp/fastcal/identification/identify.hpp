@@ -40,10 +40,15 @@ struct Identification {
   int rank = 0;                       ///< directions of the asked parameters that change anything that was measured
   std::vector<std::string> unidentifiable;             ///< one sentence a held parameter
   std::vector<std::vector<int>> unidentifiable_parts;  ///< the parameters in it, the held one first
+  std::vector<int> asked;  ///< model parameters and anchors, as in the rows of held_directions
+  Eigen::MatrixXd
+      held_directions;         ///< (asked, held), SI: how all move with a held one that is off by its plausible size
   CommonNoise tau{};           ///< noise common to all rows that was found (standard deviation by kind)
   CommonNoise sigma{};         ///< RMS standard deviation by kind of what is used: own and common together
   double variance_factor = 1;  ///< where rows claim more noise than there is: what their variance was multiplied by
-  int degrees_of_freedom = 0;
+  int degrees_of_freedom = 0;  ///< numbers of the rows that are no outliers less what the parameters use up
+  LossKind loss = LossKind::kNone;  ///< the one that was used: none where too few numbers show any outlier
+  std::vector<int> outliers;        ///< rows that the noise does not explain
   int iterations = 0;
   RowMatrixXd residuals;           ///< (N, 7), NaN where not measured
   std::vector<RowWeight> weights;  ///< robust weight of each row at the solution

@@ -66,6 +66,21 @@ LossKind loss_kind(const std::string& name) {
   return LossKind::kTukey;
 }
 
+std::string loss_name(LossKind kind) {
+  switch (kind) {
+    case LossKind::kHuber:
+      return "huber";
+    case LossKind::kCauchy:
+      return "cauchy";
+    case LossKind::kTukey:
+      return "tukey";
+    case LossKind::kDistance:
+      return "distance";
+    default:
+      return "none";
+  }
+}
+
 double Loss::rho(double s) const {
   const double c2 = tuning * tuning;
   switch (kind) {

@@ -23,6 +23,9 @@ inline constexpr std::size_t kLossKinds = static_cast<std::size_t>(LossKind::kDi
 /// "none", "huber", "cauchy" or "tukey"; throws InvalidInput for another.
 LossKind loss_kind(const std::string& name);
 
+/// Its inverse; "distance" for the distance.
+std::string loss_name(LossKind kind);
+
 /// A loss for rows of d components.
 struct Loss {
   LossKind kind = LossKind::kNone;

@@ -42,6 +42,16 @@ double crossing(const F& ratio, double floor, double guess) {
   return std::exp(x);
 }
 
+/// P(chi^2 > x) with d degrees of freedom: Q_1 = erfc(sqrt(x / 2)), Q_2 = exp(-x / 2), Q_d+2 = Q_d + (x / 2)^(d / 2)
+/// exp(-x / 2) / Gamma(d / 2 + 1).
+double chi_squared_tail(int d, double x) {
+  const double half = 0.5 * x;
+  double tail = d % 2 ? std::erfc(std::sqrt(half)) : std::exp(-half);
+  for (int k = d % 2 ? 1 : 2; k < d; k += 2)
+    tail += std::exp(0.5 * k * std::log(half) - half - std::lgamma(0.5 * k + 1));
+  return tail;
+}
+
 bool nothing_claimed(const std::vector<KindRow>& rows) {
   return std::all_of(rows.begin(), rows.end(),
                      [](const KindRow& row) { return row.claimed[0] + row.claimed[1] + row.claimed[2] == 0; });
@@ -49,7 +59,8 @@ bool nothing_claimed(const std::vector<KindRow>& rows) {
 
 }  // namespace
 
-std::vector<KindRow> rows_of_kind(const Problem& problem, const RowMatrixXd& r, int kind) {
+std::vector<KindRow> rows_of_kind(const Problem& problem, const RowMatrixXd& r, int kind,
+                                  const std::vector<bool>& kept) {
   const Measurements& measured = problem.measured;
   const std::array<Eigen::Index, kKinds> numbers{measured.position.size(), measured.rotation.size(),
                                                  measured.distance.size()};
@@ -57,6 +68,7 @@ std::vector<KindRow> rows_of_kind(const Problem& problem, const RowMatrixXd& r, 
   if (numbers[static_cast<std::size_t>(kind)] == 0) return out;
   out.reserve(static_cast<std::size_t>(r.rows()));
   for (Eigen::Index i = 0; i < r.rows(); ++i) {
+    if (!kept.empty() && !kept[static_cast<std::size_t>(i)]) continue;
     KindRow row;
     for (int c = 0; c < kComponents; ++c) {
       if (static_cast<int>(kind_of(c)) != kind || std::isnan(r(i, c))) continue;
@@ -98,28 +110,16 @@ double mean_noise(const std::vector<KindRow>& rows, LossKind loss, double freedo
   return crossing(ratio, floor, guess);
 }
 
-double clean_noise(const std::vector<KindRow>& rows, double freedom, double floor, double from) {
-  const Loss* rho[4] = {nullptr, &tuned_loss(LossKind::kTukey, 1), &tuned_loss(LossKind::kTukey, 2),
-                        &tuned_loss(LossKind::kTukey, 3)};
-  double tau = from;
-  for (int round = 0; round < 50; ++round) {
-    std::vector<double> weights(rows.size());
-    double expected = 0;
-    for (std::size_t i = 0; i < rows.size(); ++i) {
-      weights[i] = rho[rows[i].components]->weight(rows[i].whitened(tau) / freedom);
-      if (weights[i] > 0) expected += rho[rows[i].components]->consistency * rows[i].components;
-    }
-    const auto ratio = [&](double t) {
-      double sum = 0;
-      for (std::size_t i = 0; i < rows.size(); ++i) sum += weights[i] * rows[i].whitened(t);
-      return sum / (expected * freedom);
-    };
-    const double now = std::max(crossing(ratio, floor, tau), 0.8 * from);
-    const double change = std::abs(now - tau);
-    tau = now;
-    if (change <= 1e-7 * tau) break;
+double outlier_limit(int components, double rows) {
+  constexpr double kShareOfSets = 0.01;
+  const double wanted = kShareOfSets / std::max(rows, 1.0);
+  double low = 0;
+  double high = 200;  // its probability is 1e-40 and less
+  for (int i = 0; i < 60; ++i) {
+    const double middle = 0.5 * (low + high);
+    (chi_squared_tail(components, middle) > wanted ? low : high) = middle;
   }
-  return std::max(tau, floor);
+  return high;
 }
 
 double variance_inflation(const std::vector<RowWeight>& rows, LossKind loss, double freedom) {

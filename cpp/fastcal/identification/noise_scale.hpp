@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The fastcal authors
 // SPDX-License-Identifier: MIT
 //
-// How large the noise common to all rows is, from what a fit leaves: three scales of different patience with outliers,
-// and what a robust loss costs in certainty. Noise, floor and guess are standard deviations [m or rad].
+// How large the noise common to all rows is, from what a fit leaves, which rows that noise cannot explain, and what
+// a robust loss costs in certainty. Noise, floor and guess are standard deviations [m or rad].
 #pragma once
 
 #include <vector>
@@ -25,8 +25,10 @@ struct KindRow {
   }
 };
 
-/// Rows that hold a number of one kind (position, rotation, distance); r (N, 7) residuals, NaN where not measured.
-std::vector<KindRow> rows_of_kind(const Problem& problem, const RowMatrixXd& r, int kind);
+/// Rows that hold a number of one kind (position, rotation, distance); r (N, 7) residuals, NaN where not measured; of
+/// the rows `kept` alone (empty: of all).
+std::vector<KindRow> rows_of_kind(const Problem& problem, const RowMatrixXd& r, int kind,
+                                  const std::vector<bool>& kept = {});
 
 /// Robust first guess: the noise at which half of the rows lie inside the median of the normal law (Wilson and
 /// Hilferty's form of it).
@@ -37,9 +39,9 @@ double median_noise(const std::vector<KindRow>& rows, double floor, double guess
 /// grows and takes them in instead of dropping them. Loss none: the plain variance.
 double mean_noise(const std::vector<KindRow>& rows, LossKind loss, double freedom, double floor, double guess);
 
-/// The noise of the rows that are no outliers: Tukey's weights, taken at `from`, on both sides of the balance. Never
-/// below 0.8 `from`.
-double clean_noise(const std::vector<KindRow>& rows, double freedom, double floor, double from);
+/// The whitened square u^2 beyond which a row of `components` numbers is an outlier: chi-squared so large in one of a
+/// hundred sets of `rows` such rows.
+double outlier_limit(int components, double rows);
 
 /// Variance of the M-estimate over that of least squares with unit noise on the same rows: K^2 B / A^2 with A = mean
 /// psi', B = mean psi^2 over all numbers (R. Maronna, D. Martin, V. Yohai 2006, 5.6; psi' of a row is w I + (u w') u

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "fastcal/identification/noise_scale.hpp"
 
@@ -13,25 +14,47 @@ namespace {
 // Below this a residual is rounding, not noise: exact, simulated data must not divide by zero.
 constexpr CommonNoise kNoiseFloor{1e-10, 1e-10, 1e-10};
 
-/// The weights are taken at the noise that comes out.
-double variance_factor(const FitState& fit, const std::vector<RowWeight>& weights) {
+// Degrees of freedom below which the noise that is found is drawn to a plausible one, with the weight of one number
+// where none is left.
+constexpr double kFewFreedoms = 5;
+constexpr CommonNoise kPlausibleNoise{1e-4, 1e-4, 1e-4};  // [m], [rad], [m]: a tracker's or a good camera's
+
+constexpr double kFreedomForOutliers = 1.0 / 3;  // of the measured numbers
+
+/// Degrees of freedom that the present fit leaves.
+double degrees(const FitState& fit) { return fit.freedom * fit.measured_count; }
+
+/// Rows whose squares, over the factor, no normal noise explains.
+std::vector<bool> explained(const std::vector<RowWeight>& rows, double factor) {
+  const auto used = static_cast<double>(
+      std::count_if(rows.begin(), rows.end(), [](const RowWeight& row) { return row.components > 0; }));
+  std::array<double, kComponents + 1> limit{};
+  for (int d = 1; d <= kComponents; ++d) limit[static_cast<std::size_t>(d)] = outlier_limit(d, used);
+  std::vector<bool> out(rows.size(), true);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    if (rows[i].components > 0)
+      out[i] = rows[i].squared <= factor * limit[static_cast<std::size_t>(rows[i].components)];
+  }
+  return out;
+}
+
+/// Mean square of the rows that it explains itself, over what the fit leaves of it.
+double variance_factor(const FitState& fit, const std::vector<RowWeight>& rows) {
   double factor = 1;
   for (int round = 0; round < 50; ++round) {
+    const std::vector<bool> kept =
+        fit.loss == LossKind::kNone ? std::vector<bool>(rows.size(), true) : explained(rows, factor);
     double sum = 0;
-    double expected = 0;
-    for (const RowWeight& row : weights) {
-      if (row.components == 0) continue;
-      const Loss& rho = tuned_loss(fit.loss, row.components);
-      const double s = row.squared / fit.freedom;
-      const double weight = rho.weight(s / factor);
-      if (!(weight > 0)) continue;
-      sum += weight * s;
-      expected += rho.consistency * row.components;
+    double count = 0;
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      if (!kept[i]) continue;
+      sum += rows[i].squared;
+      count += rows[i].components;
     }
-    if (!(expected > 0 && sum > 0)) return factor;
-    const double change = std::abs(sum / expected - factor);
-    factor = sum / expected;
-    if (change <= 1e-9 * factor) break;
+    if (!(count > 0 && sum > 0)) return factor;
+    const double before = factor;
+    factor = sum / (count * fit.freedom);
+    if (std::abs(factor - before) <= 1e-9 * factor) break;
   }
   return factor;
 }
@@ -42,11 +65,18 @@ CommonNoise noise(FitState& fit, NoiseRule rule, LossKind loss) {
   const RowMatrixXd& r = fit.residuals_here();
   CommonNoise out = kNoiseFloor;
   for (std::size_t k = 0; k < out.size(); ++k) {
-    const std::vector<KindRow> rows = rows_of_kind(fit.problem, r, static_cast<int>(k));
+    const std::vector<KindRow> rows =
+        rows_of_kind(fit.problem, r, static_cast<int>(k), rule == NoiseRule::kKept ? fit.kept : std::vector<bool>());
     if (rows.empty()) continue;
     if (rule == NoiseRule::kMedian) out[k] = median_noise(rows, kNoiseFloor[k], fit.tau[k]);
     if (rule == NoiseRule::kMean) out[k] = mean_noise(rows, loss, fit.freedom, kNoiseFloor[k], fit.tau[k]);
-    if (rule == NoiseRule::kClean) out[k] = clean_noise(rows, fit.freedom, kNoiseFloor[k], fit.tau[k]);
+    if (rule == NoiseRule::kKept) out[k] = mean_noise(rows, LossKind::kNone, fit.freedom, kNoiseFloor[k], fit.tau[k]);
+    const double own = degrees(fit);
+    if (rule != NoiseRule::kMedian && !fit.claims && own < kFewFreedoms) {
+      const double prior = 1 - own / kFewFreedoms;
+      const double squares = prior * kPlausibleNoise[k] * kPlausibleNoise[k] + own * out[k] * out[k];
+      out[k] = std::sqrt(squares / (prior + own));
+    }
   }
   return out;
 }
@@ -75,6 +105,25 @@ void count_freedom(FitState& fit) {
   fit.freedom = std::max(1.0, fit.measured_count - effective_parameters(fit)) / fit.measured_count;
 }
 
+void keep_rows(FitState& fit, std::vector<bool> kept) {
+  fit.kept = std::move(kept);
+  const RowMatrixXd& r = fit.residuals_here();
+  fit.measured_count = 0;
+  for (Eigen::Index i = 0; i < r.rows(); ++i) {
+    if (fit.kept.empty() || fit.kept[static_cast<std::size_t>(i)])
+      fit.measured_count += static_cast<double>((r.row(i).array() == r.row(i).array()).count());
+  }
+  if (!fit.free.empty()) count_freedom(fit);
+}
+
+std::vector<bool> explained_rows(FitState& fit) {
+  return explained(row_weights(fit.problem, fit.residuals_here(), {fit.tau, fit.loss}), 1);
+}
+
+bool shows_outliers(FitState& fit) {
+  return fit.measured_count - effective_parameters(fit) >= kFreedomForOutliers * fit.measured_count;
+}
+
 void report_noise(const FitState& fit, Identification& out) {
   CommonNoise squares{};
   const auto measured = counts(out.residuals);
@@ -96,6 +145,10 @@ void report_noise(const FitState& fit, Identification& out) {
     out.sigma[k] = std::sqrt(squares[k] / static_cast<double>(measured[k]));
   }
   out.variance_factor = variance_factor(fit, out.weights);
+  const std::vector<bool> kept = explained(out.weights, out.variance_factor);
+  for (std::size_t i = 0; i < kept.size(); ++i) {
+    if (!kept[i]) out.outliers.push_back(static_cast<int>(i));
+  }
   for (double& sigma : out.sigma) sigma *= std::sqrt(out.variance_factor);
 }
 

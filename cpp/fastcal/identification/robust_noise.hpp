@@ -11,7 +11,11 @@
 
 namespace fastcal {
 
-enum class NoiseRule { kMedian, kMean, kClean };
+enum class NoiseRule {
+  kMedian,  ///< of the rows' lengths
+  kMean,    ///< the M-scale
+  kKept     ///< root mean square of the rows that are kept
+};
 
 /// Noise common to all rows, by kind, for the residuals at theta.
 CommonNoise noise(FitState& fit, NoiseRule rule, LossKind loss);
@@ -29,9 +33,19 @@ double effective_parameters(FitState& fit);
 /// Brings fit.freedom up to date.
 void count_freedom(FitState& fit);
 
-/// Fills tau, sigma and variance_factor of `out` from its residuals and weights. The factor is what all variances must
-/// be multiplied by for the weighted squares to be what they should: below 1 only where the rows claim more noise than
-/// there is.
+/// Keeps the rows that the noise explains, or all of them; measured_count and freedom follow.
+void keep_rows(FitState& fit, std::vector<bool> kept);
+
+/// Rows that the noise at theta explains; a row without a measured number is one of them.
+std::vector<bool> explained_rows(FitState& fit);
+
+/// May outliers be looked for? Where most of the numbers go into the parameters, a fit can bend to any row, and rows
+/// can be thrown out until the rest fits exactly.
+bool shows_outliers(FitState& fit);
+
+/// Fills tau, sigma, variance_factor and outliers of `out` from its residuals and weights. The
+/// factor is what all variances must be multiplied by for the squares of the rows that are kept to be what they should:
+/// below 1 only where the rows claim more noise than there is.
 void report_noise(const FitState& fit, Identification& out);
 
 }  // namespace fastcal

@@ -23,7 +23,7 @@ void coarse_fit(FitState& fit) {
     sigma = std::min(sigma, kWeak * fit.scale[static_cast<Eigen::Index>(k)]);
   }
   fit.tau = noise(fit, NoiseRule::kMedian, LossKind::kHuber);
-  for (int round = 0; round < 6; ++round) {
+  for (int round = 0; round < 20; ++round) {
     // Few steps a round: this is a start, and the next round weights the rows anew.
     const Solution solution = solve(fit.problem, fit.theta, fit.asked, fit.scale, {fit.tau, LossKind::kHuber}, weak,
                                     {Method::kLeastSquares, 3, 0.1});

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from fastcal.calibration.alignment import align as align
 from fastcal.calibration.critical_loads import with_critical_loads
+from fastcal.calibration.data_notes import covered, thin_data_notes, unseen_directions
 from fastcal.calibration.evaluation import evaluate
 from fastcal.calibration.extrapolation_notes import range_notes
 from fastcal.calibration.geometry_anchoring import pulls
@@ -19,7 +20,6 @@ from fastcal.calibration.inspection import check_columns, check_fit
 from fastcal.calibration.parameter_table import (
     anchor_places,
     correlated_pairs,
-    outlier_rows,
     parameter_table,
     sigma_note,
 )
@@ -128,6 +128,8 @@ def calibrate(
             np.asarray(found.covariance_root)[: len(kept), : len(kept)],  # anchors come last
             from_si(sigma, "mm"),
             found.degrees_of_freedom,
+            *unseen_directions(found, names),
+            covered(start, data),
         )
         identified_spec["calibration"] = record.to_spec() | {"nominal": nominal_record(start.spec)}
     result_model = Robot(identified_spec)
@@ -144,7 +146,7 @@ def calibrate(
         message=found.message,
         model=result_model,
         nominal=aligned,
-        loss=loss,
+        loss=found.loss if loss != "none" else loss,
         method=method,
         parameters=table,
         covariance=table_covariance,
@@ -159,7 +161,7 @@ def calibrate(
         iterations=found.iterations,
         sigma=sigma,
         sigma_note=sigma_note(found, data),
-        outliers=outlier_rows(found),
+        outliers=list(found.outliers),
         weights=np.asarray(found.weights),
         train=train,
         test=None if test is None else evaluate(result_model, test, **judge),
@@ -168,6 +170,7 @@ def calibrate(
             *check_fit(robot, train, as_read=as_read),
             *_notes(result_model, data),
             *added_setups(start, robot, effects),
+            *thin_data_notes(found, loss),
             *beyond,
         ],
         anchors=places,

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""How far a model is from what was measured: error statistics, and ISO 9283 where poses repeat."""
+"""How far a model is from what was measured: error statistics, and repeatability where poses repeat."""
 
 from __future__ import annotations
 
@@ -11,13 +11,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.calibration.repeatability import Repeatability as Repeatability
+from fastcal.calibration.repeatability import pose_groups as pose_groups
+from fastcal.calibration.repeatability import repeatability
 from fastcal.display.shown import Shown
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.given import DataLike, RobotLike, as_data, as_robot
 from fastcal.robot.robot import Robot
+from fastcal.robot.se3 import rotation_to_rpy
 from fastcal.units import from_si
 
 FloatArray = NDArray[np.float64]
+
+ALIGNED_BETTER = 5.0
+ALIGNED_ROWS = 4  # points: twelve numbers for six unknowns
 
 
 @dataclass(frozen=True)
@@ -46,23 +53,25 @@ class ErrorStatistics:
         return {name: from_si(getattr(self, name), "mm") for name in ("mean", "std", "max", "rms")}
 
 
-@dataclass(frozen=True)
-class Repeatability:
-    """ISO 9283:1998, 7.2: accuracy and repeatability of the poses that were measured more than once [m].
+@dataclass(frozen=True, eq=False)
+class Realigned:
+    """The rigid motion with which the same rows would fit best: measured = motion * predicted (W. Kabsch 1976).
 
     Attributes:
-        poses: Number of poses with at least two visits.
-        visits: Rows that belong to them.
-        accuracy: (poses,) AP, distance from the predicted point to the mean of the visits.
-        repeatability: (poses,) RP = mean l + 3 S_l, l the distance of a visit from their mean.
-        sigma: Pure noise of one coordinate, pooled over the poses.
+        motion: (4, 4) in the measuring frame.
+        after: Statistics of the distances that it leaves.
     """
 
-    poses: int
-    visits: int
-    accuracy: FloatArray
-    repeatability: FloatArray
-    sigma: float
+    motion: FloatArray
+    after: ErrorStatistics
+
+    def to_json_dict(self) -> dict[str, Any]:
+        """The block `aligned`."""
+        return {
+            "xyz_mm": [from_si(float(v), "mm") for v in self.motion[:3, 3]],
+            "rpy_deg": [from_si(float(v), "deg") for v in rotation_to_rpy(self.motion[:3, :3])],
+            "after_mm": self.after.to_mm(),
+        }
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -76,7 +85,8 @@ class Evaluation(Shown):
         length_before, length_after: (N,) predicted less measured length [m], or None where no length was measured.
         turn_after: (N,) angle between predicted and measured orientation [rad], or None.
         before, after: Statistics of the distances; None where nothing of the kind was measured.
-        repeatability: ISO 9283, where poses repeat.
+        repeatability: Where poses repeat.
+        aligned: Where another place of the tracker or the base would make the rows fit ALIGNED_BETTER times better.
     """
 
     data: Dataset
@@ -88,6 +98,7 @@ class Evaluation(Shown):
     length_before: FloatArray | None = None
     before: ErrorStatistics | None = None
     repeatability: Repeatability | None = None
+    aligned: Realigned | None = None
 
     def to_json_dict(self) -> dict[str, Any]:
         """The blocks `train` and `test` of result.json."""
@@ -102,20 +113,9 @@ class Evaluation(Shown):
                 "rms": from_si(float(np.sqrt(np.nanmean(self.turn_after**2))), "deg"),
             }
         if self.repeatability is not None:
-            r = self.repeatability
-            out["iso_9283"] = {
-                "poses": r.poses,
-                "visits": r.visits,
-                "accuracy_mm": {
-                    "mean": from_si(float(np.mean(r.accuracy)), "mm"),
-                    "max": from_si(float(np.max(r.accuracy)), "mm"),
-                },
-                "repeatability_mm": {
-                    "mean": from_si(float(np.mean(r.repeatability)), "mm"),
-                    "max": from_si(float(np.max(r.repeatability)), "mm"),
-                },
-                "sigma_mm": from_si(r.sigma, "mm"),
-            }
+            out["repeated_poses"] = self.repeatability.to_json_dict()
+        if self.aligned is not None:
+            out["aligned"] = self.aligned.to_json_dict()
         return out
 
 
@@ -126,7 +126,13 @@ def residuals(
 
     NaN where not measured. `anchors` are the known places of the anchors by name; a length to another one is NaN.
     """
-    T = robot.poses(data, threads=threads)
+    return _compared(robot.poses(data, threads=threads), data, anchors)
+
+
+def _compared(
+    T: FloatArray, data: Dataset, anchors: dict[str, FloatArray] | None
+) -> tuple[FloatArray, FloatArray | None, FloatArray | None]:
+    """`residuals` of predicted poses (N, 4, 4)."""
     points = np.full((len(data), 3), np.nan) if data.position is None else T[:, :3, 3] - data.position
     lengths = None
     if data.distance is not None and data.anchor is not None:
@@ -166,48 +172,42 @@ def evaluate(
     """
     robot = as_robot(robot)
     data = as_data(data, robot)
-    points, lengths, turns = residuals(robot, data, anchors, threads)
-    after = distances(points, lengths)
-    out = Evaluation(
-        data, points, lengths, turns, ErrorStatistics.of(after), repeatability=repeatability(robot, data, points)
+    T = robot.poses(data, threads=threads)
+    points, lengths, turns = _compared(T, data, anchors)
+    after = ErrorStatistics.of(distances(points, lengths))
+    points_before = lengths_before = first = None
+    if before is not None:
+        points_before, lengths_before, _ = residuals(before, data, anchors_before, threads)
+        first = ErrorStatistics.of(distances(points_before, lengths_before))
+    return Evaluation(
+        data,
+        points,
+        lengths,
+        turns,
+        after,
+        points_before,
+        lengths_before,
+        first,
+        repeatability(data, points, T[:, :3, :3] if data.rotation is not None else None),
+        realigned(T[:, :3, 3], points),
     )
-    if before is None:
-        return out
-    points_before, lengths_before, _ = residuals(before, data, anchors_before, threads)
-    first = ErrorStatistics.of(distances(points_before, lengths_before))
-    return Evaluation(data, points, lengths, turns, out.after, points_before, lengths_before, first, out.repeatability)
 
 
-def pose_groups(data: Dataset) -> NDArray[np.intp]:
-    """(N,) 0 ... poses - 1: rows with the same commanded joints and payload have the same number."""
-    # 1e-6 rad or m: commands are rounded in files, and nobody commands two poses that close
-    keys = np.round(np.column_stack([data.q, data.payload]) / 1e-6).astype(np.int64)
-    return np.unique(keys, axis=0, return_inverse=True)[1].ravel()
+def realigned(predicted: FloatArray, error: FloatArray) -> Realigned | None:
+    """The rigid motion of predicted points (N, 3) that leaves the least of `error` (N, 3), predicted less measured [m].
 
-
-def repeatability(robot: Robot, data: Dataset, error: FloatArray) -> Repeatability | None:
-    """ISO 9283 accuracy and repeatability over poses with the same command and payload; None where none repeats."""
+    None where it would not fit ALIGNED_BETTER times better, or where too few points were measured to say so.
+    """
     whole = ~np.isnan(error).any(axis=1)
-    if not whole.any():
+    if whole.sum() < ALIGNED_ROWS:
         return None
-    _, group, count = np.unique(pose_groups(data)[whole], return_inverse=True, return_counts=True)
-    repeated = np.flatnonzero(count > 1)
-    if len(repeated) == 0:
+    p, x = predicted[whole], (predicted - error)[whole]
+    U, _, Vt = np.linalg.svd((x - x.mean(axis=0)).T @ (p - p.mean(axis=0)))
+    R = U @ np.diag([1.0, 1.0, np.sign(np.linalg.det(U @ Vt))]) @ Vt
+    motion = np.eye(4)
+    motion[:3, :3], motion[:3, 3] = R, x.mean(axis=0) - R @ p.mean(axis=0)
+    left = ErrorStatistics.of(np.linalg.norm(p @ R.T + motion[:3, 3] - x, axis=1))
+    given = ErrorStatistics.of(np.linalg.norm(error[whole], axis=1))
+    if left is None or given is None or given.rms < ALIGNED_BETTER * left.rms:
         return None
-    e = error[whole]
-    accuracy, spread, squares, freedom = [], [], 0.0, 0
-    for g in repeated:
-        visits = e[group.ravel() == g]
-        mean = visits.mean(axis=0)
-        lengths = np.linalg.norm(visits - mean, axis=1)
-        accuracy.append(float(np.linalg.norm(mean)))
-        spread.append(float(lengths.mean() + 3 * lengths.std(ddof=1)))
-        squares += float(((visits - mean) ** 2).sum())
-        freedom += 3 * (len(visits) - 1)
-    return Repeatability(
-        len(repeated),
-        int(count[repeated].sum()),
-        np.array(accuracy),
-        np.array(spread),
-        float(np.sqrt(squares / freedom)),
-    )
+    return Realigned(motion, left)

@@ -1,18 +1,22 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Where a model's joint profiles say nothing, in words: rows outside the joint range that they were fitted on."""
+"""Where a model goes beyond what it was fitted on, in words: profiles outside their range, joints that never moved."""
 
 from __future__ import annotations
 
+from fastcal.calibration.data_notes import ranges
 from fastcal.effects.entries import core_options, traits_of
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot, length_or_angle_unit
 from fastcal.units import from_si
 
+# A quantity whose range in the measurements is no larger stood still.
+STILL = {"deg": 1.0, "mm": 2.0, "kg": 0.0, "c": 0.5}
+
 
 def range_notes(robot: Robot, data: Dataset) -> list[str]:
-    """A sentence for each profile that some row lies outside of."""
-    notes = []
+    """A sentence for each profile that some row lies outside of, and for each quantity that the data move first."""
+    notes = unmoved_notes(robot, data)
     for entry in robot.spec.get("effects") or []:
         options = core_options(entry) if "range" in traits_of(entry["effect"]).options_from_data else {}
         if "low" not in options or "high" not in options:
@@ -25,5 +29,30 @@ def range_notes(robot: Robot, data: Dataset) -> list[str]:
             notes.append(
                 f"joint {joint + 1} is outside the {low:.4g} to {high:.4g} {unit} that its profile was fitted on in "
                 f"{int(outside.sum())} rows; there the profile fades to zero within 5 {unit}"
+            )
+    return notes
+
+
+def unmoved_notes(robot: Robot, data: Dataset) -> list[str]:
+    """A sentence for each joint, the payload and the temperature that the calibration's rows never moved and these do.
+
+    What such a quantity could not show is in the stated deviations as the plausible size of what was held.
+    """
+    record = robot.record
+    if record is None:
+        return []
+    here = ranges(robot, data)
+    notes = []
+    for name, (low, high) in record.covered.items():
+        quantity, unit = name.rsplit("_", 1)
+        if name not in here or high - low > STILL[unit]:
+            continue
+        outside = (here[name] < low - STILL[unit] - 1e-9) | (here[name] > high + STILL[unit] + 1e-9)
+        if outside.any():
+            title = f"joint {quantity.removeprefix('q')}" if unit in ("deg", "mm") else f"the {quantity}"
+            at = f"{low:.4g} {unit.replace('c', 'deg C')}" if high - low < 1e-9 else f"{low:.4g} to {high:.4g} {unit}"
+            notes.append(
+                f"{title} stood still in the measurements that this model was fitted on ({at}) and is elsewhere in "
+                f"{int(outside.sum())} rows: what it could not show counts in the stated deviations at a plausible size"
             )
     return notes

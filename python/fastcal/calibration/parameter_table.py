@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import special
 
 from fastcal import _core
 from fastcal.calibration.result import IdentifiedParameter
@@ -18,7 +17,6 @@ from fastcal.units import factor, from_si
 
 FloatArray = NDArray[np.float64]
 
-OUTLIER_SHARE = 0.01  # a row is listed where normal noise would make one so large in one of a hundred data sets
 CORRELATED = 0.95
 
 
@@ -75,16 +73,6 @@ def correlated_pairs(names: list[str], covariance: FloatArray) -> list[tuple[str
     strong = np.flatnonzero(np.abs(r[i, j]) > CORRELATED)
     order = strong[np.argsort(-np.abs(r[i, j][strong]), kind="stable")]
     return [(names[i[k]], names[j[k]], float(r[i[k], j[k]])) for k in order]
-
-
-def outlier_rows(found: _core.Identification) -> list[int]:
-    """Rows whose whitened error is larger than normal noise makes it in OUTLIER_SHARE of all such data sets."""
-    squares = np.asarray(found.whitened_squares)
-    numbers = np.sum(~np.isnan(np.asarray(found.residuals)), axis=1)
-    used = numbers > 0
-    limit = np.full(len(squares), np.inf)
-    limit[used] = special.chdtri(numbers[used], OUTLIER_SHARE / max(int(used.sum()), 1))
-    return [int(i) for i in np.flatnonzero(squares / max(found.variance_factor, 1e-300) > limit)]
 
 
 def sigma_note(found: _core.Identification, data: Dataset) -> str:

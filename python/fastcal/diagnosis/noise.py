@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg, special
 
-from fastcal.calibration.evaluation import pose_groups
+from fastcal.calibration.repeatability import visit_groups
 from fastcal.diagnosis.blocks import Blocks, blocks
 from fastcal.diagnosis.fits import Fit, fit
 from fastcal.diagnosis.problem import Noise, Problem
@@ -30,6 +30,7 @@ OUTLIER_LEVEL = 0.01  # chance that noise alone puts one row of the set on the l
 MOST_OUTLIERS = 0.05  # share of the rows: more are no outliers, but an effect
 RUN = 4  # rows in a row: of 5 % outliers so many stand together in one of a thousand sets
 AGREES = 0.01  # two-sided level at which a claimed noise is taken to be wrong
+SAME_TEMPERATURE = 0.5  # [K] rows of one command that differ by more are no repeats of each other
 FEWEST_REPEATS = 30  # degrees of freedom of repeats from which on they tell the noise
 _RIDGE = 1e-9
 _BORNE_OUT = 0.02  # of the mean square
@@ -300,12 +301,10 @@ def repeats(data: Dataset) -> tuple[float, float] | None:
     """
     if data.position is None:
         return None
-    group = pose_groups(data)
-    keys = [group]
-    if data.approach is not None:
-        keys.append(np.unique(data.approach, axis=0, return_inverse=True)[1].ravel())
-    keys += [labels.astype(np.intp) for labels in (data.station, data.mount) if labels is not None]
-    group = np.unique(np.column_stack(keys), axis=0, return_inverse=True)[1].ravel()
+    group = visit_groups(data)
+    if data.temperature is not None:
+        degrees = np.round(data.temperature / SAME_TEMPERATURE).astype(np.intp)
+        group = np.unique(np.column_stack([group, degrees]), axis=0, return_inverse=True)[1].ravel()
     whole = ~np.isnan(data.position).any(axis=1)
     squares, freedom = 0.0, 0.0
     for g in np.flatnonzero(np.bincount(group[whole]) > 1):

@@ -248,4 +248,25 @@ def _calibration(fields: Fields) -> Spec:
     ]
     record["sigma_mm"] = fields.number("sigma_mm")
     record["degrees_of_freedom"] = fields.count("degrees_of_freedom", 0, 10**9)
+    if fields.has("held"):
+        record["held"] = _held(Fields(fields.take("held"), "calibration.held", fields.path))
+    if fields.has("covered"):
+        covered = fields.take("covered")
+        if not isinstance(covered, dict):
+            fields.fail("covered", "a range by quantity", covered)
+        record["covered"] = {str(k): fields.checked_vector(f"covered.{k}", v, 2) for k, v in covered.items()}
     return record | fields.rest()
+
+
+def _held(fields: Fields) -> Spec:
+    """What the measurements did not show: names of parameters, and how they move with each that was held."""
+    names = fields.take("parameters")
+    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+        fields.fail("parameters", "a list of names", names)
+    columns = fields.take("directions")
+    if not isinstance(columns, list):
+        fields.fail("directions", "a list of directions", columns)
+    return {
+        "parameters": list(names),
+        "directions": [fields.checked_vector(f"directions[{i}]", c, len(names)) for i, c in enumerate(columns)],
+    }

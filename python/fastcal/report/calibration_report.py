@@ -113,10 +113,16 @@ def _facts_of(part: Evaluation) -> list[tuple[str, str]]:
         facts.append(("Orientation after", f"RMS {rms}°, largest {largest}°"))
     if part.repeatability is not None:
         found = part.repeatability
-        ap, rp = (significant(from_si(float(np.mean(x)), "mm")) for x in (found.accuracy, found.repeatability))
+        figures_of = {"AP": found.accuracy, "RP": found.repeatability, "vAP": found.direction_variation}
+        means = [
+            f"mean {name} {significant(from_si(float(np.mean(x)), 'mm'))} mm"
+            for name, x in figures_of.items()
+            if len(x)
+        ]
         visits = f"{plural(found.poses, 'pose')} visited {count(found.visits)} times in all"
-        text = f"mean AP {ap} mm, mean RP {rp} mm over {visits}"
-        facts.append(("ISO 9283 after", text))
+        lacking = f" ({found.note})" if found.note is not None else ""
+        title = "ISO 9283 after" if found.is_iso_9283 else "Repeated poses after"
+        facts.append((title, f"{', '.join(means)} over {visits}{lacking}"))
     return facts
 
 

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from fastcal.calibration.evaluation import Evaluation
+from fastcal.calibration.repeatability import Repeatability
 from fastcal.calibration.result import CalibrationResult
 from fastcal.measurements.dataset import Dataset
 from fastcal.report.formatting import plural
@@ -118,13 +119,28 @@ def evaluation_lines(found: Evaluation, title: str) -> list[str]:
     if (turn := figures.get("after_rotation_deg")) is not None:
         sizes = ", ".join(f"{name} {turn[name]:.4f} deg" for name in ("mean", "rms", "max"))
         lines.append(f"orientation error: {sizes}")
-    if (iso := figures.get("iso_9283")) is not None:
+    if found.repeatability is not None:
+        lines += _repeatability_lines(found.repeatability)
+    if (aligned := figures.get("aligned")) is not None:
+        xyz = ", ".join(f"{v:.3f}" for v in aligned["xyz_mm"])
+        rpy = ", ".join(f"{v:.4f}" for v in aligned["rpy_deg"])
         lines.append(
-            f"ISO 9283, {iso['poses']} poses visited {iso['visits']} times: "
-            f"mean AP {iso['accuracy_mm']['mean']:.4f} mm, mean RP {iso['repeatability_mm']['mean']:.4f} mm, "
-            f"noise of a coordinate {iso['sigma_mm']:.4f} mm"
+            f"if the tracker or the base has moved, by xyz {xyz} mm and rpy {rpy} deg, the same rows fit with rms "
+            f"{aligned['after_mm']['rms']:.4f} mm"
         )
     return lines
+
+
+def _repeatability_lines(found: Repeatability) -> list[str]:
+    """The figures of poses that repeat, and what they lack of ISO 9283."""
+    block = found.to_json_dict()
+    names = {"accuracy_mm": "AP", "repeatability_mm": "RP", "vap_mm": "vAP", "ad_mm": "AD", "rd_mm": "RD"}
+    names |= {"drift_ap_mm": "dAP", "drift_rp_mm": "dRP"}
+    parts = [f"mean {name} {block[key]['mean']:.4f} mm" for key, name in names.items() if key in block]
+    title = "ISO 9283" if found.is_iso_9283 else "repeated poses"
+    size = f"{plural(found.poses, 'pose')} in {plural(found.visits, 'visit')}"
+    line = f"{title}, {size}: {', '.join(parts)}, noise of a coordinate {block['sigma_mm']:.4f} mm"
+    return [line] if found.note is None else [line, found.note]
 
 
 @headline.register

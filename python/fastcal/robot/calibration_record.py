@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -27,19 +27,27 @@ def lower_root(covariance: NDArray[np.float64]) -> NDArray[np.float64]:
 
 @dataclass(frozen=True)
 class CalibrationRecord:
-    """Identified parameters and the root of their covariance.
+    """Identified parameters and the root of their covariance, what was held, and what the measurements covered.
 
     Attributes:
         parameters: Names as `Robot.parameter_names` gives them, of the identified (free) parameters.
         root: (P, P) lower triangular L in SI, covariance = L L^T.
         sigma_mm: Noise of one measured coordinate.
         degrees_of_freedom: Measured numbers less identified parameters.
+        moved: Names of the (M,) parameters that move with what was held.
+        directions: (M, held) SI; column k: how the parameters move, unseen by the measurements, when the k-th held one
+            is off by its plausible size.
+        covered: Least and greatest of the measured rows by quantity, with its unit: "q3_deg", "payload_kg",
+            "temperature_c"; empty in files of older versions.
     """
 
     parameters: list[str]
     root: NDArray[np.float64]
     sigma_mm: float
     degrees_of_freedom: int
+    moved: list[str] = field(default_factory=list)
+    directions: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 0)))
+    covered: dict[str, tuple[float, float]] = field(default_factory=dict)
 
     @staticmethod
     def from_spec(spec: dict[str, Any] | None) -> CalibrationRecord | None:
@@ -50,15 +58,28 @@ class CalibrationRecord:
         root = np.zeros((count, count))
         for i, row in enumerate(spec["covariance_root"]):
             root[i, : i + 1] = row
+        held = spec.get("held") or {"parameters": [], "directions": []}
         return CalibrationRecord(
-            list(spec["parameters"]), root, float(spec["sigma_mm"]), int(spec["degrees_of_freedom"])
+            list(spec["parameters"]),
+            root,
+            float(spec["sigma_mm"]),
+            int(spec["degrees_of_freedom"]),
+            list(held["parameters"]),
+            np.array(held["directions"], dtype=float).reshape(len(held["directions"]), len(held["parameters"])).T,
+            {name: (float(low), float(high)) for name, (low, high) in (spec.get("covered") or {}).items()},
         )
 
     def to_spec(self) -> dict[str, Any]:
         """Plain numbers for the robot file."""
-        return {
+        spec: dict[str, Any] = {
             "parameters": list(self.parameters),
             "covariance_root": [[float(v) for v in self.root[i, : i + 1]] for i in range(len(self.root))],
             "sigma_mm": float(self.sigma_mm),
             "degrees_of_freedom": int(self.degrees_of_freedom),
         }
+        if self.directions.size:
+            columns = [[float(v) for v in column] for column in self.directions.T]
+            spec["held"] = {"parameters": list(self.moved), "directions": columns}
+        if self.covered:
+            spec["covered"] = {name: [float(low), float(high)] for name, (low, high) in self.covered.items()}
+        return spec

@@ -40,6 +40,12 @@ ROW_KEYS = {
     "beta": "beta_deg",
 }  # DH and MDH, in the order of the core
 
+CHOICES = {
+    "kinematics": ("dh", "mdh", "poe", "urdf"),
+    "gravity_frame": ("base", "measuring"),
+    "wrench_frame": ("base", "flange", "tool"),
+}
+
 
 def pose(frame: Spec) -> FloatArray:
     """(4, 4) of {xyz_mm, rpy_deg}, rpy about fixed axes X, Y, Z: R = Rz Ry Rx."""
@@ -66,6 +72,9 @@ class Robot(Shown):
 
     def __init__(self, spec: Spec) -> None:
         self.spec: Spec = copy.deepcopy(spec)
+        for key, choices in CHOICES.items():
+            if self.spec.get(key) not in (None, *choices):
+                raise InvalidInput(f"{key} must be one of {', '.join(choices)}, got {self.spec[key]!r}")
         self.core: _core.RobotModel = build_core(self.spec)
         if self.correction is not None and self.correction.joint_count != self.joint_count:
             raise InvalidInput(
@@ -235,10 +244,11 @@ class Robot(Shown):
         return np.asarray(_core.joint_jacobian(self.error_model, self.conditions(q, **conditions), threads))
 
     def position_deviation(self, q: ArrayLike, **conditions: Any) -> FloatArray:
-        """(N, 3) standard deviation [m] of the predicted points that comes from the identified parameters.
+        """(N, 3) standard deviation [m] of the predicted points that comes from the parameters.
 
-        NaN for a nominal robot; else the root of diag(J C J^T) with the covariance C of the identified parameters; a
-        new measurement adds its own noise to it.
+        NaN for a nominal robot; else the root of diag(J C J^T + J H H^T J^T): C the covariance of the identified
+        parameters, column k of H how all move, unseen by the measurements, when the k-th held one is off by its
+        plausible size. A gauge direction moves no point and adds nothing. A new measurement adds its own noise.
         """
         return self.deviation_at(self.conditions(q, **conditions))
 
@@ -248,12 +258,10 @@ class Robot(Shown):
         if record is None:
             return np.full((len(samples), 3), np.nan)
         surrogates = self.surrogate_deviation(samples, threads)
-        columns = [self.parameter_names.index(name) for name in record.parameters if name in self.parameter_names]
-        known = [i for i, name in enumerate(record.parameters) if name in self.parameter_names]
-        J = np.asarray(self.error_model.parameter_jacobian(samples, self.error_model.start, 3, threads, None))[
-            :, :, columns
-        ]
-        return np.asarray(np.hypot(np.linalg.norm(J @ record.root[known], axis=2), surrogates))
+        J = np.asarray(self.error_model.parameter_jacobian(samples, self.error_model.start, 3, threads, None))
+        known = self._columns(J, record.parameters) @ record.root
+        unseen = self._columns(J, record.moved) @ record.directions
+        return np.asarray(np.sqrt(np.sum(known**2, axis=2) + np.sum(unseen**2, axis=2) + surrogates**2))
 
     def surrogate_deviation(self, samples: _core.Samples, threads: int = 1) -> FloatArray:
         """(N, 3) standard deviation [m] of the points that comes from the functions of surrogates; 0 without one.
@@ -271,6 +279,15 @@ class Robot(Shown):
         model = _core.ErrorModel(self.core, build_effects(parts, self.core), np.zeros(len(parts)))
         J = np.asarray(model.parameter_jacobian(samples, model.start, 3, threads, None))[:, :, -len(parts) :]
         return np.asarray(np.linalg.norm(J, axis=2))
+
+    def _columns(self, J: FloatArray, names: list[str]) -> FloatArray:
+        """(N, 3, len(names)) the columns of the parameters `names`; zero where this robot has no such parameter."""
+        at = {name: i for i, name in enumerate(self.parameter_names)}
+        out = np.zeros((*J.shape[:2], len(names)))
+        for k, name in enumerate(names):
+            if name in at:
+                out[:, :, k] = J[:, :, at[name]]
+        return out
 
     def save(self, path: str | PathLike[str]) -> None:
         """Writes the robot file; it loads back to the same predictions, bit for bit."""

@@ -59,20 +59,20 @@ def test_evaluate_writes_the_test_block_of_the_result(demo, tmp_path, fastcal) -
     assert f"rms {test['after_mm']['rms']:.4f} mm" in said.out
 
 
-def test_evaluate_gives_iso_9283_where_poses_repeat(demo, tmp_path, fastcal, rewritten) -> None:
-    """Each pose twice, the second visit 2 mm beside the first in x: l = 1, 1, S = 0, so RP = 1 mm."""
+def test_two_visits_of_a_pose_show_the_noise_and_no_rp(demo, tmp_path, fastcal, rewritten) -> None:
+    """Each pose twice, the second visit 2 mm beside the first in x; two visits d apart: sigma^2 = (d^2 / 2) / 3."""
 
     def twice(rows: list[list[str]]) -> None:
         rows += [[*row[:6], repr(float(row[6]) + 2.0), *row[7:]] for row in rows[1:]]
 
     repeated = rewritten(demo / "test.csv", tmp_path / "twice.csv", twice)
     said = fastcal("evaluate", demo / "model.yaml", repeated, "-o", tmp_path / "block.json")
-    iso = json.loads((tmp_path / "block.json").read_text())["iso_9283"]
-    assert (iso["poses"], iso["visits"]) == (60, 120)
-    assert iso["repeatability_mm"]["mean"] == pytest.approx(1.0, abs=1e-9)
-    # Two visits d apart in one of three coordinates: sigma^2 = (d^2 / 2) / 3.
-    assert iso["sigma_mm"] == pytest.approx(math.sqrt(2.0 / 3.0), abs=1e-9)
-    assert "60 poses visited 120 times" in said.out
+    block = json.loads((tmp_path / "block.json").read_text())["repeated_poses"]
+    assert (block["poses"], block["visits"], block["rp_visits"], block["iso_9283"]) == (60, 120, 0, False)
+    assert "repeatability_mm" not in block
+    assert block["sigma_mm"] == pytest.approx(math.sqrt(2.0 / 3.0), abs=1e-9)
+    assert "60 poses in 120 visits" in said.out
+    assert "too few visits for RP" in said.out
 
 
 @pytest.mark.parametrize("kind", ["dh", "mdh", "poe", "urdf"])

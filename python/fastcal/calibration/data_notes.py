@@ -1,0 +1,55 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""What measured rows cover and what they leave open: ranges, directions that were held, data that are thin."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal import _core
+from fastcal.effects.entries import full_name
+from fastcal.measurements.dataset import Dataset
+from fastcal.robot.robot import Robot, length_or_angle_unit
+from fastcal.units import from_si
+
+FloatArray = NDArray[np.float64]
+
+THIN = 2.0  # numbers a parameter: with fewer, most of the noise goes into the parameters
+
+
+def ranges(robot: Robot, data: Dataset) -> dict[str, FloatArray]:
+    """(N,) each joint, the payload and the temperature where it is given, at the edge's units, by column."""
+    out = {}
+    for i, joint in enumerate(robot.spec["joints"]):
+        unit = length_or_angle_unit(joint)
+        out[f"q{i + 1}_{unit}"] = np.asarray(from_si(data.q[:, i], unit))
+    out["payload_kg"] = data.payload
+    if data.temperature is not None:
+        out["temperature_c"] = np.asarray(from_si(data.temperature, "c"))
+    return out
+
+
+def covered(robot: Robot, data: Dataset) -> dict[str, tuple[float, float]]:
+    """Least and greatest of `ranges`."""
+    return {name: (float(np.min(v)), float(np.max(v))) for name, v in ranges(robot, data).items()}
+
+
+def unseen_directions(found: _core.Identification, names: list[str]) -> tuple[list[str], FloatArray]:
+    """Names of the parameters that move with what was held, and their directions (M, held); see CalibrationRecord."""
+    directions = np.asarray(found.held_directions).reshape(len(found.asked), -1)
+    rows = [k for k, i in enumerate(found.asked) if i < len(names) and np.any(directions[k] != 0)]
+    return [full_name(found.parameters[found.asked[k]]) for k in rows], directions[rows]
+
+
+def thin_data_notes(found: _core.Identification, loss: str) -> list[str]:
+    """A sentence where the measured numbers hardly outnumber the parameters."""
+    numbers = int(np.sum(~np.isnan(np.asarray(found.residuals))))
+    parameters = len(found.free)
+    if numbers >= THIN * parameters or found.status == "too_few_equations":
+        return []
+    freedom = max(found.degrees_of_freedom, 0)
+    text = f"{parameters} parameters from {numbers} numbers: {freedom} degrees of freedom are left"
+    if loss != "none" and found.loss == "none":
+        text += " to judge the noise by, too few to tell an outlier from the rest"
+    return [f"{text}; measure more poses"]

@@ -1,0 +1,110 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""ISO 9283 by hand: visits whose figures can be worked out on paper."""
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from fastcal.calibration.evaluation import realigned
+from fastcal.calibration.repeatability import repeatability, spread
+from fastcal.measurements.dataset import Dataset
+
+Array = NDArray[np.float64]
+
+FIVE = 1e-3 * np.array([[1.0, 0, 0], [-1, 0, 0], [0, 2, 0], [0, -2, 0], [0, 0, 0]])  # mean 0, l = 1 1 2 2 0
+RP_FIVE = 1e-3 * (1.2 + 3 * np.sqrt(((0.2**2) * 2 + (0.8**2) * 2 + 1.2**2) / 4))
+
+
+def visits(
+    *groups: tuple[float, Array], time: Array | None = None, approach: list[int] | None = None
+) -> tuple[Dataset, Array]:
+    """A data set of one joint whose pose number g is at q = g, with the given errors, and the errors."""
+    q = np.concatenate([np.full((len(e), 1), angle) for angle, e in groups])
+    error = np.concatenate([e for _, e in groups])
+    point = np.column_stack([1 + q[:, 0], q[:, 0], 0 * q[:, 0]])
+    sides = None if approach is None else np.array(approach, dtype=float)[:, np.newaxis]
+    return Dataset.from_arrays(q, position=point - error, time=time, approach=sides), error
+
+
+def test_rp_of_five_visits_is_what_paper_gives() -> None:
+    assert spread(FIVE + np.array([0.5, -0.3, 0.1])) == pytest.approx(RP_FIVE, rel=1e-12)
+    data, error = visits((0.3, FIVE + 1e-3 * np.array([3.0, 4, 0])))
+    found = repeatability(data, error)
+    assert found is not None
+    np.testing.assert_allclose(found.accuracy, [5e-3], rtol=1e-12)
+    np.testing.assert_allclose(found.repeatability, [RP_FIVE], rtol=1e-12)
+    assert found.sigma == pytest.approx(1e-3 * np.sqrt(10 / 12))
+    assert (found.rp_visits, found.is_iso_9283) == (5, False)
+    assert found.note is not None
+    assert "30 visits" in found.note
+
+
+def test_both_sides_of_a_joint_are_two_poses_and_their_distance_is_vap() -> None:
+    away = 1e-3 * np.array([0.0, 3, 4])
+    data, error = visits((0.3, np.vstack([FIVE, FIVE + away])), approach=[1] * 5 + [-1] * 5)
+    found = repeatability(data, error)
+    assert found is not None
+    assert found.poses == 2
+    np.testing.assert_allclose(found.repeatability, [RP_FIVE, RP_FIVE], rtol=1e-12)
+    np.testing.assert_allclose(found.direction_variation, [5e-3], rtol=1e-12)
+    mixed, _ = visits((0.3, np.vstack([FIVE, FIVE + away])))
+    assert repeatability(mixed, error).repeatability[0] > 1.1 * RP_FIVE  # type: ignore[union-attr]
+
+
+def test_distances_between_poses_have_their_own_accuracy_and_repeatability() -> None:
+    """Predicted apart by (0.4, 0.4, 0); the second pose's visits off along that line by 0, 1, 2, 3, 4 mm."""
+    along = np.array([1.0, 1, 0]) / np.sqrt(2)
+    off = -1e-3 * np.arange(5.0)[:, np.newaxis] * along  # predicted less measured
+    data, error = visits((0.2, np.zeros((5, 3))), (0.6, off))
+    found = repeatability(data, error)
+    assert found is not None
+    np.testing.assert_allclose(found.distance_accuracy, [2e-3], rtol=1e-9)
+    np.testing.assert_allclose(found.distance_repeatability, [3e-3 * np.sqrt(2.5)], rtol=1e-9)
+
+
+def test_drift_is_between_blocks_of_visits() -> None:
+    time = np.concatenate([np.arange(5.0), 3600 + np.arange(5.0)])
+    data, error = visits((0.3, np.vstack([FIVE, 2 * FIVE + [0, 0, 2e-3]])), time=time)
+    found = repeatability(data, error)
+    assert found is not None
+    np.testing.assert_allclose(found.accuracy_drift, [2e-3], rtol=1e-9)
+    np.testing.assert_allclose(found.repeatability_drift, [RP_FIVE], rtol=1e-9)
+
+
+def test_turns_are_judged_about_the_tools_axes() -> None:
+    """Turns about z of -2, -1, 0, 1, 2 mrad beside a predicted identity: mean 0, S^2 = 10 / 4."""
+    half = 1e-3 * np.array([-2.0, -1, 0, 1, 2]) / 2
+    turned = np.column_stack([np.cos(half), 0 * half, 0 * half, np.sin(half)])
+    data = Dataset.from_arrays(np.full((5, 1), 0.3), position=np.zeros((5, 3)), rotation=turned)
+    found = repeatability(data, FIVE, np.broadcast_to(np.eye(3), (5, 3, 3)))
+    assert found is not None
+    assert found.turn_accuracy is not None
+    assert found.turn_repeatability is not None
+    np.testing.assert_allclose(found.turn_accuracy, np.zeros((1, 3)), atol=1e-12)
+    np.testing.assert_allclose(found.turn_repeatability, [[0, 0, 3e-3 * np.sqrt(2.5)]], atol=1e-9)
+
+
+def test_thirty_visits_of_five_poses_are_iso_9283() -> None:
+    rng = np.random.default_rng(1)
+    groups = [(0.1 * k, rng.normal(0, 1e-4, (30, 3))) for k in range(5)]
+    found = repeatability(*visits(*groups))
+    assert found is not None
+    assert found.is_iso_9283
+    assert found.note is None
+    assert found.to_json_dict()["iso_9283"] is True
+
+
+def test_points_of_a_moved_tracker_are_told_with_the_motion() -> None:
+    rng = np.random.default_rng(2)
+    predicted = rng.uniform(-1, 1, (30, 3))
+    c, s = np.cos(0.4), np.sin(0.4)
+    R, p = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]), np.array([0.3, -2.0, 0.1])
+    measured = predicted @ R.T + p + rng.normal(0, 1e-4, (30, 3))
+    found = realigned(predicted, predicted - measured)
+    assert found is not None
+    np.testing.assert_allclose(found.motion[:3, :3], R, atol=2e-4)
+    np.testing.assert_allclose(found.motion[:3, 3], p, atol=2e-4)
+    assert found.to_json_dict()["rpy_deg"][2] == pytest.approx(np.degrees(0.4), abs=0.02)
+    assert found.after.rms < 3e-4
+    assert realigned(predicted, rng.normal(0, 1e-4, (30, 3))) is None
