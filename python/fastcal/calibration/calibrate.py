@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal import _core
 from fastcal.calibration.alignment import align as align
 from fastcal.calibration.critical_loads import with_critical_loads
 from fastcal.calibration.data_notes import covered, thin_data_notes, unseen_directions
@@ -23,7 +24,8 @@ from fastcal.calibration.parameter_table import (
     parameter_table,
     sigma_note,
 )
-from fastcal.calibration.problem import prepare
+from fastcal.calibration.problem import CalibrationProblem, prepare
+from fastcal.calibration.residual_checks import MOST_ROWS, Checks, checked
 from fastcal.calibration.result import CalibrationResult as CalibrationResult
 from fastcal.calibration.result import IdentifiedParameter as IdentifiedParameter
 from fastcal.calibration.result import Unidentifiable as Unidentifiable
@@ -32,7 +34,7 @@ from fastcal.calibration.unset_options import with_open_effects_set
 from fastcal.effects.entries import extra_columns, full_name
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
-from fastcal.robot.calibration_record import CalibrationRecord
+from fastcal.robot.calibration_record import CalibrationRecord, lower_root
 from fastcal.robot.controller_robot import nominal_record
 from fastcal.robot.given import DataLike, RobotLike, as_data, as_robot
 from fastcal.robot.identified_spec import identified, with_frames
@@ -107,27 +109,42 @@ def calibrate(
     say("identifying")
     problem = with_open_effects_set(with_critical_loads(problem))
     pulled = pulls(problem)
-    found = problem.identify(
-        method=method,
-        max_iterations=max_iterations * (5 if pulled else 1),  # curves creep along what they share with geometry
-        **problem.limits(priors=priors),
-        **pulled,
-    )
+    limits = problem.limits(priors=priors)
+
+    def identify(problem: CalibrationProblem) -> _core.Identification:
+        return problem.identify(
+            method=method,
+            max_iterations=max_iterations * (5 if pulled else 1),  # curves creep along what they share with geometry
+            **limits,
+            **pulled,
+        )
+
+    found = identify(problem)
+    checks = Checks()
+    if found.status == "converged" and len(data) <= MOST_ROWS:
+        found, checks = checked(problem, found, identify)
 
     say("reporting")
     start, model, alignment, names = problem.robot, problem.model, problem.alignment, problem.names
     aligned = Robot(with_frames(start.spec, alignment.T_world_base, alignment.T_flange_tool))
     identified_spec = identified(start, model, found)
     free_names = [full_name(found.parameters[i]) for i in found.free]
-    covariance = np.asarray(found.covariance)
+    covariance, root, freedom = (
+        np.asarray(found.covariance),
+        np.asarray(found.covariance_root),
+        found.degrees_of_freedom,
+    )
     sigma = found.sigma[0] if found.sigma[0] > 0 else found.sigma[2]
+    if checks.serial is not None and "prior_sigma" not in limits:
+        covariance, sigma = checks.serial.covariance, sigma * checks.serial.noise
+        root, freedom = lower_root(covariance), round(checks.serial.freedom)
     kept = [k for k, i in enumerate(found.free) if i < len(names)]
     if kept:
         record = CalibrationRecord(
             [free_names[k] for k in kept],
-            np.asarray(found.covariance_root)[: len(kept), : len(kept)],  # anchors come last
+            root[: len(kept), : len(kept)],  # anchors come last
             from_si(sigma, "mm"),
-            found.degrees_of_freedom,
+            freedom,
             *unseen_directions(found, names),
             covered(start, data),
         )
@@ -138,7 +155,7 @@ def calibrate(
         dict(zip(data.anchor_names, np.asarray(alignment.anchors), strict=True)) if data.distance is not None else {}
     )
     judge: dict[str, Any] = {"before": aligned, "anchors": places, "anchors_before": places_before, "threads": threads}
-    table, table_covariance = parameter_table(start, model, found, data)
+    table, table_covariance = parameter_table(start, model, found, covariance, data)
     beyond = [] if test is None else [f"{test.source}: {note}" for note in range_notes(result_model, test)]
     train = evaluate(result_model, data, **judge)
     return CalibrationResult(
@@ -157,11 +174,11 @@ def calibrate(
         correlated=correlated_pairs(free_names, covariance),
         rank=found.rank,
         asked_count=len(found.free) + len(found.held),
-        degrees_of_freedom=found.degrees_of_freedom,
+        degrees_of_freedom=freedom,
         iterations=found.iterations,
         sigma=sigma,
         sigma_note=sigma_note(found, data),
-        outliers=list(found.outliers),
+        outliers=sorted({*found.outliers, *checks.set_aside}),
         weights=np.asarray(found.weights),
         train=train,
         test=None if test is None else evaluate(result_model, test, **judge),
@@ -171,6 +188,7 @@ def calibrate(
             *_notes(result_model, data),
             *added_setups(start, robot, effects),
             *thin_data_notes(found, loss),
+            *checks.notes,
             *beyond,
         ],
         anchors=places,

@@ -21,9 +21,11 @@ CORRELATED = 0.95
 
 
 def parameter_table(
-    start: Robot, model: _core.ErrorModel, found: _core.Identification, data: Dataset
+    start: Robot, model: _core.ErrorModel, found: _core.Identification, covariance: FloatArray, data: Dataset
 ) -> tuple[list[IdentifiedParameter], FloatArray]:
     """Identified numbers in edge units and their covariance in SI; harmonics as amplitude and phase.
+
+    `covariance` (P, P) is that of the free parameters as the model has them.
 
     The turns of base and tool are those from nominal to identified, about their own axes.
     """
@@ -44,7 +46,7 @@ def parameter_table(
             slope[np.ix_(at, at)] = pair.slope
             theta[pair.indices], nominal[pair.indices] = pair.values, pair.polar_of(nominal[pair.indices])
             names |= dict(zip(pair.indices, pair.names, strict=True))
-    covariance = slope @ np.asarray(found.covariance).reshape(slope.shape) @ slope.T
+    covariance = slope @ covariance.reshape(slope.shape) @ slope.T
     out = []
     for i, deviation in zip(found.free, np.sqrt(np.diag(covariance)), strict=True):
         parameter = found.parameters[i]

@@ -1,0 +1,74 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Does what a fit leaves depend on the posture? A score test, without a fit of anything.
+
+Every joint may err as a smooth function of any joint, of sums and differences of neighbours, of the payload and of the
+directions of approach: columns Z, the fit's own J projected out. T = |Z^T r|^2 / |r|^2 is large where many of them, or
+one of them strongly, are in the residual r. Under noise alone r points anywhere in the nu dimensions that the fit
+leaves, so with G = Z^T Z its mean is tr G / nu and its variance 2 (nu tr G^2 - (tr G)^2) / (nu^2 (nu + 2)); a gamma law
+with these two gives the p-value (the variance-component score test of X. Lin 1997).
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import special
+
+from fastcal.measurements.dataset import Dataset
+
+FloatArray = NDArray[np.float64]
+
+
+def posture_features(data: Dataset, joint_types: list[str]) -> FloatArray:
+    """(N, k) smooth functions of the row's joints, payload and directions, each with mean 0; constant ones left out."""
+    columns: list[FloatArray] = []
+    angles = []
+    for q, kind in zip(data.q.T, joint_types, strict=True):
+        if kind == "prismatic":
+            columns += [q, q**2]
+        else:
+            angles.append(q)
+            columns += [np.sin(q), np.cos(q), np.sin(2 * q), np.cos(2 * q)]
+    for a, b in pairwise(angles):
+        columns += [np.sin(a + b), np.cos(a + b), np.sin(a - b), np.cos(a - b)]
+    columns.append(data.payload)
+    if data.approach is not None:
+        columns += list(data.approach.T)
+    table = np.column_stack(columns)
+    table = table - table.mean(axis=0)
+    size = np.sqrt(np.mean(table**2, axis=0))
+    return np.asarray(table[:, size > 1e-9] / size[size > 1e-9])
+
+
+def posture_p_value(J: FloatArray, residual: FloatArray, lever: FloatArray, features: FloatArray) -> float:
+    """The probability that noise makes residuals which depend so on the posture.
+
+    Args:
+        J: (3 N, p) whitened columns of the fit.
+        residual: (3 N,) whitened, x, y, z of each row.
+        lever: (3 N, n) how each number moves with each joint.
+        features: (N, k).
+    """
+    nu = len(residual) - J.shape[1]
+    if nu < 3 or features.shape[1] == 0:
+        return 1.0
+    Q = np.linalg.qr(J)[0]
+    r = residual - Q @ (Q.T @ residual)
+    Z = (lever[:, :, np.newaxis] * np.repeat(features, 3, axis=0)[:, np.newaxis]).reshape(len(residual), -1)
+    before = np.linalg.norm(Z, axis=0)
+    Z = Z - Q @ (Q.T @ Z)
+    after = np.linalg.norm(Z, axis=0)
+    Z = Z[:, after > 1e-3 * before] / after[after > 1e-3 * before]
+    if Z.shape[1] == 0 or not r @ r > 0:
+        return 1.0
+    G = Z.T @ Z
+    trace, square = float(np.trace(G)), float(np.sum(G * G))
+    mean = trace / nu
+    variance = 2 * (nu * square - trace**2) / (nu**2 * (nu + 2))
+    T = float(np.sum((Z.T @ r) ** 2) / (r @ r))
+    if not variance > 0:
+        return 1.0
+    return float(special.gammaincc(mean**2 / variance, T * mean / variance))

@@ -1,0 +1,177 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""What residuals say against the fit that left them: noise with memory, a part that moved, a missing effect."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal import _core
+from fastcal.calibration.alignment import measurements
+from fastcal.calibration.lack_of_fit import posture_features, posture_p_value
+from fastcal.calibration.problem import CalibrationProblem
+from fastcal.calibration.serial_correlation import SerialCorrelation, serial_correlation
+from fastcal.calibration.shifted_rows import Shift, find_shift
+from fastcal.measurements.dataset import Dataset
+from fastcal.robot.robot import Robot
+from fastcal.units import from_si
+
+FloatArray = NDArray[np.float64]
+
+MOST_ROWS = 5000  # beyond, the dense Jacobian of the checks costs more than the fit: every k-th row stands for all
+CHANCE = 1e-3  # of a sentence about data in which nothing is missing
+
+
+Refit = Callable[[CalibrationProblem], _core.Identification]
+
+
+@dataclass(frozen=True, eq=False)
+class Residuals:
+    """The problem near a fit.
+
+    Attributes:
+        J: (m, P) whitened columns of all parameters.
+        residual: (m,) whitened, predicted less measured.
+        row: (m,) the row that each number stands in, ascending.
+        free: Columns of the identified parameters.
+        kept: (m,) is its row no outlier?
+        scale: [m] what a whitened 1 stands for.
+    """
+
+    J: FloatArray
+    residual: FloatArray
+    row: NDArray[np.int64]
+    free: list[int]
+    kept: NDArray[np.bool_]
+    scale: float
+
+
+@dataclass(frozen=True, eq=False)
+class Checks:
+    """What was found.
+
+    Attributes:
+        serial: Noise with memory; its covariance is that of the parameters, SI.
+        notes: Sentences for a reader.
+        set_aside: Rows of a part that moved.
+    """
+
+    serial: SerialCorrelation | None = None
+    notes: list[str] = field(default_factory=list)
+    set_aside: list[int] = field(default_factory=list)
+
+
+def checked(
+    problem: CalibrationProblem, found: _core.Identification, refit: Refit
+) -> tuple[_core.Identification, Checks]:
+    """The fit, or a better one without the part of the data that moved, and what its residuals say.
+
+    Args:
+        problem: Its rows are in the order of measuring; with the loss "none" no row is set aside.
+        found: The fit.
+        refit: Identifies from other rows.
+    """
+    near = near_fit(problem, found)
+    if near is None:
+        return found, Checks()
+    notes: list[str] = []
+    set_aside: list[int] = []
+    shift = moved_part(near, problem.model, problem.data)
+    if shift is not None:
+        cleared, rows = without_part(problem.data, shift)
+        part = problem.with_(data=cleared, measured=measurements(cleared))
+        again = refit(part) if problem.loss != "none" else found
+        left = near_fit(problem, again)
+        better = again is not found and again.status == "converged" and len(again.free) >= len(found.free)
+        if better and left is not None:
+            late = np.isin(left.row, rows)
+            size = left.scale * float(np.sqrt(np.sum(left.residual[late] ** 2) / len(rows)))
+            notes.append(shift_note(replace(shift, size=size), len(cleared), is_used=False))
+            found, problem, set_aside = again, part, rows
+            near = near_fit(problem, found) or near
+        else:
+            notes.append(shift_note(shift, len(cleared), is_used=True))
+    serial, more = noise_and_posture(near, problem.robot, problem.data)
+    return found, Checks(serial, notes + more, set_aside)
+
+
+def near_fit(problem: CalibrationProblem, found: _core.Identification) -> Residuals | None:
+    """The linearized problem; None where nothing was identified or no points were measured."""
+    if not found.free or problem.data.position is None or not found.sigma[0] > 0:
+        return None
+    near = problem.linearize(np.asarray(found.theta), found.common_noise)
+    row = np.asarray(near.row, dtype=np.int64)
+    kept = ~np.isin(row, found.outliers)
+    return Residuals(np.asarray(near.J), np.asarray(near.r), row, list(found.free), kept, float(found.sigma[0]))
+
+
+def moved_part(near: Residuals, model: _core.ErrorModel, data: Dataset) -> Shift | None:
+    """Where the tracker, the base or the target moved; not asked for where labels of set-ups tell."""
+    if data.station is not None or data.mount is not None:
+        return None
+    own = len(model.robot.parameters)
+    turned = data.rotation is not None
+    motions = [near.J[:, :6], near.J[:, own - 6 : own if turned else own - 3]]
+    return find_shift(near.J[:, near.free], motions, near.residual, near.row, near.scale)
+
+
+def without_part(data: Dataset, shift: Shift) -> tuple[Dataset, list[int]]:
+    """The data with what was measured in the smaller part taken out, and its rows."""
+    first, count = shift.first, len(data)
+    rows = np.arange(first, count) if count - first <= first else np.arange(first)
+
+    def blank(values: FloatArray | None) -> FloatArray | None:
+        if values is None:
+            return None
+        out = np.array(values)
+        out[rows] = np.nan
+        return out
+
+    cleared = replace(data, position=blank(data.position), rotation=blank(data.rotation), distance=blank(data.distance))
+    return cleared, rows.tolist()
+
+
+def shift_note(shift: Shift, count: int, *, is_used: bool) -> str:
+    """The sentence for a part that moved; `is_used`: all rows were used nevertheless."""
+    moved = f"from row {shift.first} on the points lie elsewhere, by {from_si(shift.size, 'mm'):.3g} mm"
+    cause = "the tracker, the base or the target moved"
+    labels = "give the two parts different `station` or `mount` labels"
+    if is_used:
+        return f"{moved}: {cause}; {labels}"
+    used = (
+        f"rows 0 to {shift.first - 1}" if count - shift.first <= shift.first else f"rows {shift.first} to {count - 1}"
+    )
+    return f"{moved}: {cause}. Only {used} are used; {labels} to use both"
+
+
+def noise_and_posture(near: Residuals, robot: Robot, data: Dataset) -> tuple[SerialCorrelation | None, list[str]]:
+    """Does the noise have a memory, do the residuals depend on the posture; in sentences too."""
+    J, residual, row = near.J[near.kept][:, near.free], near.residual[near.kept], near.row[near.kept]
+    scale = np.linalg.norm(J, axis=0)
+    if len(residual) <= J.shape[1] or not scale.all() or np.linalg.matrix_rank(J / scale) < J.shape[1]:
+        return None, []
+    notes = []
+    serial = serial_correlation(J / scale, residual, row, len(data))
+    if serial is not None:
+        notes.append(
+            f"errors of rows measured one after the other are alike (correlation {serial.rho:.2f}): the noise drifts, "
+            f"and the stated deviations take that in"
+        )
+        serial = replace(serial, covariance=serial.covariance / np.outer(scale, scale))
+    whole = np.bincount(row, minlength=len(data)) == 3
+    if data.rotation is None and data.distance is None and np.sum(whole) * 3 == len(residual):
+        rigid = _core.ErrorModel(robot.core, [], np.zeros(0))
+        rows = np.flatnonzero(whole)
+        lever = np.asarray(_core.joint_jacobian(rigid, _core.Samples(data.q[rows]), 1))[:, :3]
+        features = posture_features(data, robot.joint_types)[rows]
+        p = posture_p_value(J, residual, lever.reshape(len(residual), -1), features)
+        if p < CHANCE:
+            notes.append(
+                f"the residuals depend on the posture (p = {p:.1g}): an effect is missing from the model, and the "
+                f"stated deviations and intervals do not hold; `fastcal diagnose` looks for it"
+            )
+    return serial, notes

@@ -1,0 +1,103 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Residuals that speak against a fit: a part that moved, noise with memory, an effect that is missing."""
+
+import runpy
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from fastcal.calibration.calibrate import CalibrationResult, calibrate
+from fastcal.calibration.lack_of_fit import posture_p_value
+from fastcal.calibration.serial_correlation import serial_correlation
+from fastcal.io.robot_file import load_robot
+from fastcal.measurements.dataset import Dataset
+
+Array = NDArray[np.float64]
+
+BENCH = Path(__file__).parents[3] / "bench" / "python"
+
+
+def _bench() -> dict[str, Any]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(BENCH)
+        return runpy.run_path(str(BENCH / "bench_honest.py"))
+
+
+Case, Simulator, run = (_bench()[name] for name in ("Case", "Simulator", "run"))
+
+
+def calibrated(data: Dataset, loss: str = "tukey") -> CalibrationResult:
+    return calibrate(load_robot("staubli_rx160l"), data, loss=loss)
+
+
+@pytest.mark.parametrize("first", [60, 72])
+def test_a_tracker_that_was_bumped_is_found_at_its_row_and_does_no_harm(first: int) -> None:
+    simulator = Simulator(3, Case(poses=120))
+    data = simulator.measured()
+    moved = np.array(data.position)
+    moved[first:] += [3e-3, -2e-3, 3e-3]
+    result = calibrated(Dataset.from_arrays(data.q, position=moved))
+    assert any(f"from row {first} on the points lie elsewhere, by 4.7 mm" in note for note in result.notes)
+    assert result.outliers == list(range(first, 120))
+    clean = calibrated(data.select(slice(0, first)), "none")
+    q = simulator.postures(100)
+    error, least = (np.linalg.norm(r.model.forward(q)[:, :3, 3] - simulator.points(q)) for r in (result, clean))
+    assert error < 1.5 * least
+    plain = calibrated(Dataset.from_arrays(data.q, position=moved), "none")
+    assert any(f"from row {first} on" in note for note in plain.notes)  # told, and all rows used as asked
+    assert len(plain.train.data) == 120
+
+
+def test_a_drift_is_no_bump() -> None:
+    data = Simulator(4, Case(poses=120)).measured()
+    drifting = np.array(data.position) + np.linspace(0, 1e-3, 120)[:, np.newaxis]
+    result = calibrated(Dataset.from_arrays(data.q, position=drifting))
+    assert not any("lie elsewhere" in note for note in result.notes)
+
+
+def test_clean_data_bear_no_sentence() -> None:
+    for seed in range(12):
+        assert calibrated(Simulator(seed, Case(poses=80)).measured()).notes == []
+
+
+def test_a_missing_effect_is_said_to_spoil_the_intervals() -> None:
+    found = run("missing effect", 8)
+    assert found["said_that_intervals_do_not_hold"] == 1.0
+    assert found["covered"] < 0.8  # so it is true
+
+
+@pytest.mark.parametrize("name", ["white", "N = 10", "N = 13", "40 % gross", "AR(1) 0.8"])
+def test_intervals_cover_where_data_are_thin_spoilt_or_remembering(name: str) -> None:
+    """A few of the sets of bench_honest.py, whose table is in docs/noise-and-outliers.md."""
+    found = run(name, 12)
+    assert found["covered"] > 0.88 - 2 * found["standard_error"]
+
+
+def test_memory_of_the_noise_is_found_and_its_share_of_a_mean() -> None:
+    """Of the mean of N rows AR(1) leaves the variance (1 + rho) / (1 - rho) / N, for long rows."""
+    rng = np.random.default_rng(1)
+    count, rho = 4000, 0.8
+    e = rng.normal(size=count)
+    for k in range(1, count):
+        e[k] = rho * e[k - 1] + (1 - rho**2) ** 0.5 * e[k]
+    found = serial_correlation(np.ones((count, 1)), e - e.mean(), np.arange(count), count)
+    assert found is not None
+    assert found.rho == pytest.approx(rho, abs=0.03)
+    assert found.covariance[0, 0] == pytest.approx((1 + rho) / (1 - rho) / count, rel=0.2)
+    assert found.freedom == pytest.approx(count * (1 - rho**2) / (1 + rho**2), rel=0.2)
+    white = rng.normal(size=count)
+    assert serial_correlation(np.ones((count, 1)), white - white.mean(), np.arange(count), count) is None
+
+
+def test_p_values_of_white_residuals_are_uniform() -> None:
+    rng = np.random.default_rng(2)
+    J, lever, features = rng.normal(size=(150, 10)), rng.normal(size=(150, 6)), rng.normal(size=(50, 9))
+    p = np.array([posture_p_value(J, rng.normal(size=150), lever, features) for _ in range(300)])
+    assert np.mean(p < 0.05) == pytest.approx(0.05, abs=0.04)
+    assert np.mean(p < 0.5) == pytest.approx(0.5, abs=0.1)
+    dependent = rng.normal(size=150) + 2 * lever[:, 1] * np.repeat(features[:, 3], 3)
+    assert posture_p_value(J, dependent, lever, features) < 1e-4
