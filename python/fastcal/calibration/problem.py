@@ -18,7 +18,7 @@ from fastcal.calibration.alignment import measurements
 from fastcal.calibration.options_from_data import with_origins
 from fastcal.calibration.parameter_limits import parameter_limits
 from fastcal.calibration.setups import with_setups
-from fastcal.effects.entries import full_name, parse_effects, without_repeats
+from fastcal.effects.entries import extra_columns, full_name, parse_effects, without_repeats
 from fastcal.errors import InvalidInput, Undetermined
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot
@@ -71,9 +71,14 @@ class CalibrationProblem:
         return out
 
     def with_(self, **changes: Any) -> CalibrationProblem:
-        """The same problem with other fields; a new `robot` brings its own model, base and tool fitted as before."""
+        """The same problem with other fields; a new `robot` brings its own model, base and tool fitted as before.
+
+        It brings its samples too where it looks at other columns, such as a temperature behind another lag.
+        """
         if "robot" in changes and "model" not in changes:
             changes["model"] = changes["robot"].error_model.with_robot(self.model.robot)
+            if extra_columns(changes["robot"].spec["effects"]) != extra_columns(self.robot.spec["effects"]):
+                changes.setdefault("samples", changes["robot"].samples(self.data))
         return replace(self, **changes)
 
     def limits(self, *, priors: bool = False) -> dict[str, FloatArray]:

@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""What the data must tell of an effect before it can be identified: when a base step was, how curved a profile is.
+"""What an effect takes from the data before it is identified: a step's moment, how late heat is, a profile's curvature.
 
-Both are found near a fit of everything else, where the rest is linear.
+All are found near a fit of everything else, where the rest is linear.
 """
 
 from __future__ import annotations
@@ -13,10 +13,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import linalg
 
 from fastcal import _core
 from fastcal.calibration.change_point import find_step
 from fastcal.calibration.geometry_anchoring import pull_deviations
+from fastcal.calibration.heat_lag import find_lag
 from fastcal.calibration.parameter_limits import has_prior
 from fastcal.calibration.problem import CalibrationProblem
 from fastcal.calibration.smoothing import LinearProblem, choose_curvatures
@@ -27,6 +29,7 @@ from fastcal.robot.robot import Robot, Spec
 FloatArray = NDArray[np.float64]
 
 _MOMENT = "at_s"
+_LAG = "lag_s"
 _WEAK = 30.0  # plausible sizes: a prior that only keeps a singular problem solvable
 
 
@@ -44,7 +47,7 @@ class _Fit:
 
 
 def with_open_effects_set(problem: CalibrationProblem) -> CalibrationProblem:
-    """The problem with `at_s` of a base step and `curvature` of profiles where its robot's file gives none."""
+    """The problem with `at_s` of steps, `lag_s` of heat and `curvature` of profiles where its robot's file gives none."""
     robot, places = problem.robot, problem.effect_places
     entries = robot.spec.get("effects") or []
     steps = [
@@ -57,12 +60,19 @@ def with_open_effects_set(problem: CalibrationProblem) -> CalibrationProblem:
         for k, (e, effect) in enumerate(zip(entries, robot.effects, strict=True))
         if effect.penalty and "curvature" not in e and not (traits_of(e["effect"]).role != "curve" and has_prior(e))
     ]
-    if not steps and not curves:
+    late = [
+        k
+        for k, e in enumerate(entries)
+        if _LAG in traits_of(e["effect"]).among_parameters and _LAG not in options_of(e)
+    ]
+    time = problem.data.time
+    late = late if time is not None and np.ptp(time) > 0 else []
+    if not steps and not curves and not late:
         return problem
     for k in curves:
         if "prior" in entries[k]:
             raise InvalidInput(f"{label(entries[k])} takes its prior from its curvature, and prior was given")
-    still = {i for k in steps + curves for i in places[k]}
+    still = {i for k in steps + curves + late for i in places[k]}
     moving = [i for i in problem.asked if i not in still]
     found = problem.with_(asked=moving).identify()
     fit = _Fit(problem, np.asarray(found.theta), found.common_noise)
@@ -70,8 +80,11 @@ def with_open_effects_set(problem: CalibrationProblem) -> CalibrationProblem:
     spec = copy.deepcopy(robot.spec)
     for k in steps:
         spec["effects"][k]["parameters"] = {_MOMENT: _moment(fit, spec, k, places[k], moving)}
+    if late and (lag := find_lag(lambda lag: _left_with_lag(fit, spec, late, moving, lag), time)):
+        for k in late:
+            spec["effects"][k]["parameters"] = {**(spec["effects"][k].get("parameters") or {}), _LAG: lag}
     if curves:
-        _set_curvatures(fit, spec, curves, moving + [i for k in steps for i in places[k]])
+        _set_curvatures(fit, spec, curves, moving + [i for k in steps + late for i in places[k]])
     return problem.with_(robot=Robot(spec))
 
 
@@ -83,6 +96,19 @@ def _moment(fit: _Fit, spec: Spec, k: int, own: range, others: list[int]) -> Spe
     J, time = np.asarray(near.J), np.asarray(fit.problem.data.time)
     at, gap = find_step(J[:, others], J[:, own], np.asarray(near.r), np.asarray(near.row, dtype=np.int64), time)
     return {"value": at, "std": gap / 12**0.5}
+
+
+def _left_with_lag(fit: _Fit, spec: Spec, late: list[int], others: list[int], lag: float) -> float:
+    """Whitened sum of squares that the thermal effects leave with a lag [s]."""
+    trial = copy.deepcopy(spec)
+    for k in late:
+        trial["effects"][k][_LAG] = lag
+    near = fit.near(Robot(trial))
+    columns = [*others, *(i for k in late for i in fit.problem.effect_places[k])]
+    sizes = np.array([p.sigma for p in fit.problem.model.parameters] + [1.0] * fit.problem.unknown_count)
+    A = np.vstack([np.asarray(near.J)[:, columns] * sizes[columns], np.eye(len(columns)) / _WEAK])
+    r = np.append(np.asarray(near.r), np.zeros(len(columns)))
+    return float(np.sum((r - A @ linalg.lstsq(A, r, lapack_driver="gelsy", check_finite=False)[0]) ** 2))
 
 
 def _set_curvatures(fit: _Fit, spec: Spec, curves: list[int], others: list[int]) -> None:

@@ -25,6 +25,7 @@ Key = tuple[str, str]
 
 ORDERS = (1, 2, 3, 4, 5, 6)
 CORNERS = (0.2, 0.35, 0.5, 0.65, 0.8)  # quantiles of a joint's load at which a compliance may bend
+LAGS = (0.04, 0.1, 0.25)  # of the time that the data span: how late heat may reach the metal
 STEPS = 24  # moments of a step that are tried before the best is searched for
 _NOT_SCREENED = ("nuisance", "curve", "on request")  # roles: blocks without a name stand for the curves
 _FEWEST = 5  # rows on either side of a step
@@ -76,7 +77,7 @@ class Name:
     def searched(self) -> int:
         """Numbers that are searched for outside the fit and count as its parameters: a moment, an order."""
         order = self.entry.get("order", ORDERS[0])
-        return int("at_s" in self.entry) + int(order not in ORDERS)
+        return int("at_s" in self.entry) + int("lag_s" in self.entry) + int(order not in ORDERS)
 
     def __repr__(self) -> str:
         return label(self.entry) + (f":{self.variant}" if self.variant else "")
@@ -164,12 +165,22 @@ def _entries(effect: str, owner: str, robot: Robot, data: Dataset) -> Iterator[N
         if column not in data.extra:
             raise InvalidInput(f"{effect} needs the column {column}")
     yield Name(entry)
+    if "lag_s" in traits.among_parameters and data.time is not None:
+        yield from _late(entry, data.time)
 
 
 def _corners(bare: Spec, robot: Robot, data: Dataset) -> Iterator[Name]:
     """Places where a compliance may bend; the critical load itself follows from the loads of a fit."""
     for corner in CORNERS:
         yield Name({**bare, "corner": corner}, f"corner={corner}")
+
+
+def _late(entry: Spec, time: FloatArray) -> Iterator[Name]:
+    """The same with heat that reaches the metal late."""
+    for share in LAGS:
+        lag = float(f"{share * np.ptp(time):.4g}")
+        if lag > 0:
+            yield Name({**entry, "lag_s": lag}, f"lag_s={lag:g}")
 
 
 def _steps(bare: Spec, robot: Robot, data: Dataset) -> Iterator[Name]:

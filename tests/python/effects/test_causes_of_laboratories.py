@@ -139,6 +139,22 @@ def test_a_lag_that_is_given_is_applied(arm: Robot, poses: Dataset, with_effects
     assert got["lag_s"]["value"] == 1800.0
 
 
+def test_a_lag_is_found_where_there_is_one(arm: Robot, poses: Dataset, with_effects: Any) -> None:
+    late = {"effect": "thermal_expansion", "owner": "robot", "t0_c": 25.0, "parameters": {"coefficient_1_k": 2e-5}}
+    for lag in (0.0, 2500.0):
+        truth = with_effects(perturbed(arm, seed=4), late | {"lag_s": lag})
+        found = calibrate(
+            arm, simulate(truth, poses, noise=NOISE, seed=2), effects=["geometry", "thermal_expansion@robot"]
+        )
+        got = found.model.spec["effects"][0]["parameters"]
+        assert abs(got["coefficient_1_k"]["value"] - 2e-5) < FAR * got["coefficient_1_k"]["std"] + 0.03 * 2e-5
+        assert found.sigma == pytest.approx(NOISE, rel=0.1)
+        if lag == 0:
+            assert "lag_s" not in got
+        else:
+            assert abs(got["lag_s"]["value"] - lag) < FAR * got["lag_s"]["std"] < lag
+
+
 def test_the_new_names_are_the_cores() -> None:
     names = _core.effect_names()
     assert {"friction", "gravity_sag", "settling", "surrogate", "tracker_angle", "tracker_range"} <= set(names)
