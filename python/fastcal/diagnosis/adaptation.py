@@ -121,10 +121,12 @@ def gap(steps: Sequence[AdaptedModel], names: Sequence[Name], profiles: Sequence
     added: list[str | None] = [None, *(",".join("@".join(name.key) for name in group) for group in groups(names))]
     if profiles:
         added.append(",".join(f"{p['effect']}@{p['owner']}" for p in profiles))
-    return [
-        GapStep(name, _rms(found.train) or 0.0, None if found.test is None else _rms(found.test))
-        for name, found in zip(added, steps, strict=True)
-    ]
+    return [gap_step(name, found) for name, found in zip(added, steps, strict=True)]
+
+
+def gap_step(added: str | None, found: AdaptedModel) -> GapStep:
+    """RMS errors of one model, and what was added to it."""
+    return GapStep(added, _rms(found.train) or 0.0, None if found.test is None else _rms(found.test))
 
 
 def _rms(part: Evaluation) -> float | None:

@@ -17,6 +17,7 @@ from fastcal.diagnosis import adaptation, grading, periodic, sensitivity, unexpl
 from fastcal.diagnosis.fits import fit
 from fastcal.diagnosis.library import Library, Name, build_library, parse_exclusions
 from fastcal.diagnosis.noise import OUTLIER_LEVEL, NoiseLevel, off_by, quieted
+from fastcal.diagnosis.placed_rest import with_surrogate
 from fastcal.diagnosis.plan import SeparatingPlan, separating_plan
 from fastcal.diagnosis.problem import Noise, Problem, prepared_problem
 from fastcal.diagnosis.result import AdaptedModel, Diagnosis, Finding, Unexplained
@@ -169,10 +170,15 @@ class _Found:
         order = sorted(range(len(best.names)), key=lambda k: -proofs[k].statistic)
         names = [best.names[k] for k in order]
         steps, profiles, rest = self._adapted(names)
+        gap = adaptation.gap(steps, names, profiles)
+        judge = adaptation.Judge(self.data, self.test, self.threads)
+        more, step, rest = with_surrogate(steps[-1], best.fit, judge, rest)
         findings = [self._finding(best.names[k], proofs[k], equivalents[k], steps[-1].model, rest) for k in order]
         if any(f.grade != "A" for f in findings):
             findings = [_as_sure_as_the_least(f) for f in findings]
         findings += [_curve(steps[-1].model, entry) for entry in profiles]
+        if more is not None and step is not None:
+            steps, gap = [*steps, more], [*gap, step]
         said = Diagnosis(
             verdict=_verdict(findings, rest),
             sentence="",
@@ -183,7 +189,7 @@ class _Found:
             sigma_mm=from_si(self.level.sigma, "mm"),
             sigma_source=self.level.source,
             sigma_note=self.level.note,
-            gap=adaptation.gap(steps, names, profiles),
+            gap=gap,
             ranking=sensitivity.ranking(search, best),
             smallest=sensitivity.smallest(best),
             confusion=sensitivity.confusion(search),

@@ -70,11 +70,18 @@ class Finding:
 
 @dataclass(frozen=True)
 class Unexplained:
-    """What remains: where it is best placed, its share of the misfit before, and what it depends on."""
+    """What remains: where it is best placed, its share of the misfit before, and what it depends on.
+
+    Attributes:
+        added: The surrogates that stand for it in the model, such as "surrogate@joint5"; None: nothing was added.
+        formulas: Up to three that would describe the curve, the best first: hints to a person.
+    """
 
     owner: str
     share: float
     depends_on: tuple[str, ...]
+    added: str | None = None
+    formulas: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -199,7 +206,13 @@ class Diagnosis(Plotted):
             ],
             "unexplained": None
             if rest is None
-            else {"owner": rest.owner, "share": rest.share, "depends_on": list(rest.depends_on)},
+            else {
+                "owner": rest.owner,
+                "share": rest.share,
+                "depends_on": list(rest.depends_on),
+                "added": rest.added,
+                "formulas": list(rest.formulas),
+            },
             "untestable": [vars(u) for u in self.untestable],
             "outliers": self.outliers,
             "sigma_mm": {"value": self.sigma_mm, "source": self.sigma_source, "note": self.sigma_note},

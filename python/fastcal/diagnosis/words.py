@@ -83,7 +83,12 @@ def _rest(rest: Unexplained | None) -> str:
         if rest.depends_on == ("x", "y", "z")
         else " and ".join(_VARIABLES.get(v, v) for v in rest.depends_on)
     )
-    return f"Something remains {place} that depends on {on}, {rest.share:.0%} of the misfit that there was."
+    said = f"Something remains {place} that depends on {on}, {rest.share:.0%} of the misfit that there was."
+    if rest.added is not None:
+        said += " A smooth function of it is in the model; it proves no cause."
+    if rest.formulas:
+        said += f" Its curve looks like: {rest.formulas[0]}."
+    return said
 
 
 def _gain(found: Diagnosis) -> str:

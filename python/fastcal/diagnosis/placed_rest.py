@@ -1,0 +1,49 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""What remains without a name gets a place and, where poses left out agree, a surrogate in the model."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fastcal.diagnosis.adaptation import Judge, gap_step, nominal
+from fastcal.diagnosis.fits import Fit
+from fastcal.diagnosis.result import AdaptedModel, GapStep, Unexplained
+from fastcal.surrogate import add_surrogate, formulas
+from fastcal.surrogate.adding import EVIDENCE
+
+_COLUMNS = {"time": "time_s", "temperature": "temperature_c", "payload": "payload_kg"}
+
+
+def with_surrogate(
+    last: AdaptedModel, fit: Fit, judge: Judge, rest: Unexplained | None
+) -> tuple[AdaptedModel | None, GapStep | None, Unexplained | None]:
+    """The last model with surrogates of what it leaves, its step of the gap, and the rest by its place.
+
+    Args:
+        last: The model with everything that was found.
+        fit: The fit behind it: its rows, noise and anchors.
+        judge: The rows on which models are judged.
+        rest: What remains, as the score tests place it; None: nothing that they see. It is kept where no block has
+            evidence; where it is None, only what poses left out confirm counts as a rest.
+    """
+    problem = fit.problem
+    common = np.asarray(problem.noise.common, dtype=float) * problem.noise.factor
+    found = add_surrogate(
+        last.model,
+        problem.data.select(problem.used),
+        noise=(float(common[0]), float(common[1]), float(common[2])),
+        anchors=fit.anchors if len(fit.anchors) else None,
+        threads=judge.threads,
+    )
+    if found.owner is None or found.evidence < EVIDENCE:
+        return None, None, rest
+    on = tuple(_COLUMNS.get(name, name) for name in found.depends_on)
+    hints = tuple(f.text for f in formulas(found.depends_on, found.inputs, found.curve))
+    added = ",".join(dict.fromkeys(found.added)) or None
+    placed = Unexplained(found.owner, found.share, on, added, hints)
+    if added is None:
+        return None, None, None if rest is None else placed
+    anchors = dict(zip(judge.data.anchor_names, fit.anchors, strict=True)) if len(fit.anchors) else {}
+    model = judge.of(found.model, nominal(fit), anchors)
+    return model, gap_step(added, model), placed
