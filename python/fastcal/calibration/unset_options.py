@@ -47,7 +47,7 @@ class _Fit:
 
 
 def with_open_effects_set(problem: CalibrationProblem) -> CalibrationProblem:
-    """The problem with `at_s` of steps, `lag_s` of heat and `curvature` of profiles where its robot's file gives none."""
+    """The problem with `at_s` of steps, `lag_s` of heat and `curvature` of profiles where its robot has none."""
     robot, places = problem.robot, problem.effect_places
     entries = robot.spec.get("effects") or []
     steps = [
