@@ -18,6 +18,7 @@ import pytest
 from markdown_it import MarkdownIt
 
 from fastcal.cli import main
+from fastcal.effects import registered
 
 ROOT = Path(__file__).parents[2]
 PUBLIC_SETS = ("ur5_tracker", "ur10_tmac")
@@ -87,6 +88,7 @@ def test_the_examples_of_a_page_run(
     for name in ("robot.yaml", "measurements.csv", "test.csv", *EXPORTS):
         shutil.copy(readers_files / name, tmp_path)
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(registered, "_effects", {})  # what a page registers is that page's
 
     names: dict[str, object] = {"__name__": "__main__"}
     for block in blocks(page):
