@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import singledispatch
 from html import escape
 from typing import TYPE_CHECKING, Any
@@ -17,7 +18,15 @@ from fastcal.calibration.result import CalibrationResult
 from fastcal.diagnosis import partial_residuals
 from fastcal.diagnosis.result import Diagnosis
 from fastcal.errors import InvalidInput
-from fastcal.report import calibration_report, diagnosis_report, effect_figures, figures, residual_figures, workspace
+from fastcal.report import (
+    calibration_report,
+    charts,
+    diagnosis_report,
+    effect_figures,
+    figures,
+    residual_figures,
+    workspace,
+)
 from fastcal.report.frames import frame
 from fastcal.report.summaries import summary
 from fastcal.report.tables import capitalised
@@ -27,6 +36,7 @@ from fastcal.report.view import Rows, rows_of
 if TYPE_CHECKING:
     from fastcal.report.figures import Figure
 
+_LEGEND = 46  # CSS pixels below a figure for the legend, which may take two lines
 _HEAD = 8  # rows of a table that a notebook shows
 
 
@@ -68,10 +78,10 @@ def plotly_figure(drawn: list[Figure]) -> graph_objects.Figure:
     title = capitalised(first.title) if len(drawn) == 1 else ""
     figure.update_layout(
         title={"text": title, "font": {"size": 15}, "x": 0, "xref": "paper"},
-        height=max(first.height, 320) + 60 + 24 * bool(first.key),
-        margin={"t": 60 if not first.controls else 90},
+        height=max(first.height, 320) + 60 + _LEGEND * bool(first.key),
+        margin={"t": 60 if not first.controls else 90, "b": 50 + _LEGEND * bool(first.key)},
         showlegend=bool(first.key),
-        legend={"orientation": "h", "x": 0, "y": 1.02, "yanchor": "bottom"},
+        legend={"orientation": "h", "x": 0, "y": 0, "yref": "container", "yanchor": "bottom"},
         meta={"alt": " ".join(part.alt for part in drawn)},
     )
     if first.controls:
@@ -148,7 +158,8 @@ def _residuals(shown: Any, over: str | None = None) -> list[Figure]:
         raise InvalidInput(f"the residuals can be drawn over {', '.join(names)}, got '{over}'")
     trends = {v.name: trend(v.values, rows.residual) for v in rows.variables}
     panels = residual_figures.trend_panels(rows, trends)
-    return [panel for panel in panels if over is None or panel.id == f"trend-{over}"][:1]
+    panel = next(panel for panel in panels if over is None or panel.id == f"trend-{over}")
+    return [replace(panel, key=charts.component_key(rows.components))]
 
 
 def _workspace(shown: Any) -> list[Figure]:
@@ -174,7 +185,8 @@ def _effect(found: Diagnosis, name: str | None = None) -> list[Figure]:
         given = f"found were {', '.join(named)}" if named else "no effect was found"
         raise InvalidInput(f"there is no finding {name}; {given}" if name else given)
     seen = partial_residuals.of_finding(partial_residuals.final_state(found), named[name])
-    return effect_figures.effect_figures(seen, named[name].owner, "effect")
+    first, *others = effect_figures.effect_figures(seen, named[name].owner, "effect")
+    return [replace(first, key=effect_figures.KEY), *others]
 
 
 def _likeness(found: Diagnosis) -> list[Figure]:

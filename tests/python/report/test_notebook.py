@@ -13,6 +13,7 @@ import pytest
 
 import fastcal
 from fastcal import CalibrationResult, Diagnosis, InvalidInput
+from fastcal.report import effect_figures
 
 
 @pytest.fixture(scope="module")
@@ -76,7 +77,9 @@ def test_the_charts_of_the_report_are_plotly_figures(result: CalibrationResult, 
 
 
 def test_residuals_over_a_variable(result: CalibrationResult) -> None:
-    assert result.plot_residuals("q2").layout.xaxis.title.text == "joint 2 (°)"
+    drawn = result.plot_residuals("q2")
+    assert drawn.layout.xaxis.title.text == "joint 2 (°)"
+    assert [trace.name for trace in drawn.data if trace.showlegend is not False] == ["x", "y", "z"]
     with pytest.raises(InvalidInput, match=r"can be drawn over q1, .*, got 'q9'"):
         result.plot_residuals("q9")
 
@@ -85,6 +88,9 @@ def test_a_diagnosis_draws_its_gap_and_its_effect(found: Diagnosis, hidden_backl
     bars = found.plot_gap().data[0]
     assert bars.x[0] == pytest.approx(found.gap[0].test_rms_mm)
     effect = found.plot_effect("backlash@joint3")
+    assert [trace.name for trace in effect.data if trace.showlegend is not False] == [
+        k.label for k in effect_figures.KEY
+    ]
     fitted = [trace for trace in effect.data if trace.mode == "lines" and trace.y is not None and len(trace.y) == 2]
     levels = sorted(float(trace.y[0]) for trace in fitted if trace.y[0] is not None)
     unit = {"arcmin": 60 * 180 / np.pi, "arcsec": 3600 * 180 / np.pi, "mrad": 1e3, "°": 180 / np.pi}
@@ -130,7 +136,7 @@ def test_paths_tables_and_names_are_read(hidden_backlash, result: CalibrationRes
         (lambda r, d, c: fastcal.calibrate(c, d), "got a CalibrationResult; its robot is its attribute .model"),
         (lambda r, d, c: fastcal.diagnose(r, [1, 2]), "path of a measurement file or a pandas table, got list"),
         (lambda r, d, c: fastcal.evaluate(7, d), "name of a shipped arm, got int"),
-        (lambda r, d, c: fastcal.calibrate(r, "no_such.csv"), "no_such.csv: cannot be read"),
+        (lambda r, d, c: fastcal.calibrate(r, "no_such.csv"), "no_such.csv: there is no such file"),
         (lambda r, d, c: fastcal.load_robot(3.5), "expected a robot file, .*, got float"),
     ],
 )
