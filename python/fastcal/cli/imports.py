@@ -65,9 +65,6 @@ def import_(
         return
     if output is None:
         raise InvalidInput("expected -o FILE, the measurement file to write")
-    inputs = [*exports, *(path for path in (joints, map_) if path is not None)]
-    if output.exists() and any(path.exists() and path.samefile(output) for path in inputs):
-        raise InvalidInput(f"{output}: is one of the inputs; give another name with -o")
     with progress() as show:
         show("reading")
         found = import_measurements(

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -100,9 +100,6 @@ def number(cell: str) -> float | None:
         thousands = "." if cell.rindex(",") > cell.rindex(".") else ","
         return float(cell.replace(thousands, "").replace(",", "."))
     return None
-
-
-Dialectal = Callable[[Grid], Export]
 
 
 def with_units(titles: Sequence[str], units: Sequence[str]) -> list[Title | None]:

@@ -45,7 +45,7 @@ def test_a_question_is_one_line_and_nothing_is_written(here: Session, capsys: py
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["points.csv", "--joints", "joints.csv", "-o", "points.csv"], "is one of the inputs"),
+        (["points.csv", "--joints", "joints.csv", "-o", "points.csv"], "is an input of this command"),
         (["points.csv"], "expected -o FILE"),
         (["nothing.csv", "-o", "out.csv"], "cannot be read"),
         (["points.csv", "--orientation", "euler", "-o", "out.csv"], "--orientation: expected rpy"),
