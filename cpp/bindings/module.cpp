@@ -2,7 +2,11 @@
 // SPDX-License-Identifier: MIT
 #include <glog/logging.h>
 
+#include <cstdlib>
+#include <string>
+
 #include "convert.hpp"
+#include "fastcal/kernels/instruction_sets.hpp"
 
 namespace fastcal {
 void bind_math(py::module_& m);
@@ -20,6 +24,13 @@ void bind_diagnosis(py::module_& m);
 PYBIND11_MODULE(_core, m) {
   m.doc() = "fastcal's core: robots, effects, identification. Everything is SI; twists are [v; w].";
   m.attr("__version__") = FASTCAL_VERSION;
+  if (fastcal::kernels::instruction_set() == fastcal::kernels::InstructionSet::kUnavailable)
+    throw pybind11::import_error(
+        "FASTCAL_ISA must be baseline, avx2 or avx512, as far as the processor has them, got " +
+        std::string(std::getenv("FASTCAL_ISA")));
+  m.def(
+      "instruction_set", [] { return std::string(fastcal::kernels::name_of(fastcal::kernels::instruction_set())); },
+      "The instruction set that kernels run on: baseline, avx2, avx512 or neon; FASTCAL_ISA chooses it.");
   FLAGS_minloglevel = 3;  // Ceres logs through glog, which writes to standard error although Ceres is told to be silent
   pybind11::register_exception_translator([](std::exception_ptr p) {
     try {

@@ -3,6 +3,7 @@
 #include "fastcal/ik/chain_kernel.hpp"
 
 #include "fastcal/ik/chain_lanes.hpp"
+#include "fastcal/kernels/instruction_sets.hpp"
 
 namespace fastcal::ik {
 namespace {
@@ -126,9 +127,8 @@ __attribute__((target("avx512f,avx512dq,avx512vl,fma,prefer-vector-width=512")))
 
 Solve choose() {
 #if defined(__x86_64__)
-  if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl"))
-    return solve_avx512;
-  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) return solve_avx2;
+  if (kernels::instruction_set() == kernels::InstructionSet::kAvx512) return solve_avx512;
+  if (kernels::instruction_set() == kernels::InstructionSet::kAvx2) return solve_avx2;
 #endif
   return solve_baseline;
 }

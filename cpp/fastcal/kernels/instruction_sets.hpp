@@ -1,8 +1,21 @@
 // SPDX-FileCopyrightText: 2026 The fastcal authors
 // SPDX-License-Identifier: MIT
 //
-// A kernel template over the lanes of a vector, compiled once an instruction set, and the best of them at run time.
+// A kernel template over the lanes of a vector, compiled once an instruction set, and the one of them to run.
 #pragma once
+
+namespace fastcal::kernels {
+
+enum class InstructionSet { kUnavailable, kBaseline, kAvx2, kAvx512 };
+
+/// The set that the environment variable FASTCAL_ISA names (baseline, avx2, avx512; neon is the baseline of aarch64),
+/// kUnavailable where it names none that this processor has; without it, the widest one. Found once.
+InstructionSet instruction_set();
+
+/// "baseline", "avx2", "avx512"; "neon" for the baseline of aarch64; "" for kUnavailable.
+const char* name_of(InstructionSet set);
+
+}  // namespace fastcal::kernels
 
 #if defined(__x86_64__)
 
@@ -14,11 +27,10 @@
     KERNEL<8> ARGUMENTS;                                                                                           \
   }
 
-#define FASTCAL_BEST_SET(NAME)                                                                                   \
-  (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl") \
-       ? NAME##_avx512                                                                                           \
-   : __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") ? NAME##_avx2                               \
-                                                                     : NAME##_baseline)
+#define FASTCAL_BEST_SET(NAME)                                                                          \
+  (::fastcal::kernels::instruction_set() == ::fastcal::kernels::InstructionSet::kAvx512 ? NAME##_avx512 \
+   : ::fastcal::kernels::instruction_set() == ::fastcal::kernels::InstructionSet::kAvx2 ? NAME##_avx2   \
+                                                                                        : NAME##_baseline)
 
 #else
 

@@ -4,6 +4,7 @@
 // Assembly and solution of K u = f in four postures at once, compiled for the instruction sets chosen from at run time.
 #include "fastcal/structure/beam_kernel.hpp"
 
+#include "fastcal/kernels/instruction_sets.hpp"
 #include "fastcal/structure/element_lanes.hpp"
 #include "fastcal/structure/elimination_lanes.hpp"
 
@@ -332,7 +333,7 @@ __attribute__((target("avx2,fma"))) unsigned solve_avx2(const BeamPlan& plan, co
 template <int D>
 Solve choose() {
 #if defined(__x86_64__)
-  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) return solve_avx2<D>;
+  if (kernels::instruction_set() >= kernels::InstructionSet::kAvx2) return solve_avx2<D>;
 #endif
   return solve_baseline<D>;
 }
