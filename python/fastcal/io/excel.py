@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import io
+import sys
 import warnings
 
 import numpy as np
@@ -51,7 +52,11 @@ def read_excel_table(content: bytes, path: str) -> Table:
 
 
 def _column(cells: list[object]) -> Cells:
-    """Numbers if all filled cells hold numbers, else texts; 3.0 is the text 3."""
-    if all(cell is None or (isinstance(cell, int | float) and not isinstance(cell, bool)) for cell in cells):
+    """Numbers if all filled cells hold numbers that fit a double, else texts; 3.0 is the text 3."""
+    if all(cell is None or _is_number(cell) for cell in cells):
         return np.array([np.nan if cell is None else cell for cell in cells], dtype=np.float64)
     return ["" if cell is None else f"{cell:.17g}" if isinstance(cell, float) else str(cell).strip() for cell in cells]
+
+
+def _is_number(cell: object) -> bool:
+    return isinstance(cell, int | float) and not isinstance(cell, bool) and abs(cell) <= sys.float_info.max

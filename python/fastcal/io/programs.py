@@ -14,7 +14,7 @@ from fastcal.io.atomic import atomic_path
 from fastcal.io.regular_file import read_bytes
 from fastcal.programs import Document, Program, read_program
 
-MAX_BYTES = 16_000_000
+MAX_BYTES = 4_000_000
 _OF_ONE_NAME = {".src": ".dat"}
 
 

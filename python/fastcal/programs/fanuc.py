@@ -23,11 +23,11 @@ from fastcal.programs.scanning import Piece, number
 
 FloatArray = NDArray[np.float64]
 
-_POSITION = re.compile(r"^[ \t]*P\[\s*(\d+)[^\]]*\]\s*\{(.*?)\}\s*;", re.S | re.M)
+_POSITION = re.compile(r"^[ \t]*P\[\s*(\d+)[^\]\n]*\]\s*\{([^{}]*)\}\s*;", re.M)
 _GROUP = re.compile(r"GP(\d+)\s*:")
 _VALUE = re.compile(r"\b(X|Y|Z|W|P|R|J\d)\s*=[ \t]*([^\s,]*)[ \t]*(mm|deg)?")
-_CONFIGURATION = re.compile(r"CONFIG\s*:\s*'([^']*)'")
-_MOVE = re.compile(r"^[ \t]*\d+:[ \t]*([JLCA])[ \t]+([^;]*);", re.M)
+_CONFIGURATION = re.compile(r"CONFIG\s*:\s*'([^'\n]*)'")
+_MOVE = re.compile(r"^[ \t]*\d+:[ \t]*([JLCA])[ \t]+([^;\n]*);", re.M)
 _CONTINUED = re.compile(r"\n[ \t]*:")
 _POSE = ("X", "Y", "Z", "W", "P", "R")
 _LETTERS = ("FN", "DU", "BT")  # true, false
@@ -214,6 +214,6 @@ def _read_one(document: Document, place: int) -> _Reader:
 def _check_all_read(document: Document, start: int) -> None:
     """Refuses a position whose braces don't close, which would otherwise be passed over."""
     ends = {match.start() for match in _POSITION.finditer(document.text, start)}
-    for head in re.compile(r"^[ \t]*P\[[^\]]*\]\s*\{", re.M).finditer(document.text, start):
+    for head in re.compile(r"^[ \t]*P\[[^\]\n]*\]\s*\{", re.M).finditer(document.text, start):
         if head.start() not in ends:
             raise document.error(head.start(), "expected a position P[n]{ ... }; with its end")

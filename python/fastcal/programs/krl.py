@@ -31,7 +31,7 @@ _ACTIVE = re.compile(
     rf"|\bFDAT_ACT\s*=\s*({_NAME})",
     re.I,
 )
-_FDAT = re.compile(rf"\bFDAT\s+({_NAME})\s*=\s*\{{([^}}]*)\}}", re.I)
+_FDAT = re.compile(rf"\bFDAT\s+({_NAME})\s*=\s*\{{([^{{}}\n]*)\}}", re.I)
 _POSE, _JOINTS = ("X", "Y", "Z", "A", "B", "C"), ("A1", "A2", "A3", "A4", "A5", "A6")
 
 

@@ -4,13 +4,14 @@
 
 from __future__ import annotations
 
-import math
 import re
 from dataclasses import dataclass
 
 from fastcal.programs.program import Document, Number
 
 NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+LARGEST = 1e12  # mm or deg; 9E9 stands for an axis that is not there
+DEEPEST = 50  # brackets within brackets
 
 
 def blanked(text: str, comment: str, quote: str = '"') -> str:
@@ -52,17 +53,20 @@ def split(text: str, start: int, end: int, separator: str = ",") -> list[Piece]:
 
 
 def closing(text: str, start: int) -> int:
-    """The place after the bracket that closes the one at `start`; -1 where none does."""
+    """The place after the bracket that closes the one at `start`; -1 where none does, or it holds too many levels."""
     depth = 0
     for match in re.compile(r"[\[\](){}]").finditer(text, start):
         depth += 1 if match[0] in "([{" else -1
         if depth == 0:
             return match.end()
+        if depth > DEEPEST:  # or many open brackets would each be followed to the end of the text
+            return -1
     return -1
 
 
 def number(document: Document, place: int, piece: Piece, unit: str, what: str) -> Number:
     """A piece as a number; ParseError with its line where it is none."""
-    if not re.fullmatch(NUMBER, piece.text) or not math.isfinite(float(piece.text)):
-        raise document.error(piece.start, f"{what}: expected a number, got '{piece.text:.40}'")
+    if not re.fullmatch(NUMBER, piece.text) or not abs(float(piece.text)) <= LARGEST:
+        expected = f"a number of at most {LARGEST:g}" if re.fullmatch(NUMBER, piece.text) else "a number"
+        raise document.error(piece.start, f"{what}: expected {expected}, got '{piece.text:.40}'")
     return Number(place, piece.start, piece.end, piece.text, float(piece.text), unit)
