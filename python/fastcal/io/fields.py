@@ -15,6 +15,7 @@ from typing import Any, NoReturn
 from fastcal import units
 from fastcal.errors import ParseError
 
+SMALLEST, LARGEST = 1e-100, 1e100
 REQUIRED: Any = object()  # the default of a key that must be given
 
 
@@ -147,7 +148,7 @@ class Fields:
         """The value of a key, refused unless it is a finite number."""
         if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
             self.fail(key, "a finite number", value)
-        return float(value)
+        return self._of_a_size(key, value)
 
     def checked_vector(self, key: str, value: Any, size: int) -> list[float]:
         """The value of a key, refused unless it is a list of `size` finite numbers."""
@@ -162,9 +163,17 @@ class Fields:
             return [self._plain(f"{key}[{i}]", v) for i, v in enumerate(value)]
         if isinstance(value, float) and not math.isfinite(value):
             self.fail(key, "a finite number", value)
+        if isinstance(value, float):
+            self._of_a_size(key, value)
         if not isinstance(value, (str, int, float, type(None))):
             self.fail(key, "text, numbers, lists and mappings", value)
         return value
+
+    def _of_a_size(self, key: str, value: float) -> float:
+        """The value, refused where its unit's conversion or its square would leave what a double holds."""
+        if value != 0 and not SMALLEST <= abs(value) <= LARGEST:
+            self.fail(key, f"0, or a number of {SMALLEST:g} to {LARGEST:g} in size", value)
+        return float(value)
 
     def _place(self, key: str) -> str:
         place = ".".join(part for part in (self.where, key) if part)
