@@ -87,10 +87,10 @@ def _fitted(J: FloatArray, residual: FloatArray, row: IntArray) -> tuple[float, 
     shifted part decides by its size alone.
     """
     weight = np.ones(len(residual))
-    found = np.zeros(J.shape[1])
+    found: FloatArray = np.zeros(J.shape[1])
     for _ in range(_ROUNDS):
         root = np.sqrt(weight)
-        found = np.linalg.lstsq(J * root[:, np.newaxis], residual * root, rcond=_RANK)[0]
+        found = np.asarray(np.linalg.lstsq(J * root[:, np.newaxis], residual * root, rcond=_RANK)[0], dtype=np.float64)
         left = residual - J @ found
         weight = huber_weights(left, row)
     return float(np.sum(weight * left**2)), found
