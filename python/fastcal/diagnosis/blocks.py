@@ -17,7 +17,7 @@ from fastcal.diagnosis.generic import Curves, Generic
 from fastcal.diagnosis.library import Name
 from fastcal.diagnosis.problem import ONE, Problem, core_entry
 from fastcal.effects.entries import build_effects, curve_of
-from fastcal.robot.robot import Spec
+from fastcal.robot.robot import Robot, Spec
 
 FloatArray = NDArray[np.float64]
 
@@ -94,6 +94,15 @@ def blocks(at: Fit) -> Blocks:
     return Blocks(names, generics, _core.ScoreTests(A, C, r, sizes), C, sizes, frame_columns)
 
 
+def _down(robot: Robot, base: FloatArray) -> FloatArray:
+    """(3,) direction of gravity in the measuring frame; `base` (3, 3) turns the base into it."""
+    gravity = np.asarray(robot.spec.get("gravity_m_s2", [0.0, 0.0, -9.81]), dtype=np.float64)
+    length = float(np.linalg.norm(gravity))
+    if length == 0:
+        return gravity
+    return np.asarray((gravity if robot.spec.get("gravity_frame") == "measuring" else base @ gravity) / length)
+
+
 def _frames(problem: Problem) -> list[Spec]:
     robot = problem.start.robot
     moved: Spec = {"effect": curve_of("frame"), "column": ONE}
@@ -127,8 +136,16 @@ def _generic_columns(
         add("base", curves, frame["base"])
         add("tool", curves, frame["tool"])
     if data.position is not None:
-        point = np.asarray(at.model.predict(at.samples, at.theta[: len(at.model.parameters)], problem.threads, None))[
-            :, :3, 3
-        ]
+        theta = at.theta[: len(at.model.parameters)]
+        pose = np.asarray(at.model.predict(at.samples, theta, problem.threads, None))
+        point, turn = pose[:, :3, 3], pose[:, :3, :3]
         add("workspace", generic.field_curves(point), frame["base"][:, :3])
+        base = np.asarray(problem.start.alignment.T_world_base)[:3, :3]
+        for curves, way in generic.sight_curves(point):
+            along = np.einsum("mk,mk->m", frame["base"][:, :3], (way @ base)[row])
+            add("instrument", curves, along[:, np.newaxis])
+        down = _down(robot, base)
+        away = point / np.maximum(np.linalg.norm(point, axis=1), 1e-12)[:, np.newaxis]
+        add("tool", generic.tool_curves(np.einsum("nji,j->ni", turn, down), "gravity"), frame["tool"])
+        add("tool", generic.tool_curves(np.einsum("nji,nj->ni", turn, away), "sight"), frame["tool"][:, :3])
     return found, columns

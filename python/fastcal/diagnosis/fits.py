@@ -35,8 +35,8 @@ _FAR, _NEAR = 30.0, 1e-3  # plausible sizes that a step may reach along what the
 _STEPS = 15
 _NIL = 1e-9  # of the misfit: what a parameter of its usual size moves by rounding alone
 _FARTHEST = 30.0  # of 1 mm or 1 mrad
-_SETTLED = 1e-2  # change of chi square that is none, and as a share of it
-_SHARE = 1e-6
+_SETTLED = 0.1  # change of chi square that decides nothing, and as a share of it
+_SHARE = 1e-5
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,16 +168,18 @@ def fit(problem: Problem, added: Sequence[Name], start: Fit | None = None) -> Fi
         away = (theta - centre)[free] / deviation
         return float(r @ r + away @ away)
 
-    def stepped(theta: FloatArray, near: _core.Linearization, reach: float) -> FloatArray:
+    def stepped(theta: FloatArray, near: _core.Linearization, reach: float) -> tuple[FloatArray, float]:
+        """The next point, and by how much chi square would fall there if the rows were linear."""
         scale = size[free]
         A = np.vstack([np.asarray(near.J)[:, free] * (scale / factor), np.diag(np.hypot(scale / deviation, 1 / reach))])
         b = np.concatenate([-np.asarray(near.r) / factor, np.zeros(len(free))])
         g = A.T @ b - (theta - centre)[free] * scale / deviation**2
         out = theta.copy()
-        out[free] += _solve(A, g) * scale
+        step = _solve(A, g)
+        out[free] += step * scale
         index = np.array(free)[critical]
         out[index] = np.maximum(out[index], np.maximum(lower[critical], 1e-6))
-        return out
+        return out, float(step @ g)
 
     near = linearized(theta)
     size = _sizes(problem, model, near)
@@ -188,7 +190,9 @@ def fit(problem: Problem, added: Sequence[Name], start: Fit | None = None) -> Fi
     best = remaining(theta, near), theta, near
     reach = _FAR
     for _ in range(_STEPS):
-        there = stepped(best[1], best[2], reach)
+        there, gain = stepped(best[1], best[2], reach)
+        if gain < _SETTLED + _SHARE * best[0]:
+            break
         near = linearized(there)
         now = remaining(there, near), there, near
         if now[0] > best[0] * (1 + _SHARE) + _SETTLED:

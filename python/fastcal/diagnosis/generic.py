@@ -24,6 +24,9 @@ WAVES = 6  # Fourier orders over a turn, and degree of the curves over a load
 _TIMES = 5
 _FIELD_DEGREE = 3
 _EXTRA_DEGREE = 2
+_CIRCLES = 2  # orders of an instrument's circles
+_RANGE_DEGREE = 2
+_NEAR_AXIS = 1e-2  # of the farthest: a point on the instrument's own axis has no azimuth
 _LEAST = 1e-2  # of the largest singular value: what is less is no curve of its own over these rows
 
 
@@ -95,8 +98,8 @@ def joint_curves(joint: int, data: Dataset, loads: FloatArray, turns: Sequence[b
         yield Curves(("torque",), orthonormal(signed))
     for name, values, degree in _conditions(data):
         yield Curves((name,), orthonormal(polynomials(values, degree)))
-    if data.approach is not None:
-        yield Curves((f"approach{joint + 1}",), orthonormal(data.approach[:, [joint]]))
+    yield from _friction_curves(joint, data, load)
+    yield from _history_curves(joint, data)
     scaled = [_unit(q[:, i]) for i in range(q.shape[1])]
     for a, b in combinations(range(q.shape[1]), 2):
         if joint in (a, b) or abs(a - b) <= 2:
@@ -104,6 +107,64 @@ def joint_curves(joint: int, data: Dataset, loads: FloatArray, turns: Sequence[b
                 [scaled[a] * scaled[b], *(f(q[:, a]) * g(q[:, b]) for f in (np.sin, np.cos) for g in (np.sin, np.cos))]
             )
             yield Curves((f"q{a + 1}", f"q{b + 1}"), orthonormal(pair))
+
+
+def _friction_curves(joint: int, data: Dataset, load: FloatArray) -> Iterator[Curves]:
+    """What lost motion may depend on: the joint's own approach, that with its load, and its neighbours' approach."""
+    if data.approach is None:
+        return
+    own = data.approach[:, joint]
+    yield Curves((f"approach{joint + 1}",), orthonormal(own[:, np.newaxis]))
+    if np.ptp(load) > 0:
+        loaded = _scaled_to_one(np.column_stack([np.abs(load), load]))
+        yield Curves((f"approach{joint + 1}", "torque"), orthonormal(own[:, np.newaxis] * loaded))
+    for other in (joint - 1, joint + 1):
+        if 0 <= other < data.q.shape[1]:
+            yield Curves((f"approach{other + 1}",), orthonormal(data.approach[:, [other]]))
+
+
+def _history_curves(joint: int, data: Dataset) -> Iterator[Curves]:
+    """The joint's last move, its way and its length, where the rows have times and so an order."""
+    if data.time is None:
+        return
+    order = np.argsort(data.time, kind="stable")
+    moved = np.zeros(len(data))
+    moved[order[1:]] = np.diff(data.q[order, joint])
+    yield Curves((f"last move of joint {joint + 1}",), orthonormal(np.column_stack([np.sign(moved), moved])))
+
+
+def _scaled_to_one(x: FloatArray) -> FloatArray:
+    """Columns (N, k) over their largest number."""
+    largest = np.abs(x).max(axis=0)
+    return np.asarray(x / np.where(largest > 0, largest, 1.0))
+
+
+def tool_curves(turned: FloatArray, name: str) -> Curves:
+    """A direction as the tool sees it (N, 3): a target or its holder that gives by how it is held or looked at."""
+    return Curves((name,), orthonormal(turned))
+
+
+def sight_curves(point: FloatArray) -> Iterator[tuple[Curves, FloatArray]]:
+    """What an instrument at the origin may show wrong, and the way (N, 3) in which each moves the point (N, 3).
+
+    Eccentric circles of azimuth and elevation, and a range with a scale and an offset: curves of each over the place,
+    along the directions in which azimuth, elevation and range grow. Rigid motions of the whole field are geometry's.
+    """
+    x, y, z = point.T
+    flat, distance = np.hypot(x, y), np.linalg.norm(point, axis=1)
+    if flat.min() < _NEAR_AXIS * flat.max():
+        return
+    azimuth, elevation = np.arctan2(y, x), np.arctan2(z, flat)
+    around = np.column_stack([-y, x, np.zeros_like(x)])
+    up = np.column_stack([-x * z / flat, -y * z / flat, flat])
+    yield Curves(("azimuth",), _circles(azimuth)), around
+    yield Curves(("elevation",), _circles(elevation)), up
+    yield Curves(("range",), orthonormal(polynomials(distance, _RANGE_DEGREE))), point / distance[:, np.newaxis]
+
+
+def _circles(angle: FloatArray) -> FloatArray:
+    n = np.arange(1, _CIRCLES + 1)
+    return orthonormal(np.column_stack([np.sin(np.outer(angle, n)), np.cos(np.outer(angle, n))]))
 
 
 def frame_curves(data: Dataset) -> Iterator[Curves]:

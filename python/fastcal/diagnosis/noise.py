@@ -33,6 +33,7 @@ AGREES = 0.01  # two-sided level at which a claimed noise is taken to be wrong
 SAME_TEMPERATURE = 0.5  # [K] rows of one command that differ by more are no repeats of each other
 FEWEST_REPEATS = 30  # degrees of freedom of repeats from which on they tell the noise
 _RIDGE = 1e-9
+_CLEAREST, _CLEARLY = 12, 20.0  # blocks that come first in the rich model at most, and what BIC must gain by each
 _BORNE_OUT = 0.02  # of the mean square
 _ROUNDS = 6
 _HUBER, _TUKEY = 1.5, 5.0  # of the median size of a row
@@ -118,13 +119,30 @@ def rich_fit(at: Fit, blocks: Blocks) -> RichFit:
     ranks = np.asarray(blocks.tests.scores.rank)
     budget = RICH_SHARE * at.freedom
     columns = [A]
-    for index in _order(blocks):
+    for index in dict.fromkeys([*_clear(blocks), *_order(blocks)]):
         if 0 < ranks[index] <= budget:
             columns.append(blocks.columns_of(index))
             budget -= ranks[index]
     X = np.hstack(columns)
     length = np.linalg.norm(X, axis=0)
     return _without_outliers(X[:, length > 0] / length[length > 0], r, row)
+
+
+def _clear(blocks: Blocks) -> list[int]:
+    """Blocks in the order in which each explains most for its functions beyond those before it, while that is clear.
+
+    They come first: a missing effect must not pass for noise because the model was full before its turn.
+    """
+    among = np.arange(len(blocks.sizes))
+    added: list[int] = []
+    while len(added) < _CLEAREST:
+        left = blocks.tests.given(added)
+        worth = blocks.worth(np.asarray(left.statistic), np.asarray(left.rank), among)
+        best = int(np.argmax(worth))
+        if worth[best] < _CLEARLY:
+            break
+        added.append(best)
+    return added
 
 
 def _order(blocks: Blocks) -> list[int]:

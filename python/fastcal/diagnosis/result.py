@@ -70,7 +70,9 @@ class Finding:
 
 @dataclass(frozen=True)
 class Unexplained:
-    """What remains: where it is best placed, its share of the misfit before, and what it depends on.
+    """What remains: where it is best placed, what it depends on, and the share of the misfit that this explains.
+
+    The misfit is what the geometry alone leaves above the noise, as chi square.
 
     Attributes:
         added: The surrogates that stand for it in the model, such as "surrogate@joint5"; None: nothing was added.

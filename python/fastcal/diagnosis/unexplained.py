@@ -18,6 +18,7 @@ from fastcal.robot.robot import Robot, Spec
 FloatArray = NDArray[np.float64]
 
 _MOST = 0.4  # share of the mean square that joint profiles may leave
+_LEAST_SHARE = 1e-3  # that is stated
 _ORDERS = 6
 _MAIN = 0.25  # share of a curve's square from which on an order is told
 
@@ -114,11 +115,11 @@ def rest(search: Search, state: State) -> Unexplained:
     statistic, rank = np.asarray(found.tests.scores.statistic), np.asarray(found.tests.scores.rank)
     generic = np.arange(found.count, len(rank))
     worth = found.worth(statistic[generic], rank[generic], generic)
-    block = found.generics[int(np.argmax(worth))]
-    freedom = state.fit.freedom
-    misfit = max(search.start.fit.remaining - freedom, 1.0)
-    share = float(np.clip((state.fit.remaining - freedom) / misfit, 0.0, 1.0))
-    return Unexplained(block.owner, share, block.curves.depends_on)
+    index = int(np.argmax(worth))
+    block = found.generics[index]
+    misfit = max(search.start.fit.remaining - search.start.fit.freedom, 1.0)
+    share = (statistic[generic][index] - rank[generic][index]) / misfit
+    return Unexplained(block.owner, float(np.clip(share, _LEAST_SHARE, 1.0)), block.curves.depends_on)
 
 
 def one_block_does_better(search: Search, best: State) -> bool:

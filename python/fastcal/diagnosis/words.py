@@ -11,8 +11,20 @@ from fastcal.effects.entries import traits_of
 if TYPE_CHECKING:
     from fastcal.diagnosis.result import Diagnosis, Finding, Unexplained
 
-_PLACES = {"workspace": "in the workspace", "base": "at the base or the instrument", "tool": "at the tool"}
-_VARIABLES = {"torque": "its load", "time_s": "time", "temperature_c": "temperature", "payload_kg": "the payload"}
+_PLACES = {
+    "workspace": "in the workspace",
+    "base": "at the base or the instrument",
+    "tool": "at the tool",
+    "instrument": "at the instrument",
+}
+_VARIABLES = {
+    "torque": "its load",
+    "time_s": "time",
+    "temperature_c": "temperature",
+    "payload_kg": "the payload",
+    "gravity": "how it is held against gravity",
+    "sight": "the side from which it is looked at",
+}
 _FEW = 4  # waves that are told one by one
 
 
