@@ -21,7 +21,7 @@ from fastcal.diagnosis.placed_rest import with_surrogate
 from fastcal.diagnosis.plan import SeparatingPlan, separating_plan
 from fastcal.diagnosis.problem import Noise, Problem, prepared_problem
 from fastcal.diagnosis.result import AdaptedModel, Diagnosis, Finding, Unexplained
-from fastcal.diagnosis.search import Search, State
+from fastcal.diagnosis.search import ODDS, Search, State
 from fastcal.diagnosis.words import sentence_of
 from fastcal.effects.entries import curve_of
 from fastcal.errors import InvalidInput
@@ -140,11 +140,10 @@ def _mean_variance(problem: Problem) -> float:
 
 
 def _best(levels: list[list[State]]) -> State:
-    """The simplest set that suffices, else the most likely one of all."""
-    enough = [state for state in levels[-1] if state.suffices]
-    if enough:
-        return min(enough, key=lambda s: s.bic)
-    return min((state for level in levels for state in level if not state.impossible), key=lambda s: s.bic)
+    """The most likely set that suffices, unless one that leaves something is still likelier by ODDS."""
+    likeliest = min((state for level in levels for state in level if not state.impossible), key=lambda s: s.bic)
+    enough = min((state for state in levels[-1] if state.suffices), key=lambda s: s.bic, default=likeliest)
+    return likeliest if likeliest.bic < enough.bic - ODDS else enough
 
 
 @dataclass(frozen=True, eq=False)

@@ -31,8 +31,10 @@ DETECT = 0.01  # chance to see something where nothing is missing, named and gen
 MORE = 0.002  # chance to see one more where the set in the model is all there is
 NAMED, GENERIC = 0.03, 0.01  # chance to refuse a true name beside the best since another block is significant by chance
 MOST_EFFECTS = 4
+MOST_TOGETHER = 8  # effects of a set that grows on, its members exchanged on the way
 WIDTH = 3  # sets of one size that are kept
 TRIES = 4  # names that are tried on top of each
+EXCHANGED = 2  # and in place of each member of a set that grows on
 LOUD = 10.0  # times the noise: a name beside something that has none
 ODDS = 10.0  # difference of BIC at which of two sets that stand the worse one is refused (1 : 150)
 _DRAWS = 256
@@ -164,7 +166,39 @@ class Search:
             # Further down none can be chosen: less likely than the best by more than the odds ask for.
             levels.append([c for k, c in enumerate(ranked) if k < WIDTH or c.bic < ranked[0].bic + ODDS])
             self.say(f"{len(levels) - 1} effects: {', '.join(ranked[0].key)}")
+        if len(levels) > self.most and not any(state.suffices for state in levels[-1]):
+            levels.append([self.grown_on(min(levels[-1], key=lambda s: s.bic))])
         return levels
+
+    def grown_on(self, state: State) -> State:
+        """A set with more names, one at a time, its members exchanged after each, while BIC falls by ODDS.
+
+        A wrong first name, such as a link that bends where two joints yield, gives way once the others are in.
+        """
+        while not state.suffices and len(state.names) < MOST_TOGETHER:
+            children = [self.state(names, state) for names in self.next_sets(state, TRIES)]
+            earned = [c for c in children if not c.impossible and self._is_earned(c, state)]
+            if not earned:
+                break
+            more = self._exchanged(min(earned, key=lambda s: s.bic))
+            if more.bic > state.bic - ODDS:
+                break
+            state = more
+        return state
+
+    def _exchanged(self, state: State) -> State:
+        """The set with members exchanged for likelier names, one at a time, until none is better by ODDS."""
+        for _ in range(MOST_TOGETHER):
+            others = [
+                self.state(names, state)
+                for member in state.names
+                for names in self.next_sets(self.without(state, member), EXCHANGED)
+            ]
+            best = min((s for s in others if not s.impossible), key=lambda s: s.bic, default=state)
+            if best.bic > state.bic - ODDS:
+                return state
+            state = best
+        return state
 
     def _is_earned(self, child: State, parent: State) -> bool:
         """Is what a set explains beyond another still significant when it is fitted? A score may promise too much."""
