@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fastcal.calibration.calibrate import calibrate
 from fastcal.calibration.evaluation import Evaluation, evaluate
 from fastcal.diagnosis.fits import Fit
 from fastcal.diagnosis.library import Name
@@ -60,24 +59,6 @@ def models(search: Search, best: State, names: Sequence[Name], judge: Judge, sig
         near = best if len(added) == len(best.names) else search.state(added, near)
         fits.append(near.fit)
     return [judge.adapted(fit, sigma) for fit in fits]
-
-
-def with_profiles(robot: Robot, best: State, profiles: Sequence[Spec], judge: Judge) -> tuple[AdaptedModel, bool]:
-    """The robot with the names of a set and joint profiles, and whether its calibration converged.
-
-    How curved a profile is and how it shares its joint with the geometry is for the calibration to find.
-    """
-    entries = [core_entry(e) for e in best.fit.entries]
-    problem = best.fit.problem
-    # Outliers are known and left out: a robust loss would have nothing left to do.
-    found = calibrate(
-        Robot(dict(robot.spec) | {"effects": [*entries, *profiles]}),
-        problem.data.select(problem.used),
-        loss="none",
-        as_read=True,
-        threads=judge.threads,
-    )
-    return judge.of(found.model, found.nominal, found.anchors), found.status == "converged"
 
 
 def nominal(fit: Fit) -> Robot:

@@ -13,7 +13,7 @@ from threadpoolctl import threadpool_limits
 
 from fastcal import _core
 from fastcal.calibration.inspection import check_columns, check_fit
-from fastcal.diagnosis import adaptation, grading, periodic, sensitivity, unexplained
+from fastcal.diagnosis import adaptation, grading, periodic, rivals, sensitivity, unexplained
 from fastcal.diagnosis.fits import fit
 from fastcal.diagnosis.library import Library, Name, build_library, parse_exclusions
 from fastcal.diagnosis.noise import OUTLIER_LEVEL, NoiseLevel, off_by, quieted
@@ -23,7 +23,6 @@ from fastcal.diagnosis.problem import Noise, Problem, prepared_problem
 from fastcal.diagnosis.result import AdaptedModel, Diagnosis, Finding, Unexplained
 from fastcal.diagnosis.search import ODDS, Search, State
 from fastcal.diagnosis.words import sentence_of
-from fastcal.effects.entries import curve_of
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.given import DataLike, RobotLike, as_data, as_robot
@@ -108,8 +107,13 @@ def _diagnosed(
         best = search.start  # what explains so little is no name
     curve = grading.waves_of_one_curve(search, best)
     best = search.pruned(best) if curve is None else curve[1]
+    best = grading.borne_out(search, best)
     say("weighing what else it could be")
-    found = _Found(robot, data, test, search, best, curve and curve[0], library, level, threads)
+    model = rivals.Model(best, [], None, best.fit)
+    if not best.suffices:
+        profiles = unexplained.curved_joints(best) if curve is None else [rivals.profile(curve[0])]
+        model = rivals.best_predicting(robot, search, best, profiles)
+    found = _Found(robot, data, test, search, model.state, model, library, level, threads)
     say("adding what was found")
     return found.told()
 
@@ -155,7 +159,7 @@ class _Found:
     test: Dataset | None
     search: Search
     best: State
-    curve: str | None  # the joint whose error is a curve, of which waves were only the pieces
+    model: rivals.Model
     library: Library
     level: NoiseLevel
     threads: int
@@ -204,24 +208,19 @@ class _Found:
         """Poses that would tell the names of a set apart, where there is one and points were measured."""
         if self.data.position is None:
             return None
-        rivals = [[_replacement(self.best, state) for state in states] for states in equivalents]
-        return separating_plan(self.best, rivals)
+        others = [[_replacement(self.best, state) for state in states] for states in equivalents]
+        return separating_plan(self.best, others)
 
     def _adapted(self, names: Sequence[Name]) -> tuple[list[AdaptedModel], list[Spec], Unexplained | None]:
         """The fits as robots, the joint profiles among what was added, and what remains."""
         judge = adaptation.Judge(self.data, self.test, self.threads)
         steps = adaptation.models(self.search, self.best, names, judge, self.level.sigma)
-        if self.best.suffices:
-            return steps, [], None
-        profiles = unexplained.curved_joints(self.best)
-        if self.curve is not None:
-            profiles = [{"effect": curve_of("joint"), "owner": self.curve}]
-        if profiles:
-            curved, converged = adaptation.with_profiles(self.robot, self.best, profiles, judge)
-            if converged and unexplained.profiles_suffice(steps[-1], curved):
-                rest = unexplained.beyond_profiles(self.search, curved.model, self.data, self.threads)
-                return [*steps, curved], profiles, rest
-        return steps, [], unexplained.rest(self.search, self.best)
+        curved = self.model.calibration
+        if curved is not None:
+            steps.append(judge.of(curved.model, curved.nominal, curved.anchors))
+        left = State(self.model.fit, self.search.start.family)
+        rest = None if left.suffices else unexplained.rest(self.search, left)
+        return steps, self.model.profiles, rest
 
     def _finding(
         self, name: Name, proof: grading.Evidence, equivalents: list[State], model: Robot, rest: Unexplained | None

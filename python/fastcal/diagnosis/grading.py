@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from fastcal import _core
-from fastcal.calibration.evaluation import pose_groups
 from fastcal.diagnosis.library import Name
 from fastcal.diagnosis.periodic import is_periodic
-from fastcal.diagnosis.search import GENERIC, NAMED, Search, State
+from fastcal.diagnosis.rivals import FOLDS, folds
+from fastcal.diagnosis.search import GENERIC, MOST_TOGETHER, NAMED, Search, State
 from fastcal.diagnosis.tails import p_values
 
 FloatArray = NDArray[np.float64]
@@ -23,7 +23,7 @@ FloatArray = NDArray[np.float64]
 SURE_SNR = 15.0  # from here on a look-alike of correlation 0.95 would have shown itself
 SURE_LOADED = 40.0  # and of 0.993, as neighbouring joints, bearings and links are to each other under one load
 IMPLAUSIBLE = 30.0  # plausible sizes: what is larger stands for something else
-FOLDS = 5
+BORNE_OUT = 1.0  # standard errors by which held-out rows must be better for a name to be given at all
 HELD_OUT = 2.0  # standard errors by which held-out rows must be better
 STABLE = 0.8  # share of the folds in which the same name must come first
 _CONTAINED = 0.98  # share of a signature from which on a block without a name holds it
@@ -79,6 +79,20 @@ def evidence(search: Search, state: State, name: Name) -> Evidence:
     richer = _richer_needed(name, parameters, theta, own)
     loads = state.fit.effect(name).follows_loads
     return Evidence(statistic, len(at), gain, stability, rivals, richer, plausible, loads)
+
+
+def borne_out(search: Search, state: State) -> State:
+    """The set without the names that do not help to predict held-out rows, the least helpful first.
+
+    Many waves were judged together, on rows held out of all of them.
+    """
+    while 0 < len(state.names) <= MOST_TOGETHER:
+        gains = [_held_out(search, state, name) for name in state.names]
+        worst = min(range(len(gains)), key=lambda k: gains[k][0] - BORNE_OUT * gains[k][1])
+        if gains[worst][0] >= BORNE_OUT * gains[worst][1]:
+            break
+        state = search.without(state, state.names[worst])
+    return state
 
 
 def grade(found: Evidence, name: Name, equivalents: Sequence[object], rest: bool) -> tuple[str, tuple[str, ...]]:
@@ -203,7 +217,7 @@ def _held_out(search: Search, state: State, name: Name) -> tuple[float, float]:
     place = state.fit.place(name)
     own = np.array([state.fit.free.index(i) for i in range(place.start, place.stop)])
     target = r + A[:, own] @ (state.fit.theta[place] * length[own])
-    fold = _folds(search)[row]
+    fold = folds(search.problem)[row]
     fold[row < 0] = -1
     gains = []
     for k in range(FOLDS):
@@ -221,16 +235,9 @@ def _held_out(search: Search, state: State, name: Name) -> tuple[float, float]:
 def _stability(search: Search, state: State, base: State, name: Name) -> float:
     """Share of the folds without which the name still comes first, by the score tests from the set without it."""
     row = state.fit.whitened[2]
-    fold = _folds(search)
+    fold = folds(search.problem)
     rows = np.unique(row[row >= 0])
     return float(np.mean([_comes_first(base, rows[fold[rows] != k], name) for k in range(FOLDS)]))
-
-
-def _folds(search: Search) -> NDArray[np.intp]:
-    """(N) fold of each fitted row: all visits of a pose in one."""
-    groups = pose_groups(search.problem.kept)
-    order = np.random.default_rng(0).permutation(groups.max() + 1)
-    return np.asarray(order[groups] % FOLDS, dtype=np.intp)
 
 
 def _comes_first(base: State, fitted_rows: NDArray[np.intp], name: Name) -> bool:

@@ -75,7 +75,8 @@ def quieted(problem: Problem, at: Fit, option: float | None) -> tuple[Problem, N
     every = problem.with_rows(problem.data.measured)
     whole = at if at.problem is every else fit(every, at.added, at)
     rich = rich_fit(whole, blocks(whole))
-    if problem.data.sigma_position is not None and _agreement(rich) > 0:
+    known = _from_repeats(every, rich, problem.data, option)
+    if known is None and problem.data.sigma_position is not None and _agreement(rich) > 0:
         for _ in range(_ROUNDS):
             own = _rms_sigma(every, problem.data)
             more = own * np.sqrt(max(rich.mean_square - 1.0, 0.0))
@@ -85,7 +86,7 @@ def quieted(problem: Problem, at: Fit, option: float | None) -> tuple[Problem, N
             rich = rich_fit(whole, blocks(whole))
             if rich.mean_square < 1 + _BORNE_OUT:
                 break
-    level = noise_level(every, rich, problem.data, option)
+    level = known or noise_level(every, rich, problem.data, option)
     used = every.used.copy()
     used[every.rows[lone(rich.wrong, every.kept)]] = False
     return replace(every, used=used, noise=level.noise), level
@@ -258,7 +259,7 @@ def _largest(far: IntArray, square: FloatArray | None, row: IntArray) -> IntArra
 
 
 def noise_level(problem: Problem, rich: RichFit, data: Dataset, option: float | None) -> NoiseLevel:
-    """The noise to test with, and where it comes from: repeats, a claim that the rich fit bears out, or the rich fit.
+    """The noise to test with where no repeats tell it: a claim that the rich fit bears out, else what this leaves.
 
     Args:
         problem: Whose noise `rich` was whitened with.
@@ -275,19 +276,6 @@ def noise_level(problem: Problem, rich: RichFit, data: Dataset, option: float | 
         return NoiseLevel(
             replace(problem.noise, freedom=np.inf), own, source, "as claimed, and what the richest model leaves agrees"
         )
-    repeated = repeats(data)
-    if not claimed and repeated is not None and repeated[1] >= FEWEST_REPEATS:
-        sigma, freedom = repeated
-        agree = special.fdtri(freedom, rich.freedom, [AGREES / 2, 1 - AGREES / 2])
-        against = sigma**2 / (own**2 * ratio)
-        note = f"from {freedom:.0f} differences of repeated poses"
-        if agree[0] <= against <= agree[1]:
-            together = freedom + rich.freedom
-            sigma = float(np.sqrt((freedom * sigma**2 + rich.freedom * own**2 * ratio) / together))
-            freedom, note = together, f"{note} and what the richest model leaves, which agree"
-        if against <= agree[1]:  # else something moved between the visits, and they are no repeats
-            noise = replace(problem.noise, factor=problem.noise.factor * sigma / own, freedom=freedom)
-            return NoiseLevel(noise, sigma, "repeats", note)
     factor = problem.noise.factor * float(np.sqrt(ratio))
     noise = replace(problem.noise, factor=factor, freedom=rich.freedom)
     sigma = own * float(np.sqrt(ratio))
@@ -301,6 +289,36 @@ def noise_level(problem: Problem, rich: RichFit, data: Dataset, option: float | 
         note = f"what the richest model leaves; {word} claims {from_si(own, 'mm'):.4f} mm, which is {size}"
         return NoiseLevel(noise, sigma, "residual", note)
     return NoiseLevel(noise, sigma, "residual", "what the richest model leaves; the data claim none and repeat no pose")
+
+
+def _from_repeats(problem: Problem, rich: RichFit, data: Dataset, option: float | None) -> NoiseLevel | None:
+    """The pure error of repeated poses, whatever a model leaves above it; None: too few repeats, or none.
+
+    A claim that the repeats bear out (chi square, two-sided AGREES) is taken as it is; where the rich model leaves as
+    much (F), both together; where it leaves less, something moved between the visits, and they are no repeats.
+    """
+    repeated = repeats(data)
+    if repeated is None or repeated[1] < FEWEST_REPEATS:
+        return None
+    sigma, freedom = repeated
+    own = _rms_sigma(problem, data)
+    against = sigma**2 / (own**2 * rich.mean_square)
+    low, high = special.fdtri(freedom, rich.freedom, [AGREES / 2, 1 - AGREES / 2])
+    if against > high:
+        return None
+    note = f"from {freedom:.0f} differences of repeated poses"
+    if data.sigma_position is not None or option is not None:
+        least, most = (float(special.chdtri(freedom, p)) / freedom for p in (1 - AGREES / 2, AGREES / 2))
+        if least <= sigma**2 / own**2 <= most:
+            noise = replace(problem.noise, freedom=np.inf)
+            source = "option" if option is not None else "column"
+            return NoiseLevel(noise, own, source, f"as claimed, and {freedom:.0f} differences of repeated poses agree")
+    if against >= low:
+        together = freedom + rich.freedom
+        sigma = float(np.sqrt((freedom * sigma**2 + rich.freedom * own**2 * rich.mean_square) / together))
+        freedom, note = together, f"{note} and what the richest model leaves, which agree"
+    noise = replace(problem.noise, factor=problem.noise.factor * sigma / own, freedom=freedom)
+    return NoiseLevel(noise, sigma, "repeats", note)
 
 
 def _rms_sigma(problem: Problem, data: Dataset) -> float:

@@ -21,9 +21,10 @@ from fastcal.calibration.change_point import find_step
 from fastcal.diagnosis.blocks import Blocks, blocks
 from fastcal.diagnosis.fits import Fit, fit
 from fastcal.diagnosis.library import Key, Name, without_masses
-from fastcal.diagnosis.periodic import waves
+from fastcal.diagnosis.periodic import forward, waves
 from fastcal.diagnosis.problem import Problem
 from fastcal.diagnosis.tails import p_values
+from fastcal.effects.entries import traits_of
 
 FloatArray = NDArray[np.float64]
 
@@ -167,8 +168,20 @@ class Search:
             levels.append([c for k, c in enumerate(ranked) if k < WIDTH or c.bic < ranked[0].bic + ODDS])
             self.say(f"{len(levels) - 1} effects: {', '.join(ranked[0].key)}")
         if len(levels) > self.most and not any(state.suffices for state in levels[-1]):
-            levels.append([self.grown_on(min(levels[-1], key=lambda s: s.bic))])
+            seeds = [min(levels[-1], key=lambda s: s.bic), *self.yielding_joints()]
+            levels.append([self.grown_on(seed) for seed in seeds])
         return levels
+
+    def yielding_joints(self) -> list[State]:
+        """The set of all joints that give under load, each of which explains more beyond the others; at most one."""
+        found = self.start.blocks
+        among = [
+            i
+            for i, name in enumerate(found.names)
+            if traits_of(name.effect).depends_on == ("torque",) and found.sizes[i] == 1
+        ]
+        chosen = forward(self.start, among, len(among)) if among else []
+        return [self.state([found.names[i] for i in chosen], self.start)] if len(chosen) > 1 else []
 
     def grown_on(self, state: State) -> State:
         """A set with more names, one at a time, its members exchanged after each, while BIC falls by ODDS.

@@ -7,17 +7,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from fastcal.diagnosis.problem import prepared_problem
-from fastcal.diagnosis.result import AdaptedModel, Unexplained
+from fastcal.diagnosis.result import Unexplained
 from fastcal.diagnosis.search import GENERIC, Search, State
 from fastcal.diagnosis.tails import p_values
 from fastcal.effects.entries import curve_of
-from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot, Spec
 
 FloatArray = NDArray[np.float64]
 
-_MOST = 0.4  # share of the mean square that joint profiles may leave
 _LEAST_SHARE = 1e-3  # that is stated
 _ORDERS = 6
 _MAIN = 0.25  # share of a curve's square from which on an order is told
@@ -48,13 +45,6 @@ def curved_joints(best: State) -> list[Spec]:
         (found.generics[i - found.count].owner for i in chosen), key=lambda owner: int(owner.removeprefix("joint"))
     )
     return [{"effect": curve_of("joint"), "owner": owner} for owner in owners]
-
-
-def profiles_suffice(before: AdaptedModel, after: AdaptedModel) -> bool:
-    """Do joint profiles explain most of the mean square of the training rows?"""
-    if before.train.after is None or after.train.after is None:
-        return False
-    return after.train.after.rms**2 <= _MOST * before.train.after.rms**2
 
 
 def main_orders(model: Robot, entry: Spec) -> list[tuple[int, float]]:
@@ -129,11 +119,3 @@ def one_block_does_better(search: Search, best: State) -> bool:
     generic = np.arange(found.count, len(found.sizes))
     worth = found.worth(np.asarray(scores.statistic)[generic], np.asarray(scores.rank)[generic], generic)
     return bool(worth.max() > search.start.bic - best.bic)
-
-
-def beyond_profiles(search: Search, model: Robot, data: Dataset, threads: int) -> Unexplained | None:
-    """What remains when joint profiles are in the model; None: nothing that is significant."""
-    problem = search.problem
-    again = prepared_problem(model, data, problem.names, problem.noise, threads).with_rows(problem.used)
-    state = Search(again).start
-    return None if state.suffices else rest(search, state)
