@@ -118,7 +118,11 @@ def by_fastcal(arm: Arm, q: FloatArray, p: FloatArray) -> FloatArray:
     T_tool[:3, 3] = arm.tool
     model = arm.robot.error_model.with_robot(arm.robot.core.with_base_and_tool(np.eye(4), T_tool))
     found = _core.identify(
-        model, _core.Samples(q), _core.Measurements(position=p), asked=arm.core_indices(), loss="none"
+        model,
+        _core.Samples(q),
+        _core.Measurements(model.robot, len(q), {"position": p}),
+        asked=arm.core_indices(),
+        loss="none",
     )
     if found.status != "converged" or len(found.free) != 33:
         raise RuntimeError(f"{found.status}, {len(found.free)} of 33 identified")

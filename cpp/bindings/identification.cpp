@@ -3,6 +3,7 @@
 #include "convert.hpp"
 #include "fastcal/identification/alignment.hpp"
 #include "fastcal/identification/identify.hpp"
+#include "fastcal/model/settle.hpp"
 
 namespace fastcal {
 namespace {
@@ -38,8 +39,7 @@ void bind_identification(py::module_& m) {
   py::class_<Alignment>(m, "Alignment", "Best rigid fit of base and tool.")
       .def_property_readonly("T_world_base", [](const Alignment& self) { return from_pose(self.T_world_base); })
       .def_property_readonly("T_flange_tool", [](const Alignment& self) { return from_pose(self.T_flange_tool); })
-      .def_property_readonly(
-          "anchors", [](const Alignment& self) { return RowMatrixXd(self.anchors.transpose()); }, "(anchors, 3) [m]")
+      .def_readonly("unknowns", &Alignment::unknowns, "(U,) of the observations")
       .def_readonly("rms", &Alignment::rms, "[m] what the rigid fit leaves")
       .def_readonly("found", &Alignment::found)
       .def_readonly("message", &Alignment::message);
@@ -51,13 +51,13 @@ void bind_identification(py::module_& m) {
       },
       py::arg("model"), py::arg("samples"), py::arg("measured"), py::arg("threads") = 1,
       py::call_guard<py::gil_scoped_release>(),
-      "Closed-form base and tool (and anchors of lengths) of a model, refined; no initial guess is needed.");
+      "Closed-form base and tool and unknowns of the observations, refined; no initial guess is needed.");
 
   py::class_<Identification>(m, "Identification", "What identify() found; SI.")
       .def_property_readonly("status", [](const Identification& self) { return status_name(self.status); })
       .def_readonly("message", &Identification::message)
       .def_readonly("theta", &Identification::theta)
-      .def_readonly("parameters", &Identification::parameters, "of theta: the model's, then the anchors'")
+      .def_readonly("parameters", &Identification::parameters, "of theta: the model's, then the observations' unknowns")
       .def_readonly("free", &Identification::free, "indices that were identified")
       .def_readonly("held", &Identification::held, "indices that the gauge holds at nominal")
       .def_readonly("covariance", &Identification::covariance, "of the free ones")
@@ -71,15 +71,12 @@ void bind_identification(py::module_& m) {
                     "(asked, held): how all move with a held one that is off by its plausible size; SI")
       .def_readonly("outliers", &Identification::outliers, "rows that the noise does not explain")
       .def_property_readonly("loss", [](const Identification& self) { return loss_name(self.loss); })
-      .def_readonly("common_noise", &Identification::tau,
-                    "standard deviation common to all rows: position [m], rotation [rad], distance [m]")
-      .def_readonly("sigma", &Identification::sigma,
-                    "RMS standard deviation used: position [m], rotation [rad], distance [m]")
+      .def_readonly("common_noise", &Identification::tau, "standard deviation common to all rows, by observation")
+      .def_readonly("sigma", &Identification::sigma, "RMS standard deviation used, by observation")
       .def_readonly("variance_factor", &Identification::variance_factor)
       .def_readonly("degrees_of_freedom", &Identification::degrees_of_freedom)
       .def_readonly("iterations", &Identification::iterations)
-      .def_readonly("residuals", &Identification::residuals,
-                    "(N, 7): position, rotation, distance; NaN where not measured")
+      .def_readonly("residuals", &Identification::residuals, "(N, numbers), NaN where not measured")
       .def_property_readonly(
           "weights", [](const Identification& self) { return row_numbers(self, &RowWeight::weight); },
           "(N,) robust weight of each row")
@@ -90,26 +87,45 @@ void bind_identification(py::module_& m) {
   m.def(
       "identify",
       [](const ErrorModel& model, const Samples& samples, const Measurements& measured, const std::vector<int>& asked,
-         const RowMatrixXd& anchors, const std::string& method, const std::string& loss,
+         const Eigen::VectorXd& unknowns, const std::string& method, const std::string& loss,
          const Eigen::VectorXd& prior_mean, const Eigen::VectorXd& prior_sigma, const Eigen::VectorXd& lower,
          const Eigen::VectorXd& upper, const Eigen::VectorXd& pull_mean, const Eigen::VectorXd& pull_sigma,
-         int max_iterations, double practical_limit, int threads) {
+         int max_iterations, double practical_limit, const CommonNoise& noise, bool gauge, int threads) {
         IdentifyOptions options;
         options.solver = {method_of(method), max_iterations};
         options.loss = loss_kind(loss);
         options.limits = {prior_mean, prior_sigma, lower, upper, pull_mean, pull_sigma};
         options.gauge.practical_limit = practical_limit;
-        const Eigen::Matrix3Xd starts = anchors.transpose();
-        return identify({model, samples, measured, threads}, asked, starts, options);
+        options.gauge.off = !gauge;
+        options.noise = noise;
+        return identify({model, samples, measured, threads}, asked, unknowns, options);
       },
       py::arg("model"), py::arg("samples"), py::arg("measured"), py::kw_only(), py::arg("asked"),
-      py::arg("anchors") = RowMatrixXd(0, 3), py::arg("method") = "nls", py::arg("loss") = "tukey",
+      py::arg("unknowns") = Eigen::VectorXd(), py::arg("method") = "nls", py::arg("loss") = "tukey",
       py::arg("prior_mean") = Eigen::VectorXd(), py::arg("prior_sigma") = Eigen::VectorXd(),
       py::arg("lower") = Eigen::VectorXd(), py::arg("upper") = Eigen::VectorXd(),
       py::arg("pull_mean") = Eigen::VectorXd(), py::arg("pull_sigma") = Eigen::VectorXd(),
-      py::arg("max_iterations") = 100, py::arg("practical_limit") = 10.0, py::arg("threads") = 1,
+      py::arg("max_iterations") = 100, py::arg("practical_limit") = 10.0, py::arg("noise") = CommonNoise(),
+      py::arg("gauge") = true, py::arg("threads") = 1, py::call_guard<py::gil_scoped_release>(),
+      "Identifies the parameters `asked` (indices) and all unknowns of the observations, from the model's start.");
+
+  m.def(
+      "residuals",
+      [](const ErrorModel& model, const Samples& samples, const Measurements& measured, const Eigen::VectorXd& theta,
+         int threads) {
+        FASTCAL_CHECK(theta.size() == model.parameter_count() + measured.unknown_count())
+            << "theta must hold " << model.parameter_count() + measured.unknown_count() << " numbers, got "
+            << theta.size();
+        Samples settled = samples;
+        settle(model, theta.head(model.parameter_count()), threads, settled);
+        const Problem problem{model, settled, measured, threads};
+        problem.check();
+        return residuals(problem, theta);
+      },
+      py::arg("model"), py::arg("samples"), py::arg("measured"), py::arg("theta"), py::arg("threads") = 1,
       py::call_guard<py::gil_scoped_release>(),
-      "Identifies the parameters `asked` (indices) and all anchors, from the model's start.");
+      "(N, numbers) predicted less measured at theta, model parameters and unknowns; NaN where not measured or "
+      "unknown.");
 }
 
 }  // namespace fastcal

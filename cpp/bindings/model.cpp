@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: MIT
 #include "convert.hpp"
 #include "fastcal/effects/surrogate_inputs.hpp"
-#include "fastcal/measurement/measurements.hpp"
 #include "fastcal/model/error_model.hpp"
 #include "fastcal/model/prediction.hpp"
 #include "fastcal/model/settle.hpp"
@@ -44,26 +43,6 @@ void bind_model(py::module_& m) {
            py::arg("mount") = py::none(), py::arg("approach") = py::none(), py::arg("current") = py::none(),
            py::arg("extra") = py::none(), py::arg("table") = py::none())
       .def("__len__", &Samples::count);
-
-  py::class_<Measurements>(m, "Measurements",
-                           "N rows of what was measured, SI; None: not at all, NaN: not in this row.")
-      .def(py::init([](const std::optional<RowMatrixXd>& position, const std::optional<RowMatrixXd>& rotation,
-                       const std::optional<Eigen::VectorXd>& distance, const std::optional<Eigen::VectorXi>& anchor,
-                       int anchor_count, const std::optional<RowMatrixXd>& sigma_position,
-                       const std::optional<Eigen::VectorXd>& sigma_rotation) {
-             Measurements out;
-             out.position = or_empty(position);
-             out.rotation = or_empty(rotation);
-             out.distance = or_empty(distance);
-             out.anchor = or_empty(anchor);
-             out.anchor_count = anchor_count;
-             out.sigma_position = or_empty(sigma_position);
-             out.sigma_rotation = or_empty(sigma_rotation);
-             return out;
-           }),
-           py::kw_only(), py::arg("position") = py::none(), py::arg("rotation") = py::none(),
-           py::arg("distance") = py::none(), py::arg("anchor") = py::none(), py::arg("anchor_count") = 0,
-           py::arg("sigma_position") = py::none(), py::arg("sigma_rotation") = py::none());
 
   py::class_<ErrorModel>(m, "ErrorModel", "A robot with its effects.")
       .def(py::init([](const RobotModel& robot, const std::vector<std::shared_ptr<Effect>>& effects,

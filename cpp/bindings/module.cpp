@@ -12,6 +12,7 @@ namespace fastcal {
 void bind_math(py::module_& m);
 void bind_robot(py::module_& m);
 void bind_effects(py::module_& m);
+void bind_measurement(py::module_& m);
 void bind_model(py::module_& m);
 void bind_identification(py::module_& m);
 void bind_ik(py::module_& m);
@@ -42,6 +43,7 @@ PYBIND11_MODULE(_core, m) {
   fastcal::bind_math(m);
   fastcal::bind_robot(m);
   fastcal::bind_effects(m);
+  fastcal::bind_measurement(m);
   fastcal::bind_model(m);
   fastcal::bind_identification(m);
   fastcal::bind_ik(m);

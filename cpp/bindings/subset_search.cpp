@@ -35,9 +35,10 @@ void bind_subset_search(py::module_& m) {
 
   py::class_<Linearization>(m, "Linearization",
                             "The problem near a parameter vector; one row a measured number, whitened.")
-      .def_readonly("J", &Linearization::J, "(n, parameters and anchors), SI parameters")
+      .def_readonly("J", &Linearization::J, "(n, parameters and unknowns), SI")
       .def_readonly("r", &Linearization::r, "(n) predicted less measured")
-      .def_readonly("row", &Linearization::row, "(n) row of the data");
+      .def_readonly("row", &Linearization::row, "(n) row of the data")
+      .def_readonly("number", &Linearization::number, "(n) which number of its row");
 
   m.def(
       "linearize",
@@ -47,7 +48,7 @@ void bind_subset_search(py::module_& m) {
       },
       py::arg("model"), py::arg("samples"), py::arg("measured"), py::arg("theta"), py::arg("common_noise"),
       py::arg("threads") = 1, py::call_guard<py::gil_scoped_release>(),
-      "Whitened residuals and their Jacobian at theta (model parameters and anchors).");
+      "Whitened residuals and their Jacobian at theta (model parameters and unknowns).");
 }
 
 }  // namespace fastcal

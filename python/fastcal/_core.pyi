@@ -8,7 +8,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['Alignment', 'ArmBending', 'ArmStructure', 'BeamSolver', 'BlockScores', 'Candidates', 'Choice', 'Compensator', 'Effect', 'ErrorModel', 'FoldErrors', 'Identification', 'Linearization', 'Measurements', 'Parameter', 'RobotDescription', 'RobotModel', 'SHOWN_BY_LOADS', 'SHOWN_BY_MOTION', 'Samples', 'ScoreTests', 'Separation', 'StiffnessTable', 'StructureElement', 'StructureNode', 'SubsetSearch', 'Tracker', 'align', 'build_dh', 'build_mdh', 'build_poe', 'build_urdf', 'draw_design', 'effect_names', 'effect_owners', 'effect_traits', 'exchange_design', 'exp_so3', 'free_parameters', 'grow_design', 'identify', 'instruction_set', 'inverse_kinematics', 'joint_jacobian', 'linearize', 'log_so3', 'make_effect', 'mass_matrix', 'observability_index', 'posture_obstacles', 'quaternion_to_rotation', 'read_urdf', 'rotation_about', 'rotation_to_axis', 'rotation_to_rpy', 'rpy_to_rotation', 'separate', 'surrogate_inputs', 'tabulated_effect', 'visiting_order']
+__all__: list[str] = ['Alignment', 'ArmBending', 'ArmStructure', 'BeamSolver', 'BlockScores', 'Candidates', 'Choice', 'Compensator', 'Effect', 'ErrorModel', 'Field', 'FoldErrors', 'Identification', 'Linearization', 'Measurements', 'Observation', 'ObservationEntry', 'Parameter', 'RobotDescription', 'RobotModel', 'SHOWN_BY_LOADS', 'SHOWN_BY_MOTION', 'Samples', 'ScoreTests', 'Separation', 'StiffnessTable', 'StructureElement', 'StructureNode', 'SubsetSearch', 'Tracker', 'align', 'build_dh', 'build_mdh', 'build_poe', 'build_urdf', 'draw_design', 'effect_names', 'effect_owners', 'effect_traits', 'exchange_design', 'exp_so3', 'free_parameters', 'grow_design', 'identify', 'instruction_set', 'inverse_kinematics', 'joint_jacobian', 'linearize', 'log_so3', 'make_effect', 'mass_matrix', 'observability_index', 'observation_entry', 'observation_names', 'posture_obstacles', 'quaternion_to_rotation', 'read_urdf', 'residuals', 'rotation_about', 'rotation_to_axis', 'rotation_to_rpy', 'rpy_to_rotation', 'separate', 'surrogate_inputs', 'tabulated_effect', 'visiting_order']
 class Parameter:
     """
     A named number of a model, in SI.
@@ -127,6 +127,123 @@ class Effect:
         """
         Weights of a quadratic penalty on the parameters, one each; empty: none.
         """
+class Field:
+    """
+    One table of a data set and the columns of a file that it is read from.
+    """
+    @property
+    def columns(self) -> list[str]:
+        """
+        without their units
+        """
+    @property
+    def each_link(self) -> bool:
+        """
+        one table a link: NAME@linkN
+        """
+    @property
+    def name(self) -> str:
+        ...
+    @property
+    def quantity(self) -> str:
+        """
+        length, angle ...; empty: plain numbers or labels
+        """
+    @property
+    def role(self) -> str:
+        """
+        measured, sigma or label
+        """
+    @property
+    def written_unit(self) -> str:
+        ...
+class ObservationEntry:
+    """
+    What the registry knows of a kind of observation.
+    """
+    @property
+    def fields(self) -> list[Field]:
+        ...
+    @property
+    def note(self) -> str:
+        """
+        for a reader of data that have it; may be empty
+        """
+    @property
+    def plural(self) -> str:
+        ...
+class Observation:
+    """
+    One observation of some measurements.
+    """
+    @property
+    def claims_sigma(self) -> bool:
+        ...
+    @property
+    def components(self) -> list[str]:
+        ...
+    @property
+    def field(self) -> str:
+        """
+        of a data set, or empty
+        """
+    @property
+    def first_number(self) -> int:
+        """
+        of its numbers in a row of residuals
+        """
+    @property
+    def first_unknown(self) -> int:
+        """
+        of its unknowns among all
+        """
+    @property
+    def is_pose(self) -> bool:
+        ...
+    @property
+    def name(self) -> str:
+        ...
+    @property
+    def parameters(self) -> list[Parameter]:
+        """
+        its unknowns
+        """
+    @property
+    def unit(self) -> str:
+        """
+        m or rad
+        """
+class Measurements:
+    """
+    N rows of what was measured, SI; NaN: not in this row.
+    """
+    def __init__(self, robot: RobotModel, rows: typing.SupportsInt | typing.SupportsIndex, numbers: collections.abc.Mapping[str, typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"]], labels: collections.abc.Mapping[str, tuple[typing.Annotated[numpy.typing.ArrayLike, numpy.int32, "[m, 1]"], collections.abc.Sequence[str]]] = {}) -> None:
+        """
+        From tables by the names of fields; labels are indices and their names.
+        """
+    def __len__(self) -> int:
+        ...
+    def sigma(self, row: typing.SupportsInt | typing.SupportsIndex, number: typing.SupportsInt | typing.SupportsIndex) -> float:
+        """
+        claimed standard deviation; 0: none
+        """
+    @property
+    def number_count(self) -> int:
+        ...
+    @property
+    def observations(self) -> list[Observation]:
+        ...
+    @property
+    def parameters(self) -> list[Parameter]:
+        """
+        unknowns of all observations
+        """
+    @property
+    def shows_base(self) -> bool:
+        ...
+    @property
+    def shows_tool_turn(self) -> bool:
+        ...
 class Samples:
     """
     N rows of conditions, SI; what is None was not measured.
@@ -134,12 +251,6 @@ class Samples:
     def __init__(self, q: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], *, payload: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] | None = None, wrench: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] | None = None, temperature: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] | None = None, time: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] | None = None, station: typing.Annotated[numpy.typing.ArrayLike, numpy.int32, "[m, 1]"] | None = None, mount: typing.Annotated[numpy.typing.ArrayLike, numpy.int32, "[m, 1]"] | None = None, approach: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] | None = None, current: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] | None = None, extra: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] | None = None, table: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] | None = None) -> None:
         ...
     def __len__(self) -> int:
-        ...
-class Measurements:
-    """
-    N rows of what was measured, SI; None: not at all, NaN: not in this row.
-    """
-    def __init__(self, *, position: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] | None = None, rotation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] | None = None, distance: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] | None = None, anchor: typing.Annotated[numpy.typing.ArrayLike, numpy.int32, "[m, 1]"] | None = None, anchor_count: typing.SupportsInt | typing.SupportsIndex = 0, sigma_position: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] | None = None, sigma_rotation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] | None = None) -> None:
         ...
 class ErrorModel:
     """
@@ -194,11 +305,6 @@ class Alignment:
     def T_world_base(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 4]"]:
         ...
     @property
-    def anchors(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
-        """
-        (anchors, 3) [m]
-        """
-    @property
     def found(self) -> bool:
         ...
     @property
@@ -208,6 +314,11 @@ class Alignment:
     def rms(self) -> float:
         """
         [m] what the rigid fit leaves
+        """
+    @property
+    def unknowns(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        (U,) of the observations
         """
 class Identification:
     """
@@ -219,9 +330,9 @@ class Identification:
         indices of the parameters in the rows of held_directions
         """
     @property
-    def common_noise(self) -> typing.Annotated[list[float], "FixedSize(3)"]:
+    def common_noise(self) -> list[float]:
         """
-        standard deviation common to all rows: position [m], rotation [rad], distance [m]
+        standard deviation common to all rows, by observation
         """
     @property
     def covariance(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
@@ -268,7 +379,7 @@ class Identification:
     @property
     def parameters(self) -> list[Parameter]:
         """
-        of theta: the model's, then the anchors'
+        of theta: the model's, then the observations' unknowns
         """
     @property
     def rank(self) -> int:
@@ -276,12 +387,12 @@ class Identification:
     @property
     def residuals(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
         """
-        (N, 7): position, rotation, distance; NaN where not measured
+        (N, numbers), NaN where not measured
         """
     @property
-    def sigma(self) -> typing.Annotated[list[float], "FixedSize(3)"]:
+    def sigma(self) -> list[float]:
         """
-        RMS standard deviation used: position [m], rotation [rad], distance [m]
+        RMS standard deviation used, by observation
         """
     @property
     def status(self) -> str:
@@ -409,7 +520,12 @@ class Linearization:
     @property
     def J(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
         """
-        (n, parameters and anchors), SI parameters
+        (n, parameters and unknowns), SI
+        """
+    @property
+    def number(self) -> typing.Annotated[numpy.typing.NDArray[numpy.int32], "[m, 1]"]:
+        """
+        (n) which number of its row
         """
     @property
     def r(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
@@ -556,7 +672,7 @@ class ScoreTests:
         """
 def align(model: ErrorModel, samples: Samples, measured: Measurements, threads: typing.SupportsInt | typing.SupportsIndex = 1) -> Alignment:
     """
-    Closed-form base and tool (and anchors of lengths) of a model, refined; no initial guess is needed.
+    Closed-form base and tool and unknowns of the observations, refined; no initial guess is needed.
     """
 def build_dh(description: RobotDescription, rows: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"]) -> RobotModel:
     """
@@ -606,9 +722,9 @@ def grow_design(candidates: Candidates, criterion: str, count: typing.SupportsIn
     """
     Members one after the other, by O1, or by variance = tr(M^-1 targets), M = start + what the members tell.
     """
-def identify(model: ErrorModel, samples: Samples, measured: Measurements, *, asked: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], anchors: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] = ..., method: str = 'nls', loss: str = 'tukey', prior_mean: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] = ..., prior_sigma: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] = ..., lower: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] = ..., upper: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] = ..., pull_mean: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] = ..., pull_sigma: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] = ..., max_iterations: typing.SupportsInt | typing.SupportsIndex = 100, practical_limit: typing.SupportsFloat | typing.SupportsIndex = 10.0, threads: typing.SupportsInt | typing.SupportsIndex = 1) -> Identification:
+def identify(model: ErrorModel, samples: Samples, measured: Measurements, *, asked: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], unknowns: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] = ..., method: str = 'nls', loss: str = 'tukey', prior_mean: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] = ..., prior_sigma: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] = ..., lower: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] = ..., upper: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] = ..., pull_mean: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] = ..., pull_sigma: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] = ..., max_iterations: typing.SupportsInt | typing.SupportsIndex = 100, practical_limit: typing.SupportsFloat | typing.SupportsIndex = 10.0, noise: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex] = [], gauge: bool = True, threads: typing.SupportsInt | typing.SupportsIndex = 1) -> Identification:
     """
-    Identifies the parameters `asked` (indices) and all anchors, from the model's start.
+    Identifies the parameters `asked` (indices) and all unknowns of the observations, from the model's start.
     """
 def instruction_set() -> str:
     """
@@ -622,9 +738,9 @@ def joint_jacobian(model: ErrorModel, samples: Samples, threads: typing.Supports
     """
     (N, 6, n): motion of the tool [v; w] by every joint, in the axes of the measuring frame.
     """
-def linearize(model: ErrorModel, samples: Samples, measured: Measurements, theta: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], common_noise: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], threads: typing.SupportsInt | typing.SupportsIndex = 1) -> Linearization:
+def linearize(model: ErrorModel, samples: Samples, measured: Measurements, theta: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], common_noise: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], threads: typing.SupportsInt | typing.SupportsIndex = 1) -> Linearization:
     """
-    Whitened residuals and their Jacobian at theta (model parameters and anchors).
+    Whitened residuals and their Jacobian at theta (model parameters and unknowns).
     """
 def log_so3(R: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 3]"]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
     """
@@ -642,6 +758,12 @@ def observability_index(index: str, eigenvalues: typing.Annotated[numpy.typing.A
     """
     Of J^T J, eigenvalues ascending.
     """
+def observation_entry(name: str) -> ObservationEntry:
+    ...
+def observation_names() -> list[str]:
+    """
+    Names of all kinds of observation, sorted.
+    """
 def posture_obstacles(robot: RobotModel, q: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], *, keep_out: collections.abc.Sequence[tuple[typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"]]], region: tuple[typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"]] | None = None, tracker: Tracker | None = None, link_radius: typing.SupportsFloat | typing.SupportsIndex = 0.0, threads: typing.SupportsInt | typing.SupportsIndex = 1) -> list[int]:
     """
     Why each posture (N, n) cannot be measured: 0 it can, 1 keep-out, 2 region, 3 range, 4 acceptance, 5 sight.
@@ -653,6 +775,10 @@ def quaternion_to_rotation(wxyz: typing.Annotated[numpy.typing.ArrayLike, numpy.
 def read_urdf(xml_text: str, base_link: str = '', tip_link: str = '') -> dict:
     """
     The chain from base_link to tip_link of a URDF, as a dict of SI numbers; InvalidInput where it is none.
+    """
+def residuals(model: ErrorModel, samples: Samples, measured: Measurements, theta: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], threads: typing.SupportsInt | typing.SupportsIndex = 1) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+    """
+    (N, numbers) predicted less measured at theta, model parameters and unknowns; NaN where not measured or unknown.
     """
 def rotation_about(axis: str, angle: typing.SupportsFloat | typing.SupportsIndex) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
     """

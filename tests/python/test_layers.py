@@ -23,7 +23,7 @@ MAY_INCLUDE: dict[str, set[str]] = {
     "robot": {"math"},
     "structure": {"math", "robot", "kernels"},
     "effects": {"math", "robot"},
-    "measurement": {"math"},
+    "measurement": {"math", "robot"},
     "model": MODEL,
     "identification": MODEL | {"model", "measurement"},
     "design": MODEL | {"model"},

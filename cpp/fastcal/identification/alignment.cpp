@@ -22,13 +22,9 @@ constexpr double kTurningThatShows = 3e-3;  // [rad] RMS that tells a tool's siz
 constexpr int kCalmingRounds = 10;
 constexpr double kCalmer = 0.8;  // of the level before: less is worth another solve
 
-/// A row with a whole measured point, and the orientation where there is one.
-struct Row {
+/// A row with what it says of the tool's pose.
+struct Row : MeasuredPose {
   Pose T_base_flange;
-  Eigen::Vector3d p_world_tool;
-  Eigen::Matrix3d R_world_tool;
-  bool has_point = false;
-  bool has_rotation = false;
 };
 
 Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& M) {
@@ -164,39 +160,47 @@ double misfit(const std::vector<Row>& rows, const Pose& base, const Pose& tool) 
   return std::sqrt(squares[squares.size() / 2]);
 }
 
-/// Anchors from the lengths to them, for a robot that stands where `poses` say.
-bool fit_anchors(const Problem& problem, const std::vector<Pose>& T_world_tool, Eigen::Matrix3Xd& anchors) {
-  const Measurements& measured = problem.measured;
-  anchors = Eigen::Matrix3Xd::Zero(3, measured.anchor_count);
-  for (int a = 0; a < measured.anchor_count; ++a) {
-    std::vector<Eigen::Index> rows;
-    for (Eigen::Index i = 0; i < measured.distance.size(); ++i) {
-      if (!std::isnan(measured.distance[i]) && measured.anchor[i] == a) rows.push_back(i);
-    }
-    if (rows.size() < 4) return false;
-    Eigen::Vector3d center = Eigen::Vector3d::Zero();
-    for (const Eigen::Index i : rows)
-      center += T_world_tool[static_cast<std::size_t>(i)].p / static_cast<double>(rows.size());
-    Eigen::MatrixXd D(rows.size(), 4);
-    Eigen::VectorXd y(rows.size());
-    for (std::size_t k = 0; k < rows.size(); ++k) {
-      const Eigen::Vector3d p = T_world_tool[static_cast<std::size_t>(rows[k])].p - center;
-      const double length = measured.distance[rows[k]];
-      D.row(static_cast<Eigen::Index>(k)) << -2 * p.transpose(), 1;
-      y[static_cast<Eigen::Index>(k)] = length * length - p.squaredNorm();
-    }
-    anchors.col(a) = center + D.completeOrthogonalDecomposition().solve(y).head<3>();
+/// Closed-form values of the observations' unknowns for a robot that stands where the model says; returns what is
+/// missing, in a sentence.
+std::string start_unknowns(const Problem& problem, Eigen::VectorXd& unknowns) {
+  unknowns = Eigen::VectorXd::Zero(problem.measured.unknown_count());
+  std::vector<std::vector<Pose>> frames;
+  RowEvaluator evaluator(problem.model, problem.model.start());
+  for (Eigen::Index i = 0; i < problem.row_count(); ++i) frames.push_back(evaluator.frames(problem.samples.row(i)));
+  for (const PlacedObservation& of : problem.measured.observations()) {
+    if (of.unknown_count == 0) continue;
+    std::vector<Sights> sights;
+    for (const auto& T : frames) sights.push_back(sights_of(of, [&](int frame) { return T[frame]; }));
+    const std::string missing = of->start(sights, unknowns.segment(of.first_unknown, of.unknown_count));
+    if (!missing.empty()) return missing;
   }
-  return true;
+  return "";
 }
 
-/// Median length of the rows' residuals (N, 7): points, or turns or lengths where no point was measured.
-double median_length(const RowMatrixXd& r) {
-  std::vector<double> lengths;
+/// [m] RMS over rows of what is left of the first observation in m that a row has.
+double rms_of_rows(const Measurements& measured, const RowMatrixXd& r) {
+  double sum = 0;
+  double count = 0;
   for (Eigen::Index i = 0; i < r.rows(); ++i) {
-    const bool has_point = !r.row(i).head<3>().hasNaN();
+    for (const PlacedObservation& of : measured.observations()) {
+      const auto part = r.row(i).segment(of.first_number, of.component_count);
+      if (of->unit() != "m" || part.hasNaN()) continue;
+      sum += part.squaredNorm();
+      ++count;
+      break;
+    }
+  }
+  return count > 0 ? std::sqrt(sum / count) : 0;
+}
+
+/// Median length of the rows' residuals: points, or whatever else was measured in a row without a whole one.
+double median_length(const Measurements& measured, const RowMatrixXd& r) {
+  std::vector<double> lengths;
+  const Eigen::Index points = measured.observations().front()->coordinates() != nullptr ? 3 : 0;
+  for (Eigen::Index i = 0; i < r.rows(); ++i) {
+    const bool has_point = points > 0 && !r.row(i).head(points).hasNaN();
     double squares = 0;
-    for (Eigen::Index c = has_point ? 0 : 3; c < (has_point ? 3 : kComponents); ++c) {
+    for (Eigen::Index c = has_point ? 0 : points; c < (has_point ? points : r.cols()); ++c) {
       if (!std::isnan(r(i, c))) squares += r(i, c) * r(i, c);
     }
     if (squares > 0) lengths.push_back(std::sqrt(squares));
@@ -216,14 +220,7 @@ std::vector<Row> rows_of(const Problem& problem) {
   for (Eigen::Index i = 0; i < problem.row_count(); ++i) {
     Row& row = rows[static_cast<std::size_t>(i)];
     row.T_base_flange = base_back * nominal.pose(problem.samples.row(i)) * tool_back;
-    if (problem.measured.position.size() > 0 && !problem.measured.position.row(i).hasNaN()) {
-      row.has_point = true;
-      row.p_world_tool = problem.measured.position.row(i).transpose();
-    }
-    if (problem.measured.rotation.size() > 0 && !problem.measured.rotation.row(i).hasNaN()) {
-      row.has_rotation = true;
-      row.R_world_tool = quaternion_to_rotation(problem.measured.rotation.row(i).transpose());
-    }
+    for (const PlacedObservation& of : problem.measured.observations()) of->add_pose(i, row);
   }
   return rows;
 }
@@ -289,7 +286,7 @@ Alignment align(const Problem& given) {
   Alignment out;
   out.T_world_base = robot.T_world_base;
   out.T_flange_tool = robot.T_flange_tool;
-  if (candidates.empty() && problem.measured.anchor_count == 0) {
+  if (candidates.empty() && problem.measured.unknown_count() == 0) {
     out.message = "base and tool need at least three measured points or orientations, got " + std::to_string(points) +
                   " and " + std::to_string(rotations);
     return out;
@@ -310,17 +307,10 @@ Alignment align(const Problem& given) {
     const Problem here{model, problem.samples, problem.measured, problem.threads, nullptr, &memory};
     Eigen::VectorXd theta = Eigen::VectorXd::Zero(here.parameter_count());
     theta.head(model.parameter_count()) = model.start();
-    Eigen::Matrix3Xd anchors;
-    if (here.measured.anchor_count > 0) {
-      std::vector<Pose> poses;
-      RowEvaluator evaluator(model, model.start());
-      for (Eigen::Index i = 0; i < here.row_count(); ++i) poses.push_back(evaluator.pose(here.samples.row(i)));
-      if (!fit_anchors(here, poses, anchors)) {
-        out.message = "each anchor needs at least four lengths";
-        return out;
-      }
-      theta.tail(anchors.size()) = Eigen::Map<const Eigen::VectorXd>(anchors.data(), anchors.size());
-    }
+    Eigen::VectorXd unknowns;
+    out.message = start_unknowns(here, unknowns);
+    if (!out.message.empty()) return out;
+    theta.tail(unknowns.size()) = unknowns;
     std::vector<int> free;
     const int tool_first = static_cast<int>(model.robot().nominal().size()) - 6;
     if (points + rotations > 0) {
@@ -330,7 +320,7 @@ Alignment align(const Problem& given) {
     for (int k = model.parameter_count(); k < here.parameter_count(); ++k) free.push_back(k);
     Eigen::VectorXd scale = Eigen::VectorXd::Constant(static_cast<Eigen::Index>(free.size()), 1e-3);
     Weighting weighting;
-    weighting.tau = {level, level, level};
+    weighting.tau.assign(here.measured.observations().size(), level);
     weighting.loss = LossKind::kHuber;
     Limits limits;
     limits.prior_mean = theta;
@@ -340,12 +330,12 @@ Alignment align(const Problem& given) {
     Solution solution = solve(here, theta, free, scale, weighting, limits, {Method::kLeastSquares, 30});
     for (int round = 0; round < kCalmingRounds; ++round) {
       // A start that gross points have led astray comes back as their pull falls with the level.
-      const double now = std::max(median_length(residuals(here, solution.theta)), 1e-6);
+      const double now = std::max(median_length(here.measured, residuals(here, solution.theta)), 1e-6);
       if (!(now < kCalmer * weighting.tau[0])) break;
-      weighting.tau = {now, now, now};
+      weighting.tau.assign(weighting.tau.size(), now);
       solution = solve(here, solution.theta, free, scale, weighting, limits, {Method::kLeastSquares, 30});
     }
-    weighting.tau = {level, level, level};
+    weighting.tau.assign(weighting.tau.size(), level);
     solution.cost = normal_equations(here, solution.theta, free, scale, weighting, false).cost;
     if (!(solution.cost < best)) continue;
     best = solution.cost;
@@ -353,18 +343,8 @@ Alignment align(const Problem& given) {
     const Chain chain = model.robot().chain(solution.theta.head(model.robot().nominal().size()));
     out.T_world_base = chain.constants[kBaseFrame];
     out.T_flange_tool = chain.constants.back();
-    out.anchors = Eigen::Map<const Eigen::Matrix3Xd>(solution.theta.data() + model.parameter_count(), 3,
-                                                     here.measured.anchor_count);
-    const RowMatrixXd r = residuals(here, solution.theta);
-    double sum = 0;
-    double count = 0;
-    for (Eigen::Index i = 0; i < r.rows(); ++i) {
-      const bool has_point = !r.row(i).head<3>().hasNaN();
-      if (has_point) sum += r.row(i).head<3>().squaredNorm();
-      if (!has_point && !std::isnan(r(i, 6))) sum += r(i, 6) * r(i, 6);
-      if (has_point || !std::isnan(r(i, 6))) ++count;
-    }
-    out.rms = count > 0 ? std::sqrt(sum / count) : 0;
+    out.unknowns = solution.theta.tail(here.measured.unknown_count());
+    out.rms = rms_of_rows(here.measured, residuals(here, solution.theta));
   }
   return out;
 }

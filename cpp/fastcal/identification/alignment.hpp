@@ -14,8 +14,9 @@ namespace fastcal {
 struct Alignment {
   Pose T_world_base;
   Pose T_flange_tool;
-  Eigen::Matrix3Xd anchors;  ///< 3 x anchor_count, where lengths were measured
-  double rms = 0;  ///< [m] what the rigid fit leaves: distances of points, or of lengths where there are no points
+  Eigen::VectorXd unknowns;  ///< of the observations
+  double rms =
+      0;  ///< [m] what the rigid fit leaves: distances of points, or of lengths and planes where there are no points
   bool found = false;
   std::string message;
 };
@@ -25,9 +26,9 @@ struct Alignment {
 /// Positions: p_i = R_b (f_i + R_i t) + p_b with the arm's flange poses (R_i, f_i). In [R_b, R_b (x) t, p_b] this is
 /// linear; the solution is projected on rotations and refined. Rows that cannot carry it (few, or turning about one
 /// axis) start from the nominal tool instead. Orientations: R_i^w = R_b R_i R_t by the first singular pair of sum R_i^w
-/// (x) R_i (M. Shah, "Solving the robot-world/hand-eye calibration problem using the Kronecker product", 2013). Lengths
-/// only: the base stays; anchors by |p|^2 - 2 p.a + |a|^2 = L^2, linear in [a, |a|^2]. What the data do not show of
-/// base or tool stays nominal.
+/// (x) R_i (M. Shah, "Solving the robot-world/hand-eye calibration problem using the Kronecker product", 2013). Where
+/// no row has either the base stays. Unknowns of observations start by their own closed forms. What the data do not
+/// show of base or tool stays nominal.
 Alignment align(const Problem& problem);
 
 }  // namespace fastcal

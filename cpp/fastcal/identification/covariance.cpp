@@ -17,7 +17,10 @@ Eigen::MatrixXd covariance_root(FitState& fit, const std::vector<RowWeight>& wei
   // Rows that measure nothing carry no information and are not in R; rows with weight 0 are in it, and the inflation
   // counts them out.
   const bool mean_distance = fit.options.solver.method == Method::kBfgsMeanDistance;
-  const double inflation = variance_inflation(weights, mean_distance ? LossKind::kDistance : fit.loss, fit.freedom);
+  const double inflation =
+      fit.options.noise.empty()
+          ? variance_inflation(weights, mean_distance ? LossKind::kDistance : fit.loss, fit.freedom)
+          : 1;
   R /= std::sqrt(std::max(inflation, std::numeric_limits<double>::min()));
   R = with_priors(R, fit.free, fit.free_scale, fit.options.limits);
   const Eigen::MatrixXd inverse = R.triangularView<Eigen::Upper>().solve(Eigen::MatrixXd::Identity(p, p));

@@ -3,12 +3,17 @@
 #include "fastcal/identification/fit_state.hpp"
 
 #include <cmath>
-#include <string>
 
 #include "fastcal/math/decompositions.hpp"
 #include "fastcal/model/settle.hpp"
 
 namespace fastcal {
+namespace {
+
+constexpr double kHoldUnknown =
+    1e-5;  // what an instrument brings along is never nominal: everything else is held first
+
+}  // namespace
 
 Eigen::VectorXd at(const Eigen::VectorXd& values, const std::vector<int>& indices) { return values(indices); }
 
@@ -29,7 +34,7 @@ Eigen::MatrixXd with_priors(const Eigen::MatrixXd& R, const std::vector<int>& in
   return triangle(stacked);
 }
 
-FitState::FitState(const Problem& given, const std::vector<int>& asked_of_model, const Eigen::Matrix3Xd& anchors,
+FitState::FitState(const Problem& given, const std::vector<int>& asked_of_model, const Eigen::VectorXd& unknowns,
                    const IdentifyOptions& options_given)
     : settled_(given.model.needs() == kNothing ? Samples() : given.samples),
       problem{given.model,    given.model.needs() == kNothing ? given.samples : settled_,
@@ -39,24 +44,23 @@ FitState::FitState(const Problem& given, const std::vector<int>& asked_of_model,
       limits(options_given.limits),
       parameters(given.model.parameters()),
       asked(asked_of_model),
-      claims(given.measured.sigma_position.size() + given.measured.sigma_rotation.size() > 0) {
-  for (int a = 0; a < given.measured.anchor_count; ++a) {
-    for (const char* axis : {"x", "y", "z"}) {
-      asked.push_back(static_cast<int>(parameters.size()));
-      parameters.push_back(
-          {"anchor" + std::to_string(a), axis, "m", 1e-3, "place of the anchor in the measuring frame"});
-    }
+      tau(given.measured.observations().size(), 0.0),
+      claims(given.measured.claims_sigma()) {
+  for (const Parameter& unknown : given.measured.parameters()) {
+    asked.push_back(static_cast<int>(parameters.size()));
+    parameters.push_back(unknown);
   }
   start.resize(given.parameter_count());
-  start << given.model.start(), Eigen::Map<const Eigen::VectorXd>(anchors.data(), anchors.size());
+  start << given.model.start(), unknowns;
   theta = start;
   scale.resize(static_cast<Eigen::Index>(asked.size()));
   hold.resize(scale.size());
   for (Eigen::Index k = 0; k < scale.size(); ++k) {
-    const Parameter& parameter = parameters[static_cast<std::size_t>(asked[static_cast<std::size_t>(k)])];
+    const Parameter& parameter = parameters[asked[k]];
     scale[k] = parameter.sigma;
+    const double readily = asked[k] < given.model.parameter_count() ? hold_preference(parameter) : kHoldUnknown;
     // Ties (two parallel axes) fall to the first in the chain, the same on every machine.
-    hold[k] = hold_preference(parameter) * (1 - 1e-3 * static_cast<double>(k) / static_cast<double>(scale.size()));
+    hold[k] = readily * (1 - 1e-3 * static_cast<double>(k) / static_cast<double>(scale.size()));
   }
 }
 

@@ -15,15 +15,15 @@ namespace fastcal {
 
 class FitState {
  public:
-  /// `anchors`: starting places. `options` and what `problem` refers to must outlive it.
-  FitState(const Problem& given, const std::vector<int>& asked_of_model, const Eigen::Matrix3Xd& anchors,
+  /// `unknowns`: where those of the observations start. `options` and what `problem` refers to must outlive it.
+  FitState(const Problem& given, const std::vector<int>& asked_of_model, const Eigen::VectorXd& unknowns,
            const IdentifyOptions& options);
   FitState(const FitState&) = delete;
   FitState& operator=(const FitState&) = delete;
 
   bool has_priors() const { return limits.prior_sigma.size() > 0; }
 
-  /// Residuals (N, 7) at theta.
+  /// Residuals (N, numbers) at theta.
   const RowMatrixXd& residuals_here();
 
   /// Triangular factor of the whitened Jacobian of all that was asked for, at `there`; no priors.
@@ -48,21 +48,21 @@ class FitState {
   Eigen::VectorXd residuals_at_;
   Eigen::MatrixXd factor_;
   Eigen::VectorXd factor_at_;
-  CommonNoise factor_tau_{};
+  CommonNoise factor_tau_;
 
  public:
   Problem problem;
   std::optional<LoadResponse> response;
   const IdentifyOptions& options;
   Limits limits;
-  std::vector<Parameter> parameters;  ///< of theta, anchors included
-  std::vector<int> asked;             ///< indices into theta, anchors included
+  std::vector<Parameter> parameters;  ///< of theta, unknowns of the observations included
+  std::vector<int> asked;             ///< indices into theta, unknowns included
   Eigen::VectorXd start, theta;
   Eigen::VectorXd scale, hold;  ///< of the asked: plausible size, and how readily the gauge holds it
   Gauge gauge;                  ///< positions in `asked`
   std::vector<int> free;        ///< indices into theta
   Eigen::VectorXd free_scale;
-  CommonNoise tau{};
+  CommonNoise tau;
   LossKind loss = LossKind::kNone;
   std::vector<bool> kept;     ///< rows that are no outliers; empty: all of them
   double measured_count = 0;  ///< measured numbers of the rows that are kept

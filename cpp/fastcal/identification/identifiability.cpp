@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "fastcal/math/check.hpp"
 #include "fastcal/math/decompositions.hpp"
 
 namespace fastcal {
@@ -24,6 +25,10 @@ Gauge choose_gauge(const Eigen::MatrixXd& R, const Eigen::VectorXd& hold, const 
       ++gauge.rank;
       if (s * options.practical_limit >= 1) ++kept;
     }
+  }
+  if (options.off) {
+    FASTCAL_CHECK(gauge.singular_values[p - 1] > 0) << "without a gauge every parameter needs data or a prior";
+    kept = p;
   }
   const Eigen::Index lost = p - kept;
   const Eigen::MatrixXd null = svd.matrixV().rightCols(lost);
@@ -48,7 +53,6 @@ double hold_preference(const Parameter& parameter) {
   const bool turns = parameter.unit == "rad";
   if (parameter.owner == "base") return 1e-4;
   if (parameter.owner == "tool") return turns ? 1e-2 : 1e-3;
-  if (parameter.owner.rfind("anchor", 0) == 0) return 1e-5;
   return parameter.name == "beta" ? 10 : 1;
 }
 

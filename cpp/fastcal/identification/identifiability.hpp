@@ -15,6 +15,7 @@
 namespace fastcal {
 
 struct GaugeOptions {
+  bool off = false;                  ///< everything is free: priors tell what the data do not
   double relative_tolerance = 1e-9;  ///< below this share of the largest singular value a direction does nothing at all
   double practical_limit = 10;       ///< a standard deviation of more plausible sizes than this: the data can't tell
 };

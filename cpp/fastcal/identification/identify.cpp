@@ -29,15 +29,15 @@ constexpr double kNoiseSettled =
 /// The procedure: start, gauge, robust fit in turn with the loads, report.
 class Identifier {
  public:
-  Identifier(const Problem& problem, const std::vector<int>& asked, const Eigen::Matrix3Xd& anchors,
+  Identifier(const Problem& problem, const std::vector<int>& asked, const Eigen::VectorXd& unknowns,
              const IdentifyOptions& options)
-      : fit_(problem, asked, anchors, options) {}
+      : fit_(problem, asked, unknowns, options) {}
 
   Identification run() {
     fit_.bring_to_equilibrium();
-    const auto measured = counts(fit_.residuals_here());
+    const auto measured = counts(fit_.problem.measured, fit_.residuals_here());
     keep_rows(fit_, {});
-    kinds_ = std::count_if(measured.begin(), measured.end(), [](Eigen::Index count) { return count > 0; });
+    observed_ = std::count_if(measured.begin(), measured.end(), [](Eigen::Index count) { return count > 0; });
     if (fit_.measured_count == 0) return too_few("nothing was measured in any row");
     coarse_fit(fit_);
     for (int attempt = 0; attempt < 3; ++attempt) {
@@ -45,7 +45,8 @@ class Identifier {
       const std::size_t free = fit_.free.size();
       const std::string asked = std::to_string(fit_.asked.size());
       if (free == 0) return too_few("the measurements fix none of the " + asked + " parameters asked for");
-      if (!fit_.claims && !fit_.has_priors() && fit_.measured_count <= static_cast<double>(free)) {
+      if (!fit_.claims && !fit_.has_priors() && fit_.options.noise.empty() &&
+          fit_.measured_count <= static_cast<double>(free)) {
         return too_few("what was measured is " + std::to_string(free) + " independent numbers for " + asked +
                        " parameters: any robot fits them exactly, and nothing is left to tell their noise");
       }
@@ -120,9 +121,9 @@ class Identifier {
       fit_.tau = noise(fit_, NoiseRule::kMean, loss);
       if (round > 0 && largest_change(before, fit_.tau) < kNoiseSettled) break;
       refit(loss);
-      // Where all numbers are of one kind, without a loss, claims of the rows' own or priors, the noise scales the cost
-      // and nothing else.
-      if (loss == LossKind::kNone && kinds_ == 1 && !fit_.claims && !fit_.has_priors()) {
+      // Where all numbers are of one observation, without a loss, claims of the rows' own or priors, the noise scales
+      // the cost and nothing else.
+      if (loss == LossKind::kNone && observed_ == 1 && !fit_.claims && !fit_.has_priors()) {
         tuned_ = fit_.tau = noise(fit_, NoiseRule::kMean, loss);
         return;
       }
@@ -182,8 +183,8 @@ class Identifier {
   }
 
   FitState fit_;
-  CommonNoise tuned_{};  // the noise before the last step of fine_fit, which leaves the outliers out
-  std::ptrdiff_t kinds_ = 0;
+  CommonNoise tuned_;  // the noise before the last step of fine_fit, which leaves the outliers out
+  std::ptrdiff_t observed_ = 0;
   bool converged_ = false;
   Identification out_;
 };
@@ -210,7 +211,7 @@ void check_limits(const IdentifyOptions& options, int count) {
 
 }  // namespace
 
-Identification identify(const Problem& problem, const std::vector<int>& asked, const Eigen::Matrix3Xd& anchors,
+Identification identify(const Problem& problem, const std::vector<int>& asked, const Eigen::VectorXd& unknowns,
                         const IdentifyOptions& options) {
   problem.check();
   for (const int index : asked) {
@@ -220,10 +221,14 @@ Identification identify(const Problem& problem, const std::vector<int>& asked, c
   FASTCAL_CHECK(std::set<int>(asked.begin(), asked.end()).size() == asked.size())
       << "asked parameters must differ from each other";
   check_limits(options, problem.parameter_count());
-  FASTCAL_CHECK(anchors.allFinite()) << "starting places of anchors must be finite";
-  FASTCAL_CHECK(anchors.cols() == problem.measured.anchor_count)
-      << "there are " << problem.measured.anchor_count << " anchors, got " << anchors.cols() << " starting places";
-  return Identifier(problem, asked, anchors, options).run();
+  FASTCAL_CHECK(options.noise.empty() || options.noise.size() == problem.measured.observations().size())
+      << "there are " << problem.measured.observations().size() << " observations, got " << options.noise.size()
+      << " standard deviations of their noise";
+  FASTCAL_CHECK(unknowns.allFinite()) << "starting values of the observations' unknowns must be finite";
+  FASTCAL_CHECK(unknowns.size() == problem.measured.unknown_count())
+      << "the observations have " << problem.measured.unknown_count() << " unknowns, got " << unknowns.size()
+      << " starting values";
+  return Identifier(problem, asked, unknowns, options).run();
 }
 
 }  // namespace fastcal

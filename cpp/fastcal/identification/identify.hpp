@@ -26,13 +26,14 @@ struct IdentifyOptions {
   LossKind loss = LossKind::kTukey;
   GaugeOptions gauge;
   Limits limits;
+  CommonNoise noise;  ///< known, by observation: taken as it is, and deviations are those of it; empty: found
 };
 
 struct Identification {
   Status status = Status::kNotConverged;
   std::string message;
-  Eigen::VectorXd theta;              ///< model parameters and anchors
-  std::vector<Parameter> parameters;  ///< of theta, anchors included
+  Eigen::VectorXd theta;              ///< the model's parameters, then the observations' unknowns
+  std::vector<Parameter> parameters;  ///< of theta
   std::vector<int> free;              ///< what was identified, ascending
   std::vector<int> held;              ///< asked, but held at nominal by the gauge
   Eigen::MatrixXd covariance;         ///< of the free ones, SI
@@ -40,23 +41,23 @@ struct Identification {
   int rank = 0;                       ///< directions of the asked parameters that change anything that was measured
   std::vector<std::string> unidentifiable;             ///< one sentence a held parameter
   std::vector<std::vector<int>> unidentifiable_parts;  ///< the parameters in it, the held one first
-  std::vector<int> asked;  ///< model parameters and anchors, as in the rows of held_directions
+  std::vector<int> asked;  ///< model parameters and unknowns, as in the rows of held_directions
   Eigen::MatrixXd
       held_directions;         ///< (asked, held), SI: how all move with a held one that is off by its plausible size
-  CommonNoise tau{};           ///< noise common to all rows that was found (standard deviation by kind)
-  CommonNoise sigma{};         ///< RMS standard deviation by kind of what is used: own and common together
+  CommonNoise tau;             ///< noise common to all rows that was found (standard deviation by observation)
+  CommonNoise sigma;           ///< RMS standard deviation by observation of what is used: own and common together
   double variance_factor = 1;  ///< where rows claim more noise than there is: what their variance was multiplied by
   int degrees_of_freedom = 0;  ///< numbers of the rows that are no outliers less what the parameters use up
   LossKind loss = LossKind::kNone;  ///< the one that was used: none where too few numbers show any outlier
   std::vector<int> outliers;        ///< rows that the noise does not explain
   int iterations = 0;
-  RowMatrixXd residuals;           ///< (N, 7), NaN where not measured
+  RowMatrixXd residuals;           ///< (N, numbers), NaN where not measured
   std::vector<RowWeight> weights;  ///< robust weight of each row at the solution
 };
 
-/// Identifies the parameters `asked` (indices into the model's parameters) and all anchors, starting from the model's
-/// own values, whose base and tool should come from align(). `anchors` are their starting places.
-Identification identify(const Problem& problem, const std::vector<int>& asked, const Eigen::Matrix3Xd& anchors,
+/// Identifies the parameters `asked` (indices into the model's parameters) and all unknowns of the observations,
+/// starting from the model's own values, whose base and tool should come from align(), as should `unknowns`.
+Identification identify(const Problem& problem, const std::vector<int>& asked, const Eigen::VectorXd& unknowns,
                         const IdentifyOptions& options);
 
 }  // namespace fastcal

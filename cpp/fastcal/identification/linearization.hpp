@@ -11,9 +11,10 @@ namespace fastcal {
 
 /// One row a measured number, divided by its standard deviation; SI parameters.
 struct Linearization {
-  RowMatrixXd J;        ///< (n, parameters and anchors) d r / d theta
-  Eigen::VectorXd r;    ///< (n) predicted less measured
-  Eigen::VectorXi row;  ///< (n) the row of the data that the number stands in
+  RowMatrixXd J;           ///< (n, parameters and unknowns of observations) d r / d theta
+  Eigen::VectorXd r;       ///< (n) predicted less measured
+  Eigen::VectorXi row;     ///< (n) the row of the data that the number stands in
+  Eigen::VectorXi number;  ///< (n) which number of its row
 };
 
 /// Loads are brought to equilibrium at theta first. Standard deviation of a number: its own claim and `tau`, root of

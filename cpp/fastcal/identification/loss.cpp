@@ -132,13 +132,13 @@ double Loss::weight_slope(double s) const {
 }
 
 const Loss& tuned_loss(LossKind kind, int components) {
-  FASTCAL_CHECK(components >= 1 && components <= kComponents)
-      << "a row has 1 to " << kComponents << " components, got " << components;
+  FASTCAL_CHECK(components >= 1 && components <= kMostNumbers)
+      << "a row has 1 to " << kMostNumbers << " components, got " << components;
   struct Slot {
     std::once_flag once;
     Loss loss;
   };
-  static std::array<std::array<Slot, kComponents + 1>, kLossKinds> slots;
+  static std::array<std::array<Slot, kMostNumbers + 1>, kLossKinds> slots;
   Slot& slot = slots.at(static_cast<std::size_t>(kind)).at(static_cast<std::size_t>(components));
   std::call_once(slot.once, [&] { slot.loss = tune(kind, components); });
   return slot.loss;

@@ -38,7 +38,7 @@ struct Loss {
   double weight_slope(double s) const;  ///< u dw/du, at u^2 = s
 };
 
-/// The tuned loss for rows of `components` (1 to 7) numbers.
+/// The tuned loss for rows of `components` numbers, 1 to kMostNumbers.
 const Loss& tuned_loss(LossKind kind, int components);
 
 }  // namespace fastcal

@@ -52,28 +52,26 @@ double chi_squared_tail(int d, double x) {
   return tail;
 }
 
-bool nothing_claimed(const std::vector<KindRow>& rows) {
+bool nothing_claimed(const std::vector<ObservedRow>& rows) {
   return std::all_of(rows.begin(), rows.end(),
-                     [](const KindRow& row) { return row.claimed[0] + row.claimed[1] + row.claimed[2] == 0; });
+                     [](const ObservedRow& row) { return row.claimed[0] + row.claimed[1] + row.claimed[2] == 0; });
 }
 
 }  // namespace
 
-std::vector<KindRow> rows_of_kind(const Problem& problem, const RowMatrixXd& r, int kind,
-                                  const std::vector<bool>& kept) {
-  const Measurements& measured = problem.measured;
-  const std::array<Eigen::Index, kKinds> numbers{measured.position.size(), measured.rotation.size(),
-                                                 measured.distance.size()};
-  std::vector<KindRow> out;
-  if (numbers[static_cast<std::size_t>(kind)] == 0) return out;
-  out.reserve(static_cast<std::size_t>(r.rows()));
+std::vector<ObservedRow> rows_of(const Problem& problem, const RowMatrixXd& r, int observation,
+                                 const std::vector<bool>& kept) {
+  const PlacedObservation& of = problem.measured.observations()[observation];
+  std::vector<ObservedRow> out;
+  out.reserve(r.rows());
   for (Eigen::Index i = 0; i < r.rows(); ++i) {
-    if (!kept.empty() && !kept[static_cast<std::size_t>(i)]) continue;
-    KindRow row;
-    for (int c = 0; c < kComponents; ++c) {
-      if (static_cast<int>(kind_of(c)) != kind || std::isnan(r(i, c))) continue;
-      row.squares[row.components] = r(i, c) * r(i, c);
-      const double own = measured.sigma(i, c);
+    if (!kept.empty() && !kept[i]) continue;
+    ObservedRow row;
+    for (int c = 0; c < of.component_count; ++c) {
+      const double residual = r(i, of.first_number + c);
+      if (std::isnan(residual)) continue;
+      row.squares[row.components] = residual * residual;
+      const double own = of->sigma(i, c);
       row.claimed[row.components++] = own * own;
     }
     if (row.components > 0) out.push_back(row);
@@ -81,7 +79,7 @@ std::vector<KindRow> rows_of_kind(const Problem& problem, const RowMatrixXd& r, 
   return out;
 }
 
-double median_noise(const std::vector<KindRow>& rows, double floor, double guess) {
+double median_noise(const std::vector<ObservedRow>& rows, double floor, double guess) {
   std::vector<double> u(rows.size());
   const auto ratio = [&](double tau) {
     for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -97,14 +95,14 @@ double median_noise(const std::vector<KindRow>& rows, double floor, double guess
   return crossing(ratio, floor, guess);
 }
 
-double mean_noise(const std::vector<KindRow>& rows, LossKind loss, double freedom, double floor, double guess) {
+double mean_noise(const std::vector<ObservedRow>& rows, LossKind loss, double freedom, double floor, double guess) {
   const LossKind kind = loss == LossKind::kNone ? LossKind::kNone : LossKind::kTukey;
   double expected = 0;
-  for (const KindRow& row : rows) expected += tuned_loss(kind, row.components).expectation;
+  for (const ObservedRow& row : rows) expected += tuned_loss(kind, row.components).expectation;
   const Loss* rho[4] = {nullptr, &tuned_loss(kind, 1), &tuned_loss(kind, 2), &tuned_loss(kind, 3)};
   const auto ratio = [&](double tau) {
     double sum = 0;
-    for (const KindRow& row : rows) sum += rho[row.components]->rho(row.whitened(tau) / freedom);
+    for (const ObservedRow& row : rows) sum += rho[row.components]->rho(row.whitened(tau) / freedom);
     return sum / expected;
   };
   return crossing(ratio, floor, guess);

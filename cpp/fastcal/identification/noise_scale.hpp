@@ -12,10 +12,10 @@
 
 namespace fastcal {
 
-/// Squared residuals of one kind in one row, and the variances that their row claims.
-struct KindRow {
-  double squares[3] = {0, 0, 0};
-  double claimed[3] = {0, 0, 0};
+/// Squared residuals of one observation in one row, and the variances that their row claims.
+struct ObservedRow {
+  double squares[kMostComponents] = {};
+  double claimed[kMostComponents] = {};
   int components = 0;
 
   double whitened(double tau) const {
@@ -25,19 +25,19 @@ struct KindRow {
   }
 };
 
-/// Rows that hold a number of one kind (position, rotation, distance); r (N, 7) residuals, NaN where not measured; of
-/// the rows `kept` alone (empty: of all).
-std::vector<KindRow> rows_of_kind(const Problem& problem, const RowMatrixXd& r, int kind,
-                                  const std::vector<bool>& kept = {});
+/// Rows that hold a number of an observation; r (N, numbers) residuals, NaN where not measured; of the rows `kept`
+/// alone (empty: of all).
+std::vector<ObservedRow> rows_of(const Problem& problem, const RowMatrixXd& r, int observation,
+                                 const std::vector<bool>& kept = {});
 
 /// Robust first guess: the noise at which half of the rows lie inside the median of the normal law (Wilson and
 /// Hilferty's form of it).
-double median_noise(const std::vector<KindRow>& rows, double floor, double guess);
+double median_noise(const std::vector<ObservedRow>& rows, double floor, double guess);
 
 /// M-scale: the noise at which the mean of rho is what the normal law makes it; fitting shrinks squared residuals by
 /// `freedom`. rho is Tukey's, bounded: outliers cannot blow it up, and where a tenth of the rows and more disagree it
 /// grows and takes them in instead of dropping them. Loss none: the plain variance.
-double mean_noise(const std::vector<KindRow>& rows, LossKind loss, double freedom, double floor, double guess);
+double mean_noise(const std::vector<ObservedRow>& rows, LossKind loss, double freedom, double floor, double guess);
 
 /// The whitened square u^2 beyond which a row of `components` numbers is an outlier: chi-squared so large in one of a
 /// hundred sets of `rows` such rows.

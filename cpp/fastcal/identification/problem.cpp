@@ -15,9 +15,10 @@
 namespace fastcal {
 namespace {
 
-std::array<const Loss*, kComponents + 1> losses(LossKind kind) {
-  std::array<const Loss*, kComponents + 1> out{};
-  for (int d = 1; d <= kComponents; ++d) out[static_cast<std::size_t>(d)] = &tuned_loss(kind, d);
+/// By the count of numbers in a row.
+std::vector<const Loss*> losses(LossKind kind, int most) {
+  std::vector<const Loss*> out{nullptr};
+  for (int d = 1; d <= most; ++d) out.push_back(&tuned_loss(kind, d));
   return out;
 }
 
@@ -25,14 +26,16 @@ std::array<const Loss*, kComponents + 1> losses(LossKind kind) {
 
 void Problem::check() const {
   samples.check(model.robot().joint_count());
-  measured.check(samples.count());
+  FASTCAL_CHECK(measured.rows() == samples.count())
+      << "there are " << samples.count() << " rows of conditions and " << measured.rows() << " of measurements";
+  FASTCAL_CHECK(measured.number_count() > 0) << "nothing was measured";
   FASTCAL_CHECK(samples.count() > 0) << "there are no rows";
 }
 
 NormalEquations normal_equations(const Problem& problem, const Eigen::VectorXd& theta, const std::vector<int>& free,
                                  const Eigen::VectorXd& scale, const Weighting& weighting, bool with_jacobian) {
   const auto p = static_cast<Eigen::Index>(free.size());
-  const auto loss = losses(weighting.loss);
+  const auto loss = losses(weighting.loss, problem.measured.number_count());
   NormalEquations sum;
   Eigen::MatrixXd total = Eigen::MatrixXd::Zero(p + 1, p + 1);
   // Groups of chunks bound the memory; within a group the chunks are summed in their order, whoever worked on them.
@@ -49,7 +52,7 @@ NormalEquations normal_equations(const Problem& problem, const Eigen::VectorXd& 
                       for (int i = 0; i < end - begin; ++i) {
                         const RowWeight& row = whitened.weight(i);
                         if (row.components == 0) continue;
-                        const Loss& rho = *loss[static_cast<std::size_t>(row.components)];
+                        const Loss& rho = *loss[row.components];
                         costs[c] += 0.5 * rho.rho(row.squared);
                         const double weight = rho.weight(row.squared);
                         if (with_jacobian && weight != 1) whitened.weigh(i, std::sqrt(weight));
@@ -72,10 +75,12 @@ NormalEquations normal_equations(const Problem& problem, const Eigen::VectorXd& 
 }
 
 RowMatrixXd residuals(const Problem& problem, const Eigen::VectorXd& theta) {
-  RowMatrixXd out = RowMatrixXd::Constant(problem.row_count(), kComponents, std::numeric_limits<double>::quiet_NaN());
+  RowMatrixXd out = RowMatrixXd::Constant(problem.row_count(), problem.measured.number_count(),
+                                          std::numeric_limits<double>::quiet_NaN());
   const std::vector<int> none;
   const Eigen::VectorXd scale;
-  const auto worker = [&] { return WhitenedRows(problem, theta, none, scale, {1, 1, 1}); };
+  const CommonNoise one(problem.measured.observations().size(), 1.0);
+  const auto worker = [&] { return WhitenedRows(problem, theta, none, scale, one); };
   parallel_chunks(problem.row_count(), problem.threads, worker,
                   [&](WhitenedRows& rows, Eigen::Index, Eigen::Index begin, Eigen::Index end) {
                     rows.evaluate(begin, end);
@@ -85,17 +90,17 @@ RowMatrixXd residuals(const Problem& problem, const Eigen::VectorXd& theta) {
 }
 
 std::vector<RowWeight> row_weights(const Problem& problem, const RowMatrixXd& residuals, const Weighting& weighting) {
-  const auto loss = losses(weighting.loss);
+  const auto loss = losses(weighting.loss, problem.measured.number_count());
   std::vector<RowWeight> out(static_cast<std::size_t>(residuals.rows()));
   for (Eigen::Index i = 0; i < residuals.rows(); ++i) {
     RowWeight& row = out[static_cast<std::size_t>(i)];
-    for (int c = 0; c < kComponents; ++c) {
+    for (int c = 0; c < problem.measured.number_count(); ++c) {
       if (std::isnan(residuals(i, c))) continue;
       const double u = residuals(i, c) / whitening_deviation(problem, weighting.tau, i, c);
       row.squared += u * u;
       ++row.components;
     }
-    row.weight = row.components == 0 ? 0 : loss[static_cast<std::size_t>(row.components)]->weight(row.squared);
+    row.weight = row.components == 0 ? 0 : loss[row.components]->weight(row.squared);
   }
   return out;
 }

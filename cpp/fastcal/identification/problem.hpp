@@ -2,11 +2,10 @@
 // SPDX-License-Identifier: MIT
 //
 // The least-squares problem of a model and its measurements: whitened, weighted, reduced to normal equations in one
-// pass over the rows. theta = [model parameters; anchors, three numbers each].  Residual of row i, component c: r_ic /
-// s_ic, s_ic^2 = sigma_ic^2 + tau_kind^2.
+// pass over the rows. theta = [model parameters; unknowns of the observations]. Residual of row i, number c: r_ic /
+// s_ic, s_ic^2 = sigma_ic^2 + tau_o^2, o the observation that c is of.
 #pragma once
 
-#include <array>
 #include <vector>
 
 #include "fastcal/identification/loss.hpp"
@@ -21,7 +20,7 @@ namespace fastcal {
 struct LoadResponse {
   Eigen::VectorXd origin;           ///< theta at which the loads stand
   Eigen::MatrixXd directions;       ///< (theta's size, k)
-  std::vector<RowMatrixXd> change;  ///< k of (N, 7)
+  std::vector<RowMatrixXd> change;  ///< k of (N, numbers)
 };
 
 /// Model, conditions and measurements, which must outlive it.
@@ -33,19 +32,18 @@ struct Problem {
   const LoadResponse* response = nullptr;  ///< none: loads do not move
   TwistMemory* memory = nullptr;           ///< of these samples, as they are
 
-  int parameter_count() const { return model.parameter_count() + 3 * measured.anchor_count; }
+  int parameter_count() const { return model.parameter_count() + measured.unknown_count(); }
   Eigen::Index row_count() const { return samples.count(); }
   /// Throws InvalidInput where the tables do not fit.
   void check() const;
 };
 
-/// Noise that all rows share, beside what each row claims: standard deviation by kind (position [m], rotation [rad],
-/// distance [m]).
-using CommonNoise = std::array<double, kKinds>;
+/// Noise that all rows share, beside what each row claims: a standard deviation for each observation, in its unit.
+using CommonNoise = std::vector<double>;
 
 /// How residuals are weighted.
 struct Weighting {
-  CommonNoise tau{};
+  CommonNoise tau;
   LossKind loss = LossKind::kNone;
 };
 
@@ -68,7 +66,7 @@ struct NormalEquations {
 NormalEquations normal_equations(const Problem& problem, const Eigen::VectorXd& theta, const std::vector<int>& free,
                                  const Eigen::VectorXd& scale, const Weighting& weighting, bool with_jacobian);
 
-/// Residuals (N, 7) as they are, NaN where not measured.
+/// Residuals (N, numbers) as they are, NaN where not measured.
 RowMatrixXd residuals(const Problem& problem, const Eigen::VectorXd& theta);
 
 /// Weights of all rows for given residuals.

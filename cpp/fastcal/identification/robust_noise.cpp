@@ -12,12 +12,12 @@ namespace fastcal {
 namespace {
 
 // Below this a residual is rounding, not noise: exact, simulated data must not divide by zero.
-constexpr CommonNoise kNoiseFloor{1e-10, 1e-10, 1e-10};
+constexpr double kNoiseFloor = 1e-10;  // [m or rad]
 
 // Degrees of freedom below which the noise that is found is drawn to a plausible one, with the weight of one number
 // where none is left.
 constexpr double kFewFreedoms = 5;
-constexpr CommonNoise kPlausibleNoise{1e-4, 1e-4, 1e-4};  // [m], [rad], [m]: a tracker's or a good camera's
+constexpr double kPlausibleNoise = 1e-4;  // [m or rad]: a tracker's or a good camera's
 
 constexpr double kFreedomForOutliers = 1.0 / 3;  // of the measured numbers
 
@@ -28,12 +28,13 @@ double degrees(const FitState& fit) { return fit.freedom * fit.measured_count; }
 std::vector<bool> explained(const std::vector<RowWeight>& rows, double factor) {
   const auto used = static_cast<double>(
       std::count_if(rows.begin(), rows.end(), [](const RowWeight& row) { return row.components > 0; }));
-  std::array<double, kComponents + 1> limit{};
-  for (int d = 1; d <= kComponents; ++d) limit[static_cast<std::size_t>(d)] = outlier_limit(d, used);
+  std::array<double, kMostNumbers + 1> limit{};  // found where it is needed
   std::vector<bool> out(rows.size(), true);
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    if (rows[i].components > 0)
-      out[i] = rows[i].squared <= factor * limit[static_cast<std::size_t>(rows[i].components)];
+    if (rows[i].components == 0) continue;
+    double& here = limit[rows[i].components];
+    if (here == 0) here = outlier_limit(rows[i].components, used);
+    out[i] = rows[i].squared <= factor * here;
   }
   return out;
 }
@@ -62,19 +63,20 @@ double variance_factor(const FitState& fit, const std::vector<RowWeight>& rows) 
 }  // namespace
 
 CommonNoise noise(FitState& fit, NoiseRule rule, LossKind loss) {
+  if (!fit.options.noise.empty()) return fit.options.noise;
   const RowMatrixXd& r = fit.residuals_here();
-  CommonNoise out = kNoiseFloor;
+  CommonNoise out(fit.tau.size(), kNoiseFloor);
   for (std::size_t k = 0; k < out.size(); ++k) {
-    const std::vector<KindRow> rows =
-        rows_of_kind(fit.problem, r, static_cast<int>(k), rule == NoiseRule::kKept ? fit.kept : std::vector<bool>());
+    const std::vector<ObservedRow> rows =
+        rows_of(fit.problem, r, static_cast<int>(k), rule == NoiseRule::kKept ? fit.kept : std::vector<bool>());
     if (rows.empty()) continue;
-    if (rule == NoiseRule::kMedian) out[k] = median_noise(rows, kNoiseFloor[k], fit.tau[k]);
-    if (rule == NoiseRule::kMean) out[k] = mean_noise(rows, loss, fit.freedom, kNoiseFloor[k], fit.tau[k]);
-    if (rule == NoiseRule::kKept) out[k] = mean_noise(rows, LossKind::kNone, fit.freedom, kNoiseFloor[k], fit.tau[k]);
+    if (rule == NoiseRule::kMedian) out[k] = median_noise(rows, kNoiseFloor, fit.tau[k]);
+    if (rule == NoiseRule::kMean) out[k] = mean_noise(rows, loss, fit.freedom, kNoiseFloor, fit.tau[k]);
+    if (rule == NoiseRule::kKept) out[k] = mean_noise(rows, LossKind::kNone, fit.freedom, kNoiseFloor, fit.tau[k]);
     const double own = degrees(fit);
     if (rule != NoiseRule::kMedian && !fit.claims && own < kFewFreedoms) {
       const double prior = 1 - own / kFewFreedoms;
-      const double squares = prior * kPlausibleNoise[k] * kPlausibleNoise[k] + own * out[k] * out[k];
+      const double squares = prior * kPlausibleNoise * kPlausibleNoise + own * out[k] * out[k];
       out[k] = std::sqrt(squares / (prior + own));
     }
   }
@@ -87,10 +89,10 @@ double largest_change(const CommonNoise& a, const CommonNoise& b) {
   return change;
 }
 
-std::array<Eigen::Index, kKinds> counts(const RowMatrixXd& residuals) {
-  std::array<Eigen::Index, kKinds> out{};
-  for (int c = 0; c < kComponents; ++c)
-    out[static_cast<std::size_t>(kind_of(c))] += (residuals.col(c).array() == residuals.col(c).array()).count();
+std::vector<Eigen::Index> counts(const Measurements& measured, const RowMatrixXd& residuals) {
+  std::vector<Eigen::Index> out(measured.observations().size(), 0);
+  for (int c = 0; c < measured.number_count(); ++c)
+    out[measured.observation_of(c)] += (residuals.col(c).array() == residuals.col(c).array()).count();
   return out;
 }
 
@@ -125,23 +127,25 @@ bool shows_outliers(FitState& fit) {
 }
 
 void report_noise(const FitState& fit, Identification& out) {
-  CommonNoise squares{};
-  const auto measured = counts(out.residuals);
-  for (int c = 0; c < kComponents; ++c) {
-    const auto k = static_cast<std::size_t>(kind_of(c));
+  const Measurements& from = fit.problem.measured;
+  CommonNoise squares(fit.tau.size(), 0.0);
+  const auto measured = counts(from, out.residuals);
+  for (int c = 0; c < from.number_count(); ++c) {
+    const int k = from.observation_of(c);
     for (Eigen::Index i = 0; i < out.residuals.rows(); ++i) {
       if (std::isnan(out.residuals(i, c))) continue;
-      const double own = fit.problem.measured.sigma(i, c);
+      const double own = from.sigma(i, c);
       squares[k] += own * own + fit.tau[k] * fit.tau[k];
     }
   }
   out.tau = fit.tau;
+  out.sigma.assign(fit.tau.size(), 0.0);
   for (std::size_t k = 0; k < squares.size(); ++k) {
     if (measured[k] == 0) {
       out.tau[k] = 0;
       continue;
     }
-    if (fit.tau[k] <= kNoiseFloor[k] && fit.claims) out.tau[k] = 0;
+    if (fit.tau[k] <= kNoiseFloor && fit.claims) out.tau[k] = 0;
     out.sigma[k] = std::sqrt(squares[k] / static_cast<double>(measured[k]));
   }
   out.variance_factor = variance_factor(fit, out.weights);

@@ -5,8 +5,6 @@
 // noise_scale.hpp.
 #pragma once
 
-#include <array>
-
 #include "fastcal/identification/fit_state.hpp"
 
 namespace fastcal {
@@ -17,14 +15,14 @@ enum class NoiseRule {
   kKept     ///< root mean square of the rows that are kept
 };
 
-/// Noise common to all rows, by kind, for the residuals at theta.
+/// Noise common to all rows, by observation, for the residuals at theta.
 CommonNoise noise(FitState& fit, NoiseRule rule, LossKind loss);
 
-/// Largest relative change of a kind's noise.
+/// Largest relative change of an observation's noise.
 double largest_change(const CommonNoise& a, const CommonNoise& b);
 
-/// How many numbers of each kind were measured; residuals (N, 7), NaN where not measured.
-std::array<Eigen::Index, kKinds> counts(const RowMatrixXd& residuals);
+/// How many numbers of each observation were measured; residuals (N, numbers), NaN where not measured.
+std::vector<Eigen::Index> counts(const Measurements& measured, const RowMatrixXd& residuals);
 
 /// Numbers that the fit uses up: the free parameters, less what their priors give, |J R^-1|^2 with R^T R = J^T J +
 /// priors.

@@ -71,15 +71,25 @@ struct Units {
   using Lane = typename Vectors<W>::Lane;
   Lane by[6][kNumbers];
 
-  FASTCAL_INLINE void of(const Lane* T, const Lane* tool, const NumberRows& numbers, int stride, int row) {
-    Lane lever[3], across[9], factor, slope[6];
-    for (int r = 0; r < 3; ++r) lever[r] = tool[r] - T[9 + r];
+  /// What the three turns of a frame do to a point: its axes crossed with the way to the point.
+  static FASTCAL_INLINE void turns(const Lane* T, const Lane* point, Lane (&across)[9]) {
+    Lane lever[3];
+    for (int r = 0; r < 3; ++r) lever[r] = point[r] - T[9 + r];
     for (int k = 0; k < 3; ++k) {
       const Lane* z = T + 3 * k;
       across[3 * k] = z[1] * lever[2] - z[2] * lever[1];
       across[3 * k + 1] = z[2] * lever[0] - z[0] * lever[2];
       across[3 * k + 2] = z[0] * lever[1] - z[1] * lever[0];
     }
+  }
+
+  /// T: the pose of the twist's frame; poses of all frames of these rows from `from` on.
+  FASTCAL_INLINE void of(const Lane* T, int first_moved, const double* from, int tool_frame, const NumberRows& numbers,
+                         int stride, int row) {
+    Lane point[3], across[9], factor, slope[6];
+    int seen = tool_frame;  // the frame that `across` is of
+    for (int r = 0; r < 3; ++r) load(point[r], from + (tool_frame * kPoseNumbers + 9 + r) * kGroup);
+    turns(T, point, across);
     int n = 0;
     for (; n < 3 && (Fixed || numbers.position); ++n) {
       load(factor, numbers.factor + n * stride + row);
@@ -88,16 +98,27 @@ struct Units {
         by[3 + k][n] = factor * across[3 * k + n];
       }
     }
-    for (int o = 0; !Fixed && o < numbers.others; ++o, ++n) {
+    for (int s = 0; !Fixed && s < numbers.sight_count; ++s) {
+      const Sight& sight = numbers.sights[s];
+      n = sight.number;
+      if (s == 0 || numbers.sights[s - 1].number != n) {
+        for (int k = 0; k < 6; ++k) by[k][n] = Lane{};
+      }
+      if (sight.frame < first_moved) continue;
+      if (sight.frame != seen) {
+        seen = sight.frame;
+        for (int r = 0; r < 3; ++r) load(point[r], from + (seen * kPoseNumbers + 9 + r) * kGroup);
+        turns(T, point, across);
+      }
       load(factor, numbers.factor + n * stride + row);
       for (int k = 0; k < 6; ++k) {
-        load(slope[k], numbers.slope + (6 * o + k) * stride + row);
+        load(slope[k], sight.slope + k * stride + row);
         slope[k] *= factor;
       }
       for (int k = 0; k < 3; ++k) {
         const Lane *z = T + 3 * k, *x = across + 3 * k;
-        by[k][n] = slope[0] * z[0] + slope[1] * z[1] + slope[2] * z[2];
-        by[3 + k][n] =
+        by[k][n] += slope[0] * z[0] + slope[1] * z[1] + slope[2] * z[2];
+        by[3 + k][n] +=
             slope[0] * x[0] + slope[1] * x[1] + slope[2] * x[2] + slope[3] * z[0] + slope[4] * z[1] + slope[5] * z[2];
       }
     }
@@ -129,21 +150,22 @@ FASTCAL_INLINE void columns_lanes(const double* poses, int frame_count, int stri
                                   int twist_count, const NumberRows& numbers) {
   using Lane = typename Vectors<W>::Lane;
   const int count = Fixed ? 3 : (numbers.position ? 3 : 0) + numbers.others;
+  bool inside = false;  // does a number look at another frame than the tool?
+  for (int s = 0; !Fixed && s < numbers.sight_count; ++s) inside |= numbers.sights[s].frame != frame_count - 1;
   for (int row = 0; row < stride; row += W) {
     const double* from = poses + row / kGroup * frame_count * kPoseNumbers * kGroup + row % kGroup;
-    Lane tool[3], T[kPoseNumbers];
-    for (int r = 0; r < 3; ++r) load(tool[r], from + ((frame_count - 1) * kPoseNumbers + 9 + r) * kGroup);
+    Lane T[kPoseNumbers];
     Units<W, Fixed> units;
     for (int t = 0; t < twist_count; ++t) {
       const TwistRows& twist = twists[t];
-      if (t == 0 || twist.frame != twists[t - 1].frame) {
+      if (t == 0 || twist.frame != twists[t - 1].frame || (inside && twist.first_moved != twists[t - 1].first_moved)) {
         for (int k = 0; k < kPoseNumbers; ++k) {
           if (twist.frame < 0)
             T[k] = Lane{} + (k == 0 || k == 4 || k == 8 ? 1.0 : 0.0);
           else
             load(T[k], from + (twist.frame * kPoseNumbers + k) * kGroup);
         }
-        units.of(T, tool, numbers, stride, row);
+        units.of(T, twist.first_moved, from, frame_count - 1, numbers, stride, row);
       }
       units.write(twist, count, stride, row);
     }

@@ -10,7 +10,7 @@ namespace fastcal::kernels {
 
 constexpr int kGroup = 8;
 constexpr int kPoseNumbers = 12;  // a rotation, column by column, and a position
-constexpr int kNumbers = 7;       // that a row may hold at most
+constexpr int kNumbers = 32;      // that a row may hold at most
 
 /// T_f = T_(f-1) C Tz(slide) Rz(turn) M; each of the last three by row, null where there is none.
 struct FrameRows {
@@ -23,9 +23,10 @@ struct FrameRows {
 /// Poses of all frames: (stride / kGroup, frames, kPoseNumbers, kGroup).
 void forward_rows(const FrameRows* frames, int frame_count, int stride, double* poses);
 
-/// One parameter's twist of one frame, in the axes of the frame.
+/// One parameter's twist in the axes of one frame.
 struct TwistRows {
   int frame;              ///< -1: the measuring frame
+  int first_moved;        ///< the frame itself where the twist is its own, the next where it is behind it
   double scale;           ///< the column is scale times the derivative
   double xi[6];           ///< [v; w], the same in all rows
   const double* part[6];  ///< by row, instead of xi; null: as xi says
@@ -33,12 +34,20 @@ struct TwistRows {
   bool adds;              ///< to what is there
 };
 
-/// What was measured: three coordinates of the tool or none, then `others`.
+/// How a number depends on a frame that it looks at.
+struct Sight {
+  int number;
+  int frame;
+  const double* slope;  ///< (6, stride) d number / d [v; w] of the frame's origin, axes of the measuring frame
+};
+
+/// What was measured: three coordinates of the tool or none, then `others`, each with one sight or more.
 struct NumberRows {
   bool position;
   int others;
   const double* factor;  ///< (numbers, stride) by which each number is multiplied
-  const double* slope;   ///< (others, 6, stride) d number / d [v; w] of the tool, axes of the measuring frame
+  const Sight* sights;   ///< in the order of their numbers
+  int sight_count;
 };
 
 /// Columns of the Jacobian; `twists` in the order of their frames.

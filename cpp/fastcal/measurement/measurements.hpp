@@ -1,60 +1,71 @@
 // SPDX-FileCopyrightText: 2026 The fastcal authors
 // SPDX-License-Identifier: MIT
 //
-// What was measured, row by row, and how it differs from a predicted pose. NaN: not measured. SI.
+// What was measured in N rows: several observations side by side. Their numbers lie one after the other in a row, and
+// so do their unknowns behind the model's parameters.
 #pragma once
 
-#include <array>
+#include <memory>
+#include <vector>
 
-#include "fastcal/math/types.hpp"
+#include "fastcal/measurement/registry.hpp"
 
 namespace fastcal {
 
-/// The kinds of coordinate; each has its own unknown noise.
-enum class Kind { kPosition = 0, kRotation = 1, kDistance = 2 };
-constexpr int kKinds = 3;
+constexpr int kMostNumbers = 32;  ///< that one row may hold
 
-/// Components of a row's residual: position x y z [m], rotation vector x y z [rad], distance [m].
-constexpr int kComponents = 7;
-constexpr Kind kind_of(int component) {
-  return component < 3 ? Kind::kPosition : component < 6 ? Kind::kRotation : Kind::kDistance;
-}
+/// One observation and where its numbers and unknowns are among all.
+struct PlacedObservation {
+  std::shared_ptr<const Observation> observation;
+  int first_number = 0;
+  int component_count = 0;
+  int first_unknown = 0;
+  int unknown_count = 0;
+  std::vector<int> frames;
 
-/// N rows; empty tables were not measured at all.
-struct Measurements {
-  RowMatrixXd position;      ///< (N, 3) [m], measuring frame
-  RowMatrixXd rotation;      ///< (N, 4) unit quaternion w x y z of the tool in the measuring frame
-  Eigen::VectorXd distance;  ///< (N) [m] from the row's anchor to the tool
-  Eigen::VectorXi anchor;    ///< (N) which anchor, 0 ... anchor_count - 1; -1 where there is no distance
-  int anchor_count = 0;
-  RowMatrixXd sigma_position;      ///< (N, 3) standard deviation of each coordinate [m]; of a distance its first column
-  Eigen::VectorXd sigma_rotation;  ///< (N) [rad]
+  const Observation* operator->() const { return observation.get(); }
+};
 
-  /// Throws InvalidInput where a table does not fit `rows` or a standard deviation is not positive.
-  void check(Eigen::Index rows) const;
+class Measurements {
+ public:
+  Measurements() = default;
+  /// What all registered kinds read in the tables; throws InvalidInput where one does not fit or nothing is there.
+  Measurements(const Tables& tables, const RobotModel& robot);
+  Measurements(Eigen::Index rows, const std::vector<std::shared_ptr<const Observation>>& observations);
 
-  /// Most numbers that one row can hold.
-  Eigen::Index components() const {
-    return (position.size() > 0 ? 3 : 0) + (rotation.size() > 0 ? 3 : 0) + (distance.size() > 0 ? 1 : 0);
+  Eigen::Index rows() const { return rows_; }
+  /// The one with coordinates() first, where there is one.
+  const std::vector<PlacedObservation>& observations() const { return observations_; }
+  int observation_count() const { return static_cast<int>(observations_.size()); }
+  int number_count() const { return static_cast<int>(observation_of_.size()); }
+  /// The observation that number c of a row is of.
+  int observation_of(int c) const { return observation_of_[c]; }
+  /// Unknowns of all observations.
+  const std::vector<Parameter>& parameters() const { return parameters_; }
+  int unknown_count() const { return static_cast<int>(parameters_.size()); }
+
+  /// Claimed standard deviation of number c in row i; 0 where none is claimed.
+  double sigma(Eigen::Index i, int c) const {
+    const PlacedObservation& of = observations_[observation_of_[c]];
+    return of->sigma(i, c - of.first_number);
   }
+  bool claims_sigma() const;
+  bool shows_base() const;
+  bool shows_tool_turn() const;
 
-  /// Claimed standard deviation of component c in row i; 0 where none is claimed.
-  double sigma(Eigen::Index i, int component) const;
+ private:
+  Eigen::Index rows_ = 0;
+  std::vector<PlacedObservation> observations_;
+  std::vector<int> observation_of_;
+  std::vector<Parameter> parameters_;
 };
 
-/// A row's residual, predicted minus measured, and its derivative by the tool's motion.
-struct RowResidual {
-  std::array<bool, kComponents> present{};
-  Eigen::Matrix<double, kComponents, 1> r = Eigen::Matrix<double, kComponents, 1>::Zero();
-  Eigen::Matrix<double, kComponents, 6> J_r_tool =
-      Eigen::Matrix<double, kComponents, 6>::Zero();  ///< by [v; w], axes of the measuring frame
-  Eigen::Vector3d J_distance_anchor = Eigen::Vector3d::Zero();
-  int anchor = -1;
-};
-
-/// position: p - p_measured; rotation: log(R_measured^T R), in tool axes; distance: |p - anchor| - length.
-/// `anchors` (3 x anchor_count) may be null where no distance is measured.
-void row_residual(const Measurements& measured, Eigen::Index row, const Pose& T_world_tool,
-                  const Eigen::Matrix3Xd* anchors, RowResidual& out);
+/// Poses that an observation looks at, out of all `frames` of the chain.
+template <typename Frame>
+Sights sights_of(const PlacedObservation& of, const Frame& frame) {
+  Sights out;
+  for (std::size_t k = 0; k < of.frames.size(); ++k) out[k] = frame(of.frames[k]);
+  return out;
+}
 
 }  // namespace fastcal

@@ -75,24 +75,34 @@ const std::vector<Pose>& RowEvaluator::frames(const State& state, bool deflected
   return frames_;
 }
 
-const Pose& RowEvaluator::jacobian(const State& state, Eigen::Ref<Eigen::Matrix<double, 6, Eigen::Dynamic>> J) {
+const std::vector<Pose>& RowEvaluator::columns(const State& state) {
   evaluate(state, true);
-  const Pose& tool = frames_.back();
+  return frames_;
+}
+
+const Pose& RowEvaluator::jacobian(const State& state, Eigen::Ref<Eigen::Matrix<double, 6, Eigen::Dynamic>> J) {
+  columns(state);
+  motion(chain_.frame_count() - 1, J);
+  return frames_.back();
+}
+
+void RowEvaluator::motion(int of, Eigen::Ref<Eigen::Matrix<double, 6, Eigen::Dynamic>> J) const {
+  const Eigen::Vector3d& p = frames_[of].p;
   J.setZero();
   const Pose world;
   for (const Chain::Column& column : chain_.columns) {
-    const Pose& frame = column.frame == kWorldFrame ? world : frames_[static_cast<std::size_t>(column.frame)];
-    J.col(column.parameter) += tool_motion(frame, tool.p, column.xi);
+    if (column.frame >= of) continue;  // a motion behind its frame
+    const Pose& frame = column.frame == kWorldFrame ? world : frames_[column.frame];
+    J.col(column.parameter) += tool_motion(frame, p, column.xi);
   }
   for (const Chain::Column& column : columns_) {
+    if (column.frame > of) continue;
     // exp(xi + d) = exp(xi) exp(J_r d): exact at any size of the twist; J_r is 1 where both turn about the same axis.
     const auto twist = xi_.col(column.frame);
     const bool same = twist.isZero(0) || (is_turn_about_z(twist) && is_turn_about_z(column.xi));
-    const Pose& frame = frames_[static_cast<std::size_t>(column.frame)];
-    J.col(column.parameter) +=
-        tool_motion(frame, tool.p, same ? column.xi : (right_jacobian_se3(twist) * column.xi).eval());
+    const Pose& frame = frames_[column.frame];
+    J.col(column.parameter) += tool_motion(frame, p, same ? column.xi : (right_jacobian_se3(twist) * column.xi).eval());
   }
-  return tool;
 }
 
 }  // namespace fastcal

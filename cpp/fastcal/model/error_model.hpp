@@ -55,6 +55,12 @@ class RowEvaluator {
   /// The pose, and J (6 x P) = d [v; w] / d theta: motion of the tool in the axes of the measuring frame.
   const Pose& jacobian(const State& state, Eigen::Ref<Eigen::Matrix<double, 6, Eigen::Dynamic>> J);
 
+  /// Poses of all frames, and what motion() needs.
+  const std::vector<Pose>& columns(const State& state);
+  /// J (6 x P) of a frame's origin as columns() left it: effects' twists of it and of the frames before, and geometry
+  /// before it.
+  void motion(int frame, Eigen::Ref<Eigen::Matrix<double, 6, Eigen::Dynamic>> J) const;
+
   /// Poses of all frames, with (default) or without the effects' twists.
   const std::vector<Pose>& frames(const State& state, bool deflected = true);
 

@@ -29,12 +29,15 @@ void forward(const ErrorModel& model, const Eigen::Ref<const Eigen::VectorXd>& t
   block.forward(part, 0, end - begin, nullptr);
 }
 
-/// (others, 6, stride): the numbers after the position are the turn w, so number 3 + o has slope 1 by motion 3 + o.
-void fill_slopes(int others, int stride, AlignedNumbers& slopes) {
+/// The numbers after the position are the tool's turn w, so number 3 + o has slope 1 by motion 3 + o.
+std::vector<kernels::Sight> turns(int others, int tool, int stride, AlignedNumbers& slopes) {
   double* slope = slopes.resize(6 * others * stride);
+  std::vector<kernels::Sight> out;
   for (int o = 0; o < others; ++o) {
     for (int k = 0; k < 6; ++k) std::fill_n(slope + (6 * o + k) * stride, stride, k == 3 + o ? 1.0 : 0.0);
+    out.push_back({3 + o, tool, slope + 6 * o * stride});
   }
+  return out;
 }
 
 /// Columns (P, rows, stride) as rows (count, rows, P): eight rows at a time, so that each line of memory is read once.
@@ -88,8 +91,10 @@ void parameter_jacobian(const ErrorModel& model, const Samples& samples, const E
         const int stride = worker.block.stride();
         const int ld = rows * stride;
         double* columns = worker.columns.resize(p * ld);
-        fill_slopes(rows - 3, stride, worker.slopes);
-        worker.block.jacobian({true, rows - 3, factor.data(), worker.slopes.data()}, columns, ld);
+        const int tool = tool_frame(model.robot().joint_count());
+        const std::vector<kernels::Sight> sights = turns(rows - 3, tool, stride, worker.slopes);
+        worker.block.jacobian({true, rows - 3, factor.data(), sights.data(), static_cast<int>(sights.size())}, columns,
+                              ld);
         write_rows(columns, stride, rows, p, end - begin, J + begin * rows * p);
       });
 }

@@ -170,10 +170,10 @@ void RowBlock::turn_twists(int frame, std::vector<kernels::TwistRows*>& twists) 
   }
 }
 
-Pose RowBlock::tool(int i) const {
+Pose RowBlock::frame(int frame, int i) const {
   Pose out;
-  for (int k = 0; k < 9; ++k) out.R(k % 3, k / 3) = pose_part(frame_count() - 1, i, k);
-  for (int k = 0; k < 3; ++k) out.p[k] = position(i, k);
+  for (int k = 0; k < 9; ++k) out.R(k % 3, k / 3) = pose_part(frame, i, k);
+  for (int k = 0; k < 3; ++k) out.p[k] = pose_part(frame, i, 9 + k);
   return out;
 }
 
@@ -188,21 +188,21 @@ void RowBlock::write_tool(int i, double* out) const {
 
 void RowBlock::jacobian(const kernels::NumberRows& numbers, double* block, int ld) {
   std::vector<kernels::TwistRows> twists;
-  const auto add = [&](int parameter, int frame) -> kernels::TwistRows* {
+  const auto add = [&](int parameter, int frame, int first_moved) -> kernels::TwistRows* {
     const auto& [column, scale] = wanted_[static_cast<std::size_t>(parameter)];
     if (column < 0) return nullptr;
     return &twists.emplace_back(
-        kernels::TwistRows{frame, scale, {}, {}, block + static_cast<Eigen::Index>(column) * ld, false});
+        kernels::TwistRows{frame, first_moved, scale, {}, {}, block + static_cast<Eigen::Index>(column) * ld, false});
   };
   for (const Chain::Column& column : chain_.columns) {
-    if (kernels::TwistRows* twist = add(column.parameter, column.frame))
+    if (kernels::TwistRows* twist = add(column.parameter, column.frame, column.frame + 1))
       std::copy(column.xi.begin(), column.xi.end(), twist->xi);
   }
   const std::size_t of_geometry = twists.size();
   for (const TwistTable* table : std::initializer_list<const TwistTable*>{table_, &other_table_}) {
     for (const TwistTable::Entry& entry : table->entries()) {
       if (entry.values.empty()) continue;
-      if (kernels::TwistRows* twist = add(entry.parameter, entry.frame)) {
+      if (kernels::TwistRows* twist = add(entry.parameter, entry.frame, entry.frame)) {
         for (int k = 0; k < 6; ++k) twist->part[k] = entry.part(k, stride_);
       }
     }

@@ -49,7 +49,8 @@ class RowBlock {
   int stride() const { return stride_; }
   /// Part k of the tool's position, or of a frame's pose (kernels::kPoseNumbers), in row i of the block.
   double position(int i, int k) const { return pose_part(frame_count() - 1, i, 9 + k); }
-  Pose tool(int i) const;
+  /// Pose of a frame in row i of the block.
+  Pose frame(int frame, int i) const;
   /// The tool's pose in row i as a 4 x 4 matrix in C order.
   void write_tool(int i, double* out) const;
 

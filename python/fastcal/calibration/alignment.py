@@ -4,31 +4,26 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from fastcal import _core
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
+from fastcal.measurements.observations import core_tables, expected_columns, kinds_of
 from fastcal.robot.robot import Robot
 
 
-def measurements(data: Dataset) -> _core.Measurements:
-    """What was measured, as the core reads it."""
-    if data.position is None and data.rotation is None and data.distance is None:
-        raise InvalidInput(
-            f"{data.source}: no measured column; expected x_mm y_mm z_mm, an orientation, or distance_mm"
-        )
-    return _core.Measurements(
-        position=data.position,
-        rotation=data.rotation,
-        distance=data.distance,
-        anchor=None if data.anchor is None else data.anchor.astype(np.int32),
-        anchor_count=len(data.anchor_names) if data.distance is not None else 0,
-        sigma_position=data.sigma_position,
-        sigma_rotation=data.sigma_rotation,
-    )
+def measurements(data: Dataset, robot: Robot) -> _core.Measurements:
+    """What was measured of a robot, as the core reads it."""
+    if not kinds_of(data):
+        raise InvalidInput(f"{data.source}: no measured column; expected {expected_columns()}")
+    return _core.Measurements(robot.core, len(data), *core_tables(data))
 
 
 def align(robot: Robot, data: Dataset, threads: int = 1) -> _core.Alignment:
-    """Best rigid fit of base and tool (and anchors) to the data; closed form, no initial guess."""
-    return _core.align(robot.error_model, robot.samples(data), measurements(data), threads)
+    """Best rigid fit of base and tool (and the observations' unknowns) to the data; no initial guess."""
+    return _core.align(robot.error_model, robot.samples(data), measurements(data, robot), threads)
+
+
+def noise_by_observation(measured: _core.Measurements, noise: tuple[float, float, float]) -> list[float]:
+    """A noise for each observation out of those of positions [m], of all that is in rad, of other lengths [m]."""
+    position, turn, other = noise
+    return [turn if of.unit == "rad" else position if of.field == "position" else other for of in measured.observations]

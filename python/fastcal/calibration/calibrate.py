@@ -19,10 +19,11 @@ from fastcal.calibration.extrapolation_notes import range_notes
 from fastcal.calibration.geometry_anchoring import pulls
 from fastcal.calibration.inspection import check_columns, check_fit
 from fastcal.calibration.parameter_table import (
-    anchor_places,
     correlated_pairs,
+    length_sigma,
     parameter_table,
     sigma_note,
+    unknowns_by_owner,
 )
 from fastcal.calibration.problem import CalibrationProblem, prepare
 from fastcal.calibration.residual_checks import MOST_ROWS, Checks, checked
@@ -134,7 +135,7 @@ def calibrate(
         np.asarray(found.covariance_root),
         found.degrees_of_freedom,
     )
-    sigma = found.sigma[0] if found.sigma[0] > 0 else found.sigma[2]
+    sigma = length_sigma(problem.measured, found) or 0.0
     if checks.serial is not None and "prior_sigma" not in limits:
         covariance, sigma = checks.serial.covariance, sigma * checks.serial.noise
         root, freedom = lower_root(covariance), round(checks.serial.freedom)
@@ -150,12 +151,14 @@ def calibrate(
         )
         identified_spec["calibration"] = record.to_spec() | {"nominal": nominal_record(start.spec)}
     result_model = Robot(identified_spec)
-    places = anchor_places(found, data, len(names))
-    places_before = (
-        dict(zip(data.anchor_names, np.asarray(alignment.anchors), strict=True)) if data.distance is not None else {}
-    )
-    judge: dict[str, Any] = {"before": aligned, "anchors": places, "anchors_before": places_before, "threads": threads}
-    table, table_covariance = parameter_table(start, model, found, covariance, data)
+    unknowns = unknowns_by_owner(problem.measured, np.asarray(found.theta)[len(names) :])
+    judge: dict[str, Any] = {
+        "before": aligned,
+        "unknowns": unknowns,
+        "unknowns_before": unknowns_by_owner(problem.measured, np.asarray(alignment.unknowns)),
+        "threads": threads,
+    }
+    table, table_covariance = parameter_table(start, model, found, covariance)
     beyond = [] if test is None else [f"{test.source}: {note}" for note in range_notes(result_model, test)]
     train = evaluate(result_model, data, **judge)
     return CalibrationResult(
@@ -177,7 +180,7 @@ def calibrate(
         degrees_of_freedom=freedom,
         iterations=found.iterations,
         sigma=sigma,
-        sigma_note=sigma_note(found, data),
+        sigma_note=sigma_note(problem.measured, found),
         outliers=sorted({*found.outliers, *checks.set_aside}),
         weights=np.asarray(found.weights),
         train=train,
@@ -191,7 +194,7 @@ def calibrate(
             *checks.notes,
             *beyond,
         ],
-        anchors=places,
+        unknowns=unknowns,
     )
 
 

@@ -4,18 +4,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.calibration.alignment import measurements
 from fastcal.calibration.repeatability import Repeatability as Repeatability
 from fastcal.calibration.repeatability import pose_groups as pose_groups
 from fastcal.calibration.repeatability import repeatability
 from fastcal.display.shown import Shown
 from fastcal.measurements.dataset import Dataset
+from fastcal.measurements.observations import kinds_of
 from fastcal.robot.given import DataLike, RobotLike, as_data, as_robot
 from fastcal.robot.robot import Robot
 from fastcal.robot.se3 import rotation_to_rpy
@@ -82,11 +85,12 @@ class Evaluation(Shown):
         data: What was measured.
         error_before, error_after: (N, 3) predicted less measured point [m], NaN where not measured; error_before is
             None where only one model is judged.
-        length_before, length_after: (N,) predicted less measured length [m], or None where no length was measured.
+        length_before, length_after: (N,) predicted less measured length, or height over a touched plane [m], or None.
         turn_after: (N,) angle between predicted and measured orientation [rad], or None.
         before, after: Statistics of the distances; None where nothing of the kind was measured.
         repeatability: Where poses repeat.
         aligned: Where another place of the tracker or the base would make the rows fit ALIGNED_BETTER times better.
+        others_after: What is left of each observation that is no pose, by its name: (N, k) [m or rad].
     """
 
     data: Dataset
@@ -99,6 +103,7 @@ class Evaluation(Shown):
     before: ErrorStatistics | None = None
     repeatability: Repeatability | None = None
     aligned: Realigned | None = None
+    others_after: Mapping[str, FloatArray] = field(default_factory=dict)
 
     def to_json_dict(self) -> dict[str, Any]:
         """The blocks `train` and `test` of result.json."""
@@ -112,6 +117,9 @@ class Evaluation(Shown):
                 "max": from_si(float(np.nanmax(self.turn_after)), "deg"),
                 "rms": from_si(float(np.sqrt(np.nanmean(self.turn_after**2))), "deg"),
             }
+        others = {name: np.sqrt(np.nanmean(r**2)) for name, r in self.others_after.items() if not np.isnan(r).all()}
+        if others:
+            out["after_rms_si"] = {name: float(rms) for name, rms in others.items()}
         if self.repeatability is not None:
             out["repeated_poses"] = self.repeatability.to_json_dict()
         if self.aligned is not None:
@@ -120,29 +128,46 @@ class Evaluation(Shown):
 
 
 def residuals(
-    robot: Robot, data: Dataset, anchors: dict[str, FloatArray] | None = None, threads: int = 1
-) -> tuple[FloatArray, FloatArray | None, FloatArray | None]:
-    """Predicted less measured: points (N, 3) [m], lengths (N,) [m] or None, angles (N,) [rad] or None.
+    robot: Robot, data: Dataset, unknowns: Mapping[str, FloatArray] | None = None, threads: int = 1
+) -> tuple[FloatArray, FloatArray | None, FloatArray | None, dict[str, FloatArray]]:
+    """Predicted less measured: points (N, 3) [m], other lengths (N,) [m], turns (N,) [rad], all others by name (N, k).
 
-    NaN where not measured. `anchors` are the known places of the anchors by name; a length to another one is NaN.
+    NaN where not measured, None where nothing of the kind was. `unknowns` are those of the observations that are
+    known, by what they are of ("anchor 1": its place); what hangs on another is NaN. A trained correction counts in
+    points and turns.
     """
-    return _compared(robot.poses(data, threads=threads), data, anchors)
+    return _compared(robot, robot.poses(data, threads=threads), data, unknowns, threads)
 
 
 def _compared(
-    T: FloatArray, data: Dataset, anchors: dict[str, FloatArray] | None
-) -> tuple[FloatArray, FloatArray | None, FloatArray | None]:
+    robot: Robot, T: FloatArray, data: Dataset, unknowns: Mapping[str, FloatArray] | None, threads: int
+) -> tuple[FloatArray, FloatArray | None, FloatArray | None, dict[str, FloatArray]]:
     """`residuals` of predicted poses (N, 4, 4)."""
     points = np.full((len(data), 3), np.nan) if data.position is None else T[:, :3, 3] - data.position
-    lengths = None
-    if data.distance is not None and data.anchor is not None:
-        places = np.array([(anchors or {}).get(name, np.full(3, np.nan)) for name in data.anchor_names])
-        here = np.where((data.anchor >= 0)[:, None], places[data.anchor], np.nan)
-        lengths = np.linalg.norm(T[:, :3, 3] - here, axis=1) - data.distance
     turns = None
     if data.rotation is not None:
         turns = np.array([_angle(R, wxyz) for R, wxyz in zip(T[:, :3, :3], data.rotation, strict=True)])
-    return points, lengths, turns
+    others: dict[str, FloatArray] = {}
+    lengths = None
+    if kinds_of(data):
+        measured = measurements(data, robot)
+        model = robot.error_model
+        own = {owner: iter(values) for owner, values in (unknowns or {}).items()}
+        values = [float(next(own[p.owner])) if p.owner in own else np.nan for p in measured.parameters]
+        r = np.asarray(
+            _core.residuals(model, robot.samples(data), measured, np.array([*model.start, *values]), threads)
+        )
+        for of in measured.observations:
+            if of.is_pose:  # its errors are above
+                continue
+            part = r[:, of.first_number : of.first_number + len(of.components)]
+            others[of.name] = part
+            if of.unit == "m":
+                row = np.linalg.norm(part, axis=1)
+                lengths = row if lengths is None else np.where(np.isnan(lengths), row, lengths)
+                if len(of.components) == 1 and len(others) == 1:
+                    lengths = part[:, 0]
+    return points, lengths, turns, others
 
 
 def _angle(R: FloatArray, wxyz: FloatArray) -> float:
@@ -162,22 +187,23 @@ def evaluate(
     data: DataLike,
     *,
     before: Robot | None = None,
-    anchors: dict[str, FloatArray] | None = None,
-    anchors_before: dict[str, FloatArray] | None = None,
+    unknowns: Mapping[str, FloatArray] | None = None,
+    unknowns_before: Mapping[str, FloatArray] | None = None,
     threads: int = 1,
 ) -> Evaluation:
     """Error statistics of a model on measured data, beside those of `before` where it is given.
 
-    Anchors of lengths are the ones that calibration found; without any, lengths are not judged. Paths are read.
+    Unknowns of the observations (anchors, planes, mountings) are the ones that calibration found; without them, what
+    hangs on them is not judged. Paths are read.
     """
     robot = as_robot(robot)
     data = as_data(data, robot)
     T = robot.poses(data, threads=threads)
-    points, lengths, turns = _compared(T, data, anchors)
+    points, lengths, turns, others = _compared(robot, T, data, unknowns, threads)
     after = ErrorStatistics.of(distances(points, lengths))
     points_before = lengths_before = first = None
     if before is not None:
-        points_before, lengths_before, _ = residuals(before, data, anchors_before, threads)
+        points_before, lengths_before, *_ = residuals(before, data, unknowns_before, threads)
         first = ErrorStatistics.of(distances(points_before, lengths_before))
     return Evaluation(
         data,
@@ -190,6 +216,7 @@ def evaluate(
         first,
         repeatability(data, points, T[:, :3, :3] if data.rotation is not None else None),
         realigned(T[:, :3, 3], points),
+        others,
     )
 
 

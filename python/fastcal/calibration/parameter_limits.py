@@ -27,15 +27,15 @@ def has_prior(entry: Spec) -> bool:
 
 
 def parameter_limits(
-    robot: Robot, model: _core.ErrorModel, anchor_count: int, *, priors: bool
+    robot: Robot, model: _core.ErrorModel, unknown_count: int, *, priors: bool
 ) -> dict[str, FloatArray]:
-    """Keyword arguments of the core's `identify`, one number a parameter of the model and three an anchor, SI.
+    """Keyword arguments of the core's `identify`, SI: one number a parameter of the model and an observation's unknown.
 
     Args:
         robot: Its effects say which of them are nuisances (`prior: yes`): each parameter is held near what the robot
             file says, which is 0 but for the scale of a structure, with its plausible size as standard deviation.
         model: The model of `robot` with base and tool fitted.
-        anchor_count: Anchors of measured lengths; nothing is known of them.
+        unknown_count: Unknowns of the observations; nothing is known of them.
         priors: Hold all parameters but base and tool where the model starts (a scale that starts at 0: where it is
             expected), with PRIOR_SIZES plausible sizes.
 
@@ -43,7 +43,7 @@ def parameter_limits(
         lower, upper: empty where nothing is bounded. prior_mean, prior_sigma: empty where there are no priors.
     """
     parameters = model.parameters
-    infinite = np.full(3 * anchor_count, np.inf)
+    infinite = np.full(unknown_count, np.inf)
     limits: dict[str, FloatArray] = {}
     if any(np.isfinite([p.lower, p.upper]).any() for p in parameters):
         limits["lower"] = np.concatenate([[p.lower for p in parameters], -infinite])

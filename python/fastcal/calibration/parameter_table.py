@@ -11,7 +11,6 @@ from fastcal import _core
 from fastcal.calibration.result import IdentifiedParameter
 from fastcal.effects.entries import edge_name, edge_unit
 from fastcal.effects.values import polar_pairs
-from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot
 from fastcal.units import factor, from_si
 
@@ -21,7 +20,7 @@ CORRELATED = 0.95
 
 
 def parameter_table(
-    start: Robot, model: _core.ErrorModel, found: _core.Identification, covariance: FloatArray, data: Dataset
+    start: Robot, model: _core.ErrorModel, found: _core.Identification, covariance: FloatArray
 ) -> tuple[list[IdentifiedParameter], FloatArray]:
     """Identified numbers in edge units and their covariance in SI; harmonics as amplitude and phase.
 
@@ -51,18 +50,23 @@ def parameter_table(
     for i, deviation in zip(found.free, np.sqrt(np.diag(covariance)), strict=True):
         parameter = found.parameters[i]
         unit = edge_unit(parameter, geometry=i < own or i >= count)
-        owner = (
-            parameter.owner if i < count else f"anchor {data.anchor_names[int(parameter.owner.removeprefix('anchor'))]}"
-        )
         value, before = from_si(float(theta[i]), unit), from_si(float(nominal[i]), unit)
-        out.append(IdentifiedParameter(names[i], owner, value, float(deviation) / factor(unit), unit, before))
+        out.append(IdentifiedParameter(names[i], parameter.owner, value, float(deviation) / factor(unit), unit, before))
     return out, covariance
 
 
-def anchor_places(found: _core.Identification, data: Dataset, count: int) -> dict[str, FloatArray]:
-    """Places (3,) of the anchors of measured lengths, which stand behind the model's `count` parameters."""
-    places = np.asarray(found.theta)[count:].reshape(-1, 3)
-    return dict(zip(data.anchor_names, places, strict=True)) if len(places) else {}
+def unknowns_by_owner(measured: _core.Measurements, values: FloatArray) -> dict[str, FloatArray]:
+    """Values of the observations' unknowns by what they are of: the place (3,) [m] of "anchor 2"."""
+    out: dict[str, list[float]] = {}
+    for parameter, value in zip(measured.parameters, values, strict=True):
+        out.setdefault(parameter.owner, []).append(float(value))
+    return {owner: np.array(numbers) for owner, numbers in out.items()}
+
+
+def length_sigma(measured: _core.Measurements, found: _core.Identification) -> float | None:
+    """Standard deviation [m] of a number of the first observation that is a length; None where there is none."""
+    sigma = (s for of, s in zip(measured.observations, found.sigma, strict=True) if of.unit == "m")
+    return next((s for s in sigma if s > 0), None)
 
 
 def correlated_pairs(names: list[str], covariance: FloatArray) -> list[tuple[str, str, float]]:
@@ -77,11 +81,14 @@ def correlated_pairs(names: list[str], covariance: FloatArray) -> list[tuple[str
     return [(names[i[k]], names[j[k]], float(r[i[k], j[k]])) for k in order]
 
 
-def sigma_note(found: _core.Identification, data: Dataset) -> str:
+def sigma_note(measured: _core.Measurements, found: _core.Identification) -> str:
     """Where the noise level comes from, for the reader."""
-    if data.sigma_position is None:
+    first = next((k for k, of in enumerate(measured.observations) if of.unit == "m"), 0)
+    observation = measured.observations[first]
+    if not observation.claims_sigma:
         return "estimated from the residuals; no sigma column"
-    common = from_si(found.common_noise[0] if data.position is not None else found.common_noise[2], "mm")
+    unit = "mm" if observation.unit == "m" else "mrad"
+    common = from_si(found.common_noise[first], unit)
     if common > 0:
-        return f"the sigma columns and a common part of {common:.4f} mm that they do not explain"
+        return f"the sigma columns and a common part of {common:.4f} {unit} that they do not explain"
     return f"the sigma columns times {found.variance_factor**0.5:.3f}, by the residuals"

@@ -35,8 +35,8 @@ class CalibrationProblem:
         data: The measured rows.
         model: The robot's model; base and tool are those of the best rigid fit.
         samples, measured: The rows as the core reads them.
-        alignment: The rigid fit; where the anchors of lengths start.
-        asked: Indices of the model's parameters to identify; the anchors always are.
+        alignment: The rigid fit; where the observations' unknowns start.
+        asked: Indices of the model's parameters to identify; the observations' unknowns always are.
         loss: Robust loss on the whitened error of a row.
         threads: Cores; no result depends on it.
     """
@@ -58,8 +58,8 @@ class CalibrationProblem:
 
     @property
     def unknown_count(self) -> int:
-        """Coordinates of the anchors of lengths, which follow the model's parameters in theta."""
-        return 3 * len(self.alignment.anchors)
+        """Unknowns of the observations, which follow the model's parameters in theta."""
+        return len(self.measured.parameters)
 
     @cached_property
     def effect_places(self) -> list[range]:
@@ -83,13 +83,13 @@ class CalibrationProblem:
 
     def limits(self, *, priors: bool = False) -> dict[str, FloatArray]:
         """Bounds and priors as keyword arguments of `identify`; with `priors`, every parameter is held near nominal."""
-        return parameter_limits(self.robot, self.model, len(self.alignment.anchors), priors=priors)
+        return parameter_limits(self.robot, self.model, self.unknown_count, priors=priors)
 
     def identify(self, **options: Any) -> _core.Identification:
         """Identifies what is asked; options as the core's `identify` has them, among these its bounds and priors."""
         given: dict[str, Any] = {
             "asked": self.asked,
-            "anchors": self.alignment.anchors,
+            "unknowns": self.alignment.unknowns,
             "loss": self.loss,
             "threads": self.threads,
             **self.limits(),
@@ -98,7 +98,7 @@ class CalibrationProblem:
         return _core.identify(self.model, self.samples, self.measured, **given)
 
     def linearize(self, theta: FloatArray, noise: Sequence[float]) -> _core.Linearization:
-        """Whitened residuals and their Jacobian at theta; `noise`: common to all rows."""
+        """Whitened residuals and their Jacobian at theta; `noise`: common to all rows, by observation."""
         return _core.linearize(self.model, self.samples, self.measured, theta, list(noise), self.threads)
 
 
@@ -126,13 +126,14 @@ def prepare(
     if equilibrium is not None:
         spec["equilibrium"] = equilibrium
     start = Robot(with_setups(spec, data))
-    samples, measured = start.samples(data), measurements(data)
+    samples, measured = start.samples(data), measurements(data, start)
     alignment = _core.align(start.error_model, samples, measured, threads)
     if not alignment.found:
         raise Undetermined(f"{data.source}: {alignment.message}")
     model = start.error_model.with_robot(start.core.with_base_and_tool(alignment.T_world_base, alignment.T_flange_tool))
-    placed = data.position is not None or data.rotation is not None
-    asked = asked_parameters(model, geometry or parameters is not None, turned=data.rotation is not None, placed=placed)
+    asked = asked_parameters(
+        model, geometry or parameters is not None, turned=measured.shows_tool_turn, placed=measured.shows_base
+    )
     if parameters is not None:
         names = parameter_names(model)
         for name in parameters:

@@ -17,6 +17,7 @@ from fastcal.calibration.problem import CalibrationProblem
 from fastcal.calibration.serial_correlation import SerialCorrelation, serial_correlation
 from fastcal.calibration.shifted_rows import Shift, find_shift
 from fastcal.measurements.dataset import Dataset
+from fastcal.measurements.observations import kinds_of
 from fastcal.robot.robot import Robot
 from fastcal.units import from_si
 
@@ -83,7 +84,7 @@ def checked(
     shift = moved_part(near, problem.model, problem.data)
     if shift is not None:
         cleared, rows = without_part(problem.data, shift)
-        part = problem.with_(data=cleared, measured=measurements(cleared))
+        part = problem.with_(data=cleared, measured=measurements(cleared, problem.robot))
         again = refit(part) if problem.loss != "none" else found
         left = near_fit(problem, again)
         better = again is not found and again.status == "converged" and len(again.free) >= len(found.free)
@@ -131,7 +132,15 @@ def without_part(data: Dataset, shift: Shift) -> tuple[Dataset, list[int]]:
         out[rows] = np.nan
         return out
 
-    cleared = replace(data, position=blank(data.position), rotation=blank(data.rotation), distance=blank(data.distance))
+    texts = {name: [t if i not in rows else "" for i, t in enumerate(v)] for name, v in data.observed_labels.items()}
+    cleared = replace(
+        data,
+        position=blank(data.position),
+        rotation=blank(data.rotation),
+        distance=blank(data.distance),
+        observed={name: blanked for name, values in data.observed.items() if (blanked := blank(values)) is not None},
+        observed_labels=texts,
+    )
     return cleared, rows.tolist()
 
 
@@ -163,7 +172,7 @@ def noise_and_posture(near: Residuals, robot: Robot, data: Dataset) -> tuple[Ser
         )
         serial = replace(serial, covariance=serial.covariance / np.outer(scale, scale))
     whole = np.bincount(row, minlength=len(data)) == 3
-    if data.rotation is None and data.distance is None and np.sum(whole) * 3 == len(residual):
+    if len(kinds_of(data)) == 1 and np.sum(whole) * 3 == len(residual):
         rigid = _core.ErrorModel(robot.core, [], np.zeros(0))
         rows = np.flatnonzero(whole)
         lever = np.asarray(_core.joint_jacobian(rigid, _core.Samples(data.q[rows]), 1))[:, :3]

@@ -54,7 +54,7 @@ class CalibrationResult(Plotted):
         sigma: Noise of one measured coordinate [m], `sigma_note` says where it comes from.
         outliers: Rows whose error the noise does not explain.
         weights: (N,) robust weight of each row, 1 is full.
-        anchors: Place (3,) [m] of each point from which lengths were measured, by its name.
+        unknowns: Of the observations, by what they are of: the place (3,) [m] of "anchor 2" of measured lengths.
     """
 
     status: str
@@ -78,7 +78,7 @@ class CalibrationResult(Plotted):
     train: Evaluation
     test: Evaluation | None = None
     notes: list[str] = field(default_factory=list)
-    anchors: dict[str, FloatArray] = field(default_factory=dict)
+    unknowns: dict[str, FloatArray] = field(default_factory=dict)
 
     @property
     def sigma_mm(self) -> float:

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import copy
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -12,9 +13,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fastcal import _core
+from fastcal.calibration.other_readings import other_readings, touching
 from fastcal.calibration.prediction import quaternions
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
+from fastcal.measurements.observations import kinds_of
 from fastcal.robot.robot import Robot, Spec, pose
 from fastcal.units import from_si
 
@@ -31,6 +34,8 @@ def simulate(
     noise_rotation: float | None = None,
     repeatability: ArrayLike = 0.0,
     seed: int = 0,
+    unknowns: Mapping[str, ArrayLike] | None = None,
+    points: bool = True,
     threads: int = 1,
     **conditions: ArrayLike,
 ) -> Dataset:
@@ -44,6 +49,10 @@ def simulate(
         noise_rotation: Of the measured orientation about each axis [rad]; None: no orientation is measured.
         repeatability: Standard deviation of each joint about where it is sent, one number or (n,) [rad or m].
         seed: The same seed gives the same numbers.
+        unknowns: Of other observations that `poses` has columns of, by what they are of: the mounting of "level on
+            link2", the plane of "plane top"; 0 where not given. Their numbers are replaced by what the instrument would
+            read, with noise of their sigma column; postures that touch a plane are moved onto it.
+        points: Measure points; without them only what `poses` has columns of.
         threads: Cores to use; the result does not depend on it.
         **conditions: payload [kg] and other fields of a `Dataset`, where `poses` is an array.
 
@@ -68,6 +77,7 @@ def simulate(
             raise InvalidInput(f"{name} must be a standard deviation of at least 0, got {size}")
 
     random = np.random.default_rng(seed)
+    sent = touching(robot, sent, unknowns or {}, threads)
     shape = sent.q.shape
     reached = replace(sent, q=sent.q + spread * random.standard_normal(shape))
     T = robot.poses(reached, threads=threads)
@@ -76,17 +86,12 @@ def simulate(
     if noise_rotation is not None:
         turns = noise_rotation * random.standard_normal((len(sent), 3))
         rotation = quaternions(np.array([R @ _core.exp_so3(turn) for R, turn in zip(T[:, :3, :3], turns, strict=True)]))
-    return replace(
-        sent,
-        position=position,
-        rotation=rotation,
-        q_read=None,
-        distance=None,
-        anchor=None,
-        anchor_names=(),
-        sigma_position=None,
-        sigma_rotation=None,
-    )
+    read = other_readings(robot, reached, unknowns or {}, random, threads)
+    if not points:
+        return replace(read, q=sent.q, q_read=None)
+    if not kinds_of(read):
+        read = replace(read, sigma_position=None, sigma_rotation=None)
+    return replace(read, q=sent.q, position=position, rotation=rotation, q_read=None)
 
 
 def random_poses(robot: Robot, count: int, *, region: ArrayLike | None = None, seed: int = 0) -> FloatArray:

@@ -121,7 +121,7 @@ def _set_curvatures(fit: _Fit, spec: Spec, curves: list[int], others: list[int])
     weak[:count] = _WEAK * np.array([p.sigma for p in problem.model.parameters])
     weak = np.minimum(weak, problem.limits().get("prior_sigma", np.inf))
     weak[:count] = np.minimum(weak[:count], pull_deviations(robot, problem.model))
-    weak[~np.isfinite(weak)] = 1.0  # anchors [m]
+    weak[~np.isfinite(weak)] = 1.0  # unknowns of the observations [m, rad]
     first = np.cumsum([len(others), *(len(places[k]) for k in curves)])
     blocks = [np.arange(first[b], first[b + 1]) for b in range(len(curves))]
     penalties = [np.asarray(robot.effects[k].penalty) for k in curves]

@@ -24,6 +24,9 @@ def simulate(
     repeatability_deg: Annotated[
         float, typer.Option(min=0, help="Standard deviation of each turning joint about where it is sent.")
     ] = 0.0,
+    points: Annotated[
+        bool, typer.Option(help="Measure points; without them only the other observations that POSES has columns of.")
+    ] = True,
     seed: Seed = 0,
     threads: Threads = 1,
 ) -> None:
@@ -48,6 +51,7 @@ def simulate(
             noise=to_si(noise_mm, "mm"),
             noise_rotation=None if noise_rot_deg is None else to_si(noise_rot_deg, "deg"),
             repeatability=[to_si(repeatability_deg, "deg") * turns for turns in turning],
+            points=points,
             seed=seed,
             threads=threads,
         )

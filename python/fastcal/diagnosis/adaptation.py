@@ -39,12 +39,11 @@ class Judge:
     def adapted(self, fit: Fit, sigma: float) -> AdaptedModel:
         """A fit as a robot, with its errors; `sigma` of a coordinate [m] is kept in its record."""
         before = nominal(fit)
-        places = dict(zip(self.data.anchor_names, fit.anchors, strict=True)) if len(fit.anchors) else {}
-        return self.of(robot_of(fit, sigma), before, places)
+        return self.of(robot_of(fit, sigma), before, fit.unknowns)
 
-    def of(self, model: Robot, before: Robot, anchors: dict[str, FloatArray]) -> AdaptedModel:
+    def of(self, model: Robot, before: Robot, unknowns: dict[str, FloatArray]) -> AdaptedModel:
         """A robot with its errors, beside those of another one."""
-        frame: dict[str, Any] = {"before": before, "anchors": anchors, "anchors_before": anchors}
+        frame: dict[str, Any] = {"before": before, "unknowns": unknowns, "unknowns_before": unknowns}
         frame |= {"threads": self.threads}
         test = None if self.test is None else evaluate(model, self.test, **frame)
         return AdaptedModel(model, evaluate(model, self.data, **frame), test)

@@ -77,7 +77,7 @@ def blocks(at: Fit) -> Blocks:
             }
             theta[part] = corner_start(name.entry, effects[offset + k], at, known)
             theta[part.start : part.start + 2] = 0.0
-    near = _core.linearize(model, samples, problem.measured, theta, list(problem.noise.common), problem.threads)
+    near = _core.linearize(model, samples, problem.measured, theta, problem.common_noise, problem.threads)
     J = np.asarray(near.J) / problem.noise.factor
     A, r, _row = at.whitened
     n_measured = len(near.row)

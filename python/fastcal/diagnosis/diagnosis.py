@@ -217,7 +217,7 @@ class _Found:
         steps = adaptation.models(self.search, self.best, names, judge, self.level.sigma)
         curved = self.model.calibration
         if curved is not None:
-            steps.append(judge.of(curved.model, curved.nominal, curved.anchors))
+            steps.append(judge.of(curved.model, curved.nominal, curved.unknowns))
         left = State(self.model.fit, self.search.start.family)
         rest = None if left.suffices else unexplained.rest(self.search, left)
         return steps, self.model.profiles, rest
@@ -285,7 +285,7 @@ def _outliers(best: State, data: Dataset) -> list[int]:
     problem = best.fit.problem
     every = problem.with_rows(data.measured)
     model, samples = every.model(best.fit.entries, every.kept)
-    near = _core.linearize(model, samples, every.measured, best.fit.theta, list(every.noise.common), every.threads)
+    near = _core.linearize(model, samples, every.measured, best.fit.theta, every.common_noise, every.threads)
     A, r, row = replace(best.fit, problem=every, model=model, samples=samples, near=near).whitened
     wrong = np.flatnonzero(~np.isin(every.rows, problem.rows))
     square, count = off_by(A, r, row, wrong)

@@ -21,6 +21,7 @@ from scipy import linalg
 
 from fastcal import _core
 from fastcal.calibration.parameter_limits import has_prior
+from fastcal.calibration.parameter_table import unknowns_by_owner
 from fastcal.calibration.smoothing import prior_deviations
 from fastcal.diagnosis.library import Name
 from fastcal.diagnosis.problem import Problem, core_entry, with_nuisances
@@ -45,7 +46,7 @@ class Fit:
 
     Attributes:
         entries: All effects in the model: the robot's, the added ones, nuisances.
-        theta: (P,) parameters of the model, then the anchors' places.
+        theta: (P,) parameters of the model, then the observations' unknowns.
         free: Indices of those that are identified.
         prior: (P,) standard deviation of each parameter's prior; `centre` (P,) its mean.
         remaining: |whitened residual|^2, priors included.
@@ -83,9 +84,9 @@ class Fit:
         return np.asarray(R.T * np.where(np.diag(R) < 0, -1.0, 1.0))
 
     @property
-    def anchors(self) -> FloatArray:
-        """(anchors, 3) places from which lengths were measured [m]."""
-        return self.theta[len(self.model.parameters) :].reshape(-1, 3)
+    def unknowns(self) -> dict[str, FloatArray]:
+        """Those of the observations, by what they are of: the place (3,) [m] of "anchor 2"."""
+        return unknowns_by_owner(self.problem.measured, self.theta[len(self.model.parameters) :])
 
     def value(self, name: Name) -> FloatArray:
         """Parameters of one added effect."""
@@ -149,10 +150,10 @@ def fit(problem: Problem, added: Sequence[Name], start: Fit | None = None) -> Fi
     added = tuple(added)
     entries = with_nuisances([*problem.given, *(name.entry for name in added)], problem.start.robot)
     model, samples = problem.model(entries, problem.kept)
-    places = len(problem.anchors)
-    before = problem.anchors if start is None or places == 0 else start.theta[-places:]
+    places = len(problem.unknowns)
+    before = problem.unknowns if start is None or places == 0 else start.theta[-places:]
     theta = np.concatenate([_carried(problem, entries, model, start), before])
-    centre = np.concatenate([_carried(problem, entries, model, None, corners=start), problem.anchors])
+    centre = np.concatenate([_carried(problem, entries, model, None, corners=start), problem.unknowns])
     free = [*problem.geometry, *range(problem.own, len(theta))]
     no_bound = np.full(places, np.inf)
     lower = np.concatenate([[p.lower for p in model.parameters], -no_bound])[free]
@@ -161,7 +162,7 @@ def fit(problem: Problem, added: Sequence[Name], start: Fit | None = None) -> Fi
     factor = problem.noise.factor
 
     def linearized(theta: FloatArray) -> _core.Linearization:
-        return _core.linearize(model, samples, problem.measured, theta, list(problem.noise.common), problem.threads)
+        return _core.linearize(model, samples, problem.measured, theta, problem.common_noise, problem.threads)
 
     def remaining(theta: FloatArray, near: _core.Linearization) -> float:
         r = np.asarray(near.r) / factor
@@ -214,7 +215,7 @@ def _sizes(problem: Problem, model: _core.ErrorModel, near: _core.Linearization)
     _FARTHEST of these at most: beyond, the tool moves along a curve.
     """
     length = np.linalg.norm(np.asarray(near.J), axis=0)
-    given = np.concatenate([[p.sigma for p in model.parameters], np.ones(len(problem.anchors))])
+    given = np.concatenate([[p.sigma for p in model.parameters], np.ones(len(problem.unknowns))])
     given[~np.isfinite(given)] = 1.0
     is_nil = length * given < _NIL * problem.misfit
     size = np.where(is_nil, given, problem.misfit / np.where(is_nil, 1.0, length))

@@ -22,7 +22,7 @@ def with_surrogate(
 
     Args:
         last: The model with everything that was found.
-        fit: The fit behind it: its rows, noise and anchors.
+        fit: The fit behind it: its rows, noise and the unknowns of its observations.
         judge: The rows on which models are judged.
         rest: What remains, as the score tests place it; None: nothing that they see. It is kept where no block has
             evidence; where it is None, only what poses left out confirm counts as a rest.
@@ -33,7 +33,7 @@ def with_surrogate(
         last.model,
         problem.data.select(problem.used),
         noise=(float(common[0]), float(common[1]), float(common[2])),
-        anchors=fit.anchors if len(fit.anchors) else None,
+        unknowns=fit.theta[len(fit.model.parameters) :],
         threads=judge.threads,
     )
     if found.owner is None or found.evidence < EVIDENCE:
@@ -44,6 +44,5 @@ def with_surrogate(
     placed = Unexplained(found.owner, found.share, on, added, hints)
     if added is None:
         return None, None, None if rest is None else placed
-    anchors = dict(zip(judge.data.anchor_names, fit.anchors, strict=True)) if len(fit.anchors) else {}
-    model = judge.of(found.model, nominal(fit), anchors)
+    model = judge.of(found.model, nominal(fit), fit.unknowns)
     return model, gap_step(added, model), placed

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
-from fastcal.calibration.alignment import measurements
+from fastcal.calibration.alignment import measurements, noise_by_observation
 from fastcal.calibration.problem import CalibrationProblem, prepare
 from fastcal.diagnosis.library import Name, without_masses
 from fastcal.effects.entries import build_effects, effect_names, effect_owners, traits_of
@@ -29,7 +29,7 @@ ONE = " one"  # a column of ones: a regressor on it moves a frame, which gives t
 class Noise:
     """Standard deviation of a measured number: root of its claim's square and common^2, times factor."""
 
-    common: tuple[float, float, float]  # position [m], rotation [rad], distance [m]
+    common: tuple[float, float, float]  # positions [m], all that is in rad, other lengths [m]
     factor: float = 1.0
     freedom: float = np.inf  # degrees of freedom that it was estimated with
 
@@ -61,7 +61,7 @@ class Problem:
     @cached_property
     def measured(self) -> _core.Measurements:
         """What was measured in them."""
-        return measurements(self.kept)
+        return measurements(self.kept, self.start.robot)
 
     @cached_property
     def rows(self) -> NDArray[np.intp]:
@@ -79,9 +79,14 @@ class Problem:
         return [i for i in self.start.asked if i < self.own]
 
     @cached_property
-    def anchors(self) -> FloatArray:
-        """(3 anchors,) places from which lengths were measured, to begin with [m]; empty where none were."""
-        return np.asarray(self.start.alignment.anchors, dtype=np.float64).ravel()
+    def unknowns(self) -> FloatArray:
+        """(U,) unknowns of the observations, to begin with: places of anchors, planes ..."""
+        return np.asarray(self.start.alignment.unknowns, dtype=np.float64)
+
+    @property
+    def common_noise(self) -> list[float]:
+        """`noise.common` by observation, as the core takes it."""
+        return noise_by_observation(self.measured, self.noise.common)
 
     @cached_property
     def misfit(self) -> float:
@@ -90,8 +95,8 @@ class Problem:
         At least that of the noise.
         """
         model, samples = self.model(self.given, self.kept)
-        theta = np.concatenate([model.start, self.anchors])
-        near = _core.linearize(model, samples, self.measured, theta, list(self.noise.common), self.threads)
+        theta = np.concatenate([model.start, self.unknowns])
+        near = _core.linearize(model, samples, self.measured, theta, self.common_noise, self.threads)
         return max(float(np.linalg.norm(near.r)), self.noise.factor * float(np.sqrt(len(near.r))))
 
     @property

@@ -9,16 +9,22 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from fastcal.io.table import Table
+from fastcal.measurements.observations import tables_of
 from fastcal.units import UNITS, parse_name, unit_names
 
+# Of conditions, and the other ways to write an orientation and its standard deviation.
 KINDS: dict[str, str | None] = (
-    dict.fromkeys(("x", "y", "z", "distance", "sigma", "sigma_x", "sigma_y", "sigma_z"), "length")
-    | dict.fromkeys(("rx", "ry", "rz", "sigma_rot"), "angle")
+    dict.fromkeys(("rx", "ry", "rz"), "angle")
     | dict.fromkeys(("fx", "fy", "fz"), "force")
     | dict.fromkeys(("mx", "my", "mz"), "torque")
-    | {"payload": "mass", "temperature": "temperature", "time": "time"}
-    | dict.fromkeys(("qw", "qx", "qy", "qz", "anchor", "station", "mount"), None)  # plain numbers and labels
+    | {"sigma": "length", "payload": "mass", "temperature": "temperature", "time": "time"}
+    | dict.fromkeys(("station", "mount"), None)  # labels
 )
+
+
+def kinds_of_columns(joint_count: int) -> dict[str, str | None]:
+    """Quantities that a file may hold besides those of the joints, None for plain numbers and labels."""
+    return KINDS | {c: table.quantity for table in tables_of(joint_count).values() for c in table.columns}
 
 
 @dataclass(frozen=True)
@@ -36,7 +42,7 @@ def match_columns(table: Table, joint_types: Sequence[str]) -> tuple[dict[str, C
         ParseError: A known quantity has no unit, an unknown one or one of another kind, or is given twice;
             or a column names a joint that the robot does not have.
     """
-    kinds = dict(KINDS)
+    kinds = kinds_of_columns(len(joint_types))
     for joint, joint_type in enumerate(joint_types, start=1):
         kind = "angle" if joint_type == "revolute" else "length"
         kinds |= {f"q{joint}": kind, f"q{joint}_read": kind, f"current{joint}": "current", f"approach{joint}": None}
@@ -58,7 +64,8 @@ def would_do(quantity: str, kind: str | None) -> str:
     """The names that a quantity's column may have, in words."""
     if kind is None:
         return quantity
-    *others, last = [f"{quantity}_{unit}" for unit in unit_names(kind)]
+    base, at, place = quantity.partition("@")
+    *others, last = [f"{base}_{unit}{at}{place}" for unit in unit_names(kind)]
     return f"{', '.join(others)} or {last}" if others else last
 
 
@@ -67,7 +74,10 @@ def _match(table: Table, title: str, kinds: dict[str, str | None]) -> tuple[str 
     name = title.lower()
     if name in kinds and kinds[name] is None:
         return name, None
-    quantity, unit = parse_name(name)
+    base, at, place = name.partition("@")
+    quantity, unit = parse_name(base)
+    if at:
+        quantity += at + place
     if unit is None and quantity not in kinds and kinds.get(quantity.rpartition("_")[0]) is not None:
         quantity, _, unit = quantity.rpartition("_")
     kind = kinds.get(quantity)
@@ -75,6 +85,8 @@ def _match(table: Table, title: str, kinds: dict[str, str | None]) -> tuple[str 
         if re.fullmatch(r"(q|current|approach)\d+(_read)?", quantity) and quantity not in kinds:
             count = sum(f"q{joint}" in kinds for joint in range(1, len(kinds)))
             raise table.error(f"column '{title}' names no joint of this robot; its joints are numbered 1 to {count}")
+        if at and kinds.get(f"{quantity.partition('@')[0]}@link1") is not None:
+            raise table.error(f"column '{title}' names no link of this robot; expected @link1 and so on")
         return None, None
     if unit is None:
         raise table.error(f"column '{title}' has no unit; expected {would_do(quantity, kind)}")

@@ -4,19 +4,22 @@
 
 from __future__ import annotations
 
+import inspect
 import os
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fastcal.errors import ParseError
-from fastcal.io.columns import KINDS, Column, match_columns, would_do
+from fastcal.io.columns import Column, kinds_of_columns, match_columns, would_do
 from fastcal.io.table import Table
 from fastcal.io.tables import read_table
 from fastcal.measurements.checks import BadRow, RobotFacts, check_whole_rows
 from fastcal.measurements.dataset import Dataset, FloatArray
+from fastcal.measurements.observations import expected_columns, tables_of
 from fastcal.units import from_si, to_si
 
 if TYPE_CHECKING:
@@ -73,13 +76,8 @@ def dataset_from_table(table: Table, robot: RobotFacts, require_measured: bool =
     try:
         data = Dataset.from_arrays(
             q=columns.joints(robot.joint_types),
-            position=columns.numbers("position", ["x", "y", "z"]),
-            rotation=columns.rotation(),
-            distance=columns.number("distance", "distance"),
-            anchor=columns.labels("anchor"),
+            **columns.observed(len(robot.joint_types)),
             q_read=columns.numbers("q_read", [f"q{joint}_read" for joint in joints], partly=True),
-            sigma_position=columns.sigma_position(),
-            sigma_rotation=columns.number("sigma_rotation", "sigma_rot"),
             payload=columns.payload(),
             wrench=columns.numbers("wrench", ["fx", "fy", "fz", "mx", "my", "mz"]),
             current=columns.numbers("current", [f"current{joint}" for joint in joints]),
@@ -94,7 +92,7 @@ def dataset_from_table(table: Table, robot: RobotFacts, require_measured: bool =
     except BadRow as bad:
         raise columns.wrong(bad) from None
     if require_measured and not data.measured.any():
-        raise table.error("holds nothing measured; expected numbers in x_mm y_mm z_mm, an orientation or distance_mm")
+        raise table.error(f"holds nothing measured; expected numbers in {expected_columns()}")
     # Last, as the decimal mark is for the known columns to say.
     extra, extra_labels = unknown_columns(table, unknown)
     foreign = [table.names[place] for place in unknown if table.names[place] not in OWN_COLUMNS]
@@ -133,7 +131,7 @@ class Columns:
         if len(missing) == len(quantities):
             return None
         if missing and not partly:
-            expected = " and ".join(would_do(quantity, KINDS.get(quantity, "current")) for quantity in missing)
+            expected = " and ".join(would_do(quantity, self._kind(quantity)) for quantity in missing)
             raise self.table.error(f"expected also {expected}, as {name} is given only in part")
         return self._stack(name, quantities)
 
@@ -150,6 +148,26 @@ class Columns:
             return None
         self._sources[name] = [name]
         return self.table.labels(self.known[name].place)
+
+    def observed(self, joint_count: int) -> dict[str, Any]:
+        """All that was measured, as arguments of `Dataset.from_arrays`: its own ones and `observed`."""
+        own = inspect.signature(Dataset.from_arrays).parameters
+        others: dict[str, FloatArray] = {}
+        labels: dict[str, list[str]] = {}
+        out: dict[str, Any] = {"observed": others, "observed_labels": labels}
+        readers = {"rotation": self.rotation, "sigma_position": self.sigma_position}  # that can be written in two ways
+        for field_name, table in tables_of(joint_count).items():
+            if table.role == "label":
+                values: Any = self.labels(field_name)
+            elif field_name in readers:
+                values = readers[field_name]()
+            else:
+                values = self.numbers(field_name, table.columns)
+                if values is not None and len(table.columns) == 1 and field_name in own:
+                    values = values[:, 0]
+            if values is not None:
+                (out if field_name in own else labels if table.role == "label" else others)[field_name] = values
+        return out
 
     def rotation(self) -> FloatArray | None:
         """The orientation as quaternions (N, 4), from quaternions or from roll, pitch and yaw."""
@@ -201,6 +219,10 @@ class Columns:
         quantities = self._sources[bad.field]
         place = self.known[quantities[min(bad.index, len(quantities) - 1)]].place
         return self.table.wrong_cell(place, bad.row, bad.expected)
+
+    def _kind(self, quantity: str) -> str | None:
+        joints = sum(re.fullmatch(r"q\d+", name) is not None for name in self.known)
+        return kinds_of_columns(joints).get(quantity, "current")
 
     def _stack(self, name: str, quantities: Sequence[str]) -> FloatArray:
         self._sources[name] = quantities

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from fastcal.errors import InvalidInput
 from fastcal.io.tables import write_csv
 from fastcal.measurements.dataset import Dataset, FloatArray
+from fastcal.measurements.observations import sharing, tables_of
 from fastcal.units import from_si
 
 if TYPE_CHECKING:
@@ -55,31 +56,23 @@ def file_columns(data: Dataset, joint_types: Sequence[str] | None = None) -> Col
         if values is not None:
             edge = values if unit is None else from_si(values, unit)
             for name, column in zip(names, edge.reshape(len(data), -1).T, strict=True):
-                columns[name if unit is None else f"{name}_{unit}"] = column
+                base, at, place = name.partition("@")
+                columns[name if unit is None else f"{base}_{unit}{at}{place}"] = column
 
     units = [_UNITS.get(joint_type) for joint_type in joint_types]
     for suffix, values in (("", data.q), ("_read", data.q_read)):
         for joint, unit in enumerate(units, start=1):
             add([f"q{joint}{suffix}"], None if values is None else values[:, joint - 1], unit)
     joints = range(1, len(units) + 1)
-    add("xyz", data.position, "mm")
-    add(["qw", "qx", "qy", "qz"], data.rotation)
-    add(["distance"], data.distance, "mm")
-    _add_labels(columns, "anchor", data.anchor, data.anchor_names)
-    sigma = data.sigma_position
-    if sigma is not None and (data.distance is not None or (sigma == sigma[:, :1]).all()):
-        add(["sigma"], sigma[:, 0], "mm")
-    else:
-        add(["sigma_x", "sigma_y", "sigma_z"], sigma, "mm")
-    add(["sigma_rot"], data.sigma_rotation, "deg")
+    for names, values, unit in _observed(data):
+        add(names, values, unit)
     add(["payload"], data.payload if data.payload.any() else None, "kg")
     for places, names, unit in ((slice(3), ("fx", "fy", "fz"), "n"), (slice(3, 6), ("mx", "my", "mz"), "nm")):
         add(names, None if data.wrench is None else data.wrench[:, places], unit)
     add([f"current{joint}" for joint in joints], data.current, "a")
     add(["temperature"], data.temperature, "c")
     add(["time"], data.time, "s")
-    _add_labels(columns, "station", data.station, data.station_names)
-    _add_labels(columns, "mount", data.mount, data.mount_names)
+    columns.update(_labels(data))
     approach = data.approach
     add(
         [f"approach{joint}" for joint in joints],
@@ -90,6 +83,26 @@ def file_columns(data: Dataset, joint_types: Sequence[str] | None = None) -> Col
     return columns
 
 
-def _add_labels(columns: Columns, name: str, codes: NDArray[np.int64] | None, names: Sequence[str]) -> None:
-    if codes is not None:
-        columns[name] = ["" if code < 0 else names[code] for code in codes.tolist()]
+def _labels(data: Dataset) -> dict[str, list[str]]:
+    """The columns of labels, empty where a row has none."""
+    fields = [table.name for table in tables_of(data.q.shape[1]).values() if table.role == "label"]
+    coded = {name: data.label_codes(name) for name in (*fields, "station", "mount")}
+    return {
+        name: ["" if code < 0 else labels[code] for code in codes.tolist()]
+        for name, (codes, labels) in coded.items()
+        if len(codes)
+    }
+
+
+def _observed(data: Dataset) -> Iterator[tuple[Sequence[str], FloatArray | None, str | None]]:
+    """Names without units, numbers and unit of all that was measured; one sigma where it is one for all coordinates."""
+    for table in tables_of(data.q.shape[1]).values():
+        values = None if table.role == "label" else data.table(table.name)
+        if (
+            table.name == "sigma_position"
+            and values is not None
+            and (sharing(data, table.name) > 1 or (values == values[:, :1]).all())
+        ):
+            yield ["sigma"], values[:, :1], table.unit
+        else:
+            yield table.columns, values, table.unit

@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal import _core
 from fastcal.errors import InvalidInput
+from fastcal.measurements.observations import present_numbers
 from fastcal.units import from_si, to_si
 
 if TYPE_CHECKING:
@@ -72,6 +74,8 @@ def check_values(data: Dataset, robot: RobotFacts | None) -> None:
         _require("temperature", data.temperature, data.temperature >= 0, "a temperature above absolute zero")
     if data.approach is not None:
         _require("approach", data.approach, np.isin(data.approach, (-1, 0, 1)), "+1 or -1 (0 where it is unknown)")
+    for field, values in data.observed.items():
+        _require(field, values, ~np.isinf(values), "a finite number, or nothing where it was not measured")
     _check_measured(data)
     _check_sigmas(data)
     if robot is not None:
@@ -103,19 +107,20 @@ def _check_measured(data: Dataset) -> None:
 
 
 def _check_sigmas(data: Dataset) -> None:
-    needed = np.zeros((len(data), 3), dtype=bool)
-    if data.position is not None:
-        needed |= ~np.isnan(data.position)
-    if data.distance is not None:
-        needed[:, 0] |= ~np.isnan(data.distance)
-    turned = np.zeros(len(data), dtype=bool) if data.rotation is None else ~np.isnan(data.rotation[:, 0])
-    for field, values, used in (
-        ("sigma_position", data.sigma_position, needed),
-        ("sigma_rotation", data.sigma_rotation, turned),
-    ):
+    """Standard deviations are positive where what they are of was measured."""
+    used: dict[str, NDArray[np.bool_]] = {}
+    for kind in _core.observation_names():
+        sigmas = [f for f in _core.observation_entry(kind).fields if f.role == "sigma"]
+        for field in sigmas:
+            if data.table(field.name) is not None:
+                width = len(field.columns)
+                needed = used.setdefault(field.name, np.zeros((len(data), width), dtype=bool))
+                needed |= present_numbers(data, kind, width)
+    for field_name, needed in used.items():
+        values = data.table(field_name)
         if values is not None:
-            fits = (values > 0) & np.isfinite(values) | np.isnan(values) & ~used
-            _require(field, values, fits, "a standard deviation greater than 0")
+            fits = (values > 0) & np.isfinite(values) | np.isnan(values) & ~needed
+            _require(field_name, values, fits, "a standard deviation greater than 0")
 
 
 def _check_limits(q: NDArray[np.float64], robot: RobotFacts) -> None:

@@ -38,18 +38,29 @@ def concatenated(sets: Sequence[Dataset], labels: Sequence[str] | None) -> Datas
         np.concatenate([data.q for data in sets]),
         payload=np.concatenate([data.payload for data in sets]),
         **fields,
-        extra={
-            name: np.concatenate([data.extra.get(name, np.full(len(data), np.nan)) for data in sets])
-            for name in dict.fromkeys(name for data in sets for name in data.extra)
-        },
-        extra_labels={
-            name: [text for data in sets for text in data.extra_labels.get(name, [""] * len(data))]
-            for name in dict.fromkeys(name for data in sets for name in data.extra_labels)
-        },
+        observed=_columns(sets, "observed"),
+        observed_labels=_texts_by_name(sets, "observed_labels"),
+        extra=_columns(sets, "extra"),
+        extra_labels=_texts_by_name(sets, "extra_labels"),
         notes=notes,
         source=", ".join(data.source for data in sets),
     )
     return replace(whole, rotation_angles=_filled(sets, "rotation_angles"))
+
+
+def _columns(sets: Sequence[Dataset], mapping: str) -> dict[str, FloatArray]:
+    """Columns by name, NaN in the rows of those that lack one."""
+    shapes = {name: values.shape[1:] for data in sets for name, values in getattr(data, mapping).items()}
+    return {
+        name: np.concatenate([getattr(d, mapping).get(name, np.full((len(d), *shape), np.nan)) for d in sets])
+        for name, shape in shapes.items()
+    }
+
+
+def _texts_by_name(sets: Sequence[Dataset], mapping: str) -> dict[str, list[str]]:
+    """Columns of text by name, empty in the rows of those that lack one."""
+    names = dict.fromkeys(name for data in sets for name in getattr(data, mapping))
+    return {name: [text for d in sets for text in getattr(d, mapping).get(name, [""] * len(d))] for name in names}
 
 
 def _check(sets: Sequence[Dataset], labels: Sequence[str] | None) -> None:

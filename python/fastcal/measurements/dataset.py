@@ -17,6 +17,7 @@ from fastcal.display.shown import Shown
 from fastcal.errors import InvalidInput
 from fastcal.measurements.checks import BadRow, RobotFacts, check_values
 from fastcal.measurements.last_moves import last_moves
+from fastcal.measurements.observations import measured_rows, tables_of
 from fastcal.measurements.splits import random_rows, region_rows
 
 if TYPE_CHECKING:
@@ -51,6 +52,9 @@ class Dataset(Shown):
         station, mount: (N,) index into `station_names`, `mount_names`: set-ups of the instrument and the target.
         approach: (N, n) +1 or -1, the direction in which the joint last moved; 0 where unknown.
         move: (N, n) last move of each joint [rad or m], from the order of rows; 0 where unknown (`last_moves`).
+        observed: Measured numbers of other kinds and their standard deviations by field, (N, k), NaN where not
+            measured: `tilt@link2` (N, 2) [rad], `sigma_tilt` (N, 1) [rad].
+        observed_labels: Labels of other kinds of observation by field, N strings, empty where a row has none: `plane`.
         extra: Unknown columns that hold numbers, as they are: name to (N,), NaN where empty.
         extra_labels: Unknown columns that hold text: name to N strings.
         notes: What a reader should know, a sentence each.
@@ -79,6 +83,8 @@ class Dataset(Shown):
     mount_names: tuple[str, ...] = ()
     approach: FloatArray | None = None
     move: FloatArray | None = None
+    observed: Mapping[str, FloatArray] = field(default_factory=dict)
+    observed_labels: Mapping[str, list[str]] = field(default_factory=dict)
     extra: Mapping[str, FloatArray] = field(default_factory=dict)
     extra_labels: Mapping[str, list[str]] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
@@ -91,11 +97,24 @@ class Dataset(Shown):
     @property
     def measured(self) -> NDArray[np.bool_]:
         """(N,) true in rows that hold at least one measured number."""
-        known = np.zeros(len(self), dtype=bool)
-        for values in (self.position, self.rotation, self.distance):
-            if values is not None:
-                known |= ~np.isnan(values.reshape(len(self), -1)).all(axis=1)
-        return known
+        return measured_rows(self)
+
+    def table(self, field: str) -> FloatArray | None:
+        """A field of numbers as (N, k), one of the data set's own or of `observed`; None where there is none."""
+        values = getattr(self, field, None) if field in _OWN else self.observed.get(field)
+        return None if values is None else np.asarray(values, dtype=np.float64).reshape(len(self), -1)
+
+    def label_codes(self, field: str) -> tuple[IntArray, tuple[str, ...]]:
+        """A field of labels as indices into its names, -1 where a row has none; both empty where there is none."""
+        if field in _OWN:
+            codes = getattr(self, field)
+            return (np.zeros(0, dtype=np.int64), ()) if codes is None else (codes, getattr(self, f"{field}_names"))
+        codes, names = _codes(field, self.observed_labels.get(field), len(self))
+        return (np.zeros(0, dtype=np.int64) if codes is None else codes), names
+
+    def has_labels(self, field: str) -> bool:
+        """Is there a label in any row?"""
+        return bool((self.label_codes(field)[0] >= 0).any())
 
     def __getitem__(self, rows: ArrayLike | slice) -> Dataset:
         """`select`; one number gives a data set of one row."""
@@ -121,6 +140,8 @@ class Dataset(Shown):
         return replace(
             self,
             **parts,
+            observed={name: values[chosen] for name, values in self.observed.items()},
+            observed_labels={name: [labels[i] for i in chosen] for name, labels in self.observed_labels.items()},
             extra={name: values[chosen] for name, values in self.extra.items()},
             extra_labels={name: [labels[i] for i in chosen] for name, labels in self.extra_labels.items()},
         )
@@ -200,6 +221,8 @@ class Dataset(Shown):
         station: Labels | None = None,
         mount: Labels | None = None,
         approach: ArrayLike | None = None,
+        observed: Mapping[str, ArrayLike] | None = None,
+        observed_labels: Mapping[str, Labels] | None = None,
         extra: Mapping[str, ArrayLike] | None = None,
         extra_labels: Mapping[str, Sequence[str]] | None = None,
         notes: Sequence[str] = (),
@@ -257,6 +280,10 @@ class Dataset(Shown):
             mount_names=mount_names,
             approach=approaches,
             move=last_moves(joints, approaches),
+            observed=_observed(observed or {}, rows, count),
+            observed_labels={
+                name: [str(label) for label in labels] for name, labels in (observed_labels or {}).items()
+            },
             extra={name: _array(name, values, (rows,)) for name, values in (extra or {}).items()},
             extra_labels={name: [str(label) for label in labels] for name, labels in (extra_labels or {}).items()},
             notes=tuple(notes),
@@ -267,6 +294,18 @@ class Dataset(Shown):
         if data.rotation is not None:
             data.rotation[:] /= np.linalg.norm(data.rotation, axis=1, keepdims=True)
         return data
+
+
+def _observed(tables: Mapping[str, ArrayLike], rows: int, joints: int) -> dict[str, FloatArray]:
+    """Tables of further observations as (N, k); (N,) is a single column."""
+    out = {}
+    for name, values in tables.items():
+        known = tables_of(joints).get(name)
+        if known is None or known.role == "label":
+            raise InvalidInput(f"there is no field '{name}' to observe; there are {', '.join(tables_of(joints))}")
+        given = np.asarray(values)
+        out[name] = _array(name, given[:, np.newaxis] if given.ndim == 1 else given, (rows, len(known.columns)))
+    return out
 
 
 def _chosen(rows: ArrayLike | slice, count: int) -> IntArray:
@@ -312,7 +351,10 @@ def _codes(name: str, labels: Labels | None, rows: int) -> tuple[IntArray | None
     texts = [str(label) for label in labels]
     if len(texts) != rows:
         raise InvalidInput(f"{name} must hold {rows} labels, one a row, got {len(texts)}")
-    if name != "anchor" and "" in texts:
+    if name in ("station", "mount") and "" in texts:
         raise BadRow(name, texts.index(""), 0, "a label", "''")
     names = {text: index for index, text in enumerate(dict.fromkeys(text for text in texts if text))}
     return np.array([names.get(text, -1) for text in texts], dtype=np.int64), tuple(names)
+
+
+_OWN = frozenset(f.name for f in fields(Dataset))  # fields of its own; all others are in `observed`

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.measurements.observations import plurals
 from fastcal.report import calibration_tables, charts, figures, page, residual_figures, workspace
 from fastcal.report.formatting import alike, count, plural, significant
 from fastcal.report.tables import capitalised, spaced
@@ -141,11 +142,10 @@ def accuracy_figures(sets: list[Rows]) -> list[figures.Figure]:
 
 def _method(result: CalibrationResult) -> list[tuple[str, str]]:
     data = result.train.data
-    kinds = (("positions", data.position), ("orientations", data.rotation), ("lengths", data.distance))
     robust = f"{result.loss}, robust: rows that fit badly weigh less"
     return [
         ("Robot", f"{result.model.name} ({result.model.kinematics}, {plural(result.model.joint_count, 'joint')})"),
-        ("Measured", f"{listed([name for name, column in kinds if column is not None])}, {plural(len(data), 'row')}"),
+        ("Measured", f"{listed(plurals(data))}, {plural(len(data), 'row')}"),
         ("Method", _METHODS.get(result.method, result.method)),
         ("Loss", "none: every row weighs by its standard deviation alone" if result.loss == "none" else robust),
         (

@@ -14,6 +14,7 @@ from fastcal.calibration.evaluation import Evaluation
 from fastcal.calibration.repeatability import Repeatability
 from fastcal.calibration.result import CalibrationResult
 from fastcal.measurements.dataset import Dataset
+from fastcal.measurements.observations import plurals
 from fastcal.report.formatting import plural
 from fastcal.report.words import listed
 from fastcal.robot.robot import Robot
@@ -114,8 +115,9 @@ def evaluation_lines(found: Evaluation, title: str) -> list[str]:
         after = figures["after_mm"]
         sizes = ", ".join(f"{name} {after[name]:.4f} mm" for name in ("mean", "std", "rms", "max"))
         lines.append(f"position error: {sizes}")
-    elif found.data.distance is not None:
-        lines.append("lengths are not judged: their anchors are known only during a calibration")
+    elif found.others_after:
+        names = " and ".join(found.others_after)
+        lines.append(f"not judged: {names}; anchors, planes and mountings are known only during a calibration")
     if (turn := figures.get("after_rotation_deg")) is not None:
         sizes = ", ".join(f"{name} {turn[name]:.4f} deg" for name in ("mean", "rms", "max"))
         lines.append(f"orientation error: {sizes}")
@@ -184,5 +186,4 @@ def outlier_lines(rows: list[int]) -> list[str]:
 
 
 def _measured(data: Dataset) -> list[str]:
-    kinds = (("positions", data.position), ("orientations", data.rotation), ("lengths", data.distance))
-    return [name for name, column in kinds if column is not None] or ["nothing measured"]
+    return plurals(data) or ["nothing measured"]

@@ -83,7 +83,7 @@ def add_surrogate(
     data: Dataset,
     *,
     noise: tuple[float, float, float],
-    anchors: FloatArray | None = None,
+    unknowns: FloatArray | None = None,
     exclude: frozenset[str] = frozenset(),
     threads: int = 1,
 ) -> AddedSurrogate:
@@ -94,21 +94,21 @@ def add_surrogate(
         data: The rows that it was fitted to, without outliers.
         noise: Standard deviation common to all numbers: positions [m], rotations [rad], lengths [m]. A wrong one
             weights kinds of numbers against each other wrongly, and nothing else: their common factor is estimated.
-        anchors: (anchors, 3) [m], where lengths were measured.
+        unknowns: (U,) of the observations: places of anchors, planes ...
         exclude: Places to leave out, such as "workspace".
         threads: Cores; the result does not depend on it.
     """
     open_ones = [c for c in candidates(model, data) if c.owner not in exclude]
     owners = list(dict.fromkeys(c.owner for c in open_ones))
     few = data.select(_some(len(data), _ROWS))
-    problem = rest_problem(model, few, noise, anchors, owners, threads)
+    problem = rest_problem(model, few, noise, unknowns, owners, threads)
     blocks = _chosen(problem, open_ones)
     nothing = AddedSurrogate(model, (), None, (), 0.0, 0.0, 1.0, np.zeros((0, 0)), np.zeros((0, 0)))
     if not blocks:
         return nothing
     if len(data) > len(few):
         rows = data.select(_some(len(data), _ROWS_FITTED))
-        problem = rest_problem(model, rows, noise, anchors, list({b.candidate.owner for b in blocks}), threads)
+        problem = rest_problem(model, rows, noise, unknowns, list({b.candidate.owner for b in blocks}), threads)
         blocks = [_block(problem, b.candidate, b.kernel, b.low, b.high, b.scale, b.size, b.evidence) for b in blocks]
     ratio = _held_out(problem, blocks, open_ones)
     while ratio >= HELD_OUT and len(blocks) > 1:

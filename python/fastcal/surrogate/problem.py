@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
-from fastcal.calibration.alignment import measurements
+from fastcal.calibration.alignment import measurements, noise_by_observation
 from fastcal.calibration.evaluation import pose_groups
 from fastcal.calibration.problem import asked_parameters
 from fastcal.calibration.row_weights import huber_weights
@@ -35,11 +35,11 @@ class RestProblem:
     Attributes:
         model: The calibrated robot.
         rows: (N,) rows of the data that are used.
-        A: (m, p) derivatives by the geometry (and anchors), then a row of weak priors for each.
+        A: (m, p) derivatives by the geometry (and unknowns of observations), then a row of weak priors for each.
         r: (m,) measured less predicted; 0 in the rows of priors.
         row: (m,) index into `rows`, -1 for a prior's.
         fold: (m,) by pose, -1 for a prior's.
-        shifted: (p,) which parameter of the robot each column of A is; -1 for an anchor.
+        shifted: (p,) which parameter of the robot each column of A is; -1 for an unknown of an observation.
         place: Owner to (m, directions): what a unit of each motion does.
         data: The used rows; `samples` are their conditions.
         cached: Inputs that were asked for.
@@ -89,7 +89,7 @@ def rest_problem(
     model: Robot,
     data: Dataset,
     noise: tuple[float, float, float],
-    anchors: FloatArray | None,
+    unknowns: FloatArray | None,
     owners: list[str],
     threads: int,
 ) -> RestProblem:
@@ -101,12 +101,13 @@ def rest_problem(
     extended = Robot(spec | {"effects": [*(spec.get("effects") or []), *units]})
     samples = extended.samples(data)
     core = extended.error_model
-    places = np.zeros(0) if anchors is None else np.ravel(anchors)
+    places = np.zeros(0) if unknowns is None else np.ravel(unknowns)
+    measured = measurements(data, extended)
     theta = np.concatenate([np.asarray(core.start), places])
-    near = _core.linearize(core, samples, measurements(data), theta, list(noise), threads)
+    near = _core.linearize(core, samples, measured, theta, noise_by_observation(measured, noise), threads)
     J, r, row = np.asarray(near.J), -np.asarray(near.r), np.asarray(near.row, dtype=np.int64)
 
-    asked = asked_parameters(core, True, turned=data.rotation is not None, placed=data.position is not None)
+    asked = asked_parameters(core, True, turned=measured.shows_tool_turn, placed=measured.shows_base)
     geometry = [i for i in asked if i < len(core.robot.parameters)]
     columns = [*geometry, *range(len(core.parameters), len(theta))]
     weight = np.sqrt(huber_weights(r, row))[:, np.newaxis]

@@ -56,7 +56,7 @@ TEST(Alignment, AThousandBasesTenMetresAwayAndTurnedAnyWayAreFoundFromPositions)
   for (int trial = 0; trial < test::repeat(1000); ++trial) {
     const Place place = random_place(random, trial % 4 == 3 ? "poe" : "dh");
     const Samples samples = test::postures(random, 30, 6);
-    const Measurements measured =
+    const test::Measured measured =
         test::measure(random, place.truth, samples, place.truth.start(), What::kPositions, {1e-4});
     const Alignment found = align({place.nominal, samples, measured});
     ASSERT_TRUE(found.found);
@@ -75,7 +75,7 @@ TEST(Alignment, AThousandBasesAndToolsAreFoundFromFullPosesOfATwistedArmWithOutl
     const Samples samples = test::postures(random, 20, 6);
     Eigen::VectorXd truth = place.truth.start();
     for (Eigen::Index k = 6; k < truth.size() - 6; ++k) truth[k] += random.normal(5e-4);
-    Measurements measured = test::measure(random, place.truth, samples, truth, What::kPoses, {1e-4, 1e-4});
+    test::Measured measured = test::measure(random, place.truth, samples, truth, What::kPoses, {1e-4, 1e-4});
     measured.position.row(4) += random.vector(0.5).transpose();
     const Alignment found = align({place.nominal, samples, measured});
     ASSERT_TRUE(found.found);
@@ -93,7 +93,8 @@ TEST(Alignment, AnchorsOfLengthsAreFoundForARobotThatStaysWhereItIs) {
     const ErrorModel model(test::build("dh", test::six_axes()));
     const Samples samples = test::postures(random, 36, 6);
     const Eigen::Matrix3Xd anchors = Eigen::Matrix3Xd::NullaryExpr(3, 3, [&] { return random.uniform(-5, 5); });
-    Measurements measured;
+    test::Measured measured;
+    measured.robot = model.robot();
     measured.distance.resize(36);
     measured.anchor.resize(36);
     measured.anchor_count = 3;
@@ -104,7 +105,7 @@ TEST(Alignment, AnchorsOfLengthsAreFoundForARobotThatStaysWhereItIs) {
     }
     const Alignment found = align({model, samples, measured});
     ASSERT_TRUE(found.found);
-    EXPECT_LT((found.anchors - anchors).colwise().norm().maxCoeff(), 1e-3) << trial;
+    EXPECT_LT((found.unknowns.reshaped(3, 3) - anchors).colwise().norm().maxCoeff(), 1e-3) << trial;
     EXPECT_EQ(found.T_world_base.p, model.robot().description().T_world_base.p);
     EXPECT_LT(found.rms, 5e-5);
   }
@@ -190,7 +191,8 @@ TEST(Alignment, RowsWithoutAPointAreLeftOut) {
   Random random(7);
   const Place place = random_place(random, "dh");
   const Samples samples = test::postures(random, 60, 6);
-  Measurements measured = test::measure(random, place.truth, samples, place.truth.start(), What::kPoses, {1e-5, 1e-5});
+  test::Measured measured =
+      test::measure(random, place.truth, samples, place.truth.start(), What::kPoses, {1e-5, 1e-5});
   for (Eigen::Index i = 0; i < 60; ++i) {
     if (i % 3 == 0) measured.position(i, i % 2) = std::nan("");
     if (i % 3 == 1) measured.rotation.row(i).setConstant(std::nan(""));
@@ -204,7 +206,7 @@ TEST(Alignment, TooFewMeasurementsAreSaidSo) {
   Random random(8);
   const Place place = random_place(random, "dh");
   const Samples samples = test::postures(random, 2, 6);
-  Measurements measured = test::measure(random, place.truth, samples, place.truth.start(), What::kPositions, {});
+  test::Measured measured = test::measure(random, place.truth, samples, place.truth.start(), What::kPositions, {});
   const Alignment found = align({place.nominal, samples, measured});
   EXPECT_FALSE(found.found);
   EXPECT_EQ(found.message, "base and tool need at least three measured points or orientations, got 2 and 0");
@@ -221,7 +223,7 @@ TEST(Alignment, IsTheSameWhateverTheThreads) {
   Random random(9);
   const Place place = random_place(random, "dh");
   const Samples samples = test::postures(random, 700, 6);
-  const Measurements measured =
+  const test::Measured measured =
       test::measure(random, place.truth, samples, place.truth.start(), What::kPoses, {1e-4, 1e-4});
   const Alignment one = align({place.nominal, samples, measured, 1});
   for (const int threads : {2, 5}) {

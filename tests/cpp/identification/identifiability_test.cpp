@@ -38,7 +38,7 @@ Seen look(const RobotModel& robot, What what, std::uint64_t seed = 1, Eigen::Ind
   Seen seen{ErrorModel(robot), {}, {}, {}, {}};
   seen.asked = test::asked(seen.model, what);
   const Samples samples = test::postures(random, rows, robot.joint_count(), reach);
-  const Measurements measured = test::measure(random, seen.model, samples, seen.model.start(), what, {});
+  const test::Measured measured = test::measure(random, seen.model, samples, seen.model.start(), what, {});
   Eigen::VectorXd scale(static_cast<Eigen::Index>(seen.asked.size()));
   Eigen::VectorXd hold(scale.size());
   for (Eigen::Index k = 0; k < scale.size(); ++k) {

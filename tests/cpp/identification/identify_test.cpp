@@ -286,7 +286,7 @@ TEST(Identify, RowsWithPartsMissingAreUsedForWhatTheyHave) {
 
 TEST(Identify, NothingMeasuredInAnyRowOrNothingAskedIsSaid) {
   Scene s = scene(28, What::kPositions, 30, {5e-5, 0});
-  const Identification nothing_asked = identify({s.model, s.samples, s.measured}, {}, Eigen::Matrix3Xd(3, 0), {});
+  const Identification nothing_asked = identify({s.model, s.samples, s.measured}, {}, Eigen::VectorXd(), {});
   EXPECT_EQ(nothing_asked.status, Status::kTooFewEquations);
   EXPECT_EQ(nothing_asked.message, "the measurements fix none of the 0 parameters asked for");
   EXPECT_EQ(nothing_asked.theta, s.model.start());
@@ -304,6 +304,7 @@ TEST(Identify, LengthsAloneIdentifyTheArmAndTheirAnchors) {
   s.truth.head<6>() = model.start().head<6>();  // lengths show nothing of the base
   s.truth.tail<3>() = model.start().tail<3>();
   const Eigen::Matrix3Xd anchors = (Eigen::Matrix3Xd(3, 3) << 3, -2, 0.5, 0, 2.5, -3, -0.5, 1, 2).finished();
+  s.measured.robot = model.robot();
   s.measured.distance.resize(400);
   s.measured.anchor.resize(400);
   s.measured.anchor_count = 3;
@@ -314,13 +315,13 @@ TEST(Identify, LengthsAloneIdentifyTheArmAndTheirAnchors) {
   }
   std::vector<int> asked = test::asked(model, What::kPositions);
   asked.erase(asked.begin(), asked.begin() + 6);
-  const Eigen::Matrix3Xd start = anchors + Eigen::Matrix3Xd::Constant(3, 3, 2e-3);
+  const Eigen::VectorXd start = anchors.reshaped() + Eigen::VectorXd::Constant(9, 2e-3);
   const Identification result = identify({model, s.samples, s.measured}, asked, start, {});
   EXPECT_EQ(result.status, Status::kConverged) << result.message;
   expect_finite(result);
-  EXPECT_NEAR(result.sigma[2], 2e-5, 2e-6);
-  EXPECT_EQ(result.sigma[0], 0);
-  EXPECT_EQ(result.parameters.back().owner, "anchor2");
+  ASSERT_EQ(result.sigma.size(), 1U);
+  EXPECT_NEAR(result.sigma[0], 2e-5, 2e-6);
+  EXPECT_EQ(result.parameters.back().owner, "anchor 2");
   EXPECT_EQ(result.theta.size(), model.parameter_count() + 9);
   double worst = 0;
   RowEvaluator there(model, result.theta.head(model.parameter_count()));
@@ -350,13 +351,45 @@ TEST(Identify, IsTheSameBitsWhateverTheThreads) {
   }
 }
 
+TEST(Identify, KnownNoiseIsTakenAsItIsAndDeviationsFollowIt) {
+  const Scene s = scene(32, What::kPoses, 60, {5e-5, 1e-4});
+  IdentifyOptions options;
+  options.loss = LossKind::kNone;
+  options.noise = {5e-5, 1e-4};
+  const Identification once = s.identified(options);
+  EXPECT_EQ(once.tau, options.noise);
+  options.noise = {1e-4, 2e-4};
+  const Identification twice = s.identified(options);
+  ASSERT_EQ(once.free, twice.free);
+  EXPECT_LT((once.theta - twice.theta).cwiseAbs().maxCoeff(), 1e-9);
+  EXPECT_LT((4 * once.covariance - twice.covariance).norm(), 1e-6 * twice.covariance.norm());
+  options.noise = {1e-4};
+  EXPECT_THROW(s.identified(options), InvalidInput);
+}
+
+TEST(Identify, WithoutAGaugePriorsHoldWhatTheDataDoNotShow) {
+  const Scene s = scene(33, What::kPoses, 60, {5e-5, 1e-4});
+  IdentifyOptions options;
+  options.gauge.off = true;
+  options.loss = LossKind::kNone;
+  EXPECT_FALSE(s.identified().held.empty());
+  options.limits.prior_mean = s.model.start();
+  options.limits.prior_sigma = Eigen::VectorXd::Constant(s.model.parameter_count(), 1e-2);
+  const Identification result = s.identified(options);
+  EXPECT_TRUE(result.held.empty());
+  EXPECT_EQ(result.free.size(), 42U);
+  expect_finite(result);
+  Random random(34);
+  EXPECT_LT(test::rms_distance(s.model, test::postures(random, 100, 6), result.theta, s.truth), 1e-4);
+}
+
 TEST(Identify, BadOptionsAreRefusedInASentence) {
   const Scene s = scene(31, What::kPositions, 20, {5e-5, 0});
   const int p = s.model.parameter_count();
   const auto refusal = [&](const std::vector<int>& asked, const IdentifyOptions& options,
-                           Eigen::Index anchors = 0) -> std::string {
+                           Eigen::Index unknowns = 0) -> std::string {
     try {
-      identify({s.model, s.samples, s.measured}, asked, Eigen::Matrix3Xd::Zero(3, anchors), options);
+      identify({s.model, s.samples, s.measured}, asked, Eigen::VectorXd::Zero(unknowns), options);
     } catch (const InvalidInput& error) {
       return error.what();
     }
@@ -365,7 +398,7 @@ TEST(Identify, BadOptionsAreRefusedInASentence) {
   EXPECT_EQ(refusal({p}, {}), "asked parameters must be 0 to 41, got 42");
   EXPECT_EQ(refusal({-1}, {}), "asked parameters must be 0 to 41, got -1");
   EXPECT_EQ(refusal({1, 2, 1}, {}), "asked parameters must differ from each other");
-  EXPECT_EQ(refusal({1}, {}, 2), "there are 0 anchors, got 2 starting places");
+  EXPECT_EQ(refusal({1}, {}, 2), "the observations have 0 unknowns, got 2 starting values");
   IdentifyOptions options;
   options.limits.prior_mean = options.limits.prior_sigma = Eigen::VectorXd::Ones(3);
   EXPECT_EQ(refusal({1}, options), "priors must be 42 means and as many standard deviations, or none");

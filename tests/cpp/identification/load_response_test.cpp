@@ -31,7 +31,7 @@ ErrorModel twisted_arm() {
 struct Scene {
   ErrorModel model = twisted_arm();
   Samples samples;
-  Measurements measured;
+  test::Measured measured;
   std::vector<int> free;
   Eigen::VectorXd scale;
 

@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The fastcal authors
 // SPDX-License-Identifier: MIT
+//
+// What every observation must obey, for all registered kinds; then the numbers of each kind by hand.
 #include "fastcal/measurement/measurements.hpp"
 
 #include <gtest/gtest.h>
@@ -7,7 +9,8 @@
 #include <functional>
 
 #include "fastcal/math/check.hpp"
-#include "support/random.hpp"
+#include "fastcal/math/se3.hpp"
+#include "support/robots.hpp"
 
 namespace fastcal {
 namespace {
@@ -21,144 +24,269 @@ Eigen::Vector4d wxyz(const Eigen::Matrix3d& R) {
   return {q.w(), q.x(), q.y(), q.z()};
 }
 
-/// One row with everything measured, at `T` but for the errors given.
-Measurements measured_at(const Pose& T, const Eigen::Vector3d& dp, const Eigen::Vector3d& turn,
-                         const Eigen::Vector3d& anchor, double stretch) {
-  Measurements m;
-  m.position = (T.p - dp).transpose();
-  m.rotation = wxyz(T.R * exp_so3(-turn)).transpose();
-  m.distance = Eigen::VectorXd::Constant(1, (T.p - anchor).norm() - stretch);
-  m.anchor = Eigen::VectorXi::Zero(1);
-  m.anchor_count = 1;
-  return m;
+RobotModel arm() { return test::build("dh", test::six_axes()); }
+
+/// Two rows in which everything registered was measured: the second in parts.
+Tables tables(Random& random) {
+  Tables out{2, {}, {}};
+  out.numbers["position"] = RowMatrixXd::NullaryExpr(2, 3, [&] { return random.uniform(-1, 1); });
+  out.numbers["rotation"].resize(2, 4);
+  for (int i = 0; i < 2; ++i) out.numbers["rotation"].row(i) = wxyz(random.rotation()).transpose();
+  out.numbers["distance"] = RowMatrixXd::Constant(2, 1, 1.5);
+  out.numbers["tilt@link3"] = RowMatrixXd::NullaryExpr(2, 2, [&] { return random.uniform(-0.5, 0.5); });
+  out.numbers["tilt@link5"] = out.numbers["tilt@link3"];
+  out.labels["anchor"] = {Eigen::Vector2i(1, 0), {"a", "b"}};
+  out.labels["plane"] = {Eigen::Vector2i(0, -1), {"top"}};
+  return out;
 }
 
-TEST(Residual, IsPredictedLessMeasured) {
-  Random random(1);
-  for (int k = 0; k < 200; ++k) {
-    const Pose T = random.pose(2);
-    const Eigen::Vector3d dp = random.vector(0.1);
-    const Eigen::Vector3d turn = random.uniform(0, 3.1) * random.unit();
-    const Eigen::Matrix3Xd anchors = random.vector(5);
-    RowResidual row;
-    row_residual(measured_at(T, dp, turn, anchors, 0.02), 0, T, &anchors, row);
-    EXPECT_LT((row.r.head<3>() - dp).norm(), 1e-14);
-    EXPECT_LT((row.r.segment<3>(3) - turn).norm(), 1e-13);
-    EXPECT_NEAR(row.r[6], 0.02, 1e-14);
-    for (const bool present : row.present) EXPECT_TRUE(present);
+/// One observation out of those of two rows, by its number; a name for the test.
+class Contract : public testing::TestWithParam<std::size_t> {
+ protected:
+  Random random_{7};
+  Tables tables_ = tables(random_);
+  Measurements all_{tables_, arm()};
+  const PlacedObservation& of_ = all_.observations()[GetParam()];
+  Eigen::VectorXd unknowns_ = random_.values(of_.unknown_count, 0.4);
+  Sights sights_{random_.pose(1), random_.pose(1)};
+
+  Comparison compared(const Sights& sights, const Eigen::VectorXd& unknowns, Eigen::Index row = 0) const {
+    Comparison out;
+    out.clear();
+    of_->compare(row, sights, unknowns.data(), out);
+    return out;
+  }
+};
+
+TEST_P(Contract, NamesAreThereAndUnitsAreKnown) {
+  EXPECT_FALSE(of_->name().empty());
+  EXPECT_TRUE(of_->unit() == "m" || of_->unit() == "rad");
+  for (const Parameter& parameter : of_->parameters()) {
+    EXPECT_GT(parameter.sigma, 0);
+    EXPECT_FALSE(parameter.doc.empty() || parameter.owner.empty() || parameter.name.empty());
+    EXPECT_TRUE(parameter.unit == "m" || parameter.unit == "rad");
   }
 }
 
-TEST(Residual, JacobianIsTheDerivativeByTheToolsMotion) {
-  Random random(2);
+TEST_P(Contract, DerivativesAreThoseOfTheResidual) {
   constexpr double h = 1e-3;
-  for (int k = 0; k < 100; ++k) {
-    const Pose T = random.pose(2);
-    const Eigen::Vector3d turn = random.uniform(0, 2.5) * random.unit();
-    Eigen::Matrix3Xd anchors = random.vector(5);
-    const Measurements m = measured_at(T, random.vector(0.1), turn, anchors, 0.02);
-    RowResidual row;
-    row_residual(m, 0, T, &anchors, row);
-    const auto stencil = [&](const auto& at) {
-      const auto r = [&](double step) {
-        RowResidual moved;
-        at(step, moved);
-        return moved.r;
-      };
-      return ((8 * (r(h) - r(-h)) - (r(2 * h) - r(-2 * h))) / (12 * h)).eval();
-    };
-    for (int j = 0; j < 6; ++j) {
-      const auto column = stencil([&](double step, RowResidual& moved) {
-        Pose there = T;
-        if (j < 3) there.p[j] += step;
-        if (j >= 3) there.R = exp_so3(step * Eigen::Vector3d::Unit(j - 3)) * T.R;
-        row_residual(m, 0, there, &anchors, moved);
+  const Comparison here = compared(sights_, unknowns_);
+  const auto slope = [&](const std::function<Eigen::Vector3d(double)>& r) -> Eigen::Vector3d {
+    return (8 * (r(h) - r(-h)) - (r(2 * h) - r(-2 * h))) / (12 * h);
+  };
+  for (std::size_t f = 0; f < of_.frames.size(); ++f) {
+    for (int k = 0; k < 6; ++k) {
+      const Eigen::Vector3d wanted = slope([&](double step) {
+        Sights there = sights_;
+        if (k < 3) there[f].p[k] += step;
+        if (k >= 3) there[f].R = exp_so3(step * Eigen::Vector3d::Unit(k - 3)) * there[f].R;
+        return compared(there, unknowns_).r;
       });
-      EXPECT_LT((row.J_r_tool.col(j) - column).norm(), 1e-8) << "turned by " << turn.norm() << ", column " << j;
+      EXPECT_LT((here.by_frame[f].col(k) - wanted).norm(), 1e-8) << of_->name() << " by frame " << f << ", " << k;
     }
-    for (int j = 0; j < 3; ++j) {
-      const auto column = stencil([&](double step, RowResidual& moved) {
-        Eigen::Matrix3Xd there = anchors;
-        there(j, 0) += step;
-        row_residual(m, 0, T, &there, moved);
-      });
-      EXPECT_NEAR(row.J_distance_anchor[j], column[6], 1e-8);
-    }
+  }
+  for (int k = 0; k < of_.unknown_count; ++k) {
+    const Eigen::Vector3d wanted = slope([&](double step) {
+      Eigen::VectorXd there = unknowns_;
+      there[k] += step;
+      return compared(sights_, there).r;
+    });
+    const int own = k - here.first_unknown;
+    const bool depends = own >= 0 && own < here.unknown_count;
+    const Eigen::Vector3d found = depends ? here.by_unknown.col(own).eval() : Eigen::Vector3d::Zero();
+    EXPECT_LT((found - wanted).norm(), 1e-8) << of_->name() << " by unknown " << k;
   }
 }
 
-TEST(Residual, WhatWasNotMeasuredIsAbsentAndLeavesZeros) {
-  const Pose T = Random(3).pose(2);
-  const Eigen::Matrix3Xd anchors = Eigen::Vector3d(1, 2, 3);
-  Measurements m = measured_at(T, {1, 2, 3}, {0.1, 0, 0}, anchors, 0.1);
-  m.position(0, 1) = kNan;
-  m.rotation(0, 2) = kNan;
-  m.distance[0] = kNan;
-  RowResidual row;
-  row_residual(measured_at(T, {1, 2, 3}, {0.1, 0, 0}, anchors, 0.1), 0, T, &anchors, row);
-  row_residual(m, 0, T, &anchors, row);  // the same object again: nothing of the row before may stay
-  EXPECT_EQ(row.present, (std::array<bool, 7>{true, false, true, false, false, false, false}));
-  EXPECT_EQ(row.r[1], 0);
-  EXPECT_EQ(row.r.tail<4>().norm(), 0);
-  EXPECT_EQ(row.J_r_tool.row(1).norm(), 0);
-  EXPECT_EQ(row.J_r_tool.bottomRows<4>().norm(), 0);
-  EXPECT_EQ(row.anchor, -1);
+TEST_P(Contract, WhatWasNotMeasuredIsAbsent) {
+  for (auto& [name, table] : tables_.numbers) table.row(1).setConstant(kNan);
+  tables_.labels["anchor"].codes[1] = tables_.labels["plane"].codes[1] = -1;
+  const Measurements empty(tables_, arm());
+  Comparison out;
+  out.clear();
+  empty.observations()[GetParam()]->compare(1, sights_, unknowns_.data(), out);
+  for (const bool present : out.present) EXPECT_FALSE(present);
+  EXPECT_EQ(out.r.norm(), 0);
 }
 
-TEST(Residual, AToolInItsAnchorHasAFiniteDerivative) {
-  const Pose T = Random(4).pose(2);
-  const Eigen::Matrix3Xd anchors = T.p;
-  RowResidual row;
-  row_residual(measured_at(T, {0, 0, 0}, {0, 0, 0}, anchors, -0.3), 0, T, &anchors, row);
-  EXPECT_NEAR(row.r[6], -0.3, 1e-15);
-  EXPECT_TRUE(row.J_r_tool.allFinite());
-  EXPECT_NEAR(row.J_r_tool.row(6).norm(), 1, 1e-15);
+/// Unknowns from readings without noise: the residuals there are zero.
+TEST_P(Contract, ItsStartIsExactOnExactReadings) {
+  if (of_.unknown_count == 0) return;
+  const RobotModel robot = arm();
+  constexpr Eigen::Index kRows = 60;
+  std::vector<Sights> sights;
+  for (Eigen::Index i = 0; i < kRows; ++i) sights.push_back({random_.pose(1), sights_[1]});
+  Tables readings{kRows, {}, {}};
+  // A plane is touched where the arm is put on it; others are read off.
+  const bool touches = of_->field().empty();
+  if (touches) {
+    const Eigen::Vector3d normal = random_.unit();
+    for (Sights& at : sights) at[0].p += (0.4 - normal.dot(at[0].p)) * normal;
+  } else {
+    readings.numbers[of_->field()] = RowMatrixXd::Zero(kRows, of_.component_count);
+  }
+  for (const auto& [name, labels] : tables_.labels) {
+    const int count = static_cast<int>(labels.names.size());
+    readings.labels[name] = {Eigen::VectorXi::NullaryExpr(kRows, [&](Eigen::Index i) { return int(i) % count; }),
+                             labels.names};
+  }
+  const auto build = [&] {
+    const Measurements measured(readings, robot);
+    for (const PlacedObservation& candidate : measured.observations()) {
+      if (candidate->name() == of_->name()) return candidate;
+    }
+    throw std::logic_error("not built");
+  };
+  const auto residual = [&](const PlacedObservation& from, const Eigen::VectorXd& unknowns, Eigen::Index i) {
+    Comparison out;
+    out.clear();
+    from->compare(i, sights[i], unknowns.data(), out);
+    return out.r;
+  };
+  PlacedObservation observed = build();
+  if (!touches) {
+    for (int round = 0; round < 30; ++round) {  // to where the residual of what is read is zero
+      for (Eigen::Index i = 0; i < kRows; ++i)
+        readings.numbers[of_->field()].row(i) += residual(observed, unknowns_, i).head(of_.component_count).transpose();
+      observed = build();
+    }
+  }
+  Eigen::VectorXd start(of_.unknown_count);
+  ASSERT_EQ(observed->start(sights, start), "");
+  for (Eigen::Index i = 0; i < kRows; ++i) EXPECT_LT(residual(observed, start, i).norm(), 1e-9) << of_->name();
 }
 
-TEST(Measurements, SigmaOfADistanceIsThatOfTheFirstCoordinate) {
-  Measurements m = measured_at(Pose(), {0, 0, 0}, {0, 0, 0}, {1, 0, 0}, 0);
-  EXPECT_EQ(m.sigma(0, 0), 0);
-  m.sigma_position.resize(1, 3);
-  m.sigma_position << 1, 2, 3;
-  m.sigma_rotation = Eigen::VectorXd::Constant(1, 4);
-  const std::array<double, 7> wanted{1, 2, 3, 4, 4, 4, 1};
-  for (int c = 0; c < kComponents; ++c) EXPECT_EQ(m.sigma(0, c), wanted[static_cast<std::size_t>(c)]);
+INSTANTIATE_TEST_SUITE_P(All, Contract, testing::Range<std::size_t>(0, 6));
+
+TEST(Registry, HasTheseKinds) {
+  EXPECT_EQ(observation_names(),
+            (std::vector<std::string>{"inclination", "length", "orientation", "plane", "position"}));
+  EXPECT_THROW(observation_entry("smell"), InvalidInput);
+  Random random(1);
+  EXPECT_EQ(Measurements(tables(random), arm()).observation_count(), 6);  // as many as Contract runs over
+}
+
+TEST(Measurements, ThePositionComesFirstAndTheOthersFollow) {
+  Random random(1);
+  const Measurements measured(tables(random), arm());
+  EXPECT_EQ(measured.observations()[0]->name(), "position");
+  EXPECT_EQ(measured.number_count(), 3 + 3 + 1 + 1 + 2 + 2);
+  EXPECT_EQ(measured.unknown_count(), 6 + 3 + 3 + 3);
+  int number = 0;
+  int unknown = 0;
+  for (const PlacedObservation& of : measured.observations()) {
+    EXPECT_EQ(of.first_number, number);
+    EXPECT_EQ(of.first_unknown, unknown);
+    number += of.component_count;
+    unknown += of.unknown_count;
+  }
+  EXPECT_TRUE(measured.shows_base() && measured.shows_tool_turn());
+}
+
+TEST(Measurements, SigmaOfALengthIsThatOfTheFirstCoordinate) {
+  Random random(1);
+  Tables all = tables(random);
+  EXPECT_FALSE(Measurements(all, arm()).claims_sigma());
+  all.numbers["sigma_position"] = Eigen::RowVector3d(1, 2, 3).replicate(2, 1);
+  all.numbers["sigma_rotation"] = RowMatrixXd::Constant(2, 1, 4);
+  all.numbers["sigma_tilt"] = RowMatrixXd::Constant(2, 1, 5);
+  const Measurements measured(all, arm());
+  EXPECT_TRUE(measured.claims_sigma());
+  std::map<std::string, double> last;
+  for (int c = 0; c < measured.number_count(); ++c)
+    last[measured.observations()[measured.observation_of(c)]->name()] = measured.sigma(0, c);
+  EXPECT_EQ(last, (std::map<std::string, double>{{"position", 3},
+                                                 {"orientation", 4},
+                                                 {"length", 1},
+                                                 {"plane", 1},
+                                                 {"inclination of link3", 5},
+                                                 {"inclination of link5", 5}}));
+}
+
+TEST(Orientation, IsTheTurnInTheAxesOfTheTool) {
+  Random random(3);
+  const Eigen::Vector3d turn(0.1, -0.2, 0.3);
+  const Eigen::Matrix3d R = random.rotation();
+  Tables one{1, {{"rotation", wxyz(R * exp_so3(-turn)).transpose()}}, {}};
+  Comparison out;
+  out.clear();
+  Measurements(one, arm()).observations()[0]->compare(0, {Pose{R, {}}, {}}, nullptr, out);
+  EXPECT_LT((out.r - turn).norm(), 1e-13);
+}
+
+TEST(Length, IsPredictedLessMeasuredAlsoInItsAnchor) {
+  const Tables one{
+      1, {{"distance", RowMatrixXd::Constant(1, 1, 0.3)}}, {{"anchor", {Eigen::VectorXi::Zero(1), {"a"}}}}};
+  const Measurements measured(one, arm());
+  const Eigen::Vector3d anchor(1, 2, 3);
+  Comparison out;
+  out.clear();
+  measured.observations()[0]->compare(0, {Pose{{}, anchor + Eigen::Vector3d(0, 0.5, 0)}, {}}, anchor.data(), out);
+  EXPECT_NEAR(out.r[0], 0.2, 1e-15);
+  out.clear();
+  measured.observations()[0]->compare(0, {Pose{{}, anchor}, {}}, anchor.data(), out);
+  EXPECT_NEAR(out.r[0], -0.3, 1e-15);
+  EXPECT_NEAR(out.by_frame[0].row(0).norm(), 1, 1e-15);
+}
+
+TEST(Plane, HeightIsThatOverThePlane) {
+  const Tables one{1, {}, {{"plane", {Eigen::VectorXi::Zero(1), {"wall"}}}}};
+  const Measurements measured(one, arm());
+  const Eigen::Vector3d wall(0, M_PI / 2, 0.7);  // z turned about y is x: the plane x = 0.7
+  Comparison out;
+  out.clear();
+  measured.observations()[0]->compare(0, {Pose{{}, {1, 5, -3}}, {}}, wall.data(), out);
+  EXPECT_NEAR(out.r[0], 0.3, 1e-15);
+  EXPECT_EQ(measured.parameters()[2].owner, "plane wall");
+}
+
+TEST(Inclination, ALinkThatNodsByTenDegreesLiftsItsXAxisByAsMuch) {
+  const double angle = 10 * M_PI / 180;
+  const Tables one{1, {{"tilt@link2", Eigen::RowVector2d(angle - 1e-6, 0)}}, {}};
+  const Measurements measured(one, arm());
+  const Eigen::Vector3d mount = Eigen::Vector3d::Zero();
+  Comparison out;
+  out.clear();
+  const Eigen::Matrix3d nod = exp_so3(Eigen::Vector3d(0, -angle, 0));  // x towards z
+  measured.observations()[0]->compare(0, {Pose{exp_so3(Eigen::Vector3d(0, 0, 1)) * nod, {}}, {}}, mount.data(), out);
+  EXPECT_NEAR(out.r[0], 1e-6, 1e-12);
+  EXPECT_NEAR(out.r[1], 0, 1e-15);
 }
 
 TEST(Measurements, BadTablesAreRefusedInASentence) {
-  const auto refusal = [](const std::function<void(Measurements&)>& spoil, Eigen::Index rows = 1) -> std::string {
-    Measurements m = measured_at(Pose(), {0, 0, 0}, {0, 0, 0}, {1, 0, 0}, 0);
-    m.sigma_position = RowMatrixXd::Constant(1, 3, 1e-4);
-    m.sigma_rotation = Eigen::VectorXd::Constant(1, 1e-4);
-    spoil(m);
+  const auto refusal = [](const std::function<void(Tables&)>& spoil) -> std::string {
+    Random random(5);
+    Tables all = tables(random);
+    all.numbers["sigma_position"] = RowMatrixXd::Constant(2, 3, 1e-4);
+    spoil(all);
     try {
-      m.check(rows);
+      Measurements(all, arm());
     } catch (const InvalidInput& error) {
       return error.what();
     }
     return "nothing was refused";
   };
   const double inf = std::numeric_limits<double>::infinity();
-  EXPECT_EQ(refusal([](Measurements&) {}), "nothing was refused");
-  EXPECT_EQ(refusal([](Measurements& m) { m.position.setConstant(kNan); }), "nothing was refused");
-  EXPECT_EQ(refusal([](Measurements&) {}, 2), "position must have 2 rows and 3 columns, got 1 and 3");
-  EXPECT_EQ(refusal([&](Measurements& m) { m.position(0, 2) = inf; }),
+  EXPECT_EQ(refusal([](Tables&) {}), "nothing was refused");
+  EXPECT_EQ(refusal([](Tables& t) { t.numbers["position"].setConstant(kNan); }), "nothing was refused");
+  EXPECT_EQ(refusal([](Tables& t) { t.rows = 3; }), "tilt@link3 must have 3 rows and 2 columns, got 2 and 2");
+  EXPECT_EQ(refusal([&](Tables& t) { t.numbers["position"](0, 2) = inf; }),
             "position must be finite, or NaN where it was not measured");
-  EXPECT_EQ(refusal([](Measurements& m) { m.rotation *= 2; }), "row 0: a quaternion must have length 1, got 2");
-  EXPECT_EQ(refusal([](Measurements& m) { m.distance[0] = -1; }),
-            "distance must be finite and not negative, or NaN where it was not measured");
-  EXPECT_EQ(refusal([](Measurements& m) { m.anchor[0] = 1; }), "row 0: anchor must be 0 to 0, got 1");
-  EXPECT_EQ(refusal([](Measurements& m) { m.anchor.resize(0); }), "distances need an anchor in every row");
-  EXPECT_EQ(refusal([](Measurements& m) { m.sigma_position(0, 1) = 0; }), "sigma_position must be positive and finite");
-  EXPECT_EQ(refusal([](Measurements& m) { m.sigma_position(0, 1) = kNan; }),
+  EXPECT_EQ(refusal([](Tables& t) { t.numbers["rotation"].row(0) *= 2; }),
+            "row 0: a quaternion must have length 1, got 2");
+  EXPECT_EQ(refusal([](Tables& t) { t.numbers["distance"](0, 0) = -1; }), "row 0: a length must not be negative");
+  EXPECT_EQ(refusal([](Tables& t) { t.labels["anchor"].codes[0] = 2; }), "row 0: anchor must be -1 to 1, got 2");
+  EXPECT_EQ(refusal([](Tables& t) { t.labels["anchor"].codes[1] = -1; }), "row 1: a length needs an anchor");
+  EXPECT_EQ(refusal([](Tables& t) { t.labels.erase("anchor"); }), "lengths need an anchor in every row");
+  EXPECT_EQ(refusal([](Tables& t) { t.numbers["sigma_position"](0, 1) = 0; }),
             "sigma_position must be positive and finite");
-  EXPECT_EQ(refusal([&](Measurements& m) { m.sigma_rotation[0] = inf; }), "sigma_rotation must be positive and finite");
-  EXPECT_EQ(refusal([](Measurements& m) {
-              m.position.resize(0, 3);
-              m.rotation.resize(0, 4);
-              m.distance.resize(0);
+  EXPECT_EQ(refusal([](Tables& t) { t.numbers["sigma_position"](0, 1) = kNan; }),
+            "sigma_position must be positive and finite");
+  EXPECT_EQ(refusal([](Tables& t) {
+              t.numbers.clear();
+              t.labels.clear();
             }),
-            "nothing was measured: position, rotation and distance are all missing");
+            "nothing was measured; expected inclinations, lengths, orientations, touches of a plane, positions");
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include <memory>
 
 #include "fastcal/math/parallel.hpp"
+#include "fastcal/math/se3.hpp"
 #include "support/robots.hpp"
 
 namespace fastcal {
@@ -54,14 +55,24 @@ class Bent : public Effect {
   std::vector<Parameter> parameters_{{"bent", "a", "m", 1, "squared"}};
 };
 
-/// All six numbers of a tool pose as they are: slopes of a row, turns too.
+int robot_tool(const ErrorModel& model) { return tool_frame(model.robot().joint_count()); }
+
+/// The tool's position as coordinates, and all six parts of the motion of a frame: of another frame, less that of the
+/// tool, which is a number that looks at two frames.
 struct Numbers {
-  explicit Numbers(int stride) : factor(6 * stride, 1.0), slope(Eigen::VectorXd::Zero(18 * stride)) {
-    for (int o = 0; o < 3; ++o) slope.segment((6 * o + 3 + o) * stride, stride).setOnes();
+  Numbers(int stride, int tool, int other) : factor(9 * stride, 1.0), slope(Eigen::VectorXd::Zero(12 * 6 * stride)) {
+    for (int o = 0; o < 6; ++o) {
+      for (int s = 0; s < 2; ++s) {
+        const Eigen::Index first = (2 * o + s) * 6 * stride;
+        slope.segment(first + o * stride, stride).setConstant(s == 0 ? 1.0 : -1.0);
+        sights.push_back({3 + o, s == 0 ? other : tool, slope.data() + first});
+      }
+    }
   }
   std::vector<double> factor;
   Eigen::VectorXd slope;
-  kernels::NumberRows rows() const { return {true, 3, factor.data(), slope.data()}; }
+  std::vector<kernels::Sight> sights;
+  kernels::NumberRows rows() const { return {true, 6, factor.data(), sights.data(), 12}; }
 };
 
 void expect_rows(const ErrorModel& model, const Samples& samples, const Eigen::VectorXd& theta, TwistMemory* memory) {
@@ -77,19 +88,23 @@ void expect_rows(const ErrorModel& model, const Samples& samples, const Eigen::V
   for (Eigen::Index begin = 0; begin < samples.count(); begin += kChunkRows) {
     const Eigen::Index end = std::min(begin + kChunkRows, samples.count());
     block.forward(samples, begin, end, memory);
-    const Numbers numbers(block.stride());
-    const int ld = 6 * block.stride() + 3;
+    const int other = 1 + static_cast<int>(begin / kChunkRows % 4);  // joint, link, ... of the first joints
+    const Numbers numbers(block.stride(), robot_tool(model), other);
+    const int ld = 9 * block.stride() + 3;
     Eigen::MatrixXd found(ld, columns);
     block.jacobian(numbers.rows(), found.data(), ld);
     Eigen::MatrixXd points(ld, columns);
-    block.jacobian({true, 0, numbers.factor.data(), nullptr}, points.data(), ld);
+    block.jacobian({true, 0, numbers.factor.data(), nullptr, 0}, points.data(), ld);
     for (Eigen::Index i = 0; i < end - begin; ++i) {
       const Pose& T = rows.jacobian(samples.row(begin + i), J);
-      const Pose at = block.tool(static_cast<int>(i));
+      const Pose at = block.frame(robot_tool(model), static_cast<int>(i));
       ASSERT_LT((at.p - T.p).norm() + (at.R - T.R).norm(), 1e-13) << "row " << begin + i;
+      Eigen::Matrix<double, 6, Eigen::Dynamic> J_other(6, p);
+      rows.motion(other, J_other);
       for (Eigen::Index k = 0; k + 1 < columns; ++k) {
-        for (int c = 0; c < 6; ++c) {
-          const double wanted = scale[k] * J(c, free[static_cast<std::size_t>(k)]);
+        for (int c = 0; c < 9; ++c) {
+          const int f = free[k];
+          const double wanted = scale[k] * (c < 3 ? J(c, f) : J_other(c - 3, f) - J(c - 3, f));
           const Eigen::Index at_row = c * block.stride() + i;
           ASSERT_NEAR(found(at_row, k), wanted, 1e-12 * (1 + std::abs(wanted)))
               << "row " << begin + i << ", parameter " << free[static_cast<std::size_t>(k)] << ", component " << c;
@@ -98,7 +113,7 @@ void expect_rows(const ErrorModel& model, const Samples& samples, const Eigen::V
           }
         }
       }
-      for (int c = 0; c < 6; ++c) ASSERT_EQ(found(c * block.stride() + i, columns - 1), 0);
+      for (int c = 0; c < 9; ++c) ASSERT_EQ(found(c * block.stride() + i, columns - 1), 0);
     }
   }
 }
@@ -124,6 +139,35 @@ TEST(RowBlock, IsTheRowsOneByOne) {
   }
 }
 
+// Which frame moves first: geometry moves those behind its place, an effect its own frame too.
+TEST(RowEvaluator, MotionOfEveryFrameIsThatOfDifferences) {
+  Random random(8);
+  for (const auto& kind : test::kKinds4) {
+    const ErrorModel model(test::build(kind, test::random_tables(random, 3)), {std::make_shared<RowTwists>(false)});
+    const Eigen::VectorXd theta = model.start() + random.values(model.parameter_count(), 0.2);
+    Samples samples;
+    samples.q = RowMatrixXd::NullaryExpr(1, 3, [&] { return random.uniform(-0.9, 0.9); });
+    RowEvaluator rows(model, theta);
+    rows.columns(samples.row(0));
+    constexpr double h = 1e-5;
+    for (int frame = 0; frame <= robot_tool(model); ++frame) {
+      Eigen::Matrix<double, 6, Eigen::Dynamic> J(6, model.parameter_count());
+      rows.motion(frame, J);
+      for (int k = 0; k < model.parameter_count(); ++k) {
+        const auto at = [&](double step) {
+          Eigen::VectorXd there = theta;
+          there[k] += step;
+          return RowEvaluator(model, there).frames(samples.row(0))[frame];
+        };
+        const Pose ahead = at(h), behind = at(-h);
+        Vector6d wanted;
+        wanted << (ahead.p - behind.p) / (2 * h), log_so3(ahead.R * behind.R.transpose()) / (2 * h);
+        ASSERT_LT((J.col(k) - wanted).norm(), 1e-7) << kind << ", frame " << frame << ", parameter " << k;
+      }
+    }
+  }
+}
+
 TEST(RowBlock, HoldsAtAnglesBeyondThePolynomial) {
   const ErrorModel model(test::build("dh", test::six_axes(0.7)));
   Samples samples;
@@ -134,7 +178,8 @@ TEST(RowBlock, HoldsAtAnglesBeyondThePolynomial) {
   RowEvaluator rows(model, model.start());
   for (int i = 0; i < 2; ++i) {
     const Pose& T = rows.pose(samples.row(i));
-    EXPECT_LT((block.tool(i).p - T.p).norm() + (block.tool(i).R - T.R).norm(), 1e-13);
+    EXPECT_LT((block.frame(robot_tool(model), i).p - T.p).norm() + (block.frame(robot_tool(model), i).R - T.R).norm(),
+              1e-13);
   }
 }
 

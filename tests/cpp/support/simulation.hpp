@@ -4,7 +4,10 @@
 // Simulated measurements of a known truth.
 #pragma once
 
+#include <algorithm>
 #include <numeric>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "fastcal/identification/identify.hpp"
@@ -25,10 +28,37 @@ struct Noise {
 
 enum class What { kPositions, kPoses };
 
+/// Tables of what was measured of a robot, which a test may change; read as Measurements whenever these are asked for.
+struct Measured {
+  std::optional<RobotModel> robot;
+  RowMatrixXd position, rotation, sigma_position;
+  Eigen::VectorXd distance, sigma_rotation;
+  Eigen::VectorXi anchor;
+  int anchor_count = 0;
+
+  operator const Measurements&() const {
+    Tables tables{std::max({position.rows(), rotation.rows(), distance.rows()}), {}, {}};
+    tables.numbers = {{"position", position},
+                      {"rotation", rotation},
+                      {"distance", distance},
+                      {"sigma_position", sigma_position},
+                      {"sigma_rotation", sigma_rotation}};
+    Labels anchors{anchor, {}};
+    for (int a = 0; a < anchor_count; ++a) anchors.names.push_back(std::to_string(a));
+    tables.labels = {{"anchor", anchors}};
+    read_ = Measurements(tables, *robot);
+    return read_;
+  }
+
+ private:
+  mutable Measurements read_;
+};
+
 /// What a device sees of the robot at parameters `truth`.
-inline Measurements measure(Random& random, const ErrorModel& model, const Samples& samples,
-                            const Eigen::VectorXd& truth, What what, const Noise& noise) {
-  Measurements out;
+inline Measured measure(Random& random, const ErrorModel& model, const Samples& samples, const Eigen::VectorXd& truth,
+                        What what, const Noise& noise) {
+  Measured out;
+  out.robot = model.robot();
   out.position.resize(samples.count(), 3);
   if (what == What::kPoses) out.rotation.resize(samples.count(), 4);
   RowEvaluator rows(model, truth);

@@ -1,0 +1,108 @@
+// SPDX-FileCopyrightText: 2026 The fastcal authors
+// SPDX-License-Identifier: MIT
+//
+// A length from an unknown anchor to the tool: wire, ball-bar, interferometer.
+//   r = |p - a| - L [m]; the anchor's place a (three numbers in the measuring frame) is identified.
+// Start: |p|^2 - 2 p.a + |a|^2 = L^2 is linear in [a, |a|^2].
+#include <cmath>
+
+#include "fastcal/math/check.hpp"
+#include "fastcal/math/decompositions.hpp"
+#include "fastcal/measurement/registry.hpp"
+
+namespace fastcal {
+namespace {
+
+class Length : public Observation {
+ public:
+  Length(Eigen::VectorXd length, Labels anchors, Eigen::VectorXd sigma, int frame)
+      : length_(std::move(length)), anchors_(std::move(anchors)), sigma_(std::move(sigma)), frame_(frame) {
+    for (const std::string& label : anchors_.names) {
+      for (const char* axis : {"x", "y", "z"})
+        parameters_.push_back({"anchor " + label, axis, "m", 1e-3, "place of the anchor in the measuring frame"});
+    }
+    for (Eigen::Index i = 0; i < length_.size(); ++i) {
+      FASTCAL_CHECK(std::isnan(length_[i]) || length_[i] >= 0) << "row " << i << ": a length must not be negative";
+      FASTCAL_CHECK(std::isnan(length_[i]) || anchors_.codes[i] >= 0) << "row " << i << ": a length needs an anchor";
+    }
+  }
+
+  std::string name() const override { return "length"; }
+  const std::vector<std::string>& components() const override {
+    static const std::vector<std::string> names{"length"};
+    return names;
+  }
+  std::string unit() const override { return "m"; }
+  std::string field() const override { return "distance"; }
+  std::vector<int> frames() const override { return {frame_}; }
+  const std::vector<Parameter>& parameters() const override { return parameters_; }
+  double sigma(Eigen::Index row, int) const override { return sigma_.size() == 0 ? 0 : sigma_[row]; }
+  bool claims_sigma() const override { return sigma_.size() > 0; }
+  bool shows_base() const override { return false; }
+
+  void compare(Eigen::Index row, const Sights& sights, const double* unknowns, Comparison& out) const override {
+    if (std::isnan(length_[row])) return;
+    out.first_unknown = 3 * anchors_.codes[row];
+    out.unknown_count = 3;
+    const Eigen::Vector3d line = sights[0].p - Eigen::Map<const Eigen::Vector3d>(unknowns + out.first_unknown);
+    const double length = line.norm();
+    out.present[0] = true;
+    out.r[0] = length - length_[row];
+    // A tool in its anchor has a derivative of length 1 too.
+    const Eigen::Vector3d along = length > 0 ? (line / length).eval() : Eigen::Vector3d::UnitX();
+    out.by_frame[0].topLeftCorner<1, 3>() = along.transpose();
+    out.by_unknown.topLeftCorner<1, 3>() = -along.transpose();
+  }
+
+  std::string start(const std::vector<Sights>& sights, Eigen::Ref<Eigen::VectorXd> unknowns) const override {
+    for (std::size_t a = 0; a < anchors_.names.size(); ++a) {
+      std::vector<Eigen::Index> rows;
+      for (Eigen::Index i = 0; i < length_.size(); ++i) {
+        if (!std::isnan(length_[i]) && anchors_.codes[i] == static_cast<int>(a)) rows.push_back(i);
+      }
+      if (rows.size() < 4) return "each anchor needs at least four lengths";
+      Eigen::Vector3d center = Eigen::Vector3d::Zero();
+      for (const Eigen::Index i : rows) center += sights[i][0].p / static_cast<double>(rows.size());
+      Eigen::MatrixXd D(rows.size(), 4);
+      Eigen::VectorXd y(rows.size());
+      for (std::size_t k = 0; k < rows.size(); ++k) {
+        const Eigen::Vector3d p = sights[rows[k]][0].p - center;
+        const double length = length_[rows[k]];
+        D.row(k) << -2 * p.transpose(), 1;
+        y[k] = length * length - p.squaredNorm();
+      }
+      unknowns.segment<3>(3 * a) = center + D.completeOrthogonalDecomposition().solve(y).head<3>();
+    }
+    return "";
+  }
+
+ private:
+  Eigen::VectorXd length_;
+  Labels anchors_;
+  Eigen::VectorXd sigma_;
+  int frame_;
+  std::vector<Parameter> parameters_;
+};
+
+}  // namespace
+
+FASTCAL_REGISTER_OBSERVATION(
+    "length",
+    {.plural = "lengths",
+     .fields = {{"distance", FieldRole::kMeasured, {"distance"}, "length", "mm"},
+                {"anchor", FieldRole::kLabel, {"anchor"}, "", ""},
+                {"sigma_position", FieldRole::kSigma, {"sigma_x", "sigma_y", "sigma_z"}, "length", "mm"}},
+     .note = "",
+     .make = [](const Tables& tables, const RobotModel& robot) -> std::vector<std::shared_ptr<const Observation>> {
+       const RowMatrixXd* measured = tables.find("distance", 1);
+       if (measured == nullptr) return {};
+       const Labels* anchors = tables.find_labels("anchor");
+       FASTCAL_CHECK(anchors != nullptr) << "lengths need an anchor in every row";
+       const RowMatrixXd* sigma =
+           tables.find_sigma("sigma_position", 3, [&](Eigen::Index i) { return !std::isnan((*measured)(i, 0)); });
+       return {std::make_shared<Length>(measured->col(0), *anchors,
+                                        sigma == nullptr ? Eigen::VectorXd() : sigma->col(0).eval(),
+                                        tool_frame(robot.joint_count()))};
+     }})
+
+}  // namespace fastcal

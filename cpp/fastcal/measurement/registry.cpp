@@ -1,0 +1,70 @@
+// SPDX-FileCopyrightText: 2026 The fastcal authors
+// SPDX-License-Identifier: MIT
+#include "fastcal/measurement/registry.hpp"
+
+#include <utility>
+
+#include "fastcal/math/check.hpp"
+
+namespace fastcal {
+namespace {
+
+std::map<std::string, ObservationEntry>& entries() {
+  static std::map<std::string, ObservationEntry> map;  // in a function: ready before the first registration
+  return map;
+}
+
+}  // namespace
+
+const RowMatrixXd* Tables::find(const std::string& field, Eigen::Index columns) const {
+  const auto found = numbers.find(field);
+  if (found == numbers.end() || found->second.size() == 0) return nullptr;
+  const RowMatrixXd& table = found->second;
+  FASTCAL_CHECK(table.rows() == rows && table.cols() == columns)
+      << field << " must have " << rows << " rows and " << columns << " columns, got " << table.rows() << " and "
+      << table.cols();
+  FASTCAL_CHECK(!table.array().isInf().any()) << field << " must be finite, or NaN where it was not measured";
+  return &table;
+}
+
+const RowMatrixXd* Tables::find_sigma(const std::string& field, Eigen::Index columns,
+                                      const std::function<bool(Eigen::Index)>& measured) const {
+  const RowMatrixXd* table = find(field, columns);
+  for (Eigen::Index i = 0; table != nullptr && i < rows; ++i) {
+    FASTCAL_CHECK(!measured(i) || (table->row(i).array() > 0).all()) << field << " must be positive and finite";
+  }
+  return table;
+}
+
+const Labels* Tables::find_labels(const std::string& field) const {
+  const auto found = labels.find(field);
+  if (found == labels.end() || found->second.codes.size() == 0) return nullptr;
+  const Labels& here = found->second;
+  FASTCAL_CHECK(here.codes.size() == rows) << field << " must have " << rows << " labels, got " << here.codes.size();
+  const int count = static_cast<int>(here.names.size());
+  for (Eigen::Index i = 0; i < rows; ++i) {
+    FASTCAL_CHECK(here.codes[i] >= -1 && here.codes[i] < count)
+        << "row " << i << ": " << field << " must be -1 to " << count - 1 << ", got " << here.codes[i];
+  }
+  return &here;
+}
+
+bool register_observation(const std::string& name, ObservationEntry entry) {
+  FASTCAL_CHECK(entries().emplace(name, std::move(entry)).second)
+      << "the observation name '" << name << "' is registered twice";
+  return true;
+}
+
+std::vector<std::string> observation_names() {
+  std::vector<std::string> names;
+  for (const auto& [name, entry] : entries()) names.push_back(name);
+  return names;
+}
+
+const ObservationEntry& observation_entry(const std::string& name) {
+  const auto found = entries().find(name);
+  FASTCAL_CHECK(found != entries().end()) << "no observation is called '" << name << "'";
+  return found->second;
+}
+
+}  // namespace fastcal

@@ -1,0 +1,298 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Levels on links and touched planes, against an arm in numpy that is written from the docs alone."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import fastcal
+from fastcal.calibration.calibrate import calibrate
+from fastcal.calibration.simulation import random_poses, simulate
+from fastcal.io.measurements import load_measurements
+from fastcal.io.measurements_out import write_measurements
+from fastcal.measurements.dataset import Dataset
+from fastcal.robot.given import as_robot
+from fastcal.robot.robot import Robot
+
+FloatArray = NDArray[np.float64]
+
+# theta, d, a, alpha of the docs' classic DH, in rad and m: an arm with a spherical wrist that is not quite one.
+ROWS = np.array(
+    [
+        [0.0, 0.40, 0.15, -np.pi / 2],
+        [-0.3, 0.05, 0.45, 0.1],
+        [0.2, 0.02, 0.08, -np.pi / 2],
+        [0.0, 0.42, 0.01, np.pi / 2],
+        [0.1, 0.02, 0.03, -np.pi / 2],
+        [0.0, 0.08, 0.00, 0.0],
+    ]
+)
+TOOL = np.array([0.05, 0.02, 0.12])
+
+
+def spec(rows: FloatArray) -> dict[str, object]:
+    """The robot file of DH rows."""
+    joints = [
+        {
+            "type": "revolute",
+            "theta_deg": float(np.degrees(theta)),
+            "d_mm": 1e3 * float(d),
+            "a_mm": 1e3 * float(a),
+            "alpha_deg": float(np.degrees(alpha)),
+            "min_deg": -170,
+            "max_deg": 170,
+        }
+        for theta, d, a, alpha in rows
+    ]
+    return {
+        "name": "bench",
+        "kinematics": "dh",
+        "joints": joints,
+        "tool": {"xyz_mm": (1e3 * TOOL).tolist(), "rpy_deg": [0, 0, 0]},
+        "gravity_frame": "measuring",
+    }
+
+
+def robot(rows: FloatArray = ROWS, **changes: object) -> Robot:
+    return as_robot({**spec(rows), **changes})
+
+
+def turn(axis: int, angle: float) -> FloatArray:
+    c, s = np.cos(angle), np.sin(angle)
+    R = np.eye(3)
+    i, j = (axis + 1) % 3, (axis + 2) % 3
+    R[i, i], R[i, j], R[j, i], R[j, j] = c, -s, s, c
+    return R
+
+
+def frames(rows: FloatArray, q: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
+    """(R, p) of the end of each link, T_i = Rz(theta + q) Tz(d) Tx(a) Rx(alpha), base in the measuring frame."""
+    R, p = np.eye(3), np.zeros(3)
+    out = []
+    for (theta, d, a, alpha), angle in zip(rows, q, strict=True):
+        R = R @ turn(2, theta + angle)
+        p = p + R @ np.array([a, 0.0, d])
+        R = R @ turn(0, alpha)
+        out.append((R, p))
+    return out
+
+
+def tool_points(rows: FloatArray, q: FloatArray) -> FloatArray:
+    return np.array([p + R @ TOOL for R, p in (frames(rows, row)[-1] for row in q)])
+
+
+def tilts(rows: FloatArray, q: FloatArray, link: int, mount: FloatArray) -> FloatArray:
+    """Elevation of the sensor's x and y axes over the horizon."""
+    up = np.array([0.0, 0.0, 1.0])
+    return np.array([np.arcsin((mount.T @ frames(rows, row)[link - 1][0].T @ up)[:2]) for row in q])
+
+
+def disturbed(seed: int) -> FloatArray:
+    return ROWS + 5e-4 * np.random.default_rng(seed).standard_normal(ROWS.shape)
+
+
+def postures(count: int, seed: int) -> FloatArray:
+    return np.random.default_rng(seed).uniform(-1.3, 1.3, (count, 6))
+
+
+MOUNT = turn(0, 0.3) @ turn(1, -0.5) @ turn(2, 1.1)
+
+
+def test_a_level_on_a_link_finds_its_mounting_and_the_angles_of_the_joints_before_it() -> None:
+    truth, random = disturbed(1), np.random.default_rng(2)
+    q = postures(120, 3)
+    noise = 2e-5
+    readings = tilts(truth, q, 4, MOUNT) + noise * random.standard_normal((120, 2))
+    points = tool_points(truth, q) + 3e-5 * random.standard_normal((120, 3))
+    data = Dataset.from_arrays(q, position=points, observed={"tilt@link4": readings}, robot=robot())
+    alone = calibrate(robot(), replace(data, observed={}), effects="geometry")
+    both = calibrate(robot(), data, effects="geometry")
+    assert both.status == "converged"
+    mount = fastcal.se3.exp_so3(both.unknowns["level on link4"]) if hasattr(fastcal, "se3") else None
+    left = both.train.others_after["inclination of link4"]
+    assert np.sqrt(np.mean(left**2)) == pytest.approx(noise, rel=0.15)
+    assert mount is None or np.abs(np.asarray(mount) - MOUNT).max() < 2e-3
+
+    # The level says more of the angles before it than points alone do.
+    def deviation(result: fastcal.CalibrationResult) -> float:
+        return next(p.std for p in result.parameters if (p.owner, p.name) == ("joint3", "theta_deg"))
+
+    assert deviation(both) < 0.8 * deviation(alone)
+
+
+def test_levels_alone_leave_lengths_open_and_say_so() -> None:
+    truth, random = disturbed(4), np.random.default_rng(5)
+    q = postures(150, 6)
+    observed = {
+        f"tilt@link{link}": tilts(truth, q, link, MOUNT) + 2e-5 * random.standard_normal((150, 2)) for link in (3, 5)
+    }
+    data = Dataset.from_arrays(q, observed=observed, robot=robot())
+    found = calibrate(robot(), data, effects="geometry")
+    assert found.status == "converged"
+    held = " ".join(u.direction for u in found.unidentifiable)
+    assert "joint2 a changes nothing that was measured" in held
+    assert not any(p.unit == "mm" for p in found.parameters)
+    assert "base rz" in held  # about the vertical
+    for link in (3, 5):
+        left = found.train.others_after[f"inclination of link{link}"]
+        assert np.sqrt(np.mean(left**2)) == pytest.approx(2e-5, rel=0.15)
+    assert found.train.after is None
+
+
+def on_plane(rows: FloatArray, q: FloatArray, normal: FloatArray, offset: float) -> FloatArray:
+    """Postures moved to where the tool lies on the plane normal . p = offset."""
+    q = q.copy()
+    for _ in range(30):
+        height = tool_points(rows, q) @ normal - offset
+        slope = np.empty_like(q)
+        for j in range(6):
+            there = q.copy()
+            there[:, j] += 1e-7
+            slope[:, j] = (tool_points(rows, there) @ normal - offset - height) / 1e-7
+        q -= (height / (slope**2).sum(axis=1))[:, np.newaxis] * slope
+    return q
+
+
+def touched(seed: int, planes: dict[str, tuple[FloatArray, float]], each: int, noise: float) -> Dataset:
+    truth, random = disturbed(seed), np.random.default_rng(seed + 100)
+    q, labels = [], []
+    for k, (label, (normal, offset)) in enumerate(planes.items()):
+        offsets = offset + noise * random.standard_normal(each)
+        q.append(
+            np.concatenate(
+                [
+                    on_plane(truth, row[np.newaxis], normal, at)
+                    for row, at in zip(postures(each, seed + k), offsets, strict=True)
+                ]
+            )
+        )
+        labels += [label] * each
+    return Dataset.from_arrays(np.concatenate(q), observed_labels={"plane": labels}, robot=robot())
+
+
+def test_three_planes_calibrate_an_arm_but_for_what_they_leave_open() -> None:
+    planes = {
+        "floor": (np.array([0.0, 0.0, 1.0]), 0.25),
+        "wall": (np.array([1.0, 0.0, 0.0]), 0.45),
+        "slope": (np.array([0.6, 0.64, 0.48]), 0.3),
+    }
+    data = touched(7, planes, 70, 2e-5)
+    found = calibrate(robot(), data, effects="geometry")
+    assert found.status == "converged", found.message
+    assert found.train.length_after is not None
+    rms = float(np.sqrt(np.mean(found.train.length_after**2)))
+    assert 1.2e-5 < rms < 2.2e-5  # of the noise, less what the parameters take
+    assert found.sigma == pytest.approx(2e-5, rel=0.2)
+    # Where the whole stands against the planes is as open as their common scale.
+    held = [u.direction for u in found.unidentifiable]
+    words = " ".join(held)
+    assert "base" in words
+    assert "together" in words or "nothing" in words
+    # Elsewhere the arm is as the true one, but for a motion and a scale of the whole.
+    q = postures(200, 9)
+    mine = found.model.forward(q)[:, :3, 3]
+    true = tool_points(disturbed(7), q)
+    a, b = mine - mine.mean(axis=0), true - true.mean(axis=0)
+    U, S, V = np.linalg.svd(a.T @ b)
+    R = U @ np.diag([1, 1, np.linalg.det(U @ V)]) @ V
+    scale = S.sum() / (a**2).sum()
+    nominal = robot().forward(q)[:, :3, 3]
+    before = np.linalg.norm(nominal - true, axis=1).mean()
+    assert np.linalg.norm(scale * a @ R - b, axis=1).mean() < 0.25 * before
+
+
+def test_one_plane_leaves_what_lies_in_it_open() -> None:
+    data = touched(11, {"floor": (np.array([0.0, 0.0, 1.0]), 0.25)}, 150, 2e-5)
+    found = calibrate(robot(), data, effects="geometry")
+    held = " | ".join(u.direction for u in found.unidentifiable)
+    for axis in ("x", "y", "rz"):
+        assert f"base {axis} changes nothing that was measured" in held
+    assert found.status == "converged"
+
+
+def test_all_observations_in_one_file_go_there_and_back(tmp_path: Path) -> None:
+    truth = disturbed(13)
+    q = postures(90, 14)
+    part = np.arange(90) % 3
+    points = np.where((part == 0)[:, np.newaxis], tool_points(truth, q), np.nan)
+    q[part == 1] = on_plane(truth, q[part == 1], np.array([0.0, 0.0, 1.0]), 0.2)
+    readings = np.where((part == 2)[:, np.newaxis], tilts(truth, q, 3, MOUNT), np.nan)
+    data = Dataset.from_arrays(
+        q,
+        position=points,
+        sigma_position=np.full(90, 3e-5),
+        observed={"tilt@link3": readings, "sigma_tilt": np.full(90, 2e-5)},
+        observed_labels={"plane": ["bench" if k == 1 else "" for k in part]},
+        robot=robot(),
+    )
+    assert data.measured.all()
+    path = tmp_path / "measured.csv"
+    write_measurements(path, data)
+    header = path.read_text(encoding="utf-8").splitlines()[0].split(",")
+    assert {"plane", "tilt_x_mrad@link3", "tilt_y_mrad@link3", "sigma_tilt_mrad", "sigma_mm"} <= set(header)
+    again = load_measurements(path, robot())
+    assert again.observed_labels["plane"] == data.observed_labels["plane"]
+    np.testing.assert_allclose(again.observed["tilt@link3"], readings, atol=1e-12)
+    np.testing.assert_allclose(again.observed["sigma_tilt"], 2e-5, atol=1e-12)
+    half = Dataset.concatenate([again[:40], again[40:]])
+    assert half.observed_labels == again.observed_labels
+    np.testing.assert_array_equal(half.observed["tilt@link3"], again.observed["tilt@link3"])
+    found = calibrate(robot(), again, effects="geometry")
+    assert found.status == "converged"
+    assert set(found.unknowns) == {"level on link3", "plane bench"}
+    assert found.train.after is not None
+    assert found.train.after.max < 1e-5
+    one, three = calibrate(robot(), again), calibrate(robot(), again, threads=3)
+    assert [p.value for p in one.parameters] == [p.value for p in three.parameters]
+
+
+@pytest.mark.parametrize(
+    ("title", "message"),
+    [
+        ("tilt_x@link3", "has no unit"),
+        ("tilt_x_mm@link3", "no unit of angle"),
+        ("tilt_x_mrad@link9", "names no link of this robot"),
+        ("tilt_x_mrad@link3", "expected also"),
+    ],
+)
+def test_a_column_of_a_level_that_cannot_be_meant_is_refused(tmp_path: Path, title: str, message: str) -> None:
+    header = ",".join([*(f"q{j}_deg" for j in range(1, 7)), title])
+    path = tmp_path / "bad.csv"
+    path.write_text(f"{header}\n" + "1,2,3,4,5,6,7\n" * 3, encoding="utf-8")
+    with pytest.raises(fastcal.ParseError, match=message):
+        load_measurements(path, robot())
+
+
+def test_a_simulated_arm_is_read_as_the_docs_say() -> None:
+    truth = disturbed(17)
+    q = postures(20, 18)
+    poses = Dataset.from_arrays(
+        q,
+        observed={"tilt@link2": np.zeros((20, 2))},
+        observed_labels={"plane": ["" if k < 10 else "floor" for k in range(20)]},
+        robot=robot(),
+    )
+    read = simulate(robot(truth), poses, unknowns={"plane floor": [0.0, 0.0, 0.2]}, points=False)
+    assert read.position is None
+    np.testing.assert_allclose(read.observed["tilt@link2"], tilts(truth, read.q, 2, np.eye(3)), atol=1e-12)
+    np.testing.assert_allclose(read.q[:10], q[:10])
+    np.testing.assert_allclose(tool_points(truth, read.q[10:])[:, 2], 0.2, atol=1e-9)
+
+
+def test_a_diagnosis_takes_planes_and_levels_beside_points() -> None:
+    truth = disturbed(19)
+    arm = robot()
+    q = random_poses(arm, 100, seed=3)
+    random = np.random.default_rng(20)
+    data = Dataset.from_arrays(
+        q,
+        position=tool_points(truth, q) + 3e-5 * random.standard_normal((100, 3)),
+        observed={"tilt@link3": tilts(truth, q, 3, MOUNT) + 2e-5 * random.standard_normal((100, 2))},
+        robot=arm,
+    )
+    found = fastcal.diagnose(arm, data)
+    assert found.verdict == "none"
