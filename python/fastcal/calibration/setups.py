@@ -54,10 +54,16 @@ def with_setups(spec: Spec, data: Dataset) -> Spec:
     frames = _flange(bare, data.q[rows])
     p = data.position[rows]
     tool = pose(spec["tool"])
-    one = np.zeros(len(rows), dtype=np.int64)
-    _, _, together = _fit(frames, p, one, one, tool[:3, 3])
     bases, tools, apart = _fit(frames, p, code["station_offset"], code["tool_shift"], tool[:3, 3])
-    needed = together > FAR * apart
+
+    def are_one(effects: set[str]) -> bool:
+        """Does one base, or one tool, serve all labels of these effects, the others' set-ups apart?"""
+        one = {name: np.zeros_like(numbers) if name in effects else numbers for name, numbers in code.items()}
+        return bool(_fit(frames, p, one["station_offset"], one["tool_shift"], tool[:3, 3])[2] <= FAR * apart)
+
+    open_ = {name for name in code if name not in given}
+    # Either may do where stations and mounts changed together: then both are added.
+    needed = set() if are_one(open_) else {name for name in open_ if not are_one({name})} or open_
     out = copy.deepcopy(spec)
     start = np.eye(4)
     start[:3, :3], start[:3, 3] = tool[:3, :3], tools[0]
@@ -66,7 +72,7 @@ def with_setups(spec: Spec, data: Dataset) -> Spec:
         ("station_offset", stations, _offsets(bases)),
         ("tool_shift", mounts, _shifts(tools, tool[:3, :3])),
     ):
-        if labels is None or (effect not in given and not needed):
+        if labels is None or (effect not in given and effect not in needed):
             continue
         option, names = labels[1], labels[2]
         entry = next((e for e in out["effects"] if e["effect"] == effect), None) if effect in given else None
