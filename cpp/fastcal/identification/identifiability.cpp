@@ -49,10 +49,10 @@ Gauge choose_gauge(const Eigen::MatrixXd& R, const Eigen::VectorXd& hold, const 
 }
 
 double hold_preference(const Parameter& parameter) {
-  if (parameter.of_effect) return 3;
   const bool turns = parameter.unit == "rad";
   if (parameter.owner == "base") return 1e-4;
   if (parameter.owner == "tool") return turns ? 1e-2 : 1e-3;
+  if (parameter.of_effect) return 3;
   return parameter.name == "beta" ? 10 : 1;
 }
 

@@ -35,7 +35,7 @@ struct Gauge {
 /// as the data allow (G. Golub, C. Van Loan, "Matrix Computations", 4th ed., 5.5.7: subset selection).
 Gauge choose_gauge(const Eigen::MatrixXd& R, const Eigen::VectorXd& hold, const GaugeOptions& options = {});
 
-/// How gladly the gauge holds a parameter: base and tool hardly ever (no arm is measured without them), beta gladly (it
+/// Priority of holding a parameter: base, tool and set-ups last (no arm is measured without them), beta first (it
 /// serves only where the axes are so nearly parallel that d would run away), an effect rather than the geometry.
 double hold_preference(const Parameter& parameter);
 
