@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "fastcal/math/check.hpp"
+#include "fastcal/measurement/measurements.hpp"
 
 namespace fastcal {
 namespace {
@@ -87,7 +88,7 @@ TEST(Loss, NamesAreReadAndOthersRefused) {
   EXPECT_EQ(loss_kind("tukey"), LossKind::kTukey);
   EXPECT_THROW(loss_kind("l2"), InvalidInput);
   EXPECT_THROW(tuned_loss(LossKind::kHuber, 0), InvalidInput);
-  EXPECT_THROW(tuned_loss(LossKind::kHuber, 8), InvalidInput);
+  EXPECT_THROW(tuned_loss(LossKind::kHuber, kMostNumbers + 1), InvalidInput);
 }
 
 }  // namespace

@@ -37,7 +37,7 @@ struct Measured {
   int anchor_count = 0;
 
   operator const Measurements&() const {
-    Tables tables{std::max({position.rows(), rotation.rows(), distance.rows()}), {}, {}};
+    fastcal::Tables tables{std::max({position.rows(), rotation.rows(), distance.rows()}), {}, {}};
     tables.numbers = {{"position", position},
                       {"rotation", rotation},
                       {"distance", distance},
