@@ -17,7 +17,9 @@ from numpy.typing import NDArray
 
 from fastcal.calibration.calibrate import CalibrationResult, calibrate
 from fastcal.calibration.evaluation import pose_groups
+from fastcal.diagnosis.adaptation import values
 from fastcal.diagnosis.fits import Fit, fit
+from fastcal.diagnosis.library import Name
 from fastcal.diagnosis.problem import Problem, core_entry, prepared_problem
 from fastcal.diagnosis.search import Search, State
 from fastcal.effects.entries import curve_of
@@ -82,7 +84,7 @@ def _is_better(rival: FloatArray, incumbent: FloatArray) -> bool:
 def _with_profiles(robot: Robot, state: State, profiles: list[Spec]) -> Model | None:
     """The set and profiles, calibrated: how curved they are and what is geometry's is for the calibration to find.
 
-    None where it does not converge.
+    None where it does not converge, or where an effect of the set has size zero beside the profiles.
     """
     problem = state.fit.problem
     entries = [core_entry(entry) for entry in state.fit.entries]
@@ -94,10 +96,15 @@ def _with_profiles(robot: Robot, state: State, profiles: list[Spec]) -> Model | 
         as_read=True,
         threads=problem.threads,
     )
-    if found.status != "converged":
+    if found.status != "converged" or any(_is_nil(found.model, name) for name in state.names):
         return None
     again: Problem = prepared_problem(found.model, problem.data, problem.names, problem.noise, problem.threads)
     return Model(state, profiles, found, fit(again.with_rows(problem.used), []))
+
+
+def _is_nil(model: Robot, name: Name) -> bool:
+    """Is an effect of a calibrated robot at a bound of zero?"""
+    return not any(value.value for value in values(model, name.entry).values())
 
 
 def folds(problem: Problem) -> NDArray[np.intp]:
