@@ -21,6 +21,8 @@ from fastcal.measurements.dataset import Dataset
 
 FloatArray = NDArray[np.float64]
 
+_ABSORBED = 1e-3  # share of a column that the model's own leave of it: below this they explain it
+
 
 def posture_features(data: Dataset, joint_types: list[str]) -> FloatArray:
     """(N, k) smooth functions of the row's joints, payload and directions, each with mean 0; constant ones left out."""
@@ -61,7 +63,7 @@ def posture_p_value(J: FloatArray, residual: FloatArray, lever: FloatArray, feat
     before = np.linalg.norm(Z, axis=0)
     Z = Z - Q @ (Q.T @ Z)
     after = np.linalg.norm(Z, axis=0)
-    Z = Z[:, after > 1e-3 * before] / after[after > 1e-3 * before]
+    Z = Z[:, after > _ABSORBED * before] / after[after > _ABSORBED * before]
     if Z.shape[1] == 0 or not r @ r > 0:
         return 1.0
     G = Z.T @ Z

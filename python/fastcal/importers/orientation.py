@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from fastcal.errors import InvalidInput
+from fastcal.units import to_si
 
 FloatArray = NDArray[np.float64]
 
@@ -52,6 +52,8 @@ def converted(convention: str, values: FloatArray, unit: tuple[str, float]) -> d
     if convention in ("wxyz", "xyzw"):
         order4 = (0, 1, 2, 3) if convention == "wxyz" else (3, 0, 1, 2)
         return {f"q{part}": values[:, k] for part, k in zip("wxyz", order4, strict=True)}
+    from scipy.spatial.transform import Rotation  # takes long to import
+
     known = ~np.isnan(values).any(axis=1)
     wxyz = np.full((len(values), 4), np.nan)
     given = values[known]
@@ -63,12 +65,12 @@ def converted(convention: str, values: FloatArray, unit: tuple[str, float]) -> d
             raise ValueError(int(np.flatnonzero(known)[np.argmax(off)]))
         turns = Rotation.from_matrix(R)
     else:
-        radians = given * unit[1] * {"deg": np.pi / 180, "mrad": 1e-3, "rad": 1.0}[unit[0]]
+        turn = to_si(given * unit[1], unit[0])
         sequence = {"zyz": "ZYZ", "xyz_moving": "XYZ"}
         if convention == "rotation_vector":
-            turns = Rotation.from_rotvec(radians)
+            turns = Rotation.from_rotvec(turn)
         else:
-            turns = Rotation.from_euler(sequence[convention], radians)
+            turns = Rotation.from_euler(sequence[convention], turn)
     if known.any():
         wxyz[known] = turns.as_quat()[:, [3, 0, 1, 2]]
     return {f"q{part}": wxyz[:, k] for k, part in enumerate("wxyz")}

@@ -16,8 +16,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
-from scipy.spatial.distance import cdist
 
 from fastcal.calibration.calibrate import align, calibrate
 from fastcal.calibration.realign import placed
@@ -68,6 +66,8 @@ def pair_by_robot(robot: Robot, q: FloatArray, points: FloatArray, expected: Seq
     start = _start(bare, q, points, expected)
     if start is None:
         return None
+    from scipy.spatial.distance import cdist  # takes long to import
+
     arm, pairs, gate = bare, start[0], max(_GATE * start[1], _HOPELESS * robot.reach)
     for round_ in range(_ROUNDS):
         arm, off = _fitted(bare, q, points, pairs, round_)
@@ -152,6 +152,8 @@ def _assigned(distance: FloatArray, gate: float, expected: Sequence[Pair] | None
     left = sorted({*range(len(distance))} - {i for i, _ in pairs})
     free = sorted({*range(distance.shape[1])} - {j for _, j in pairs})
     if left and free:
+        from scipy.optimize import linear_sum_assignment  # takes long to import
+
         rest = np.minimum(distance[np.ix_(left, free)], 2 * gate)
         pairs += [(left[i], free[j]) for i, j in zip(*linear_sum_assignment(rest), strict=True) if rest[i, j] <= gate]
     return sorted(pairs)

@@ -11,7 +11,6 @@ import warnings
 from pathlib import Path
 
 import numpy as np
-import openpyxl
 
 from fastcal.errors import ParseError
 from fastcal.importers.grid import Grid, Row, decoded, text_grid
@@ -45,6 +44,8 @@ def _sheets(content: bytes, path: str) -> list[Grid]:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # about styles and extensions, which nobody reads here
+            import openpyxl  # takes longer to import than a CSV to read
+
             book = openpyxl.load_workbook(io.BytesIO(content), read_only=True, data_only=True)
             grids = []
             for sheet in book.worksheets:

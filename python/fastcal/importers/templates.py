@@ -9,9 +9,6 @@ import io
 import os
 from pathlib import Path
 
-import openpyxl
-from openpyxl.styles import Alignment, Font
-
 from fastcal.errors import InvalidInput
 from fastcal.io.atomic import write_bytes, write_text
 from fastcal.io.excel import EXPLANATIONS
@@ -64,6 +61,9 @@ def _columns(robot: Robot) -> dict[str, str]:
 
 
 def _workbook(robot: Robot, columns: dict[str, str]) -> bytes:
+    import openpyxl  # takes long to import
+    from openpyxl.styles import Alignment, Font
+
     book = openpyxl.Workbook()
     book.properties.created = book.properties.modified = datetime.datetime(2000, 1, 1)
     sheet = book.active

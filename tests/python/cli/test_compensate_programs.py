@@ -111,7 +111,7 @@ def test_one_bad_line_is_named_and_nothing_is_written(
     ("arguments", "sentence"),
     [
         (("glue.mod", "-o", "out.src"), "out.src: a .mod program stays one; give a name that ends in .mod"),
-        (("none.mod", "-o", "out.mod"), "none.mod: cannot be read: No such file or directory"),
+        (("none.mod", "-o", "out.mod"), "none.mod: there is no such file"),
         (
             ("glue.mod", "--cell", "bad.yaml", "-o", "out.mod"),
             "bad.yaml: tools.1: the key 'xzy_mm' is not known; did you",

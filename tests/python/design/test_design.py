@@ -149,7 +149,7 @@ def test_with_orientations_all_thirty_parameters_are_told(arm: fastcal.Robot) ->
     assert (len(both.parameters), "tool rx" in both.parameters) == (30, True)
     few = design_poses(arm, 4, candidate_count=1000)
     assert (few.observability["O1"], few.efficiency) == (0.0, None)
-    assert "4 poses do not tell all" in few.notes[0]
+    assert "4 poses do not identify all" in few.notes[0]
 
 
 def test_directions_are_chosen_where_an_effect_asks_for_them(arm: fastcal.Robot) -> None:
@@ -259,7 +259,7 @@ def test_half_of_the_poses_tell_two_effects_apart(arm: fastcal.Robot) -> None:
         ({"payloads": [-1.0]}, "payloads must be masses"),
         ({"separate": ["joint_compliance@joint2"]}, "two effects or more"),
         ({"separate": ["geometry", "backlash@joint1"]}, "separate takes effects"),
-        ({"effects": "thermal_offset"}, "told by 'temperature'"),
+        ({"effects": "thermal_offset"}, "depends on 'temperature'"),
         ({"targets": np.zeros((2, 3))}, "targets must be"),
         (
             {"surroundings": Surroundings(region=((8.0, 8.0, 8.0), (9.0, 9.0, 9.0)))},

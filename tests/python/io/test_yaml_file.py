@@ -66,7 +66,7 @@ def test_files_that_are_none(tmp_path: Path) -> None:
     latin.write_bytes(b"name: caf\xe9\n")
     for source, sentence in (
         (tmp_path / "none.yaml", "there is no such file"),
-        (tmp_path, "is not a file"),
+        (tmp_path, "is not a file that can be read, but a folder"),
         (large, "expected a file of at most 8000000 bytes, got 8000001"),
         (latin, "expected UTF-8 text, got the byte 0xe9"),
     ):
