@@ -73,7 +73,7 @@ OWNERS: dict[str, tuple[str, ...]] = {
     "thermal_offset": ("@joint1", "@joint2", "@joint3", "@joint4", "@joint5"),
     "tool_shift": ("@tool",),
 }
-# Not in this table: they describe an arm without masses, a history or an instrument, and have recovery tests of their own.
+# They describe an arm without masses, a history or an instrument, and have recovery tests of their own.
 ELSEWHERE = {"friction", "gravity_sag", "settling", "surrogate", "tracker_angle", "tracker_range"}
 # Weights show through compliances alone; an arm of 500 kg is stiffer than most.
 THROUGH = ("joint_compliance@joint2", "joint_compliance@joint3", "joint_compliance@joint5")

@@ -9,7 +9,6 @@ import sys
 import warnings
 
 import numpy as np
-import openpyxl
 
 from fastcal.errors import ParseError
 from fastcal.io.excel_archive import MAX_BYTES, check_archive
@@ -24,6 +23,8 @@ def read_excel_table(content: bytes, path: str) -> Table:
     Raises:
         ParseError: It is damaged, has no sheet of cells, or a row is longer than the header.
     """
+    import openpyxl  # takes longer to import than a CSV to read
+
     check_archive(content, path)
     try:
         with warnings.catch_warnings():

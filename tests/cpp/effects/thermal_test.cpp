@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "effects/flat.hpp"
+#include "fastcal/math/check.hpp"
 #include "fastcal/math/se3.hpp"
 #include "support/robots.hpp"
 
