@@ -167,7 +167,7 @@ def test_poses_go_to_the_base_and_back(programs, language) -> None:
             "PICK.LS:34",
             "P[3] is used as a position",
         ),
-        ("FANUC LS", b"-100.000  mm\r\n}", b"-100.000  mm\r\n", "PICK.LS:50", "expected a position P[n]"),
+        ("FANUC LS", b"-100.000  mm\r\n}", b"-100.000  mm\r\n", "PICK.LS:41", "expected a position P[n]"),
         ("FANUC LS", b"/POS\r\n", b"", "PICK.LS:1", "expected a section /POS"),
         ("URScript", b"0.324,", b"0.3.24,", "palletize.script:8", "above: expected a number, got '0.3.24'"),
         (
