@@ -161,7 +161,7 @@ class Identifier {
     fit_.gauge.free.clear();
     fit_.gauge.held.resize(fit_.asked.size());
     std::iota(fit_.gauge.held.begin(), fit_.gauge.held.end(), 0);
-    fit_.gauge.directions.resize(0, 0);
+    fit_.gauge.directions.resize(static_cast<Eigen::Index>(fit_.asked.size()), 0);
     count_freedom(fit_);
     fit_.tau = noise(fit_, NoiseRule::kMedian, LossKind::kHuber);
     return finish();

@@ -58,15 +58,14 @@ def best_predicting(robot: Robot, search: Search, best: State, curved: Sequence[
     """
     every = [profile(f"joint{i + 1}") for i, kind in enumerate(robot.joint_types) if kind == "revolute"]
     rivals = [(best, list(curved)), (search.start, every), *((state, every) for state in search.yielding_joints())]
-    here = Model(best, [], None, best.fit)
-    squares = held_out_squares(here.fit)
-    chosen, least = here, squares
+    chosen = Model(best, [], None, best.fit)
+    least = held_out_squares(chosen.fit)
     for state, profiles in rivals:
         rival = _with_profiles(robot, state, profiles) if profiles else None
         if rival is None:
             continue
         own = held_out_squares(rival.fit)
-        if _is_better(own, squares) and own.mean() < least.mean():
+        if _is_better(own, least):  # also than the smaller rivals before it
             chosen, least = rival, own
     return chosen
 

@@ -71,7 +71,7 @@ TEST(GravitySag, HoldsEveryDistributionOfMass) {
       }
     }
     const Eigen::VectorXd left = torque - columns * columns.colPivHouseholderQr().solve(torque);
-    EXPECT_LT(left.norm(), 1e-12 * torque.norm()) << owner;
+    EXPECT_LT(left.norm(), 1e-12 * torque.norm() + 1e-16) << owner;  // joint 1 is upright: no load at all
   }
 }
 

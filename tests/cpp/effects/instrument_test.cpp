@@ -78,7 +78,7 @@ TEST(TrackerAngle, TurnsTheReadingOfEachCircle) {
     values[k] = 1e-5;
     const Eigen::Vector3d moved =
         tool(with(robot, {{"tracker_angle", "instrument", values, {}}}), posture({0})).p - Eigen::Vector3d(3, 0, 2);
-    EXPECT_LT((moved - expected[k]).norm(), 1e-9 * 1e-5 + 1e-15) << k;
+    EXPECT_LT((moved - expected[k]).norm(), 4 * 1e-5 * 1e-5) << k;  // of second order in the turn
   }
 }
 

@@ -180,11 +180,18 @@ TEST(Words, NameAParameterWithoutANameByItsUnit) {
 
 /// Whatever an effect's parameter is called: "a" beside the geometry's own a, or nothing at all.
 TEST(Gauge, AnEffectIsHeldRatherThanTheGeometry) {
-  for (const char* name : {"joint1 a", "joint1 ", "joint1 gap", "base rate"}) {
+  for (const char* name : {"joint1 a", "joint1 ", "joint1 gap"}) {
     std::vector<Parameter> parameters = named({"joint1 a", name}, "rad");
     parameters[1].of_effect = true;
     EXPECT_GT(hold_preference(parameters[1]), hold_preference(parameters[0])) << name;
   }
+}
+
+/// Without the set-up of each station no arm is measured: it is kept as the base is.
+TEST(Gauge, ASetUpIsKeptRatherThanTheGeometry) {
+  std::vector<Parameter> parameters = named({"joint1 a", "base station2_x"}, "m");
+  parameters[1].of_effect = true;
+  EXPECT_LT(hold_preference(parameters[1]), hold_preference(parameters[0]));
 }
 
 TEST(Gauge, TheModelMarksTheParametersOfEffects) {

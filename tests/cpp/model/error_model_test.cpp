@@ -111,12 +111,13 @@ TEST(ErrorModel, BatchesAreTheRowsWhateverTheThreads) {
   Eigen::Matrix<double, 6, Eigen::Dynamic> one(6, p);
   for (const Eigen::Index i : {0, 255, 256, 1099}) {
     const Pose& T = rows.jacobian(samples.row(i), one);
-    EXPECT_EQ((Eigen::Map<const RowMatrixXd>(&poses[static_cast<std::size_t>(16 * i)], 4, 4).topLeftCorner<3, 3>()),
-              T.R);
-    EXPECT_EQ((Eigen::Map<const RowMatrixXd>(&poses[static_cast<std::size_t>(16 * i)], 4, 4).topRightCorner<3, 1>()),
-              T.p);
-    EXPECT_EQ(Eigen::Map<const RowMatrixXd>(&J[static_cast<std::size_t>(6 * i * p)], 6, p), one);
-    EXPECT_EQ(Eigen::Map<const RowMatrixXd>(&J_position[static_cast<std::size_t>(3 * i * p)], 3, p), one.topRows(3));
+    const auto pose = Eigen::Map<const RowMatrixXd>(&poses[static_cast<std::size_t>(16 * i)], 4, 4);
+    EXPECT_LT((pose.topLeftCorner<3, 3>() - T.R).cwiseAbs().maxCoeff(), 1e-14);
+    EXPECT_LT((pose.topRightCorner<3, 1>() - T.p).cwiseAbs().maxCoeff(), 1e-13);
+    const auto whole = Eigen::Map<const RowMatrixXd>(&J[static_cast<std::size_t>(6 * i * p)], 6, p);
+    EXPECT_LT((whole - one).cwiseAbs().maxCoeff(), 1e-13);
+    const auto top = Eigen::Map<const RowMatrixXd>(&J_position[static_cast<std::size_t>(3 * i * p)], 3, p);
+    EXPECT_EQ(top, whole.topRows(3));
   }
   predict(model, random_samples(random, 0, 5), theta, 2, nullptr);
 }

@@ -37,7 +37,7 @@ def random_spec(seed: int) -> Spec:
         if "origin" in joint:
             joint["origin"]["rpy_deg"] = numbers(3)
         joint["motor_ratio"] = numbers(1)[0]
-        joint["link"] |= {"com_mm": numbers(3), "inertia_kg_m2": [1e300, 5e-324, 0.1, *numbers(3)]}
+        joint["link"] |= {"com_mm": numbers(3), "inertia_kg_m2": [1e99, 1e-99, 0.1, *numbers(3)]}
     spec["tool"] = {"xyz_mm": numbers(3), "rpy_deg": [-0.0, 1e22, 1e16]}
     spec["coupling"] = [{"joint": 7, "source": 5, "ratio": numbers(1)[0]}]
     parameters = {"compliance_rad_nm": {"value": numbers(1)[0], "std": 1e-7}}
