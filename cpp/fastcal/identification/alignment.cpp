@@ -170,8 +170,9 @@ std::string start_unknowns(const Problem& problem, Eigen::VectorXd& unknowns) {
   for (const PlacedObservation& of : problem.measured.observations()) {
     if (of.unknown_count == 0) continue;
     std::vector<Sights> sights;
+    sights.reserve(frames.size());
     for (const auto& T : frames) sights.push_back(sights_of(of, [&](int frame) { return T[frame]; }));
-    const std::string missing = of->start(sights, unknowns.segment(of.first_unknown, of.unknown_count));
+    std::string missing = of->start(sights, unknowns.segment(of.first_unknown, of.unknown_count));
     if (!missing.empty()) return missing;
   }
   return "";

@@ -3,6 +3,7 @@
 #include "fastcal/identification/fit_state.hpp"
 
 #include <cmath>
+#include <utility>
 
 #include "fastcal/math/decompositions.hpp"
 #include "fastcal/model/settle.hpp"
@@ -34,7 +35,7 @@ Eigen::MatrixXd with_priors(const Eigen::MatrixXd& R, const std::vector<int>& in
   return triangle(stacked);
 }
 
-FitState::FitState(const Problem& given, const std::vector<int>& asked_of_model, const Eigen::VectorXd& unknowns,
+FitState::FitState(const Problem& given, std::vector<int> asked_of_model, const Eigen::VectorXd& unknowns,
                    const IdentifyOptions& options_given)
     : settled_(given.model.needs() == kNothing ? Samples() : given.samples),
       problem{given.model,    given.model.needs() == kNothing ? given.samples : settled_,
@@ -43,7 +44,7 @@ FitState::FitState(const Problem& given, const std::vector<int>& asked_of_model,
       options(options_given),
       limits(options_given.limits),
       parameters(given.model.parameters()),
-      asked(asked_of_model),
+      asked(std::move(asked_of_model)),
       tau(given.measured.observations().size(), 0.0),
       claims(given.measured.claims_sigma()) {
   for (const Parameter& unknown : given.measured.parameters()) {

@@ -16,7 +16,7 @@ namespace fastcal {
 class FitState {
  public:
   /// `unknowns`: where those of the observations start. `options` and what `problem` refers to must outlive it.
-  FitState(const Problem& given, const std::vector<int>& asked_of_model, const Eigen::VectorXd& unknowns,
+  FitState(const Problem& given, std::vector<int> asked_of_model, const Eigen::VectorXd& unknowns,
            const IdentifyOptions& options);
   FitState(const FitState&) = delete;
   FitState& operator=(const FitState&) = delete;
