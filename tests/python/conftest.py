@@ -2,9 +2,15 @@
 # SPDX-License-Identifier: MIT
 """What many tests need."""
 
+import html
+import json
 import os
+import re
+import shutil
+import subprocess
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,6 +20,77 @@ from fastcal.calibration.simulation import random_poses
 from fastcal.io.robot_file import load_robot
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot
+
+FLAGS = [
+    "--headless",
+    "--no-sandbox",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--hide-scrollbars",
+    "--enable-logging=stderr",
+    "--v=0",
+    "--window-size=1280,2400",
+    "--virtual-time-budget=60000",
+]
+SOFTWARE_GL = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+NO_GL = ["--disable-gpu", "--disable-3d-apis"]
+# A hint about speed, which the software renderer draws from the browser itself.
+HARMLESS = "Canvas2D: Multiple readback operations"
+PROBE = """
+<script>
+addEventListener("securitypolicyviolation", (event) => { window.blocked = event.effectiveDirective; });
+const wait = setInterval(async () => {
+  if (document.body.dataset.state !== "ready") return;
+  clearInterval(wait);
+  const seen = await (async () => { %s })();
+  const box = document.createElement("pre");
+  box.id = "probe";
+  box.textContent = JSON.stringify(seen);
+  document.body.append(box);
+}, 20);
+</script>
+</body>"""
+
+
+class Browser:
+    """Runs a page in headless Chromium in a fresh profile."""
+
+    software_gl, no_gl = SOFTWARE_GL, NO_GL
+
+    def __init__(self, command: str, folder: Path) -> None:
+        self.command, self.folder = command, folder
+
+    def run(self, page: str, *flags: str) -> tuple[str, list[str]]:
+        """The document after its scripts ran, and the lines of the console."""
+        path = self.folder / "page.html"
+        path.write_text(page, encoding="utf-8")
+        profile = self.folder / "profile"
+        command = [self.command, *FLAGS, f"--user-data-dir={profile}", *flags, path.as_uri()]
+        done = subprocess.run(command, capture_output=True, text=True, timeout=180, check=True)
+        shutil.rmtree(profile, ignore_errors=True)
+        lines = [line for line in done.stderr.splitlines() if ":CONSOLE:" in line and HARMLESS not in line]
+        return done.stdout, lines
+
+    def probe(self, page: str, script: str, *flags: str) -> Any:
+        """What `script`, the body of an async function, returns when the page is ready."""
+        document, _ = self.run(page.replace("</body>", PROBE % script), "--dump-dom", *(flags or NO_GL))
+        found = re.search(r'<pre id="probe">(.*?)</pre>', document, re.DOTALL)
+        assert found is not None, "the page never became ready"
+        return json.loads(html.unescape(found[1]))
+
+
+@pytest.fixture(scope="session")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Browser:
+    command = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+    if command is None:
+        missing = "no chromium on this machine (Debian: apt-get install chromium)"
+        if os.environ.get("FASTCAL_DATA_REQUIRED") == "1":
+            pytest.fail(missing)
+        pytest.skip(missing)
+    return Browser(command, tmp_path_factory.mktemp("browser"))
 
 
 @pytest.fixture(scope="session")

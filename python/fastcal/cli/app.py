@@ -11,7 +11,20 @@ from typing import Annotated, cast
 
 import typer
 
-from fastcal.cli import calibrate, compensate, convert, demo, design, diagnose, imports, lists, models, simulate, train
+from fastcal.cli import (
+    calibrate,
+    compensate,
+    convert,
+    demo,
+    design,
+    diagnose,
+    imports,
+    lists,
+    models,
+    paper,
+    simulate,
+    train,
+)
 from fastcal.cli.console import fail, manner
 from fastcal.cli.manners import examples, with_manners
 from fastcal.cli.own_inputs import keeps_its_inputs
@@ -36,6 +49,7 @@ COMMANDS = (
     imports.template,
     lists.robots,
     lists.effects,
+    paper.paper,
     demo.demo,
 )
 

@@ -39,9 +39,10 @@ EXAMPLES = {
     "template": ("fastcal template ur5 -o measurements.xlsx",),
     "robots": ("fastcal robots", "fastcal robots --json"),
     "effects": ("fastcal effects",),
+    "paper": ("fastcal paper kuka_kr500 -o kr500", "fastcal paper siasun_sr210d --arms 10 --threads 2 -o sr210d"),
     "demo": ("fastcal demo -o demonstration",),
 }
-SUMMARIES = ("calibrate", "diagnose", "train", "compensate", "evaluate", "design", "robots", "effects")
+SUMMARIES = ("calibrate", "diagnose", "train", "compensate", "evaluate", "design", "paper", "robots", "effects")
 
 
 Quiet = Annotated[

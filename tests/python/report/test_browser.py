@@ -5,13 +5,8 @@
 from __future__ import annotations
 
 import html
-import json
-import os
 import re
-import shutil
-import subprocess
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -21,76 +16,7 @@ from fastcal.report import calibration_page
 
 MakeResult = Callable[..., CalibrationResult]
 
-FLAGS = [
-    "--headless",
-    "--no-sandbox",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-    "--hide-scrollbars",
-    "--enable-logging=stderr",
-    "--v=0",
-    "--window-size=1280,2400",
-    "--virtual-time-budget=60000",
-]
-SOFTWARE_GL = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
-NO_GL = ["--disable-gpu", "--disable-3d-apis"]
-# A hint about speed, which the software renderer draws from the browser itself.
-HARMLESS = "Canvas2D: Multiple readback operations"
 PAPER_WIDTH = 687
-
-PROBE = """
-<script>
-addEventListener("securitypolicyviolation", (event) => { window.blocked = event.effectiveDirective; });
-const wait = setInterval(async () => {
-  if (document.body.dataset.state !== "ready") return;
-  clearInterval(wait);
-  const seen = await (async () => { %s })();
-  const box = document.createElement("pre");
-  box.id = "probe";
-  box.textContent = JSON.stringify(seen);
-  document.body.append(box);
-}, 20);
-</script>
-</body>"""
-
-
-class Browser:
-    """Runs a page in headless Chromium in a fresh profile."""
-
-    def __init__(self, command: str, folder: Path) -> None:
-        self.command, self.folder = command, folder
-
-    def run(self, page: str, *flags: str) -> tuple[str, list[str]]:
-        """The document after its scripts ran, and the lines of the console."""
-        path = self.folder / "page.html"
-        path.write_text(page, encoding="utf-8")
-        profile = self.folder / "profile"
-        command = [self.command, *FLAGS, f"--user-data-dir={profile}", *flags, path.as_uri()]
-        done = subprocess.run(command, capture_output=True, text=True, timeout=180, check=True)
-        shutil.rmtree(profile, ignore_errors=True)
-        lines = [line for line in done.stderr.splitlines() if ":CONSOLE:" in line and HARMLESS not in line]
-        return done.stdout, lines
-
-    def probe(self, page: str, script: str, *flags: str) -> Any:
-        """What `script`, the body of an async function, returns when the page is ready."""
-        document, _ = self.run(page.replace("</body>", PROBE % script), "--dump-dom", *(flags or NO_GL))
-        found = re.search(r'<pre id="probe">(.*?)</pre>', document, re.DOTALL)
-        assert found is not None, "the page never became ready"
-        return json.loads(html.unescape(found[1]))
-
-
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Browser:
-    command = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-    if command is None:
-        missing = "no chromium on this machine (Debian: apt-get install chromium)"
-        if os.environ.get("FASTCAL_DATA_REQUIRED") == "1":
-            pytest.fail(missing)
-        pytest.skip(missing)
-    return Browser(command, tmp_path_factory.mktemp("browser"))
 
 
 @pytest.fixture(scope="module")
@@ -116,9 +42,11 @@ def drawn_figures(document: str) -> dict[str, str]:
     ids=["full", "twenty rows", "missing coordinates", "lengths", "100,000 rows"],
 )
 def test_every_figure_is_drawn_and_the_console_is_quiet(
-    browser: Browser, make_result: MakeResult, kind: dict[str, Any]
+    browser: Any, make_result: MakeResult, kind: dict[str, Any]
 ) -> None:
-    document, console = browser.run(calibration_page(make_result(**kind), simulated=True), "--dump-dom", *SOFTWARE_GL)
+    document, console = browser.run(
+        calibration_page(make_result(**kind), simulated=True), "--dump-dom", *browser.software_gl
+    )
     assert console == []
     figures = drawn_figures(document)
     assert len(figures) >= 10
@@ -130,14 +58,14 @@ def test_every_figure_is_drawn_and_the_console_is_quiet(
             assert re.search(r'<path class="(js-line|point)"', part), name
 
 
-def test_an_error_in_the_console_would_be_seen(browser: Browser) -> None:
-    _, console = browser.run("<!DOCTYPE html><script>throw new Error('planted')</script>", "--dump-dom", *NO_GL)
+def test_an_error_in_the_console_would_be_seen(browser: Any) -> None:
+    _, console = browser.run("<!DOCTYPE html><script>throw new Error('planted')</script>", "--dump-dom", *browser.no_gl)
     assert len(console) == 1
     assert "planted" in console[0]
 
 
-def test_without_webgl_the_flat_views_take_over(browser: Browser, page: str) -> None:
-    document, console = browser.run(page, "--dump-dom", *NO_GL)
+def test_without_webgl_the_flat_views_take_over(browser: Any, page: str) -> None:
+    document, console = browser.run(page, "--dump-dom", *browser.no_gl)
     assert console == []
     figures = drawn_figures(document)
     assert "This browser has no WebGL" in figures.pop("workspace")
@@ -145,7 +73,7 @@ def test_without_webgl_the_flat_views_take_over(browser: Browser, page: str) -> 
     assert re.search(r'<details class="flat-views" open="">', document)
 
 
-def test_the_buttons_switch_the_arrows(browser: Browser, page: str) -> None:
+def test_the_buttons_switch_the_arrows(browser: Any, page: str) -> None:
     script = """
       const figure = document.getElementById("figure-workspace");
       const buttons = [...figure.querySelectorAll(".controls button")];
@@ -157,13 +85,13 @@ def test_the_buttons_switch_the_arrows(browser: Browser, page: str) -> None:
                      buttons.map((other) => other.getAttribute("aria-pressed"))]);
       }
       return states;"""
-    states = browser.probe(page, script, *SOFTWARE_GL)
+    states = browser.probe(page, script, *browser.software_gl)
     for shown, (visible, pressed) in zip((1, 2, 0), states, strict=True):
         assert visible == [k // 2 == shown for k in range(6)] + [True]
         assert pressed == ["true" if k == shown else "false" for k in range(3)]
 
 
-def test_tables_sort_within_groups_and_fold(browser: Browser, page: str) -> None:
+def test_tables_sort_within_groups_and_fold(browser: Any, page: str) -> None:
     script = """
       const table = document.getElementById("parameter-table");
       const bodies = [...table.querySelectorAll("tbody.rows")];
@@ -183,7 +111,7 @@ def test_tables_sort_within_groups_and_fold(browser: Browser, page: str) -> None
     assert hidden == [True] + [False] * (len(hidden) - 1)
 
 
-def test_figures_are_drawn_to_the_width_of_the_paper_and_back(browser: Browser, page: str) -> None:
+def test_figures_are_drawn_to_the_width_of_the_paper_and_back(browser: Any, page: str) -> None:
     script = """
       const plots = [...document.querySelectorAll(".plot")].filter((plot) => plot.data);
       const widths = () => plots.map((plot) => plot.querySelector("svg").getBoundingClientRect().width);
@@ -200,9 +128,9 @@ def test_figures_are_drawn_to_the_width_of_the_paper_and_back(browser: Browser, 
         assert width == pytest.approx((PAPER_WIDTH + 12) * count / 6 - 12, abs=1)
 
 
-def test_prints_on_a4(browser: Browser, page: str) -> None:
+def test_prints_on_a4(browser: Any, page: str) -> None:
     target = browser.folder / "page.pdf"
-    _, console = browser.run(page, "--no-pdf-header-footer", f"--print-to-pdf={target}", *NO_GL)
+    _, console = browser.run(page, "--no-pdf-header-footer", f"--print-to-pdf={target}", *browser.no_gl)
     assert console == []
     pdf = target.read_bytes()
     sizes = {tuple(round(float(x)) for x in box.split()) for box in re.findall(rb"/MediaBox \[([^]]*)\]", pdf)}
@@ -217,7 +145,7 @@ addEventListener("message", (event) => { document.body.dataset.state = "ready"; 
 </script></body></html>"""
 
 
-def test_on_a_phone_no_word_breaks_and_nothing_is_wider_than_the_screen(browser: Browser, page: str) -> None:
+def test_on_a_phone_no_word_breaks_and_nothing_is_wider_than_the_screen(browser: Any, page: str) -> None:
     """Words of table heads and first cells stay whole, the body does not scroll sideways, and buttons fit."""
     script = """<script>
       const wait = setInterval(() => {
@@ -240,7 +168,7 @@ def test_on_a_phone_no_word_breaks_and_nothing_is_wider_than_the_screen(browser:
     assert seen["count"] > 30
 
 
-def test_every_chart_has_a_text_alternative(browser: Browser, page: str) -> None:
+def test_every_chart_has_a_text_alternative(browser: Any, page: str) -> None:
     script = """return [...document.querySelectorAll(".plot")].map((plot) =>
         [plot.getAttribute("role"), (plot.getAttribute("aria-label") || "").length]);"""
     seen = browser.probe(page, script)
@@ -253,7 +181,7 @@ def test_the_contents_lead_to_every_section(page: str) -> None:
     assert links == re.findall(r'<section id="([^"]+)"', page)
 
 
-def test_the_page_may_connect_to_nothing(browser: Browser, page: str) -> None:
+def test_the_page_may_connect_to_nothing(browser: Any, page: str) -> None:
     script = """
       try { await fetch("http://127.0.0.1:9/"); } catch (error) { /* blocked, as it should be */ }
       await new Promise((done) => setTimeout(done, 50));

@@ -1,0 +1,46 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""`fastcal paper`: a paper's whole study on simulated arms."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from fastcal.cli.console import emit, progress, say
+from fastcal.cli.options import OutFolder, Threads
+
+FILES = ("paper.json", "report.html")
+
+
+def paper(
+    name: Annotated[str, typer.Argument(metavar="NAME", help="Which: see docs/papers.md.")],
+    output: OutFolder,
+    arms: Annotated[int, typer.Option(min=1, help="Simulated arms, each with its own errors and noise.")] = 3,
+    full: Annotated[bool, typer.Option("--full", help="The paper's whole search budgets.")] = False,
+    threads: Threads = 1,
+    cluster: Annotated[str | None, typer.Option(metavar="ADDRESS", help="Run the arms on this Dask scheduler.")] = None,
+) -> None:
+    """Run a paper's study on simulated arms.
+
+    A page shows the paper's figures, its method's and fastcal's best.
+    """
+    from fastcal.io.atomic import write_text
+    from fastcal.io.folder import atomic_folder, check_folder
+    from fastcal.io.results import write_json
+    from fastcal.papers import run_study
+    from fastcal.papers.page import paper_page
+
+    check_folder(output, FILES)
+    with progress() as show:
+        show("simulating and calibrating")
+        content = run_study(name, arms=arms, full=full, threads=threads, cluster=cluster, progress=show)
+    with atomic_folder(output, owned=FILES) as folder:
+        write_json(folder / "paper.json", content)
+        write_text(folder / "report.html", paper_page(content))
+    for entry in content["headlines"]:
+        method, best = entry["method"]["median"], entry["best"]["median"]
+        say(f"{entry['measure']}: paper {entry['paper']:.4g}, its method here {method:.4g}, fastcal {best:.4g}")
+    say(str(output / "report.html"))
+    emit({key: content[key] for key in ("paper", "arms", "full", "headlines")})

@@ -1,0 +1,143 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""The page of a study: paper beside its method here beside fastcal's best, drawn from the content of paper.json."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from fastcal.report import figures, page
+from fastcal.report.figures import Figure, Key, Trace
+from fastcal.report.formatting import MISSING, plural, significant
+from fastcal.report.tables import Cell, Column, Group, Table, number_cell
+
+_COLOURS = (*figures.COMPONENT_COLOURS, figures.MUTED, figures.ALERT)
+_DASHES = ("solid", "dash", "dot", "dashdot", "solid", "dash")
+_ROLES = {
+    "paper": (figures.INK, "dot"),
+    "before": (figures.BEFORE, "dash"),
+    "method": (figures.AFTER, "solid"),
+    "best": (figures.COMPONENT_COLOURS[1], "solid"),
+    **{str(k): look for k, look in enumerate(zip(_COLOURS, _DASHES, strict=True))},
+}
+_BAR_OPACITY = 0.75
+
+
+def paper_page(content: Mapping[str, Any]) -> str:
+    """The HTML text of the page from what paper.json holds; nothing is simulated or fitted here."""
+    arms = int(content["arms"])
+    sections = [
+        {
+            "id": f"part-{k}",
+            "title": section["title"],
+            "lead": section["lead"],
+            "parts": [_part(exhibit) for exhibit in section["exhibits"]],
+        }
+        for k, section in enumerate(content["sections"], start=1)
+    ]
+    headlines = content["headlines"]
+    return page.render(
+        "paper.html",
+        title=f"Study of {content['paper']['robot']}",
+        simulated=True,
+        robot_name=content["paper"]["robot"],
+        reference=content["paper"]["reference"],
+        arms=plural(arms, "simulated arm"),
+        full=content["full"],
+        tone="good" if all(h["reached"] and h["bettered"] for h in headlines) else "caution",
+        sentence=_sentence(headlines),
+        behind=[_behind(h) for h in headlines if not h["reached"]],
+        headlines=_headlines(headlines),
+        remarks=content["remarks"],
+        how=content["paper"]["arm"],
+        sections=sections,
+        contents=[("headlines", "Headline measures"), *((s["id"], s["title"]) for s in sections), ("arms", "The arms")],
+    )
+
+
+def _sentence(headlines: Sequence[Mapping[str, Any]]) -> str:
+    reached, bettered = (sum(bool(h[key]) for h in headlines) for key in ("reached", "bettered"))
+    return (
+        f"On {reached} of {plural(len(headlines), 'headline measure')} the paper's method gets here to the paper's "
+        f"figure; on {bettered} fastcal's best is better than the paper's method on the same data."
+    )
+
+
+def _behind(headline: Mapping[str, Any]) -> str:
+    here = significant(headline["method"]["median"])
+    return f"{headline['measure']}: {here} here, {significant(headline['paper'])} in the paper. {headline['why']}"
+
+
+def _headlines(headlines: Sequence[Mapping[str, Any]]) -> Table:
+    titles = ("", "paper", "paper's method here", "fastcal's best")
+    columns = [Column(title, numeric=k > 0) for k, title in enumerate(titles)] + [Column("what is best", numeric=False)]
+    rows = [
+        [Cell(h["measure"]), *(_cell(h[key]) for key in ("paper", "method", "best")), Cell(h["best_is"])]
+        for h in headlines
+    ]
+    return Table("Headline measures: the paper, its method here, fastcal's best.", columns, [Group(rows)])
+
+
+def _part(exhibit: Mapping[str, Any]) -> dict[str, Any]:
+    """An exhibit as the template takes it."""
+    place = re.sub(r"\W+", "-", f"{exhibit['number']}-{exhibit.get('title', '')}").strip("-").lower()[:60]
+    if exhibit["kind"] == "absent":
+        return {"kind": "absent", "number": exhibit["number"], "text": exhibit["why"]}
+    if exhibit["kind"] == "table":
+        drawn = {"kind": "table", "id": f"table-{place}", "table": _table(exhibit), "note": exhibit["note"]}
+        return drawn | {"number": exhibit["number"], "title": exhibit["title"]}
+    return {"kind": "chart", "figure": _chart(exhibit, place)}
+
+
+def _table(exhibit: Mapping[str, Any]) -> Table:
+    rows = exhibit["rows"]
+    numeric = [k > 0 and not any(isinstance(row[k], str) for row in rows) for k in range(len(exhibit["columns"]))]
+    columns = [Column(title, numeric=number) for title, number in zip(exhibit["columns"], numeric, strict=True)]
+    return Table(
+        f"{exhibit['number']}: {exhibit['title']}", columns, [Group([[_cell(v) for v in row] for row in rows])]
+    )
+
+
+def _cell(value: Any) -> Cell:
+    if value is None:
+        return Cell(MISSING)
+    if isinstance(value, str):
+        return Cell(value)
+    if isinstance(value, Mapping):
+        middle, low, high = (_number(value[key]) for key in ("median", "low", "high"))
+        text = middle if low == high else f"{middle} ({low} to {high})"
+        return number_cell(text, value["median"])
+    return number_cell(_number(value), float(value))
+
+
+def _number(value: float) -> str:
+    """Three digits; whole numbers as they are, sizes far from one with a power of ten."""
+    if float(value).is_integer() and abs(value) < 1e6:
+        return f"{value:.0f}".replace("-", "\N{MINUS SIGN}")
+    size = abs(math.log10(abs(value)))
+    return f"{value:.3g}".replace("-", "\N{MINUS SIGN}") if size >= 4 else significant(value)
+
+
+def _chart(exhibit: Mapping[str, Any], place: str) -> Figure:
+    traces: list[Trace] = []
+    key: list[Key] = []
+    for series in exhibit["series"]:
+        colour, dash = _ROLES[series["role"]]
+        x, y, mark = series["x"], series["y"], series["mark"]
+        hover = f"{series['name']}: %{{y:.3g}} at %{{x}}"
+        if mark == "bars":
+            style = {"color": figures.translucent(colour, _BAR_OPACITY)}
+            traces.append({"type": "bar", "x": x, "y": y, "marker": style, "hovertemplate": hover + "<extra></extra>"})
+        elif mark == "points":
+            traces.append(figures.points(x, y, colour, 6, 0.8, hover=hover))
+        else:
+            traces.append(figures.line(x, y, colour, dash, hover=hover))
+        key.append(Key(series["name"], colour, {"bars": "solid", "points": "point"}.get(mark, dash)))
+    scale = {"type": "log", "exponentformat": "power"} if exhibit["logarithmic"] else {"rangemode": "tozero"}
+    drawn = figures.layout(exhibit["x"], exhibit["y"], yaxis=scale, barmode="group", bargap=0.1)
+    alt = f"{exhibit['number']} of the paper: {exhibit['title']}; {exhibit['y']} against {exhibit['x']}."
+    title = f"{exhibit['number']}: {exhibit['title']}"
+    return Figure(place, title, alt, traces, drawn, exhibit["note"], columns=6, height=330, key=key)
