@@ -12,11 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.calibration.evaluation import Evaluation, evaluate
+from fastcal.diagnosis import rules
 from fastcal.diagnosis.fits import Fit
 from fastcal.diagnosis.library import Name
 from fastcal.diagnosis.problem import core_entry
 from fastcal.diagnosis.result import AdaptedModel, GapStep, NamedValue
-from fastcal.diagnosis.search import MOST_EFFECTS, Search, State
+from fastcal.diagnosis.search import Search, State
 from fastcal.effects.entries import full_name, identity
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.calibration_record import CalibrationRecord
@@ -85,7 +86,7 @@ def robot_of(fit: Fit, sigma: float) -> Robot:
 
 def groups(names: Sequence[Name]) -> list[list[Name]]:
     """The names one by one; where there are many, all at once: nobody reads the fifth step of a waterfall."""
-    return [[name] for name in names] if len(names) <= MOST_EFFECTS else [list(names)]
+    return [[name] for name in names] if len(names) <= rules.MAX_EFFECTS else [list(names)]
 
 
 def values(model: Robot, entry: Spec) -> dict[str, NamedValue]:

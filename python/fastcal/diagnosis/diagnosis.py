@@ -13,26 +13,21 @@ from threadpoolctl import threadpool_limits
 
 from fastcal import _core
 from fastcal.calibration.inspection import check_columns, check_fit
-from fastcal.diagnosis import adaptation, grading, periodic, rivals, sensitivity, unexplained
+from fastcal.diagnosis import adaptation, grading, periodic, rivals, rules, sensitivity, unexplained
 from fastcal.diagnosis.fits import fit
 from fastcal.diagnosis.library import Library, Name, build_library, parse_exclusions
-from fastcal.diagnosis.noise import OUTLIER_LEVEL, NoiseLevel, off_by, quieted
+from fastcal.diagnosis.noise import NoiseLevel, off_by, quieted
 from fastcal.diagnosis.placed_rest import with_surrogate
 from fastcal.diagnosis.plan import SeparatingPlan, separating_plan
 from fastcal.diagnosis.problem import Noise, Problem, prepared_problem
 from fastcal.diagnosis.result import AdaptedModel, Diagnosis, Finding, Unexplained
-from fastcal.diagnosis.search import ODDS, Search, State
+from fastcal.diagnosis.search import Search, State
 from fastcal.diagnosis.words import sentence_of
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.given import DataLike, RobotLike, as_data, as_robot
 from fastcal.robot.robot import Robot, Spec
 from fastcal.units import from_si
-
-_GUESS = 1e-4  # [m, rad] a common noise to begin with, where the data claim none
-_CALMER = 0.85  # of the mean square: the noise was taken too large, and all begins again
-_ROUNDS = 3
-_HOPELESS = 0.5  # share of the misfit that names must explain where something remains, to be given
 
 
 def diagnose(
@@ -94,15 +89,16 @@ def _diagnosed(
     problem, level = quieted(problem, fit(problem, []), sigma)
     search = Search(problem, say)
     best = search.start
-    for round_ in range(_ROUNDS):
+    for round_ in range(rules.MAX_SEARCHES):
         best = _best(search.grow())
         again, level = _again(problem, best, sigma)
-        if again is None or round_ == _ROUNDS - 1:
+        if again is None or round_ == rules.MAX_SEARCHES - 1:
             break
         problem = again
         search = Search(problem, say)
     if not best.suffices and (
-        best.fit.remaining > _HOPELESS * search.start.fit.remaining or unexplained.one_block_does_better(search, best)
+        best.fit.remaining > (1 - rules.MIN_EXPLAINED_SHARE) * search.start.fit.remaining
+        or unexplained.one_block_does_better(search, best)
     ):
         best = search.start  # what explains so little is no name
     curve = grading.waves_of_one_curve(search, best)
@@ -120,8 +116,8 @@ def _diagnosed(
 
 def _claimed(data: Dataset, sigma: float | None) -> Noise:
     """The noise to begin with: as the data or the user claim it, else a guess."""
-    first = sigma if sigma is not None else (0.0 if data.sigma_position is not None else _GUESS)
-    turn = 0.0 if data.sigma_rotation is not None else _GUESS
+    first = sigma if sigma is not None else (0.0 if data.sigma_position is not None else rules.NOISE_GUESS)
+    turn = 0.0 if data.sigma_rotation is not None else rules.NOISE_GUESS
     return Noise((first, turn, first))
 
 
@@ -134,7 +130,7 @@ def _again(problem: Problem, best: State, sigma: float | None) -> tuple[Problem 
     claimed = replace(problem, names=[*problem.names, *waves], noise=_claimed(problem.data, sigma))
     calmer, level = quieted(claimed, best.fit, sigma)
     before, now = ((p.noise.factor**2) * _mean_variance(p) for p in (problem, calmer))
-    return (calmer if waves or now < _CALMER * before else None), level
+    return (calmer if waves or now < rules.RESTART_BELOW * before else None), level
 
 
 def _mean_variance(problem: Problem) -> float:
@@ -144,10 +140,10 @@ def _mean_variance(problem: Problem) -> float:
 
 
 def _best(levels: list[list[State]]) -> State:
-    """The most likely set that suffices, unless one that leaves something is still likelier by ODDS."""
+    """The most likely set that suffices, unless one that leaves something is still likelier by DECISIVE_BIC."""
     likeliest = min((state for level in levels for state in level if not state.impossible), key=lambda s: s.bic)
     enough = min((state for state in levels[-1] if state.suffices), key=lambda s: s.bic, default=likeliest)
-    return likeliest if likeliest.bic < enough.bic - ODDS else enough
+    return likeliest if likeliest.bic < enough.bic - rules.DECISIVE_BIC else enough
 
 
 @dataclass(frozen=True, eq=False)
@@ -289,7 +285,7 @@ def _outliers(best: State, data: Dataset) -> list[int]:
     A, r, row = replace(best.fit, problem=every, model=model, samples=samples, near=near).whitened
     wrong = np.flatnonzero(~np.isin(every.rows, problem.rows))
     square, count = off_by(A, r, row, wrong)
-    limit = special.chdtri(np.maximum(count, 1), OUTLIER_LEVEL / len(every.rows))
+    limit = special.chdtri(np.maximum(count, 1), rules.ALPHA_OUTLIER / len(every.rows))
     return [int(every.rows[i]) for i in np.flatnonzero((count > 0) & (square > limit))]
 
 

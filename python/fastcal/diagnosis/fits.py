@@ -3,8 +3,8 @@
 """Fits of a robot with some effects added: Levenberg-Marquardt, outliers and noise known.
 
 What a parameter is worth is what it moves the measured numbers over these rows: its plausible size is the one at which
-it alone moves them as far as the nominal robot is off, whatever its unit. Every parameter has a prior of WEAK such
-sizes about its start. That decides nothing the data show, and it gives the directions that they do not show (the
+it alone moves them as far as the nominal robot is off, whatever its unit. Every parameter has a prior of PRIOR_WIDTH
+such sizes about its start. That decides nothing the data show, and it gives the directions that they do not show (the
 parallel axes of a cobot, a wrist's gauge) the same value in the fit as in the tests that follow it.
 """
 
@@ -23,6 +23,7 @@ from fastcal import _core
 from fastcal.calibration.parameter_limits import has_prior
 from fastcal.calibration.parameter_table import unknowns_by_owner
 from fastcal.calibration.smoothing import prior_deviations
+from fastcal.diagnosis import rules
 from fastcal.diagnosis.library import Name
 from fastcal.diagnosis.problem import Problem, core_entry, with_nuisances
 from fastcal.effects.entries import build_effects, traits_of
@@ -30,14 +31,6 @@ from fastcal.errors import InvalidInput
 from fastcal.robot.robot import Spec
 
 FloatArray = NDArray[np.float64]
-
-WEAK = 30.0  # plausible sizes: standard deviation of the prior of every parameter
-_FAR, _NEAR = 30.0, 1e-3  # plausible sizes that a step may reach along what the data hardly show, at most and least
-_STEPS = 15
-_NIL = 1e-9  # of the misfit: what a parameter of its usual size moves by rounding alone
-_FARTHEST = 30.0  # of 1 mm or 1 mrad
-_SETTLED = 0.1  # change of chi square that decides nothing, and as a share of it
-_SHARE = 1e-5
 
 
 @dataclass(frozen=True, eq=False)
@@ -179,30 +172,30 @@ def fit(problem: Problem, added: Sequence[Name], start: Fit | None = None) -> Fi
         step = _solve(A, g)
         out[free] += step * scale
         index = np.array(free)[critical]
-        out[index] = np.maximum(out[index], np.maximum(lower[critical], 1e-6))
+        out[index] = np.maximum(out[index], np.maximum(lower[critical], rules.MIN_CORNER))
         return out, float(step @ g)
 
     near = linearized(theta)
     size = _sizes(problem, model, near)
     prior = np.concatenate([_priors(problem, entries, model), no_bound])
     centre[np.isfinite(prior)] = 0.0
-    prior = np.where(np.isfinite(prior), prior, WEAK * size)
+    prior = np.where(np.isfinite(prior), prior, rules.PRIOR_WIDTH * size)
     deviation = prior[free]
     best = remaining(theta, near), theta, near
-    reach = _FAR
-    for _ in range(_STEPS):
+    reach = rules.MAX_STEP
+    for _ in range(rules.MAX_ITERATIONS):
         there, gain = stepped(best[1], best[2], reach)
-        if gain < _SETTLED + _SHARE * best[0]:
+        if gain < rules.CHI_SQUARE_TOLERANCE + rules.CHI_SQUARE_SHARE * best[0]:
             break
         near = linearized(there)
         now = remaining(there, near), there, near
-        if now[0] > best[0] * (1 + _SHARE) + _SETTLED:
+        if now[0] > best[0] * (1 + rules.CHI_SQUARE_SHARE) + rules.CHI_SQUARE_TOLERANCE:
             reach /= 4  # shortens the step along what the data hardly show, such as a wrist's gauge, and nothing else
-            if reach < _NEAR:
+            if reach < rules.MIN_STEP:
                 break
             continue
-        settled = best[0] - now[0] < _SETTLED + _SHARE * now[0]
-        best, reach = now, min(2 * reach, _FAR)
+        settled = best[0] - now[0] < rules.CHI_SQUARE_TOLERANCE + rules.CHI_SQUARE_SHARE * now[0]
+        best, reach = now, min(2 * reach, rules.MAX_STEP)
         if settled:
             break
     return Fit(problem, added, entries, model, samples, best[1], free, prior, centre, best[0], best[2])
@@ -212,14 +205,14 @@ def _sizes(problem: Problem, model: _core.ErrorModel, near: _core.Linearization)
     """(P,) plausible size of each parameter: it alone moves the rows by the root mean square that the start leaves.
 
     One that moves nothing where it is has the size that its model gives it, and lengths and angles of the geometry
-    _FARTHEST of these at most: beyond, the tool moves along a curve.
+    MAX_GEOMETRY_SIZE of these at most: beyond, the tool moves along a curve.
     """
     length = np.linalg.norm(np.asarray(near.J), axis=0)
     given = np.concatenate([[p.sigma for p in model.parameters], np.ones(len(problem.unknowns))])
     given[~np.isfinite(given)] = 1.0
-    is_nil = length * given < _NIL * problem.misfit
+    is_nil = length * given < rules.MIN_INFLUENCE * problem.misfit
     size = np.where(is_nil, given, problem.misfit / np.where(is_nil, 1.0, length))
-    size[: problem.own] = np.minimum(size[: problem.own], _FARTHEST * given[: problem.own])
+    size[: problem.own] = np.minimum(size[: problem.own], rules.MAX_GEOMETRY_SIZE * given[: problem.own])
     return size
 
 

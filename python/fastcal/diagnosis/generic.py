@@ -10,24 +10,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import combinations
+from itertools import combinations, product
 
 import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
+from fastcal.diagnosis import rules
 from fastcal.measurements.dataset import Dataset
 
 FloatArray = NDArray[np.float64]
-
-WAVES = 6  # Fourier orders over a turn, and degree of the curves over a load
-_TIMES = 5
-_FIELD_DEGREE = 3
-_EXTRA_DEGREE = 2
-_CIRCLES = 2  # orders of an instrument's circles
-_RANGE_DEGREE = 2
-_NEAR_AXIS = 1e-2  # of the farthest: a point on the instrument's own axis has no azimuth
-_LEAST = 1e-2  # of the largest singular value: what is less is no curve of its own over these rows
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +59,7 @@ def orthonormal(values: FloatArray) -> FloatArray:
     if not kept.any():
         return np.zeros((len(values), 0))
     U, s, _ = np.linalg.svd(centred[:, kept] / length[kept], full_matrices=False)
-    return np.asarray(U[:, s > _LEAST * s[0]] * np.sqrt(len(values)))
+    return np.asarray(U[:, s > rules.MIN_CURVE_VALUE * s[0]] * np.sqrt(len(values)))
 
 
 def _unit(x: FloatArray) -> FloatArray:
@@ -81,7 +73,7 @@ def polynomials(x: FloatArray, degree: int) -> FloatArray:
     return np.asarray(legendre.legvander(_unit(x), degree)[:, 1:])
 
 
-def waves(q: FloatArray, orders: int = WAVES) -> FloatArray:
+def waves(q: FloatArray, orders: int) -> FloatArray:
     """The straight line and sin, cos of orders 1 ... of an angle."""
     n = np.arange(1, orders + 1)
     return np.column_stack([q, np.sin(np.outer(q, n)), np.cos(np.outer(q, n))])
@@ -90,11 +82,11 @@ def waves(q: FloatArray, orders: int = WAVES) -> FloatArray:
 def joint_curves(joint: int, data: Dataset, loads: FloatArray, turns: Sequence[bool]) -> Iterator[Curves]:
     """What the error of a joint may depend on: its position, its load, time, temperature, two positions at once."""
     q = data.q
-    own = waves(q[:, joint]) if turns[joint] else polynomials(q[:, joint], 2 * WAVES)
+    own = waves(q[:, joint], rules.CURVE_ORDERS) if turns[joint] else polynomials(q[:, joint], 2 * rules.CURVE_ORDERS)
     yield Curves((f"q{joint + 1}",), orthonormal(own))
     load = loads[:, joint]
     if np.ptp(load) > 1e-9 * max(np.abs(load).max(), 1e-12):
-        signed = np.column_stack([polynomials(load, WAVES), np.sign(load)])
+        signed = np.column_stack([polynomials(load, rules.CURVE_ORDERS), np.sign(load)])
         yield Curves(("torque",), orthonormal(signed))
     for name, values, degree in _conditions(data):
         yield Curves((name,), orthonormal(polynomials(values, degree)))
@@ -152,18 +144,18 @@ def sight_curves(point: FloatArray) -> Iterator[tuple[Curves, FloatArray]]:
     """
     x, y, z = point.T
     flat, distance = np.hypot(x, y), np.linalg.norm(point, axis=1)
-    if flat.min() < _NEAR_AXIS * flat.max():
+    if flat.min() < rules.MIN_AXIS_DISTANCE * flat.max():
         return
     azimuth, elevation = np.arctan2(y, x), np.arctan2(z, flat)
     around = np.column_stack([-y, x, np.zeros_like(x)])
     up = np.column_stack([-x * z / flat, -y * z / flat, flat])
     yield Curves(("azimuth",), _circles(azimuth)), around
     yield Curves(("elevation",), _circles(elevation)), up
-    yield Curves(("range",), orthonormal(polynomials(distance, _RANGE_DEGREE))), point / distance[:, np.newaxis]
+    yield Curves(("range",), orthonormal(polynomials(distance, rules.RANGE_DEGREE))), point / distance[:, np.newaxis]
 
 
 def _circles(angle: FloatArray) -> FloatArray:
-    n = np.arange(1, _CIRCLES + 1)
+    n = np.arange(1, rules.CIRCLE_ORDERS + 1)
     return orthonormal(np.column_stack([np.sin(np.outer(angle, n)), np.cos(np.outer(angle, n))]))
 
 
@@ -175,21 +167,28 @@ def frame_curves(data: Dataset) -> Iterator[Curves]:
         if labels is not None:
             yield Curves((name,), orthonormal((labels[:, np.newaxis] == np.unique(labels)).astype(float)))
     if np.ptp(data.payload) > 0:
-        yield Curves(("payload_kg",), orthonormal(polynomials(data.payload, _EXTRA_DEGREE)))
+        yield Curves(("payload_kg",), orthonormal(polynomials(data.payload, rules.CONDITION_DEGREE)))
 
 
 def field_curves(point: FloatArray) -> Curves:
-    """Polynomials of degree 2 ... 3 in the place (N, 3): a smooth field in the workspace, less its rigid part."""
+    """Polynomials of degree 2 ... FIELD_DEGREE in the place (N, 3): a smooth field, less its rigid part."""
     x, y, z = (_unit(point[:, k]) for k in range(3))
-    powers = [(i, j, k) for i in range(4) for j in range(4) for k in range(4) if 2 <= i + j + k <= _FIELD_DEGREE]
+    powers = [
+        (i, j, k)
+        for i, j, k in product(range(rules.FIELD_DEGREE + 1), repeat=3)
+        if 2 <= i + j + k <= rules.FIELD_DEGREE
+    ]
     return Curves(("x", "y", "z"), orthonormal(np.column_stack([x**i * y**j * z**k for i, j, k in powers])))
 
 
 def _conditions(data: Dataset) -> Iterator[tuple[str, FloatArray, int]]:
     """Name, values and degree of what varies beside the pose."""
-    for name, values, degree in (("time_s", data.time, _TIMES), ("temperature_c", data.temperature, 3)):
+    for name, values, degree in (
+        ("time_s", data.time, rules.TIME_DEGREE),
+        ("temperature_c", data.temperature, rules.TEMPERATURE_DEGREE),
+    ):
         if values is not None and np.ptp(values) > 0:
             yield name, np.asarray(values), degree
     for name, values in data.extra.items():
         if np.isfinite(values).all() and np.ptp(values) > 0:
-            yield name, values, _EXTRA_DEGREE
+            yield name, values, rules.CONDITION_DEGREE

@@ -12,23 +12,14 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from fastcal import _core
+from fastcal.diagnosis import rules
 from fastcal.diagnosis.library import Name
 from fastcal.diagnosis.periodic import is_periodic
-from fastcal.diagnosis.rivals import FOLDS, folds
-from fastcal.diagnosis.search import GENERIC, MOST_TOGETHER, NAMED, Search, State
+from fastcal.diagnosis.rivals import folds
+from fastcal.diagnosis.search import Search, State
 from fastcal.diagnosis.tails import p_values
 
 FloatArray = NDArray[np.float64]
-
-SURE_SNR = 15.0  # from here on a look-alike of correlation 0.95 would have shown itself
-SURE_LOADED = 40.0  # and of 0.993, as neighbouring joints, bearings and links are to each other under one load
-IMPLAUSIBLE = 30.0  # plausible sizes: what is larger stands for something else
-BORNE_OUT = 1.0  # standard errors by which held-out rows must be better for a name to be given at all
-HELD_OUT = 2.0  # standard errors by which held-out rows must be better
-STABLE = 0.8  # share of the folds in which the same name must come first
-_CONTAINED = 0.98  # share of a signature from which on a block without a name holds it
-_PIECES, _SURE_WAVE = 3, 20.0  # waves of one joint, and the size of the least of two, that tell a curve from waves
-_CLOSE = 0.5  # of the largest statistic: names below it cannot come first
 
 
 @dataclass(frozen=True)
@@ -73,7 +64,7 @@ def evidence(search: Search, state: State, name: Name) -> Evidence:
         rivals += _one_curve(search, state, name)
     parameters = state.fit.model.parameters[place]
     plausible = all(
-        abs(value) <= IMPLAUSIBLE * p.sigma or p.name.startswith("critical") or not np.isfinite(p.sigma)
+        abs(value) <= rules.MAX_PLAUSIBLE_SIZE * p.sigma or p.name.startswith("critical") or not np.isfinite(p.sigma)
         for p, value in zip(parameters, theta, strict=True)
     )
     richer = _richer_needed(name, parameters, theta, own)
@@ -86,10 +77,10 @@ def borne_out(search: Search, state: State) -> State:
 
     Many waves were judged together, on rows held out of all of them.
     """
-    while 0 < len(state.names) <= MOST_TOGETHER:
+    while 0 < len(state.names) <= rules.MAX_EFFECTS_GROWN:
         gains = [_held_out(search, state, name) for name in state.names]
-        worst = min(range(len(gains)), key=lambda k: gains[k][0] - BORNE_OUT * gains[k][1])
-        if gains[worst][0] >= BORNE_OUT * gains[worst][1]:
+        worst = min(range(len(gains)), key=lambda k: gains[k][0] - rules.MIN_GAIN * gains[k][1])
+        if gains[worst][0] >= rules.MIN_GAIN * gains[worst][1]:
             break
         state = search.without(state, state.names[worst])
     return state
@@ -102,7 +93,7 @@ def grade(found: Evidence, name: Name, equivalents: Sequence[object], rest: bool
         reasons.append("something else remains unexplained, and it may take this one's place")
     if equivalents:
         reasons.append("other names explain the data as well")
-    sure = SURE_LOADED if found.follows_loads else SURE_SNR
+    sure = rules.GRADE_A_SNR_LOADS if found.follows_loads else rules.GRADE_A_SNR
     if found.statistic < sure**2:
         reasons.append(
             f"its signal is {found.statistic**0.5:.1f} times the noise, and a cause that looks alike and is not in the "
@@ -114,9 +105,9 @@ def grade(found: Evidence, name: Name, equivalents: Sequence[object], rest: bool
         reasons.append(f"the data do not show what sets it apart from {', '.join(name.traits.generalizes)}")
     if not found.is_plausible:
         reasons.append("it would have to be implausibly large")
-    if found.gain[0] < HELD_OUT * found.gain[1]:
+    if found.gain[0] < rules.GRADE_A_GAIN * found.gain[1]:
         reasons.append("poses that were held out do not bear it out")
-    if found.stability < STABLE:
+    if found.stability < rules.GRADE_A_STABILITY:
         reasons.append(f"it comes first in {found.stability:.0%} of the parts of the data only")
     if name.traits.role == "load modifier":
         reasons.append("it may be the form of a large effect of loads rather than a cause of its own")
@@ -137,7 +128,7 @@ def _richer_needed(
         return True
     one, other = name.traits.contrast
     contrast = np.array([float(p.name == one) - float(p.name == other) for p in parameters])
-    return bool((contrast @ theta) ** 2 > 25.0 * (contrast @ covariance @ contrast))
+    return bool((contrast @ theta) ** 2 > rules.CONTRAST**2 * (contrast @ covariance @ contrast))
 
 
 def _rivals(search: Search, base: State, name: Name) -> tuple[str, ...]:
@@ -151,11 +142,11 @@ def _rivals(search: Search, base: State, name: Name) -> tuple[str, ...]:
     best = max(same, key=lambda i: statistic[i])
     out = []
     for i in range(blocks.count, len(statistic)):
-        if statistic[i] < 0.8 * statistic[best]:
+        if statistic[i] < rules.RIVAL_BLOCK_SHARE * statistic[best]:
             continue
         if not _leaves_nothing(search, base, i):
             continue
-        if blocks.tests.shared([best], [i])[0, 0] < _CONTAINED:
+        if blocks.tests.shared([best], [i])[0, 0] < rules.SAME_SHAPE:
             out.append(blocks.title(i))
     return tuple(out)
 
@@ -176,7 +167,7 @@ def _one_curve(search: Search, state: State, name: Name) -> tuple[str, ...]:
 def waves_of_one_curve(search: Search, state: State) -> tuple[str, State] | None:
     """A joint of which a set names several waves that may be pieces of one curve, and the set without them; else None.
 
-    _PIECES waves are; fewer where one of them is not sure and a curve over the joint's position does as well.
+    CURVE_PIECES waves are; fewer where one of them is not sure and a curve over the joint's position does as well.
     """
     names = state.names
     for owner in sorted({name.owner for name in names}):
@@ -184,7 +175,9 @@ def waves_of_one_curve(search: Search, state: State) -> tuple[str, State] | None
         rest = [name for name in names if name not in waves]
         if len(waves) < 2 or (rest and len(names) > search.most):  # many waves of many joints are what they are
             continue
-        if len(waves) >= _PIECES or (_least(search, state, waves) < _SURE_WAVE and _one_curve(search, state, waves[0])):
+        if len(waves) >= rules.CURVE_PIECES or (
+            _least(search, state, waves) < rules.SURE_WAVE_SNR and _one_curve(search, state, waves[0])
+        ):
             return owner, search.state(rest, state) if rest else search.start
     return None
 
@@ -200,7 +193,9 @@ def _leaves_nothing(search: Search, base: State, block: int) -> bool:
     left = base.blocks.tests.given([block])
     p = p_values(np.asarray(left.statistic), np.asarray(left.rank), base.fit.problem.noise.freedom)
     family = search.start.family
-    limit = np.where(np.arange(len(p)) < base.blocks.count, NAMED / family.named, GENERIC / family.generic)
+    limit = np.where(
+        np.arange(len(p)) < base.blocks.count, rules.ALPHA_NAMED / family.named, rules.ALPHA_GENERIC / family.generic
+    )
     return not bool((p < limit).any())
 
 
@@ -220,7 +215,7 @@ def _held_out(search: Search, state: State, name: Name) -> tuple[float, float]:
     fold = folds(search.problem)[row]
     fold[row < 0] = -1
     gains = []
-    for k in range(FOLDS):
+    for k in range(rules.FOLDS):
         fitted, out = fold != k, fold == k
         inverse = np.linalg.pinv(A[fitted].T @ A[fitted], rcond=1e-12, hermitian=True)
         b = inverse @ (A[fitted].T @ target[fitted])
@@ -237,13 +232,14 @@ def _stability(search: Search, state: State, base: State, name: Name) -> float:
     row = state.fit.whitened[2]
     fold = folds(search.problem)
     rows = np.unique(row[row >= 0])
-    return float(np.mean([_comes_first(base, rows[fold[rows] != k], name) for k in range(FOLDS)]))
+    return float(np.mean([_comes_first(base, rows[fold[rows] != k], name) for k in range(rules.FOLDS)]))
 
 
 def _comes_first(base: State, fitted_rows: NDArray[np.intp], name: Name) -> bool:
     blocks = base.blocks
     statistic = np.asarray(blocks.tests.scores.statistic)[: blocks.count]
-    likely = [int(i) for i in np.argsort(-statistic, kind="stable")[:12] if statistic[i] >= _CLOSE * statistic.max()]
+    order = np.argsort(-statistic, kind="stable")[: rules.MAX_CONTENDERS]
+    likely = [int(i) for i in order if statistic[i] >= rules.CONTENDER_SHARE * statistic.max()]
     A, r, row = base.fit.whitened
     kept = np.isin(row, fitted_rows) | (row < 0)
     C = np.hstack([blocks.columns_of(i)[kept] for i in likely])

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.calibration.options_from_data import with_origins
+from fastcal.diagnosis import rules
 from fastcal.effects import registered
 from fastcal.effects.entries import build_effects, effect_names, effect_owners, identity, label, traits_of
 from fastcal.effects.traits import Traits, filled
@@ -23,12 +24,7 @@ from fastcal.robot.robot import Robot, Spec
 FloatArray = NDArray[np.float64]
 Key = tuple[str, str]
 
-ORDERS = (1, 2, 3, 4, 5, 6)
-CORNERS = (0.2, 0.35, 0.5, 0.65, 0.8)  # quantiles of a joint's load at which a compliance may bend
-LAGS = (0.04, 0.1, 0.25)  # of the time that the data span: how late heat may reach the metal
-STEPS = 24  # moments of a step that are tried before the best is searched for
 _NOT_SCREENED = ("nuisance", "curve", "on request")  # roles: blocks without a name stand for the curves
-_FEWEST = 5  # rows on either side of a step
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,8 +72,8 @@ class Name:
     @property
     def searched(self) -> int:
         """Numbers that are searched for outside the fit and count as its parameters: a moment, an order."""
-        order = self.entry.get("order", ORDERS[0])
-        return int("at_s" in self.entry) + int("lag_s" in self.entry) + int(order not in ORDERS)
+        order = self.entry.get("order", rules.WAVE_ORDERS[0])
+        return int("at_s" in self.entry) + int("lag_s" in self.entry) + int(order not in rules.WAVE_ORDERS)
 
     def __repr__(self) -> str:
         return label(self.entry) + (f":{self.variant}" if self.variant else "")
@@ -171,13 +167,13 @@ def _entries(effect: str, owner: str, robot: Robot, data: Dataset) -> Iterator[N
 
 def _corners(bare: Spec, robot: Robot, data: Dataset) -> Iterator[Name]:
     """Places where a compliance may bend; the critical load itself follows from the loads of a fit."""
-    for corner in CORNERS:
+    for corner in rules.CORNER_QUANTILES:
         yield Name({**bare, "corner": corner}, f"corner={corner}")
 
 
 def _late(entry: Spec, time: FloatArray) -> Iterator[Name]:
     """The same with heat that reaches the metal late."""
-    for share in LAGS:
+    for share in rules.LAG_SHARES:
         lag = float(f"{share * np.ptp(time):.4g}")
         if lag > 0:
             yield Name({**entry, "lag_s": lag}, f"lag_s={lag:g}")
@@ -187,16 +183,16 @@ def _steps(bare: Spec, robot: Robot, data: Dataset) -> Iterator[Name]:
     """Moments over the time of the data; the search goes on from the best of them to the best between two rows."""
     if data.time is None:
         raise InvalidInput(f"{label(bare)} needs the column time_s")
-    inner = np.unique(data.time)[_FEWEST:-_FEWEST]
+    inner = np.unique(data.time)[rules.MIN_ROWS_BESIDE_STEP : -rules.MIN_ROWS_BESIDE_STEP]
     if len(inner) == 0:
         raise InvalidInput(f"{label(bare)} needs more moments")
-    places = np.unique(np.linspace(0, len(inner) - 1, STEPS).round().astype(int))
+    places = np.unique(np.linspace(0, len(inner) - 1, rules.STEP_MOMENTS).round().astype(int))
     for at in inner[places]:
         yield Name({**bare, "at_s": float(at)}, f"at_s={at:.6g}")
 
 
 def _waves(bare: Spec, robot: Robot, data: Dataset) -> Iterator[Name]:
-    return harmonics(bare, robot, data, ORDERS)
+    return harmonics(bare, robot, data, rules.WAVE_ORDERS)
 
 
 def harmonics(bare: Spec, robot: Robot, data: Dataset, orders: Collection[float]) -> Iterator[Name]:

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 """How large the noise is, and which rows are wrong: against a rich model, so that no missing effect passes for either.
 
-The rich model is the fit with as many named and unnamed blocks as leave half of the measured numbers free. What it
+The rich model is the fit with as many named and unnamed blocks as RICH_MODEL_SHARE allows. What it
 leaves is noise, whatever is missing (Baarda 1968, with the alternatives themselves as the model).
 """
 
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from scipy import linalg, special
 
 from fastcal.calibration.repeatability import visit_groups
+from fastcal.diagnosis import rules
 from fastcal.diagnosis.blocks import Blocks, blocks
 from fastcal.diagnosis.fits import Fit, fit
 from fastcal.diagnosis.problem import Noise, Problem
@@ -24,21 +25,6 @@ from fastcal.units import from_si
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
-
-RICH_SHARE = 0.35  # of the degrees of freedom that the rich model may take
-OUTLIER_LEVEL = 0.01  # chance that noise alone puts one row of the set on the list
-MOST_OUTLIERS = 0.05  # share of the rows: more are no outliers, but an effect
-RUN = 4  # rows in a row: of 5 % outliers so many stand together in one of a thousand sets
-AGREES = 0.01  # two-sided level at which a claimed noise is taken to be wrong
-SAME_TEMPERATURE = 0.5  # [K] rows of one command that differ by more are no repeats of each other
-FEWEST_REPEATS = 30  # degrees of freedom of repeats from which on they tell the noise
-_RIDGE = 1e-9
-_CLEAREST, _CLEARLY = 12, 20.0  # blocks that come first in the rich model at most, and what BIC must gain by each
-_BORNE_OUT = 0.02  # of the mean square
-_ROUNDS = 6
-_HUBER, _TUKEY = 1.5, 5.0  # of the median size of a row
-_HARDLY = 0.05  # weight of a suspect
-_LEVERED = 0.05  # least share of a number that the others leave to chance: below, it is fitted whatever it is
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,14 +63,14 @@ def quieted(problem: Problem, at: Fit, option: float | None) -> tuple[Problem, N
     rich = rich_fit(whole, blocks(whole))
     known = _from_repeats(every, rich, problem.data, option)
     if known is None and problem.data.sigma_position is not None and _agreement(rich) > 0:
-        for _ in range(_ROUNDS):
+        for _ in range(rules.NOISE_ROUNDS):
             own = _rms_sigma(every, problem.data)
             more = own * np.sqrt(max(rich.mean_square - 1.0, 0.0))
             common = tuple(float(np.hypot(c, more if k != 1 else 0.0)) for k, c in enumerate(every.noise.common))
             every = every.with_noise(Noise((common[0], common[1], common[2])))
             whole = fit(every, at.added, whole)
             rich = rich_fit(whole, blocks(whole))
-            if rich.mean_square < 1 + _BORNE_OUT:
+            if rich.mean_square < 1 + rules.NOISE_TOLERANCE:
                 break
     level = known or noise_level(every, rich, problem.data, option)
     used = every.used.copy()
@@ -93,7 +79,7 @@ def quieted(problem: Problem, at: Fit, option: float | None) -> tuple[Problem, N
 
 
 def lone(wrong: IntArray, data: Dataset) -> IntArray:
-    """Those of the rows `wrong` that do not stand in a run of RUN or more, one measured after the other.
+    """Those of the rows `wrong` that do not stand in a run of OUTLIER_RUN or more, one measured after the other.
 
     Where every row of a stretch of time is off, something moved: that is an effect and no outliers. A run goes on over
     single rows that happen to fit.
@@ -104,21 +90,24 @@ def lone(wrong: IntArray, data: Dataset) -> IntArray:
     bridged = is_wrong | (padded[:-2] & padded[2:])
     ends = np.flatnonzero(np.diff(np.r_[False, bridged, False].astype(int)))
     runs = [slice(a, b) for a, b in zip(ends[::2], ends[1::2], strict=True)]
-    moved = [order[run] for run in runs if RUN in np.convolve(is_wrong[run], np.ones(RUN))]
+    moved = [order[run] for run in runs if rules.OUTLIER_RUN in np.convolve(is_wrong[run], np.ones(rules.OUTLIER_RUN))]
     return wrong[~np.isin(wrong, np.concatenate(moved))] if moved else wrong
 
 
 def _agreement(rich: RichFit) -> int:
     """0 where noise 1 is borne out, 1 where more remains, -1 where less."""
-    low, high = (float(special.chdtri(rich.freedom, p)) / rich.freedom for p in (1 - AGREES / 2, AGREES / 2))
+    low, high = (
+        float(special.chdtri(rich.freedom, p)) / rich.freedom
+        for p in (1 - rules.ALPHA_NOISE / 2, rules.ALPHA_NOISE / 2)
+    )
     return int(rich.mean_square > high) - int(rich.mean_square < low)
 
 
 def rich_fit(at: Fit, blocks: Blocks) -> RichFit:
-    """A robust fit of the parameters and as many blocks as RICH_SHARE allows; their order is fixed, no choice."""
+    """A robust fit of the parameters and as many blocks as RICH_MODEL_SHARE allows; their order is fixed, no choice."""
     A, r, row = at.whitened
     ranks = np.asarray(blocks.tests.scores.rank)
-    budget = RICH_SHARE * at.freedom
+    budget = rules.RICH_MODEL_SHARE * at.freedom
     columns = [A]
     for index in dict.fromkeys([*_clear(blocks), *_order(blocks)]):
         if 0 < ranks[index] <= budget:
@@ -136,11 +125,11 @@ def _clear(blocks: Blocks) -> list[int]:
     """
     among = np.arange(len(blocks.sizes))
     added: list[int] = []
-    while len(added) < _CLEAREST:
+    while len(added) < rules.MAX_CLEAR_BLOCKS:
         left = blocks.tests.given(added)
         worth = blocks.worth(np.asarray(left.statistic), np.asarray(left.rank), among)
         best = int(np.argmax(worth))
-        if worth[best] < _CLEARLY:
+        if worth[best] < rules.CLEAR_BLOCK_BIC:
             break
         added.append(best)
     return added
@@ -170,7 +159,7 @@ class _Solved:
 def _cholesky(X: FloatArray, weight: FloatArray) -> FloatArray:
     """Lower factor of the weighted normal matrix."""
     normal = (X * weight[:, np.newaxis]).T @ X
-    normal[np.diag_indices(X.shape[1])] += _RIDGE
+    normal[np.diag_indices(X.shape[1])] += rules.RIDGE
     return np.asarray(linalg.cholesky(normal, lower=True, check_finite=False))
 
 
@@ -184,23 +173,23 @@ def _suspects(X: FloatArray, r: FloatArray, row: IntArray) -> IntArray:
     """Rows to which iteratively reweighted least squares (Huber, then Tukey) gives hardly any weight."""
     rows, place, count = np.unique(row, return_inverse=True, return_counts=True)
     weight = np.ones(len(rows))
-    for round_ in range(_ROUNDS):
+    for round_ in range(rules.NOISE_ROUNDS):
         own = weight[place]
         left = r - X @ linalg.cho_solve((_cholesky(X, own), True), X.T @ (own * r), check_finite=False)
         size = np.sqrt(np.bincount(place, left**2) / count)
         scale = float(np.median(size[rows >= 0]))
         u = size / max(scale, 1e-300)
-        if round_ < _ROUNDS // 2:
-            weight = np.minimum(1.0, _HUBER / np.maximum(u, 1e-300))
+        if round_ < rules.NOISE_ROUNDS // 2:
+            weight = np.minimum(1.0, rules.HUBER_SIZE / np.maximum(u, 1e-300))
         else:
-            weight = np.where(u < _TUKEY, (1 - (u / _TUKEY) ** 2) ** 2, 0.0)
+            weight = np.where(u < rules.TUKEY_SIZE, (1 - (u / rules.TUKEY_SIZE) ** 2) ** 2, 0.0)
         weight[rows < 0] = 1.0
-    return np.asarray(rows[weight < _HARDLY])
+    return np.asarray(rows[weight < rules.SUSPECT_WEIGHT])
 
 
 def _without_outliers(X: FloatArray, r: FloatArray, row: IntArray) -> RichFit:
     wrong = _largest(_suspects(X, r, row), None, row)
-    for _ in range(_ROUNDS):
+    for _ in range(rules.NOISE_ROUNDS):
         solved = _solved(X, r, (~np.isin(row, wrong)).astype(float))
         kept = ~np.isin(row, wrong) & (row >= 0)
         freedom = max(float(kept.sum() - np.sum(solved.Z[kept] ** 2)), 1.0)
@@ -212,7 +201,8 @@ def _without_outliers(X: FloatArray, r: FloatArray, row: IntArray) -> RichFit:
                 (count > 0)
                 & (
                     square
-                    > mean_square * special.chdtri(np.maximum(count, 1), OUTLIER_LEVEL / max((count > 0).sum(), 1))
+                    > mean_square
+                    * special.chdtri(np.maximum(count, 1), rules.ALPHA_OUTLIER / max((count > 0).sum(), 1))
                 )
             ]
         now = _largest(far, square, row)
@@ -246,13 +236,13 @@ def studentized(left: FloatArray, Z: FloatArray, row: IntArray, wrong: IntArray)
         V = np.eye(size) + np.where(left_out[rows], 1.0, -1.0)[:, np.newaxis, np.newaxis] * h
         values, vectors = np.linalg.eigh(V)
         along = np.einsum("nji,nj->ni", vectors, left[own])
-        square[rows] = np.sum(along**2 / np.maximum(values, _LEVERED), axis=1)
+        square[rows] = np.sum(along**2 / np.maximum(values, rules.MIN_REDUNDANCY), axis=1)
     return square, count
 
 
 def _largest(far: IntArray, square: FloatArray | None, row: IntArray) -> IntArray:
     """Those rows, the largest ones where they are more than outliers can be; sorted."""
-    most = int(MOST_OUTLIERS * len(np.unique(row[row >= 0])))
+    most = int(rules.MAX_OUTLIER_SHARE * len(np.unique(row[row >= 0])))
     if square is not None and len(far) > most:
         far = far[np.argsort(-square[far], kind="stable")[:most]]
     return np.sort(far).astype(np.intp)
@@ -294,21 +284,23 @@ def noise_level(problem: Problem, rich: RichFit, data: Dataset, option: float | 
 def _from_repeats(problem: Problem, rich: RichFit, data: Dataset, option: float | None) -> NoiseLevel | None:
     """The pure error of repeated poses, whatever a model leaves above it; None: too few repeats, or none.
 
-    A claim that the repeats bear out (chi square, two-sided AGREES) is taken as it is; where the rich model leaves as
-    much (F), both together; where it leaves less, something moved between the visits, and they are no repeats.
+    A claim that the repeats bear out (chi square, two-sided ALPHA_NOISE) is taken as it is; where the rich model leaves
+    as much (F), both together; where it leaves less, something moved between the visits, and they are no repeats.
     """
     repeated = repeats(data)
-    if repeated is None or repeated[1] < FEWEST_REPEATS:
+    if repeated is None or repeated[1] < rules.MIN_REPEAT_FREEDOM:
         return None
     sigma, freedom = repeated
     own = _rms_sigma(problem, data)
     against = sigma**2 / (own**2 * rich.mean_square)
-    low, high = special.fdtri(freedom, rich.freedom, [AGREES / 2, 1 - AGREES / 2])
+    low, high = special.fdtri(freedom, rich.freedom, [rules.ALPHA_NOISE / 2, 1 - rules.ALPHA_NOISE / 2])
     if against > high:
         return None
     note = f"from {freedom:.0f} differences of repeated poses"
     if data.sigma_position is not None or option is not None:
-        least, most = (float(special.chdtri(freedom, p)) / freedom for p in (1 - AGREES / 2, AGREES / 2))
+        least, most = (
+            float(special.chdtri(freedom, p)) / freedom for p in (1 - rules.ALPHA_NOISE / 2, rules.ALPHA_NOISE / 2)
+        )
         if least <= sigma**2 / own**2 <= most:
             noise = replace(problem.noise, freedom=np.inf)
             source = "option" if option is not None else "column"
@@ -339,7 +331,7 @@ def repeats(data: Dataset) -> tuple[float, float] | None:
         return None
     group = visit_groups(data)
     if data.temperature is not None:
-        degrees = np.round(data.temperature / SAME_TEMPERATURE).astype(np.intp)
+        degrees = np.round(data.temperature / rules.REPEAT_TEMPERATURE).astype(np.intp)
         group = np.unique(np.column_stack([group, degrees]), axis=0, return_inverse=True)[1].ravel()
     whole = ~np.isnan(data.position).any(axis=1)
     squares, freedom = 0.0, 0.0

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.diagnosis import rules
 from fastcal.diagnosis.blocks import Blocks
 from fastcal.diagnosis.fits import Fit
 from fastcal.diagnosis.problem import core_entry, prepared_problem
@@ -30,8 +31,6 @@ if TYPE_CHECKING:
     from fastcal.measurements.dataset import Dataset
 
 FloatArray = NDArray[np.float64]
-
-_COLD = 1e-3  # of the largest change of temperature: with less nothing has grown
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,7 +124,7 @@ def _of_effect(effect: Effect, entry: Spec, blocks: Blocks) -> PartialResidual:
         return _joint(effect, joint, blocks, (on,), [x])
     if x is not None and traits.place == "link" and on == "temperature_c":
         h = x - float(core_options(entry).get("t0", x.mean()))
-        strain = np.where(np.abs(h) > _COLD * np.abs(h).max(), h, np.inf)
+        strain = np.where(np.abs(h) > rules.MIN_WARMTH * np.abs(h).max(), h, np.inf)
         return _result(effect, (on,), [x], "growth", "1", effect.along(effect.C[:, 0] / strain[effect.row]))
     if x is not None and traits.place == "base" and on in ("time_s", "station") and is_whole:
         return _result(effect, (on,), [x], "motion", "m", effect.motion(_courses(entry, data)))

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from fastcal import _core
 from fastcal.calibration.evaluation import pose_groups
-from fastcal.diagnosis.library import ORDERS, Name, harmonics
+from fastcal.diagnosis import rules
+from fastcal.diagnosis.library import Name, harmonics
 from fastcal.diagnosis.tails import p_values
 from fastcal.effects.entries import curve_of, effect_names, traits_of
 
@@ -24,15 +25,6 @@ if TYPE_CHECKING:
     from fastcal.diagnosis.search import Search, State
 
 FloatArray = NDArray[np.float64]
-
-MOST_WAVES = 24
-HELD_OUT = 0.5  # share of the mean square of held-out rows that waves may leave to be the cause
-_HIGHEST = 40.0  # cycles a turn
-_PEAKS = 3  # a joint
-_LEVEL = 1e-3
-_WHOLE = 0.15  # an order this near to a whole number is one, unless it explains markedly more
-_MARKEDLY = 6.0
-_FOLDS = 5
 
 
 def is_periodic(name: Name) -> bool:
@@ -52,7 +44,7 @@ def scan(state: State) -> list[Name]:
         span = float(np.ptp(q))
         if kind != "revolute" or span <= 0:
             continue
-        orders = np.arange(1.0, _HIGHEST, np.pi / (2 * span))
+        orders = np.arange(1.0, rules.MAX_ORDER, np.pi / (2 * span))
         orders = orders[orders * span > np.pi]
         turn = state.blocks.frames[f"joint{joint + 1}"]
         angle = np.outer(q, orders)[row[measured]]
@@ -61,7 +53,7 @@ def scan(state: State) -> list[Name]:
         scores = _core.ScoreTests(A, C, r, [2] * len(orders)).scores
         trials = len(orders) * problem.start.robot.joint_count / 2
         peaks = _peaks(orders, np.asarray(scores.statistic), np.asarray(scores.rank), problem.noise.freedom, trials)
-        new = [order for order in peaks if order not in ORDERS]
+        new = [order for order in peaks if order not in rules.WAVE_ORDERS]
         for effect in waves_of_a_joint:
             bare = {"effect": effect, "owner": f"joint{joint + 1}"}
             found += harmonics(bare, problem.start.robot, problem.kept, new)
@@ -75,13 +67,13 @@ def _peaks(
     """Orders at the highest significant local maxima, whole where they may be."""
     p = p_values(statistic, rank, freedom)
     inner = np.r_[-np.inf, statistic, -np.inf]
-    top = (statistic >= inner[:-2]) & (statistic >= inner[2:]) & (p * trials < _LEVEL)
+    top = (statistic >= inner[:-2]) & (statistic >= inner[2:]) & (p * trials < rules.ALPHA_WAVE)
     out: list[float] = []
-    for i in np.flatnonzero(top)[np.argsort(-statistic[top], kind="stable")][:_PEAKS]:
+    for i in np.flatnonzero(top)[np.argsort(-statistic[top], kind="stable")][: rules.PEAKS_PER_JOINT]:
         order = float(orders[i])
         whole = float(np.clip(np.round(order), 1, None))
         near = float(np.interp(whole, orders, statistic))
-        is_whole = abs(order - whole) < _WHOLE or statistic[i] - near < _MARKEDLY
+        is_whole = abs(order - whole) < rules.WHOLE_ORDER_WITHIN or statistic[i] - near < rules.BROKEN_ORDER_GAIN
         chosen = whole if is_whole else round(order, 2)
         if chosen not in out:
             out.append(chosen)
@@ -99,8 +91,8 @@ def waves(search: Search) -> State | None:
     first = forward(start, list(range(start.blocks.count)), search.most + 1)
     if len(first) <= search.most or not set(first) <= set(periodic):
         return None
-    chosen = forward(start, periodic, MOST_WAVES)
-    if _held_out_share(start, chosen) > HELD_OUT:
+    chosen = forward(start, periodic, rules.MAX_WAVES)
+    if _held_out_share(start, chosen) > rules.MAX_WAVES_SHARE:
         return None
     return search.state([start.blocks.names[i] for i in chosen], start)
 
@@ -114,7 +106,7 @@ def forward(state: State, among: list[int], most: int) -> list[int]:
         worth = state.blocks.worth(statistic, rank, np.array(among))
         best = int(np.argmax(worth))
         p = p_values(statistic[[best]], rank[[best]], state.fit.problem.noise.freedom)[0]
-        if worth[best] <= 0 or p * state.family.named > _LEVEL:
+        if worth[best] <= 0 or p * state.family.named > rules.ALPHA_WAVE:
             break
         added.append(among[best])
     return added
@@ -124,7 +116,7 @@ def _held_out_share(state: State, chosen: list[int]) -> float:
     """Mean square of held-out poses with the blocks, over that without."""
     A, r, row = state.fit.whitened
     groups = pose_groups(state.fit.problem.kept)
-    fold = (np.random.default_rng(0).permutation(groups.max() + 1)[groups] % _FOLDS).astype(np.int32)[row]
+    fold = (np.random.default_rng(0).permutation(groups.max() + 1)[groups] % rules.FOLDS).astype(np.int32)[row]
     fold[row < 0] = -1
     C = np.hstack([state.blocks.columns_of(i) for i in chosen])
     sets = np.array([np.zeros(C.shape[1], dtype=bool), np.ones(C.shape[1], dtype=bool)])

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fastcal.calibration.simulation import simulate
-from fastcal.diagnosis import sensitivity
+from fastcal.diagnosis import rules, sensitivity
 from fastcal.diagnosis.fits import fit
 from fastcal.diagnosis.library import Name, Untestable, build_library, parse_exclusions
 from fastcal.diagnosis.problem import Noise, prepared_problem
@@ -26,11 +26,6 @@ from fastcal.robot.robot import Robot
 if TYPE_CHECKING:
     from fastcal.design.candidates import Candidates  # the rooms of design are entered where a plan is made
 
-POSES = 12
-POWER = 0.99  # at which no more poses are asked for
-_ENOUGH = 0.8
-_CANDIDATES = 600
-_PAYLOADS = 3  # levels
 _SEED = 0
 
 
@@ -93,9 +88,9 @@ def _plan(best: State, member: Name, others: list[Name]) -> SeparatingPlan:
         J[:, :, : len(common)],
         [J[:, :, a:b] for a, b in pairwise(first)],
         [size / unit[a:b] for size, (a, b) in zip(sizes, pairwise(first), strict=True)],
-        POSES,
+        rules.PLAN_POSES,
         prior=done.T @ done,
-        until_power=POWER,
+        until_power=rules.PLAN_POWER,
         threads=problem.threads,
     )
     before, after = float(np.nanmin(found.power_before)), float(np.nanmin(found.power_after))
@@ -120,13 +115,13 @@ def _candidates(robot: Robot, data: Dataset, causes: Sequence[Name]) -> Candidat
     """Random postures within the ranges that were measured, the payloads at hand, directions where they matter."""
     from fastcal.design.candidates import joint_ranges, postures, with_conditions
 
-    q = postures(robot, "random", _CANDIDATES, _SEED)
+    q = postures(robot, "random", rules.PLAN_CANDIDATES, _SEED)
     limits = joint_ranges(robot)
     low, high = data.q.min(axis=0), data.q.max(axis=0)
     q = low + (q - limits[:, 0]) / (limits[:, 1] - limits[:, 0]) * (high - low)
     levels = np.unique(data.payload)
-    payloads = levels[np.unique(np.linspace(0, len(levels) - 1, _PAYLOADS).round().astype(int))]
-    return with_conditions(q, [float(p) for p in payloads], approached_joints(causes), _CANDIDATES, _SEED)
+    payloads = levels[np.unique(np.linspace(0, len(levels) - 1, rules.PLAN_PAYLOADS).round().astype(int))]
+    return with_conditions(q, [float(p) for p in payloads], approached_joints(causes), rules.PLAN_CANDIDATES, _SEED)
 
 
 def approached_joints(causes: Sequence[Name]) -> list[int]:
@@ -143,7 +138,7 @@ def _sentence(chosen: Candidates, before: float, after: float, causes: Sequence[
         f"{len(chosen)} more poses with {carried} kg tell {names} apart: "
         f"power {before:.0%} before, {after:.0%} with them."
     )
-    if after >= _ENOUGH:
+    if after >= rules.MIN_PLAN_POWER:
         return said
     return (
         f"{said} That is not enough: a load that pulls sideways, another payload or a target on the link itself would "
@@ -158,15 +153,13 @@ class Foresight:
     Attributes:
         smallest: The least size of each effect that would be detected four times in five.
         untestable: Effects on which they would hold no information.
-        confused: Pairs of names whose signatures have a correlation above CONFUSED, and it, the largest first.
+        confused: Pairs of names whose signatures correlate by more than CONFUSED_CORRELATION, and how much, the
+            largest first.
     """
 
     smallest: list[Smallest]
     untestable: list[Untestable]
     confused: list[tuple[str, str, float]]
-
-
-CONFUSED = 0.95
 
 
 def foresee(
@@ -193,7 +186,9 @@ def foresee(
     first = {name.key: i for i, name in reversed(list(enumerate(found.names))) if found.tests.scores.rank[i] > 0}
     chosen = list(first.values())
     r = np.asarray(found.tests.correlation(chosen, chosen))
-    pairs = [(a, b) for a, b in zip(*np.triu_indices(len(chosen), 1), strict=True) if r[a, b] > CONFUSED]
+    pairs = [
+        (a, b) for a, b in zip(*np.triu_indices(len(chosen), 1), strict=True) if r[a, b] > rules.CONFUSED_CORRELATION
+    ]
     confused = [(repr(found.names[chosen[a]]), repr(found.names[chosen[b]]), float(r[a, b])) for a, b in pairs]
     return Foresight(
         sensitivity.smallest(search.start),

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from fastcal.calibration.calibrate import CalibrationResult, calibrate
 from fastcal.calibration.evaluation import pose_groups
+from fastcal.diagnosis import rules
 from fastcal.diagnosis.adaptation import values
 from fastcal.diagnosis.fits import Fit, fit
 from fastcal.diagnosis.library import Name
@@ -26,9 +27,6 @@ from fastcal.effects.entries import curve_of
 from fastcal.robot.robot import Robot, Spec
 
 FloatArray = NDArray[np.float64]
-
-FOLDS = 5
-BETTER = 1.0  # standard errors by which a rival must predict held-out rows better
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +75,7 @@ def profile(owner: str) -> Spec:
 
 def _is_better(rival: FloatArray, incumbent: FloatArray) -> bool:
     gain = incumbent - rival
-    return bool(gain.mean() > BETTER * gain.std(ddof=1) / np.sqrt(len(gain)))
+    return bool(gain.mean() > rules.MIN_RIVAL_GAIN * gain.std(ddof=1) / np.sqrt(len(gain)))
 
 
 def _with_profiles(robot: Robot, state: State, profiles: list[Spec]) -> Model | None:
@@ -110,7 +108,7 @@ def folds(problem: Problem) -> NDArray[np.intp]:
     """(N,) fold of each fitted row: all visits of a pose in one."""
     groups = pose_groups(problem.kept)
     order = np.random.default_rng(0).permutation(groups.max() + 1)
-    return np.asarray(order[groups] % FOLDS, dtype=np.intp)
+    return np.asarray(order[groups] % rules.FOLDS, dtype=np.intp)
 
 
 def held_out_squares(at: Fit) -> FloatArray:
@@ -121,7 +119,7 @@ def held_out_squares(at: Fit) -> FloatArray:
     fold = folds(at.problem)[row]
     fold[row < 0] = -1
     out = np.zeros(at.problem.kept.q.shape[0])
-    for k in range(FOLDS):
+    for k in range(rules.FOLDS):
         fitted, left = fold != k, fold == k
         R = np.asarray(np.linalg.qr(A[fitted], mode="r"))
         step = np.linalg.lstsq(R.T @ R, A[fitted].T @ r[fitted], rcond=1e-14)[0]

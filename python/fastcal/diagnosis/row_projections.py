@@ -13,12 +13,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.diagnosis import rules
 from fastcal.diagnosis.fits import Fit
 
 FloatArray = NDArray[np.float64]
-
-_LEVER = 0.25  # of the 90th percentile: a pose with less says next to nothing of the joint
-_RANK = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +66,7 @@ class Effect:
         A, r, row = fit.whitened
         both = _beyond(fit, np.arange(A.shape[1]), np.column_stack([C, r]))
         beyond, left = both[:, :-1], both[:, -1]
-        theta = np.asarray(np.linalg.lstsq(beyond, left, rcond=_RANK)[0], dtype=np.float64)
+        theta = np.asarray(np.linalg.lstsq(beyond, left, rcond=rules.BLOCK_RANK)[0], dtype=np.float64)
         measured = row >= 0
         return Effect(fit, C[measured], theta, _inverse(beyond), (left - beyond @ theta)[: len(row)][measured])
 
@@ -90,7 +88,7 @@ class Effect:
         """Sizes along a column c (m,), such as a joint's."""
         square = self.dot(c, c)
         length = np.sqrt(square)
-        kept = np.flatnonzero(length > _LEVER * np.quantile(length, 0.9))
+        kept = np.flatnonzero(length > rules.MIN_LEVERAGE * np.quantile(length, 0.9))
         factor = 1 / square[kept, np.newaxis]
         g = np.column_stack([self.dot(c, column)[kept] for column in self.C.T]) * factor
         after = self.dot(c, self.r)[kept, np.newaxis] * factor

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.calibration.change_point import find_step
+from fastcal.diagnosis import rules
 from fastcal.diagnosis.blocks import Blocks, blocks
 from fastcal.diagnosis.fits import Fit, fit
 from fastcal.diagnosis.library import Key, Name, without_masses
@@ -27,18 +28,6 @@ from fastcal.diagnosis.tails import p_values
 from fastcal.effects.entries import traits_of
 
 FloatArray = NDArray[np.float64]
-
-DETECT = 0.01  # chance to see something where nothing is missing, named and generic blocks together
-MORE = 0.002  # chance to see one more where the set in the model is all there is
-NAMED, GENERIC = 0.03, 0.01  # chance to refuse a true name beside the best since another block is significant by chance
-MOST_EFFECTS = 4
-MOST_TOGETHER = 8  # effects of a set that grows on, its members exchanged on the way
-WIDTH = 3  # sets of one size that are kept
-TRIES = 4  # names that are tried on top of each
-EXCHANGED = 2  # and in place of each member of a set that grows on
-LOUD = 10.0  # times the noise: a name beside something that has none
-ODDS = 10.0  # difference of BIC at which of two sets that stand the worse one is refused (1 : 150)
-_DRAWS = 256
 
 
 @dataclass(frozen=True)
@@ -83,7 +72,7 @@ class State:
         """Parameters that the names add, those that were searched for among them."""
         return sum(self.fit.place(n).stop - self.fit.place(n).start + n.searched for n in self.names)
 
-    def significant(self, named: float = NAMED, generic: float = GENERIC) -> list[int]:
+    def significant(self, named: float, generic: float) -> list[int]:
         """Blocks that are, at family-wise levels, the strongest first."""
         p = self.p_values
         limit = np.where(
@@ -95,13 +84,15 @@ class State:
     @cached_property
     def suffices(self) -> bool:
         """Nothing more is detected, and the names have possible signs."""
-        level = MORE if self.names else DETECT
+        level = rules.ALPHA_FURTHER if self.names else rules.ALPHA_DETECT
         return not self.impossible and not self.significant(level / 2, level / 2)
 
     def stands_beside(self, best: State) -> bool:
         """No block is significant at the levels of a confidence set but those that the best set leaves too."""
-        left = {best.blocks.title(i) for i in best.significant()}
-        return not self.impossible and all(self.blocks.title(i) in left for i in self.significant())
+        left = {best.blocks.title(i) for i in best.significant(rules.ALPHA_NAMED, rules.ALPHA_GENERIC)}
+        return not self.impossible and all(
+            self.blocks.title(i) in left for i in self.significant(rules.ALPHA_NAMED, rules.ALPHA_GENERIC)
+        )
 
     @cached_property
     def impossible(self) -> bool:
@@ -126,7 +117,7 @@ class Search:
 
     problem: Problem
     say: Callable[[str], None] = lambda text: None
-    most: int = MOST_EFFECTS
+    most: int = field(default_factory=lambda: rules.MAX_EFFECTS)
     seen: dict[tuple[str, ...], State] = field(default_factory=dict)
 
     @cached_property
@@ -140,8 +131,10 @@ class Search:
         rank = np.asarray(tests.scores.rank)
         causes = {n.cause for n, r in zip(first.blocks.names, rank, strict=False) if r > 0}
         family = Family(
-            max(tests.effective_tests(list(range(count)), _DRAWS, 0), float(len(causes))),
-            max(tests.effective_tests(list(range(count, total)), _DRAWS, 0), float(np.sum(rank[count:] > 0))),
+            max(tests.effective_tests(list(range(count)), rules.FAMILY_DRAWS, 0), float(len(causes))),
+            max(
+                tests.effective_tests(list(range(count, total)), rules.FAMILY_DRAWS, 0), float(np.sum(rank[count:] > 0))
+            ),
         )
         state = State(first.fit, family)
         state.__dict__["blocks"] = first.blocks
@@ -154,8 +147,8 @@ class Search:
             return [*levels, [many]]
         while not any(state.suffices for state in levels[-1]) and len(levels) <= self.most:
             children: dict[tuple[str, ...], State] = {}
-            for state in levels[-1][:WIDTH]:
-                for names in self.next_sets(state, TRIES):
+            for state in levels[-1][: rules.BEAM_WIDTH]:
+                for names in self.next_sets(state, rules.CHILDREN_PER_NODE):
                     child = self.state(names, state)
                     if self._is_earned(child, state):
                         children[child.key] = child
@@ -165,7 +158,9 @@ class Search:
             if not ranked:
                 break
             # Further down none can be chosen: less likely than the best by more than the odds ask for.
-            levels.append([c for k, c in enumerate(ranked) if k < WIDTH or c.bic < ranked[0].bic + ODDS])
+            levels.append(
+                [c for k, c in enumerate(ranked) if k < rules.BEAM_WIDTH or c.bic < ranked[0].bic + rules.DECISIVE_BIC]
+            )
             self.say(f"{len(levels) - 1} effects: {', '.join(ranked[0].key)}")
         if len(levels) > self.most and not any(state.suffices for state in levels[-1]):
             seeds = [min(levels[-1], key=lambda s: s.bic), *self.yielding_joints()]
@@ -184,31 +179,31 @@ class Search:
         return [self.state([found.names[i] for i in chosen], self.start)] if len(chosen) > 1 else []
 
     def grown_on(self, state: State) -> State:
-        """A set with more names, one at a time, its members exchanged after each, while BIC falls by ODDS.
+        """A set with more names, one at a time, its members exchanged after each, while BIC falls by DECISIVE_BIC.
 
         A wrong first name, such as a link that bends where two joints yield, gives way once the others are in.
         """
-        while not state.suffices and len(state.names) < MOST_TOGETHER:
-            children = [self.state(names, state) for names in self.next_sets(state, TRIES)]
+        while not state.suffices and len(state.names) < rules.MAX_EFFECTS_GROWN:
+            children = [self.state(names, state) for names in self.next_sets(state, rules.CHILDREN_PER_NODE)]
             earned = [c for c in children if not c.impossible and self._is_earned(c, state)]
             if not earned:
                 break
             more = self._exchanged(min(earned, key=lambda s: s.bic))
-            if more.bic > state.bic - ODDS:
+            if more.bic > state.bic - rules.DECISIVE_BIC:
                 break
             state = more
         return state
 
     def _exchanged(self, state: State) -> State:
-        """The set with members exchanged for likelier names, one at a time, until none is better by ODDS."""
-        for _ in range(MOST_TOGETHER):
+        """The set with members exchanged for likelier names, one at a time, until none is better by DECISIVE_BIC."""
+        for _ in range(rules.MAX_EFFECTS_GROWN):
             others = [
                 self.state(names, state)
                 for member in state.names
-                for names in self.next_sets(self.without(state, member), EXCHANGED)
+                for names in self.next_sets(self.without(state, member), rules.EXCHANGES_PER_MEMBER)
             ]
             best = min((s for s in others if not s.impossible), key=lambda s: s.bic, default=state)
-            if best.bic > state.bic - ODDS:
+            if best.bic > state.bic - rules.DECISIVE_BIC:
                 return state
             state = best
         return state
@@ -217,7 +212,7 @@ class Search:
         """Is what a set explains beyond another still significant when it is fitted? A score may promise too much."""
         drop = np.array([parent.fit.remaining - child.fit.remaining])
         more = np.array([child.size - parent.size], dtype=np.int32)
-        return bool(p_values(drop, more, self.problem.noise.freedom)[0] < NAMED / self.start.family.named)
+        return bool(p_values(drop, more, self.problem.noise.freedom)[0] < rules.ALPHA_NAMED / self.start.family.named)
 
     def next_sets(self, state: State, count: int) -> list[tuple[Name, ...]]:
         """Sets with one name more, or a richer name in place of one, the most promising names first."""
@@ -234,11 +229,14 @@ class Search:
             best_of[name.key] = max(best_of.get(name.key, -np.inf), float(value))
         for i in order:
             name = state.blocks.names[i]
-            if any(worth[i] < best_of.get((simple, name.owner), -np.inf) + ODDS for simple in name.traits.generalizes):
+            if any(
+                worth[i] < best_of.get((simple, name.owner), -np.inf) + rules.DECISIVE_BIC
+                for simple in name.traits.generalizes
+            ):
                 continue  # the simpler name does as well
             if len(out) >= count:
                 break
-            if p[i] > NAMED / state.family.named:
+            if p[i] > rules.ALPHA_NAMED / state.family.named:
                 break
             if name.cause in causes:
                 continue
@@ -273,14 +271,14 @@ class Search:
     def pruned(self, state: State) -> State:
         """A set without the names that it can do without.
 
-        Where it suffices, those without which it does too; where something remains, those that are not LOUD: they may
-        be shadows of what has no name.
+        Where it suffices, those without which it does too; where something remains, those below
+        MIN_SNR_BESIDE_REST: they may be shadows of what has no name.
         """
         while state.names and len(state.names) <= self.most:
             fewer = min((self.without(state, name) for name in state.names), key=lambda s: s.fit.remaining)
             if state.suffices and not (fewer.suffices and fewer.bic < state.bic):
                 break
-            if not state.suffices and fewer.fit.remaining - state.fit.remaining > LOUD**2:
+            if not state.suffices and fewer.fit.remaining - state.fit.remaining > rules.MIN_SNR_BESIDE_REST**2:
                 break
             state = fewer
         return state
@@ -298,14 +296,15 @@ class Search:
         worth = base.fit.remaining - best.fit.remaining
         scores = base.blocks.tests.scores
         statistic, rank = np.asarray(scores.statistic), np.asarray(scores.rank)
-        enough = max(0.5 * worth, 0.0) if worth < 400 else 0.8 * worth
+        share = rules.REPLACEMENT_SHARE if worth < rules.LOUD_SNR**2 else rules.LOUD_REPLACEMENT_SHARE
+        enough = share * max(worth, 0.0)
         found: list[tuple[Name, State]] = []
         keys: set[Key] = {member.key}
         order = np.argsort(-statistic[: base.blocks.count], kind="stable")
         tried = 0
         for i in order:
             name = base.blocks.names[i]
-            if statistic[i] < enough or rank[i] == 0 or tried >= 2 * TRIES:
+            if statistic[i] < enough or rank[i] == 0 or tried >= rules.REPLACEMENTS_PER_MEMBER:
                 break
             if name.key in keys or (member.effect in name.traits.generalizes and name.owner == member.owner):
                 continue
@@ -313,7 +312,9 @@ class Search:
             tried += 1
             state = self.state((*base.names, self._refined(name, base)), best)
             # One of more parameters that fits no worse is refused by its parameters alone: too little to call it wrong.
-            if state.stands_beside(best) and (state.bic < best.bic + ODDS or state.fit.remaining <= best.fit.remaining):
+            if state.stands_beside(best) and (
+                state.bic < best.bic + rules.DECISIVE_BIC or state.fit.remaining <= best.fit.remaining
+            ):
                 found.append((name, state))
         simple = {name.key for name, _ in found} | {member.key}
         return [

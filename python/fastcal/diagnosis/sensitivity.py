@@ -11,19 +11,15 @@ from numpy.typing import NDArray
 from scipy import special
 
 from fastcal import _core
+from fastcal.diagnosis import rules
 from fastcal.diagnosis.library import Key, Library, Name, Untestable, needs
 from fastcal.diagnosis.result import Refusal, Smallest
-from fastcal.diagnosis.search import DETECT, NAMED, Search, State
+from fastcal.diagnosis.search import Search, State
 from fastcal.diagnosis.tails import p_values
 from fastcal.effects.entries import build_effects, edge_name, edge_unit
 from fastcal.units import from_si
 
 FloatArray = NDArray[np.float64]
-
-POWER = 0.8
-SHOWN = 12  # names in the ranking, and of them in the confusion map
-MAPPED = 8
-_ABSORBED = 1e-6  # times the noise, of a parameter's plausible size: less is rounding
 
 
 def untestable(search: Search, library: Library) -> list[Untestable]:
@@ -42,7 +38,7 @@ def smallest(state: State) -> list[Smallest]:
     """For each parameter of each name the size that would be detected four times in five, alone, in these data.
 
     Size = root of the noncentrality at which some block, the name's own or another that looks like it, passes its limit
-    of detection with probability POWER, over the length that the column keeps.
+    of detection with probability DETECTION_POWER, over the length that the column keeps.
     """
     found = state.blocks
     rank = np.asarray(found.tests.scores.rank)
@@ -54,7 +50,7 @@ def smallest(state: State) -> list[Smallest]:
         if rank[i] > 0 and not name.is_start:  # the size of those depends on corner or moment
             told.setdefault(name.key, i)
     columns = [int(c) for i in told.values() for c in range(first[i], first[i + 1])]
-    roots = dict(zip(columns, found.tests.detectable(columns, _limits(state), POWER), strict=True))
+    roots = dict(zip(columns, found.tests.detectable(columns, _limits(state), rules.DETECTION_POWER), strict=True))
     out: list[Smallest] = []
     for i in told.values():
         part = slice(first[i], first[i + 1])
@@ -70,7 +66,7 @@ def _limits(state: State) -> FloatArray:
     rank = np.maximum(np.asarray(found.tests.scores.rank), 1)
     freedom = state.fit.problem.noise.freedom
     is_name = np.arange(len(rank)) < found.count
-    level = DETECT / 2 / np.where(is_name, state.family.named, state.family.generic)
+    level = rules.ALPHA_DETECT / 2 / np.where(is_name, state.family.named, state.family.generic)
     if np.isinf(freedom):
         return np.asarray(special.chdtri(rank, level))
     return np.asarray(rank * special.fdtri(rank, freedom, 1 - level))
@@ -83,7 +79,7 @@ def _sizes(name: Name, length: FloatArray, root: FloatArray, core: _core.RobotMo
         return
     (effect,) = build_effects([name.entry], core)
     for parameter, own, at in zip(effect.parameters, length, root, strict=True):
-        if own * parameter.sigma > _ABSORBED and np.isfinite(at):
+        if own * parameter.sigma > rules.MIN_SIGNAL and np.isfinite(at):
             value = from_si(float(at / own), edge_unit(parameter, geometry=False))
             yield edge_name(parameter, geometry=False), value
 
@@ -105,7 +101,7 @@ def ranking(search: Search, best: State) -> list[Refusal]:
         name = found.names[i]
         if rank[i] == 0 or name.key in seen:
             continue
-        if len(out) >= SHOWN:
+        if len(out) >= rules.RANKING_LENGTH:
             break
         seen.add(name.key)
         (effect,) = build_effects([{k: v for k, v in name.entry.items() if k != "corner"}], core)
@@ -132,11 +128,11 @@ def _reason(search: Search, index: int, given: set[tuple[str, str]]) -> str:
         left = start.blocks.tests.given([index])
         p = p_values(np.asarray(left.statistic), np.asarray(left.rank), start.fit.problem.noise.freedom)
         found = start.blocks
-    if start.p_values[index] * start.family.named > NAMED:
+    if start.p_values[index] * start.family.named > rules.ALPHA_NAMED:
         return "not significant"
     least = int(np.argmin(p))
     family = start.family.named if least < found.count else start.family.generic
-    if p[least] * family > NAMED:
+    if p[least] * family > rules.ALPHA_NAMED:
         return "it stands as well as what is given, or is needed less"
     return f"it leaves {found.title(least)} at p = {min(1.0, p[least] * family):.1e}"
 
@@ -149,6 +145,6 @@ def confusion(search: Search) -> tuple[list[str], FloatArray]:
     for i in np.argsort(-statistic, kind="stable"):
         if statistic[i] > 0 and all(found.names[i].key != found.names[k].key for k in chosen):
             chosen.append(int(i))
-        if len(chosen) == MAPPED:
+        if len(chosen) == rules.CONFUSION_LENGTH:
             break
     return [repr(found.names[i]) for i in chosen], np.asarray(found.tests.correlation(chosen, chosen))

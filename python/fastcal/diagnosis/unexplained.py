@@ -7,17 +7,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.diagnosis import rules
 from fastcal.diagnosis.result import Unexplained
-from fastcal.diagnosis.search import GENERIC, Search, State
+from fastcal.diagnosis.search import Search, State
 from fastcal.diagnosis.tails import p_values
 from fastcal.effects.entries import curve_of
 from fastcal.robot.robot import Robot, Spec
 
 FloatArray = NDArray[np.float64]
-
-_LEAST_SHARE = 1e-3  # that is stated
-_ORDERS = 6
-_MAIN = 0.25  # share of a curve's square from which on an order is told
 
 
 def curved_joints(best: State) -> list[Spec]:
@@ -36,7 +33,7 @@ def curved_joints(best: State) -> list[Spec]:
         left = found.tests.given(chosen)
         statistic, rank = np.asarray(left.statistic), np.asarray(left.rank)
         p = p_values(statistic, rank, best.fit.problem.noise.freedom) * best.family.generic
-        curved = [i for i in own if i not in chosen and p[i] < GENERIC]
+        curved = [i for i in own if i not in chosen and p[i] < rules.ALPHA_GENERIC]
         if not curved:
             break
         worth = found.worth(statistic[curved], rank[curved], np.array(curved))
@@ -50,7 +47,7 @@ def curved_joints(best: State) -> list[Spec]:
 def main_orders(model: Robot, entry: Spec) -> list[tuple[int, float]]:
     """(cycles a turn, amplitude [rad]) of the largest waves in an identified profile of a revolute joint.
 
-    By least squares of sines and cosines of orders 1 ... _ORDERS over the range that the profile was fitted on.
+    By least squares of sines and cosines of orders 1 ... PROFILE_ORDERS over the range that the profile was fitted on.
     """
     at = [(e["effect"], e["owner"]) for e in model.spec["effects"]].index((entry["effect"], entry["owner"]))
     found = model.spec["effects"][at]
@@ -60,7 +57,7 @@ def main_orders(model: Robot, entry: Spec) -> list[tuple[int, float]]:
     q = np.zeros((200, model.joint_count))
     q[:, joint] = np.linspace(found["low_rad"], found["high_rad"], len(q))
     curve = profile_curve(model, entry["owner"], q[:, joint])
-    orders = [n for n in range(1, _ORDERS + 1) if n * (found["high_rad"] - found["low_rad"]) > np.pi]
+    orders = [n for n in range(1, rules.PROFILE_ORDERS + 1) if n * (found["high_rad"] - found["low_rad"]) > np.pi]
     if not orders:
         return []
     # One order at a time beside a straight line: together they would be ill-conditioned over less than a turn.
@@ -70,7 +67,7 @@ def main_orders(model: Robot, entry: Spec) -> list[tuple[int, float]]:
         each.append(float(np.hypot(*np.linalg.lstsq(X, curve, rcond=1e-3)[0][2:])))
     size = np.minimum(each, float(np.ptp(curve)))
     total = float(np.sum(size**2))
-    return [(n, float(a)) for n, a in zip(orders, size, strict=True) if a**2 >= _MAIN * total > 0]
+    return [(n, float(a)) for n, a in zip(orders, size, strict=True) if a**2 >= rules.MAIN_ORDER_SHARE * total > 0]
 
 
 def profile_curve(model: Robot, owner: str, q: FloatArray) -> FloatArray:
@@ -109,7 +106,7 @@ def rest(search: Search, state: State) -> Unexplained:
     block = found.generics[index]
     misfit = max(search.start.fit.remaining - search.start.fit.freedom, 1.0)
     share = (statistic[generic][index] - rank[generic][index]) / misfit
-    return Unexplained(block.owner, float(np.clip(share, _LEAST_SHARE, 1.0)), block.curves.depends_on)
+    return Unexplained(block.owner, float(np.clip(share, rules.MIN_STATED_SHARE, 1.0)), block.curves.depends_on)
 
 
 def one_block_does_better(search: Search, best: State) -> bool:

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from fastcal.diagnosis import rules
 from fastcal.effects.entries import traits_of
 
 if TYPE_CHECKING:
@@ -25,7 +26,6 @@ _VARIABLES = {
     "gravity": "how it is held against gravity",
     "sight": "the side from which it is looked at",
 }
-_FEW = 4  # waves that are told one by one
 
 
 def owner_in_words(owner: str) -> str:
@@ -53,7 +53,7 @@ def _causes(found: Diagnosis) -> str:
             return "Something is missing in the model, and no effect of the library explains it."
         return f"Nothing is missing that these data could show above their noise of {found.sigma_mm:.3f} mm."
     waves = [f for f in found.effects if traits_of(f.effect).is_wave]
-    many = len(waves) > _FEW
+    many = len(waves) > rules.MAX_WAVES_LISTED
     sentences = [_many_waves(waves)] if many else []
     sentences += [_cause(f) for f in found.effects if traits_of(f.effect).role != "curve" and not (many and f in waves)]
     curves = [owner_in_words(f.owner) for f in found.effects if traits_of(f.effect).role == "curve"]

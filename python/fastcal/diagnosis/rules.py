@@ -1,0 +1,183 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""The rules of the diagnosis: every number on which an answer depends, its meaning, unit and origin.
+
+Four currencies: levels (a chance of error, family-wise where a family is tested), BIC (a difference of 10 is odds of
+1 : 150), signal-to-noise ratios (root of a chi square) and shares. They are read at call time as `rules.NAME`: a test
+changes each in turn (tests/python/diagnosis/test_rules.py). Guards against rounding in one formula stay beside it.
+
+Where they come from: "Level" is a chance that was chosen; "Numerical" is accuracy beyond which answers do not change;
+"Simulated" was set on the sets of bench/python/diagnosis_sets.py, whose outcome docs/diagnosis-performance.md holds;
+where nothing is said, it was chosen by what its comment says and is held by that outcome alone.
+"""
+
+# --- Fits -------------------------------------------------------------------------------------------------------------
+# Standard deviation of the prior that every parameter has about its start [plausible sizes]: wide enough to
+# decide nothing that the data show, and the same in fits and tests along directions that they do not show.
+PRIOR_WIDTH = 30.0
+# Longest and shortest reach of a step along what the data hardly show [plausible sizes]. Numerical.
+MAX_STEP, MIN_STEP = 30.0, 1e-3
+# Linearizations of a fit at most. Numerical.
+MAX_ITERATIONS = 15
+# Change of chi square that decides nothing, and the same as a share of chi square. Numerical.
+CHI_SQUARE_TOLERANCE, CHI_SQUARE_SHARE = 0.1, 1e-5
+# Share of the misfit that a parameter of its usual size must move to have an influence at all. Numerical.
+MIN_INFLUENCE = 1e-9
+# Largest plausible size of a length or an angle of the geometry [1 mm, 1 mrad]: beyond, the tool moves along a curve.
+MAX_GEOMETRY_SIZE = 30.0
+# Least load at which a compliance may bend [N m]. Numerical: its two slopes are undefined at 0.
+MIN_CORNER = 1e-6
+
+# --- Noise and outliers -----------------------------------------------------------------------------------------------
+# Common noise to begin with where the data claim none [m, rad]; it is estimated from there on.
+NOISE_GUESS = 1e-4
+# Share of the degrees of freedom that the blocks of the rich model may take: more leaves too little to estimate the
+# noise from, less takes a missing effect for noise.
+RICH_MODEL_SHARE = 0.35
+# Blocks that enter the rich model first at most, and the gain of BIC that each must bring (odds of 1 : 22 000).
+MAX_CLEAR_BLOCKS, CLEAR_BLOCK_BIC = 12, 20.0
+# Chance that noise alone puts one row of a data set on the list of outliers. Level.
+ALPHA_OUTLIER = 0.01
+# Share of the rows that may be outliers: more are no outliers but an effect.
+MAX_OUTLIER_SHARE = 0.05
+# Rows, one measured after the other, that are no outliers if all of them are off: of 5 % outliers so many come in a row
+# in one of a thousand sets.
+OUTLIER_RUN = 4
+# Two-sided level at which a claimed noise, or repeats against the rich model, are taken to be wrong. Level.
+ALPHA_NOISE = 0.01
+# Rows of one command are repeats of each other if their temperatures agree within [K].
+REPEAT_TEMPERATURE = 0.5
+# Degrees of freedom from which on repeats determine the noise (sigma within 13 %).
+MIN_REPEAT_FREEDOM = 30
+# Share by which the rich fit may exceed the noise once a common part is added. Numerical: 1 % of sigma.
+NOISE_TOLERANCE = 0.02
+# Rounds of reweighting, of rejecting and of adding a common part, each. Numerical.
+NOISE_ROUNDS = 6
+# Size of a row from which on Huber's and Tukey's weights fall [medians of a row].
+HUBER_SIZE, TUKEY_SIZE = 1.5, 5.0
+# Weight below which a row is a suspect.
+SUSPECT_WEIGHT = 0.05
+# Least share of a number that the other rows leave to chance (its redundancy): below, it is fitted whatever it is.
+MIN_REDUNDANCY = 0.05
+# Ridge on unit columns of the rich model, which may be dependent. Numerical.
+RIDGE = 1e-9
+# Share of the variance below which the noise was taken too large and the search begins again.
+RESTART_BELOW = 0.85
+# Searches with a new noise or new waves at most.
+MAX_SEARCHES = 3
+
+# --- What is tested ---------------------------------------------------------------------------------------------------
+# Cycles a turn of the periodic names. Gears, encoders, bearings: others are scanned for.
+WAVE_ORDERS = (1, 2, 3, 4, 5, 6)
+# Quantiles of a joint's load at which a compliance may begin to bend; the fit goes on from the best.
+CORNER_QUANTILES = (0.2, 0.35, 0.5, 0.65, 0.8)
+# How late heat may reach the metal [of the time that the data span].
+LAG_SHARES = (0.04, 0.1, 0.25)
+# Moments of a step that are tried before the best is searched for, and rows on either side of it at least.
+STEP_MOMENTS, MIN_ROWS_BESIDE_STEP = 24, 5
+# Fourier orders of a curve over a turn, and degree of a curve over a load.
+CURVE_ORDERS = 6
+# Degrees of curves over time, temperature, and any other condition (an own column, the payload).
+TIME_DEGREE, TEMPERATURE_DEGREE, CONDITION_DEGREE = 5, 3, 2
+# Degree of a smooth field over the workspace.
+FIELD_DEGREE = 3
+# Orders of an instrument's circles, and degree of its range.
+CIRCLE_ORDERS, RANGE_DEGREE = 2, 2
+# Distance from the instrument's own axis below which a point has no azimuth [of the farthest].
+MIN_AXIS_DISTANCE = 1e-2
+# Singular value below which a combination of curves is none of its own over these rows [of the largest].
+MIN_CURVE_VALUE = 1e-2
+
+# --- Search -----------------------------------------------------------------------------------------------------------
+# Chance to see something where nothing is missing, names and blocks without a name together. Level.
+ALPHA_DETECT = 0.01
+# Chance to see one more where the set in the model is all there is. Level.
+ALPHA_FURTHER = 0.002
+# Chance to refuse a true name beside the best since another name, or a block without a name, is significant by chance.
+# Levels: together one of 25.
+ALPHA_NAMED, ALPHA_GENERIC = 0.03, 0.01
+# Draws of the law of the smallest p value, which gives the effective number of tests. Numerical.
+FAMILY_DRAWS = 256
+# Effects of a set that is searched for over all sizes, and of one that grows on, its members exchanged on the way.
+MAX_EFFECTS, MAX_EFFECTS_GROWN = 4, 8
+# Sets of one size that are kept, names that are tried on top of each, and in place of each member of one that grows on.
+BEAM_WIDTH, CHILDREN_PER_NODE, EXCHANGES_PER_MEMBER = 3, 4, 2
+# Difference of BIC that decides between two sets (odds of 1 : 150).
+DECISIVE_BIC = 10.0
+# Signal-to-noise ratio of a name beside something that has none: weaker ones may be its shadow.
+MIN_SNR_BESIDE_REST = 10.0
+# Share of the misfit that names must explain where something remains, to be given.
+MIN_EXPLAINED_SHARE = 0.5
+# Names that are tried in place of each member of the set that is given.
+REPLACEMENTS_PER_MEMBER = 8
+# Share of a member's chi square that a replacement must explain by its score test: of a weak member, and of one above
+# LOUD_SNR, where chance plays no part.
+REPLACEMENT_SHARE, LOUD_REPLACEMENT_SHARE, LOUD_SNR = 0.5, 0.8, 20.0
+# Parts of the data, dealt by pose, of which each is held out once.
+FOLDS = 5
+# Standard errors by which a name must help to predict held-out rows to be given at all.
+MIN_GAIN = 1.0
+# Standard errors by which a rival with joint profiles must predict held-out rows better to take the place of a set.
+MIN_RIVAL_GAIN = 1.0
+
+# --- Waves and curves of joints ---------------------------------------------------------------------------------------
+# Highest order that is scanned for [cycles a turn]: motor turns behind usual reductions lie beyond.
+MAX_ORDER = 40.0
+# Peaks of the scan that are taken from each joint, and their level.
+PEAKS_PER_JOINT, ALPHA_WAVE = 3, 1e-3
+# An order this near to a whole one is whole, and any other unless it explains so much more chi square.
+WHOLE_ORDER_WITHIN, BROKEN_ORDER_GAIN = 0.15, 6.0
+# Waves of a model that errs by many.
+MAX_WAVES = 24
+# Share of the mean square of held-out rows that many waves may leave to be the cause.
+MAX_WAVES_SHARE = 0.5
+# Waves of one joint that are a curve rather than causes, and signal-to-noise ratio of the lesser of two that are not.
+CURVE_PIECES, SURE_WAVE_SNR = 3, 20.0
+
+# --- Grades -----------------------------------------------------------------------------------------------------------
+# Signal-to-noise ratio of grade A: from here on a look-alike of correlation 0.95 would have shown itself. Simulated.
+GRADE_A_SNR = 15.0
+# The same of what follows loads: neighbouring joints, bearings and links have correlations up to 0.993. Simulated.
+GRADE_A_SNR_LOADS = 40.0
+# Largest size of grade A [plausible sizes]: what is larger does the work of something else.
+MAX_PLAUSIBLE_SIZE = 30.0
+# Standard errors by which held-out rows must be predicted better for grade A.
+GRADE_A_GAIN = 2.0
+# Share of the folds without which the same name must come first for grade A.
+GRADE_A_STABILITY = 0.8
+# Share of its largest statistic, and count, of the names that may come first in a part of the data.
+CONTENDER_SHARE, MAX_CONTENDERS = 0.5, 12
+# Share of a name's statistic from which on a block without a name is a rival.
+RIVAL_BLOCK_SHARE = 0.8
+# Share of a signature from which on a block without a name holds it, and is no other shape.
+SAME_SHAPE = 0.98
+# Standard deviations by which two parameters must differ for what sets a name apart from a simpler one.
+CONTRAST = 5.0
+
+# --- What remains, what could have been seen, what to measure next ----------------------------------------------------
+# Least share of the misfit that is stated of what remains.
+MIN_STATED_SHARE = 1e-3
+# Orders that are looked for in a joint's curve, and the share of its square from which on one is stated.
+PROFILE_ORDERS, MAIN_ORDER_SHARE = 6, 0.25
+# Waves that the sentence lists one by one.
+MAX_WAVES_LISTED = 4
+# Probability with which the smallest effect that could have been seen is seen.
+DETECTION_POWER = 0.8
+# Names in the ranking, and in the map of confusions.
+RANKING_LENGTH, CONFUSION_LENGTH = 12, 8
+# Signal-to-noise ratio of a parameter of its usual size below which it is absorbed by the others. Numerical.
+MIN_SIGNAL = 1e-6
+# Correlation of two signatures from which on poses confuse them.
+CONFUSED_CORRELATION = 0.95
+# Poses of a plan at most, and the power at which it asks for no more; below the other power it says so.
+PLAN_POSES, PLAN_POWER, MIN_PLAN_POWER = 12, 0.99, 0.8
+# Random postures and levels of payload that a plan chooses from.
+PLAN_CANDIDATES, PLAN_PAYLOADS = 600, 3
+
+# --- Pictures ---------------------------------------------------------------------------------------------------------
+# Leverage of a pose below which it shows next to nothing of an effect [of the 90th percentile].
+MIN_LEVERAGE = 0.25
+# Change of temperature below which nothing has grown [of the largest].
+MIN_WARMTH = 1e-3
+# Relative singular value below which a block's own size is undetermined. Numerical.
+BLOCK_RANK = 1e-9
