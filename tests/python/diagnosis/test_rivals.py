@@ -7,12 +7,13 @@ from functools import cache
 import numpy as np
 
 from fastcal import _core, load_robot, perturbed, random_poses, simulate
+from fastcal.diagnosis import rules
 from fastcal.diagnosis.fits import fit
 from fastcal.diagnosis.grading import borne_out
 from fastcal.diagnosis.library import build_library
 from fastcal.diagnosis.noise import quieted
 from fastcal.diagnosis.problem import Noise, Problem, prepared_problem
-from fastcal.diagnosis.rivals import FOLDS, folds, held_out_squares
+from fastcal.diagnosis.rivals import folds, held_out_squares
 from fastcal.diagnosis.search import Search
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot
@@ -48,7 +49,7 @@ def test_held_out_errors_are_those_of_fits_to_the_other_folds() -> None:
     whole = fit(given, [])
     squares = held_out_squares(whole)
     fold = folds(given)
-    for k in range(FOLDS):
+    for k in range(rules.FOLDS):
         other = fit(given.with_rows(fold != k), [], whole)
         near = _core.linearize(whole.model, whole.samples, given.measured, other.theta, list(given.noise.common), 1)
         by_refit = np.bincount(np.asarray(near.row), np.asarray(near.r) ** 2)[fold == k]
