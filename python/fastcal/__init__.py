@@ -7,8 +7,8 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from fastcal._core import __version__
 from fastcal.display import late
+from fastcal.errors import unloaded
 
 if TYPE_CHECKING:
     from fastcal.beams.frame import BeamFrame
@@ -39,8 +39,11 @@ if TYPE_CHECKING:
     from fastcal.robot.robot import Robot
     from fastcal.selection.choose_parameters import choose_parameters
 
+    __version__: str
+
 # Public name: the module that defines it, imported at the name's first use, so that `import fastcal` takes no time.
 _HOMES = {
+    "__version__": "_core",
     "BeamFrame": "beams.frame",
     "CalibrationResult": "calibration.calibrate",
     "Compensation": "compensation",
@@ -150,7 +153,10 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     if name not in _HOMES:
         raise AttributeError(f"module 'fastcal' has no attribute '{name}'")
-    value = getattr(importlib.import_module(f"fastcal.{_HOMES[name]}"), name)
+    try:
+        value = getattr(importlib.import_module(f"fastcal.{_HOMES[name]}"), name)
+    except ImportError as error:
+        raise unloaded(error) or error from None
     globals()[name] = value
     return value
 

@@ -38,3 +38,15 @@ class ParseError(InvalidInput):
     def __str__(self) -> str:
         where = [str(part) for part in (self.path, self.line) if part is not None]
         return ": ".join([":".join(where), self.message]) if where else self.message
+
+
+def unloaded(error: Exception) -> ImportError | None:
+    """One sentence where an error means that the compiled part does not load; None for any other error."""
+    if not isinstance(error, ImportError) or error.name not in {"_core", "fastcal._core"}:
+        return None
+    return ImportError(
+        f"fastcal's compiled part does not load ({error}); install one of fastcal's wheels, which need no library of "
+        "the system, or build it here: pip install .",
+        name=error.name,
+        path=error.path,
+    )

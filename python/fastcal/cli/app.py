@@ -28,7 +28,7 @@ from fastcal.cli import (
 from fastcal.cli.console import fail, manner
 from fastcal.cli.manners import examples, with_manners
 from fastcal.cli.own_inputs import keeps_its_inputs
-from fastcal.errors import FastcalError, Undetermined
+from fastcal.errors import FastcalError, Undetermined, unloaded
 
 OK, INTERNAL, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 
@@ -106,7 +106,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except OSError as error:
         return _failed(str(error), BAD_INPUT)
     except Exception as error:
-        # A fault of fastcal itself is told in one line too.
+        if (missing := unloaded(error)) is not None:
+            return _failed(str(missing), BAD_INPUT)
+        # A fault of fastcal itself is one line too.
         if os.environ.get("FASTCAL_TRACEBACK"):
             raise
         said = f"internal error, {type(error).__name__}: {error} (FASTCAL_TRACEBACK=1 shows where; please report it)"
