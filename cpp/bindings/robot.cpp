@@ -59,11 +59,15 @@ py::dict urdf_dict(const std::string& xml, const std::string& base_link, const s
   py::list joints;
   for (const UrdfJoint& joint : chain.joints) {
     const Eigen::Matrix3d& I = joint.body.inertia;
+    py::object mimic = py::none();
+    if (joint.mimic)
+      mimic = py::dict(py::arg("driver") = joint.mimic->driver, py::arg("multiplier") = joint.mimic->multiplier,
+                       py::arg("offset") = joint.mimic->offset);
     joints.append(py::dict(
         py::arg("name") = joint.name, py::arg("type") = joint.type == JointType::kRevolute ? "revolute" : "prismatic",
-        py::arg("continuous") = joint.continuous, py::arg("origin") = from_pose(joint.origin),
-        py::arg("axis") = joint.axis, py::arg("lower") = joint.lower, py::arg("upper") = joint.upper,
-        py::arg("mass") = joint.body.mass, py::arg("com") = joint.body.com,
+        py::arg("mimic") = mimic, py::arg("mount") = from_pose(joint.mount),
+        py::arg("origin") = from_pose(joint.origin), py::arg("axis") = joint.axis, py::arg("lower") = joint.lower,
+        py::arg("upper") = joint.upper, py::arg("mass") = joint.body.mass, py::arg("com") = joint.body.com,
         py::arg("inertia") = std::vector<double>{I(0, 0), I(1, 1), I(2, 2), I(0, 1), I(0, 2), I(1, 2)}));
   }
   return py::dict(py::arg("name") = chain.name, py::arg("base_link") = chain.base_link,

@@ -8,6 +8,8 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
+#include <cstddef>
 #include <iterator>
 #include <mutex>
 #include <numbers>
@@ -15,6 +17,7 @@
 #include <utility>
 
 #include "fastcal/math/check.hpp"
+#include "fastcal/robot/urdf_ends.hpp"
 
 namespace fastcal {
 namespace {
@@ -129,9 +132,10 @@ Body join(const Body& a, const Body& b) {
   return both;
 }
 
-/// All that hangs on `link`, seen at `T`, without crossing `next`, the chain's own next joint.
+/// All that hangs on `link`, seen at `T`, without crossing `next`, the chain's own next joint; names of joints on the
+/// way go to `held`.
 Body carried(const urdf::ModelInterface& model, const urdf::Link& link, const Pose& T, const urdf::Joint* next,
-             std::vector<std::string>& notes) {
+             std::vector<std::string>& held) {
   Body body;
   std::vector<std::pair<const urdf::Link*, Pose>> open{{&link, T}};
   while (!open.empty()) {
@@ -140,9 +144,7 @@ Body carried(const urdf::ModelInterface& model, const urdf::Link& link, const Po
     body = join(body, body_of(*parent, T_parent));
     for (const urdf::JointSharedPtr& joint : parent->child_joints) {
       if (joint.get() == next) continue;
-      if (joint->type != urdf::Joint::FIXED)
-        notes.push_back("joint '" + joint->name +
-                        "' is not between the base and the tip: what it carries is held at 0");
+      if (joint->type != urdf::Joint::FIXED) held.push_back(joint->name);
       open.emplace_back(model.links_.at(joint->child_link_name).get(),
                         T_parent * pose(joint->parent_to_joint_origin_transform));
     }
@@ -151,37 +153,36 @@ Body carried(const urdf::ModelInterface& model, const urdf::Link& link, const Po
 }
 
 std::string joined(const std::vector<std::string>& names) {
+  constexpr std::size_t kMostListed = 20;
   std::string text;
-  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
-  return text;
+  for (std::size_t i = 0; i < std::min(names.size(), kMostListed); ++i) text += (i == 0 ? "" : ", ") + names[i];
+  return names.size() > kMostListed ? text + " and " + std::to_string(names.size() - kMostListed) + " more" : text;
 }
 
-const urdf::Link& tip_of(const urdf::ModelInterface& model, const std::string& tip_link) {
-  std::vector<std::string> leaves;
-  for (const auto& [name, link] : model.links_)
-    if (link->child_joints.empty()) leaves.push_back(name);
-  FASTCAL_CHECK(!tip_link.empty() || leaves.size() == 1)
-      << "the URDF ends in " << leaves.size() << " links, name one as tip_link: " << joined(leaves);
-  const std::string& name = tip_link.empty() ? leaves.front() : tip_link;
-  const auto found = model.links_.find(name);
-  FASTCAL_CHECK(found != model.links_.end())
-      << "the URDF has no link '" << name << "' for tip_link; it ends in " << joined(leaves);
-  return *found->second;
+/// Which link hangs on which, and how.
+LinkTree link_tree(const urdf::ModelInterface& model) {
+  LinkTree tree;
+  for (const auto& [name, link] : model.links_) {
+    LinkMount& mount = tree[name];
+    if (const urdf::Joint* joint = link->parent_joint.get(); joint != nullptr) {
+      mount.parent = joint->parent_link_name;
+      mount.is_free = joint->type == urdf::Joint::FLOATING || joint->type == urdf::Joint::PLANAR;
+      mount.moves = joint->type != urdf::Joint::FIXED && !mount.is_free;
+    }
+  }
+  return tree;
 }
 
 /// The joints from the base to the tip, found from the tip, as each link has one parent.
 std::vector<const urdf::Joint*> path(const urdf::ModelInterface& model, const std::string& base,
-                                     const urdf::Link& tip) {
-  FASTCAL_CHECK(model.links_.contains(base))
-      << "the URDF has no link '" << base << "' for base_link; its root is '" << model.getRoot()->name << "'";
+                                     const std::string& tip) {
   std::vector<const urdf::Joint*> joints;
-  std::vector<std::string> links{tip.name};
+  std::vector<std::string> links{tip};
   while (links.back() != base) {
     const urdf::Joint* joint = model.links_.at(links.back())->parent_joint.get();
     const bool leads_on = joint != nullptr && joints.size() < model.joints_.size();  // links may form a ring
-    FASTCAL_CHECK(leads_on) << "base_link '" << base << "' does not carry tip_link '" << tip.name
-                            << "', which is carried by "
-                            << joined({links.begin(), links.begin() + std::min<std::ptrdiff_t>(std::ssize(links), 20)});
+    FASTCAL_CHECK(leads_on) << "base_link '" << base << "' does not carry tip_link '" << tip
+                            << "', which is carried by " << joined(links);
     joints.push_back(joint);
     links.push_back(joint->parent_link_name);
   }
@@ -189,60 +190,99 @@ std::vector<const urdf::Joint*> path(const urdf::ModelInterface& model, const st
   return joints;
 }
 
+constexpr double kUnlimitedSlide = 10;  // [m] either way, where a file gives a slide no limits
+
 UrdfJoint moving_joint(const urdf::Joint& joint) {
   FASTCAL_CHECK(joint.type == urdf::Joint::REVOLUTE || joint.type == urdf::Joint::CONTINUOUS ||
                 joint.type == urdf::Joint::PRISMATIC)
       << "joint '" << joint.name
       << "': only revolute, continuous, prismatic and fixed joints make a serial arm, and it is none of them";
-  FASTCAL_CHECK(!joint.mimic) << "joint '" << joint.name << "': it mimics joint '" << joint.mimic->joint_name
-                              << "', so it is no joint of a serial arm";
   UrdfJoint out;
   out.name = joint.name;
   out.type = joint.type == urdf::Joint::PRISMATIC ? JointType::kPrismatic : JointType::kRevolute;
-  out.continuous = joint.type == urdf::Joint::CONTINUOUS;
+  // Limits that are left out read as 0 and 0.
+  out.unlimited = joint.type == urdf::Joint::CONTINUOUS || (joint.limits->lower == 0 && joint.limits->upper == 0);
   out.axis = vector(joint.axis);
   FASTCAL_CHECK(out.axis.allFinite() && out.axis.norm() > 0)
       << "joint '" << joint.name << "': its axis has no direction";
   out.axis.normalize();
-  out.lower = out.continuous ? -2 * std::numbers::pi : joint.limits->lower;
-  out.upper = out.continuous ? 2 * std::numbers::pi : joint.limits->upper;
+  const double range = out.type == JointType::kPrismatic ? kUnlimitedSlide : 2 * std::numbers::pi;
+  out.lower = out.unlimited ? -range : joint.limits->lower;
+  out.upper = out.unlimited ? range : joint.limits->upper;
   FASTCAL_CHECK(out.lower < out.upper) << "joint '" << joint.name
                                        << "': its lower limit must be below the upper one, got " << out.lower << " and "
                                        << out.upper;
   return out;
 }
 
+/// What drives the joints of the chain that mimic others. A mimic of a mimic follows the first in the row; one whose
+/// driver lies beside the chain, or nowhere, moves by itself.
+void add_mimics(const urdf::ModelInterface& model, UrdfChain& chain) {
+  for (UrdfJoint& joint : chain.joints) {
+    std::string driver_name = joint.name;
+    Mimic mimic;
+    const urdf::Joint* at = model.joints_.at(joint.name).get();
+    for (std::size_t steps = 0; at != nullptr && at->mimic; ++steps) {
+      FASTCAL_CHECK(steps < model.joints_.size()) << "joint '" << joint.name << "' in the end mimics itself";
+      driver_name = at->mimic->joint_name;
+      mimic.offset += mimic.multiplier * at->mimic->offset;
+      mimic.multiplier *= at->mimic->multiplier;
+      const auto next = model.joints_.find(driver_name);
+      at = next == model.joints_.end() ? nullptr : next->second.get();
+    }
+    if (driver_name == joint.name) continue;
+    const auto driver = std::find_if(chain.joints.begin(), chain.joints.end(),
+                                     [&](const UrdfJoint& other) { return other.name == driver_name; });
+    if (driver == chain.joints.end()) {
+      chain.notes.push_back("joint '" + joint.name + "' mimics joint '" + driver_name +
+                            "', which is not between the base and the tip: give its own position");
+      continue;
+    }
+    FASTCAL_CHECK(std::isfinite(mimic.multiplier) && std::isfinite(mimic.offset))
+        << "joint '" << joint.name << "': expected a finite multiplier and offset of its mimic";
+    mimic.driver = static_cast<int>(driver - chain.joints.begin());
+    joint.mimic = mimic;
+  }
+}
+
 }  // namespace
 
 UrdfChain read_urdf(const std::string& xml, const std::string& base_link, const std::string& tip_link) {
   const urdf::ModelInterfaceSharedPtr model = parse(xml);
-  const urdf::Link& tip = tip_of(*model, tip_link);
+  const UrdfEnds ends = choose_ends(link_tree(*model), base_link, tip_link);
   UrdfChain chain;
   chain.name = model->getName();
-  chain.base_link = base_link.empty() ? model->getRoot()->name : base_link;
-  chain.tip_link = tip.name;
+  chain.base_link = ends.base;
+  chain.tip_link = ends.tip;
+  chain.notes = ends.notes;
 
-  const std::vector<const urdf::Joint*> joints = path(*model, chain.base_link, tip);
+  const std::vector<const urdf::Joint*> joints = path(*model, chain.base_link, chain.tip_link);
+  std::vector<std::string> held;
+  std::vector<std::string> unlimited;
   Pose T;  // the present link in the frame of the last moving joint
   for (std::size_t i = 0; i < joints.size(); ++i) {
+    const Pose mount = T;
     T = T * pose(joints[i]->parent_to_joint_origin_transform);
     if (joints[i]->type != urdf::Joint::FIXED) {
       chain.joints.push_back(moving_joint(*joints[i]));
+      chain.joints.back().mount = mount;
       chain.joints.back().origin = T;
       T = Pose{};
-      if (chain.joints.back().continuous)
-        chain.notes.push_back("joint '" + joints[i]->name +
-                              "' is continuous: its limits are set to -360 and 360 degrees");
+      if (chain.joints.back().unlimited) unlimited.push_back(joints[i]->name);
     }
     if (chain.joints.empty()) continue;  // a link that never moves loads no joint
     const urdf::Link& link = *model->links_.at(joints[i]->child_link_name);
     const urdf::Joint* next = i + 1 < joints.size() ? joints[i + 1] : nullptr;
     Body& body = chain.joints.back().body;
-    body = join(body, carried(*model, link, T, next, chain.notes));
+    body = join(body, carried(*model, link, T, next, held));
   }
   FASTCAL_CHECK(!chain.joints.empty()) << "no joint moves between link '" << chain.base_link << "' and link '"
                                        << chain.tip_link << "'";
   chain.flange = T;
+  add_mimics(*model, chain);
+  if (!unlimited.empty())
+    chain.notes.push_back("joints without limits get -360 and 360 degrees, slides -10 and 10 m: " + joined(unlimited));
+  if (!held.empty()) chain.notes.push_back("joints beside the arm are held at 0 with what they carry: " + joined(held));
   return chain;
 }
 

@@ -5,6 +5,7 @@
 // or the flange, their links' masses into the link that carries them. urdfdom is met in urdf.cpp only.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,16 +13,25 @@
 
 namespace fastcal {
 
+/// A joint that another one drives: its position is multiplier * position of joint `driver` of the chain + offset.
+struct Mimic {
+  int driver = -1;
+  double multiplier = 1;
+  double offset = 0;  ///< [rad] or [m]
+};
+
 /// One moving joint. The frame of its child link coincides with the joint's frame.
 struct UrdfJoint {
   std::string name;
   JointType type = JointType::kRevolute;
-  bool continuous = false;                          ///< no limits in the file: -2 pi to 2 pi stands here
+  bool unlimited = false;                           ///< no limits in the file: -2 pi to 2 pi, -10 m to 10 m stand here
+  Pose mount;                                       ///< the fixed joints' part of `origin`: mount * the joint's own
   Pose origin;                                      ///< pose of the joint's frame in that of the moving joint before it
   Eigen::Vector3d axis = Eigen::Vector3d::UnitX();  ///< unit, in the joint's frame
   double lower = 0;                                 ///< [rad] or [m]
   double upper = 0;
   Body body;  ///< all that this joint moves and the next one does not
+  std::optional<Mimic> mimic;
 };
 
 struct UrdfChain {
@@ -33,9 +43,9 @@ struct UrdfChain {
   std::vector<std::string> notes;  ///< what was read in a way that the reader should know
 };
 
-/// The chain from `base_link` (empty: the root) to `tip_link` (empty: the only leaf) of a URDF given as text.
+/// The chain from `base_link` to `tip_link` of a URDF given as text; an empty name is chosen as choose_ends() does.
 /// Throws InvalidInput where the text is no URDF, the links don't form a chain, or a joint on it is none that a
-/// calibration can move (planar, floating, mimic). Joints beside the chain are held at 0, and that is noted.
+/// calibration can move (planar, floating). Joints beside the chain are held at 0, and that is noted.
 UrdfChain read_urdf(const std::string& xml, const std::string& base_link = "", const std::string& tip_link = "");
 
 }  // namespace fastcal

@@ -25,6 +25,7 @@ from fastcal.cli import (
     simulate,
     train,
 )
+from fastcal.cli.arm_links import with_links
 from fastcal.cli.console import fail, manner
 from fastcal.cli.manners import examples, with_manners
 from fastcal.cli.own_inputs import keeps_its_inputs
@@ -61,7 +62,7 @@ app = typer.Typer(
 )
 for command in COMMANDS:
     name = command.__name__.rstrip("_")
-    app.command(name, epilog=examples(name))(with_manners(name, keeps_its_inputs(command)))
+    app.command(name, epilog=examples(name))(with_manners(name, with_links(keeps_its_inputs(command))))
 
 
 def _show_version(wanted: bool) -> None:

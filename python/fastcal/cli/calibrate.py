@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fastcal.cli.console import emit, fail, progress, say, warn
-from fastcal.cli.options import AsRead, DataFiles, Loss, Method, OutFolder, RobotFile, Rule, Threads
+from fastcal.cli.options import AsRead, DataFiles, Loss, Method, OutFolder, RobotFile, Rule, Threads, words_of
 
 if TYPE_CHECKING:
     from fastcal.calibration.calibrate import CalibrationResult
@@ -82,7 +82,7 @@ def calibrate(
         warn(f"{test}: {note}" for note in other.notes if note not in found.notes)
     if choice is not None:
         say_choice(choice)
-    say_result(found, output, [robot, *map(str, data)])
+    say_result(found, output, [*words_of(robot), *map(str, data)])
     if found.status != "converged":
         fail(f"{found.status.replace('_', ' ')}: {found.message}; no model.yaml")
         raise typer.Exit(NOT_CONVERGED)

@@ -22,7 +22,8 @@ def convert(
 ) -> None:
     """Write a robot as another kind of file.
 
-    The tool's pose stays the same for every joint position.
+    The tool's pose stays the same for every joint position. A robot that was read from a URDF becomes that URDF again
+    with other origins of its joints: links, meshes, branches and comments stay.
     """
     from fastcal.conversion import convert as converted
     from fastcal.errors import InvalidInput
@@ -34,4 +35,8 @@ def convert(
     lost = write_spec(found.spec, output, drop_effects=drop_effects)
     warn([f"{name} was dropped" for name in found.dropped])
     warn(found.notes)
-    warn([f"a URDF has no place for {', '.join(lost)}, which was left out"] if lost else [])
+    moved = [name for name in ("base", "tool") if name in lost]
+    if moved:
+        warn([f"{' and '.join(moved)} are of the measurement and not of the URDF: they stay in {robot}"])
+    left = [name for name in lost if name not in moved]
+    warn([f"a URDF has no place for {', '.join(left)}, which was left out"] if left else [])

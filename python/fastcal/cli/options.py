@@ -21,7 +21,7 @@ RobotFile = Annotated[
     str,
     typer.Argument(
         metavar="ROBOT",
-        help="A robot file (.yaml, .urdf) or the name of a shipped arm (see fastcal robots).",
+        help="A robot file (.yaml, .urdf, .xacro) or the name of a shipped arm (see fastcal robots).",
         autocompletion=_arms,
     ),
 ]
@@ -50,3 +50,9 @@ Rule = Literal["least", "one_standard_error"]
 def file_names(files: list[Path]) -> str:
     """The names of some files without their folders."""
     return ", ".join(file.name for file in files)
+
+
+def words_of(robot: str) -> list[str]:
+    """The words of a command line that name a robot, with the links of its arm where they were given or chosen."""
+    words: list[str] = robot.words() if hasattr(robot, "words") else [robot]
+    return words

@@ -18,43 +18,93 @@ from fastcal.io.atomic import write_text
 from fastcal.io.correction_file import read_correction, write_correction
 from fastcal.io.fields import Fields
 from fastcal.io.robot_schema import Spec, check_spec
-from fastcal.io.urdf_file import read_urdf, urdf_text, what_urdf_loses
+from fastcal.io.robot_source import RobotSource
+from fastcal.io.urdf_file import ENDINGS, read_urdf, urdf_text, what_urdf_loses
+from fastcal.io.urdf_in_place import in_place
 from fastcal.io.yaml_file import read_text, read_yaml
 from fastcal.io.yaml_text import yaml_text
 from fastcal.robot.robot import Robot
 
 
-def load_robot(source: str | os.PathLike[str] | Mapping[str, Any]) -> Robot:
+def load_robot(
+    source: str | os.PathLike[str] | Mapping[str, Any],
+    *,
+    base_link: str = "",
+    tip_link: str = "",
+    xacro: Mapping[str, str] | None = None,
+) -> Robot:
     """A robot from a YAML or URDF file, a shipped arm by its name, or the content of a robot file as a mapping.
 
     The name of a shipped arm (`fastcal.robots.available()`) may be written `UR5` or `ur-5`; a file or folder of that
     name is given as `./ur5`.
 
+    Args:
+        source: The file, name or mapping.
+        base_link: Where the arm in a URDF begins; empty: its root.
+        tip_link: Where it ends; empty: where it can end in one way only.
+        xacro: Values of the arguments of a xacro file, by name.
+
     Raises:
         ParseError: The file is not there or holds something that can't be meant.
     """
-    return Robot(read_spec(source))
+    return Robot(read_spec(source, base_link=base_link, tip_link=tip_link, xacro=xacro))
 
 
-def read_spec(source: str | os.PathLike[str] | Mapping[str, Any]) -> Spec:
+def read_spec(
+    source: str | os.PathLike[str] | Mapping[str, Any],
+    *,
+    base_link: str = "",
+    tip_link: str = "",
+    xacro: Mapping[str, str] | None = None,
+) -> Spec:
     """The canonical spec of a robot file or a shipped arm: every key in its place, defaults filled in, mm and degrees.
+
+    Args:
+        source: The file, name or mapping.
+        base_link: Where the arm in a URDF begins; empty: its root.
+        tip_link: Where it ends; empty: where it can end in one way only.
+        xacro: Values of the arguments of a xacro file, by name.
 
     Raises:
         ParseError: One sentence that names the file, the key, what was expected and what came.
     """
+    if isinstance(source, RobotSource):
+        base_link, tip_link = base_link or source.base_link, tip_link or source.tip_link
+        xacro = xacro or _arguments(source)
+    links = {key: name for key, name in (("base_link", base_link), ("tip_link", tip_link)) if name}
     if isinstance(source, Mapping):
         value: Any = copy.deepcopy(dict(source))
         path = Path(str(value.get("name", "robot")))
     else:
         path = _found(source)
-        if path.suffix.lower() == ".urdf":
-            return check_spec(read_urdf(path), path)
+        if path.suffix.lower() in ENDINGS:
+            return check_spec(read_urdf(path, base_link, tip_link, xacro), path)
         value = read_yaml(path)
+    if isinstance(value, dict) and value.get("kinematics") == "urdf" and "urdf" in value:
+        value = _with_urdf(value | links, path, xacro)
+    elif links:
+        raise ParseError(f"{' and '.join(links)} choose an arm in a URDF, and this robot is none", path)
     if isinstance(value, dict):
-        if value.get("kinematics") == "urdf" and "urdf" in value:
-            value = _with_urdf(value, path)
         value.setdefault("name", path.stem)
     return _with_correction(check_spec(value, path), path)
+
+
+def chosen_arm(source: RobotSource) -> tuple[RobotSource, list[str]]:
+    """A bare URDF or xacro with the links between which its arm lies, and the sentences that say what was chosen."""
+    spec = read_spec(source)
+    chosen = RobotSource(source, spec["source"]["base_link"], spec["source"]["tip_link"], source.xacro)
+    return chosen, [note for note in spec.get("notes", []) if " was chosen" in note]
+
+
+def _arguments(source: RobotSource) -> dict[str, str]:
+    """The arguments of a xacro file by name."""
+    found = {}
+    for given in source.xacro:
+        name, assigned, value = given.partition(":=")
+        if not name or not assigned:
+            raise ParseError(f"expected a xacro argument as NAME:=VALUE, got '{given:.60}'", str(source))
+        found[name] = value
+    return found
 
 
 def _found(source: str | os.PathLike[str]) -> Path:
@@ -86,9 +136,11 @@ def write_spec(
 ) -> tuple[str, ...]:
     """Writes a canonical spec, whole or not at all: XML where the path ends in .urdf, else YAML.
 
+    A spec that was read from a URDF becomes that URDF with other origins of its joints and nothing else changed.
+
     The YAML loads back bit for bit; a trained correction goes into a .safetensors file beside it,
     named by its content; that of the model which was there before goes where no other model names it.
-    A URDF holds the joints, the links' masses, base and tool (as fixed joints).
+    A URDF of fastcal's own holds the joints, the links' masses, base and tool (as fixed joints).
 
     Args:
         spec: A canonical spec; of kind `urdf` for a .urdf file.
@@ -113,7 +165,7 @@ def write_spec(
         raise InvalidInput(
             f"{path}: a URDF has no place for {', '.join(moving)}; write a .yaml file or drop the effects"
         )
-    write_text(path, urdf_text(spec))
+    write_text(path, in_place(spec) if "source" in spec else urdf_text(spec))
     return lost
 
 
@@ -157,11 +209,11 @@ def _with_correction(spec: Spec, path: Path) -> Spec:
     return spec
 
 
-def _with_urdf(value: dict[str, Any], path: Path) -> dict[str, Any]:
+def _with_urdf(value: dict[str, Any], path: Path, xacro: Mapping[str, str] | None) -> dict[str, Any]:
     """A file of kind urdf with the joints of the URDF that it names, which lies beside it."""
     top = Fields(value, "", path)
     if top.has("joints"):
         top.refuse("", "expected urdf: FILE or joints, got both")
-    links = {key: top.text(key) for key in ("base_link", "tip_link") if top.has(key)}
-    spec = read_urdf(path.parent / top.text("urdf"), **links)
+    base_link, tip_link = (top.text(key) if top.has(key) else "" for key in ("base_link", "tip_link"))
+    spec = read_urdf(path.parent / top.text("urdf"), base_link, tip_link, xacro)
     return spec | {key: entry for key, entry in value.items() if key not in ("urdf", "base_link", "tip_link")}

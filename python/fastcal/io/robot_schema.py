@@ -40,11 +40,9 @@ def check_spec(value: Any, path: str | os.PathLike[str] = "robot") -> Spec:
     kind = spec["kinematics"]
     joints = _list(top, "joints", 1, MAX_JOINTS)
     spec["joints"] = [_joint(fields, kind) for fields in joints]
-    if kind == "poe":
-        spec["home"] = _frame(top, "home", required=True)
+    spec |= _end_of_chain(top, kind)
     if kind == "urdf":
         _check_joint_names(spec["joints"], joints)
-        spec["flange"] = _frame(top, "flange")
     spec["coupling"] = _coupling(top, len(joints))
     spec["base"] = _frame(top, "base")
     spec["tool"] = _frame(top, "tool")
@@ -62,6 +60,15 @@ def check_spec(value: Any, path: str | os.PathLike[str] = "robot") -> Spec:
         spec["equilibrium"] = equilibrium
     spec["effects"] = [_effect(fields) for fields in _list(top, "effects", 0, 1000)]
     spec["structure"] = check_structure(top.take("structure", {}), [joint["type"] for joint in spec["joints"]], path)
+    spec |= _additions(top, kind)
+    top.done()
+    return spec
+
+
+def _additions(top: Fields, kind: str) -> Spec:
+    """What fastcal adds to a robot: the uncertainties, the correction, notes, and the URDF that it came from."""
+    path = top.path
+    spec: Spec = {}
     if top.has("calibration"):
         spec["calibration"] = _calibration(Fields(top.take("calibration"), "calibration", path))
     if (correction := top.optional("correction")) is not None:
@@ -70,8 +77,28 @@ def check_spec(value: Any, path: str | os.PathLike[str] = "robot") -> Spec:
         if not isinstance(notes, list) or not all(isinstance(note, str) for note in notes):
             top.fail("notes", "a list of texts", notes)
         spec["notes"] = notes
-    top.done()
+    if (source := top.optional("source")) is not None:
+        if kind != "urdf":
+            top.refuse("source", "the URDF of a robot goes with kinematics: urdf")
+        spec["source"] = _source(Fields(source, "source", path))
     return spec
+
+
+def _end_of_chain(top: Fields, kind: str) -> Spec:
+    """The flange where the rows do not reach it: at q = 0 in the base (poe), in the last joint's frame (urdf)."""
+    if kind == "poe":
+        return {"home": _frame(top, "home", required=True)}
+    return {"flange": _frame(top, "flange")} if kind == "urdf" else {}
+
+
+def _source(fields: Fields) -> Spec:
+    """The URDF that the joints were read from, so that they can be written back into it."""
+    source: Spec = {"base_link": fields.text("base_link"), "tip_link": fields.text("tip_link")}
+    xml = fields.take("xml")
+    if not isinstance(xml, str) or "<" not in xml:
+        fields.fail("xml", "the text of a URDF", xml)
+    fields.done()
+    return source | {"xml": xml}
 
 
 def _correction(value: Any, path: str | os.PathLike[str]) -> Correction | Spec:

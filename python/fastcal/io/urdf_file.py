@@ -12,25 +12,33 @@ from xml.etree import ElementTree as ET
 from fastcal import _core, units
 from fastcal.errors import InvalidInput, ParseError
 from fastcal.io.robot_schema import Spec
+from fastcal.io.xacro_file import expanded
 from fastcal.io.yaml_file import read_text
 from fastcal.robot.se3 import Array, rotation_to_rpy
 
 _NO_LIMIT = "1e6"
 
 
-def read_urdf(path: str | os.PathLike[str], base_link: str = "", tip_link: str = "") -> Spec:
-    """The arm in a URDF file as a spec of kind `urdf`: name, joints, flange, notes; not yet checked.
+ENDINGS = (".urdf", ".xacro")
+
+
+def read_urdf(
+    path: str | os.PathLike[str], base_link: str = "", tip_link: str = "", xacro: Mapping[str, str] | None = None
+) -> Spec:
+    """The arm in a URDF file as a spec of kind `urdf`: name, joints, flange, source, notes; not yet checked.
 
     Args:
-        path: The file.
+        path: The file; xacro is expanded.
         base_link: Where the arm begins; empty: the root.
-        tip_link: Its last link, the flange; empty: the only leaf.
+        tip_link: Its last link, the flange; empty: the only one there is.
+        xacro: Values of a xacro file's arguments.
 
     Raises:
         ParseError: The file holds no serial arm; the sentence says why.
     """
+    xml = expanded(path, xacro) if str(path).lower().endswith(".xacro") else read_text(path)
     try:
-        chain = _core.read_urdf(read_text(path), base_link, tip_link)
+        chain = _core.read_urdf(xml, base_link, tip_link)
     except ParseError:
         raise
     except InvalidInput as error:
@@ -40,6 +48,7 @@ def read_urdf(path: str | os.PathLike[str], base_link: str = "", tip_link: str =
         "kinematics": "urdf",
         "joints": [_joint_spec(joint) for joint in chain["joints"]],
         "flange": _frame_spec(chain["flange"]),
+        "source": {key: chain[key] for key in ("base_link", "tip_link")} | {"xml": xml},
         "notes": list(chain["notes"]),
     }
 
@@ -76,7 +85,9 @@ def urdf_text(spec: Spec) -> str:
 
 def what_urdf_loses(spec: Spec) -> tuple[str, ...]:
     """The keys of a spec that say something and have no place in a URDF."""
-    lost = [
+    # A URDF that is written in place gets no links: base and tool belong to the measurement.
+    lost = [key for key in ("base", "tool") if "source" in spec and _is_moved(spec[key])]
+    lost += [
         key for key in ("coupling", "compensator", "effects", "structure", "correction", "calibration") if spec.get(key)
     ]
     if any(spec["payload"]["com_mm"]):

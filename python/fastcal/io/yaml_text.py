@@ -14,6 +14,10 @@ from typing import Any
 WIDTH = 120
 _DASH = 3  # "- " before a row and the brace
 _PLAIN_TEXT = re.compile(r"[A-Za-z][A-Za-z0-9_./@<-]*( [A-Za-z0-9_./@<-]+)*\Z")
+# What YAML can hold as it is, in lines of their own; other line ends than \n would be read as \n.
+_LITERAL = re.compile(
+    r"[^\n ][\t\n\x20-\x7e\xa0-\u2027\u202a-\ud7ff\ue000-\ufefe\uff00-\ufffd\U00010000-\U0010ffff]*\Z"
+)
 # Words that some YAML reader takes for something else than text.
 _RESERVED = {"null", "true", "false", "yes", "no", "on", "off", "y", "n"}
 
@@ -29,6 +33,9 @@ def _block(value: dict[str, Any] | list[Any], width: int = WIDTH) -> list[str]:
     if isinstance(value, dict):
         for key, entry in value.items():
             head = f"{_scalar(key)}:"
+            if isinstance(entry, str) and "\n" in entry and _LITERAL.match(entry):
+                lines += _literal(head, entry)
+                continue
             # A list of mappings (joints, effects) has a line each, even where all would fit on one.
             is_table = isinstance(entry, list) and any(isinstance(e, dict) for e in entry)
             if not is_table and len(head) + 1 + len(_flow(entry)) <= width:
@@ -43,6 +50,16 @@ def _block(value: dict[str, Any] | list[Any], width: int = WIDTH) -> list[str]:
         else:
             lines.append(f"- {_flow(entry)}")
     return lines
+
+
+def _literal(head: str, text: str) -> list[str]:
+    """Text of several lines as it is: |2 says how far it is indented; -, nothing or + keep no, one or all line ends."""
+    lines = text.split("\n")
+    ends = len(text) - len(text.rstrip("\n"))
+    return [
+        f"{head} |2{'-' if ends == 0 else '' if ends == 1 else '+'}",
+        *(f"  {x}" if x else "" for x in lines[: -1 if ends else None]),
+    ]
 
 
 def _nested(entry: Any, width: int) -> list[str]:

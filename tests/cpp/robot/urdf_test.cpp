@@ -101,7 +101,18 @@ TEST(Urdf, AContinuousJointGetsTwoTurnsAndIsNoted) {
   EXPECT_DOUBLE_EQ(chain.joints[0].lower, -2 * kPi);
   EXPECT_DOUBLE_EQ(chain.joints[0].upper, 2 * kPi);
   ASSERT_EQ(chain.notes.size(), 1U);
-  EXPECT_NE(chain.notes[0].find("'j' is continuous"), std::string::npos);
+  EXPECT_NE(chain.notes[0].find("without limits get -360 and 360 degrees, slides -10 and 10 m: j"), std::string::npos);
+}
+
+TEST(Urdf, LimitsThatAreLeftOutAreNoLimits) {
+  const std::string ends = "<parent link='base'/><child link='tip'/><limit effort='1' velocity='1'/>";
+  for (const std::string type : {"revolute", "prismatic"}) {
+    const UrdfChain chain =
+        read_urdf(robot(link("base") + link("tip") + "<joint name='j' type='" + type + "'>" + ends + "</joint>"));
+    EXPECT_DOUBLE_EQ(chain.joints[0].upper, type == "revolute" ? 2 * kPi : 10.0);
+    EXPECT_DOUBLE_EQ(chain.joints[0].lower, -chain.joints[0].upper);
+    ASSERT_EQ(chain.notes.size(), 1U);
+  }
 }
 
 TEST(Urdf, AGripperBesideTheChainIsHeldAndNoted) {
@@ -114,32 +125,94 @@ TEST(Urdf, AGripperBesideTheChainIsHeldAndNoted) {
   EXPECT_DOUBLE_EQ(chain.joints[0].body.mass, 0.5);
   EXPECT_LT((chain.joints[0].body.com - Eigen::Vector3d(0, 0, 0.2)).norm(), 1e-15);
   ASSERT_EQ(chain.notes.size(), 1U);
-  EXPECT_NE(chain.notes[0].find("'grip'"), std::string::npos);
+  EXPECT_EQ(chain.notes[0], "joints beside the arm are held at 0 with what they carry: grip");
 }
 
 TEST(Urdf, WhatIsNoSerialArmIsRefusedInASentence) {
   EXPECT_NE(refusal("not xml").find("not a URDF"), std::string::npos);
   EXPECT_NE(refusal(robot("")).find("not a URDF"), std::string::npos);
   EXPECT_NE(refusal(robot(link("a") + link("a"))).find("link 'a' is not unique"), std::string::npos);
-  EXPECT_NE(refusal(two_links("planar")).find("joint 'j'"), std::string::npos);
-  EXPECT_NE(refusal(two_links("floating")).find("joint 'j'"), std::string::npos);
+  EXPECT_NE(refusal(two_links("planar"), "base").find("joint 'j'"), std::string::npos);
+  EXPECT_NE(refusal(two_links("floating"), "base").find("joint 'j'"), std::string::npos);
   EXPECT_NE(refusal(two_links("fixed")).find("no joint moves between link 'base' and link 'tip'"), std::string::npos);
   EXPECT_NE(refusal(two_links("revolute", "<axis xyz='0 0 0'/>")).find("no direction"), std::string::npos);
-  EXPECT_NE(refusal(robot(link("a") + link("b") + link("c") + joint("j", "revolute", "a", "b") +
-                          joint("k", "revolute", "b", "c", "<mimic joint='j'/>")))
-                .find("joint 'k': it mimics joint 'j'"),
-            std::string::npos);
 }
 
 TEST(Urdf, TheEndsMustBeOneChain) {
   const std::string fork = robot(link("base") + link("left") + link("right") + joint("l", "revolute", "base", "left") +
                                  joint("r", "revolute", "base", "right"));
-  EXPECT_NE(refusal(fork).find("ends in 2 links, name one as tip_link: left, right"), std::string::npos);
+  EXPECT_NE(refusal(fork).find("has 2 arms, name the end of one as tip_link: left (1 joint), right (1 joint)"),
+            std::string::npos);
   EXPECT_NE(refusal(fork, "", "wrist").find("no link 'wrist'"), std::string::npos);
   EXPECT_NE(refusal(fork, "floor", "left").find("no link 'floor' for base_link; its root is 'base'"),
             std::string::npos);
   EXPECT_NE(refusal(fork, "right", "left").find("'right' does not carry tip_link 'left'"), std::string::npos);
   EXPECT_EQ(read_urdf(fork, "", "left").joints[0].name, "l");
+}
+
+TEST(Urdf, TheTipIsChosenWhereThereIsOneWay) {
+  // Two flanges on one last joint, beside links that never move: any of them ends the same arm.
+  const std::string arm = link("base") + link("plate") + link("upper") + link("camera") + link("lens") +
+                          joint("p", "fixed", "base", "plate") + joint("j", "revolute", "base", "upper") +
+                          joint("c", "fixed", "upper", "camera") + joint("t", "fixed", "upper", "lens");
+  const UrdfChain moved = read_urdf(robot(arm));
+  EXPECT_EQ(moved.tip_link, "upper");
+  ASSERT_EQ(moved.notes.size(), 1U);
+  EXPECT_EQ(moved.notes[0], "tip_link 'upper' was chosen; the URDF also ends in camera, lens, plate");
+  const std::string standard = link("tool0") + joint("e", "fixed", "upper", "tool0");
+  EXPECT_EQ(read_urdf(robot(arm + standard)).tip_link, "tool0");
+  EXPECT_EQ(read_urdf(robot(arm + link("my_tcp") + joint("m", "fixed", "upper", "my_tcp"))).tip_link, "my_tcp");
+  const std::string second = link("other") + joint("o", "revolute", "base", "other");
+  EXPECT_EQ(read_urdf(robot(arm + standard + second)).tip_link, "tool0");
+  EXPECT_NE(refusal(robot(arm + second)).find("has 2 arms, name the end of one as tip_link: other (1 joint), upper"),
+            std::string::npos);
+  EXPECT_NE(refusal(robot(arm + second), "upper").find("no joint moves between link 'upper' and link 'camera'"),
+            std::string::npos);
+}
+
+TEST(Urdf, AnArmBeginsBelowAFloatingJoint) {
+  const std::string xml = robot(link("world") + link("body") + link("arm") + joint("f", "floating", "world", "body") +
+                                joint("j", "revolute", "body", "arm"));
+  const UrdfChain chain = read_urdf(xml);
+  EXPECT_EQ(chain.base_link, "body");
+  EXPECT_EQ(chain.tip_link, "arm");
+  EXPECT_EQ(chain.notes[0], "base_link 'body' was chosen: the joint above it is floating or planar");
+  EXPECT_NE(refusal(xml, "world").find("joint 'f'"), std::string::npos);
+}
+
+std::string lift(const std::string& first, const std::string& second) {
+  return robot(link("base") + link("a") + link("b") + joint("j", "prismatic", "base", "a", first) +
+               joint("k", "prismatic", "a", "b", second));
+}
+
+TEST(Urdf, AMimicFollowsTheJointThatDrivesIt) {
+  const UrdfChain chain = read_urdf(lift("", "<mimic joint='j' multiplier='2' offset='0.1'/>"));
+  ASSERT_TRUE(chain.joints[1].mimic.has_value());
+  EXPECT_FALSE(chain.joints[0].mimic.has_value());
+  EXPECT_EQ(chain.joints[1].mimic->driver, 0);
+  EXPECT_EQ(chain.joints[1].mimic->multiplier, 2);
+  EXPECT_EQ(chain.joints[1].mimic->offset, 0.1);
+
+  // A mimic of a mimic: 3 (2 q + 0.1) - 0.5.
+  const std::string row = robot(link("base") + link("a") + link("b") + link("c") + joint("j", "revolute", "base", "a") +
+                                joint("k", "revolute", "a", "b", "<mimic joint='j' multiplier='2' offset='0.1'/>") +
+                                joint("l", "revolute", "b", "c", "<mimic joint='k' multiplier='3' offset='-0.5'/>"));
+  const Mimic last = read_urdf(row).joints[2].mimic.value_or(Mimic{});
+  EXPECT_EQ(last.driver, 0);
+  EXPECT_DOUBLE_EQ(last.multiplier, 6);
+  EXPECT_DOUBLE_EQ(last.offset, -0.2);
+}
+
+TEST(Urdf, AMimicWithoutADriverOnTheChainMovesByItself) {
+  const std::string xml = robot(link("base") + link("left") + link("right") + joint("l", "revolute", "base", "left") +
+                                joint("r", "revolute", "base", "right", "<mimic joint='l'/>"));
+  const UrdfChain chain = read_urdf(xml, "", "right");
+  EXPECT_FALSE(chain.joints[0].mimic.has_value());
+  EXPECT_EQ(chain.notes[0],
+            "joint 'r' mimics joint 'l', which is not between the base and the tip: give its own position");
+  EXPECT_FALSE(read_urdf(lift("", "<mimic joint='none'/>")).joints[1].mimic.has_value());
+  EXPECT_NE(refusal(lift("<mimic joint='k'/>", "<mimic joint='j'/>")).find("in the end mimics itself"),
+            std::string::npos);
 }
 
 TEST(Urdf, HostileTextEndsInASentence) {

@@ -87,7 +87,7 @@ def test_a_urdf_is_read_into_the_canonical_form(tmp_path: Path) -> None:
     spec = read_spec(tmp_path / "two.urdf")
     turn, rail = spec["joints"]
     assert (spec["name"], turn["name"], turn["min_deg"], turn["max_deg"]) == ("two", "turn", -360.0, 360.0)
-    assert spec["notes"] == ["joint 'turn' is continuous: its limits are set to -360 and 360 degrees"]
+    assert spec["notes"] == ["joints without limits get -360 and 360 degrees, slides -10 and 10 m: turn"]
     assert (rail["type"], rail["axis"], rail["min_mm"], rail["max_mm"]) == ("prismatic", [0.0, 0.0, 1.0], -100.0, 400.0)
     np.testing.assert_allclose(rail["origin"]["rpy_deg"], [0, 90, 0], atol=1e-9)
     assert spec["flange"]["xyz_mm"] == [0.0, 0.0, 200.0]

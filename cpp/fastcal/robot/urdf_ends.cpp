@@ -1,0 +1,125 @@
+// SPDX-FileCopyrightText: 2026 The fastcal authors
+// SPDX-License-Identifier: MIT
+#include "fastcal/robot/urdf_ends.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <iterator>
+#include <set>
+#include <utility>
+
+#include "fastcal/math/check.hpp"
+
+namespace fastcal {
+namespace {
+
+constexpr std::size_t kMostListed = 12;
+
+/// A link at which an arm may end.
+struct Tip {
+  std::string name;
+  std::string last_moved;  ///< the link that the last moving joint before it carries
+  int joint_count = 0;     ///< moving joints from the base
+};
+
+std::string listed(const std::vector<std::string>& names) {
+  std::string text;
+  for (std::size_t i = 0; i < std::min(names.size(), kMostListed); ++i) text += (i == 0 ? "" : ", ") + names[i];
+  return names.size() > kMostListed ? text + " and " + std::to_string(names.size() - kMostListed) + " more" : text;
+}
+
+const std::string& root_of(const LinkTree& tree) {
+  const auto root = std::find_if(tree.begin(), tree.end(), [](const auto& link) { return link.second.parent.empty(); });
+  FASTCAL_CHECK(root != tree.end()) << "the URDF has no root link";
+  return root->first;
+}
+
+/// The leaves that hang on `base` (empty: below the last floating or planar joint), in the order of their names.
+std::vector<Tip> leaves(const LinkTree& tree, const std::string& base) {
+  std::set<std::string> parents;
+  for (const auto& [name, mount] : tree) parents.insert(mount.parent);
+  std::vector<Tip> found;
+  for (const auto& [name, mount] : tree) {
+    if (parents.contains(name)) continue;
+    Tip tip{name, "", 0};
+    const std::string* link = &name;
+    // A ring of links has no end: no way is longer than the tree.
+    for (std::size_t steps = 0; steps < tree.size() && *link != base; ++steps) {
+      const LinkMount& up = tree.at(*link);
+      if (up.parent.empty() || (base.empty() && up.is_free)) break;
+      if (up.moves && tip.joint_count++ == 0) tip.last_moved = *link;
+      link = &up.parent;
+    }
+    if (base.empty() || *link == base) found.push_back(tip);
+  }
+  return found;
+}
+
+/// The name of a robot's tool frame in ROS (REP-199), and the next most usual one.
+constexpr const char* kToolNames[] = {"tool0", "tcp"};
+
+bool is_named(const Tip& tip, const std::string& name) { return tip.name == name || tip.name.ends_with("_" + name); }
+
+std::string chosen_tip(const LinkTree& tree, const std::string& base, std::vector<std::string>& notes) {
+  const std::vector<Tip> all = leaves(tree, base);
+  FASTCAL_CHECK(!all.empty()) << "no link of the URDF hangs on base_link '" << base << "'";
+  std::vector<Tip> moving;
+  std::copy_if(all.begin(), all.end(), std::back_inserter(moving), [](const Tip& tip) { return tip.joint_count > 0; });
+  if (moving.empty()) return all.front().name;  // an arm without joints, which is refused elsewhere
+  const auto chosen = [&](const std::string& name) {
+    std::vector<std::string> others;
+    for (const Tip& tip : all)
+      if (tip.name != name) others.push_back(tip.name);
+    if (!others.empty()) notes.push_back("tip_link '" + name + "' was chosen; the URDF also ends in " + listed(others));
+    return name;
+  };
+  for (const char* name : kToolNames) {
+    const auto fits = [&](const Tip& tip) { return is_named(tip, name); };
+    if (std::count_if(moving.begin(), moving.end(), fits) == 1)
+      return chosen(std::find_if(moving.begin(), moving.end(), fits)->name);
+  }
+  std::map<std::string, std::vector<Tip>> ways;  // by the last link that moves: beyond it tips differ by constants
+  for (const Tip& tip : moving) ways[tip.last_moved].push_back(tip);
+  const auto name_of = [](const auto& way) { return way.second.size() == 1 ? way.second[0].name : way.first; };
+  if (ways.size() == 1) return chosen(name_of(*ways.begin()));
+
+  std::vector<std::pair<int, std::string>> ordered;
+  for (const auto& way : ways) ordered.emplace_back(-way.second[0].joint_count, name_of(way));
+  std::sort(ordered.begin(), ordered.end());
+  std::vector<std::string> names;
+  for (const auto& [count, name] : ordered)
+    names.push_back(name + " (" + std::to_string(-count) + (count == -1 ? " joint)" : " joints)"));
+  FASTCAL_CHECK(false) << "the URDF has " << ways.size() << " arms, name the end of one as tip_link: " << listed(names);
+  return {};
+}
+
+/// The root, or the link below the last floating or planar joint above `tip`.
+std::string chosen_base(const LinkTree& tree, const std::string& tip, std::vector<std::string>& notes) {
+  const std::string* link = &tip;
+  for (std::size_t steps = 0; steps < tree.size() && !tree.at(*link).parent.empty(); ++steps) {
+    if (tree.at(*link).is_free) {
+      notes.push_back("base_link '" + *link + "' was chosen: the joint above it is floating or planar");
+      return *link;
+    }
+    link = &tree.at(*link).parent;
+  }
+  return root_of(tree);
+}
+
+}  // namespace
+
+UrdfEnds choose_ends(const LinkTree& tree, const std::string& base_link, const std::string& tip_link) {
+  FASTCAL_CHECK(base_link.empty() || tree.contains(base_link))
+      << "the URDF has no link '" << base_link << "' for base_link; its root is '" << root_of(tree) << "'";
+  UrdfEnds ends{base_link, tip_link, {}};
+  if (tip_link.empty()) ends.tip = chosen_tip(tree, base_link, ends.notes);
+  if (!tree.contains(ends.tip)) {
+    std::vector<std::string> names;
+    for (const Tip& tip : leaves(tree, "")) names.push_back(tip.name);
+    FASTCAL_CHECK(false) << "the URDF has no link '" << tip_link << "' for tip_link; it ends in " << listed(names);
+  }
+  if (base_link.empty()) ends.base = chosen_base(tree, ends.tip, ends.notes);
+  return ends;
+}
+
+}  // namespace fastcal

@@ -1,0 +1,78 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""--base-link, --tip-link and --xacro: which arm of a URDF is meant, for every command that takes a robot."""
+
+from __future__ import annotations
+
+import functools
+import inspect
+from collections.abc import Callable
+from typing import Annotated, Any, get_args, get_type_hints
+
+import typer
+
+from fastcal.cli.console import say
+
+OPTIONS: dict[str, tuple[Any, Any]] = {  # with their defaults
+    "base_link": (
+        Annotated[str, typer.Option(metavar="LINK", help="Of a URDF: where the arm begins; default: the root.")],
+        "",
+    ),
+    "tip_link": (
+        Annotated[str, typer.Option(metavar="LINK", help="Of a URDF: where the arm ends; default: the only way.")],
+        "",
+    ),
+    "xacro": (
+        Annotated[list[str] | None, typer.Option(metavar="NAME:=VALUE", help="An argument of a xacro file.")],
+        None,
+    ),
+}
+_NAMES_OF_ROBOTS = ("ROBOT", "MODEL")  # how the metavars of such arguments and options begin
+
+
+def with_links(command: Callable[..., None]) -> Callable[..., None]:
+    """The command with these options, where one of its parameters names a robot."""
+    hints = get_type_hints(command, include_extras=True)
+    robots = [name for name, hint in hints.items() if _names_a_robot(hint)]
+    if not robots:
+        return command
+
+    @functools.wraps(command)
+    def run(**given: Any) -> None:
+        options = {name: given.pop(name) for name in OPTIONS}
+        for name in robots:
+            if given.get(name) is not None:
+                given[name] = _source(given[name], **options)
+        command(**given)
+
+    own = [part.replace(annotation=hints[part.name]) for part in inspect.signature(command).parameters.values()]
+    added = [
+        inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=option)
+        for name, (option, default) in OPTIONS.items()
+    ]
+    run.__annotations__ = hints | {name: option for name, (option, _) in OPTIONS.items()}
+    run.__signature__ = inspect.Signature([*own, *added])  # type: ignore[attr-defined]
+    return run
+
+
+def _names_a_robot(hint: Any) -> bool:
+    metavars = [getattr(extra, "metavar", None) or "" for extra in getattr(hint, "__metadata__", ())]
+    is_text = get_args(hint)[:1] in ((str,), (str | None,))
+    return is_text and any(metavar.startswith(_NAMES_OF_ROBOTS) for metavar in metavars)
+
+
+def _source(robot: str, base_link: str, tip_link: str, xacro: list[str] | None) -> str:
+    """What a parameter names, with what the options say; prints which links were chosen in a bare URDF."""
+    is_bare = robot.lower().endswith((".urdf", ".xacro"))
+    if not (is_bare or base_link or tip_link or xacro):
+        return robot
+    from fastcal.io.robot_file import chosen_arm
+    from fastcal.io.robot_source import RobotSource
+
+    source = RobotSource(robot, base_link, tip_link, tuple(xacro or ()))
+    if not is_bare:
+        return source
+    source, notes = chosen_arm(source)
+    for note in notes:
+        say(note)
+    return source
