@@ -118,7 +118,7 @@ def random_poses(robot: Robot, count: int, *, region: ArrayLike | None = None, s
     kept: list[FloatArray] = []
     found, tried = 0, 0
     while found < count:
-        q = random.uniform(low, high, (max(count, 100), len(low)))
+        q = robot.follow(random.uniform(low, high, (max(count, 100), len(low))))
         point = bare.forward(q)[:, :3, 3]
         hits = q[((point >= box[0]) & (point <= box[1])).all(axis=1)]
         kept.append(hits)

@@ -126,7 +126,7 @@ def _urdf(chain: Chain, spec: Spec, to: str) -> _Geometry:
 def _joint(old: Spec, shape: Spec, body: Body | None, frame: Array) -> Spec:
     """Type, shape, limits, gear and the body seen from `frame`, in the order of the canonical form."""
     unit = "deg" if old["type"] == "revolute" else "mm"
-    kept = {key: old[key] for key in (f"min_{unit}", f"max_{unit}", "motor_ratio") if key in old}
+    kept = {key: old[key] for key in (f"min_{unit}", f"max_{unit}", "motor_ratio", "mimic") if key in old}
     joint: Spec = {"type": old["type"]} | shape | kept
     if body is not None:
         seen = body.moved(se3.inverse(frame))

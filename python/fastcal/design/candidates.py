@@ -79,7 +79,7 @@ def postures(robot: Robot, how: str | ArrayLike, count: int, seed: int) -> Float
         within = ((q >= ranges[:, 0] - 1e-9) & (q <= ranges[:, 1] + 1e-9)).all(axis=1)
         if not within.all():
             raise InvalidInput(f"candidate {int(np.argmin(within))} lies beyond the joints' limits")
-        return q
+        return robot.follow(q)
     if how == "grid":
         levels = int(count ** (1 / n) + 1e-9)
         if levels < 2:
@@ -87,13 +87,13 @@ def postures(robot: Robot, how: str | ArrayLike, count: int, seed: int) -> Float
                 f"a grid of two steps of {n} joints has {2**n} postures, and at most {count} are asked for"
             )
         steps = [np.linspace(low, high, levels) for low, high in ranges]
-        return np.stack(np.meshgrid(*steps, indexing="ij"), axis=-1).reshape(-1, n)
+        return robot.follow(np.stack(np.meshgrid(*steps, indexing="ij"), axis=-1).reshape(-1, n))
     if how == "random":
         from scipy.stats import qmc
 
         power = int(np.ceil(np.log2(max(count, 2))))
         unit = qmc.Sobol(n, rng=np.random.default_rng(seed)).random_base2(power)[:count]
-        return np.asarray(ranges[:, 0] + unit * (ranges[:, 1] - ranges[:, 0]))
+        return robot.follow(np.asarray(ranges[:, 0] + unit * (ranges[:, 1] - ranges[:, 0])))
     raise InvalidInput(f"candidates must be grid, random, or postures (N, {n}), got '{how}'")
 
 

@@ -131,6 +131,12 @@ def inverse_kinematics(
     for name, size in (("tolerance_m", tolerance_m), ("tolerance_rad", tolerance_rad)):
         if not size > 0:
             raise InvalidInput(f"{name} must be above 0, got {size}")
+    if model.mimics:
+        joint, driver = model.mimics[0][:2]
+        raise InvalidInput(
+            "inverse kinematics moves every joint by itself, and "
+            f"joint {joint + 1} of {model.name} follows joint {driver + 1}"
+        )
     if restarts < 0:
         raise InvalidInput(f"restarts must be at least 0, got {restarts}")
     if not set(hold) <= set(range(1, model.joint_count + 1)):

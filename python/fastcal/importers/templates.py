@@ -52,6 +52,8 @@ def _columns(robot: Robot) -> dict[str, str]:
     """The columns that every measurement of points has, and what they hold."""
     out = {}
     for joint, (spec, (low, high)) in enumerate(zip(robot.spec["joints"], robot.limits.tolist(), strict=True), start=1):
+        if "mimic" in spec:
+            continue  # it follows another joint
         unit = length_or_angle_unit(spec)
         reach = f"{from_si(low, unit):.6g} to {from_si(high, unit):.6g} {unit}"
         out[f"q{joint}_{unit}"] = f"joint {joint}: the position that was commanded, {reach}"

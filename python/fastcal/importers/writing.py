@@ -25,6 +25,7 @@ class _AnyRobot:
 
     joint_types: list[str]
     reach: float = float("inf")
+    mimics: tuple[tuple[int, int, float, float], ...] = ()
 
     @property
     def limits(self) -> NDArray[np.float64]:

@@ -75,7 +75,7 @@ def dataset_from_table(table: Table, robot: RobotFacts, require_measured: bool =
     joints = range(1, len(robot.joint_types) + 1)
     try:
         data = Dataset.from_arrays(
-            q=columns.joints(robot.joint_types),
+            q=columns.joints(robot),
             **columns.observed(len(robot.joint_types)),
             q_read=columns.numbers("q_read", [f"q{joint}_read" for joint in joints], partly=True),
             payload=columns.payload(),
@@ -116,14 +116,18 @@ class Columns:
     notes: list[str] = field(default_factory=list)
     _sources: dict[str, Sequence[str]] = field(default_factory=dict)
 
-    def joints(self, joint_types: Sequence[str]) -> FloatArray:
-        """The commanded joint positions (N, n)."""
-        for joint, joint_type in enumerate(joint_types, start=1):
-            if f"q{joint}" not in self.known:
+    def joints(self, robot: RobotFacts) -> FloatArray:
+        """The commanded joint positions (N, n); those of joints that others drive need no column."""
+        driven = {mimic[0] for mimic in robot.mimics}
+        for joint, joint_type in enumerate(robot.joint_types, start=1):
+            if f"q{joint}" not in self.known and joint - 1 not in driven:
                 expected = would_do(f"q{joint}", "angle" if joint_type == "revolute" else "length")
                 listed = _listed(self.table.names)
                 raise self.table.error(f"joint {joint} has no column; expected {expected}, got {listed}")
-        return self._stack("q", [f"q{joint}" for joint in range(1, len(joint_types) + 1)])
+        q = self._stack("q", [f"q{joint}" for joint in range(1, len(robot.joint_types) + 1)])
+        for joint, driver, multiplier, offset in robot.mimics:
+            q[:, joint] = multiplier * q[:, driver] + offset
+        return q
 
     def numbers(self, name: str, quantities: Sequence[str], *, partly: bool = False) -> FloatArray | None:
         """The columns of a field (N, k) in SI, None where there is none; with `partly`, a missing one is NaN."""

@@ -39,7 +39,8 @@ def check_spec(value: Any, path: str | os.PathLike[str] = "robot") -> Spec:
     spec: Spec = {"name": top.text("name"), "kinematics": top.choice("kinematics", KINDS)}
     kind = spec["kinematics"]
     joints = _list(top, "joints", 1, MAX_JOINTS)
-    spec["joints"] = [_joint(fields, kind) for fields in joints]
+    spec["joints"] = [_joint(fields, kind, len(joints)) for fields in joints]
+    _check_mimics(spec["joints"], joints)
     spec |= _end_of_chain(top, kind)
     if kind == "urdf":
         _check_joint_names(spec["joints"], joints)
@@ -129,8 +130,8 @@ def _frame(top: Fields, key: str, required: bool = False) -> Spec:
     return frame
 
 
-def _joint(fields: Fields, kind: str) -> Spec:
-    """One joint: its type, the geometry of its kind, limits, gear, link."""
+def _joint(fields: Fields, kind: str, joint_count: int) -> Spec:
+    """One joint: its type, the geometry of its kind, limits, gear, what drives it, link."""
     joint: Spec = {"name": fields.text("name")} if kind == "urdf" else {}
     joint["type"] = fields.choice("type", ("revolute", "prismatic"))
     revolute = joint["type"] == "revolute"
@@ -153,6 +154,14 @@ def _joint(fields: Fields, kind: str) -> Spec:
         joint["motor_ratio"] = fields.checked_number("motor_ratio", ratio)
         if ratio == 0:
             fields.fail("motor_ratio", "a number other than 0", ratio)
+    if (mimic := fields.optional("mimic")) is not None:
+        driven = Fields(mimic, f"{fields.where}.mimic", fields.path)
+        joint["mimic"] = {
+            "joint": driven.count("joint", 1, joint_count),
+            "multiplier": driven.number("multiplier", 1.0),
+        }
+        joint["mimic"][f"offset_{unit}"] = driven.quantity("offset", unit, 0.0)
+        driven.done()
     if (link := fields.optional("link")) is not None:
         joint["link"] = _link(Fields(link, f"{fields.where}.link", fields.path))
     fields.done()
@@ -212,6 +221,16 @@ def _check_joint_names(joints: list[Spec], fields: list[Fields]) -> None:
     for i, joint in enumerate(joints):
         if any(joint["name"] == other["name"] for other in joints[:i]):
             fields[i].refuse("name", f"the name '{joint['name']:.60}' is given to two joints")
+
+
+def _check_mimics(joints: list[Spec], fields: list[Fields]) -> None:
+    """A joint follows one that moves by itself."""
+    for i, joint in enumerate(joints):
+        if "mimic" in joint and "mimic" in joints[joint["mimic"]["joint"] - 1]:
+            own = joint["mimic"]["joint"] == i + 1
+            fields[i].refuse(
+                "mimic", f"joint {joint['mimic']['joint']} {'is the joint itself' if own else 'is driven too'}"
+            )
 
 
 def _coupling(top: Fields, joint_count: int) -> list[Spec]:

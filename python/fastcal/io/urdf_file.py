@@ -72,7 +72,7 @@ def urdf_text(spec: Spec) -> str:
     for i, joint in enumerate(spec["joints"]):
         child = f"link{i + 1}"
         _link_element(robot, child, joint.get("link"))
-        _moving_joint(robot, parent, child, joint)
+        _moving_joint(robot, parent, child, joint, spec["joints"])
         parent = child
     ET.SubElement(robot, "link", name="flange")
     _fixed_joint(robot, parent, "flange", spec["flange"])
@@ -108,6 +108,9 @@ def _joint_spec(joint: Mapping[str, Any]) -> Spec:
     spec["axis"] = [float(x) for x in joint["axis"]]
     spec[f"min_{unit}"] = units.from_si(float(joint["lower"]), unit)
     spec[f"max_{unit}"] = units.from_si(float(joint["upper"]), unit)
+    if (mimic := joint["mimic"]) is not None:
+        offset = units.from_si(float(mimic["offset"]), unit)
+        spec["mimic"] = {"joint": mimic["driver"] + 1, "multiplier": mimic["multiplier"], f"offset_{unit}": offset}
     inertia = [float(x) for x in joint["inertia"]]
     if joint["mass"] or any(inertia):
         spec["link"] = {
@@ -150,12 +153,16 @@ def _fixed_joint(robot: ET.Element, parent: str, child: str, frame: Spec) -> Non
     _joint_element(robot, f"{parent}-{child}", "fixed", parent, child, frame)
 
 
-def _moving_joint(robot: ET.Element, parent: str, child: str, joint: Spec) -> None:
+def _moving_joint(robot: ET.Element, parent: str, child: str, joint: Spec, joints: list[Spec]) -> None:
     element = _joint_element(robot, joint["name"], joint["type"], parent, child, joint["origin"])
     ET.SubElement(element, "axis", xyz=" ".join(repr(x) for x in joint["axis"]))
     unit = "deg" if joint["type"] == "revolute" else "mm"
     lower, upper = (repr(units.to_si(joint[f"{end}_{unit}"], unit)) for end in ("min", "max"))
     ET.SubElement(element, "limit", lower=lower, upper=upper, effort=_NO_LIMIT, velocity=_NO_LIMIT)
+    if (mimic := joint.get("mimic")) is not None:
+        offset = units.to_si(mimic[f"offset_{unit}"], unit)
+        named = {"joint": joints[mimic["joint"] - 1]["name"], "multiplier": repr(mimic["multiplier"])}
+        ET.SubElement(element, "mimic", named, offset=repr(offset))
 
 
 def _link_element(robot: ET.Element, name: str, link: Spec | None) -> None:

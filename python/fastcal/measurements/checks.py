@@ -39,6 +39,10 @@ class RobotFacts(Protocol):
     def reach(self) -> float:
         """The farthest that the arm can get from its base [m]."""
 
+    @property
+    def mimics(self) -> Sequence[tuple[int, int, float, float]]:
+        """Joints that others drive: joint and driver from 0, multiplier, offset [rad or m]."""
+
 
 class BadRow(InvalidInput):
     """A value that cannot be meant, with its place, so that a reader of files can name line and column.

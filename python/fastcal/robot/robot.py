@@ -11,7 +11,7 @@ from __future__ import annotations
 import copy
 from functools import cached_property
 from os import PathLike
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -45,6 +45,15 @@ CHOICES = {
     "gravity_frame": ("base", "measuring"),
     "wrench_frame": ("base", "flange", "tool"),
 }
+
+
+class Mimic(NamedTuple):
+    """Joint `joint`, counted from 0, is at multiplier * position of `driver` + offset [rad or m]."""
+
+    joint: int
+    driver: int
+    multiplier: float
+    offset: float
 
 
 def pose(frame: Spec) -> FloatArray:
@@ -166,12 +175,32 @@ class Robot(Shown):
         """The conditions of a data set for the core; InvalidInput where a column that an effect needs is missing."""
         return self.conditions(data.q, **condition_columns(data))
 
+    @cached_property
+    def mimics(self) -> list[Mimic]:
+        """The joints that another one drives."""
+        found = []
+        for i, joint in enumerate(self.spec["joints"]):
+            if (entry := joint.get("mimic")) is not None:
+                unit = length_or_angle_unit(joint)
+                offset = to_si(float(entry[f"offset_{unit}"]), unit)
+                found.append(Mimic(i, entry["joint"] - 1, float(entry["multiplier"]), offset))
+        return found
+
+    def follow(self, q: FloatArray) -> FloatArray:
+        """Joint positions (N, n) in which mimic joints are where their drivers put them, whatever q says of them."""
+        if not self.mimics:
+            return q
+        q = q.copy()
+        for joint, driver, multiplier, offset in self.mimics:
+            q[:, joint] = multiplier * q[:, driver] + offset
+        return q
+
     def conditions(self, q: ArrayLike, **columns: Any) -> _core.Samples:
-        """Checked conditions of N postures q (N, n) or (n,), SI; see `forward`."""
+        """Checked conditions of N postures q (N, n) or (n,), SI; see `forward`. Mimic joints follow their drivers."""
         joints = np.ascontiguousarray(np.atleast_2d(np.asarray(q, dtype=float)))
         if joints.ndim != 2 or joints.shape[1] != self.joint_count:
             raise InvalidInput(f"q must have shape (N, {self.joint_count}), got {np.shape(q)}")
-        return build_samples(self.spec.get("effects") or [], self.effects, self.core, joints, columns)
+        return build_samples(self.spec.get("effects") or [], self.effects, self.core, self.follow(joints), columns)
 
     def forward(
         self, q: ArrayLike, *, threads: int = 1, out: FloatArray | None = None, **conditions: Any
