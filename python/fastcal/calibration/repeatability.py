@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.calibration.prediction import rotations
 from fastcal.measurements.dataset import Dataset
 from fastcal.units import from_si
 
@@ -175,15 +176,18 @@ def repeatability(
     )
 
 
+def turns_between(predicted: FloatArray, measured: FloatArray) -> FloatArray:
+    """(n, 3) turns from predicted rotations (n, 3, 3) to measured ones (n, 3, 3), about the predicted axes [rad]."""
+    return np.array([_core.log_so3(np.ascontiguousarray(P.T @ R)) for P, R in zip(predicted, measured, strict=True)])
+
+
 def _turns(data: Dataset, predicted: FloatArray, groups: list[GroupArray]) -> FloatArray | None:
     """(k, 2, 3) mean and 3 S of the turns about the tool's axes [rad]; None where some visit has no orientation."""
     if data.rotation is None or any(np.isnan(data.rotation[rows]).any() for rows in groups):
         return None
     out = []
     for rows in groups:
-        turn = np.array(
-            [_core.log_so3(predicted[i].T @ _core.quaternion_to_rotation(data.rotation[i])) for i in rows.tolist()]
-        )
+        turn = turns_between(predicted[rows], rotations(data.rotation[rows]))
         out.append([turn.mean(axis=0), 3 * turn.std(axis=0, ddof=1)])
     return np.array(out)
 
@@ -203,20 +207,29 @@ def _distance(data: Dataset, error: FloatArray, a: GroupArray, b: GroupArray) ->
     count = min(len(a), len(b))
     a, b = a[:count], b[:count]
     between = np.asarray(data.position)[a] - np.asarray(data.position)[b]
+    return distance_figures(between, (between + error[a] - error[b]).mean(axis=0))
+
+
+def distance_figures(between: FloatArray, commanded: FloatArray) -> tuple[float, float]:
+    """AD and RD [m] of the j-th visits of two poses, apart by `between` (n, 3), commanded apart by (3,)."""
     D = np.linalg.norm(between, axis=1)
-    predicted = np.linalg.norm((between + error[a] - error[b]).mean(axis=0))
-    return float(D.mean() - predicted), float(3 * D.std(ddof=1))
+    return float(D.mean() - np.linalg.norm(commanded)), float(3 * D.std(ddof=1))
+
+
+def blocks_of_visits(time: FloatArray | None, rows: GroupArray) -> list[GroupArray]:
+    """The rows of a pose, split where much time (N,) passed; blocks with ENOUGH_VISITS; none without times."""
+    if time is None:
+        return []
+    rows = rows[np.argsort(time[rows], kind="stable")]
+    gaps = np.diff(np.sort(time))
+    pause = _PAUSE * float(np.median(gaps[gaps > 0])) if (gaps > 0).any() else np.inf
+    blocks = np.split(rows, np.flatnonzero(np.diff(time[rows]) > pause) + 1)
+    return [block for block in blocks if len(block) >= ENOUGH_VISITS]
 
 
 def _drift(data: Dataset, error: FloatArray, rows: GroupArray) -> tuple[float, float] | None:
     """DAP and dRP [m] over blocks of visits between which time passed; None where there is one block."""
-    if data.time is None:
-        return None
-    rows = rows[np.argsort(data.time[rows], kind="stable")]
-    gaps = np.diff(np.sort(data.time))
-    pause = _PAUSE * float(np.median(gaps[gaps > 0])) if (gaps > 0).any() else np.inf
-    blocks = np.split(rows, np.flatnonzero(np.diff(data.time[rows]) > pause) + 1)
-    blocks = [block for block in blocks if len(block) >= ENOUGH_VISITS]
+    blocks = blocks_of_visits(data.time, rows)
     if len(blocks) < 2:
         return None
     ap = np.array([accuracy(error[block]) for block in blocks])

@@ -12,6 +12,7 @@ from typing import Annotated, cast
 import typer
 
 from fastcal.cli import (
+    accept,
     calibrate,
     compensate,
     convert,
@@ -43,6 +44,7 @@ COMMANDS = (
     models.predict,
     compensate.compensate,
     models.evaluate,
+    accept.accept,
     design.design,
     simulate.simulate,
     convert.convert,
@@ -73,7 +75,9 @@ def _show_version(wanted: bool) -> None:
         raise typer.Exit
 
 
-@app.callback(epilog="Exit code 0: done. 2: bad input or usage. 3: not converged, or too few equations.")
+@app.callback(
+    epilog="Exit code 0: done. 2: bad input or usage. 3: not converged, too few equations, undecided. 4: over a limit."
+)
 def _fastcal(
     version: Annotated[
         bool, typer.Option("--version", help="Show the version.", callback=_show_version, is_eager=True)

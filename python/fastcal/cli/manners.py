@@ -29,6 +29,10 @@ EXAMPLES = {
         "fastcal compensate results/model.yaml weld.mod --payload-kg 12 -o weld_compensated.mod",
     ),
     "evaluate": ("fastcal evaluate results/model.yaml test.csv", "fastcal evaluate results/model.yaml test.csv --json"),
+    "accept": (
+        "fastcal accept results/model.yaml --plan --language rapid --compensated -o iso.mod",
+        "fastcal accept results/model.yaml measured.csv --targets iso_plan.csv --tolerance-mm 0.3 -o acceptance",
+    ),
     "design": (
         "fastcal design robot.yaml --count 40 -o poses.csv",
         "fastcal design robot.yaml --count 40 --separate backlash@joint3,gear_harmonic@joint3 -o poses.csv",
@@ -42,7 +46,18 @@ EXAMPLES = {
     "paper": ("fastcal paper kuka_kr500 -o kr500", "fastcal paper siasun_sr210d --arms 10 --threads 2 -o sr210d"),
     "demo": ("fastcal demo -o demonstration",),
 }
-SUMMARIES = ("calibrate", "diagnose", "train", "compensate", "evaluate", "design", "paper", "robots", "effects")
+SUMMARIES = (
+    "calibrate",
+    "diagnose",
+    "train",
+    "compensate",
+    "evaluate",
+    "accept",
+    "design",
+    "paper",
+    "robots",
+    "effects",
+)
 
 
 Quiet = Annotated[

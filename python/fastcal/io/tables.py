@@ -52,12 +52,17 @@ def write_csv(path: str | os.PathLike[str], columns: Mapping[str, Iterable[float
     """
     if Path(path).suffix.lower() in (".xlsx", ".xls", ".parquet", ".pq"):
         raise InvalidInput(f"{path}: only CSV can be written; give a name that ends in .csv")
+    write_text(path, csv_text(columns))
+
+
+def csv_text(columns: Mapping[str, Iterable[float | int | str]]) -> str:
+    """Columns of one length as the text of a CSV file; as `write_csv` writes them."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(columns)
     cells = (map(_cell, column) for column in columns.values())
     writer.writerows(zip(*cells, strict=True))
-    write_text(path, text.getvalue())
+    return text.getvalue()
 
 
 def _cell(value: float | int | str) -> str:

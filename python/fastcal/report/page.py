@@ -22,6 +22,7 @@ from markupsafe import Markup
 
 import fastcal
 from fastcal.report import formatting
+from fastcal.report.language import _, language
 
 
 def render(template: str, **context: Any) -> str:
@@ -35,6 +36,7 @@ def render(template: str, **context: Any) -> str:
         plotly=_plotly_base64(),
         version=fastcal.__version__,
         date=datetime.now(UTC).date().isoformat(),
+        language=language.get(),
         **context,
     )
 
@@ -67,6 +69,7 @@ def _environment() -> jinja2.Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    environment.globals["_"] = _
     environment.filters["script_json"] = to_script_json
     for name in ("count", "fixed", "percent", "plural", "significant"):
         environment.filters[name] = getattr(formatting, name)

@@ -1,0 +1,9 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""The acceptance test of ISO 9283: its program, its figures, and a verdict with guard bands."""
+
+from fastcal.acceptance.acceptance import Acceptance, accept
+from fastcal.acceptance.judgement import LIMITS
+from fastcal.acceptance.plan import AcceptancePlan, plan_acceptance
+
+__all__ = ["LIMITS", "Acceptance", "AcceptancePlan", "accept", "plan_acceptance"]

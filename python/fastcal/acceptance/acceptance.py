@@ -1,0 +1,192 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""An acceptance test by ISO 9283: from measured rows to figures, their uncertainty and a verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal.acceptance.figures import figures_of
+from fastcal.acceptance.judgement import LIMITS, SURE, Judged, Verdict, judged, overall, parsed_limits
+from fastcal.acceptance.propagation import simulated_expanded, spreads_of, uncertainty_of
+from fastcal.acceptance.visits import Campaign, campaign, cycle_of
+from fastcal.budget import Budget
+from fastcal.calibration.repeatability import ISO_POSES, ISO_VISITS
+from fastcal.measurements.dataset import Dataset
+from fastcal.robot.robot import Robot
+from fastcal.robot.se3 import inverse, rotation_to_rpy
+from fastcal.units import from_si
+
+FloatArray = NDArray[np.float64]
+
+DRAWS = 20_000
+_UNITS = {"m": "mm", "rad": "deg"}
+
+
+@dataclass(frozen=True, eq=False)
+class Acceptance:
+    """What a test has shown.
+
+    Attributes:
+        model: The robot whose test it was.
+        campaign: The rows as visits.
+        figures: Each with its uncertainty and verdict.
+        verdict: pass, fail or cannot_tell; None where no limit was given.
+        budget: What was known beforehand; None: nothing.
+        simulated: By figure: the expanded uncertainty by draws (JCGM 101), None for figures of spread.
+        notes: What a reader should know, a sentence each.
+    """
+
+    model: Robot
+    campaign: Campaign
+    figures: tuple[Judged, ...]
+    verdict: Verdict | None
+    budget: Budget | None
+    simulated: tuple[float | None, ...]
+    notes: tuple[str, ...] = field(default=())
+
+    @property
+    def is_iso_9283(self) -> bool:
+        """Is the standard's plan met: five poses, thirty visits each from one side?"""
+        stations = self.campaign.stations
+        return sum(len(stations[k].rows) >= ISO_VISITS for k in cycle_of(stations)) >= ISO_POSES
+
+    @property
+    def probability(self) -> float | None:
+        """The least probability with which one of the limits is kept; None without a limit."""
+        known = [each.probability for each in self.figures if each.probability is not None]
+        return min(known) if known else None
+
+    def to_json_dict(self) -> dict[str, Any]:
+        """The content of accept.json."""
+        T = inverse(self.campaign.T_base_world)
+        return {
+            "verdict": self.verdict,
+            "probability": self.probability,
+            "sure": SURE,
+            "robot": self.model.name,
+            "iso_9283": self.is_iso_9283,
+            "aligned": {
+                "fitted": self.campaign.fitted,
+                "xyz_mm": [from_si(float(v), "mm") for v in T[:3, 3]],
+                "rpy_deg": [from_si(float(v), "deg") for v in rotation_to_rpy(T[:3, :3])],
+            },
+            "poses": [
+                {
+                    "pose": s.pose,
+                    "direction": s.direction,
+                    "visits": len(s.rows),
+                    "commanded_mm": [from_si(float(v), "mm") for v in s.commanded[:3, 3]],
+                }
+                for s in self.campaign.stations
+            ],
+            "figures": [_figure(each, drawn) for each, drawn in zip(self.figures, self.simulated, strict=True)],
+            "level": None if self.budget is None else self.budget.level,
+            "notes": list(self.notes),
+        }
+
+
+def _figure(each: Judged, drawn: float | None) -> dict[str, Any]:
+    """One entry of `figures`, in mm or degrees."""
+    unit = _UNITS[each.figure.unit]
+
+    def edge(value: float | None) -> float | None:
+        return None if value is None else float(from_si(value, unit))
+
+    return {
+        "symbol": each.figure.symbol,
+        "where": each.figure.where,
+        "unit": unit,
+        "value": edge(each.figure.value),
+        "standard": edge(each.uncertainty.standard),
+        "observed": edge(each.uncertainty.observed),
+        "degrees_of_freedom": each.uncertainty.freedom,
+        "coverage_factor": each.uncertainty.coverage_factor,
+        "expanded": edge(each.uncertainty.expanded),
+        "expanded_by_draws": edge(drawn),
+        "contributions": {name: edge(part) for name, part in each.uncertainty.parts},
+        "limit": edge(each.limit),
+        "guard": edge(each.guard),
+        "probability": each.probability,
+        "verdict": each.verdict,
+    }
+
+
+def accept(
+    model: Robot,
+    data: Dataset,
+    *,
+    plan: Dataset | None = None,
+    limits: Mapping[str, float] | None = None,
+    budget: Budget | None = None,
+    align: bool = True,
+    draws: int = DRAWS,
+    seed: int = 0,
+) -> Acceptance:
+    """Judges measured visits.
+
+    Args:
+        model: The robot; without a plan its poses are the commands.
+        data: Measured points at commanded joint positions.
+        plan: As `fastcal accept --plan` has written it, read as a data set.
+        limits: By name, in its unit: ap_mm, rp_mm, vap_mm, ad_mm, rd_mm, dap_mm, drp_mm, ap_deg, rp_deg.
+        budget: What is known of instrument and conditions.
+        align: Fit the measuring frame to the poses; False: take the model's base.
+        draws: Of the check by JCGM 101.
+        seed: Of the draws.
+
+    Raises:
+        InvalidInput: The rows can't be matched or aligned, a limit is unknown, or no pose was visited twice.
+    """
+    asked = parsed_limits(limits or {})
+    found = campaign(model, data, plan, align=align)
+    spreads = spreads_of(found, budget or Budget(), model)
+    every = range(len(found.stations))
+    means = np.array([found.errors(k).mean(axis=0) for k in every])
+    turned = np.zeros_like(means)
+    if found.turns is not None:
+        turned = np.array([found.turn_errors(k).mean(axis=0) for k in every])
+    figures = figures_of(found)
+    out = [
+        judged(figure, uncertainty_of(figure, turned if figure.unit == "rad" else means, spreads), asked)
+        for figure in figures
+    ]
+    missing = [
+        name
+        for name, symbols in LIMITS.items()
+        if symbols[0] in asked and not any(figure.symbol in symbols for figure in figures)
+    ]
+    drawn = simulated_expanded(figures, means, turned, spreads, draws, seed) if draws else [None] * len(figures)
+    result = Acceptance(model, found, tuple(out), overall(out, missing), budget, tuple(drawn))
+    return Acceptance(
+        model, found, result.figures, result.verdict, budget, result.simulated, tuple(_notes(result, missing))
+    )
+
+
+def _notes(found: Acceptance, missing: list[str]) -> list[str]:
+    """What a reader of the figures should know."""
+    out = [f"a limit is given for {name}, and nothing was measured that shows it" for name in missing]
+    if found.budget is None:
+        out.append(
+            "no budget was given: the uncertainties hold the scatter of the visits alone, nothing of the instrument; "
+            "--budget takes what is known of it"
+        )
+    if not found.is_iso_9283:
+        stations = found.campaign.stations
+        cycle = cycle_of(stations)
+        least = min(len(stations[k].rows) for k in cycle)
+        out.append(
+            f"not the plan of ISO 9283, {ISO_POSES} poses with {ISO_VISITS} visits each: there are {len(cycle)} poses, "
+            f"the least of them with {least} visits"
+        )
+    if found.campaign.fitted:
+        out.append(
+            "the instrument was aligned to the commanded poses by a best fit: AP holds nothing that a rigid motion of "
+            "all poses would explain"
+        )
+    return out

@@ -1,0 +1,96 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Does a figure keep its limit? Guarded acceptance and guarded rejection (ISO 14253-1, JCGM 106).
+
+With P the probability that the true figure lies within its limit: pass where P is at least SURE, fail where it is at
+most 1 - SURE, else the measurement can't decide. For an uncertainty that is small beside the limit T this is the guard
+band g = t_SURE u: pass up to T - g, fail from T + g.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+from fastcal.acceptance.figures import Figure
+from fastcal.budget.evaluation import Uncertainty, quantile
+from fastcal.errors import InvalidInput
+from fastcal.units import to_si
+
+SURE = 0.95
+Verdict = Literal["pass", "fail", "cannot_tell"]
+
+# Name of a limit, as an option takes it: the symbols that it holds for.
+LIMITS: dict[str, tuple[str, ...]] = {
+    "ap_mm": ("AP",),
+    "rp_mm": ("RP",),
+    "vap_mm": ("vAP",),
+    "ad_mm": ("AD",),
+    "rd_mm": ("RD",),
+    "dap_mm": ("dAP",),
+    "drp_mm": ("dRP",),
+    "ap_deg": ("AP_rx", "AP_ry", "AP_rz"),
+    "rp_deg": ("RP_rx", "RP_ry", "RP_rz"),
+}
+SIGNED = ("AD", *LIMITS["ap_deg"])
+
+
+@dataclass(frozen=True, eq=False)
+class Judged:
+    """A figure with its uncertainty and, where a limit was given, what follows.
+
+    Attributes:
+        figure, uncertainty: In m or rad.
+        limit: None where none was given.
+        probability: That the true figure keeps the limit.
+        guard: Width of the guard band.
+        verdict: pass, fail or cannot_tell; None without a limit.
+    """
+
+    figure: Figure
+    uncertainty: Uncertainty
+    limit: float | None = None
+    probability: float | None = None
+    guard: float | None = None
+    verdict: Verdict | None = None
+
+
+def parsed_limits(given: Mapping[str, float]) -> dict[str, float]:
+    """Limits by symbol in SI.
+
+    Raises:
+        InvalidInput: An unknown name, or a limit that is not above 0.
+    """
+    out: dict[str, float] = {}
+    for name, value in given.items():
+        if name not in LIMITS:
+            raise InvalidInput(f"there is no limit '{name}'; there are {', '.join(LIMITS)}")
+        if not value > 0:
+            raise InvalidInput(f"a limit must be above 0, got {name}={value:g}")
+        out |= dict.fromkeys(LIMITS[name], float(to_si(value, name.rpartition("_")[2])))
+    return out
+
+
+def judged(figure: Figure, uncertainty: Uncertainty, limits: Mapping[str, float]) -> Judged:
+    """The figure held against the limit of its symbol."""
+    limit = limits.get(figure.symbol)
+    if limit is None:
+        return Judged(figure, uncertainty)
+    value = abs(figure.value)
+    within = uncertainty.probability_within(value, limit)
+    if figure.symbol in SIGNED:  # it must not lie beyond the limit on the other side either
+        within -= uncertainty.probability_within(value, -limit)
+    verdict: Verdict = "pass" if within >= SURE else "fail" if within <= 1 - SURE else "cannot_tell"
+    guard = quantile(SURE, uncertainty.freedom) * uncertainty.standard
+    return Judged(figure, uncertainty, limit, within, guard, verdict)
+
+
+def overall(figures: Sequence[Judged], missing: Sequence[str]) -> Verdict | None:
+    """Fail where one fails; pass where all pass; None where there was no limit. `missing`: limits without a figure."""
+    verdicts = [each.verdict for each in figures if each.verdict is not None]
+    if "fail" in verdicts:
+        return "fail"
+    if missing or "cannot_tell" in verdicts:
+        return "cannot_tell"
+    return "pass" if verdicts else None

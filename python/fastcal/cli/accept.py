@@ -1,0 +1,210 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""`fastcal accept`: the ISO 9283 test as a robot program, and a verdict on what was measured."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import typer
+
+from fastcal.cli.console import emit, progress, say, warn
+from fastcal.cli.options import file_names
+
+if TYPE_CHECKING:
+    from fastcal.acceptance import Acceptance
+    from fastcal.robot.robot import Robot
+
+CANNOT_TELL, FAILED = 3, 4
+
+
+def accept(
+    model: Annotated[str, typer.Argument(metavar="MODEL", help="A calibrated robot, or a nominal one.")],
+    output: Annotated[
+        Path, typer.Option("-o", "--output", metavar="OUT", help="With --plan the program's file, else a folder.")
+    ],
+    data: Annotated[
+        list[Path] | None, typer.Argument(metavar="[DATA...]", help="What was measured of the test.")
+    ] = None,
+    plan: Annotated[bool, typer.Option("--plan", help="Write the robot program and its plan, OUT_plan.csv.")] = False,
+    language: Annotated[
+        Literal["rapid", "krl", "fanuc", "urscript"] | None, typer.Option(help="Of the program.")
+    ] = None,
+    compensated: Annotated[
+        bool, typer.Option("--compensated", help="Command what brings the calibrated arm to the poses.")
+    ] = False,
+    directions: Annotated[
+        bool, typer.Option("--directions", help="Also approach P1, P2 and P4 from three sides, for vAP.")
+    ] = False,
+    cycles: Annotated[int, typer.Option(min=1, help="Visits of each pose; the standard has 30.")] = 30,
+    centre_mm: Annotated[
+        str | None, typer.Option(metavar="X,Y,Z", help="Middle of the cube in the base; default: the largest cube.")
+    ] = None,
+    edge_mm: Annotated[float | None, typer.Option(help="Edge of the cube.")] = None,
+    tool_rpy_deg: Annotated[
+        str | None, typer.Option(metavar="R,P,Y", help="Orientation of the tool in the base, in all poses.")
+    ] = None,
+    payload_kg: Annotated[float, typer.Option(min=0, help="What the tool carries.")] = 0.0,
+    dwell_s: Annotated[float, typer.Option(min=0, help="Wait of the program at each measured stop.")] = 3.0,
+    speed_percent: Annotated[float, typer.Option(min=1, max=100, help="Of the arm's greatest speed.")] = 50.0,
+    targets: Annotated[
+        Path | None, typer.Option(metavar="PLAN", help="The plan's file: what was commanded, and which pose it was.")
+    ] = None,
+    tolerance_mm: Annotated[
+        float | None, typer.Option(metavar="T", help="Limit of AP, the accuracy of each pose.")
+    ] = None,
+    limit: Annotated[
+        list[str] | None, typer.Option(metavar="NAME=VALUE", help="Another limit, such as rp_mm=0.05; may be repeated.")
+    ] = None,
+    budget: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="YAML: what is known of instrument and conditions.")
+    ] = None,
+    align: Annotated[
+        Literal["fit", "model"], typer.Option(help="Fit the instrument's frame to the poses, or take MODEL's base.")
+    ] = "fit",
+) -> None:
+    """Test an arm by ISO 9283: the program, then the verdict.
+
+    Exit code 0: within the limits, or none were given. 4: out of a limit. 3: the measurement can't decide.
+    """
+    from fastcal.errors import InvalidInput
+    from fastcal.io.robot_file import load_robot
+
+    robot = load_robot(model)
+    if plan:
+        if data or targets or tolerance_mm or limit or budget:
+            raise InvalidInput(
+                "--plan takes no DATA, --targets, --tolerance-mm, --limit or --budget: nothing is judged"
+            )
+        if language is None:
+            raise InvalidInput("--plan needs --language rapid, krl, fanuc or urscript")
+        _plan(
+            robot,
+            output,
+            {
+                "language": language,
+                "compensate": compensated,
+                "directions": directions,
+                "cycles": cycles,
+                "centre": None if centre_mm is None else _lengths("--centre-mm", centre_mm),
+                "edge": None if edge_mm is None else edge_mm / 1000,
+                "rotation": None if tool_rpy_deg is None else _rotation(tool_rpy_deg),
+                "payload": payload_kg,
+                "dwell_s": dwell_s,
+                "speed": speed_percent / 100,
+            },
+        )
+        return
+    if not data:
+        raise InvalidInput("expected DATA to judge, or --plan to write the program")
+    limits = _limits(limit or [])
+    if tolerance_mm is not None:
+        limits["ap_mm"] = tolerance_mm
+    found = _judge(robot, data, output, targets, budget, limits, align == "fit")
+    if found.verdict in ("fail", "cannot_tell"):
+        raise typer.Exit(FAILED if found.verdict == "fail" else CANNOT_TELL)
+
+
+def _plan(robot: Robot, output: Path, options: dict[str, Any]) -> None:
+    """The program and, beside it, the plan."""
+    from fastcal.acceptance import plan_acceptance
+    from fastcal.io.acceptance_plan import write_test
+    from fastcal.units import from_si
+
+    with progress() as show:
+        show("placing the cube")
+        made = plan_acceptance(robot, program=output.name, **options)
+    files = write_test(output, made, robot)
+    warn(made.notes)
+    middle = ", ".join(f"{value:.1f}" for value in from_si(made.cube.centre, "mm"))
+    edge = float(from_si(made.cube.edge, "mm"))
+    say(f"cube with an edge of {edge:g} mm about {middle} mm in the base; {len(made.visits)} measured stops")
+    for file in files:
+        say(str(file))
+    emit(
+        {
+            "centre_mm": from_si(made.cube.centre, "mm"),
+            "edge_mm": edge,
+            "visits": len(made.visits),
+            "compensated": made.compensated,
+            "files": list(map(str, files)),
+        }
+    )
+
+
+def _judge(
+    robot: Robot,
+    data: list[Path],
+    output: Path,
+    targets: Path | None,
+    budget: Path | None,
+    limits: dict[str, float],
+    align: bool,
+) -> Acceptance:
+    """Figures, verdict and files."""
+    from fastcal.acceptance import accept as accepted
+    from fastcal.importers import load_measurements
+    from fastcal.io.acceptance_plan import load_plan
+    from fastcal.io.budget_file import load_budget
+    from fastcal.io.folder import check_folder
+    from fastcal.report.acceptance_report import FILES, acceptance_lines, write_acceptance
+
+    check_folder(output, FILES)
+    visits = None if targets is None else load_plan(targets, robot)
+    known = None if budget is None else load_budget(budget)
+    measured = load_measurements(data, robot)
+    with progress() as show:
+        show("judging")
+        found = accepted(robot, measured, plan=visits, limits=limits, budget=known, align=align)
+        write_acceptance(found, output)
+    warn([*(note for note in measured.notes if "is not known and is kept" not in note), *found.notes])
+    for line in acceptance_lines(found, file_names(data)):
+        say(line)
+    say(str(output / "report.html"))
+    emit(found.to_json_dict())
+    return found
+
+
+def _limits(given: list[str]) -> dict[str, float]:
+    """NAME=VALUE as a dict."""
+    from fastcal.errors import InvalidInput
+
+    out: dict[str, float] = {}
+    for text in given:
+        name, _, value = text.partition("=")
+        try:
+            out[name.strip()] = float(value)
+        except ValueError:
+            raise InvalidInput(f"--limit takes NAME=VALUE such as rp_mm=0.05, got '{text}'") from None
+    return out
+
+
+def _numbers(option: str, text: str) -> list[float]:
+    """Three numbers."""
+    from fastcal.errors import InvalidInput
+
+    try:
+        out = [float(part) for part in text.split(",")]
+    except ValueError:
+        out = []
+    if len(out) != 3:
+        raise InvalidInput(f"{option} takes three numbers such as 900,0,700, got '{text}'")
+    return out
+
+
+def _lengths(option: str, text: str) -> Any:
+    import numpy as np
+
+    from fastcal.units import to_si
+
+    return to_si(np.array(_numbers(option, text)), "mm")
+
+
+def _rotation(text: str) -> Any:
+    import numpy as np
+
+    from fastcal.robot.se3 import rpy_to_rotation
+    from fastcal.units import to_si
+
+    return rpy_to_rotation(to_si(np.array(_numbers("--tool-rpy-deg", text)), "deg"))

@@ -1,0 +1,70 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Drawings of an acceptance test: each limit with its figures, and the visits about each commanded pose."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fastcal.report import figures
+from fastcal.report.figures import Figure, Key
+from fastcal.report.language import _
+from fastcal.units import from_si
+
+if TYPE_CHECKING:
+    from fastcal.acceptance import Acceptance
+
+_VISITS_SHOWN = 400
+
+
+def drawings(found: Acceptance) -> list[Figure]:
+    """All drawings of the page."""
+    return [_accuracies(found), *_visits(found)]
+
+
+def _accuracies(found: Acceptance) -> Figure:
+    """AP and RP of each pose with U, and the limits."""
+    traces, key = [], []
+    for symbol, colour, mark in (("AP", figures.AFTER, "point"), ("RP", figures.BEFORE, "point")):
+        several = [each for each in found.figures if each.figure.symbol == symbol]
+        if not several:
+            continue
+        where = [each.figure.where for each in several]
+        value = from_si(np.array([each.figure.value for each in several]), "mm")
+        bar = from_si(np.array([each.uncertainty.expanded for each in several]), "mm")
+        trace = figures.points(where, value, colour, 9, hover=f"{symbol} %{{y:.4f}} mm, %{{x}}")
+        trace["error_y"] = {"type": "data", "array": bar, "color": colour, "thickness": 2, "width": 6}
+        traces.append(trace)
+        key.append(Key(symbol, colour, mark))
+        limits = {each.limit for each in several if each.limit is not None}
+        for limit in limits:
+            edge = float(from_si(limit, "mm"))
+            ends = [where[0], where[-1]]
+            traces.append(figures.line(ends, [edge, edge], figures.ALERT, "dash", hover=f"{edge:g} mm"))
+            key.append(Key(_("limit of {symbol}", symbol=symbol), figures.ALERT, "dash"))
+    drawn = figures.layout(_("pose"), _("AP, RP (mm)"), yaxis={"rangemode": "tozero"}, xaxis={"type": "category"})
+    alt = _("Accuracy and repeatability of each pose with their expanded uncertainty, and the limits.")
+    return Figure("accuracies", _("Accuracy and repeatability"), alt, traces, drawn, columns=3, height=330, key=key)
+
+
+def _visits(found: Acceptance) -> list[Figure]:
+    """Attained less commanded points of every visit, seen from above and from the front."""
+    names = list(dict.fromkeys(station.pose for station in found.campaign.stations))[:5]
+    colours = dict(zip(names, (*figures.COMPONENT_COLOURS, figures.INK), strict=False))
+    out = []
+    for id_, title, (i, j) in (("top", _("Visits from above"), (0, 1)), ("front", _("Visits from the front"), (0, 2))):
+        traces = []
+        for k, station in enumerate(found.campaign.stations):
+            if station.pose in colours:
+                e = from_si(found.campaign.errors(k), "mm")
+                shown = figures.spread_rows(len(e), _VISITS_SHOWN)
+                hover = f"{station.pose}{station.direction}: %{{x:.4f}}, %{{y:.4f}} mm"
+                traces.append(figures.points(e[shown, i], e[shown, j], colours[station.pose], 5, 0.55, hover=hover))
+        axis = "xyz"
+        drawn = figures.layout(f"{axis[i]} (mm)", f"{axis[j]} (mm)", yaxis={"scaleanchor": "x", "scaleratio": 1})
+        alt = _("Attained less commanded points of all visits, in the axes of the base.")
+        key = [Key(name, colour, "point") for name, colour in colours.items()]
+        out.append(Figure(f"visits-{id_}", title, alt, traces, drawn, columns=3, height=330, key=key))
+    return out[:1]

@@ -1,0 +1,47 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""The language of a page: English sentences in code and templates, their translations in catalogues (messages/).
+
+A catalogue is a YAML mapping of the English message to the other; placeholders {name} stand in both. What a catalogue
+does not have stays English; a test holds that nothing is missing.
+"""
+
+from __future__ import annotations
+
+import functools
+import importlib.resources
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
+from typing import Any
+
+import yaml
+
+LANGUAGES = ("en", "de")
+language: ContextVar[str] = ContextVar("language", default="en")
+
+
+@contextmanager
+def in_language(name: str) -> Iterator[None]:
+    """Texts and numbers made inside are in that language."""
+    token = language.set(name)
+    try:
+        yield
+    finally:
+        language.reset(token)
+
+
+def _(message: str, **values: Any) -> str:
+    """The message in the language of the page, its placeholders filled."""
+    text = catalogue(language.get()).get(message, message)
+    return text.format(**values) if values else text
+
+
+@functools.cache
+def catalogue(name: str) -> Mapping[str, str]:
+    """The translations into a language, by the English message; empty for English."""
+    if name == "en":
+        return {}
+    file = importlib.resources.files("fastcal.report") / "messages" / f"{name}.yaml"
+    found: Mapping[str, str] = yaml.safe_load(file.read_text(encoding="utf-8"))
+    return found

@@ -1,0 +1,133 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""`fastcal accept`: from the program to the verdict, as a shop would run it, and the mistakes it could make there."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import fastcal as library
+
+BUDGET = (
+    "inputs:\n  - {name: scale, kind: range, half_width_um_m: 5}\n  - {name: nest, kind: target, half_width_um: 4}\n"
+)
+
+
+@pytest.fixture(scope="module")
+def shop(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A UR10, its test, and what a tracker that stands askew said of it: 0.1 mm off along x at P3."""
+    from fastcal.cli import main
+
+    folder = tmp_path_factory.mktemp("shop")
+    arm = library.load_robot("ur10")
+    arm.save(folder / "arm.yaml")
+    made = ["--plan", "--language", "krl", "-o", str(folder / "iso.src"), "--directions"]
+    assert main(["accept", str(folder / "arm.yaml"), *made]) == 0
+    plan = library.load_measurements(folder / "iso_plan.csv", arm, require_measured=False)
+    stands = library.Robot(arm.spec | {"base": {"xyz_mm": [3000.0, 400, -800], "rpy_deg": [2.0, -1, 70]}})
+    said = library.simulate(stands, replace(plan, extra={}, extra_labels={}), noise=1e-5, seed=1)
+    off = np.array([pose == "P3" for pose in plan.extra_labels["pose"]])
+    R = stands.core.base_and_tool(stands.core.nominal)[0][:3, :3]
+    said = replace(said, position=np.asarray(said.position) + np.outer(off, R @ [1e-4, 0, 0]))
+    library.write_measurements(folder / "measured.csv", said, arm.joint_types)
+    (folder / "budget.yaml").write_text(BUDGET)
+    return folder
+
+
+def test_the_program_and_its_visits_are_written(shop: Path) -> None:
+    assert {"iso.src", "iso.dat", "iso_plan.csv"} <= {path.name for path in shop.iterdir()}
+    lines = (shop / "iso_plan.csv").read_text().splitlines()
+    assert lines[0].startswith("pose,direction,cycle,q1_deg")
+    assert len(lines) == 1 + 30 * 5 + 30 * 9
+    assert [line.split(",")[0] for line in lines[1:6]] == ["P5", "P4", "P3", "P2", "P1"]
+
+
+@pytest.mark.parametrize(("tolerance", "code", "verdict"), [(0.2, 0, "pass"), (0.02, 4, "fail"), (None, 0, None)])
+def test_the_exit_code_is_the_verdict(shop: Path, tmp_path: Path, fastcal, tolerance, code: int, verdict) -> None:
+    limit = () if tolerance is None else ("--tolerance-mm", tolerance)
+    options = ("--targets", shop / "iso_plan.csv", "--budget", shop / "budget.yaml", *limit)
+    said = fastcal("accept", shop / "arm.yaml", shop / "measured.csv", *options, "-o", tmp_path / "out")
+    assert said.code == code, said.err
+    found = json.loads((tmp_path / "out" / "accept.json").read_text())
+    assert found["verdict"] == verdict
+    assert found["iso_9283"] is True
+    values = {(f["symbol"], f["where"]): f for f in found["figures"]}
+    # A rigid motion of five poses takes a part of what one of them is off.
+    assert 0.05 < values["AP", "P3"]["value"] < 0.1
+    assert values["AP", "P3"]["value"] == max(f["value"] for f in found["figures"] if f["symbol"] == "AP")
+    assert values["AP", "P3"]["contributions"].keys() == {"scale", "nest"}
+    assert values["vAP", "P1"]["value"] < 0.02
+    assert values["AP", "P3"]["expanded_by_draws"] == pytest.approx(values["AP", "P3"]["expanded"], rel=0.05)
+    assert (tmp_path / "out" / "report.html").read_text().startswith("<!DOCTYPE html>")
+
+
+def test_what_is_near_the_limit_is_not_decided(shop: Path, tmp_path: Path, fastcal) -> None:
+    options = ("--targets", shop / "iso_plan.csv", "-o", tmp_path / "out")
+    fastcal("accept", shop / "arm.yaml", shop / "measured.csv", *options)
+    found = json.loads((tmp_path / "out" / "accept.json").read_text())
+    worst = max(f["value"] for f in found["figures"] if f["symbol"] == "AP")
+    limits = ("--tolerance-mm", repr(worst), "--limit", "rp_mm=1")
+    said = fastcal("accept", shop / "arm.yaml", shop / "measured.csv", *options, *limits)
+    assert said.code == 3
+    assert "cannot tell" in said.out
+
+
+def test_a_lost_point_costs_one_visit_and_no_more(shop: Path, tmp_path: Path, fastcal) -> None:
+    rows = (shop / "measured.csv").read_text().splitlines()
+    (tmp_path / "lost.csv").write_text("\n".join([*rows[:40], *rows[41:300], *rows[301:]]) + "\n")
+    options = ("--targets", shop / "iso_plan.csv", "-o", tmp_path / "out")
+    assert fastcal("accept", shop / "arm.yaml", tmp_path / "lost.csv", *options).code == 0
+    found = json.loads((tmp_path / "out" / "accept.json").read_text())
+    visits = {(p["pose"], p["direction"]): p["visits"] for p in found["poses"]}
+    assert sorted(visits.values()) == [29, 29] + [30] * 12
+    assert max(f["value"] for f in found["figures"] if f["symbol"] == "vAP") < 0.02
+
+
+def test_without_a_plan_the_model_says_what_was_commanded(shop: Path, tmp_path: Path, fastcal) -> None:
+    said = fastcal("accept", shop / "arm.yaml", shop / "measured.csv", "-o", tmp_path / "out")
+    assert said.code == 0
+    found = json.loads((tmp_path / "out" / "accept.json").read_text())
+    worst = max(f["value"] for f in found["figures"] if f["symbol"] == "AP")
+    assert 0.05 < worst < 0.1
+    said = fastcal("accept", shop / "arm.yaml", shop / "measured.csv", "--align", "model", "-o", tmp_path / "out")
+    assert "AP: at most 3" in said.out  # the instrument stands three metres away, as the model does not know
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("-o", "o"), "expected DATA to judge, or --plan to write the program"),
+        (("--plan", "-o", "iso.mod"), "--plan needs --language"),
+        (("--plan", "--language", "rapid", "-o", "iso.src"), "ends in .mod"),
+        (("measured.csv", "--plan", "--language", "krl", "-o", "iso.src"), "--plan takes no DATA"),
+        (("--plan", "--language", "krl", "--centre-mm", "1,2", "-o", "iso.src"), "takes three numbers"),
+        (("--plan", "--language", "krl", "--edge-mm", "4000", "-o", "iso.src"), "reaches no test cube"),
+        (("measured.csv", "--limit", "rp=0.1", "-o", "o"), "there is no limit 'rp'"),
+        (("measured.csv", "--limit", "rp_mm", "-o", "o"), "--limit takes NAME=VALUE"),
+        (("measured.csv", "--tolerance-mm", "-1", "-o", "o"), "a limit must be above 0"),
+        (("measured.csv", "--targets", "measured.csv", "-o", "o"), "has no column target_x_mm"),
+        (("other.csv", "--targets", "iso_plan.csv", "-o", "o"), "data row 0 is no visit of iso_plan.csv"),
+        (("once.csv", "--targets", "iso_plan.csv", "-o", "o"), "no pose was visited twice"),
+        (("two.csv", "--targets", "iso_plan.csv", "-o", "o"), "three poses that lie on no line, got 2"),
+        (("iso_plan.csv", "-o", "o"), "measured"),
+        (("measured.csv", "--budget", "iso_plan.csv", "-o", "o"), "iso_plan.csv"),
+    ],
+)  # fmt: skip
+def test_a_mistake_is_one_sentence_and_leaves_nothing(shop, tmp_path, fastcal, monkeypatch, arguments, said) -> None:
+    rows = (shop / "measured.csv").read_text().splitlines()
+    for name in ("measured.csv", "iso_plan.csv", "arm.yaml"):
+        (tmp_path / name).write_text((shop / name).read_text())
+    moved = rows[1].split(",")
+    moved[0] = str(float(moved[0]) + 0.1)
+    (tmp_path / "other.csv").write_text("\n".join([rows[0], ",".join(moved)]) + "\n")
+    (tmp_path / "once.csv").write_text("\n".join(rows[:6]) + "\n")
+    (tmp_path / "two.csv").write_text("\n".join([rows[0], *rows[1:3], *rows[6:8]]) + "\n")
+    before = {path.name for path in tmp_path.iterdir()}
+    monkeypatch.chdir(tmp_path)
+    done = fastcal("accept", "arm.yaml", *arguments)
+    assert done.code == 2
+    assert said in done.error
+    assert {path.name for path in tmp_path.iterdir()} == before
