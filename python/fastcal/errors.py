@@ -50,3 +50,7 @@ def unloaded(error: Exception) -> ImportError | None:
         name=error.name,
         path=error.path,
     )
+
+
+class TooLarge(ParseError):  # noqa: N818 - as its parent's siblings
+    """A file holds more than its readers take, whatever is in it, or is none that ends."""

@@ -3,8 +3,10 @@
 //
 // Regressor: a column of the user's own moves a frame,  xi = coefficient c,  c the number in the column (a tilt sensor,
 // a pressure, a count). Options: `column` its name, `index` its place in State::extra, `axis` one of x, y, z, rx, ry,
-// rz of the frame, or all six where it is not given.
+// rz of the frame, or all six where it is not given; `size` the root mean square of the column where it is first fitted,
+// so that the plausible size of the motion is the same whatever the column's unit.
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 
 #include "fastcal/effects/owners.hpp"
@@ -19,7 +21,9 @@ class Regressor : public LinearEffect {
       : frame_(frame_index("regressor", owner, robot)),
         column_(text_option(options, "column", "")),
         index_(static_cast<int>(number_option(options, "index", 0))) {
-    check_options("regressor", options, {"column", "index", "axis"});
+    check_options("regressor", options, {"column", "index", "axis", "size"});
+    const double size = number_option(options, "size", 1);
+    FASTCAL_CHECK(size > 0 && std::isfinite(size)) << "regressor: size must be positive, got " << size;
     FASTCAL_CHECK(!column_.empty()) << "regressor needs the option column, the name of a column of numbers in the data";
     FASTCAL_CHECK(index_ >= 0) << "regressor: index must not be negative, got " << index_;
     const std::string axis = text_option(options, "axis", "all");
@@ -29,7 +33,7 @@ class Regressor : public LinearEffect {
       if (axis != "all" && axis != kAxes[k]) continue;
       axes_.push_back(k);
       parameters_.push_back(
-          {owner, column_ + "_" + kAxes[k], k < 3 ? "m" : "rad", 1e-4, "motion of the frame per unit of the column"});
+          {owner, column_ + "_" + kAxes[k], k < 3 ? "m" : "rad", 1e-4 / size, "motion of the frame per unit of the column"});
     }
   }
 
@@ -59,6 +63,7 @@ FASTCAL_REGISTER_EFFECT("regressor", {make<Regressor>,
                                        .place = Place::kFrame,
                                        .depends_on = {"extra"},
                                        .needs_data = "the column that it names",
-                                       .shown_by = "numbers that vary in the column that it names"}})
+                                       .shown_by = "numbers that vary in the column that it names",
+                                       .options_from_data = {"size"}}})
 
 }  // namespace fastcal

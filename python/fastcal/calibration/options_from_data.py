@@ -93,6 +93,15 @@ def _order(entry: Spec, robot: Robot, data: Dataset) -> Spec:
     return {"order": order}
 
 
+def _size(entry: Spec, robot: Robot, data: Dataset) -> Spec:
+    """Root mean square of the column, so that its unit does not decide what motion is plausible."""
+    column = data.extra.get(entry.get("column", ""))
+    if column is None:
+        return {}  # what reads the column says that it is not there
+    rms = float(np.sqrt(np.nanmean(np.square(column)))) if np.isfinite(column).any() else 0.0
+    return {"size": float(f"{rms:.2g}")} if rms > 0 else {}
+
+
 def _missing(entry: Spec, column: str) -> InvalidInput:
     return InvalidInput(f"{label(entry)} needs the column {column}, which the data do not have")
 
@@ -104,4 +113,5 @@ _FILLERS: dict[str, Callable[[Spec, Robot, Dataset], Spec]] = {
     "mounts": _mounts,
     "range": _range,
     "order": _order,
+    "size": _size,
 }

@@ -20,10 +20,11 @@ from fastcal.importers.words import ACTUAL, DEVIATION, MEASURED, NOMINAL, plain_
 _NAME = re.compile(r"^\s*(?:point|punkt|feature|name|target|sphere|kugel|sphère|nom)\s*[:=#]\s*(\S.*?)\s*$", re.I)
 _AXIS = re.compile(r"^\s*([XYZ])\s*(?:\[\w+\])?\s*[:=]?\s+([-+\d.,eE\s]+?)\s*$")
 _FEWEST = 3
+_LONGEST = 300  # characters of a line of a report
 
 
 def _recognizes(grid: Grid) -> bool:
-    lines = grid.text.splitlines()[:2000]
+    lines = [line[:_LONGEST] for line in grid.text.splitlines()[:2000]]
     return sum(_NAME.match(line) is not None for line in lines) >= _FEWEST and (
         sum(_AXIS.match(line) is not None for line in lines) >= _FEWEST**2
     )
@@ -32,7 +33,7 @@ def _recognizes(grid: Grid) -> bool:
 def _read(grid: Grid) -> Export:
     found: list[tuple[str, int, dict[str, str]]] = []
     column = 0
-    for line, text in enumerate(grid.text.splitlines(), start=1):
+    for line, text in enumerate((each[:_LONGEST] for each in grid.text.splitlines()), start=1):
         words = plain_words(text)
         if name := _NAME.match(text):
             found.append((name[1], line, {}))

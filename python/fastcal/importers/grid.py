@@ -15,6 +15,7 @@ from fastcal.errors import ParseError
 
 NUMBER = re.compile(r"[-+]?(\d+([.,]\d*)?|[.,]\d+)([eE][-+]?\d+)?")
 COMMENT_MARKS = ("//", "#", "%", "!")
+_LONGEST = 2000  # characters of a row in which words are looked for
 _ENOUGH = 400  # lines that decide on the separator
 _NEARLY = 0.7  # of the numbers that the best separator finds: a rarer separator wins by convention
 
@@ -52,7 +53,7 @@ class Grid:
     @property
     def opening(self) -> str:
         """The first rows as one text, in which an export names its maker, its units and its conventions."""
-        return "\n".join(" ".join(row.cells) for row in self.rows[:40])
+        return "\n".join(" ".join(row.cells)[:_LONGEST] for row in self.rows[:40])
 
     def error(self, message: str, line: int | None = None) -> ParseError:
         """An error that names the file and, where it helps, the sheet and the line."""
@@ -130,4 +131,4 @@ def _by_wide_blanks(line: str) -> tuple[str, ...]:
 
 def _by_blanks(line: str) -> tuple[str, ...]:
     """At blanks; a unit in brackets belongs to the word before it."""
-    return tuple(re.sub(r"\s+([\[(])", r"\1", line.strip()).split())
+    return tuple(re.sub(r"(?<!\s)\s+([\[(])", r"\1", line.strip()).split())

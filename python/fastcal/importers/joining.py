@@ -25,6 +25,7 @@ _STILL_JOINT = 3.5e-4  # [rad or m]
 _STILL_POINT = 3e-4  # [m]
 _MOST = 0.7  # of the shorter list that the robot must confirm
 _LISTED = 12
+_MOST_TRIED = 25_000_000  # poses times points whose distances are compared
 
 
 @dataclass
@@ -132,6 +133,11 @@ def _tried(join: _Join, pairs: list[Pair] | None, how: str) -> list[Pair] | None
     if position is None or np.isnan(position).any():
         join.said.append("rows without a whole point can't be tried on the robot")
         return pairs
+    if len(join.points) * len(join.poses) > _MOST_TRIED:
+        raise InvalidInput(
+            f"{join.points.path}: {len(join.points)} points and {len(join.poses)} poses are too many to be tried on "
+            "the robot; import a part of them, or leave --robot out"
+        )
     if min(len(join.points), len(join.poses)) < FEWEST_ROWS:
         if pairs is None:
             raise InvalidInput(

@@ -15,7 +15,9 @@ from fastcal.importers.export import Export
 from fastcal.importers.grid import Grid
 from fastcal.importers.layout import read_table
 
-_SIGN = re.compile(r"\bKUKA\b|\bKR ?C\d|\$?AXIS_ACT|\$?POS_ACT|(?<![\w$])A1\b.*\bA2\b.*\bA3\b.*\bA4\b.*\bA5\b.*\bA6\b")
+# The groups are atomic: on a line of many axes, one that does not end in A6, the time would grow with its fifth power.
+_AXES = r"(?<![\w$])A1\b" + "".join(rf"(?>.*?\bA{axis}\b)" for axis in range(2, 7))
+_SIGN = re.compile(rf"\bKUKA\b|\bKR ?C\d|\$?AXIS_ACT|\$?POS_ACT|{_AXES}")
 _COMPUTED = re.compile(r"\$?POS_ACT|\$?POS_FOR|\bComputed\b", re.I)
 
 

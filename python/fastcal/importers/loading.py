@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from fastcal.errors import InvalidInput, ParseError
+from fastcal.errors import InvalidInput, ParseError, TooLarge
 from fastcal.importers.grid import decoded
 from fastcal.importers.importing import import_measurements
 from fastcal.importers.writing import imported_dataset
@@ -52,12 +52,16 @@ def load_measurements(
 def _load(path: str | os.PathLike[str], robot: Robot, require_measured: bool) -> Dataset:
     try:
         return measurements.load_measurements(path, robot, require_measured=require_measured)
+    except TooLarge:
+        raise
     except ParseError as error:
         if not require_measured or not Path(path).is_file() or _is_own(path):
             raise
         own = error
     try:
         reading = import_measurements([path], robot=robot)
+    except TooLarge:
+        raise own from None
     except InvalidInput as problem:
         # What the file lacks as an export says more than what it lacks as a measurement file.
         raise _asking(path, problem) from own
@@ -72,7 +76,8 @@ def _asking(path: str | os.PathLike[str], problem: InvalidInput) -> InvalidInput
 
 def _is_own(path: str | os.PathLike[str]) -> bool:
     """Whether a file means to be a measurement file: its header names joints as fastcal does."""
-    content = Path(path).read_bytes()[:20_000]
+    with Path(path).open("rb") as file:
+        content = file.read(20_000)
     if content.startswith((b"PK\x03\x04", b"PAR1")):
         return False
     try:

@@ -20,7 +20,7 @@ from fastcal.programs import Program, Target, language_of
 
 _LOOKED_AT = 100_000  # bytes
 _SIGNS = re.compile(
-    r"^\s*(MODULE|DEFDAT|DEF|DECL|PROC|/PROG|/POS|def \w+\()\b|jointtarget|robtarget|E6AXIS|E6POS|movej\(|movel\(",
+    r"^[ \t]*(MODULE|DEFDAT|DEF|DECL|PROC|/PROG|/POS|def \w+\()\b|jointtarget|robtarget|E6AXIS|E6POS|movej\(|movel\(",
     re.I | re.M,
 )
 

@@ -18,6 +18,7 @@ from fastcal.importers.layout import read_table
 
 _ECHO = re.compile(r"^name:.*?^position:", re.M | re.S)
 _FIELDS = re.compile(r"^field\.(name|position)(\d+)$")
+_LONGEST = 50_000  # characters of a message; one of 20 joints has a few thousand
 _HEAD = 3  # sec, nanosec, frame_id of ros2 topic echo --csv
 
 
@@ -32,7 +33,7 @@ def _recognizes(grid: Grid) -> bool:
 def _width(grid: Grid) -> int | None:
     """The number of joints in a line of ros2 topic echo --csv; None where it is none."""
     cells = next((row.cells for row in grid.rows if not row.blank), ())
-    if len(cells) <= _HEAD or not all(cell.isdigit() for cell in cells[:2]):
+    if len(cells) <= _HEAD or not all(cell.isdecimal() for cell in cells[:2]):
         return None
     count = next((k for k, cell in enumerate(cells[_HEAD:]) if number(cell) is not None), 0)
     return count if count > 1 and len(cells) >= _HEAD + 2 * count else None
@@ -49,9 +50,9 @@ def _read(grid: Grid) -> Export:
             if not row.blank:
                 place = {name: k for k, name in enumerate(row.cells[_HEAD : _HEAD + width])}
                 positions = row.cells[_HEAD + width : _HEAD + 2 * width]
-                if set(place) != set(names):
-                    raise grid.error("names other joints than the first message", row.line)
-                rows.append([f"{row.cells[0]}.{int(row.cells[1]):09d}", *(positions[place[name]] for name in names)])
+                if set(place) != set(names) or len(positions) < width:
+                    raise grid.error("names other joints than the first message, or lacks their positions", row.line)
+                rows.append([f"{row.cells[0]}.{row.cells[1].zfill(9)}", *(positions[place[name]] for name in names)])
                 lines.append(row.line)
         return made(grid, titles, rows, lines)
     return read_table(_renamed(grid))
@@ -83,6 +84,8 @@ def _echoed(grid: Grid) -> Export:
     names: list[str] | None = None
     rows, lines, line = [], [], 1
     for message in re.split(r"^---\s*$", grid.text, flags=re.M):
+        if len(message) > _LONGEST:
+            raise grid.error(f"expected messages of at most {_LONGEST} characters, got {len(message)}", line)
         listed, positions = _listed(message, "name"), _listed(message, "position")
         if listed and len(listed) == len(positions):
             names = names or listed
@@ -91,7 +94,7 @@ def _echoed(grid: Grid) -> Export:
             place = {name: k for k, name in enumerate(listed)}
             seconds = re.search(r"\bsecs?:\s*(\d+)\s+nano?se?cs?:\s*(\d+)|\bsec:\s*(\d+)\s+nanosec:\s*(\d+)", message)
             parts = [part for part in seconds.groups() if part] if seconds else []
-            time = f"{parts[0]}.{int(parts[1]):09d}" if parts else ""
+            time = f"{parts[0]}.{parts[1].zfill(9)}" if parts else ""
             rows.append([time, *(positions[place[name]] for name in names)])
             lines.append(line)
         line += message.count("\n")

@@ -8,27 +8,31 @@ import datetime
 import io
 import os
 import warnings
-from pathlib import Path
 
 import numpy as np
 
-from fastcal.errors import ParseError
+from fastcal.errors import ParseError, TooLarge
 from fastcal.importers.grid import Grid, Row, decoded, text_grid
 from fastcal.io.arrow import read_parquet_table
+from fastcal.io.excel_archive import check_archive
+from fastcal.io.regular_file import read_bytes
 from fastcal.io.table import unreadable
+
+MAX_BYTES = 32_000_000
+MAX_LINES = 200_000
+MAX_LINE = 100_000  # characters
+MAX_CELLS = 1_500_000
 
 
 def read_grids(path: str | os.PathLike[str]) -> list[Grid]:
     """The grids of a file that hold anything.
 
     Raises:
+        TooLarge: It holds more than poses and points, or a record of a session, could.
         ParseError: It can't be read.
     """
     name = os.fspath(path)
-    try:
-        content = Path(path).read_bytes()
-    except OSError as error:
-        raise ParseError(f"cannot be read: {error.strerror or error}", name) from None
+    content = read_bytes(path, MAX_BYTES)
     if not content.strip():
         raise ParseError("is empty; expected an export of an instrument or a controller", name)
     if content.startswith(b"PK\x03\x04"):
@@ -37,10 +41,31 @@ def read_grids(path: str | os.PathLike[str]) -> list[Grid]:
         return [_parquet(content, name)]
     if content.startswith(b"\xd0\xcf\x11\xe0"):
         raise ParseError("is an old Excel file (xls); save it as xlsx or CSV", name)
-    return [text_grid(decoded(content, name), name)]
+    text = decoded(content, name)
+    _check_text(text, name)
+    grid = text_grid(text, name)
+    _check_cells(sum(len(row.cells) for row in grid.rows), name)
+    return [grid]
+
+
+def _check_text(text: str, path: str) -> None:
+    """Refuses a text whose lines are too many or too long to be taken apart."""
+    lines = 1 + max(text.count("\n"), text.count("\r"))
+    if lines > MAX_LINES:
+        raise TooLarge(f"expected an export of at most {MAX_LINES} lines, got {lines}", path)
+    longest = max(map(len, text.splitlines()), default=0)
+    if longest > MAX_LINE:
+        raise TooLarge(f"expected lines of at most {MAX_LINE} characters, got {longest}", path)
+
+
+def _check_cells(cells: int, path: str) -> None:
+    if cells > MAX_CELLS:
+        raise TooLarge(f"expected an export of at most {MAX_CELLS} cells, got {cells} and more", path)
 
 
 def _sheets(content: bytes, path: str) -> list[Grid]:
+    check_archive(content, path)
+    cells = 0
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # about styles and extensions, which nobody reads here
@@ -50,11 +75,14 @@ def _sheets(content: bytes, path: str) -> list[Grid]:
             grids = []
             for sheet in book.worksheets:
                 sheet.reset_dimensions()  # some writers state them wrongly
-                rows = tuple(
-                    Row(line, tuple(map(_text, cells)))
-                    for line, cells in enumerate(sheet.iter_rows(values_only=True), 1)
-                )
-                grids.append(Grid(path, rows, sheet=sheet.title))
+                rows = []
+                for line, values in enumerate(sheet.iter_rows(values_only=True), 1):
+                    cells += 1 + len(values)
+                    _check_cells(cells, path)
+                    rows.append(Row(line, tuple(map(_text, values))))
+                grids.append(Grid(path, tuple(rows), sheet=sheet.title))
+    except TooLarge:
+        raise
     except Exception as error:  # noqa: BLE001 - a damaged file makes the decoder raise what it happens to meet
         raise unreadable("Excel", error, path) from None
     filled = [grid for grid in grids if not all(row.blank for row in grid.rows)]
@@ -76,6 +104,7 @@ def _text(cell: object) -> str:
 
 def _parquet(content: bytes, path: str) -> Grid:
     table = read_parquet_table(content, path)
+    _check_cells(len(table) * len(table.columns), path)
     columns = [
         ["" if np.isnan(value) else _text(value) for value in column.tolist()]
         if isinstance(column, np.ndarray)

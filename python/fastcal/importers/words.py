@@ -95,6 +95,7 @@ STATISTICS = _words(
 )
 
 
+_LONGEST_TITLE = 200  # characters
 _OWN = re.compile(
     r"payload_(kg|g)|sigma(_[xyz])?_(m|mm|um|in)|sigma_rot_(rad|mrad|deg)|temperature_(c|k)|station|mount|plane|approach\d+|"
     r"f[xyz]_n|m[xyz]_nm|current\d+_a|distance_(m|mm|um|in)|anchor|tilt_[xy]_(rad|mrad|deg)@\w+|sigma_tilt_(rad|mrad|deg)"
@@ -126,6 +127,8 @@ def unit_of(text: str) -> tuple[str, float] | None:
 
 def split_unit(title: str) -> tuple[str, tuple[str, float] | None]:
     """A title without its unit, and the unit: X [mm], X (mm), X_mm, X / mm, X in mm, X, mm."""
+    if len(title) > _LONGEST_TITLE:
+        return title, None  # a sentence; the patterns' time grows with its square
     bracket = re.fullmatch(r"(.*?)[\s_,]*[\[({<]([^\])}>]*)[\])}>]\s*", title)
     if bracket and bracket[1].strip() and (unit := unit_of(bracket[2])):
         return bracket[1], unit

@@ -9,7 +9,7 @@ import pyarrow as pa
 import pyarrow.parquet
 from numpy.typing import NDArray
 
-from fastcal.errors import ParseError
+from fastcal.errors import TooLarge
 from fastcal.io.table import Cells, Table, unreadable, without_blank_columns
 
 MAX_CELLS = 50_000_000
@@ -42,6 +42,7 @@ def read_parquet_table(content: bytes, path: str) -> Table:
     """Reads the content of a Parquet file; `path` is for the errors.
 
     Raises:
+        TooLarge: It holds more cells than a table of measurements could.
         ParseError: It is damaged.
     """
     found: pa.Table | None = None
@@ -54,5 +55,5 @@ def read_parquet_table(content: bytes, path: str) -> Table:
         raise unreadable("Parquet", error, path) from None
     if found is None:
         message = f"expected at most {MAX_CELLS} cells, got {size.num_rows} rows and {size.num_columns} columns"
-        raise ParseError(message, path)
+        raise TooLarge(message, path)
     return Table(path, *without_blank_columns(found.column_names, columns))

@@ -10,7 +10,7 @@ import warnings
 
 import numpy as np
 
-from fastcal.errors import ParseError
+from fastcal.errors import ParseError, TooLarge
 from fastcal.io.excel_archive import MAX_BYTES, check_archive
 from fastcal.io.table import Cells, Table, unreadable, without_blank_columns
 
@@ -37,7 +37,7 @@ def read_excel_table(content: bytes, path: str) -> Table:
     except Exception as error:  # noqa: BLE001 - a damaged file makes the decoder raise what it happens to meet
         raise unreadable("Excel", error, path) from None
     if sum(len(cell) for _, row in filled for cell in row if isinstance(cell, str)) > MAX_BYTES:
-        raise ParseError(f"expected a sheet of at most {MAX_BYTES} characters", path)
+        raise TooLarge(f"expected a sheet of at most {MAX_BYTES} characters", path)
     if not filled:
         raise ParseError(f"sheet '{sheet.title}' is empty; expected a header and rows of numbers", path)
     width = len(filled[0][1])

@@ -8,7 +8,7 @@ import io
 import re
 import zipfile
 
-from fastcal.errors import ParseError
+from fastcal.errors import ParseError, TooLarge
 from fastcal.io.table import unreadable
 
 MAX_BYTES = 64_000_000  # of all its parts, unpacked
@@ -26,7 +26,8 @@ def check_archive(content: bytes, path: str) -> None:
     """Refuses a workbook that unpacks to more than a table of measurements could be.
 
     Raises:
-        ParseError: It is no archive, or its parts, rows or cells are too many; says how many.
+        TooLarge: Its parts, rows or cells are too many; says how many.
+        ParseError: It is no archive.
     """
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
@@ -34,7 +35,7 @@ def check_archive(content: bytes, path: str) -> None:
             size = sum(part.file_size for part in parts)
             if size > MAX_BYTES or len(parts) > MAX_PARTS:
                 message = f"expected a workbook of at most {MAX_BYTES} bytes unpacked, got {size} in {len(parts)} parts"
-                raise ParseError(message, path)
+                raise TooLarge(message, path)
             for part in parts:
                 if _SHEET.search(part.filename):
                     _check_sheet(archive.read(part), path)
@@ -53,7 +54,7 @@ def _check_sheet(xml: bytes, path: str) -> None:
         if found := _NUMBER.search(row[1]):
             if not found[1].isdigit() or len(found[1]) > 7:
                 number = found[1][:20].decode("latin-1")
-                raise ParseError(f"expected row numbers of at most {MAX_ROWS}, got {number!r}", path)
+                raise TooLarge(f"expected row numbers of at most {MAX_ROWS}, got {number!r}", path)
             last = max(last, int(found[1]))
         else:
             last = max(last + 1, count)
@@ -61,7 +62,7 @@ def _check_sheet(xml: bytes, path: str) -> None:
     widest = max((_place(name) for name in columns), default=0)
     cells = len(_CELL.findall(xml))
     if last > MAX_ROWS or widest > MAX_CELLS or max(last * widest, cells) > MAX_CELLS:
-        raise ParseError(f"expected a sheet of at most {MAX_CELLS} cells, got {last} rows and {widest} columns", path)
+        raise TooLarge(f"expected a sheet of at most {MAX_CELLS} cells, got {last} rows and {widest} columns", path)
 
 
 def _place(name: bytes) -> int:

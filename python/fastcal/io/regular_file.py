@@ -7,14 +7,15 @@ from __future__ import annotations
 import os
 import stat
 
-from fastcal.errors import ParseError
+from fastcal.errors import ParseError, TooLarge
 
 
 def read_bytes(path: str | os.PathLike[str], most: int) -> bytes:
     """The content of a regular file of at most `most` bytes.
 
     Raises:
-        ParseError: There is no such file, it is a folder, a pipe or a device, too large, or can't be read.
+        TooLarge: It is a folder, a pipe or a device, or too large.
+        ParseError: There is no such file, or it can't be read.
     """
     try:
         # Without waiting: to open a pipe would last until somebody writes into it.
@@ -23,7 +24,7 @@ def read_bytes(path: str | os.PathLike[str], most: int) -> bytes:
             found = os.fstat(opened)
             if not stat.S_ISREG(found.st_mode):
                 kind = "a folder" if stat.S_ISDIR(found.st_mode) else "a pipe or a device"
-                raise ParseError(f"is not a file that can be read, but {kind}", path)
+                raise TooLarge(f"is not a file that can be read, but {kind}", path)
             with os.fdopen(opened, "rb", closefd=False) as file:
                 content = b"" if found.st_size > most else file.read(most + 1)
         finally:
@@ -35,5 +36,5 @@ def read_bytes(path: str | os.PathLike[str], most: int) -> bytes:
             raise
         raise ParseError(f"cannot be read: {getattr(error, 'strerror', None) or error}", path) from None
     if max(len(content), found.st_size) > most:
-        raise ParseError(f"expected a file of at most {most} bytes, got {max(len(content), found.st_size)}", path)
+        raise TooLarge(f"expected a file of at most {most} bytes, got {max(len(content), found.st_size)}", path)
     return content

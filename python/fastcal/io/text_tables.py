@@ -16,7 +16,7 @@ from functools import partial
 import pyarrow as pa
 import pyarrow.csv
 
-from fastcal.errors import ParseError
+from fastcal.errors import ParseError, TooLarge
 from fastcal.io.arrow import column_from_arrow
 from fastcal.io.table import EMPTY, Table, without_blank_columns
 
@@ -33,7 +33,7 @@ def read_text_table(content: bytes, path: str) -> Table:
     """
     if len(content) > MAX_BYTES:
         message = f"expected a CSV file of at most {MAX_BYTES} bytes, got {len(content)}; save it as Parquet"
-        raise ParseError(message, path)
+        raise TooLarge(message, path)
     try:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -45,7 +45,7 @@ def read_text_table(content: bytes, path: str) -> Table:
     header = next((line[0] for line in re.finditer(r"[^\r\n]+", text) if line[0].strip()), "")
     separator = next((mark for mark in ";\t" if mark in header), ",")
     if header.count(separator) >= MAX_COLUMNS:
-        raise ParseError(f"expected at most {MAX_COLUMNS} columns, got {header.count(separator) + 1}", path)
+        raise TooLarge(f"expected at most {MAX_COLUMNS} columns, got {header.count(separator) + 1}", path)
     exact = partial(_read_exactly, text, separator, path)
     return _read_quickly(text, separator, path, header, exact) or exact()
 

@@ -44,6 +44,26 @@ def test_a_column_of_ones_own_is_needed_in_every_row(arm: Robot, poses: Dataset)
         calibrate(arm, replace(measured, extra={"tilt": tilt}), effects="geometry,regressor@base:column=tilt")
 
 
+def test_the_unit_of_a_column_of_ones_own_does_not_matter(arm: Robot, poses: Dataset, with_effects: Any) -> None:
+    """A tilt in rad is a thousandth of one in mrad, and its coefficient a thousand times as large."""
+    tilt = np.random.default_rng(3).normal(0, 2.0, len(poses))
+    true = with_effects(
+        arm,
+        {"effect": "regressor", "owner": "base", "column": "tilt", "parameters": {"tilt_ry_rad": 1e-3}},
+    )
+    measured = simulate(true, replace(poses, extra={"tilt": tilt}), noise=1e-5)
+    found = []
+    for scale in (1.0, 1e-3):
+        data = replace(measured, extra={"tilt": scale * tilt})
+        result = calibrate(arm, data, effects="geometry,regressor@base:column=tilt")
+        found.append(result)
+    assert found[1].rank == found[0].rank
+    assert found[1].train.after.rms == pytest.approx(found[0].train.after.rms, rel=1e-4)
+    values = [next(p.value for p in r.parameters if p.name == "tilt_ry_rad") for r in found]
+    assert values[1] == pytest.approx(1e3 * values[0], rel=1e-3)
+    assert values[0] == pytest.approx(1e-3, rel=0.05)
+
+
 def test_one_station_tells_no_offset(arm: Robot, poses: Dataset) -> None:
     measured = simulate(arm, poses, noise=1e-5)
     with pytest.raises(InvalidInput, match="at least two labels in the column station"):
