@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from fastcal import _core
 from fastcal.calibration.alignment import align as align
+from fastcal.calibration.bounds import bounds_reached
 from fastcal.calibration.critical_loads import with_critical_loads
 from fastcal.calibration.data_notes import covered, thin_data_notes, unseen_directions
 from fastcal.calibration.evaluation import evaluate
@@ -158,7 +159,8 @@ def calibrate(
         "unknowns_before": unknowns_by_owner(problem.measured, np.asarray(alignment.unknowns)),
         "threads": threads,
     }
-    table, table_covariance = parameter_table(start, model, found, covariance)
+    reached = bounds_reached(problem, found, limits)
+    table, table_covariance = parameter_table(start, model, found, covariance, reached)
     beyond = [] if test is None else [f"{test.source}: {note}" for note in range_notes(result_model, test)]
     train = evaluate(result_model, data, **judge)
     return CalibrationResult(
@@ -191,6 +193,7 @@ def calibrate(
             *_notes(result_model, data),
             *added_setups(start, robot, effects),
             *thin_data_notes(found, loss),
+            *(p.bound.note(f"{p.owner} {p.name}", p.value, p.unit) for p in table if p.bound is not None),
             *checks.notes,
             *beyond,
         ],

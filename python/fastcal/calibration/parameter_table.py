@@ -4,10 +4,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.calibration.bounds import Bound, Side
 from fastcal.calibration.result import IdentifiedParameter
 from fastcal.effects.entries import edge_name, edge_unit
 from fastcal.effects.values import polar_pairs
@@ -20,11 +23,15 @@ CORRELATED = 0.95
 
 
 def parameter_table(
-    start: Robot, model: _core.ErrorModel, found: _core.Identification, covariance: FloatArray
+    start: Robot,
+    model: _core.ErrorModel,
+    found: _core.Identification,
+    covariance: FloatArray,
+    reached: Mapping[int, tuple[Side, float]],
 ) -> tuple[list[IdentifiedParameter], FloatArray]:
     """Identified numbers in edge units and their covariance in SI; harmonics as amplitude and phase.
 
-    `covariance` (P, P) is that of the free parameters as the model has them.
+    `covariance` (P, P) is that of the free parameters as the model has them; `reached` as `bounds_reached` finds it.
 
     The turns of base and tool are those from nominal to identified, about their own axes.
     """
@@ -51,7 +58,12 @@ def parameter_table(
         parameter = found.parameters[i]
         unit = edge_unit(parameter, geometry=i < own or i >= count)
         value, before = from_si(float(theta[i]), unit), from_si(float(nominal[i]), unit)
-        out.append(IdentifiedParameter(names[i], parameter.owner, value, float(deviation) / factor(unit), unit, before))
+        std, bound = float(deviation) / factor(unit), None
+        if i in reached:
+            side, unbounded = reached[i]
+            bound = Bound(side, from_si(unbounded, unit), std)
+        name = names[i], parameter.owner
+        out.append(IdentifiedParameter(*name, value, std if bound is None else None, unit, before, bound))
     return out, covariance
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
+from fastcal.calibration.bounds import Bound
 from fastcal.calibration.evaluation import Evaluation
 from fastcal.display import late
 from fastcal.display.shown import Plotted
@@ -23,14 +24,23 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class IdentifiedParameter:
-    """One number of the result, in the unit of its name: `theta_deg` of `joint2`."""
+    """One number of the result, in the unit of its name: `theta_deg` of `joint2`.
+
+    `std` is None where it ended on a `bound` of what it can be, which has no symmetric uncertainty.
+    """
 
     name: str
     owner: str
     value: float
-    std: float
+    std: float | None
     unit: str
     nominal: float
+    bound: Bound | None = None
+
+    def to_json_dict(self) -> dict[str, Any]:
+        """The fields, `bound` only where there is one."""
+        out = {key: value for key, value in vars(self).items() if key != "bound"}
+        return out if self.bound is None else {**out, "bound": vars(self.bound)}
 
 
 @dataclass(frozen=True)
@@ -86,11 +96,19 @@ class CalibrationResult(Plotted):
         return from_si(self.sigma, "mm")
 
     def interval(self, level: float = 0.95) -> FloatArray:
-        """(P, 2) two-sided confidence intervals of the parameters in edge units, by Student's t."""
+        """(P, 2) two-sided confidence intervals of the parameters in edge units, by Student's t.
+
+        Of a parameter on its bound the part that the bound leaves, infinite where nothing can be claimed.
+        """
         t = float(special.stdtrit(max(self.degrees_of_freedom, 1), 0.5 + level / 2))
-        values = np.array([p.value for p in self.parameters])
-        half = t * np.array([p.std for p in self.parameters])
-        return np.column_stack([values - half, values + half])
+        out = np.empty((len(self.parameters), 2))
+        for k, p in enumerate(self.parameters):
+            if p.bound is not None:
+                out[k] = p.bound.interval(p.value, t)
+            else:
+                half = t * (p.std or 0.0)
+                out[k] = p.value - half, p.value + half
+        return out
 
     def save(self, folder: str | os.PathLike[str]) -> None:
         """Writes model.yaml, result.json and report.html into a folder, all or none; no model if not converged."""
@@ -105,7 +123,7 @@ class CalibrationResult(Plotted):
             "loss": self.loss,
             "train": self.train.to_json_dict(),
             "test": None if self.test is None else self.test.to_json_dict(),
-            "parameters": [vars(p) for p in self.parameters],
+            "parameters": [p.to_json_dict() for p in self.parameters],
             "rank": self.rank,
             "unidentifiable": [vars(u) for u in self.unidentifiable],
             "correlated": [{"first": a, "second": b, "correlation": r} for a, b, r in self.correlated],

@@ -98,7 +98,9 @@ def outlier_table(rows: Rows, outliers: list[int], weights: NDArray[np.float64])
 
 def _parameter_row(parameter: IdentifiedParameter) -> list[Cell]:
     name, _ = units.parse_name(parameter.name)
-    std = parameter.std if is_known(parameter.std) and parameter.std > 0.0 else None
+    std = parameter.std
+    if std is None or not is_known(std) or std <= 0.0:
+        std = None
     change = parameter.value - parameter.nominal
     texts = with_uncertainty(std, parameter.nominal, parameter.value, change)
     ratio = abs(change) / std if std else None

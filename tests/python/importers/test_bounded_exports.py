@@ -52,7 +52,7 @@ def test_a_workbook_has_limits_of_rows_and_of_cells(tmp_path: Path, monkeypatch:
     book.save(out)
     (tmp_path / "book.xlsx").write_bytes(out.getvalue())
     monkeypatch.setattr(sources, "MAX_CELLS", 100)
-    with pytest.raises(TooLarge, match="at most 100 cells, got 100|at most 100 cells, got 110"):
+    with pytest.raises(TooLarge, match=r"at most 100 cells, got 1[01]0 and more"):
         import_measurements([tmp_path / "book.xlsx"])
     book.active.cell(row=1_000_000, column=100, value=1)
     book.save(tmp_path / "gap.xlsx")

@@ -47,7 +47,7 @@ def test_a_question_is_one_line_and_nothing_is_written(here: Session, capsys: py
     [
         (["points.csv", "--joints", "joints.csv", "-o", "points.csv"], "is an input of this command"),
         (["points.csv"], "expected -o FILE"),
-        (["nothing.csv", "-o", "out.csv"], "cannot be read"),
+        (["nothing.csv", "-o", "out.csv"], "there is no such file"),
         (["points.csv", "--orientation", "euler", "-o", "out.csv"], "--orientation: expected rpy"),
         (["points.csv", "--joints", "points.csv", "-o", "out.csv"], "holds no joint positions"),
         (["joints.csv", "-o", "out.csv"], "no measured points"),

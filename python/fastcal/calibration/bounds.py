@@ -1,0 +1,76 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Parameters that ended on a bound of what they can be: where the data alone would have them, and what may be claimed.
+
+A compliance cannot be negative. Where noise pulls its estimate below 0 it stays on 0, and a symmetric interval around 0
+describes no estimate at all. Stated instead is the estimate without the bound, to first order x - (J^T W J)^-1 J^T W r,
+whose interval, cut at the bound, holds the true value as often as any. Where the whole of it lies beyond the bound,
+nothing is claimed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal import _core
+from fastcal.calibration.problem import CalibrationProblem
+
+FloatArray = NDArray[np.float64]
+Side = Literal["lower", "upper"]
+
+NOISE_EXPLAINS = 3.0  # standard deviations beyond the bound
+
+
+@dataclass(frozen=True)
+class Bound:
+    """Which bound a parameter is on, and the estimate that the data would give without it, in the parameter's unit."""
+
+    side: Side
+    unbounded: float
+    std: float
+
+    def interval(self, value: float, t: float) -> tuple[float, float]:
+        """The part of unbounded +- t std that the bound `value` leaves; all of its side where it leaves none."""
+        if self.side == "lower":
+            high = self.unbounded + t * self.std
+            return value, high if high > value else np.inf
+        low = self.unbounded - t * self.std
+        return low if low < value else -np.inf, value
+
+    def note(self, name: str, value: float, unit: str) -> str:
+        """A sentence for the reader."""
+        beyond = abs(self.unbounded - value) / self.std if self.std > 0 else np.inf
+        text = (
+            f"{name} is held at its {self.side} bound {value:.4g} {unit}; without it the data give {self.unbounded:.3g}"
+        )
+        if beyond <= NOISE_EXPLAINS:
+            return f"{text}, {beyond:.1f} standard deviations beyond it, so its interval is one-sided"
+        return f"{text}, which noise does not explain: another effect may be missing, and no interval is stated for it"
+
+
+def bounds_reached(
+    problem: CalibrationProblem, found: _core.Identification, limits: dict[str, Any]
+) -> dict[int, tuple[Side, float]]:
+    """The side and the estimate without bounds [SI] of each parameter that is on a bound, by its index in theta."""
+    if "lower" not in limits:
+        return {}
+    theta = np.asarray(found.theta)
+    sides: dict[int, Side] = {i: "lower" for i in found.free if theta[i] == limits["lower"][i]}
+    sides |= {i: "upper" for i in found.free if theta[i] == limits["upper"][i]}
+    if not sides:
+        return {}
+    near = problem.linearize(theta, found.common_noise)
+    root = np.sqrt(np.asarray(found.weights))[np.asarray(near.row)]
+    scale = np.sqrt(np.diag(np.asarray(found.covariance)))
+    J, r = np.asarray(near.J)[:, found.free] * root[:, np.newaxis] * scale, np.asarray(near.r) * root
+    if "prior_sigma" in limits:
+        sigma, mean = limits["prior_sigma"][found.free], limits["prior_mean"][found.free]
+        J = np.vstack([J, np.diag(scale / sigma)])
+        r = np.append(r, (theta[found.free] - mean) / sigma)
+    step = scale * np.linalg.lstsq(J, -r, rcond=None)[0]
+    place = {i: k for k, i in enumerate(found.free)}
+    return {i: (side, float(theta[i] + step[place[i]])) for i, side in sides.items()}

@@ -1,0 +1,72 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""A parameter that ends on its bound: no symmetric uncertainty, an interval that covers, and a sentence."""
+
+import numpy as np
+import pytest
+
+from fastcal import Robot, load_robot, simulate
+from fastcal.calibration.bounds import Bound
+from fastcal.calibration.calibrate import CalibrationResult, IdentifiedParameter, calibrate
+from fastcal.calibration.problem import prepare
+from fastcal.calibration.simulation import random_poses
+
+ARM = load_robot("staubli_rx160l")
+EFFECT = "joint_compliance@joint3"
+TRUTH = 8e-8  # [rad/(N m)], about one standard deviation
+
+
+def compliance(result: CalibrationResult) -> IdentifiedParameter:
+    return next(p for p in result.parameters if p.name == "compliance_rad_nm")
+
+
+def calibrated(seed: int, truth: float) -> CalibrationResult:
+    entry = {"effect": "joint_compliance", "owner": "joint3", "parameters": {"compliance_rad_nm": truth}}
+    true = Robot(ARM.spec | {"effects": [entry]})
+    data = simulate(true, random_poses(ARM, 30, seed=seed), noise=5e-5, seed=seed)
+    return calibrate(ARM, data, effects=f"geometry,{EFFECT}", loss="none", as_read=True)
+
+
+@pytest.fixture(scope="module")
+def results() -> list[CalibrationResult]:
+    return [calibrated(seed, TRUTH) for seed in range(40)]
+
+
+def test_intervals_cover_whether_or_not_the_bound_is_reached(results: list[CalibrationResult]) -> None:
+    inside = 0
+    for result in results:
+        low, high = result.interval()[result.parameters.index(compliance(result))]
+        inside += low <= TRUTH <= high
+    reached = sum(compliance(r).bound is not None for r in results)
+    assert 2 <= reached <= 20  # the case occurs, and so does the other
+    assert inside >= 0.95 * len(results) - 2 * (0.05 * 0.95 * len(results)) ** 0.5
+
+
+def test_the_estimate_without_the_bound_is_that_of_a_fit_without_it(results: list[CalibrationResult]) -> None:
+    result = next(r for r in results if compliance(r).bound is not None)
+    found = compliance(result)
+    assert (found.value, found.std) == (0.0, None)
+    assert found.bound is not None
+    problem = prepare(ARM, result.train.data, effects=f"geometry,{EFFECT}", loss="none")
+    free = problem.identify(lower=np.array([]), upper=np.array([]))
+    k = next(i for i, p in enumerate(free.parameters) if p.name == "compliance")
+    deviation = float(np.sqrt(np.diag(np.asarray(free.covariance))[list(free.free).index(k)]))
+    assert found.bound.side == "lower"
+    assert found.bound.unbounded < 0
+    assert found.bound.unbounded == pytest.approx(free.theta[k], abs=0.02 * deviation)
+    assert found.bound.std == pytest.approx(deviation, rel=0.05)
+    assert any("joint3 compliance_rad_nm is held at its lower bound 0" in note for note in result.notes)
+    written = next(p for p in result.to_json_dict()["parameters"] if p["name"] == "compliance_rad_nm")
+    assert written["std"] is None
+    assert written["bound"] == {"side": "lower", "unbounded": found.bound.unbounded, "std": found.bound.std}
+    assert all("bound" not in p for p in result.to_json_dict()["parameters"] if p["std"] is not None)
+
+
+def test_what_noise_does_not_explain_gets_no_interval() -> None:
+    far = Bound("lower", -3e-6, 1e-7)
+    assert far.interval(0.0, 2.0) == (0.0, np.inf)
+    assert "which noise does not explain" in far.note("joint6 compliance", 0.0, "rad_nm")
+    near = Bound("upper", 5.5, 0.5)
+    assert near.interval(5.0, 2.0) == (4.5, 5.0)
+    assert "1.0 standard deviations beyond it" in near.note("spring", 5.0, "n_m")
+    assert Bound("upper", 9.0, 0.5).interval(5.0, 2.0) == (-np.inf, 5.0)
