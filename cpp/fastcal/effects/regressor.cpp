@@ -3,8 +3,8 @@
 //
 // Regressor: a column of the user's own moves a frame,  xi = coefficient c,  c the number in the column (a tilt sensor,
 // a pressure, a count). Options: `column` its name, `index` its place in State::extra, `axis` one of x, y, z, rx, ry,
-// rz of the frame, or all six where it is not given; `size` the root mean square of the column where it is first fitted,
-// so that the plausible size of the motion is the same whatever the column's unit.
+// rz of the frame, or all six where it is not given; `size` the root mean square of the column where it is first
+// fitted, so that the plausible size of the motion is the same whatever the column's unit.
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -32,8 +32,8 @@ class Regressor : public LinearEffect {
     for (int k = 0; k < 6; ++k) {
       if (axis != "all" && axis != kAxes[k]) continue;
       axes_.push_back(k);
-      parameters_.push_back(
-          {owner, column_ + "_" + kAxes[k], k < 3 ? "m" : "rad", 1e-4 / size, "motion of the frame per unit of the column"});
+      parameters_.push_back({owner, column_ + "_" + kAxes[k], k < 3 ? "m" : "rad", 1e-4 / size,
+                             "motion of the frame per unit of the column"});
     }
   }
 
