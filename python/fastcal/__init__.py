@@ -35,6 +35,9 @@ if TYPE_CHECKING:
     from fastcal.io.robot_file import load_robot
     from fastcal.io.targets import load_targets
     from fastcal.measurements.dataset import Dataset
+    from fastcal.monitoring.check import check
+    from fastcal.monitoring.plan import check_poses
+    from fastcal.monitoring.result import CheckResult
     from fastcal.report import write_report
     from fastcal.robot.robot import Robot
     from fastcal.selection.choose_parameters import choose_parameters
@@ -46,6 +49,7 @@ _HOMES = {
     "__version__": "_core",
     "BeamFrame": "beams.frame",
     "CalibrationResult": "calibration.calibrate",
+    "CheckResult": "monitoring.result",
     "Compensation": "compensation",
     "Dataset": "measurements.dataset",
     "Diagnosis": "diagnosis",
@@ -60,6 +64,8 @@ _HOMES = {
     "arm_angles": "ik.redundancy_resolution",
     "branches": "ik.all_configurations",
     "calibrate": "calibration.calibrate",
+    "check": "monitoring.check",
+    "check_poses": "monitoring.plan",
     "choose_parameters": "selection.choose_parameters",
     "choose_posture": "ik.redundancy_resolution",
     "compensate": "compensation",
@@ -98,6 +104,7 @@ late.bind(
         "load_robot": "fastcal.io.robot_file:load_robot",
         "notebook_html": "fastcal.report.notebook:html",
         "summary": "fastcal.report.summaries:summary",
+        "write_check": "fastcal.report.monitoring_files:write_check",
         "write_calibration": "fastcal.report.calibration_files:write_calibration",
         "write_diagnosis": "fastcal.report.diagnosis_report:write_diagnosis",
         "write_spec": "fastcal.io.robot_file:write_spec",
@@ -107,6 +114,7 @@ late.bind(
 __all__ = [
     "BeamFrame",
     "CalibrationResult",
+    "CheckResult",
     "Compensation",
     "Dataset",
     "Diagnosis",
@@ -122,6 +130,8 @@ __all__ = [
     "arm_angles",
     "branches",
     "calibrate",
+    "check",
+    "check_poses",
     "choose_parameters",
     "choose_posture",
     "compensate",

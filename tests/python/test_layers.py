@@ -64,10 +64,24 @@ MAY_IMPORT: dict[str, set[str]] = {
     "acceptance": {"_core", *ARM, "calibration", "ik", "programs", "compensation", "budget"},
     "design": {"_core", *ARM, "calibration", "ik"},
     "networks": {*ARM, "calibration"},
+    "monitoring": {"_core", *ARM, "calibration", "design"},
     "diagnosis": {"_core", *ARM, "calibration", "selection", "design", "surrogate"},
     "io": {"_core", *ARM, "robots", "beams", "calibration", "design", "programs", "budget", "acceptance"},
     "importers": {"_core", *ARM, "calibration", "io", "programs"},
-    "report": {*ARM, "calibration", "selection", "compensation", "design", "diagnosis", "budget", "acceptance", "io"},
+    "report": {
+        *ARM,
+        *(
+            "calibration",
+            "selection",
+            "compensation",
+            "design",
+            "diagnosis",
+            "monitoring",
+            "budget",
+            "acceptance",
+            "io",
+        ),
+    },
     "papers": {*ARM, "calibration", "selection", "ik", "compensation", "design", "networks", "io", "report"},
 }
 # What binds the rooms together may import any of them, and is imported by none.

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -24,6 +24,7 @@ from fastcal.calibration.parameter_table import (
     length_sigma,
     parameter_table,
     sigma_note,
+    turn_sigma,
     unknowns_by_owner,
 )
 from fastcal.calibration.problem import CalibrationProblem, prepare
@@ -40,6 +41,7 @@ from fastcal.robot.calibration_record import CalibrationRecord, lower_root
 from fastcal.robot.controller_robot import nominal_record
 from fastcal.robot.given import DataLike, RobotLike, as_data, as_robot
 from fastcal.robot.identified_spec import identified, with_frames
+from fastcal.robot.made_by import made_by
 from fastcal.robot.robot import Robot
 from fastcal.units import from_si
 
@@ -63,6 +65,7 @@ def calibrate(
     equilibrium: bool | None = None,
     max_iterations: int = 100,
     as_read: bool = False,
+    who: Mapping[str, str | None] | None = None,
     threads: int = 1,
     progress: Progress | None = None,
 ) -> CalibrationResult:
@@ -86,6 +89,7 @@ def calibrate(
         max_iterations: Of one solve.
         as_read: Take the columns of `data` as they are, though another reading of them may fit far better, and return
             a fit that explains nothing: `notes` say so. Not checking saves some 0.05 s.
+        who: What the model shall keep beside hashes of robot and data: serial, instrument, operator, date (YYYY-MM-DD).
         threads: Cores; the result does not depend on it.
         progress: Called with a sentence at each step.
 
@@ -100,6 +104,7 @@ def calibrate(
     robot = as_robot(robot)
     data = as_data(data, robot)
     test = None if test is None else as_data(test, robot)
+    origin = made_by(robot, data, who)
     say = progress or (lambda text: None)
     say("looking at the columns")
     suspected = check_columns(robot, data, as_read=as_read)
@@ -149,9 +154,10 @@ def calibrate(
             freedom,
             *unseen_directions(found, names),
             covered(start, data),
+            None if (turn := turn_sigma(problem.measured, found)) is None else from_si(turn, "deg"),
         )
         identified_spec["calibration"] = record.to_spec() | {"nominal": nominal_record(start.spec)}
-    result_model = Robot(identified_spec)
+    result_model = Robot(identified_spec | {"made_by": origin})
     unknowns = unknowns_by_owner(problem.measured, np.asarray(found.theta)[len(names) :])
     judge: dict[str, Any] = {
         "before": aligned,

@@ -81,6 +81,12 @@ def length_sigma(measured: _core.Measurements, found: _core.Identification) -> f
     return next((s for s in sigma if s > 0), None)
 
 
+def turn_sigma(measured: _core.Measurements, found: _core.Identification) -> float | None:
+    """Standard deviation [rad] of a measured orientation about each axis; None where none was measured."""
+    sigma = (s for of, s in zip(measured.observations, found.sigma, strict=True) if of.field == "rotation")
+    return next((s for s in sigma if s > 0), None)
+
+
 def correlated_pairs(names: list[str], covariance: FloatArray) -> list[tuple[str, str, float]]:
     """Pairs whose estimates move together, strongest first."""
     if len(names) < 2:

@@ -132,4 +132,5 @@ class CalibrationResult(Plotted):
             "degrees_of_freedom": self.degrees_of_freedom,
             "outliers": self.outliers,
             "notes": self.notes,
+            "made_by": self.model.spec.get("made_by") or {},
         }

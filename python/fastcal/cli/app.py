@@ -14,6 +14,7 @@ import typer
 from fastcal.cli import (
     accept,
     calibrate,
+    check,
     compensate,
     convert,
     demo,
@@ -40,6 +41,7 @@ _UsageError = cast("type[Exception]", typer.BadParameter.__mro__[2])
 COMMANDS = (
     calibrate.calibrate,
     diagnose.diagnose,
+    check.check,
     train.train,
     models.predict,
     compensate.compensate,
@@ -76,7 +78,7 @@ def _show_version(wanted: bool) -> None:
 
 
 @app.callback(
-    epilog="Exit code 0: done. 2: bad input or usage. 3: not converged, too few equations, undecided. 4: over a limit."
+    epilog="Exit code 0: done. 2: bad input or usage. 3: not converged, too few equations, undecided. 4: over, changed."
 )
 def _fastcal(
     version: Annotated[

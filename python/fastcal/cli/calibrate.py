@@ -12,7 +12,21 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fastcal.cli.console import emit, fail, progress, say, warn
-from fastcal.cli.options import AsRead, DataFiles, Loss, Method, OutFolder, RobotFile, Rule, Threads, words_of
+from fastcal.cli.options import (
+    AsRead,
+    DataFiles,
+    Date,
+    Instrument,
+    Loss,
+    Method,
+    Operator,
+    OutFolder,
+    RobotFile,
+    Rule,
+    Serial,
+    Threads,
+    words_of,
+)
 
 if TYPE_CHECKING:
     from fastcal.calibration.calibrate import CalibrationResult
@@ -43,6 +57,10 @@ def calibrate(
             "within a standard error; the others stay at nominal."
         ),
     ] = None,
+    serial: Serial = None,
+    instrument: Instrument = None,
+    operator: Operator = None,
+    date: Date = None,
     as_read: AsRead = False,
     threads: Threads = 1,
 ) -> None:
@@ -65,6 +83,7 @@ def calibrate(
     with progress() as show:
         given: dict[str, Any] = {"test": other, "effects": effects, "loss": loss, "as_read": as_read}
         given |= {"threads": threads, "progress": show}
+        given |= {"who": {"serial": serial, "instrument": instrument, "operator": operator, "date": date}}
         choice = None if choose is None else choose_parameters(nominal, measured, rule=choose, **given)
         found = (
             choice.result if choice else calibration.calibrate(nominal, measured, method=method, priors=priors, **given)

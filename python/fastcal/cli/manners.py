@@ -22,6 +22,10 @@ EXAMPLES = {
         "fastcal diagnose robot.yaml measurements.csv --test test.csv -o diagnosis",
         "fastcal diagnose robot.yaml measurements.csv --exclude gear_harmonic@joint1 -o diagnosis",
     ),
+    "check": (
+        "fastcal check results/model.yaml --plan 8 -o poses.csv",
+        "fastcal check results/model.yaml november.csv --tolerance-mm 0.3 -o checks/2026-11.json",
+    ),
     "train": ("fastcal train results/model.yaml measurements.csv --network mlp -o trained",),
     "predict": ("fastcal predict results/model.yaml poses.csv -o predicted.csv",),
     "compensate": (
@@ -49,6 +53,7 @@ EXAMPLES = {
 SUMMARIES = (
     "calibrate",
     "diagnose",
+    "check",
     "train",
     "compensate",
     "evaluate",

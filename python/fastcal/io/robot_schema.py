@@ -67,13 +67,17 @@ def check_spec(value: Any, path: str | os.PathLike[str] = "robot") -> Spec:
 
 
 def _additions(top: Fields, kind: str) -> Spec:
-    """What fastcal adds to a robot: the uncertainties, the correction, notes, and the URDF that it came from."""
+    """What fastcal adds: uncertainties, the correction, what it was made by, notes, and the URDF that it came from."""
     path = top.path
     spec: Spec = {}
     if top.has("calibration"):
         spec["calibration"] = _calibration(Fields(top.take("calibration"), "calibration", path))
     if (correction := top.optional("correction")) is not None:
         spec["correction"] = _correction(correction, path)
+    if made_by := top.plain("made_by", {}):
+        if not isinstance(made_by, dict):
+            top.fail("made_by", "a mapping", made_by)
+        spec["made_by"] = dict(made_by)
     if notes := top.plain("notes", []):
         if not isinstance(notes, list) or not all(isinstance(note, str) for note in notes):
             top.fail("notes", "a list of texts", notes)
@@ -294,6 +298,8 @@ def _calibration(fields: Fields) -> Spec:
     ]
     record["sigma_mm"] = fields.number("sigma_mm")
     record["degrees_of_freedom"] = fields.count("degrees_of_freedom", 0, 10**9)
+    if (turn := fields.optional("sigma_deg")) is not None:
+        record["sigma_deg"] = fields.checked_number("sigma_deg", turn)
     if fields.has("held"):
         record["held"] = _held(Fields(fields.take("held"), "calibration.held", fields.path))
     if fields.has("covered"):

@@ -22,7 +22,13 @@ from fastcal.units import from_si
 @singledispatch
 def frame(shown: Any) -> pd.DataFrame:
     """One row a joint, a pose, a parameter or a cause."""
-    raise TypeError(f"{type(shown).__name__} has no table")
+    import fastcal.report.monitoring_summary  # noqa: F401  registers itself
+
+    found = frame.dispatch(type(shown))
+    if found is frame.dispatch(object):
+        raise TypeError(f"{type(shown).__name__} has no table")
+    table: pd.DataFrame = found(shown)
+    return table
 
 
 @frame.register

@@ -37,8 +37,9 @@ def summary(shown: Any) -> list[str]:
 
 
 def _registered(shows: Any, shown: Any) -> Any:
-    """The function for a diagnosis, whose rooms are entered only where there is one."""
-    import fastcal.report.diagnosis_summary  # noqa: F401  registers itself
+    """The function for a diagnosis or a check, whose rooms are entered only where there is one."""
+    import fastcal.report.diagnosis_summary
+    import fastcal.report.monitoring_summary  # noqa: F401  they register themselves
 
     found = shows.dispatch(type(shown))
     if found is shows.dispatch(object):

@@ -39,6 +39,7 @@ class CalibrationRecord:
             is off by its plausible size.
         covered: Least and greatest of the measured rows by quantity, with its unit: "q3_deg", "payload_kg",
             "temperature_c"; empty in files of older versions.
+        sigma_deg: Noise of a measured orientation about each axis; None where none was measured, or in older files.
     """
 
     parameters: list[str]
@@ -48,6 +49,7 @@ class CalibrationRecord:
     moved: list[str] = field(default_factory=list)
     directions: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 0)))
     covered: dict[str, tuple[float, float]] = field(default_factory=dict)
+    sigma_deg: float | None = None
 
     @staticmethod
     def from_spec(spec: dict[str, Any] | None) -> CalibrationRecord | None:
@@ -67,6 +69,7 @@ class CalibrationRecord:
             list(held["parameters"]),
             np.array(held["directions"], dtype=float).reshape(len(held["directions"]), len(held["parameters"])).T,
             {name: (float(low), float(high)) for name, (low, high) in (spec.get("covered") or {}).items()},
+            None if spec.get("sigma_deg") is None else float(spec["sigma_deg"]),
         )
 
     def to_spec(self) -> dict[str, Any]:
@@ -77,6 +80,8 @@ class CalibrationRecord:
             "sigma_mm": float(self.sigma_mm),
             "degrees_of_freedom": int(self.degrees_of_freedom),
         }
+        if self.sigma_deg is not None:
+            spec["sigma_deg"] = float(self.sigma_deg)
         if self.directions.size:
             columns = [[float(v) for v in column] for column in self.directions.T]
             spec["held"] = {"parameters": list(self.moved), "directions": columns}

@@ -11,7 +11,7 @@ judged by a linearization at its own solution, which differs from K nonlinear fi
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
@@ -120,6 +120,7 @@ def choose_parameters(
     refits: int = 20,
     loss: str = "tukey",
     as_read: bool = False,
+    who: Mapping[str, str | None] | None = None,
     seed: int = 0,
     threads: int = 1,
     progress: Callable[[str], None] | None = None,
@@ -145,6 +146,7 @@ def choose_parameters(
         refits: How many of the best sets are identified anew.
         loss: As in `calibrate`.
         as_read: As in `calibrate`.
+        who: As in `calibrate`.
         seed: Of the deal into folds; the same seed gives the same choice.
         threads: Cores; the result does not depend on it.
         progress: Called with a sentence at each step.
@@ -188,6 +190,7 @@ def choose_parameters(
         parameters=parameters,
         loss=loss,
         as_read=True,  # refused or noted above
+        who=who,
         threads=threads,
     )
     check_fit(robot, result.train, as_read=as_read)

@@ -1,0 +1,103 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""`fastcal check`: does a calibrated model still hold? Exit code 0: it holds. 4: changed. 3: the poses can't tell."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from fastcal.cli.console import emit, progress, say, warn
+from fastcal.cli.options import AsRead, Date, Instrument, ModelFile, Operator, Serial, Threads
+
+if TYPE_CHECKING:
+    from fastcal.monitoring.result import CheckResult
+    from fastcal.robot.robot import Robot
+
+CHANGED, CANNOT_TELL = 4, 3
+
+
+def check(
+    model: ModelFile,
+    data: Annotated[
+        list[Path] | None,
+        typer.Argument(metavar="DATA...", help="Five to ten measured poses. Several files: several set-ups."),
+    ] = None,
+    tolerance_mm: Annotated[
+        float | None, typer.Option(min=1e-6, help="Largest distance of a point from the model that is accepted.")
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", metavar="FILE", help="Also write check.json, or a page where it ends in .html."),
+    ] = None,
+    plan: Annotated[
+        int | None, typer.Option(min=4, max=50, help="Measure nothing yet: write so many poses for a check to FILE.")
+    ] = None,
+    serial: Serial = None,
+    instrument: Instrument = None,
+    operator: Operator = None,
+    date: Date = None,
+    as_read: AsRead = False,
+    threads: Threads = 1,
+) -> None:
+    """Check whether a calibrated model still holds.
+
+    The base is fitted anew, as the instrument stands elsewhere. Says what changed and by how much, or what to measure
+    to find out.
+    """
+    from fastcal.errors import InvalidInput
+    from fastcal.importers import load_measurements
+    from fastcal.io.robot_file import load_robot
+    from fastcal.monitoring.check import check as checked
+    from fastcal.units import to_si
+
+    robot = load_robot(model)
+    if plan is not None:
+        _plan(robot, plan, data, output)
+        return
+    if not data:
+        raise InvalidInput("expected DATA, the measured poses, or --plan N")
+    measured = load_measurements(data, robot)
+    with progress() as show:
+        show("checking")
+        found = checked(
+            robot,
+            measured,
+            tolerance=None if tolerance_mm is None else to_si(tolerance_mm, "mm"),
+            as_read=as_read,
+            who={"serial": serial, "instrument": instrument, "operator": operator, "date": date},
+            threads=threads,
+        )
+    if output is not None:
+        found.save(output)
+    warn(found.notes)
+    say_check(found)
+    if found.verdict == "cannot_tell":
+        raise typer.Exit(CANNOT_TELL)
+    if found.verdict == "changed" or found.within_tolerance is False:
+        raise typer.Exit(CHANGED)
+
+
+def say_check(found: CheckResult) -> None:
+    """The verdict in a few lines."""
+    from fastcal.report.summaries import summary
+
+    for line in summary(found):
+        say(line)
+    emit(found.to_json_dict())
+
+
+def _plan(robot: Robot, count: int, data: list[Path] | None, output: Path | None) -> None:
+    """Writes the poses of a check."""
+    from fastcal.errors import InvalidInput
+    from fastcal.io.design_out import write_poses
+    from fastcal.monitoring.plan import check_poses
+
+    if data:
+        raise InvalidInput("--plan writes poses before anything is measured: leave out DATA")
+    if output is None:
+        raise InvalidInput("expected -o FILE, the poses to write")
+    write_poses(output, check_poses(robot, count), robot)
+    say(f"{output}: {count} poses for a check of {robot.name}")

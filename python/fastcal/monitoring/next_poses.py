@@ -1,0 +1,151 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Which poses a check needs: those that tell rival causes apart, and those that show most changes at all."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal.design.candidates import Candidates, joint_ranges, postures, with_conditions
+from fastcal.design.separation import separating_poses
+from fastcal.measurements.dataset import Dataset
+from fastcal.monitoring.hypotheses import Hypothesis
+from fastcal.monitoring.linear import LinearRows
+from fastcal.monitoring.result import NextPose
+from fastcal.robot.calibration_record import CalibrationRecord
+from fastcal.robot.robot import Robot, length_or_angle_unit
+from fastcal.units import from_si, to_si
+
+FloatArray = NDArray[np.float64]
+
+MOST = 6
+POWER = 0.95  # at which no more poses are asked for
+_CANDIDATES = 400
+_SEED = 0
+
+
+def candidates(robot: Robot, record: CalibrationRecord, payloads: Sequence[float]) -> Candidates:
+    """Postures within the joint ranges that the model was fitted on, with payloads at hand."""
+    limits = joint_ranges(robot)
+    low, high = limits.T.copy()
+    for i, joint in enumerate(robot.spec["joints"]):
+        unit = length_or_angle_unit(joint)
+        covered = record.covered.get(f"q{i + 1}_{unit}")
+        if covered is not None:
+            low[i], high[i] = max(low[i], to_si(covered[0], unit)), min(high[i], to_si(covered[1], unit))
+    q = postures(robot, "random", _CANDIDATES, _SEED)
+    q = low + (q - limits[:, 0]) / (limits[:, 1] - limits[:, 0]) * (high - low)
+    return with_conditions(q, payloads, [], _CANDIDATES, _SEED)
+
+
+def separating(
+    arm: Robot,
+    record: CalibrationRecord,
+    rows: LinearRows,
+    data: Dataset,
+    rivals: Sequence[tuple[Hypothesis, FloatArray]],
+    sigma: float,
+) -> list[NextPose]:
+    """Poses that tell rivals apart, each with its estimate (d,); empty where a rival is no matter of poses.
+
+    `arm` is the extended model, before the first set-up; sigma [m] that of a coordinate.
+    """
+    if len(rivals) < 2 or any(h.directions is None for h, _ in rivals):
+        return []
+    pool = candidates(arm, record, _payloads(data, record))
+    J = _jacobian(arm, pool, data) / sigma
+    base, own = J[:, :, : _base_count(arm)], np.vstack([rows.R, np.zeros((J.shape[2] - len(rows.R), rows.R.shape[1]))])
+    common = np.concatenate([base, J @ own], axis=2)
+    causes = [J @ h.directions for h, _ in rivals if h.directions is not None]
+    done = _measured_information(rows, common.shape[2], base.shape[2], [h for h, _ in rivals])
+    found = separating_poses(
+        common, causes, [value for _, value in rivals], MOST, prior=done, until_power=POWER, level=0.01
+    )
+    return as_poses(arm, pool.select(found.chosen))
+
+
+def informative(
+    arm: Robot,
+    record: CalibrationRecord,
+    data: Dataset | None,
+    watched: Sequence[Hypothesis],
+    R: FloatArray,
+    sigma: float,
+    count: int,
+) -> Candidates:
+    """Poses that show most of what may have changed: greedily, the greatest gain of information each.
+
+    A pose adds log det(1 + J C J^T), C the covariance of base, model and changes before it: the bases' and the
+    changes' of their typical sizes, so that what one pose has shown the next need not.
+    """
+    pool = candidates(arm, record, _payloads(data, record))
+    J = _jacobian(arm, pool, data) / sigma
+    base = _base_count(arm)
+    grown = np.vstack([R, np.zeros((J.shape[2] - len(R), R.shape[1]))])
+    changes = [J @ (h.directions * h.sizes) for h in watched if h.directions is not None]
+    A = np.concatenate([J[:, :, :base], J @ grown, *changes], axis=2)  # 1 m and 1 rad: as good as nothing is known
+    C = np.eye(A.shape[2])
+    chosen: list[int] = []
+    for _ in range(count):
+        AC = A @ C
+        gain = np.linalg.slogdet(np.eye(A.shape[1]) + AC @ A.transpose(0, 2, 1))[1]
+        gain[chosen] = -np.inf
+        best = int(np.argmax(gain))
+        chosen.append(best)
+        a = AC[best]
+        C = C - a.T @ np.linalg.solve(np.eye(A.shape[1]) + a @ A[best].T, a)
+    return pool.select(chosen)
+
+
+def repeated(robot: Robot, data: Dataset, rows: Sequence[int]) -> list[NextPose]:
+    """The poses of some rows again."""
+    return as_poses(robot, Candidates(data.q, data.payload).select(list(rows)))
+
+
+def as_poses(robot: Robot, poses: Candidates) -> list[NextPose]:
+    """As check.json lists them."""
+    units = ["deg" if kind == "revolute" else "mm" for kind in robot.joint_types]
+    return [
+        NextPose(
+            tuple(round(from_si(float(v), unit), 3) for v, unit in zip(q, units, strict=True)),
+            float(payload),
+        )
+        for q, payload in zip(poses.q, poses.payload, strict=True)
+    ]
+
+
+def _payloads(data: Dataset | None, record: CalibrationRecord) -> list[float]:
+    """Those of the data, or the least and the greatest that the model was fitted with."""
+    if data is not None:
+        return [float(v) for v in np.unique(data.payload)[:4]]
+    return sorted(set(record.covered.get("payload_kg", (0.0, 0.0))))
+
+
+def _jacobian(arm: Robot, pool: Candidates, data: Dataset | None) -> FloatArray:
+    """(N, 3, P) of the points, other conditions as in the first row of the data."""
+    given: dict[str, Any] = dict(pool.conditions())
+    if data is not None:
+        for name in ("temperature", "time"):
+            if getattr(data, name) is not None:
+                given[name] = np.full(len(pool), getattr(data, name)[0])
+        if data.approach is not None:
+            given["approach"] = np.repeat(data.approach[:1], len(pool), axis=0)
+    return arm.parameter_jacobian(pool.q, **given)
+
+
+def _base_count(arm: Robot) -> int:
+    return sum(p.owner == "base" for p in arm.error_model.parameters[: len(arm.core.parameters)])
+
+
+def _measured_information(rows: LinearRows, common: int, base: int, rivals: Sequence[Hypothesis]) -> FloatArray:
+    """J^T J of the rows measured already on [base, z, causes ...], and of the model's own prior on z."""
+    B = rows.B.reshape(len(rows.B), -1, base).sum(axis=1) if rows.B.shape[1] else rows.B
+    extra = [rows.J @ h.directions[: rows.J.shape[1]] for h in rivals if h.directions is not None]
+    A = np.hstack([B, rows.J @ rows.R, *extra])
+    information = A.T @ A
+    information[base:common, base:common] += np.eye(common - base)
+    return np.asarray(information)

@@ -1,0 +1,41 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Poses for a check, before anything is measured: those that show most of what may change in service."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fastcal.design.candidates import Candidates
+from fastcal.effects.entries import full_name
+from fastcal.errors import InvalidInput
+from fastcal.measurements.dataset import Dataset
+from fastcal.monitoring.hypotheses import extended, hypotheses
+from fastcal.monitoring.linear import covariance_root, record_of
+from fastcal.monitoring.next_poses import informative
+from fastcal.monitoring.setups import bare_arm
+from fastcal.robot.given import RobotLike, as_robot
+from fastcal.units import to_si
+
+FEWEST = 4
+
+
+def check_poses(model: RobotLike, count: int = 8) -> Candidates:
+    """Poses within the joint ranges that the model was fitted on, with the least and the greatest payload of these.
+
+    Raises:
+        InvalidInput: The model keeps no covariance, or fewer than four poses are asked for.
+    """
+    robot = as_robot(model)
+    if count < FEWEST:
+        raise InvalidInput(f"expected at least {FEWEST} poses for a check, got {count}")
+    record = record_of(robot)
+    nothing = Dataset.from_arrays(np.zeros((1, robot.joint_count)))
+    arm, _ = bare_arm(robot, nothing)
+    more, added = extended(arm, set())
+    watched = [h for h in hypotheses(arm, more, added, False) if h.kind in ("zero", "tool", "effect")]
+    parameters = more.error_model.parameters
+    own = len(more.core.parameters)
+    base = np.array([i < own and p.owner == "base" for i, p in enumerate(parameters)])
+    R = covariance_root(record, [full_name(p) for p in parameters], base)
+    return informative(more, record, None, watched, R, to_si(record.sigma_mm, "mm"), count)

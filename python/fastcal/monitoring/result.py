@@ -1,0 +1,206 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""What a check found: the content of check.json."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal.display import late
+from fastcal.display.shown import Shown
+from fastcal.measurements.dataset import Dataset
+from fastcal.monitoring.setups import SetUp, distances
+from fastcal.robot.robot import Robot
+from fastcal.units import from_si
+
+FloatArray = NDArray[np.float64]
+
+VERDICTS = ("holds", "changed", "cannot_tell")
+
+
+@dataclass(frozen=True)
+class Change:
+    """One number that is no longer what the model says, in the unit of its name.
+
+    Attributes:
+        value, was: Now and in the model; std is that of their difference.
+        p_value: Of the change, held against all changes that were tried.
+    """
+
+    name: str
+    owner: str
+    value: float
+    std: float
+    unit: str
+    was: float
+    p_value: float
+
+    @property
+    def change(self) -> float:
+        """Value - was."""
+        return self.value - self.was
+
+
+@dataclass(frozen=True)
+class Cause:
+    """What happened, as far as the poses show it.
+
+    Attributes:
+        kind: zero, tool, effect, new effect, link, row or noise.
+        label: "joint3 zero", "tool", "joint_compliance@joint2".
+        probability: Among all that were tried, given that one of them happened.
+        equivalents: Labels of others that the poses do not tell from it, the likeliest first.
+        changes: Its numbers.
+    """
+
+    kind: str
+    label: str
+    probability: float
+    equivalents: tuple[str, ...]
+    changes: tuple[Change, ...]
+
+
+@dataclass(frozen=True)
+class Test:
+    """A change that was looked for, alone: for control charts.
+
+    Attributes:
+        value: Estimated change, in `unit`; std its standard deviation, std_noise the part of it that is the new rows'
+            own: two checks of one model share the rest.
+        detectable: The smallest change that these poses show four times in five, in `unit`.
+    """
+
+    name: str
+    owner: str
+    value: float
+    std: float
+    std_noise: float
+    unit: str
+    p_value: float
+    detectable: float
+
+
+@dataclass(frozen=True)
+class NextPose:
+    """A pose to measure next: joints in edge units, payload [kg]."""
+
+    q: tuple[float, ...]
+    payload_kg: float
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class CheckResult(Shown):
+    """What `check` found.
+
+    Attributes:
+        verdict: holds, changed or cannot_tell; `sentence` says it, `reasons` why.
+        model: As it was given.
+        data: What was measured.
+        places: Each set-up of the instrument, with the model's base where it is now.
+        rms, expected_rms: Distance of the points from the model [m], found and as noise and the model's uncertainty
+            make it.
+        largest: The largest distance [m].
+        p_value: That the model, unchanged, gives such a misfit; held against all changes that were tried.
+        within_tolerance: None without a tolerance, or where the poses don't decide it.
+        degrees_of_freedom: Numbers less the bases' motions.
+        causes: What changed, where the verdict is `changed`; what may explain it where it is `cannot_tell`.
+        tests: Every change that was looked for.
+        blind: Labels of changes that no pose shows, such as joint 1's zero where the base was set up anew.
+        next_poses: What to measure next, where that decides something.
+        made_by: Version, hashes and what is known of who measured what.
+    """
+
+    verdict: str
+    sentence: str
+    reasons: list[str]
+    model: Robot
+    data: Dataset
+    places: list[SetUp]
+    rms: float
+    expected_rms: float
+    largest: float
+    p_value: float
+    tolerance: float | None
+    within_tolerance: bool | None
+    degrees_of_freedom: int
+    sigma: float
+    causes: list[Cause]
+    tests: list[Test]
+    blind: list[str]
+    next_poses: list[NextPose]
+    notes: list[str] = field(default_factory=list)
+    made_by: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def changed(self) -> list[Change]:
+        """All numbers of all causes."""
+        return [change for cause in self.causes for change in cause.changes]
+
+    @property
+    def rms_mm(self) -> float:
+        """`rms` in mm."""
+        return from_si(self.rms, "mm")
+
+    @property
+    def expected_rms_mm(self) -> float:
+        """`expected_rms` in mm."""
+        return from_si(self.expected_rms, "mm")
+
+    def errors(self) -> FloatArray:
+        """(N,) distance of each point from the model [m], NaN where none was measured."""
+        return distances(self.places)
+
+    def to_json_dict(self) -> dict[str, Any]:
+        """The content of check.json."""
+        units = ["deg" if kind == "revolute" else "mm" for kind in self.model.joint_types]
+        out: dict[str, Any] = {
+            "verdict": self.verdict,
+            "sentence": self.sentence,
+            "reasons": self.reasons,
+            "rms_mm": self.rms_mm,
+            "expected_rms_mm": self.expected_rms_mm,
+            "max_mm": from_si(self.largest, "mm"),
+            "p_value": self.p_value,
+            "tolerance_mm": None if self.tolerance is None else from_si(self.tolerance, "mm"),
+            "within_tolerance": self.within_tolerance,
+            "aligned": self.places[0].to_json_dict() if self.places else None,
+            "changed": [vars(change) for cause in self.causes for change in cause.changes]
+            if self.verdict == "changed"
+            else [],
+            "causes": [
+                {
+                    "kind": cause.kind,
+                    "label": cause.label,
+                    "probability": cause.probability,
+                    "equivalents": list(cause.equivalents),
+                    "changes": [vars(change) | {"change": change.change} for change in cause.changes],
+                }
+                for cause in self.causes
+            ],
+            "next_poses": [
+                {f"q{i + 1}_{unit}": q for i, (unit, q) in enumerate(zip(units, pose.q, strict=True))}
+                | {"payload_kg": pose.payload_kg}
+                for pose in self.next_poses
+            ],
+            "tests": [vars(test) for test in self.tests],
+            "blind": self.blind,
+            "count": len(self.data),
+            "degrees_of_freedom": self.degrees_of_freedom,
+            "sigma_mm": from_si(self.sigma, "mm"),
+            "errors_mm": [float(v) for v in from_si(self.errors(), "mm")],
+            "notes": self.notes,
+            "robot": self.model.name,
+            "made_by": self.made_by,
+        }
+        if len(self.places) > 1:
+            out["stations"] = [{"station": place.name} | place.to_json_dict() for place in self.places]
+        return out
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Writes check.json, or a page where the path ends in .html; whole or not at all."""
+        late.call("write_check", self, path)

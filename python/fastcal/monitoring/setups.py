@@ -1,0 +1,148 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""A calibrated model before instruments that were set up anew: the base of each station fitted, all else as it is.
+
+A set-up's motion: measured = motion * predicted in closed form (W. Kabsch 1976), over its rows with a whole point.
+"""
+
+from __future__ import annotations
+
+import copy
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal.effects.entries import traits_of
+from fastcal.errors import InvalidInput, Undetermined
+from fastcal.measurements.dataset import Dataset
+from fastcal.robot.identified_spec import frame_spec
+from fastcal.robot.robot import Robot, Spec, pose
+from fastcal.robot.se3 import rotation_to_rpy
+from fastcal.units import from_si
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.intp]
+
+FEWEST_POINTS = 3
+_FLAT = 1e-3  # width of the points across their longest extent, as a share of it: below, they lie on a line
+_ROUNDS = 2  # loads in a levelled measuring frame and a trained correction turn with the base
+
+
+@dataclass(frozen=True, eq=False)
+class SetUp:
+    """One place of the instrument.
+
+    Attributes:
+        name: The station's label; "" where there is one set-up.
+        rows: (k,) its rows of the data.
+        motion: (4, 4) from where the model has the base to where it is now, in the measuring frame.
+        robot: The model with its base there.
+        data: Its rows; a trained correction's displacement is taken off the points.
+        error: (k, 3) measured less predicted point [m], NaN where not measured.
+    """
+
+    name: str
+    rows: IntArray
+    motion: FloatArray
+    robot: Robot
+    data: Dataset
+    error: FloatArray
+
+    def to_json_dict(self) -> dict[str, list[float]]:
+        """{xyz_mm, rpy_deg} of the motion."""
+        return {
+            "xyz_mm": [from_si(float(v), "mm") for v in self.motion[:3, 3]],
+            "rpy_deg": [from_si(float(v), "deg") for v in rotation_to_rpy(self.motion[:3, :3])],
+        }
+
+
+def bare_arm(model: Robot, data: Dataset) -> tuple[Robot, list[str]]:
+    """The model without what belongs to the set-ups that it was calibrated with, and notes.
+
+    Offsets of stations, drifts of the base and errors of the instrument are not the arm's. Shifts of mounts stay where
+    all labels of the data are known.
+    """
+    notes, kept = [], []
+    mounts = set(data.mount_names)
+    for entry in model.spec.get("effects") or []:
+        traits = traits_of(entry["effect"])
+        labels = [str(label) for label in entry.get(traits.labels, [])] if traits.place == "tool" else []
+        if not traits.of_the_measurement or (mounts and mounts <= set(labels)):
+            kept.append(entry)
+        elif labels:
+            notes.append(f"the target is taken to be that of mount {labels[0]}")
+    return Robot(copy.deepcopy(model.spec) | {"effects": kept}), notes
+
+
+def set_ups(model: Robot, data: Dataset, *, threads: int = 1) -> list[SetUp]:
+    """The base of each station of the data, fitted to its points.
+
+    Raises:
+        InvalidInput: No point was measured.
+        Undetermined: The points of a station are too few, or lie on a line.
+    """
+    if data.position is None:
+        raise InvalidInput(f"{data.source}: expected measured points (x_mm, y_mm, z_mm), got none")
+    if data.station is None:
+        return [_set_up(model, data, "", np.arange(len(data)), threads)]
+    return [
+        _set_up(model, data, name, np.flatnonzero(data.station == code), threads)
+        for code, name in enumerate(data.station_names)
+        if (data.station == code).any()
+    ]
+
+
+def _set_up(model: Robot, data: Dataset, name: str, rows: IntArray, threads: int) -> SetUp:
+    part = replace(data.select(rows), station=None, station_names=())
+    robot = model
+    where = f"{data.source}, station {name}" if name else data.source
+    motion = np.eye(4)
+    for _ in range(_ROUNDS):
+        predicted = robot.poses(part, threads=threads)[:, :3, 3]
+        step = _rigid(predicted, np.asarray(part.position), where)
+        motion = step @ motion
+        robot = with_base(robot, step @ pose(robot.spec["base"]))
+    bare = part
+    if robot.correction is not None:
+        shift = robot.correct(part.q, part.payload).displacement
+        bare = replace(part, position=np.asarray(part.position) - shift)
+    error = np.asarray(part.position) - robot.poses(part, threads=threads)[:, :3, 3]
+    return SetUp(name, rows, motion, robot, bare, error)
+
+
+def with_base(robot: Robot, T_world_base: FloatArray) -> Robot:
+    """The robot with another base."""
+    spec: Spec = copy.copy(robot.spec)
+    return Robot(spec | {"base": frame_spec(T_world_base)})
+
+
+def _rigid(p: FloatArray, x: FloatArray, where: str) -> FloatArray:
+    """The motion (4, 4) of points p (N, 3) that comes nearest to x (N, 3), by the rows in which all of x was measured.
+
+    Raises:
+        Undetermined: Fewer than three such rows, or points on a line.
+    """
+    whole = ~np.isnan(x).any(axis=1)
+    count = int(whole.sum())
+    if count < FEWEST_POINTS:
+        raise Undetermined(
+            f"{where}: {count} whole points fix no base; expected at least {FEWEST_POINTS}, better eight"
+        )
+    p, x = p[whole], x[whole]
+    width = np.linalg.svd(p - p.mean(axis=0), compute_uv=False)
+    if not width[1] > _FLAT * width[0]:
+        raise Undetermined(f"{where}: the points lie on a line and fix no base; measure poses around it")
+    U, _, Vt = np.linalg.svd((x - x.mean(axis=0)).T @ (p - p.mean(axis=0)))
+    motion = np.eye(4)
+    motion[:3, :3] = U @ np.diag([1.0, 1.0, np.sign(np.linalg.det(U @ Vt))]) @ Vt
+    motion[:3, 3] = x.mean(axis=0) - motion[:3, :3] @ p.mean(axis=0)
+    return motion
+
+
+def distances(places: list[SetUp]) -> FloatArray:
+    """(N,) distance of every point from where the model has it [m], NaN where none was measured."""
+    out = np.full(sum(len(place.rows) for place in places), np.nan)
+    for place in places:
+        out[place.rows] = np.linalg.norm(place.error, axis=1)
+    return out

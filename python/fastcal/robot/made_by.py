@@ -1,0 +1,90 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Where a result comes from: the key `made_by` of model.yaml and of the JSON files.
+
+Hashes are of the content, in SI, and not of files: the same rows from a CSV and from a workbook have the same one.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import fields
+from datetime import date
+from pathlib import PurePath
+from typing import Any
+
+import numpy as np
+
+from fastcal import _core
+from fastcal.errors import InvalidInput
+from fastcal.measurements.dataset import Dataset
+from fastcal.robot.robot import Robot
+
+WHO = ("serial", "instrument", "operator", "date")  # what only a person knows
+_MOST_TEXT = 200
+_NOT_MEASURED = ("notes", "source", "joint_types", "move", "q_read", "rotation_angles")  # nothing fits them
+
+
+def made_by(robot: Robot, data: Dataset, who: Mapping[str, str | None] | None = None) -> dict[str, Any]:
+    """Version, hashes of robot and data, the data's files without their folders, and what is known of WHO.
+
+    The serial number is the robot's own where `who` has none.
+
+    Raises:
+        InvalidInput: A key that is none of WHO, a date that is no YYYY-MM-DD, a text that is too long.
+    """
+    given = {key: text for key, text in (who or {}).items() if text is not None}
+    known = {"serial": (robot.spec.get("made_by") or {}).get("serial")} | given
+    return {
+        "fastcal": _core.__version__,
+        "robot_sha256": robot_hash(robot),
+        "data_sha256": data_hash(data),
+        "data": [PurePath(name).name for name in data.source.split(", ")],
+        "rows": len(data),
+    } | {key: checked(key, text) for key, text in known.items() if text}
+
+
+def checked(key: str, text: str) -> str:
+    """The text of one of WHO."""
+    if key not in WHO:
+        raise InvalidInput(f"expected {', '.join(WHO)}, got '{key}'")
+    if not isinstance(text, str) or len(text) > _MOST_TEXT or not text.isprintable():
+        raise InvalidInput(f"{key} must be a printable text of at most {_MOST_TEXT} characters, got {text!r:.80}")
+    if key == "date":
+        try:
+            return date.fromisoformat(text).isoformat()
+        except ValueError:
+            raise InvalidInput(f"date must be YYYY-MM-DD, got '{text}'") from None
+    return text
+
+
+def data_hash(data: Dataset) -> str:
+    """SHA-256 of a data set's numbers and labels, but for joints read back, which are never fitted."""
+    found = hashlib.sha256()
+    for field in sorted(fields(data), key=lambda f: f.name):
+        if field.name in _NOT_MEASURED:
+            continue
+        _feed(found, field.name, getattr(data, field.name))
+    return found.hexdigest()
+
+
+def robot_hash(robot: Robot) -> str:
+    """SHA-256 of what a robot file says, but for where it came from."""
+    spec = {key: value for key, value in robot.spec.items() if key not in ("made_by", "correction")}
+    return hashlib.sha256(json.dumps(spec, sort_keys=True, default=str).encode()).hexdigest()
+
+
+def _feed(found: Any, name: str, value: Any) -> None:
+    if value is None or (isinstance(value, Mapping | tuple) and not value):
+        return
+    found.update(name.encode())
+    if isinstance(value, np.ndarray):
+        found.update(str(value.shape).encode())
+        found.update(np.ascontiguousarray(value, "<f8" if value.dtype.kind == "f" else "<i8").tobytes())
+    elif isinstance(value, Mapping):
+        for key in sorted(value):
+            _feed(found, str(key), value[key] if isinstance(value[key], np.ndarray) else list(value[key]))
+    else:
+        found.update(json.dumps(list(value)).encode())

@@ -1,0 +1,141 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""`fastcal check` as a process: exit codes, check.json, and what goes wrong."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import fastcal as library
+from fastcal.robot.robot import Robot
+
+
+@pytest.fixture(scope="module")
+def month(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """model.yaml of a calibrated arm, and checks: held.csv, moved.csv (joint 3's zero by 0.05 deg)."""
+    folder = tmp_path_factory.mktemp("month")
+    nominal = library.load_robot("staubli_rx160l")
+    true = library.perturbed(nominal, seed=3)
+    data = library.simulate(true, library.random_poses(nominal, 60, seed=1), noise=3e-5, seed=2)
+    library.write_measurements(folder / "data.csv", data)
+    result = library.calibrate(nominal, data, who={"serial": "RX-7", "date": "2026-01-31"})
+    result.model.save(folder / "model.yaml")
+    poses = library.check_poses(result.model, 8)
+    for name, turn in (("held", 0.0), ("moved", 0.05)):
+        spec = Robot(true.spec | {"base": {"xyz_mm": [900, 0, 100], "rpy_deg": [0, 0, 70]}}).spec
+        spec["joints"][2]["theta_deg"] += turn
+        found = library.simulate(Robot(spec), poses.q, noise=3e-5, seed=3)
+        library.write_measurements(folder / f"{name}.csv", found)
+    return folder
+
+
+def test_exit_codes_say_the_verdict(month, process, tmp_path) -> None:
+    held = process("check", "model.yaml", "held.csv", "-o", tmp_path / "check.json", cwd=month)
+    assert held.code == 0, held.err
+    assert "still holds" in held.out
+    moved = process("check", "model.yaml", "moved.csv", cwd=month)
+    assert moved.code == 4
+    assert "joint 3 zero by +0.0" in moved.out
+    few = month / "few.csv"
+    few.write_text("\n".join((month / "held.csv").read_text().splitlines()[:4]) + "\n")
+    assert process("check", "model.yaml", few, cwd=month).code == 3
+
+
+def test_check_json_holds_what_the_contract_names(month, fastcal, tmp_path) -> None:
+    out = tmp_path / "check.json"
+    said = fastcal(
+        "check", month / "model.yaml", month / "moved.csv", "--tolerance-mm", "0.2", "-o", out, "--date", "2026-02-28",
+        "--operator", "M. Weber",
+    )  # fmt: skip
+    assert said.code == 4
+    found = json.loads(out.read_text())
+    assert {
+        "verdict",
+        "rms_mm",
+        "expected_rms_mm",
+        "p_value",
+        "within_tolerance",
+        "aligned",
+        "changed",
+        "next_poses",
+    } <= (set(found))
+    assert (found["verdict"], found["within_tolerance"]) == ("changed", False)
+    assert set(found["aligned"]) == {"xyz_mm", "rpy_deg"}
+    (change,) = found["changed"]
+    assert set(change) == {"name", "owner", "value", "std", "unit", "was", "p_value"}
+    assert (change["name"], change["owner"], change["unit"]) == ("theta_deg", "joint3", "deg")
+    assert change["value"] - change["was"] == pytest.approx(0.05, abs=5 * change["std"])
+    assert found["made_by"] | {"serial": "RX-7", "date": "2026-02-28", "operator": "M. Weber"} == found["made_by"]
+    assert found["made_by"]["data"] == ["moved.csv"]
+
+
+def test_a_check_out_of_tolerance_is_4_though_nothing_changed(month, fastcal) -> None:
+    noisy = library.load_measurements(month / "held.csv", library.load_robot(month / "model.yaml"))
+    assert library.check(month / "model.yaml", noisy, tolerance=1e-5).within_tolerance in (None, False)
+    code = fastcal("check", month / "model.yaml", month / "held.csv", "--tolerance-mm", "0.00001").code
+    assert code in (3, 4)
+
+
+def test_poses_of_a_check_are_planned(month, fastcal, tmp_path) -> None:
+    said = fastcal("check", month / "model.yaml", "--plan", 6, "-o", tmp_path / "poses.csv")
+    assert said.code == 0
+    poses = library.load_measurements(
+        tmp_path / "poses.csv", library.load_robot(month / "model.yaml"), require_measured=False
+    )
+    assert len(poses) == 6
+    assert len(np.unique(poses.q, axis=0)) == 6
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["staubli_rx160l", "held.csv"], "keeps no covariance of its parameters"),
+        (["model.yaml"], "expected DATA, the measured poses, or --plan N"),
+        (["model.yaml", "--plan", "8"], "expected -o FILE"),
+        (["model.yaml", "held.csv", "--plan", "8", "-o", "p.csv"], "leave out DATA"),
+        (["model.yaml", "nothing.csv"], "nothing.csv"),
+        (["model.yaml", "held.csv", "-o", "held.csv"], "is an input of this command"),
+        (["model.yaml", "held.csv", "--date", "31.1.2026"], "date must be YYYY-MM-DD, got '31.1.2026'"),
+        (["model.yaml", "other.csv"], "do not fit"),
+        (["model.yaml", "held.csv", "--tolerance-mm", "-1"], "tolerance-mm"),
+    ],
+)
+def test_mistakes_are_one_line_and_write_nothing(month, fastcal, monkeypatch, arguments, said) -> None:
+    monkeypatch.chdir(month)
+    arm = library.load_robot("staubli_rx160l")
+    other = library.simulate(arm, library.random_poses(arm, 8, seed=5))
+    library.write_measurements(
+        month / "other.csv", library.Dataset.from_arrays(other.q[::-1].copy(), position=other.position, robot=arm)
+    )
+    before = {path: path.read_bytes() for path in month.iterdir()}
+    failed = fastcal("check", *arguments)
+    assert failed.code == 2
+    assert said in failed.error
+    assert {path: path.read_bytes() for path in month.iterdir()} == before
+
+
+def test_the_model_keeps_where_it_comes_from(month, fastcal, tmp_path) -> None:
+    said = fastcal(
+        "calibrate",
+        "staubli_rx160l",
+        month / "data.csv",
+        "--serial",
+        "RX-9",
+        "--instrument",
+        "AT960",
+        "-o",
+        tmp_path / "a",
+    )
+    assert said.code == 0
+    model, result = (
+        library.load_robot(tmp_path / "a" / "model.yaml"),
+        json.loads((tmp_path / "a" / "result.json").read_text()),
+    )
+    made_by = model.spec["made_by"]
+    assert made_by == result["made_by"]
+    assert made_by | {"serial": "RX-9", "instrument": "AT960", "data": ["data.csv"], "rows": 60} == made_by
+    again = library.calibrate("staubli_rx160l", library.load_measurements(month / "data.csv", model))
+    assert again.model.spec["made_by"]["data_sha256"] == made_by["data_sha256"]
+    assert again.model.spec["made_by"]["robot_sha256"] == made_by["robot_sha256"]
