@@ -199,7 +199,7 @@ def misses(entry: Spec, result: CalibrationResult) -> Iterable[Miss]:
     """What became of each true parameter of an effect."""
     told = {name for direction in result.unidentifiable for name in direction.parameters}
     found = {(p.owner, p.name): i for i, p in enumerate(result.parameters)}
-    half = np.diff(result.interval(LEVEL))[:, 0] / 2
+    intervals = result.interval(LEVEL)
     (effect,) = build_effects([entry], arm().core)
     names = [full_name(p) for p in effect.parameters]
     order = f"_{effect.parameters[0].name.removeprefix('sine_')}_rad"  # told of harmonics: amplitude_2x_rad
@@ -208,10 +208,13 @@ def misses(entry: Spec, result: CalibrationResult) -> Iterable[Miss]:
             yield Miss(entry["effect"], key, None, covered=False)
             continue
         i = found[entry["owner"], key.replace("_rad", order) if "order" in entry else key]
-        miss = result.parameters[i].value - true
-        if key == "phase_rad":
-            miss = (miss + np.pi) % (2 * np.pi) - np.pi
-        yield Miss(entry["effect"], key, miss / result.parameters[i].std, covered=bool(abs(miss) <= half[i]))
+        parameter, bound = result.parameters[i], result.parameters[i].bound
+        low, high = intervals[i]
+        if key == "phase_rad":  # the turn that brings the true one next to the value
+            true += 2 * np.pi * round((parameter.value - true) / (2 * np.pi))
+        # On a bound it is the estimate without the bound that scatters as its deviation says.
+        value, std = (parameter.value, parameter.std) if bound is None else (bound.unbounded, bound.std)
+        yield Miss(entry["effect"], key, (value - true) / std, covered=bool(low <= true <= high))
 
 
 def wilson(hits: int, count: int) -> tuple[float, float]:

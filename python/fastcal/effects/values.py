@@ -113,7 +113,7 @@ def parameter_values(entry: Spec, effect: _core.Effect) -> list[float]:
 
 
 def written_parameters(entry: Spec, effect: _core.Effect, values: FloatArray, covariance: FloatArray) -> Spec:
-    """The key `parameters` of an identified entry: `{name: {value, std}}`, std None where the parameter was held.
+    """The key `parameters` of an identified entry: `{name: {value, std}}`; std None if held or on a bound.
 
     Args:
         entry: The effect as in the robot file.
@@ -130,6 +130,9 @@ def written_parameters(entry: Spec, effect: _core.Effect, values: FloatArray, co
         slope = _polar_slope(values)
         covariance = slope @ covariance @ slope.T
     spread = np.sqrt(np.diag(covariance))
+    if not traits_of(entry["effect"]).is_wave:
+        bounded = [value in (p.lower, p.upper) for p, value in zip(effect.parameters, values, strict=True)]
+        spread = np.where(bounded, np.nan, spread)
     for item, std in zip(edge_values(entry, effect, values), spread, strict=True):
         out[item.name] = {"value": item.value, "std": None if np.isnan(std) else float(std) / factor(item.unit)}
     return out

@@ -271,7 +271,8 @@ def _with_unit(name: str) -> str:
 
 
 def _median(entries: Sequence[Run | None], key: str, factor: float = 1.0) -> float | None:
-    known = [factor * entry[key] for entry in entries if entry is not None]
+    # A parameter that ended on its bound has no standard deviation.
+    known = [factor * entry[key] for entry in entries if entry is not None and entry[key] is not None]
     return float(np.median(known)) if known else None
 
 

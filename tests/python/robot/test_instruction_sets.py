@@ -31,7 +31,7 @@ np.savez(
     poses=truth.forward(q),
     jacobian=truth.parameter_jacobian(q[:20], rows=6),
     values=[p.value for p in found.parameters],
-    std=[p.std for p in found.parameters],
+    std=[p.bound.std if p.bound else p.std for p in found.parameters],
     reached=truth.forward(fastcal.inverse_kinematics(truth, robot.forward(q[:40]), q[:40]).q),
     bent=beams.forward(fastcal.random_poses(beams, 10, seed=4)),
 )
