@@ -164,6 +164,7 @@ def test_names_are_spoken() -> None:
     spoken = diagnosis_words.spoken_label
     assert spoken("joint_compliance@joint3") == "joint 3 compliance"
     assert spoken("base_drift@base") == "base drift"
+    assert spoken("surrogate@workspace,surrogate@instrument") == "workspace surrogate,instrument surrogate"
     assert spoken("coupling_ratio@joint6<-joint5") == "joint 6 from joint 5 coupling ratio"
     assert diagnosis_words.reason_in_words("it leaves joint4 by q4, q6 at p = 1.0e-05") == (
         "With it in the model, something at joint 4 that depends on the positions of joint 4 and joint 6 is still "
