@@ -8,6 +8,7 @@ import tomllib
 from pathlib import Path
 
 import pytest
+import yaml
 
 import fastcal
 
@@ -72,6 +73,17 @@ def test_a_change_of_the_code_is_told_in_the_changelog() -> None:
     coming = text.split("## [Unreleased]", 1)[1].split("\n## ", 1)[0]
     if not re.search(r"^- \S", coming, re.MULTILINE):
         assert changelog_sections()[1].startswith(f"[{PROJECT['version']}]")
+
+
+def test_the_workflows_run_what_is_there() -> None:
+    workflows = sorted((ROOT / ".github" / "workflows").glob("*.yml"))
+    assert [path.name for path in workflows] == ["ci.yml", "wheels.yml"]
+    for path in workflows:
+        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+        steps = [step for job in content["jobs"].values() for step in job["steps"]]
+        scripts = {word for step in steps for word in re.findall(r"(?:^|\s)((?:\./|tools/)\w+)", step.get("run", ""))}
+        assert scripts
+        assert {name for name in scripts if not (ROOT / name).is_file()} <= {"tools/build_wheels"}
 
 
 @pytest.mark.parametrize("name", ["run", "test", "setup", ".ci/run", "tools/stubs"])

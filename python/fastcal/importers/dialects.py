@@ -19,6 +19,7 @@ from fastcal.importers import (
     polyworks,
     robodk,
     ros,
+    rosbag,
     spatial_analyzer,
     universal_robots,
     vicon,
@@ -30,6 +31,7 @@ from fastcal.importers.layout import read_table
 
 # What is known by its shape comes before what is known by a word.
 DIALECTS: Sequence[Dialect] = (
+    rosbag.DIALECT,
     optitrack.DIALECT,
     vicon.DIALECT,
     faro.DIALECT,

@@ -17,9 +17,11 @@ from fastcal.importers.dialects import read_export
 from fastcal.importers.export import Export
 from fastcal.importers.grid import Grid
 from fastcal.importers.joining import joined
+from fastcal.importers.joint_names import with_joint_names
 from fastcal.importers.mapping import Mapping
 from fastcal.importers.mapping import map_text as text_of_map
 from fastcal.importers.reading import Column, Reading, interpret
+from fastcal.importers.rosbag import bag_grids, is_bag
 from fastcal.importers.sources import read_grids
 from fastcal.robot.robot import Robot
 
@@ -115,13 +117,15 @@ def read(
         InvalidInput, ParseError: It can't be read, or several sheets could be it.
     """
     kinds = None if robot is None else robot.joint_types
+    names = [] if robot is None else [str(joint["name"]) for joint in robot.spec["joints"] if "name" in joint]
     found: list[tuple[Grid, Reading]] = []
     problems: list[InvalidInput] = []
-    for export in open_exports(path, mapping, sheet):
+    for export in open_exports(path, mapping, sheet, wanted):
         if isinstance(export, InvalidInput):
             problems.append(export)
             continue
         try:
+            export = with_joint_names(export, names)
             reading = interpret(export, convention=orientation, joint_kinds=kinds, wanted=wanted)
         except InvalidInput as problem:
             problems.append(problem)
@@ -144,12 +148,12 @@ def _best(problems: list[InvalidInput]) -> InvalidInput:
     return next((problem for problem in problems if "--" in str(problem)), problems[0])
 
 
-def open_exports(path: Path_, mapping: Mapping, sheet: str | None) -> list[Export | InvalidInput]:
+def open_exports(path: Path_, mapping: Mapping, sheet: str | None, wanted: str = "any") -> list[Export | InvalidInput]:
     """The exports in a file, a sheet each, with the map applied; a sheet that can't be read is its problem."""
     name = os.fspath(path)
     if programs.is_program(path):
         return [mapping.applied(programs.read_joints(name))]
-    grids = read_grids(path)
+    grids = bag_grids(path, sheet, joints_alone=wanted == "joints") if is_bag(path) else read_grids(path)
     if sheet is not None and grids[0].sheet is not None:
         chosen = [grid for grid in grids if str(grid.sheet).lower() == sheet.lower()]
         if not chosen:

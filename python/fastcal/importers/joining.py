@@ -84,7 +84,11 @@ def _by_name_or_time(join: _Join) -> tuple[list[Pair] | None, str | None]:
     for rows, why in ((timed.moving, "were taken while the arm moved"), (timed.outside, "have no pose at their time")):
         if rows:
             join.said.append(f"{len(rows)} points {why} and are left out: {_listed(points, rows)}")
-    return timed.pairs, "by time"
+    if len(poses) < _RECORD * len(points):
+        return timed.pairs, "by time"
+    # Of a record of the motion the other samples are no poses that could have lost their point.
+    join.poses, join.points = poses.rows([i for i, _ in timed.pairs]), points.rows([j for _, j in timed.pairs])
+    return [(k, k) for k in range(len(timed.pairs))], "by time"
 
 
 def _reduce_records(join: _Join) -> None:

@@ -13,6 +13,7 @@ from pathlib import Path
 from fastcal.errors import InvalidInput, ParseError, TooLarge
 from fastcal.importers.grid import decoded
 from fastcal.importers.importing import import_measurements
+from fastcal.importers.rosbag import is_bag
 from fastcal.importers.writing import imported_dataset
 from fastcal.io import measurements
 from fastcal.measurements.dataset import Dataset
@@ -55,7 +56,8 @@ def _load(path: str | os.PathLike[str], robot: Robot, require_measured: bool) ->
     except TooLarge:
         raise
     except ParseError as error:
-        if not require_measured or not Path(path).is_file() or _is_own(path):
+        readable = is_bag(path) or (Path(path).is_file() and not _is_own(path))
+        if not require_measured or not readable:
             raise
         own = error
     try:

@@ -1,0 +1,40 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Columns that are titled by the names of a robot's joints, as its URDF has them: /joint_states/NAME/position, NAME."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+
+from fastcal.importers.export import Export
+from fastcal.importers.words import Title, split_unit
+
+
+def with_joint_names(export: Export, names: Sequence[str]) -> Export:
+    """The export with its columns named after joints known as q1 ... qn; as it is unless every joint has one.
+
+    Args:
+        export: The table.
+        names: Of the robot's joints, from the base.
+    """
+    if not names or export.mapped:
+        return export
+    places = [next((k for k, title in enumerate(export.titles) if _is_of(title, name)), None) for name in names]
+    if any(place is None for place in places):
+        return export
+    meanings = list(export.meanings)
+    for k, title in enumerate(meanings):
+        if title is not None and re.fullmatch(r"q\d+", title.role):
+            meanings[k] = None  # what a number in a name was taken for
+    for joint, place in enumerate(places, start=1):
+        if place is not None:
+            meanings[place] = Title(f"q{joint}", "plain", split_unit(export.titles[place])[1], ("joint",))
+    return replace(export, meanings=meanings)
+
+
+def _is_of(title: str, name: str) -> bool:
+    """Whether a title means the position of a joint and not its velocity or effort."""
+    parts = split_unit(title)[0].strip("/ ").split("/")
+    return parts[-1] == name or (len(parts) > 1 and parts[-1] == "position" and parts[-2] == name)

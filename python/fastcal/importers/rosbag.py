@@ -1,0 +1,231 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""ROS 2 bags (and ROS 1's): joint states and measured poses of one clock, a row a standstill; by rosbags, without ROS.
+
+What a message is worth is decided by its type: sensor_msgs/JointState has the joints; poses, points, transforms and
+odometry of geometry_msgs, tf2_msgs and nav_msgs are what a tracker or a camera publishes. Lengths are in m, angles in
+rad and quaternions x y z w by the conventions of ROS.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal.errors import InvalidInput, ParseError
+from fastcal.importers.dialect import Dialect, made
+from fastcal.importers.export import Export
+from fastcal.importers.grid import Grid, Row
+from fastcal.importers.standstills import core, standstills
+
+FloatArray = NDArray[np.float64]
+
+_MARK = "ROS bag"
+_STILL = 3.5e-4  # [rad or m]: 0.02 degrees
+_SHORTEST = 0.3  # [s] a standstill; a slow motion stands still for a few samples
+_COMPUTED = (
+    "tcp_pose",
+    "ee_pose",
+    "end_effector",
+    "cartesian_pose",
+    "current_pose",
+)  # by a controller, from its joints
+_SECOND = 1e9
+
+
+def is_bag(path: str | os.PathLike[str]) -> bool:
+    """Whether a path is a bag: a folder with metadata.yaml, or a file of one."""
+    place = Path(path)
+    return (place / "metadata.yaml").is_file() or place.suffix.lower() in (".mcap", ".db3", ".bag")
+
+
+@dataclass
+class _Stream:
+    """What one topic says over time."""
+
+    times: list[float] = field(default_factory=list)  # [s] since 1970
+    values: list[list[float]] = field(default_factory=list)  # joints, or x y z [qx qy qz qw]
+
+    def arrays(self) -> tuple[FloatArray, FloatArray]:
+        order = np.argsort(self.times, kind="stable")
+        return np.array(self.times)[order], np.array(self.values)[order]
+
+
+def bag_grids(path: str | os.PathLike[str], topic: str | None = None, *, joints_alone: bool = False) -> list[Grid]:
+    """The one table of a bag: joints and measured poses by standstills, or whichever of the two it has, by samples.
+
+    Args:
+        path: The bag.
+        topic: Which poses were measured, where several topics hold poses; TOPIC:CHILD_FRAME of transforms.
+        joints_alone: The poses were measured elsewhere.
+
+    Raises:
+        ParseError: It is no bag that can be read, or holds neither.
+        InvalidInput: Several topics could be it; the sentence lists them.
+    """
+    name = os.fspath(path)
+    joint_names, joints, poses = _read(name)
+    measured = None if joints_alone else _chosen(name, poses, topic)
+    if not joints.times and measured is None:
+        raise ParseError("the bag holds neither joint states nor poses", name)
+    if measured is None:
+        return [_table(name, _joint_titles(joint_names), *joints.arrays())]
+    stream = poses[measured]
+    titles = ["x [m]", "y [m]", "z [m]", "qx", "qy", "qz", "qw"][: len(stream.values[0])]
+    if not joints.times:
+        return [_table(name, titles, *stream.arrays(), sheet=measured)]
+    times, rows = _by_standstill(name, joints, stream)
+    return [_table(name, [*_joint_titles(joint_names), *titles], times, rows, sheet=measured)]
+
+
+def _read(path: str) -> tuple[list[str], _Stream, dict[str, _Stream]]:
+    """Names and positions of the joints, and the poses by topic."""
+    try:
+        from rosbags.highlevel import AnyReader
+        from rosbags.typesys import Stores, get_typestore
+    except ImportError:
+        raise ParseError("reading a ROS bag needs the package rosbags: pip install fastcal[ros]", path) from None
+    names: list[str] = []
+    joints, poses = _Stream(), dict[str, _Stream]()
+    try:
+        with AnyReader([Path(path)], default_typestore=get_typestore(Stores.LATEST)) as reader:
+            wanted = [c for c in reader.connections if c.msgtype in _POSES or c.msgtype == _JOINTS]
+            for connection, received, raw in reader.messages(connections=wanted):
+                message: Any = reader.deserialize(raw, connection.msgtype)
+                if connection.msgtype == _JOINTS:
+                    _add_joints(path, connection.topic, message, received, names, joints)
+                    continue
+                for source, header, values in _POSES[connection.msgtype](connection.topic, message):
+                    stream = poses.setdefault(source, _Stream())
+                    stream.times.append(_time(header, received))
+                    stream.values.append(values)
+    except ParseError:
+        raise
+    except Exception as error:  # noqa: BLE001 - a damaged bag makes its reader raise what it happens to meet
+        raise ParseError(f"is no ROS bag that can be read: {' '.join(str(error).split()):.200}", path) from None
+    return names, joints, poses
+
+
+def _add_joints(path: str, topic: str, message: Any, received: int, names: list[str], joints: _Stream) -> None:
+    """A message of joint states; those of a gripper, which come by themselves, are passed over."""
+    listed = list(message.name)
+    if len(listed) != len(message.position) or not listed:
+        return
+    if not names:
+        names.extend(listed)
+    place = {name: k for k, name in enumerate(listed)}
+    if not set(names) <= set(place):
+        if set(names) & set(place):
+            raise ParseError(f"{topic}: a message names only some of the joints of the first one", path)
+        return
+    joints.times.append(_time(message.header, received))
+    joints.values.append([float(message.position[place[name]]) for name in names])
+
+
+def _time(header: Any, received: int) -> float:
+    """[s] since 1970, by the header where it has a time, else when the message was recorded."""
+    stamp = None if header is None else header.stamp
+    seconds = 0.0 if stamp is None else stamp.sec + stamp.nanosec / _SECOND
+    return seconds if seconds > 0 else received / _SECOND
+
+
+_Found = list[tuple[str, Any, list[float]]]  # source, header, values
+
+
+def _values(place: Any, turn: Any | None) -> list[float]:
+    xyz = [float(place.x), float(place.y), float(place.z)]
+    return xyz if turn is None else [*xyz, float(turn.x), float(turn.y), float(turn.z), float(turn.w)]
+
+
+def _transforms(topic: str, messages: Any) -> _Found:
+    return [
+        (f"{topic}:{m.child_frame_id}", m.header, _values(m.transform.translation, m.transform.rotation))
+        for m in messages
+    ]
+
+
+_JOINTS = "sensor_msgs/msg/JointState"
+_POSES: Mapping[str, Callable[[str, Any], _Found]] = {
+    "geometry_msgs/msg/PoseStamped": lambda t, m: [(t, m.header, _values(m.pose.position, m.pose.orientation))],
+    "geometry_msgs/msg/PoseWithCovarianceStamped": lambda t, m: [
+        (t, m.header, _values(m.pose.pose.position, m.pose.pose.orientation))
+    ],
+    "geometry_msgs/msg/PointStamped": lambda t, m: [(t, m.header, _values(m.point, None))],
+    "geometry_msgs/msg/TransformStamped": lambda t, m: _transforms(t, [m]),
+    "nav_msgs/msg/Odometry": lambda t, m: [(t, m.header, _values(m.pose.pose.position, m.pose.pose.orientation))],
+    "tf2_msgs/msg/TFMessage": lambda t, m: _transforms(t, m.transforms),
+}
+
+
+def _chosen(path: str, poses: Mapping[str, _Stream], topic: str | None) -> str | None:
+    """The source of the measured poses; transforms only where asked for, as robot_state_publisher sends them too."""
+    if topic is not None:
+        if topic not in poses:
+            listed = ", ".join(sorted(poses)) or "none"
+            raise ParseError(f"the bag has no poses of '{topic}'; it has {listed}", path)
+        return topic
+    own = [name for name in poses if not any(word in name.lower() for word in _COMPUTED)]
+    plain = [name for name in own if not name.startswith(("/tf:", "/tf_static:"))]
+    if len(plain) == 1:
+        return plain[0]
+    if poses:
+        listed = ", ".join(sorted(plain or poses))
+        raise InvalidInput(f"{path}: which poses were measured? Say it with --sheet TOPIC: {listed}")
+    return None
+
+
+def _by_standstill(path: str, joints: _Stream, poses: _Stream) -> tuple[FloatArray, FloatArray]:
+    """A row of joints and the mean pose for each standstill of the joints in which poses were measured."""
+    at, q = joints.arrays()
+    seen, x = poses.arrays()
+    times, rows = [], []
+    for start, end in standstills(q, _STILL):
+        middle = core(start, end)
+        if at[end - 1] - at[start] < _SHORTEST:
+            continue
+        within = (seen >= at[middle][0]) & (seen <= at[middle][-1])
+        if within.any():
+            times.append(float(at[middle].mean()))
+            rows.append([*q[middle].mean(axis=0), *_mean_pose(x[within])])
+    if not rows:
+        raise ParseError("no pose was measured while the joints stood still for a third of a second", path)
+    return np.array(times), np.array(rows)
+
+
+def _mean_pose(x: FloatArray) -> FloatArray:
+    """Mean of x y z, and of the quaternions as the direction nearest to all of them, whatever their signs."""
+    if x.shape[1] == 3:
+        return np.asarray(x.mean(axis=0))
+    q = x[:, 3:]
+    _, vectors = np.linalg.eigh(q.T @ q)
+    return np.concatenate([x[:, :3].mean(axis=0), vectors[:, -1]])
+
+
+def _joint_titles(names: list[str]) -> list[str]:
+    return [f"/joint_states/{name}/position" for name in names]
+
+
+def _table(path: str, titles: list[str], times: FloatArray, rows: FloatArray, sheet: str | None = None) -> Grid:
+    """Cells as a person would export them; a first row says what they are."""
+    cells = [(f"{time:.6f}", *(repr(float(value)) for value in row)) for time, row in zip(times, rows, strict=True)]
+    lines = (("# " + _MARK,), ("time [s]", *titles), *cells)
+    return Grid(path, tuple(Row(k, row, k == 1) for k, row in enumerate(lines, start=1)), sheet=sheet)
+
+
+def _export(grid: Grid) -> Export:
+    head, *body = grid.rows[1:]
+    return made(grid, head.cells, [row.cells for row in body], [row.line for row in body])
+
+
+DIALECT = Dialect(
+    "ROS 2 bag",
+    lambda grid: bool(grid.rows) and grid.rows[0].cells[:1] == ("# " + _MARK,),
+    _export,
+    units={"length": ("m", 1.0), "angle": ("rad", 1.0)},
+)

@@ -1,0 +1,217 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""ROS bags written by rosbags itself, as a recorder beside an arm and a tracker would: an arm that stops at poses."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import fastcal
+from fastcal.errors import InvalidInput, ParseError
+from fastcal.importers import import_measurements, load_measurements
+from fastcal.importers.rosbag import is_bag
+
+pytest.importorskip("rosbags", reason="the extra [ros] is not installed")
+from rosbags.highlevel import AnyReader
+from rosbags.rosbag2 import StoragePlugin, Writer
+from rosbags.typesys import Stores, get_typestore
+
+STORE = get_typestore(Stores.ROS2_HUMBLE)
+T = STORE.types
+NAMES = ["shoulder", "upper", "elbow", "roll", "bend", "flange"]
+START = 1_790_000_000.0  # [s]
+STILL, MOVE, RATE, TRACKER = 1.0, 0.6, 20.0, 30.0  # [s], [s], [Hz], [Hz]
+
+
+def header(time: float, frame: str = "tracker"):
+    return T["std_msgs/msg/Header"](T["builtin_interfaces/msg/Time"](int(time), round((time % 1) * 1e9)), frame)
+
+
+def pose(x, q):
+    point = T["geometry_msgs/msg/Point"](*map(float, x))
+    return T["geometry_msgs/msg/Pose"](point, T["geometry_msgs/msg/Quaternion"](*map(float, q)))
+
+
+def joint_state(time: float, names, q):
+    empty = np.zeros(0)
+    return T["sensor_msgs/msg/JointState"](header(time), list(names), np.asarray(q, float), empty, empty)
+
+
+class Bag:
+    """A bag that is being written."""
+
+    def __init__(self, path: Path, storage=StoragePlugin.SQLITE3) -> None:
+        self.writer = Writer(path, version=9, storage_plugin=storage)
+        self.connections: dict[str, object] = {}
+
+    def __enter__(self):
+        self.writer.open()
+        return self
+
+    def __exit__(self, *_):
+        self.writer.close()
+
+    def add(self, topic: str, time: float, message) -> None:
+        kind = message.__msgtype__
+        if topic not in self.connections:
+            self.connections[topic] = self.writer.add_connection(topic, kind, typestore=STORE)
+        self.writer.write(self.connections[topic], int(time * 1e9), STORE.serialize_cdr(message, kind))
+
+
+@pytest.fixture(scope="module")
+def arm():
+    """An arm whose URDF names its joints, the one that there is, and 30 postures."""
+    from fastcal.conversion import convert
+
+    spec = convert(fastcal.load_robot("ur5"), "urdf").spec
+    for joint, name in zip(spec["joints"], NAMES, strict=True):
+        joint["name"] = name
+    nominal = fastcal.load_robot(spec)
+    true = fastcal.perturbed(nominal, seed=2)
+    q = np.random.default_rng(0).uniform(-2.5, 2.5, (30, 6))
+    return nominal, true, q
+
+
+def joints_at(q: np.ndarray, time: float) -> np.ndarray:
+    """The arm stands STILL seconds at each posture and goes to the next in MOVE seconds."""
+    k, rest = divmod(time, STILL + MOVE)
+    share = max(0.0, (rest - STILL) / MOVE)
+    here, there = q[min(int(k), len(q) - 1)], q[min(int(k) + 1, len(q) - 1)]
+    return here + share * (there - here)
+
+
+def record(bag: Bag, true, q, *, topic="/tracker/pose", kind="pose") -> None:
+    end = len(q) * (STILL + MOVE)
+    rng = np.random.default_rng(1)
+    for k in range(int(end * RATE)):
+        time = k / RATE
+        order = np.argsort(NAMES)  # by the alphabet, as ros2_control often does
+        position = joints_at(q, time)[order]
+        bag.add("/joint_states", START + time, joint_state(START + time, np.array(NAMES)[order], position))
+        bag.add("/gripper/joint_states", START + time, joint_state(START + time, ["finger"], [0.01 * k]))
+    times = np.arange(int(end * TRACKER)) / TRACKER
+    poses = true.forward(np.array([joints_at(q, time) for time in times]))
+    for k, (time, at) in enumerate(zip(times, poses, strict=True)):
+        x = at[:3, 3] + rng.normal(0, 3e-5, 3)
+        turn = Rotation.from_matrix(at[:3, :3]).as_quat() * (-1) ** k  # q and -q are one rotation
+        if kind == "pose":
+            message = T["geometry_msgs/msg/PoseStamped"](header(START + time), pose(x, turn))
+        elif kind == "point":
+            message = T["geometry_msgs/msg/PointStamped"](header(START + time), pose(x, turn).position)
+        else:
+            vector = T["geometry_msgs/msg/Vector3"](*map(float, x))
+            moved = T["geometry_msgs/msg/Transform"](vector, pose(x, turn).orientation)
+            one = T["geometry_msgs/msg/TransformStamped"](header(START + time), "target", moved)
+            message = T["tf2_msgs/msg/TFMessage"]([one])
+        bag.add(topic, START + time, message)
+
+
+@pytest.fixture(scope="module")
+def bags(arm, tmp_path_factory) -> Path:
+    _, true, q = arm
+    folder = tmp_path_factory.mktemp("bags")
+    with Bag(folder / "session") as bag:
+        record(bag, true, q)
+    return folder
+
+
+def check(data, arm, *, turned=True) -> None:
+    nominal, true, q = arm
+    assert len(data) == len(q)
+    np.testing.assert_allclose(data.q, q, atol=1e-9)
+    expected = true.forward(q)
+    assert np.abs(data.position - expected[:, :3, 3]).max() < 3e-5  # the mean of some 24 samples of 30 um each
+    assert (data.rotation is not None) == turned
+    if turned:
+        w = data.rotation
+        got = Rotation.from_quat(w[:, [1, 2, 3, 0]])
+        assert (got * Rotation.from_matrix(expected[:, :3, :3]).inv()).magnitude().max() < 1e-6
+    found = fastcal.calibrate(nominal, data)
+    assert found.status == "converged"
+    assert found.train.after.rms < 5e-5
+
+
+def test_a_bag_becomes_a_row_a_standstill(arm, bags) -> None:
+    check(load_measurements(bags / "session", arm[0]), arm)
+
+
+@pytest.mark.parametrize(("kind", "storage"), [("point", StoragePlugin.MCAP), ("transform", StoragePlugin.SQLITE3)])
+def test_points_and_transforms_are_read_too(arm, tmp_path, kind, storage) -> None:
+    nominal, true, q = arm
+    with Bag(tmp_path / "bag", storage) as bag:
+        record(bag, true, q, kind=kind, topic="/tf" if kind == "transform" else "/point")
+    if kind == "point":
+        (file,) = (tmp_path / "bag").glob("*.mcap")
+        check(load_measurements(file, nominal), arm, turned=False)
+        return
+    with pytest.raises(InvalidInput, match=r"which poses were measured\? Say it with --sheet TOPIC: /tf:target"):
+        import_measurements([tmp_path / "bag"], robot=nominal)
+    found = import_measurements([tmp_path / "bag"], robot=nominal, sheet="/tf:target")
+    assert (found.joints, len(found)) == (6, len(q))
+
+
+def test_the_command_writes_a_measurement_file_of_a_bag(arm, bags, tmp_path, capsys) -> None:
+    from fastcal.cli import main
+
+    arm[0].save(tmp_path / "arm.yaml")
+    arguments = ["import", bags / "session", "--robot", tmp_path / "arm.yaml", "-o", tmp_path / "data.csv"]
+    assert main([str(argument) for argument in arguments]) == 0
+    assert "30 rows, 6 joints, points, orientations; read as ROS 2 bag" in capsys.readouterr().out
+    check(load_measurements(tmp_path / "data.csv", arm[0]), arm)
+
+
+def test_joints_of_a_bag_join_a_tracker_s_own_file_by_time(arm, bags, tmp_path) -> None:
+    nominal, true, q = arm
+    times = START + np.arange(len(q)) * (STILL + MOVE) + 0.5
+    x = 1000 * true.forward(q)[:, :3, 3]
+    lines = ["Time [s];X [mm];Y [mm];Z [mm]"]
+    lines += [f"{t:.3f};{a:.5f};{b:.5f};{c:.5f}" for t, (a, b, c) in zip(times, x, strict=True)]
+    (tmp_path / "tracker.csv").write_text("\n".join(lines))
+    found = import_measurements([tmp_path / "tracker.csv"], joints=bags / "session", robot=nominal)
+    assert (found.joints, len(found)) == (6, len(q))
+    assert any("joined with their poses by time" in note for note in found.notes)
+
+
+def test_a_bag_that_does_not_say_which_poses_is_asked_about(arm, tmp_path) -> None:
+    nominal, true, q = arm
+    with Bag(tmp_path / "bag") as bag:
+        record(bag, true, q[:8])
+        message = T["geometry_msgs/msg/PoseStamped"](header(START), pose([0, 0, 1], [0, 0, 0, 1]))
+        bag.add("/tcp_pose_broadcaster/pose", START, message)
+        bag.add("/camera/pose", START, message)
+    with pytest.raises(InvalidInput, match=r"Say it with --sheet TOPIC: /camera/pose, /tracker/pose$"):
+        import_measurements([tmp_path / "bag"], robot=nominal)
+    assert len(import_measurements([tmp_path / "bag"], robot=nominal, sheet="/tracker/pose")) == 8
+    with pytest.raises(ParseError, match=r"no poses of '/tracker'; it has /camera/pose, /tcp_pose"):
+        import_measurements([tmp_path / "bag"], robot=nominal, sheet="/tracker")
+    with pytest.raises(ParseError, match="no pose was measured while the joints stood still"):
+        import_measurements([tmp_path / "bag"], robot=nominal, sheet="/camera/pose")
+
+
+def test_what_is_no_bag_is_refused(arm, tmp_path) -> None:
+    (tmp_path / "a.mcap").write_bytes(b"\x89MCAP0\r\n" + b"\0" * 100)
+    (tmp_path / "b.db3").write_bytes(b"SQLite format 3\0" + b"x" * 500)
+    (tmp_path / "c.bag").write_bytes(b"#ROSBAG V2.0\n" + b"\xff" * 100)
+    (tmp_path / "d").mkdir()
+    (tmp_path / "d" / "metadata.yaml").write_text("rosbag2_bagfile_information: [")
+    for name in ("a.mcap", "b.db3", "c.bag", "d"):
+        assert is_bag(tmp_path / name)
+        with pytest.raises(ParseError, match="is no ROS bag that can be read"):
+            import_measurements([tmp_path / name], robot=arm[0])
+    with Bag(tmp_path / "empty") as bag:
+        bag.add("/joint_states", START, joint_state(START, [], []))
+    with pytest.raises(ParseError, match="the bag holds neither joint states nor poses"):
+        load_measurements(tmp_path / "empty", arm[0])
+    with Bag(tmp_path / "changing") as bag:
+        bag.add("/joint_states", START, joint_state(START, ["a", "b"], [0, 0]))
+        bag.add("/joint_states", START, joint_state(START, ["a"], [0]))
+    with pytest.raises(ParseError, match="/joint_states: a message names only some of the joints"):
+        load_measurements(tmp_path / "changing", arm[0])
+
+
+def test_the_bags_of_these_tests_are_ros_bags(bags) -> None:
+    with AnyReader([bags / "session"]) as reader:
+        kinds = {connection.msgtype for connection in reader.connections}
+    assert kinds == {"sensor_msgs/msg/JointState", "geometry_msgs/msg/PoseStamped"}
