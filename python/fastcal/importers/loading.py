@@ -51,19 +51,20 @@ def load_measurements(
 
 
 def _load(path: str | os.PathLike[str], robot: Robot, require_measured: bool) -> Dataset:
+    own: ParseError | None = None
     try:
-        return measurements.load_measurements(path, robot, require_measured=require_measured)
+        if not is_bag(path):
+            return measurements.load_measurements(path, robot, require_measured=require_measured)
     except TooLarge:
         raise
     except ParseError as error:
-        readable = is_bag(path) or (Path(path).is_file() and not _is_own(path))
-        if not require_measured or not readable:
+        if not require_measured or not Path(path).is_file() or _is_own(path):
             raise
         own = error
     try:
         reading = import_measurements([path], robot=robot)
-    except TooLarge:
-        raise own from None
+    except TooLarge as problem:
+        raise (own or problem) from None
     except InvalidInput as problem:
         # What the file lacks as an export says more than what it lacks as a measurement file.
         raise _asking(path, problem) from own

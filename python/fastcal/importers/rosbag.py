@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fastcal.errors import InvalidInput, ParseError
+from fastcal.errors import InvalidInput, ParseError, TooLarge
 from fastcal.importers.dialect import Dialect, made
 from fastcal.importers.export import Export
 from fastcal.importers.grid import Grid, Row
@@ -37,12 +37,16 @@ _COMPUTED = (
     "current_pose",
 )  # by a controller, from its joints
 _SECOND = 1e9
+MAX_MESSAGES = 5_000_000
+MAX_SAMPLES = 200_000  # of a table that is not reduced to standstills
 
 
 def is_bag(path: str | os.PathLike[str]) -> bool:
     """Whether a path is a bag: a folder with metadata.yaml, or a file of one."""
     place = Path(path)
-    return (place / "metadata.yaml").is_file() or place.suffix.lower() in (".mcap", ".db3", ".bag")
+    return (place / "metadata.yaml").is_file() or (
+        place.suffix.lower() in (".mcap", ".db3", ".bag") and place.is_file()  # and no pipe, which would be waited for
+    )
 
 
 @dataclass
@@ -96,7 +100,9 @@ def _read(path: str) -> tuple[list[str], _Stream, dict[str, _Stream]]:
     try:
         with AnyReader([Path(path)], default_typestore=get_typestore(Stores.LATEST)) as reader:
             wanted = [c for c in reader.connections if c.msgtype in _POSES or c.msgtype == _JOINTS]
-            for connection, received, raw in reader.messages(connections=wanted):
+            for count, (connection, received, raw) in enumerate(reader.messages(connections=wanted)):
+                if count == MAX_MESSAGES:
+                    raise TooLarge(f"expected a bag of at most {MAX_MESSAGES} joint states and poses", path)
                 message: Any = reader.deserialize(raw, connection.msgtype)
                 if connection.msgtype == _JOINTS:
                     _add_joints(path, connection.topic, message, received, names, joints)
@@ -213,6 +219,8 @@ def _joint_titles(names: list[str]) -> list[str]:
 
 def _table(path: str, titles: list[str], times: FloatArray, rows: FloatArray, sheet: str | None = None) -> Grid:
     """Cells as a person would export them; a first row says what they are."""
+    if len(times) > MAX_SAMPLES:
+        raise TooLarge(f"expected joints or poses alone of at most {MAX_SAMPLES} samples, got {len(times)}", path)
     cells = [(f"{time:.6f}", *(repr(float(value)) for value in row)) for time, row in zip(times, rows, strict=True)]
     lines = (("# " + _MARK,), ("time [s]", *titles), *cells)
     return Grid(path, tuple(Row(k, row, k == 1) for k, row in enumerate(lines, start=1)), sheet=sheet)

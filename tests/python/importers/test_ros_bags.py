@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import fastcal
-from fastcal.errors import InvalidInput, ParseError
+from fastcal.errors import InvalidInput, ParseError, TooLarge
 from fastcal.importers import import_measurements, load_measurements
 from fastcal.importers.rosbag import is_bag
 
@@ -215,3 +215,13 @@ def test_the_bags_of_these_tests_are_ros_bags(bags) -> None:
     with AnyReader([bags / "session"]) as reader:
         kinds = {connection.msgtype for connection in reader.connections}
     assert kinds == {"sensor_msgs/msg/JointState", "geometry_msgs/msg/PoseStamped"}
+
+
+def test_a_bag_without_end_is_refused(arm, bags, monkeypatch) -> None:
+    monkeypatch.setattr("fastcal.importers.rosbag.MAX_MESSAGES", 1000)
+    with pytest.raises(TooLarge, match="a bag of at most 1000 joint states and poses"):
+        load_measurements(bags / "session", arm[0])
+    monkeypatch.undo()
+    monkeypatch.setattr("fastcal.importers.rosbag.MAX_SAMPLES", 100)
+    with pytest.raises(TooLarge, match="alone of at most 100 samples"):
+        import_measurements([bags / "session"], joints=bags / "session", robot=arm[0])
