@@ -21,6 +21,8 @@ constexpr int kMaxRounds = 30;
 constexpr int kMaxOuterRounds = 30;
 constexpr double kLoadsSettled = 1e-8;     // of a plausible size
 constexpr double kLeastFreedom = 1.0 / 3;  // of the degrees of freedom must stay when outliers are dropped
+constexpr double kNoiseStands = 0.01;      // relative, of the rows that are kept
+constexpr int kRoundsOfReturn = 10;        // in which a dropped row may come back; later, some would for ever
 constexpr double kNoiseFell = 0.5;      // relative: another noise than the one by which the free parameters were chosen
 constexpr double kNothingMoved = 3e-5;  // standard deviations: as far as a solve comes
 constexpr double kNoiseSettled =
@@ -132,15 +134,20 @@ class Identifier {
     if (loss != LossKind::kNone) drop_outliers();
   }
 
-  /// Outliers are found, dropped and everything refitted at the noise of the others until the same rows are left. The
-  /// first are found at the median noise, which up to half of the rows cannot spoil.
+  /// Outliers are found, dropped and everything refitted at the noise of the others until the same rows are left and
+  /// their noise stands: each refit explains the good rows better and shows outliers that hid in the noise of the last.
+  /// The first are found at the median noise, which up to half of the rows cannot spoil.
   void drop_outliers() {
     const double least = kLeastFreedom * fit_.freedom * fit_.measured_count;
     fit_.tau = noise(fit_, NoiseRule::kMedian, fit_.loss);
     for (double& tau : fit_.tau) tau /= std::sqrt(fit_.freedom);
     for (int round = 0; round < kMaxRounds; ++round) {
       std::vector<bool> kept = explained_rows(fit_);
-      if (round > 0 && kept == fit_.kept) return;
+      for (std::size_t i = 0; round >= kRoundsOfReturn && i < kept.size(); ++i) kept[i] = kept[i] && fit_.kept[i];
+      if (round > 0 && kept == fit_.kept &&
+          largest_change(fit_.tau, noise(fit_, NoiseRule::kKept, fit_.loss)) < kNoiseStands) {
+        return;
+      }
       keep_rows(fit_, std::move(kept));
       if (fit_.freedom * fit_.measured_count < least) break;
       fit_.tau = noise(fit_, NoiseRule::kKept, fit_.loss);
