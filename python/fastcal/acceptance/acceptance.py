@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from fastcal.acceptance.figures import figures_of
 from fastcal.acceptance.judgement import LIMITS, SURE, Judged, Verdict, judged, overall, parsed_limits
 from fastcal.acceptance.propagation import simulated_expanded, spreads_of, uncertainty_of
 from fastcal.acceptance.visits import Campaign, campaign, cycle_of
+from fastcal.acceptance.volume import Predicted, predicted_uncertainty
 from fastcal.budget import Budget
 from fastcal.calibration.repeatability import ISO_POSES, ISO_VISITS
 from fastcal.measurements.dataset import Dataset
@@ -39,6 +40,8 @@ class Acceptance:
         verdict: pass, fail or cannot_tell; None where no limit was given.
         budget: What was known beforehand; None: nothing.
         simulated: By figure: the expanded uncertainty by draws (JCGM 101), None for figures of spread.
+        predicted: How surely the model knows its own points in the test's volume; None if it was not calibrated.
+        missing: Limits that no figure of the test shows.
         notes: What a reader should know, a sentence each.
     """
 
@@ -48,7 +51,9 @@ class Acceptance:
     verdict: Verdict | None
     budget: Budget | None
     simulated: tuple[float | None, ...]
-    notes: tuple[str, ...] = field(default=())
+    predicted: Predicted | None = None
+    missing: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
 
     @property
     def is_iso_9283(self) -> bool:
@@ -86,6 +91,7 @@ class Acceptance:
                 for s in self.campaign.stations
             ],
             "figures": [_figure(each, drawn) for each, drawn in zip(self.figures, self.simulated, strict=True)],
+            "volume": None if self.predicted is None else _volume(self.predicted),
             "level": None if self.budget is None else self.budget.level,
             "notes": list(self.notes),
         }
@@ -114,6 +120,27 @@ def _figure(each: Judged, drawn: float | None) -> dict[str, Any]:
         "guard": edge(each.guard),
         "probability": each.probability,
         "verdict": each.verdict,
+    }
+
+
+def _volume(found: Predicted) -> dict[str, Any]:
+    """The block `volume`, in mm."""
+    largest = max(found.worst, key=lambda u: u.expanded)
+    return {
+        "largest_expanded_mm": float(from_si(largest.expanded, "mm")),
+        "points": [
+            {
+                "name": name,
+                "xyz_mm": from_si(point, "mm"),
+                "expanded_mm": [from_si(u.expanded, "mm") for u in coordinates],
+                "worst_expanded_mm": from_si(worst.expanded, "mm"),
+                "contributions_mm": {"calibration": from_si(worst.observed, "mm")}
+                | {name: from_si(part, "mm") for name, part in worst.parts},
+            }
+            for name, point, coordinates, worst in zip(
+                found.names, found.points, found.coordinates, found.worst, strict=True
+            )
+        ],
     }
 
 
@@ -162,15 +189,14 @@ def accept(
         if symbols[0] in asked and not any(figure.symbol in symbols for figure in figures)
     ]
     drawn = simulated_expanded(figures, means, turned, spreads, draws, seed) if draws else [None] * len(figures)
-    result = Acceptance(model, found, tuple(out), overall(out, missing), budget, tuple(drawn))
-    return Acceptance(
-        model, found, result.figures, result.verdict, budget, result.simulated, tuple(_notes(result, missing))
-    )
+    volume = predicted_uncertainty(model, found, budget or Budget())
+    result = Acceptance(model, found, tuple(out), overall(out, missing), budget, tuple(drawn), volume, tuple(missing))
+    return replace(result, notes=tuple(_notes(result)))
 
 
-def _notes(found: Acceptance, missing: list[str]) -> list[str]:
+def _notes(found: Acceptance) -> list[str]:
     """What a reader of the figures should know."""
-    out = [f"a limit is given for {name}, and nothing was measured that shows it" for name in missing]
+    out = [f"a limit is given for {name}, and nothing was measured that shows it" for name in found.missing]
     if found.budget is None:
         out.append(
             "no budget was given: the uncertainties hold the scatter of the visits alone, nothing of the instrument; "

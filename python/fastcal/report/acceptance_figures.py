@@ -21,7 +21,7 @@ _VISITS_SHOWN = 400
 
 def drawings(found: Acceptance) -> list[Figure]:
     """All drawings of the page."""
-    return [_accuracies(found), *_visits(found)]
+    return [_accuracies(found), _visits(found)]
 
 
 def _accuracies(found: Acceptance) -> Figure:
@@ -49,22 +49,18 @@ def _accuracies(found: Acceptance) -> Figure:
     return Figure("accuracies", _("Accuracy and repeatability"), alt, traces, drawn, columns=3, height=330, key=key)
 
 
-def _visits(found: Acceptance) -> list[Figure]:
-    """Attained less commanded points of every visit, seen from above and from the front."""
+def _visits(found: Acceptance) -> Figure:
+    """Attained less commanded points of every visit, seen from above."""
     names = list(dict.fromkeys(station.pose for station in found.campaign.stations))[:5]
     colours = dict(zip(names, (*figures.COMPONENT_COLOURS, figures.INK), strict=False))
-    out = []
-    for id_, title, (i, j) in (("top", _("Visits from above"), (0, 1)), ("front", _("Visits from the front"), (0, 2))):
-        traces = []
-        for k, station in enumerate(found.campaign.stations):
-            if station.pose in colours:
-                e = from_si(found.campaign.errors(k), "mm")
-                shown = figures.spread_rows(len(e), _VISITS_SHOWN)
-                hover = f"{station.pose}{station.direction}: %{{x:.4f}}, %{{y:.4f}} mm"
-                traces.append(figures.points(e[shown, i], e[shown, j], colours[station.pose], 5, 0.55, hover=hover))
-        axis = "xyz"
-        drawn = figures.layout(f"{axis[i]} (mm)", f"{axis[j]} (mm)", yaxis={"scaleanchor": "x", "scaleratio": 1})
-        alt = _("Attained less commanded points of all visits, in the axes of the base.")
-        key = [Key(name, colour, "point") for name, colour in colours.items()]
-        out.append(Figure(f"visits-{id_}", title, alt, traces, drawn, columns=3, height=330, key=key))
-    return out[:1]
+    traces = []
+    for k, station in enumerate(found.campaign.stations):
+        if station.pose in colours:
+            e = from_si(found.campaign.errors(k), "mm")
+            shown = figures.spread_rows(len(e), _VISITS_SHOWN)
+            hover = f"{station.pose}{station.direction}: %{{x:.4f}}, %{{y:.4f}} mm"
+            traces.append(figures.points(e[shown, 0], e[shown, 1], colours[station.pose], 5, 0.55, hover=hover))
+    drawn = figures.layout("x (mm)", "y (mm)", yaxis={"scaleanchor": "x", "scaleratio": 1})
+    alt = _("Attained less commanded points of all visits, in the axes of the base.")
+    key = [Key(name, colour, "point") for name, colour in colours.items()]
+    return Figure("visits", _("Visits from above"), alt, traces, drawn, columns=3, height=330, key=key)

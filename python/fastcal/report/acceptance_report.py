@@ -54,6 +54,7 @@ def acceptance_page(found: Acceptance, language: str = "en") -> str:
             figures_table=_figures_table(found),
             poses_table=_poses_table(found),
             budget_table=_budget_table(found),
+            volume_table=_volume_table(found),
             drawings=acceptance_figures.drawings(found),
             method=_method(found),
             rule=_(
@@ -105,7 +106,7 @@ def _verdict(found: Acceptance) -> Verdict:
     }[found.verdict]
     judged = [each for each in found.figures if each.verdict is not None]
     remarks = [Remark(_judged_sentence(each), each.verdict != "pass", "figures") for each in _worst(judged)]
-    remarks += [Remark(_note(note), True, "method") for note in found.notes]
+    remarks += [Remark(text, True, "method") for text in _cautions(found)]
     return Verdict(_TONES[found.verdict], word, headline, remarks)
 
 
@@ -141,8 +142,20 @@ def _odds(probability: float | None) -> str:
     return f"{sign}{fixed(100 * said, 1)}\N{NARROW NO-BREAK SPACE}%"
 
 
-def _note(note: str) -> str:
-    return note[:1].upper() + note[1:] + "."
+def _cautions(found: Acceptance) -> list[str]:
+    """The notes of the test in the language of the page."""
+    out = [
+        _("A limit is given for {name}, and nothing was measured that shows it.", name=name) for name in found.missing
+    ]
+    if found.budget is None:
+        out.append(_("No budget was given: the uncertainties hold the scatter of the visits alone."))
+    if not found.is_iso_9283:
+        out.append(_("The plan of ISO 9283, five poses with thirty visits each, is not met."))
+    if found.campaign.fitted:
+        out.append(
+            _("The instrument was aligned to the poses: AP holds nothing that a rigid motion of all would explain.")
+        )
+    return out
 
 
 def _texts(each: Judged) -> tuple[str, str, str]:
@@ -242,6 +255,21 @@ def _budget_table(found: Acceptance) -> Table | None:
         [*columns, Column(_("u (mm)")), Column(_("Share of the variance"))],
         [Group(rows)],
     )
+
+
+def _volume_table(found: Acceptance) -> Table | None:
+    """How surely the model knows its points; None where it was not calibrated."""
+    known = found.predicted
+    if known is None:
+        return None
+    columns = [Column(_("Point"), numeric=False), *(Column(f"{axis} (mm)") for axis in "xyz")]
+    columns += [Column(f"U({axis}) (mm)") for axis in "xyz"] + [Column(_("U, worst direction (mm)"))]
+    rows = []
+    for name, point, coordinates, worst in zip(known.names, known.points, known.coordinates, known.worst, strict=True):
+        at = [number_cell(fixed(float(v), 1), float(v)) for v in from_si(point, "mm")]
+        sizes = [float(from_si(u.expanded, "mm")) for u in (*coordinates, worst)]
+        rows.append([Cell(name), *at, *(number_cell(significant(size, 2), size) for size in sizes)])
+    return Table(_("Expanded uncertainty of the model's own prediction"), columns, [Group(rows)])
 
 
 def _distribution(name: str) -> str:

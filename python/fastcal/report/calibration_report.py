@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from fastcal.measurements.observations import plurals
 from fastcal.report import calibration_tables, charts, figures, page, residual_figures, workspace
 from fastcal.report.formatting import alike, count, plural, significant
-from fastcal.report.tables import capitalised, spaced
+from fastcal.report.language import _
+from fastcal.report.tables import capitalised, in_words
 from fastcal.report.trends import trend
 from fastcal.report.view import Rows, rows_of
 from fastcal.report.words import listed, verdict
@@ -25,25 +26,26 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-_METHODS = {
-    "nls": "nonlinear least squares (Levenberg-Marquardt)",
-    "bfgs": "BFGS with line search on the root of the mean squared distance",
-    "bfgs_mean_distance": "BFGS with line search on the mean distance",
-}
-_MEASURING_FRAME = "the measuring frame"
+
+def _methods() -> dict[str, str]:
+    return {
+        "nls": _("nonlinear least squares (Levenberg-Marquardt)"),
+        "bfgs": _("BFGS with line search on the root of the mean squared distance"),
+        "bfgs_mean_distance": _("BFGS with line search on the mean distance"),
+    }
 
 
 def calibration_page(result: CalibrationResult, *, simulated: bool = False) -> str:
     """The HTML text of the report."""
-    train = rows_of("Training", result.train, result.model.joint_types)
-    test = rows_of("Test", result.test, result.model.joint_types)
+    train = rows_of(_("Training"), result.train, result.model.joint_types)
+    test = rows_of(_("Test"), result.test, result.model.joint_types)
     sets = [rows for rows in (train, test) if rows is not None]
     trends = {v.name: trend(v.values, train.residual) for v in train.variables} if train else {}
     base = np.asarray(result.model.spec["base"]["xyz_mm"], float)
     arrows = residual_figures.arrows(sets)
     return page.render(
         "calibration.html",
-        title=f"Calibration of {result.model.name}",
+        title=_("Calibration of {robot}", robot=result.model.name),
         robot_name=result.model.name,
         simulated=simulated,
         sources=_sources(result),
@@ -52,14 +54,14 @@ def calibration_page(result: CalibrationResult, *, simulated: bool = False) -> s
         accuracy_table=calibration_tables.accuracy_table(sets) if sets else None,
         accuracy_figures=accuracy_figures(sets) if sets else [],
         accuracy_facts=_accuracy_facts(result),
-        scene=None if arrows is None else workspace.scene(*arrows, base, _MEASURING_FRAME),
+        scene=None if arrows is None else workspace.scene(*arrows, base, _("the measuring frame")),
         flat_views=[] if arrows is None else workspace.flat_views(*arrows),
         component_key=charts.component_key(train.components) if train else [],
         trend_panels=residual_figures.trend_panels(train, trends) if train else [],
         trend_note=residual_figures.drawn_note(train.row_count) if train else "",
         parameter_table=calibration_tables.parameter_table(result.parameters),
         unidentifiable=[
-            (capitalised(spaced(item.direction)), spaced(item.parameters[0]) if item.parameters else "")
+            (capitalised(in_words(item.direction)), in_words(item.parameters[0]) if item.parameters else "")
             for item in result.unidentifiable
         ],
         correlated_table=calibration_tables.correlated_table(result.correlated),
@@ -77,32 +79,38 @@ def calibration_page(result: CalibrationResult, *, simulated: bool = False) -> s
 
 def _sources(result: CalibrationResult) -> list[tuple[str, str, int]]:
     """Name, file and row count of the sets; the file without its folder, which is nobody's business."""
-    sets = (("Training", result.train), ("Test", result.test))
+    sets = ((_("Training"), result.train), (_("Test"), result.test))
     return [(name, PurePath(part.data.source).name, len(part.data)) for name, part in sets if part is not None]
 
 
 def _tiles(result: CalibrationResult, sets: list[Rows]) -> list[tuple[str, str, str]]:
-    shares = f"{len(result.parameters)} of {result.asked_count}"
-    told = ("Identified", shares, f"parameters; rank {result.rank}")
-    noise = ("Noise of a coordinate", f"{significant(result.sigma_mm, 2)} mm", "standard deviation")
+    shares = _("{some} of {all}", some=len(result.parameters), all=result.asked_count)
+    told = (_("Identified"), shares, _("parameters; rank {rank}", rank=result.rank))
+    noise = (_("Noise of a coordinate"), f"{significant(result.sigma_mm, 2)} mm", _("standard deviation"))
     if not sets:
         return [noise, told]
     before, after = sets[-1].before, sets[-1].after
-    on = f"{sets[-1].name.lower()} poses"
+    on = _poses_of(result, sets[-1] is not sets[0])
+    was = [_("was {value} mm", value=alike(value, after.mean)) for value in (before.mean, before.max)]
     return [
-        (f"Mean error, {on}", f"{alike(after.mean, after.mean)} mm", f"was {alike(before.mean, after.mean)} mm"),
-        (f"Largest error, {on}", f"{alike(after.max, after.mean)} mm", f"was {alike(before.max, after.mean)} mm"),
+        (_("Mean error, {on}", on=on), f"{alike(after.mean, after.mean)} mm", was[0]),
+        (_("Largest error, {on}", on=on), f"{alike(after.max, after.mean)} mm", was[1]),
         noise,
         told,
     ]
 
 
+def _poses_of(result: CalibrationResult, of_test: bool) -> str:
+    is_test = of_test or result.train.after is None
+    return _("test poses") if is_test else _("training poses")
+
+
 def _accuracy_facts(result: CalibrationResult) -> list[tuple[str, str]]:
     """Orientation and ISO 9283, where they were measured."""
     facts = []
-    for name, part in (("training", result.train), ("test", result.test)):
+    for name, part in ((_("training poses"), result.train), (_("test poses"), result.test)):
         if part is not None:
-            facts += [(f"{title}, {name} poses", text) for title, text in _facts_of(part)]
+            facts += [(f"{title}, {name}", text) for title, text in _facts_of(part)]
     return facts
 
 
@@ -111,19 +119,19 @@ def _facts_of(part: Evaluation) -> list[tuple[str, str]]:
     turn = part.turn_after[np.isfinite(part.turn_after)] if part.turn_after is not None else np.zeros(0)
     if len(turn):
         rms, largest = (significant(from_si(float(x), "deg")) for x in (np.sqrt(np.mean(turn**2)), turn.max()))
-        facts.append(("Orientation after", f"RMS {rms}°, largest {largest}°"))
+        facts.append((_("Orientation after"), _("RMS {rms}°, largest {largest}°", rms=rms, largest=largest)))
     if part.repeatability is not None:
         found = part.repeatability
         figures_of = {"AP": found.accuracy, "RP": found.repeatability, "vAP": found.direction_variation}
         means = [
-            f"mean {name} {significant(from_si(float(np.mean(x)), 'mm'))} mm"
+            _("mean {symbol} {value} mm", symbol=name, value=significant(from_si(float(np.mean(x)), "mm")))
             for name, x in figures_of.items()
             if len(x)
         ]
-        visits = f"{plural(found.poses, 'pose')} visited {count(found.visits)} times in all"
+        visits = _("{poses} visited {count} times in all", poses=plural(found.poses, "pose"), count=count(found.visits))
         lacking = f" ({found.note})" if found.note is not None else ""
-        title = "ISO 9283 after" if found.is_iso_9283 else "Repeated poses after"
-        facts.append((title, f"{', '.join(means)} over {visits}{lacking}"))
+        title = _("ISO 9283 after") if found.is_iso_9283 else _("Repeated poses after")
+        facts.append((title, _("{figures} over {visits}", figures=", ".join(means), visits=visits) + lacking))
     return facts
 
 
@@ -134,24 +142,33 @@ def accuracy_figures(sets: list[Rows]) -> list[figures.Figure]:
     for rows in sets:
         name, is_judged = rows.name.lower(), rows is sets[-1]
         dash = "solid" if is_judged else "dot"
-        curves.append((f"{name} before", rows.error_before, figures.BEFORE, dash))
-        curves.append((f"{name} after", rows.error_after, figures.AFTER, dash))
+        curves.append((_("{set} before", set=name), rows.error_before, figures.BEFORE, dash))
+        curves.append((_("{set} after", set=name), rows.error_after, figures.AFTER, dash))
         samples.insert(0, (name, rows.error_after, figures.AFTER if is_judged else figures.INK))
     return [charts.cumulative(curves, "mm"), charts.histogram(samples, "mm")]
 
 
 def _method(result: CalibrationResult) -> list[tuple[str, str]]:
     data = result.train.data
-    robust = f"{result.loss}, robust: rows that fit badly weigh less"
+    robust = _("{loss}, robust: rows that fit badly weigh less", loss=result.loss)
+    plain = _("none: every row weighs by its standard deviation alone")
+    outcome = _("{iterations}: {message}", iterations=plural(result.iterations, "iteration"), message=result.message)
     return [
-        ("Robot", f"{result.model.name} ({result.model.kinematics}, {plural(result.model.joint_count, 'joint')})"),
-        ("Measured", f"{listed(plurals(data))}, {plural(len(data), 'row')}"),
-        ("Method", _METHODS.get(result.method, result.method)),
-        ("Loss", "none: every row weighs by its standard deviation alone" if result.loss == "none" else robust),
+        (_("Robot"), f"{result.model.name} ({result.model.kinematics}, {plural(result.model.joint_count, 'joint')})"),
+        (_("Measured"), f"{listed([_(kind) for kind in plurals(data)])}, {plural(len(data), 'row')}"),
+        (_("Method"), _methods().get(result.method, result.method)),
+        (_("Loss"), plain if result.loss == "none" else robust),
+        (_("Outcome"), f"{result.status.replace('_', ' ')}, {outcome}"),
         (
-            "Outcome",
-            f"{result.status.replace('_', ' ')} after {plural(result.iterations, 'iteration')}: {result.message}",
+            _("Parameters"),
+            _(
+                "{asked} asked for, {found} identifiable from the data",
+                asked=result.asked_count,
+                found=len(result.parameters),
+            ),
         ),
-        ("Parameters", f"{result.asked_count} asked for, {len(result.parameters)} identifiable from the data"),
-        ("Degrees of freedom", f"{count(result.degrees_of_freedom)} (measured numbers less identified parameters)"),
+        (
+            _("Degrees of freedom"),
+            _("{count} (measured numbers less identified parameters)", count=count(result.degrees_of_freedom)),
+        ),
     ]

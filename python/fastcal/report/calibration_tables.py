@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from fastcal import units
 from fastcal.report.formatting import count, fixed, is_known, percent, plural, with_uncertainty
-from fastcal.report.tables import Cell, Column, Group, Table, capitalised, number_cell, spaced, unit_text
+from fastcal.report.language import _
+from fastcal.report.tables import Cell, Column, Group, Table, capitalised, in_words, number_cell, unit_text
 from fastcal.report.view import Rows
 
 if TYPE_CHECKING:
@@ -20,12 +21,13 @@ if TYPE_CHECKING:
 OUTLIER_LIMIT = 25
 PAIR_LIMIT = 15
 
-_STATISTICS = {"mean": "Mean (mm)", "std": "Std (mm)", "rms": "RMS (mm)", "max": "Max (mm)"}
+_STATISTICS = ("mean", "std", "rms", "max")
 
 
 def accuracy_table(sets: list[Rows]) -> Table:
     """Mean, std, RMS and maximum of the error before and after on each set, and the share that remains."""
-    columns = [Column("", numeric=False), Column("Poses"), *(Column(title) for title in _STATISTICS.values())]
+    titles = (_("Mean (mm)"), _("Std (mm)"), _("RMS (mm)"), _("Max (mm)"))
+    columns = [Column("", numeric=False), Column(_("Poses")), *(Column(title) for title in titles)]
     groups = []
     for rows in sets:
         before, after = ([float(getattr(state, name)) for name in _STATISTICS] for state in (rows.before, rows.after))
@@ -35,24 +37,25 @@ def accuracy_table(sets: list[Rows]) -> Table:
         lines = [
             [Cell(title), Cell(count(state.count)), *(Cell(fixed(size, digits)) for size in sizes)]
             for title, state, sizes in (
-                ("before calibration", rows.before, before),
-                ("after calibration", rows.after, after),
+                (_("before calibration"), rows.before, before),
+                (_("after calibration"), rows.after, after),
             )
         ]
-        lines.append([Cell("remaining"), Cell(""), *(Cell(share) for share in shares)])
-        groups.append(Group(lines, f"{rows.name} poses"))
-    return Table("Error before and after calibration, in millimetres", columns, groups)
+        lines.append([Cell(_("remaining")), Cell(""), *(Cell(share) for share in shares)])
+        groups.append(Group(lines, _("{set} poses", set=rows.name)))
+    return Table(_("Error before and after calibration, in millimetres"), columns, groups)
 
 
 def parameter_table(parameters: list[IdentifiedParameter]) -> Table:
     """Nominal, identified, std and change of every parameter, in groups by owner in the order of the parameters."""
-    columns = [Column("Parameter", numeric=False), Column("Unit", numeric=False)]
-    columns += [Column(title) for title in ("Nominal", "Identified", "Std", "Change", "Change / std")]
+    columns = [Column(_("Parameter"), numeric=False), Column(_("Unit"), numeric=False)]
+    columns += [Column(title) for title in (_("Nominal"), _("Identified"), _("Std"), _("Change"), _("Change / std"))]
     groups = []
     for owner in dict.fromkeys(parameter.owner for parameter in parameters):
         rows = [_parameter_row(parameter) for parameter in parameters if parameter.owner == owner]
-        groups.append(Group(rows, capitalised(spaced(owner)), plural(len(rows), "parameter")))
-    return Table("Parameters: nominal, identified, standard deviation and change", columns, groups, is_sortable=True)
+        groups.append(Group(rows, capitalised(in_words(owner)), plural(len(rows), "parameter")))
+    caption = _("Parameters: nominal, identified, standard deviation and change")
+    return Table(caption, columns, groups, is_sortable=True)
 
 
 def correlated_table(pairs: list[tuple[str, str, float]]) -> Table | None:
@@ -62,14 +65,14 @@ def correlated_table(pairs: list[tuple[str, str, float]]) -> Table | None:
     strongest = sorted(pairs, key=lambda pair: -abs(pair[2]))[:PAIR_LIMIT]
     rows = [
         [
-            Cell(capitalised(spaced(first))),
-            Cell(capitalised(spaced(second))),
+            Cell(capitalised(in_words(first))),
+            Cell(capitalised(in_words(second))),
             number_cell(fixed(r, 4 if abs(r) > 0.995 else 3), r),
         ]
         for first, second, r in strongest
     ]
-    columns = [Column("Parameter", numeric=False), Column("and", numeric=False), Column("Correlation")]
-    return Table("Strongly correlated parameters", columns, [Group(rows)])
+    columns = [Column(_("Parameter"), numeric=False), Column(_("and"), numeric=False), Column(_("Correlation"))]
+    return Table(_("Strongly correlated parameters"), columns, [Group(rows)])
 
 
 def outlier_table(rows: Rows, outliers: list[int], weights: NDArray[np.float64]) -> Table | None:
@@ -79,10 +82,9 @@ def outlier_table(rows: Rows, outliers: list[int], weights: NDArray[np.float64])
     error, outlying = rows.error_after, np.asarray(outliers, int)
     worst = outlying[np.argsort(-np.nan_to_num(error[outlying]))][:OUTLIER_LIMIT]
     parts = rows.components if len(rows.components) > 1 else ()
-    columns = [Column(title) for title in ("Row", "Error (mm)", *(f"{name} (mm)" for name in parts), "Weight")]
-    columns.append(
-        Column(f"Joint positions ({', '.join(dict.fromkeys(joint.unit for joint in rows.joints))})", numeric=False)
-    )
+    columns = [Column(title) for title in (_("Row"), _("Error (mm)"), *(f"{name} (mm)" for name in parts), _("Weight"))]
+    units_of = ", ".join(dict.fromkeys(joint.unit for joint in rows.joints))
+    columns.append(Column(_("Joint positions ({units})", units=units_of), numeric=False))
     lines = []
     for row in worst:
         numbers = [
@@ -93,7 +95,7 @@ def outlier_table(rows: Rows, outliers: list[int], weights: NDArray[np.float64])
         ]
         posture = ", ".join(fixed(float(joint.values[row]), 1) for joint in rows.joints)
         lines.append([*(number_cell(fixed(float(x), digits), float(x)) for x, digits in numbers), Cell(posture)])
-    return Table("Rows that fit badly", columns, [Group(lines)], is_sortable=True)
+    return Table(_("Rows that fit badly"), columns, [Group(lines)], is_sortable=True)
 
 
 def _parameter_row(parameter: IdentifiedParameter) -> list[Cell]:

@@ -13,6 +13,7 @@ from scipy import special
 from fastcal.report import figures
 from fastcal.report.figures import Figure, Key, Trace
 from fastcal.report.formatting import plural, significant
+from fastcal.report.language import _, decimal_sign
 from fastcal.report.trends import binned_median
 
 Array = NDArray[np.float64]
@@ -30,20 +31,25 @@ def cumulative(curves: list[tuple[str, Array, str, str]], unit: str) -> Figure:
             continue
         shown = figures.spread_rows(len(errors), 400)
         low, high = min(low, float(errors[shown[len(shown) // 50]])), max(high, float(errors[-1]))
-        hover = f"{name}: %{{y:.1f}} % of poses within %{{x:.3g}} {unit}"
+        hover = _("{name}: %{{y:.1f}} % of poses within %{{x:.3g}} {unit}", name=name, unit=unit)
         traces.append(figures.line(errors[shown], 100.0 * (shown + 1.0) / len(errors), colour, dash, hover=hover))
     span = [math.log10(low / 1.5), math.log10(high * 1.3)] if traces else [-2.0, 1.0]
     ticks = [step * 10.0**power for power in range(math.floor(span[0]), math.ceil(span[1])) for step in (1, 2, 5)]
     ticks = ticks if span[1] - span[0] < 2.6 else ticks[::3]
     drawn = figures.layout(
-        f"error ({unit}), logarithmic",
-        "poses within (%)",
-        xaxis={"type": "log", "range": span, "tickvals": ticks, "ticktext": [f"{tick:.10g}" for tick in ticks]},
+        _("error ({unit}), logarithmic", unit=unit),
+        _("poses within (%)"),
+        xaxis={
+            "type": "log",
+            "range": span,
+            "tickvals": ticks,
+            "ticktext": [f"{tick:.10g}".replace(".", decimal_sign()) for tick in ticks],
+        },
         yaxis={"range": [0, 101]},
     )
-    alt = "Cumulative share of poses against their error, before and after calibration: further left is better."
+    alt = _("Cumulative share of poses against their error, before and after calibration: further left is better.")
     key = [Key(name, colour, dash) for name, _, colour, dash in curves]
-    return Figure("cumulative", "Share of poses within an error", alt, traces, drawn, columns=3, key=key)
+    return Figure("cumulative", _("Share of poses within an error"), alt, traces, drawn, columns=3, key=key)
 
 
 def histogram(samples: list[tuple[str, Array, str]], unit: str) -> Figure:
@@ -57,16 +63,18 @@ def histogram(samples: list[tuple[str, Array, str]], unit: str) -> Figure:
     for (name, errors, colour), dash in zip(known, _HISTOGRAM_DASHES, strict=False):
         share = 100.0 * np.histogram(np.minimum(errors, edges[-1]), edges)[0] / max(1, len(errors))
         fill = {"fill": "tozeroy", "fillcolor": figures.translucent(colour, 0.12)} if not traces else {}
-        hover = f"{name}: %{{y:.1f}} % of poses near %{{x:.3g}} {unit}"
+        hover = _("{name}: %{{y:.1f}} % of poses near %{{x:.3g}} {unit}", name=name, unit=unit)
         steps = np.repeat(edges, 2), np.pad(np.repeat(share, 2), 1)
         traces.append(figures.line(*steps, colour, dash, hover=hover, **fill))
     beyond = int(np.count_nonzero(pooled > edges[-1]))
-    drawn = figures.layout(f"error after calibration ({unit})", "poses (%)", yaxis={"rangemode": "tozero"})
+    drawn = figures.layout(
+        _("error after calibration ({unit})", unit=unit), _("poses (%)"), yaxis={"rangemode": "tozero"}
+    )
     drawn["xaxis"]["range"] = [0.0, float(edges[-1])]
-    alt = "Histogram of the error after calibration, in percent of the poses."
-    note = f"Errors beyond the axis ({beyond}) are counted in the last bin." if beyond else ""
+    alt = _("Histogram of the error after calibration, in percent of the poses.")
+    note = _("Errors beyond the axis ({count}) are counted in the last bin.", count=beyond) if beyond else ""
     key = [Key(name, colour, dash) for (name, _, colour), dash in zip(samples, _HISTOGRAM_DASHES, strict=False)]
-    return Figure("histogram", "Error after calibration", alt, traces, drawn, note, columns=3, key=key)
+    return Figure("histogram", _("Error after calibration"), alt, traces, drawn, note, columns=3, key=key)
 
 
 def component_key(components: tuple[str, ...]) -> list[Key]:
@@ -97,13 +105,13 @@ def trend_panel(
             continue
         around = np.concatenate([bins.x, bins.x[::-1]]), np.concatenate([bins.low, bins.high[::-1]])
         fill = {"fill": "toself", "fillcolor": figures.translucent(entry.colour, 0.18), "line": {"width": 0}}
-        hover = f"{entry.label}: median %{{y:.3g}} mm at %{{x:.4g}}"
+        hover = _("{component}: median %{{y:.3g}} mm at %{{x:.4g}}", component=entry.label)
         traces.append(figures.line(*around, entry.colour) | fill)
         traces.append(figures.line(bins.x, bins.median, entry.colour, entry.mark, hover=hover))
     title, x_title = titles
-    drawn = figures.layout(x_title, "residual (mm)", yaxis={"range": [-y_range, y_range]}, xaxis={"nticks": 5})
+    drawn = figures.layout(x_title, _("residual (mm)"), yaxis={"range": [-y_range, y_range]}, xaxis={"nticks": 5})
     drawn["margin"] |= {"l": 56, "t": 6, "b": 42}
-    alt = f"Residual in millimetres against {x_title}, with the running median of each component."
+    alt = _("Residual in millimetres against {variable}, with the running median of each component.", variable=x_title)
     return Figure(f"trend-{id_}", title, alt, traces, drawn, columns=2, height=230)
 
 
@@ -117,25 +125,29 @@ def normal_plot(residual: Array, sigma: float, is_outlier: NDArray[np.bool_], mo
     x = special.ndtri((np.arange(1, len(order) + 1) - 0.375) / (len(order) + 0.25))
     shown = _thin_middle(len(order), most)
     x, y, outlying = x[shown], residual[order][shown], is_outlier[order][shown]
-    hover = "residual %{y:.3f} mm at normal quantile %{x:.2f}"
+    hover = _("residual %{{y:.3f}} mm at normal quantile %{{x:.2f}}")
     traces = [figures.points(x[~outlying], y[~outlying], figures.AFTER, 5, 0.75, hover=hover)]
-    key = [Key("residual component", figures.AFTER, "point")]
+    key = [Key(_("residual component"), figures.AFTER, "point")]
     if outlying.any():
         traces.append(figures.points(x[outlying], y[outlying], figures.ALERT, 6, 0.75, hover=hover, symbol="x"))
-        key.append(Key("of an outlying row", figures.ALERT, "cross"))
+        key.append(Key(_("of an outlying row"), figures.ALERT, "cross"))
     reach = float(np.abs(x).max(initial=1.0))
     traces.append(figures.line([-reach, reach], [-reach * sigma, reach * sigma], figures.INK, "dash"))
-    key.append(Key(f"normal noise of {significant(sigma, 2)} mm", figures.INK, "dash"))
+    key.append(Key(_("normal noise of {sigma} mm", sigma=significant(sigma, 2)), figures.INK, "dash"))
     largest = max(float(np.abs(y).max(initial=0.0)), reach * sigma) or 1.0
     top = min(1.08 * largest, _NORMAL_PLOT_SIGMAS * sigma or math.inf)
-    drawn = figures.layout("normal quantile (standard deviations)", "residual component (mm)")
+    drawn = figures.layout(_("normal quantile (standard deviations)"), _("residual component (mm)"))
     drawn["yaxis"]["range"] = [-top, top]
     beyond = int(np.count_nonzero(np.abs(residual[known]) > top))
-    note = (
-        f"{plural(beyond, 'component')} beyond {_NORMAL_PLOT_SIGMAS} standard deviations not drawn." if beyond else ""
-    )
-    alt = "Normal plot: sorted residual components against normal quantiles; normal noise lies on the dashed line."
-    return Figure("normal", "Normal plot of the residual", alt, traces, drawn, note, columns=4, height=340, key=key)
+    note = ""
+    if beyond:
+        note = _(
+            "{components} beyond {limit} standard deviations not drawn.",
+            components=plural(beyond, "component"),
+            limit=_NORMAL_PLOT_SIGMAS,
+        )
+    alt = _("Normal plot: sorted residual components against normal quantiles; normal noise lies on the dashed line.")
+    return Figure("normal", _("Normal plot of the residual"), alt, traces, drawn, note, columns=4, height=340, key=key)
 
 
 def _thin_middle(total: int, most: int) -> NDArray[np.intp]:

@@ -14,6 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.report.language import decimal_sign
+
 Array = NDArray[np.float64]
 Trace = dict[str, Any]
 
@@ -75,7 +77,7 @@ class Figure:
 
 def marked(figure: Figure, badge: str, weight: int) -> Figure:
     """The figure with a short word beside its title, as loud as `weight` says, 0 to 3."""
-    return replace(figure, badge=badge, weight=weight, alt=f"{figure.alt} Found: {badge}.")
+    return replace(figure, badge=badge, weight=weight, alt=f"{figure.alt} {badge}.")
 
 
 def layout(x_title: str, y_title: str, **more: Any) -> dict[str, Any]:
@@ -86,6 +88,7 @@ def layout(x_title: str, y_title: str, **more: Any) -> dict[str, Any]:
         "plot_bgcolor": "#fff",
         "margin": {"l": 58, "r": 14, "t": 10, "b": 46},
         "showlegend": False,
+        "separators": f"{decimal_sign()}\N{NARROW NO-BREAK SPACE}",
         "hovermode": "closest",
         "hoverlabel": {"bgcolor": "#fff", "bordercolor": MUTED, "font": {"color": INK, "family": FONT}},
         "xaxis": axis(x_title),

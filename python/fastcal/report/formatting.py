@@ -10,6 +10,8 @@ from __future__ import annotations
 
 import math
 
+from fastcal.report.language import _, decimal_sign
+
 MISSING = "\N{EN DASH}"
 _MINUS = "\N{MINUS SIGN}"
 _SUPERSCRIPT = str.maketrans("-0123456789", "\N{SUPERSCRIPT MINUS}⁰¹²³⁴⁵⁶⁷⁸⁹")
@@ -56,7 +58,7 @@ def fixed(number: float | None, decimals: int) -> str:
     """`number` with fixed decimals, a true minus sign, and no negative zero."""
     if number is None or not math.isfinite(number):
         return MISSING
-    text = f"{number:.{decimals}f}"
+    text = f"{number:.{decimals}f}".replace(".", decimal_sign())
     return text.replace("-", _MINUS if number and any(digit in "123456789" for digit in text) else "")
 
 
@@ -81,8 +83,8 @@ def count(number: int) -> str:
 
 
 def plural(number: int, noun: str, nouns: str | None = None) -> str:
-    """'1 row', '12 rows'."""
-    return f"{count(number)} {noun if number == 1 else nouns or noun + 's'}"
+    """'1 row', '12 rows', in the language of the page."""
+    return f"{count(number)} {_(noun if number == 1 else nouns or noun + 's')}"
 
 
 def percent(share: float) -> str:

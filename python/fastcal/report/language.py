@@ -31,10 +31,14 @@ def in_language(name: str) -> Iterator[None]:
         language.reset(token)
 
 
-def _(message: str, **values: Any) -> str:
-    """The message in the language of the page, its placeholders filled."""
-    text = catalogue(language.get()).get(message, message)
-    return text.format(**values) if values else text
+def _(message: str, /, **values: Any) -> str:
+    """The message in the language of the page, its placeholders {name} filled; a brace itself is written twice."""
+    return catalogue(language.get()).get(message, message).format(**values)
+
+
+def decimal_sign() -> str:
+    """The decimal sign of the language of the page."""
+    return "," if language.get() == "de" else "."
 
 
 @functools.cache

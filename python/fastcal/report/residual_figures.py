@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from fastcal.report import charts, figures
 from fastcal.report.formatting import count, percent
+from fastcal.report.language import _
 from fastcal.report.trends import Trend
 from fastcal.report.view import Rows, Variable
 
@@ -18,7 +19,6 @@ Array = NDArray[np.float64]
 
 POINT_LIMIT = 350
 LOUDER = (0.1, 0.3)  # shares of the variance from which a trend is clear, and strong
-_STRENGTHS = ("no trend", "slight trend", "clear trend", "strong trend")
 
 
 def arrows(sets: list[Rows]) -> tuple[Array, Array, Array] | None:
@@ -74,7 +74,10 @@ def _panel(rows: Rows, variable: Variable, trends: dict[str, Trend], y_range: fl
     weight = 0
     if found.is_flagged(len(trends)):
         weight = 1 + sum(found.share >= share for share in LOUDER)
-    badge = f"{_STRENGTHS[weight]}, {percent(found.share)} of the variance" if weight else _STRENGTHS[0]
+    strengths = (_("no trend"), _("slight trend"), _("clear trend"), _("strong trend"))
+    badge = strengths[weight]
+    if weight:
+        badge = _("{strength}, {share} of the variance", strength=badge, share=percent(found.share))
     titles = variable.title, variable.label
     key = charts.component_key(rows.components)
     shown = figures.spread_rows(rows.row_count, POINT_LIMIT)
@@ -85,8 +88,14 @@ def _panel(rows: Rows, variable: Variable, trends: dict[str, Trend], y_range: fl
 def drawn_note(row_count: int) -> str:
     """How many of the rows are drawn, and how."""
     drawn = min(row_count, POINT_LIMIT)
-    every = "" if drawn == row_count else f" {count(drawn)} of {count(row_count)} rows are drawn as points."
-    return f"Medians and bands are of all rows.{every} Points beyond the axis are not drawn."
+    if drawn == row_count:
+        return _("Medians and bands are of all rows. Points beyond the axis are not drawn.")
+    return _(
+        "Medians and bands are of all rows. {some} of {all} rows are drawn as points. Points beyond the axis are not "
+        "drawn.",
+        some=count(drawn),
+        all=count(row_count),
+    )
 
 
 def normal_plot(rows: Rows, sigma_mm: float, outliers: list[int]) -> figures.Figure:

@@ -8,6 +8,7 @@ import re
 from dataclasses import dataclass, field
 
 from fastcal.report.formatting import is_known
+from fastcal.report.language import _
 
 _UNIT_TEXTS = {
     "1": "",
@@ -95,6 +96,20 @@ def unit_text(unit: str) -> str:
 def spaced(text: str) -> str:
     """A text of the core as it is printed: `joint2 theta` -> joint 2 theta."""
     return re.sub(r"\b(joint|link)(\d+)\b", "\\1\N{NO-BREAK SPACE}\\2", text)
+
+
+def in_words(text: str) -> str:
+    """A parameter or a direction of the core as it is printed, its words in the language of the page."""
+    known = {
+        "joint": _("joint"),
+        "link": _("link"),
+        "base": _("base"),
+        "tool": _("tool"),
+        "and": _("and"),
+        "move together": _("move together"),
+        "turn together": _("turn together"),
+    }
+    return re.sub(r"[a-z]{2,}( together)?", lambda word: known.get(word[0], word[0]), spaced(text))
 
 
 def capitalised(text: str) -> str:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import units
+from fastcal.report.language import _
 
 if TYPE_CHECKING:
     from fastcal.calibration.evaluation import ErrorStatistics, Evaluation
@@ -146,18 +147,20 @@ def _joints(data: Dataset, joint_types: list[str]) -> list[Variable]:
     found = []
     for k, kind in enumerate(joint_types):
         unit, text = ("mm", "mm") if kind == "prismatic" else ("deg", "°")
-        found.append(Variable(f"q{k + 1}", f"joint {k + 1}", text, np.asarray(units.from_si(data.q[:, k], unit))))
+        found.append(
+            Variable(f"q{k + 1}", f"{_('joint')} {k + 1}", text, np.asarray(units.from_si(data.q[:, k], unit)))
+        )
     return found
 
 
 def _conditions(data: Dataset) -> list[Variable]:
     order = np.asarray(data.extra.get("order", np.arange(len(data.q))), float)
-    found = [Variable("order", "order of measurement", "row", order)]
+    found = [Variable("order", _("order of measurement"), _("row"), order)]
     if data.time is not None and not np.array_equal(np.argsort(data.time), np.argsort(order)):
-        found.append(Variable("time", "time", "s since the first", data.time - np.nanmin(data.time)))
+        found.append(Variable("time", _("time"), _("s since the first"), data.time - np.nanmin(data.time)))
     if data.temperature is not None:
-        found.append(Variable("temperature", "temperature", "°C", np.asarray(units.from_si(data.temperature, "c"))))
-    found.append(Variable("payload", "payload", "kg", data.payload))
+        found.append(Variable("temperature", _("temperature"), "°C", np.asarray(units.from_si(data.temperature, "c"))))
+    found.append(Variable("payload", _("payload"), "kg", data.payload))
     return found
 
 

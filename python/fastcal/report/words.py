@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fastcal.report.formatting import alike, count, percent, plural, significant
+from fastcal.report.language import _
 from fastcal.report.trends import Trend
 from fastcal.report.view import Rows
 
@@ -19,7 +20,6 @@ if TYPE_CHECKING:
 _WORSE_ON_TEST = 1.3
 _NO_GAIN = 0.97
 _MANY_OUTLIERS = 0.05
-_FAILURES = {"not_converged": "Not converged", "too_few_equations": "Too few measurements"}
 
 
 @dataclass(frozen=True)
@@ -47,29 +47,48 @@ def verdict(result: CalibrationResult, train: Rows | None, test: Rows | None, tr
     if train is not None:
         remarks = [_on_test(train, test), _what_remains(train, trends), *remarks, *_outlying(result, train)]
     if result.status != "converged":
-        headline = f"The calibration failed: {result.message.rstrip('.')}. The figures show where it stopped."
-        return Verdict("bad", _FAILURES.get(result.status, "Failed"), headline, remarks)
+        headline = _(
+            "The calibration failed: {reason}. The figures show where it stopped.", reason=result.message.rstrip(".")
+        )
+        failures = {"not_converged": _("Not converged"), "too_few_equations": _("Too few measurements")}
+        return Verdict("bad", failures.get(result.status, _("Failed")), headline, remarks)
     rows = test or train
     if rows is None:
-        headline = "The calibration converged; no measured point or length remains to judge its accuracy by."
-        return Verdict("caution", "Not judged", headline, remarks)
+        headline = _("The calibration converged; no measured point or length remains to judge its accuracy by.")
+        return Verdict("caution", _("Not judged"), headline, remarks)
     before, after = rows.before, rows.after
-    poses = plural(after.count, "test pose" if test else "pose")
-    where = f"{poses} not used in the fit" if test else f"the {poses} of the fit"
-    numbers = f"from {_millimetres(before.mean, after.mean)} to {_millimetres(after.mean, after.mean)} on {where}"
+    if test:
+        where = _("{poses} not used in the fit", poses=plural(after.count, "test pose"))
+    else:
+        where = _("the {poses} of the fit", poses=plural(after.count, "pose"))
+    numbers = {
+        "before": _millimetres(before.mean, after.mean),
+        "after": _millimetres(after.mean, after.mean),
+        "where": where,
+    }
     if after.rms > _NO_GAIN * before.rms:
-        headline = f"Calibration did not make the robot noticeably more accurate: the mean error went {numbers}."
-        return Verdict("caution", "Little gained", headline, remarks)
+        headline = _(
+            "Calibration did not make the robot noticeably more accurate: the mean error went from {before} to {after} "
+            "on {where}.",
+            **numbers,
+        )
+        return Verdict("caution", _("Little gained"), headline, remarks)
     ratio = before.mean / after.mean if after.mean > 0 else np.inf
-    times = f", {significant(ratio, 2)} times less" if np.isfinite(ratio) and ratio >= 1.5 else ""
-    headline = f"Calibration reduced the mean error {numbers}{times}."
+    headline = _("Calibration reduced the mean error from {before} to {after} on {where}.", **numbers)
+    if np.isfinite(ratio) and ratio >= 1.5:
+        headline = _(
+            "Calibration reduced the mean error from {before} to {after} on {where}, {ratio} times less.",
+            ratio=significant(ratio, 2),
+            **numbers,
+        )
     is_careful = any(remark.is_caution for remark in remarks)
-    return Verdict("caution" if is_careful else "good", "With remarks" if is_careful else "Good", headline, remarks)
+    word = _("With remarks") if is_careful else _("Good")
+    return Verdict("caution" if is_careful else "good", word, headline, remarks)
 
 
 def listed(names: list[str]) -> str:
     """'a', 'a and b', 'a, b and c'."""
-    return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
+    return f" {_('and')} ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
 
 
 def _millimetres(value: float, like: float) -> str:
@@ -78,39 +97,48 @@ def _millimetres(value: float, like: float) -> str:
 
 def _on_test(train: Rows, test: Rows | None) -> Remark:
     if test is None:
-        text = "No test poses were given, so this page cannot show how well the model predicts poses outside the fit."
+        text = _(
+            "No test poses were given, so this page cannot show how well the model predicts poses outside the fit."
+        )
         return Remark(text, True, "accuracy")
     ratio = test.after.rms / max(train.after.rms, np.finfo(float).tiny)
     if ratio > _WORSE_ON_TEST:
-        text = (
-            f"On the test poses the RMS error is {significant(ratio, 2)} times that of the fit: the test poses differ "
-            "in kind from those of the fit, or the fit had too few."
+        text = _(
+            "On the test poses the RMS error is {ratio} times that of the fit: the test poses differ in kind from "
+            "those of the fit, or the fit had too few.",
+            ratio=significant(ratio, 2),
         )
         return Remark(text, True, "accuracy")
-    return Remark("The model predicts unseen poses as well as those of the fit.", False, "accuracy")
+    return Remark(_("The model predicts unseen poses as well as those of the fit."), False, "accuracy")
 
 
 def _what_remains(train: Rows, trends: dict[str, Trend]) -> Remark:
     titles = {variable.name: variable.title for variable in train.variables}
     flagged = [name for name, trend in trends.items() if trend.is_flagged(len(trends))]
     if not flagged:
-        return Remark("The remaining error shows no trend over any recorded variable.", False, "remaining")
+        return Remark(_("The remaining error shows no trend over any recorded variable."), False, "remaining")
     flagged.sort(key=lambda name: -trends[name].share)
     named = [f"{titles[name]} ({percent(trends[name].share)})" for name in flagged[:3]]
     if len(flagged) > 3:
         named.append(plural(len(flagged) - 3, "more variable"))
-    text = f"The remaining error is not all noise: it depends on {listed(named)}; fastcal diagnose looks for the cause."
+    text = _(
+        "The remaining error is not all noise: it depends on {causes}; fastcal diagnose looks for the cause.",
+        causes=listed(named),
+    )
     return Remark(text, True, "remaining")
 
 
 def _unidentifiable(result: CalibrationResult) -> Remark:
     held = len(result.unidentifiable)
     if held == 0:
-        return Remark("Every parameter asked for is identifiable from these data.", False, "unidentifiable")
-    are = "is" if held == 1 else "are"
-    text = (
-        f"{plural(held, 'combination')} of parameters {are} not identifiable from these data and {are} held at nominal."
-    )
+        return Remark(_("Every parameter asked for is identifiable from these data."), False, "unidentifiable")
+    if held == 1:
+        text = _("1 combination of parameters is not identifiable from these data and is held at nominal.")
+    else:
+        text = _(
+            "{count} combinations of parameters are not identifiable from these data and are held at nominal.",
+            count=count(held),
+        )
     return Remark(text, False, "unidentifiable")
 
 
@@ -118,8 +146,13 @@ def _outlying(result: CalibrationResult, train: Rows) -> list[Remark]:
     if not result.outliers:
         return []
     share = len(result.outliers) / max(1, train.row_count)
-    less = "" if result.loss == "none" else " and weigh less"
-    rows = f"{plural(len(result.outliers), 'row')} of {count(train.row_count)} ({percent(share)})"
-    return [
-        Remark(f"{rows} {'fits' if len(result.outliers) == 1 else 'fit'} badly{less}.", share > _MANY_OUTLIERS, "noise")
-    ]
+    numbers = {
+        "rows": plural(len(result.outliers), "row"),
+        "all": count(train.row_count),
+        "share": percent(share),
+    }
+    if result.loss == "none":
+        text = _("{rows} of {all} ({share}): poor fit.", **numbers)
+    else:
+        text = _("{rows} of {all} ({share}): poor fit, less weight.", **numbers)
+    return [Remark(text, share > _MANY_OUTLIERS, "noise")]

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from fastcal.report import figures
 from fastcal.report.figures import FONT, INK, MUTED, Figure, Trace
 from fastcal.report.formatting import count, significant
+from fastcal.report.language import _
 
 Array = NDArray[np.float64]
 
@@ -53,11 +54,11 @@ def arrow_modes(positions: Array, before: Array, after: Array) -> list[Arrows]:
     scale_before, scale_after = arrow_scale(positions, before), arrow_scale(positions, after)
     end_before, end_after = (float(np.quantile(np.linalg.norm(v, axis=1), 0.98)) or 1.0 for v in (before, after))
     modes = [
-        Arrows("Before", scale_before, before, end_before),
-        Arrows("After, same scale", scale_before, after, end_before),
+        Arrows(_("Before"), scale_before, before, end_before),
+        Arrows(_("After, same scale"), scale_before, after, end_before),
     ]
     if scale_after > scale_before:
-        modes.append(Arrows("After, enlarged", scale_after, after, end_after))
+        modes.append(Arrows(_("After, enlarged"), scale_after, after, end_after))
     return modes
 
 
@@ -89,15 +90,20 @@ def scene(positions: Array, before: Array, after: Array, base: Array | None, fra
             **{f"{name}axis": _axis_3d(f"{name} (mm)", limits[k]) for k, name in enumerate("xyz")},
         },
     }
-    note = (
-        f"Each arrow goes from the measured towards the predicted point in {frame}, enlarged as the button says; "
-        "arrows are clipped at the box."
+    note = _(
+        "Each arrow goes from the measured towards the predicted point in {frame}, enlarged as the button says; arrows "
+        "are clipped at the box.",
+        frame=frame,
     )
     if len(shown) < row_count:
-        note += f" {count(len(shown))} of {count(row_count)} poses are drawn, spread evenly over the rows."
-    alt = "Three-dimensional view of the workspace with an arrow for the error of each pose; drag to turn it."
+        note += " " + _(
+            "{some} of {all} poses are drawn, spread evenly over the rows.",
+            some=count(len(shown)),
+            all=count(row_count),
+        )
+    alt = _("Three-dimensional view of the workspace with an arrow for the error of each pose; drag to turn it.")
     return Figure(
-        "workspace", "Errors in the workspace", alt, traces, figure_layout, note,
+        "workspace", _("Errors in the workspace"), alt, traces, figure_layout, note,
         height=560, kind="scene", controls=controls,
     )  # fmt: skip
 
@@ -108,10 +114,14 @@ def flat_views(positions: Array, before: Array, after: Array) -> list[Figure]:
     modes = arrow_modes(positions, before, after)
     limits = _limits(positions)
     views = []
-    for mode in (modes[0], modes[-1]):
-        state = mode.label.split(",")[0].lower()
+    for state, mode in (("before", modes[0]), ("after", modes[-1])):
         colour = figures.AFTER if state == "after" else figures.MUTED
-        for view, (a, b) in {"Top": (0, 1), "Front": (0, 2), "Side": (1, 2)}.items():
+        said = _("after") if state == "after" else _("before")
+        for id_, view, (a, b) in (
+            ("top", _("Top"), (0, 1)),
+            ("front", _("Front"), (0, 2)),
+            ("side", _("Side"), (1, 2)),
+        ):
             start, end = positions[shown], positions[shown] + mode.scale * mode.vectors[shown]
             x, y = (np.column_stack([start[:, k], end[:, k], np.full(len(shown), np.nan)]).ravel() for k in (a, b))
             shafts = figures.line(x, y, colour) | {"line": {"width": 1, "color": colour}}
@@ -120,12 +130,10 @@ def flat_views(positions: Array, before: Array, after: Array) -> list[Figure]:
             for name, k, ticks in (("xaxis", a, 4), ("yaxis", b, 6)):
                 drawn[name] |= {"range": limits[k].tolist(), "nticks": ticks, "constrain": "domain", "zeroline": False}
             drawn["yaxis"]["scaleanchor"] = "x"
-            title = f"{view}, {state} {_times(mode.scale)}"
-            alt = f"{view} view of the error arrows {state} calibration, {_times(mode.scale)}."
+            title = f"{view}, {said} {_times(mode.scale)}"
+            alt = _("Flat view of the error arrows: {title}.", title=title)
             views.append(
-                Figure(
-                    f"flat-{view.lower()}-{state}", title, alt, traces, drawn, columns=2, height=270, paper_height=190
-                )
+                Figure(f"flat-{id_}-{state}", title, alt, traces, drawn, columns=2, height=270, paper_height=190)
             )
     return views
 
@@ -138,7 +146,13 @@ def _arrows_3d(start: Array, vectors: Array, mode: Arrows, *, visible: bool) -> 
     size = np.linalg.norm(vectors, axis=1)
     scale = {"colorscale": _COLOURS, "cmin": 0.0, "cmax": mode.colour_end}
     drawn = _arrow_lines(start, mode.scale * vectors)
-    bar = {"title": {"text": "error (mm)", "side": "right"}, "thickness": 12, "len": 0.6, "outlinewidth": 0, "x": 0.98}
+    bar = {
+        "title": {"text": _("error (mm)"), "side": "right"},
+        "thickness": 12,
+        "len": 0.6,
+        "outlinewidth": 0,
+        "x": 0.98,
+    }
     return [
         {
             "type": "scatter3d", "mode": "lines", **_coordinates(drawn.reshape(-1, 3)), "visible": visible,
@@ -146,7 +160,7 @@ def _arrows_3d(start: Array, vectors: Array, mode: Arrows, *, visible: bool) -> 
         },
         {
             "type": "scatter3d", "mode": "markers", **_coordinates(start), "visible": visible, "customdata": size,
-            "hovertemplate": "error %{customdata:.3f} mm<extra></extra>",
+            "hovertemplate": f"{_('error')} %{{customdata:.3f}} mm<extra></extra>",
             "marker": {"size": 2, "color": size, **scale, "showscale": True, "colorbar": bar},
         },
     ]  # fmt: skip
@@ -171,7 +185,7 @@ def _coordinates(points: Array) -> dict[str, Array]:
 def _base(base: Array) -> Trace:
     x, y, z = ([float(value)] for value in base)
     return {
-        "type": "scatter3d", "mode": "markers+text", "x": x, "y": y, "z": z, "text": ["robot base"],
+        "type": "scatter3d", "mode": "markers+text", "x": x, "y": y, "z": z, "text": [_("robot base")],
         "textposition": "bottom center", "hoverinfo": "skip", "textfont": {"color": MUTED},
         "marker": {"size": 6, "color": INK, "symbol": "diamond"},
     }  # fmt: skip

@@ -290,10 +290,23 @@ class Robot(Shown):
         if record is None:
             return np.full((len(samples), 3), np.nan)
         surrogates = self.surrogate_deviation(samples, threads)
+        return np.asarray(np.sqrt(np.sum(self._roots(record, samples, threads) ** 2, axis=2) + surrogates**2))
+
+    def position_covariance(self, q: ArrayLike, **conditions: Any) -> FloatArray:
+        """(N, 3, 3) covariance [m^2] of which `position_deviation` is the root of the diagonal; NaN if nominal."""
+        samples = self.conditions(q, **conditions)
+        record = self.record
+        if record is None:
+            return np.full((len(samples), 3, 3), np.nan)
+        roots = self._roots(record, samples, 1)
+        own = self.surrogate_deviation(samples) ** 2
+        return np.asarray(roots @ np.swapaxes(roots, 1, 2) + own[:, :, np.newaxis] * np.eye(3))
+
+    def _roots(self, record: CalibrationRecord, samples: _core.Samples, threads: int) -> FloatArray:
+        """(N, 3, P + held) J L and J H: the columns are independent shifts of the points [m]."""
         J = np.asarray(self.error_model.parameter_jacobian(samples, self.error_model.start, 3, threads, None))
         known = self._columns(J, record.parameters) @ record.root
-        unseen = self._columns(J, record.moved) @ record.directions
-        return np.asarray(np.sqrt(np.sum(known**2, axis=2) + np.sum(unseen**2, axis=2) + surrogates**2))
+        return np.concatenate([known, self._columns(J, record.moved) @ record.directions], axis=2)
 
     def surrogate_deviation(self, samples: _core.Samples, threads: int = 1) -> FloatArray:
         """(N, 3) standard deviation [m] of the points that comes from the functions of surrogates; 0 without one.

@@ -38,7 +38,7 @@ function hasWebGL() {
 async function draw(plot, place) {
   const isScene = plot.dataset.kind === "scene";
   if (isScene && !hasWebGL()) {
-    say(plot, "This browser has no WebGL, which the view that can be turned needs. The flat views below show the same arrows.");
+    say(plot, document.body.dataset.noWebgl);
     plot.closest(".figure").querySelector(".controls").hidden = true;
     document.querySelector("details.flat-views").open = true;
     return;
@@ -125,7 +125,7 @@ async function main() {
   try {
     await loadPlotly();
   } catch {
-    plots.forEach((plot) => say(plot, "The figures need a browser of 2023 or later."));
+    plots.forEach((plot) => say(plot, document.body.dataset.oldBrowser));
     return;
   }
   for (const [place, plot] of plots.entries()) await draw(plot, place);

@@ -1,0 +1,97 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Every message of a translated page has its German, and its placeholders are the English ones."""
+
+import ast
+import string
+from collections.abc import Iterator
+from pathlib import Path
+
+import jinja2
+import pytest
+from jinja2 import nodes
+from jinja2.ext import extract_from_ast
+
+from fastcal.report import language, page
+from fastcal.report.formatting import fixed, plural
+from fastcal.report.language import _, catalogue, in_language
+
+REPORT = Path(language.__file__).parent
+# Sentences of lower rooms that pages translate where they show them.
+FROM_BELOW = {
+    "positions",
+    "orientations",
+    "lengths",
+    "inclinations",
+    "touches of a plane",
+    "estimated from the residuals; no sigma column",
+}
+
+
+def texts_of(node: ast.expr) -> Iterator[str]:
+    """The strings that an argument may be."""
+    if isinstance(node, ast.Constant) and isinstance(node.value, str):
+        yield node.value
+    elif isinstance(node, ast.IfExp):
+        yield from texts_of(node.body)
+        yield from texts_of(node.orelse)
+
+
+def of_python(path: Path) -> Iterator[str]:
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
+            if node.func.id == "_":
+                yield from texts_of(node.args[0])
+            elif node.func.id == "plural" and len(node.args) == 2:
+                for noun in texts_of(node.args[1]):
+                    yield from (noun, f"{noun}s")
+
+
+def of_template(path: Path) -> Iterator[str]:
+    environment: jinja2.Environment = page._environment()
+    tree = environment.parse(path.read_text(encoding="utf-8"))
+    for _line, _function, message in extract_from_ast(tree, ("_",)):
+        first = message[0] if isinstance(message, tuple) else message
+        if first is not None:
+            yield str(first)
+    for found in tree.find_all(nodes.Filter):
+        if found.name == "plural" and found.args and isinstance(found.args[0], nodes.Const):
+            yield from (found.args[0].value, f"{found.args[0].value}s")
+
+
+def messages() -> set[str]:
+    out = set(FROM_BELOW)
+    for path in [*REPORT.glob("*.py")]:
+        if not path.name.startswith("diagnosis"):
+            out |= set(of_python(path))
+    for path in (REPORT / "templates").glob("*.html"):
+        out |= set(of_template(path))
+    return out
+
+
+def placeholders(text: str) -> set[str]:
+    return {name for _literal, name, _spec, _conversion in string.Formatter().parse(text) if name is not None}
+
+
+def test_every_message_has_its_german_and_no_german_is_left_over() -> None:
+    german = catalogue("de")
+    asked = messages()
+    assert len(asked) > 200
+    assert sorted(asked - german.keys()) == []
+    assert sorted(german.keys() - asked) == []
+
+
+@pytest.mark.parametrize("name", [name for name in language.LANGUAGES if name != "en"])
+def test_placeholders_and_hover_templates_agree(name: str) -> None:
+    for message, other in catalogue(name).items():
+        assert placeholders(other) == placeholders(message), message
+        assert message.count("%{{") == other.count("%{{"), message
+        assert other.strip() == other or message.strip() != message, message
+
+
+def test_a_language_is_that_of_the_block_alone() -> None:
+    assert (_("Method"), fixed(-1.25, 2), plural(2, "pose")) == ("Method", "\N{MINUS SIGN}1.25", "2 poses")
+    with in_language("de"):
+        assert (_("Method"), fixed(-1.25, 2), plural(2, "pose")) == ("Verfahren", "\N{MINUS SIGN}1,25", "2 Posen")
+        assert plural(1, "pose") == "1 Pose"
+    assert fixed(1.25, 2) == "1.25"
