@@ -17,6 +17,7 @@ from fastcal.diagnosis import adaptation, grading, periodic, rivals, rules, sens
 from fastcal.diagnosis.fits import fit
 from fastcal.diagnosis.library import Library, Name, build_library, parse_exclusions
 from fastcal.diagnosis.noise import NoiseLevel, off_by, quieted
+from fastcal.diagnosis.one_curve import waves_of_one_curve
 from fastcal.diagnosis.placed_rest import with_surrogate
 from fastcal.diagnosis.plan import SeparatingPlan, separating_plan
 from fastcal.diagnosis.problem import Noise, Problem, prepared_problem
@@ -86,22 +87,11 @@ def _diagnosed(
     say("fitting the geometry")
     problem = prepared_problem(robot, data, library.names, _claimed(data, sigma), threads)
     say("how large the noise is")
-    problem, level = quieted(problem, fit(problem, []), sigma)
-    search = Search(problem, say)
-    best = search.start
-    for round_ in range(rules.MAX_SEARCHES):
-        best = _best(search.grow())
-        again, level = _again(problem, best, sigma)
-        if again is None or round_ == rules.MAX_SEARCHES - 1:
-            break
-        problem = again
-        search = Search(problem, say)
-    if not best.suffices and (
-        best.fit.remaining > (1 - rules.MIN_EXPLAINED_SHARE) * search.start.fit.remaining
-        or unexplained.one_block_does_better(search, best)
-    ):
+    problem, _ = quieted(problem, fit(problem, []), sigma)
+    search, best, level = _searched(problem, sigma, say)
+    if not best.suffices and (_explains_little(search, best) or unexplained.one_block_does_better(search, best)):
         best = search.start  # what explains so little is no name
-    curve = grading.waves_of_one_curve(search, best)
+    curve = waves_of_one_curve(search, best)
     best = search.pruned(best) if curve is None else curve[1]
     best = grading.borne_out(search, best)
     say("weighing what else it could be")
@@ -121,6 +111,23 @@ def _claimed(data: Dataset, sigma: float | None) -> Noise:
     return Noise((first, turn, first))
 
 
+def _searched(problem: Problem, sigma: float | None, say: Callable[[str], None]) -> tuple[Search, State, NoiseLevel]:
+    """A search, its best set, and the noise that this shows; begun again where that differs from the one before."""
+    for round_ in range(rules.MAX_SEARCHES):
+        search = Search(problem, say)
+        best = _best(search.grow())
+        again, level = _again(problem, best, sigma)
+        if again is None or round_ == rules.MAX_SEARCHES - 1:
+            break
+        problem = again
+    return search, best, level
+
+
+def _explains_little(search: Search, best: State) -> bool:
+    """Do the names of a set explain too small a share of the misfit?"""
+    return best.fit.remaining > (1 - rules.MIN_EXPLAINED_SHARE) * search.start.fit.remaining
+
+
 def _again(problem: Problem, best: State, sigma: float | None) -> tuple[Problem | None, NoiseLevel]:
     """The noise as the set that was found shows it.
 
@@ -129,14 +136,18 @@ def _again(problem: Problem, best: State, sigma: float | None) -> tuple[Problem 
     waves = [] if best.suffices else periodic.scan(best)
     claimed = replace(problem, names=[*problem.names, *waves], noise=_claimed(problem.data, sigma))
     calmer, level = quieted(claimed, best.fit, sigma)
-    before, now = ((p.noise.factor**2) * _mean_variance(p) for p in (problem, calmer))
-    return (calmer if waves or now < rules.RESTART_BELOW * before else None), level
+    return (calmer if waves or _is_calmer(calmer, problem) else None), level
+
+
+def _is_calmer(now: Problem, before: Problem) -> bool:
+    """Is the noise of one problem markedly below that of another one?"""
+    return _mean_variance(now) < rules.RESTART_BELOW * _mean_variance(before)
 
 
 def _mean_variance(problem: Problem) -> float:
-    """Of a coordinate or a length without the factor, claims and common part together [m^2]."""
-    claims = problem.data.sigma_position
-    return problem.noise.common[0] ** 2 + (0.0 if claims is None else float(np.nanmean(claims**2)))
+    """Of a coordinate or a length, claims and common part together [m^2]."""
+    claims, noise = problem.data.sigma_position, problem.noise
+    return noise.factor**2 * (noise.common[0] ** 2 + (0.0 if claims is None else float(np.nanmean(claims**2))))
 
 
 def _best(levels: list[list[State]]) -> State:

@@ -172,7 +172,7 @@ def fit(problem: Problem, added: Sequence[Name], start: Fit | None = None) -> Fi
         step = _solve(A, g)
         out[free] += step * scale
         index = np.array(free)[critical]
-        out[index] = np.maximum(out[index], np.maximum(lower[critical], rules.MIN_CORNER))
+        out[index] = np.maximum(out[index], lower[critical])
         return out, float(step @ g)
 
     near = linearized(theta)
@@ -191,8 +191,6 @@ def fit(problem: Problem, added: Sequence[Name], start: Fit | None = None) -> Fi
         now = remaining(there, near), there, near
         if now[0] > best[0] * (1 + rules.CHI_SQUARE_SHARE) + rules.CHI_SQUARE_TOLERANCE:
             reach /= 4  # shortens the step along what the data hardly show, such as a wrist's gauge, and nothing else
-            if reach < rules.MIN_STEP:
-                break
             continue
         settled = best[0] - now[0] < rules.CHI_SQUARE_TOLERANCE + rules.CHI_SQUARE_SHARE * now[0]
         best, reach = now, min(2 * reach, rules.MAX_STEP)

@@ -14,10 +14,12 @@ from scipy import linalg
 from fastcal import _core
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.library import Name
+from fastcal.diagnosis.one_curve import is_one_curve
 from fastcal.diagnosis.periodic import is_periodic
 from fastcal.diagnosis.rivals import folds
 from fastcal.diagnosis.search import Search, State
 from fastcal.diagnosis.tails import p_values
+from fastcal.diagnosis.words import owner_in_words
 
 FloatArray = NDArray[np.float64]
 
@@ -61,12 +63,11 @@ def evidence(search: Search, state: State, name: Name) -> Evidence:
         base = search.without(state, name)
         statistic = max(base.fit.remaining - state.fit.remaining, 0.0)  # Wald's stops at what is unsure of a load
         rivals, stability = _rivals(search, base, name), _stability(search, state, base, name)
-        rivals += _one_curve(search, state, name)
+        together = [n for n in state.names if n.owner == name.owner and is_periodic(n)]
+        if name in together and is_one_curve(search, state, together):
+            rivals += (f"a curve over the position of {owner_in_words(name.owner)}",)
     parameters = state.fit.model.parameters[place]
-    plausible = all(
-        abs(value) <= rules.MAX_PLAUSIBLE_SIZE * p.sigma or p.name.startswith("critical") or not np.isfinite(p.sigma)
-        for p, value in zip(parameters, theta, strict=True)
-    )
+    plausible = _is_plausible(parameters, theta)
     richer = _richer_needed(name, parameters, theta, own)
     loads = state.fit.effect(name).follows_loads
     return Evidence(statistic, len(at), gain, stability, rivals, richer, plausible, loads)
@@ -121,6 +122,13 @@ def _covariance(state: State) -> FloatArray:
     return np.asarray(np.linalg.pinv((A / scale).T @ (A / scale), rcond=1e-14, hermitian=True) / np.outer(scale, scale))
 
 
+def _is_plausible(parameters: Sequence[_core.Parameter], theta: FloatArray) -> bool:
+    return all(
+        abs(value) <= rules.MAX_PLAUSIBLE_SIZE * p.sigma or p.name.startswith("critical") or not np.isfinite(p.sigma)
+        for p, value in zip(parameters, theta, strict=True)
+    )
+
+
 def _richer_needed(
     name: Name, parameters: Sequence[_core.Parameter], theta: FloatArray, covariance: FloatArray
 ) -> bool:
@@ -140,52 +148,16 @@ def _rivals(search: Search, base: State, name: Name) -> tuple[str, ...]:
     scores = blocks.tests.scores
     statistic = np.asarray(scores.statistic)
     best = max(same, key=lambda i: statistic[i])
+    # Beside a block the name keeps at least the difference of their statistics: where that is significant, no rival.
+    left = np.maximum(statistic[best] - statistic, 0.0)
+    p = p_values(left, np.full(len(left), scores.rank[best]), base.fit.problem.noise.freedom)
     out = []
     for i in range(blocks.count, len(statistic)):
-        if statistic[i] < rules.RIVAL_BLOCK_SHARE * statistic[best]:
-            continue
-        if not _leaves_nothing(search, base, i):
+        if p[i] < rules.ALPHA_NAMED / search.start.family.named or not _leaves_nothing(search, base, i):
             continue
         if blocks.tests.shared([best], [i])[0, 0] < rules.SAME_SHAPE:
             out.append(blocks.title(i))
     return tuple(out)
-
-
-def _one_curve(search: Search, state: State, name: Name) -> tuple[str, ...]:
-    """A curve over a joint's position that does what several periodic names of this joint do together."""
-    together = [n for n in state.names if n.owner == name.owner and is_periodic(n)]
-    if name not in together or len(together) < 2:
-        return ()
-    rest = [n for n in state.names if n not in together]
-    base = search.state(rest, state) if rest else search.start
-    for i, block in enumerate(base.blocks.generics, base.blocks.count):
-        if block.owner == name.owner and block.curves.depends_on == (f"q{name.owner.removeprefix('joint')}",):
-            return (base.blocks.title(i),) if _leaves_nothing(search, base, i) else ()
-    return ()
-
-
-def waves_of_one_curve(search: Search, state: State) -> tuple[str, State] | None:
-    """A joint of which a set names several waves that may be pieces of one curve, and the set without them; else None.
-
-    CURVE_PIECES waves are; fewer where one of them is not sure and a curve over the joint's position does as well.
-    """
-    names = state.names
-    for owner in sorted({name.owner for name in names}):
-        waves = [name for name in names if name.owner == owner and is_periodic(name)]
-        rest = [name for name in names if name not in waves]
-        if len(waves) < 2 or (rest and len(names) > search.most):  # many waves of many joints are what they are
-            continue
-        if len(waves) >= rules.CURVE_PIECES or (
-            _least(search, state, waves) < rules.SURE_WAVE_SNR and _one_curve(search, state, waves[0])
-        ):
-            return owner, search.state(rest, state) if rest else search.start
-    return None
-
-
-def _least(search: Search, state: State, names: Sequence[Name]) -> float:
-    """Of some names of a set: the root of the least chi square of leaving one out."""
-    drops = [search.without(state, name).fit.remaining - state.fit.remaining for name in names]
-    return float(np.sqrt(max(min(drops), 0.0)))
 
 
 def _leaves_nothing(search: Search, base: State, block: int) -> bool:
@@ -238,8 +210,7 @@ def _stability(search: Search, state: State, base: State, name: Name) -> float:
 def _comes_first(base: State, fitted_rows: NDArray[np.intp], name: Name) -> bool:
     blocks = base.blocks
     statistic = np.asarray(blocks.tests.scores.statistic)[: blocks.count]
-    order = np.argsort(-statistic, kind="stable")[: rules.MAX_CONTENDERS]
-    likely = [int(i) for i in order if statistic[i] >= rules.CONTENDER_SHARE * statistic.max()]
+    likely = [int(i) for i in np.argsort(-statistic, kind="stable")[: rules.MAX_CONTENDERS]]
     A, r, row = base.fit.whitened
     kept = np.isin(row, fitted_rows) | (row < 0)
     C = np.hstack([blocks.columns_of(i)[kept] for i in likely])

@@ -56,22 +56,18 @@ class RichFit:
 def quieted(problem: Problem, at: Fit, option: float | None) -> tuple[Problem, NoiseLevel]:
     """The problem with the noise that a rich model leaves at a fit, and without the rows that it can't reach.
 
-    Where the rows claim too little, a variance common to all is added until the rich fit bears the sum out.
+    Where the rows claim too little, a variance common to all is added, and the sum scaled to what the rich fit leaves.
     """
     every = problem.with_rows(problem.data.measured)
     whole = at if at.problem is every else fit(every, at.added, at)
     rich = rich_fit(whole, blocks(whole))
     known = _from_repeats(every, rich, problem.data, option)
     if known is None and problem.data.sigma_position is not None and _agreement(rich) > 0:
-        for _ in range(rules.NOISE_ROUNDS):
-            own = _rms_sigma(every, problem.data)
-            more = own * np.sqrt(max(rich.mean_square - 1.0, 0.0))
-            common = tuple(float(np.hypot(c, more if k != 1 else 0.0)) for k, c in enumerate(every.noise.common))
-            every = every.with_noise(Noise((common[0], common[1], common[2])))
-            whole = fit(every, at.added, whole)
-            rich = rich_fit(whole, blocks(whole))
-            if rich.mean_square < 1 + rules.NOISE_TOLERANCE:
-                break
+        more = _rms_sigma(every, problem.data) * np.sqrt(max(rich.mean_square - 1.0, 0.0))
+        position, turn, length = every.noise.common
+        every = every.with_noise(Noise((float(np.hypot(position, more)), turn, float(np.hypot(length, more)))))
+        whole = fit(every, at.added, whole)
+        rich = rich_fit(whole, blocks(whole))
     level = known or noise_level(every, rich, problem.data, option)
     used = every.used.copy()
     used[every.rows[lone(rich.wrong, every.kept)]] = False

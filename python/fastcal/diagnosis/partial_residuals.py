@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from fastcal.diagnosis import rules
 from fastcal.diagnosis.blocks import Blocks
 from fastcal.diagnosis.fits import Fit
 from fastcal.diagnosis.problem import core_entry, prepared_problem
@@ -124,7 +123,7 @@ def _of_effect(effect: Effect, entry: Spec, blocks: Blocks) -> PartialResidual:
         return _joint(effect, joint, blocks, (on,), [x])
     if x is not None and traits.place == "link" and on == "temperature_c":
         h = x - float(core_options(entry).get("t0", x.mean()))
-        strain = np.where(np.abs(h) > rules.MIN_WARMTH * np.abs(h).max(), h, np.inf)
+        strain = np.where(h != 0, h, np.inf)
         return _result(effect, (on,), [x], "growth", "1", effect.along(effect.C[:, 0] / strain[effect.row]))
     if x is not None and traits.place == "base" and on in ("time_s", "station") and is_whole:
         return _result(effect, (on,), [x], "motion", "m", effect.motion(_courses(entry, data)))

@@ -66,7 +66,7 @@ class Effect:
         A, r, row = fit.whitened
         both = _beyond(fit, np.arange(A.shape[1]), np.column_stack([C, r]))
         beyond, left = both[:, :-1], both[:, -1]
-        theta = np.asarray(np.linalg.lstsq(beyond, left, rcond=rules.BLOCK_RANK)[0], dtype=np.float64)
+        theta = np.asarray(np.linalg.lstsq(beyond, left, rcond=1e-9)[0], dtype=np.float64)
         measured = row >= 0
         return Effect(fit, C[measured], theta, _inverse(beyond), (left - beyond @ theta)[: len(row)][measured])
 

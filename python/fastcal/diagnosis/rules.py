@@ -15,8 +15,8 @@ where nothing is said, it was chosen by what its comment says and is held by tha
 # Standard deviation of the prior that every parameter has about its start [plausible sizes]: wide enough to
 # decide nothing that the data show, and the same in fits and tests along directions that they do not show.
 PRIOR_WIDTH = 30.0
-# Longest and shortest reach of a step along what the data hardly show [plausible sizes]. Numerical.
-MAX_STEP, MIN_STEP = 30.0, 1e-3
+# Longest reach of a step along what the data hardly show [plausible sizes]. Numerical.
+MAX_STEP = 30.0
 # Linearizations of a fit at most. Numerical.
 MAX_ITERATIONS = 15
 # Change of chi square that decides nothing, and the same as a share of chi square. Numerical.
@@ -25,8 +25,6 @@ CHI_SQUARE_TOLERANCE, CHI_SQUARE_SHARE = 0.1, 1e-5
 MIN_INFLUENCE = 1e-9
 # Largest plausible size of a length or an angle of the geometry [1 mm, 1 mrad]: beyond, the tool moves along a curve.
 MAX_GEOMETRY_SIZE = 30.0
-# Least load at which a compliance may bend [N m]. Numerical: its two slopes are undefined at 0.
-MIN_CORNER = 1e-6
 
 # --- Noise and outliers -----------------------------------------------------------------------------------------------
 # Common noise to begin with where the data claim none [m, rad]; it is estimated from there on.
@@ -49,9 +47,7 @@ ALPHA_NOISE = 0.01
 REPEAT_TEMPERATURE = 0.5
 # Degrees of freedom from which on repeats determine the noise (sigma within 13 %).
 MIN_REPEAT_FREEDOM = 30
-# Share by which the rich fit may exceed the noise once a common part is added. Numerical: 1 % of sigma.
-NOISE_TOLERANCE = 0.02
-# Rounds of reweighting, of rejecting and of adding a common part, each. Numerical.
+# Rounds of reweighting and of rejecting rows, each. Numerical.
 NOISE_ROUNDS = 6
 # Size of a row from which on Huber's and Tukey's weights fall [medians of a row].
 HUBER_SIZE, TUKEY_SIZE = 1.5, 5.0
@@ -96,8 +92,6 @@ ALPHA_FURTHER = 0.002
 # Chance to refuse a true name beside the best since another name, or a block without a name, is significant by chance.
 # Levels: together one of 25.
 ALPHA_NAMED, ALPHA_GENERIC = 0.03, 0.01
-# Draws of the law of the smallest p value, which gives the effective number of tests. Numerical.
-FAMILY_DRAWS = 256
 # Effects of a set that is searched for over all sizes, and of one that grows on, its members exchanged on the way.
 MAX_EFFECTS, MAX_EFFECTS_GROWN = 4, 8
 # Sets of one size that are kept, names that are tried on top of each, and in place of each member of one that grows on.
@@ -110,9 +104,8 @@ MIN_SNR_BESIDE_REST = 10.0
 MIN_EXPLAINED_SHARE = 0.5
 # Names that are tried in place of each member of the set that is given.
 REPLACEMENTS_PER_MEMBER = 8
-# Share of a member's chi square that a replacement must explain by its score test: of a weak member, and of one above
-# LOUD_SNR, where chance plays no part.
-REPLACEMENT_SHARE, LOUD_REPLACEMENT_SHARE, LOUD_SNR = 0.5, 0.8, 20.0
+# Share of a member's chi square that a replacement must explain by its score test to be tried.
+REPLACEMENT_SHARE = 0.5
 # Parts of the data, dealt by pose, of which each is held out once.
 FOLDS = 5
 # Standard errors by which a name must help to predict held-out rows to be given at all.
@@ -131,8 +124,8 @@ WHOLE_ORDER_WITHIN, BROKEN_ORDER_GAIN = 0.15, 6.0
 MAX_WAVES = 24
 # Share of the mean square of held-out rows that many waves may leave to be the cause.
 MAX_WAVES_SHARE = 0.5
-# Waves of one joint that are a curve rather than causes, and signal-to-noise ratio of the lesser of two that are not.
-CURVE_PIECES, SURE_WAVE_SNR = 3, 20.0
+# Length scales of a smooth curve over a joint's position [of its range], beside which its waves are weighed.
+CURVE_SCALES = (0.07, 0.15, 0.35, 0.8)
 
 # --- Grades -----------------------------------------------------------------------------------------------------------
 # Signal-to-noise ratio of grade A: from here on a look-alike of correlation 0.95 would have shown itself. Simulated.
@@ -145,18 +138,14 @@ MAX_PLAUSIBLE_SIZE = 30.0
 GRADE_A_GAIN = 2.0
 # Share of the folds without which the same name must come first for grade A.
 GRADE_A_STABILITY = 0.8
-# Share of its largest statistic, and count, of the names that may come first in a part of the data.
-CONTENDER_SHARE, MAX_CONTENDERS = 0.5, 12
-# Share of a name's statistic from which on a block without a name is a rival.
-RIVAL_BLOCK_SHARE = 0.8
+# Names that may come first in a part of the data: those of the largest statistics in all of them.
+MAX_CONTENDERS = 12
 # Share of a signature from which on a block without a name holds it, and is no other shape.
 SAME_SHAPE = 0.98
 # Standard deviations by which two parameters must differ for what sets a name apart from a simpler one.
 CONTRAST = 5.0
 
 # --- What remains, what could have been seen, what to measure next ----------------------------------------------------
-# Least share of the misfit that is stated of what remains.
-MIN_STATED_SHARE = 1e-3
 # Orders that are looked for in a joint's curve, and the share of its square from which on one is stated.
 PROFILE_ORDERS, MAIN_ORDER_SHARE = 6, 0.25
 # Waves that the sentence lists one by one.
@@ -177,7 +166,3 @@ PLAN_CANDIDATES, PLAN_PAYLOADS = 600, 3
 # --- Pictures ---------------------------------------------------------------------------------------------------------
 # Leverage of a pose below which it shows next to nothing of an effect [of the 90th percentile].
 MIN_LEVERAGE = 0.25
-# Change of temperature below which nothing has grown [of the largest].
-MIN_WARMTH = 1e-3
-# Relative singular value below which a block's own size is undetermined. Numerical.
-BLOCK_RANK = 1e-9

@@ -124,19 +124,10 @@ class Search:
     def start(self) -> State:
         """Nothing added."""
         first = State(fit(self.problem, []), Family(1.0, 1.0))
-        tests, count = first.blocks.tests, first.blocks.count
-        total = len(first.p_values)
-        # Far in the tail, tests that look alike rarely pass together: their effective number there is nearer to their
-        # count than to what the middle of the law of the smallest p says.
-        rank = np.asarray(tests.scores.rank)
+        count, rank = first.blocks.count, np.asarray(first.blocks.tests.scores.rank)
+        # Far in the tail, tests that look alike rarely pass together: each counts.
         causes = {n.cause for n, r in zip(first.blocks.names, rank, strict=False) if r > 0}
-        family = Family(
-            max(tests.effective_tests(list(range(count)), rules.FAMILY_DRAWS, 0), float(len(causes))),
-            max(
-                tests.effective_tests(list(range(count, total)), rules.FAMILY_DRAWS, 0), float(np.sum(rank[count:] > 0))
-            ),
-        )
-        state = State(first.fit, family)
+        state = State(first.fit, Family(max(len(causes), 1.0), max(float(np.sum(rank[count:] > 0)), 1.0)))
         state.__dict__["blocks"] = first.blocks
         return state
 
@@ -296,8 +287,7 @@ class Search:
         worth = base.fit.remaining - best.fit.remaining
         scores = base.blocks.tests.scores
         statistic, rank = np.asarray(scores.statistic), np.asarray(scores.rank)
-        share = rules.REPLACEMENT_SHARE if worth < rules.LOUD_SNR**2 else rules.LOUD_REPLACEMENT_SHARE
-        enough = share * max(worth, 0.0)
+        enough = rules.REPLACEMENT_SHARE * max(worth, 0.0)
         found: list[tuple[Name, State]] = []
         keys: set[Key] = {member.key}
         order = np.argsort(-statistic[: base.blocks.count], kind="stable")

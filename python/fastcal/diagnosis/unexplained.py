@@ -106,7 +106,7 @@ def rest(search: Search, state: State) -> Unexplained:
     block = found.generics[index]
     misfit = max(search.start.fit.remaining - search.start.fit.freedom, 1.0)
     share = (statistic[generic][index] - rank[generic][index]) / misfit
-    return Unexplained(block.owner, float(np.clip(share, rules.MIN_STATED_SHARE, 1.0)), block.curves.depends_on)
+    return Unexplained(block.owner, float(np.clip(share, 0.0, 1.0)), block.curves.depends_on)
 
 
 def one_block_does_better(search: Search, best: State) -> bool:

@@ -1,0 +1,85 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Several waves of one joint, or one smooth curve over its position? The likelier of the two.
+
+A few orders can follow any curve, so chi square alone prefers them. Here both are random functions of the joint's
+position beside the rest of the model, each with one amplitude at its most likely size (`surrogate.evidence`): the waves
+with independent coefficients, the curve as a Gaussian process of one of a few length scales. What was chosen among
+many, the orders or the length scale, pays for the choice by twice the log of their number.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import comb, log
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal.diagnosis import rules
+from fastcal.diagnosis.library import Name
+from fastcal.diagnosis.periodic import is_periodic
+from fastcal.diagnosis.search import Search, State
+from fastcal.surrogate.evidence import Beside
+from fastcal.surrogate.features import features
+
+FloatArray = NDArray[np.float64]
+
+
+def waves_of_one_curve(search: Search, state: State) -> tuple[str, State] | None:
+    """A joint of which a set names several waves that are one curve, and the set without them; None: no joint is."""
+    names = state.names
+    for owner in sorted({name.owner for name in names}):
+        waves = [name for name in names if name.owner == owner and is_periodic(name)]
+        is_alone = len(waves) == len(names)
+        if not is_alone and len(names) > search.most:  # many waves of many joints are what they are
+            continue
+        if is_one_curve(search, state, waves):
+            return owner, without(search, state, waves)
+    return None
+
+
+def is_one_curve(search: Search, state: State, waves: Sequence[Name]) -> bool:
+    """Is one curve over their joint's position likelier than these waves of a set? One wave is no curve."""
+    if len(waves) < 2:
+        return False
+    owner = waves[0].owner
+    base = without(search, state, waves)
+    A, r, _ = base.fit.whitened
+    beside = Beside(A, r)
+    turn = base.blocks.frames[owner][:, 0]
+    row = np.asarray(base.fit.near.row)
+    q = search.problem.kept.q[:, int(owner.removeprefix("joint")) - 1]
+
+    def evidence(functions: FloatArray) -> float:
+        columns = np.zeros((len(r), functions.shape[1]))
+        columns[: len(turn)] = functions[row] * turn[:, np.newaxis]
+        return beside.weigh(columns / np.sqrt(np.mean(turn**2))).evidence
+
+    tried = {name.cause for name in search.problem.names if name.owner == owner and is_periodic(name)}
+    of_waves = evidence(np.column_stack([_functions(name, q) for name in waves])) - 2 * log(
+        comb(len(tried), len(waves))
+    )
+    scales = rules.CURVE_SCALES
+    of_curve = max(evidence(_smooth(q, scale)) for scale in scales) - 2 * log(len(scales))
+    return of_curve > of_waves
+
+
+def without(search: Search, state: State, names: Sequence[Name]) -> State:
+    """A set without some of its names."""
+    rest = [name for name in state.names if name not in names]
+    return search.state(rest, state) if rest else search.start
+
+
+def _functions(name: Name, q: FloatArray) -> FloatArray:
+    """(N, 1 or 2) of mean square about 1: sine and cosine of a wave, or the straight line of a ratio."""
+    if "order" in name.entry:
+        angle = float(name.entry["order"]) * q
+        return np.asarray(np.sqrt(2.0) * np.column_stack([np.sin(angle), np.cos(angle)]))
+    return np.asarray(((q - q.mean()) / q.std())[:, np.newaxis])
+
+
+def _smooth(q: FloatArray, scale: float) -> FloatArray:
+    """(N, k) features of a Gaussian process over q whose length scale is a share of its range."""
+    x = q[:, np.newaxis]
+    return features(x, np.array([scale * np.ptp(q)]), len(q))(x)

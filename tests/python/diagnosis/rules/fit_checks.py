@@ -1,0 +1,90 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Fits, and the noise that a rich model leaves."""
+
+from types import SimpleNamespace
+
+import numpy as np
+
+from fastcal.diagnosis import diagnosis, fits, noise, periodic
+from fastcal.diagnosis.fits import fit
+from fastcal.diagnosis.search import Search
+
+from .linear_world import ROWS, World, columns, name
+from .mutants import falls_with
+from .small_arm import SIGMA, measured, problem
+
+COMPLIANCE = {"effect": "joint_compliance", "owner": "joint2", "parameters": {"compliance_rad_nm": 2e-5}}
+
+
+@falls_with(PRIOR_WIDTH=1e-3)
+@falls_with(MAX_STEP=1e-9)
+@falls_with(CHI_SQUARE_TOLERANCE=1e12)
+@falls_with(CHI_SQUARE_SHARE=1e3)
+def a_fit_reaches_the_noise() -> None:
+    given = problem(measured([COMPLIANCE]))
+    (cause,) = (n for n in given.names if n.key == ("joint_compliance", "joint2"))
+    found = fit(given, [cause])
+    assert abs(found.remaining - found.freedom) < 4 * np.sqrt(2 * found.freedom)
+    assert abs(found.value(cause)[0] / 2e-5 - 1) < 0.05
+
+
+@falls_with(MAX_ITERATIONS=1)
+def a_fit_follows_what_is_bent() -> None:
+    """Errors of centimetres and degrees."""
+    given = problem(measured([COMPLIANCE], length=2e-2, angle=5e-2))
+    (cause,) = (n for n in given.names if n.key == ("joint_compliance", "joint2"))
+    found = fit(given, [cause])
+    assert abs(found.remaining - found.freedom) < 4 * np.sqrt(2 * found.freedom)
+
+
+@falls_with(MIN_INFLUENCE=1e6)
+@falls_with(MIN_INFLUENCE=0.0)
+@falls_with(MAX_GEOMETRY_SIZE=np.inf)
+@falls_with(MAX_GEOMETRY_SIZE=1e-3)
+def a_parameter_is_worth_what_it_moves() -> None:
+    """A geometry that hardly moves the tool, one that does, an effect that does, and one that moves it by rounding."""
+    J = np.diag([1e-3, 5.0, 0.02, 1e-12])
+    given = SimpleNamespace(misfit=10.0, own=2, unknowns=np.zeros(0))
+    model = SimpleNamespace(parameters=[SimpleNamespace(sigma=s) for s in (1.0, 1.0, 1.0, 7.0)])
+    size = fits._sizes(given, model, SimpleNamespace(J=J))
+    np.testing.assert_allclose(size, [30.0, 2.0, 500.0, 7.0])
+
+
+@falls_with(RICH_MODEL_SHARE=0.0)
+@falls_with(RICH_MODEL_SHARE=0.99)
+def a_missing_effect_is_no_noise_and_enough_is_left_to_estimate_it() -> None:
+    C = columns(200)
+    names = [name(k + 1) for k in range(200)]
+    world = World(dict(zip(names, C.T, strict=True)), 40.0 * C[:, 150])
+    start = world.fit(world.problem, [])
+    rich = noise.rich_fit(start, world.blocks(start))
+    assert abs(rich.mean_square - 1) < 0.25
+    assert rich.freedom > ROWS / 2
+
+
+@falls_with(MAX_CLEAR_BLOCKS=0)
+@falls_with(CLEAR_BLOCK_BIC=1e9)
+@falls_with(CLEAR_BLOCK_BIC=-100.0)
+def what_is_clearly_missing_comes_first_in_the_rich_model() -> None:
+    C = columns(20)
+    names = [name(k + 1) for k in range(20)]
+    world = World(dict(zip(names, C.T, strict=True)), 40.0 * C[:, 15] + 30.0 * C[:, 7])
+    assert noise._clear(world.blocks(world.fit(world.problem, []))) == [15, 7]
+
+
+@falls_with(NOISE_GUESS=1e3)
+def the_noise_is_found_from_a_guess() -> None:
+    data = measured([COMPLIANCE])
+    given = problem(data)
+    guessed = given.with_noise(diagnosis._claimed(data, None))
+    _, level = noise.quieted(guessed, fit(guessed, []), None)
+    assert abs(level.sigma / SIGMA - 1) < 0.25
+
+
+@falls_with(MAX_ORDER=20.0)
+def an_order_of_33_is_scanned_for() -> None:
+    wave = {"order": 33.0, "amplitude_rad": 3e-4, "phase_rad": 0.4}
+    given = problem(measured([{"effect": "gear_harmonic", "owner": "joint2", "parameters": wave}], rows=90))
+    found = periodic.scan(Search(given).start)
+    assert "gear_harmonic@joint2:order=33" in [repr(n) for n in found]

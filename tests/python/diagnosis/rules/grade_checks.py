@@ -1,0 +1,109 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Grades: what keeps a name from grade A."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+
+from fastcal.diagnosis import grading
+from fastcal.diagnosis.grading import Evidence
+
+from .linear_world import ROWS, World, columns, name
+from .mutants import falls_with
+
+SURE = Evidence(
+    statistic=50.0**2,
+    rank=1,
+    gain=(0.5, 0.05),
+    stability=1.0,
+    rivals=(),
+    is_richer_needed=True,
+    is_plausible=True,
+)
+
+
+def grade(**changed: object) -> str:
+    return grading.grade(replace(SURE, **changed), name(1), (), False)[0]
+
+
+@falls_with(GRADE_A_SNR=0.0)
+@falls_with(GRADE_A_SNR=1e9)
+def a_weak_signal_is_not_sure() -> None:
+    assert grade() == "A"
+    assert grade(statistic=14.0**2) == "B"
+    assert grade(statistic=16.0**2) == "A"
+
+
+@falls_with(GRADE_A_SNR_LOADS=0.0)
+@falls_with(GRADE_A_SNR_LOADS=1e9)
+def what_follows_loads_needs_more() -> None:
+    assert grade(follows_loads=True, statistic=38.0**2) == "B"
+    assert grade(follows_loads=True, statistic=42.0**2) == "A"
+
+
+@falls_with(GRADE_A_GAIN=-1e9)
+@falls_with(GRADE_A_GAIN=1e9)
+def held_out_rows_must_bear_it_out() -> None:
+    assert grade(gain=(0.05, 0.03)) == "B"
+    assert grade(gain=(0.07, 0.03)) == "A"
+
+
+@falls_with(GRADE_A_STABILITY=0.0)
+@falls_with(GRADE_A_STABILITY=1.1)
+def it_must_come_first_in_four_of_five_parts() -> None:
+    assert grade(stability=0.6) == "B"
+    assert grade(stability=0.8) == "A"
+
+
+@falls_with(MAX_PLAUSIBLE_SIZE=0.0)
+@falls_with(MAX_PLAUSIBLE_SIZE=np.inf)
+def a_size_that_no_arm_has_does_the_work_of_something_else() -> None:
+    gap = SimpleNamespace(name="gap", sigma=1e-4)
+    assert grading._is_plausible([gap], np.array([1e-3]))
+    assert not grading._is_plausible([gap], np.array([-5e-3]))
+    assert grading._is_plausible([SimpleNamespace(name="critical", sigma=1.0)], np.array([500.0]))
+
+
+@falls_with(CONTRAST=0.0)
+@falls_with(CONTRAST=1e3)
+def a_compliance_that_changes_with_the_load_must_change() -> None:
+    richer = name(2, "joint_compliance_nonlinear")
+    parameters = [SimpleNamespace(name=n) for n in ("low", "high", "critical")]
+    theta, covariance = np.array([1.0, 2.0, 50.0]), np.diag([0.02, 0.02, 1.0])  # differ by 5 = 1 / 0.2
+    assert not grading._richer_needed(richer, parameters, theta, 1.1 * covariance)
+    assert grading._richer_needed(richer, parameters, theta, 0.9 * covariance)
+
+
+def rivals(share: float) -> tuple[str, ...]:
+    """Those of a name beside a block that holds this share of its signature, where only the name is there."""
+    C = columns(3)
+    cause, other = name(1), name(2)
+    block = np.sqrt(share) * C[:, 0] + np.sqrt(1 - share) * C[:, 1]
+    world = World({cause: C[:, 0], other: C[:, 2]}, 12.0 * C[:, 0], {"joint3": block})
+    with world.search() as search:
+        return grading._rivals(search, search.start, cause)
+
+
+@falls_with(SAME_SHAPE=0.0)
+@falls_with(SAME_SHAPE=1.1)
+def a_block_without_a_name_that_does_as_well_is_a_rival_unless_it_holds_the_name() -> None:
+    assert rivals(0.95) == ("joint3 by q3",)
+    assert rivals(0.999) == ()
+
+
+@falls_with(MAX_CONTENDERS=1)
+def a_part_of_the_data_may_have_another_name_first() -> None:
+    """Two look-alikes that one row tells apart: without it the other one comes first."""
+    C = columns(2)
+    cause, other = name(1), name(2)
+    one = C[:, 0].copy()
+    two = one.copy()
+    one[0], two[0], two[1:] = 0.5, -0.5, two[1:] + 0.05 * C[1:, 1]
+    world = World({cause: one, other: two}, np.zeros(ROWS))
+    world.r = 20.0 * two
+    world.r[0] = 20.0 * one[0]
+    with world.search() as search:
+        assert grading._comes_first(search.start, np.arange(ROWS), cause)
+        assert not grading._comes_first(search.start, np.arange(1, ROWS), cause)

@@ -1,0 +1,140 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""How large the noise is, and which rows are wrong."""
+
+from types import SimpleNamespace
+
+import numpy as np
+
+from fastcal.diagnosis import noise
+from fastcal.diagnosis.noise import RichFit
+from fastcal.diagnosis.problem import Noise
+from fastcal.measurements.dataset import Dataset
+
+from .mutants import falls_with
+
+POINTS = 120
+NONE = np.zeros(0, dtype=np.intp)
+
+
+def points(wrong: dict[int, float], seed: int = 1) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Columns, right side and rows of points (three numbers each) of noise 1, some of them off along x."""
+    random = np.random.default_rng(seed)
+    X, r = random.standard_normal((3 * POINTS, 8)), random.standard_normal(3 * POINTS)
+    r += X @ random.standard_normal(8)
+    for row, size in wrong.items():
+        r[3 * row] += size
+    return X / np.linalg.norm(X, axis=0), r, np.repeat(np.arange(POINTS), 3)
+
+
+@falls_with(ALPHA_OUTLIER=1e-60)
+@falls_with(ALPHA_OUTLIER=0.9999)
+def rows_that_noise_does_not_make_are_outliers() -> None:
+    assert list(noise._without_outliers(*points({7: 9.0, 50: -12.0})).wrong) == [7, 50]
+    assert all(list(noise._without_outliers(*points({}, seed)).wrong) == [] for seed in range(2, 7))
+
+
+@falls_with(TUKEY_SIZE=1e9)
+@falls_with(TUKEY_SIZE=0.5)
+@falls_with(SUSPECT_WEIGHT=-1.0)
+@falls_with(SUSPECT_WEIGHT=1.0)
+def suspects_are_the_gross_rows() -> None:
+    assert list(noise._suspects(*points({7: 15.0, 50: -12.0}))) == [7, 50]
+
+
+def group(size: float, seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Rows 0 to 4 are off together, along a column that they share with six good rows alone."""
+    X, r, row = points({}, seed)
+    lever = np.zeros(len(r))
+    lever[:33:3] = 1 / np.sqrt(11)
+    r[:15:3] += size
+    return np.column_stack([X, lever]), r, row
+
+
+@falls_with(HUBER_SIZE=1e9)
+def gross_rows_do_not_mask_each_other() -> None:
+    found = [len(set(noise._suspects(*group(10.0, seed))) & set(range(5))) for seed in range(8)]
+    assert np.mean(found) > 4.5
+
+
+@falls_with(NOISE_ROUNDS=1)
+def good_rows_that_gross_ones_pull_at_are_no_suspects() -> None:
+    assert all(set(noise._suspects(*group(20.0, seed))) == set(range(5)) for seed in range(8))
+
+
+@falls_with(MAX_OUTLIER_SHARE=1.0)
+@falls_with(MAX_OUTLIER_SHARE=0.0)
+def one_row_of_twenty_may_be_an_outlier() -> None:
+    row = np.repeat(np.arange(POINTS), 3)
+    size = np.arange(POINTS, dtype=float)
+    assert list(noise._largest(np.arange(60, POINTS), size, row)) == [114, 115, 116, 117, 118, 119]
+
+
+@falls_with(OUTLIER_RUN=1)
+@falls_with(OUTLIER_RUN=100)
+def rows_that_are_off_one_after_the_other_have_moved() -> None:
+    data = Dataset.from_arrays(np.zeros((POINTS, 1)), time=np.arange(POINTS) * 1.0)
+    wrong = np.array([3, 4, 5, 40, 41, 42, 43, 44, 80])
+    assert list(noise.lone(wrong, data)) == [3, 4, 5, 80]
+
+
+@falls_with(ALPHA_NOISE=1e-30)
+@falls_with(ALPHA_NOISE=0.99)
+def a_claim_is_wrong_where_chance_makes_it_so_in_one_of_a_hundred() -> None:
+    """Of 300 degrees of freedom, chi square / 300 lies between 0.80 and 1.22 in 99 of 100."""
+    assert [noise._agreement(RichFit(ms, 300.0, NONE)) for ms in (0.75, 0.85, 1.15, 1.28)] == [-1, 0, 0, 1]
+
+
+def visits(poses: int, count: int, rise: float, sigma: float = 2e-5) -> Dataset:
+    """Poses measured `count` times, each time 3 K warmer and `rise` [m] further."""
+    random = np.random.default_rng(4)
+    q = np.tile(random.uniform(-1, 1, (poses, 2)), (count, 1))
+    warm = np.repeat(np.arange(count), poses)
+    position = np.tile(random.uniform(-1, 1, (poses, 3)), (count, 1)) + rise * warm[:, np.newaxis]
+    position += sigma * random.standard_normal(position.shape)
+    return Dataset.from_arrays(q, position=position, temperature=20.0 + 3.0 * (warm // 2))
+
+
+@falls_with(REPEAT_TEMPERATURE=100.0)
+def warmer_visits_are_no_repeats() -> None:
+    data = visits(60, 4, 0.0)
+    assert data.position is not None
+    grown = data.position + 1e-4 * (np.asarray(data.temperature)[:, np.newaxis] - 20.0)
+    sigma, freedom = noise.repeats(Dataset.from_arrays(data.q, position=grown, temperature=data.temperature))
+    assert freedom == 60 * 2 * 3
+    assert abs(sigma / 2e-5 - 1) < 0.15
+
+
+@falls_with(MIN_REPEAT_FREEDOM=0)
+@falls_with(MIN_REPEAT_FREEDOM=1000)
+def few_repeats_do_not_determine_the_noise() -> None:
+    problem = SimpleNamespace(noise=Noise((2e-5, 1e-4, 2e-5)))
+    rich = RichFit(1.0, 300.0, NONE)
+    assert noise._from_repeats(problem, rich, visits(4, 2, 0.0), None) is None
+    assert noise._from_repeats(problem, rich, visits(20, 2, 0.0), None) is not None
+
+
+@falls_with(MIN_REDUNDANCY=0.0)
+@falls_with(MIN_REDUNDANCY=1.0)
+def what_a_row_is_off_is_seen_as_far_as_the_others_leave_it_to_chance() -> None:
+    """Of one number a row: e^2 / (1 - h), the externally studentized square but for its scale; 0 where h = 1."""
+    random = np.random.default_rng(5)
+    X = np.vstack([random.standard_normal((30, 2)), [[6.0, 0.0]]])
+    X = np.column_stack([X, np.eye(31)[:, 3]])  # row 3 has a column of its own
+    r = random.standard_normal(31)
+    Q = np.linalg.qr(X)[0]
+    h = np.sum(Q**2, axis=1)
+    left = r - Q @ (Q.T @ r)
+    left[3] = 1e-9  # rounding
+    with np.errstate(divide="ignore", invalid="ignore"):
+        square, _ = noise.studentized(left, Q, np.arange(31), NONE)
+    wanted = left**2 / (1 - h + (h > 1 - 1e-9))
+    np.testing.assert_allclose(np.delete(square, 3), np.delete(wanted, 3), rtol=1e-9)
+    assert square[3] < 1e-9
+
+
+@falls_with(RIDGE=1.0)
+def the_ridge_of_the_rich_model_does_not_shrink_it() -> None:
+    X, r, _ = points({})
+    wanted = r - X @ np.linalg.lstsq(X, r, rcond=None)[0]
+    np.testing.assert_allclose(noise._solved(X, r, np.ones(len(r))).left, wanted, atol=1e-6)

@@ -1,0 +1,211 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Detection and identification: levels, the search over sets, what may replace a member, held-out rows."""
+
+from types import SimpleNamespace
+from unittest import mock
+
+import numpy as np
+
+from fastcal.diagnosis import diagnosis, grading, rivals
+from fastcal.diagnosis.search import Family, State
+
+from .linear_world import ROWS, World, columns, name
+from .mutants import falls_with
+
+
+def state(p: list[float], names: int = 1, added: int = 0) -> State:
+    """A set of `added` names that leaves these p values, of `names` names and blocks after them."""
+    fit = SimpleNamespace(added=tuple(range(added)))
+    found = State(fit, Family(1.0, 1.0))
+    found.__dict__["p_values"] = np.array(p)
+    found.__dict__["blocks"] = SimpleNamespace(count=names, title=str)
+    found.__dict__["impossible"] = False
+    return found
+
+
+@falls_with(ALPHA_DETECT=1e-9)
+@falls_with(ALPHA_DETECT=0.5)
+def one_of_a_hundred_complete_models_shows_something() -> None:
+    """Half of the level is spent on names, half on blocks without one."""
+    assert state([0.006, 0.006]).suffices
+    assert not state([0.004, 0.5]).suffices
+    assert not state([0.5, 0.004]).suffices
+
+
+@falls_with(ALPHA_FURTHER=1e-9)
+@falls_with(ALPHA_FURTHER=0.5)
+def two_of_a_thousand_true_sets_show_something_more() -> None:
+    assert state([0.0015, 0.5], added=1).suffices
+    assert not state([0.0005, 0.5], added=1).suffices
+
+
+@falls_with(ALPHA_NAMED=1e-9)
+@falls_with(ALPHA_GENERIC=1e-9)
+@falls_with(ALPHA_NAMED=0.5)
+@falls_with(ALPHA_GENERIC=0.5)
+def three_names_and_one_block_of_a_hundred_refuse_a_true_name() -> None:
+    clean = state([0.5, 0.5])
+    assert state([0.04, 0.02]).stands_beside(clean)
+    assert not state([0.02, 0.5]).stands_beside(clean)
+    assert not state([0.5, 0.005]).stands_beside(clean)
+
+
+def decoy_world() -> tuple[World, list]:
+    """Two causes, and a decoy that comes first alone and leaves something that has no name."""
+    C = columns(6)
+    a, b, decoy, *others = (name(k + 1) for k in range(6))
+    near = np.sqrt(0.985 / 2) * (C[:, 0] + C[:, 1]) + np.sqrt(0.015) * C[:, 2]
+    named = dict(zip([a, b, decoy, *others], [C[:, 0], C[:, 1], near, *C[:, 3:].T], strict=True))
+    return World(named, 60.0 * (C[:, 0] + C[:, 1]), {"joint9": C[:, 2]}), [a, b]
+
+
+@falls_with(BEAM_WIDTH=1, CHILDREN_PER_NODE=1, MAX_EFFECTS=1)
+def a_decoy_that_comes_first_does_not_hide_the_two_causes() -> None:
+    world, truth = decoy_world()
+    with world.search() as search:
+        best = min((s for s in search.grow()[-1] if s.suffices), key=lambda s: s.bic, default=search.start)
+    assert set(best.names) == set(truth)
+
+
+@falls_with(EXCHANGES_PER_MEMBER=0)
+def a_wrong_first_name_gives_way_once_the_others_are_in() -> None:
+    C = columns(4)
+    a, b, decoy, other = (name(k + 1) for k in range(4))
+    near = C[:, :3] @ [0.8, 0.5, np.sqrt(1 - 0.8**2 - 0.5**2)]
+    world = World({a: C[:, 0], b: C[:, 1], decoy: near, other: C[:, 3]}, 60.0 * (C[:, 0] + C[:, 1]))
+    with world.search() as search:
+        grown = search.grown_on(search.state([decoy], search.start))
+    assert set(grown.names) == {a, b}
+
+
+@falls_with(MAX_EFFECTS_GROWN=4)
+def six_causes_are_found() -> None:
+    C = columns(9)
+    names = [name(k + 1) for k in range(9)]
+    world = World(dict(zip(names, C.T, strict=True)), C[:, :6] @ np.linspace(40.0, 60.0, 6))
+    with world.search() as search:
+        best = min(search.grow()[-1], key=lambda s: s.bic)
+    assert set(best.names) == set(names[:6])
+
+
+@falls_with(MIN_SNR_BESIDE_REST=0.0)
+@falls_with(MIN_SNR_BESIDE_REST=1e3)
+def beside_something_without_a_name_only_loud_names_stay() -> None:
+    C = columns(4)
+    loud, weak = name(1), name(2)
+    world = World({loud: C[:, 0], weak: C[:, 1]}, C[:, :3] @ [60.0, 7.0, 80.0], {"joint3": C[:, 2]})
+    with world.search() as search:
+        found = search.pruned(search.state([loud, weak], search.start))
+    assert found.names == (loud,)
+
+
+def likeness_world(alike: float) -> tuple[World, list]:
+    """A cause of 25 times the noise, another that looks alike, and one that does not."""
+    C = columns(3)
+    names = [name(k + 1) for k in range(3)]
+    other = alike * C[:, 0] + np.sqrt(1 - alike**2) * C[:, 1]
+    return World(dict(zip(names, [C[:, 0], other, C[:, 2]], strict=True)), 25.0 * C[:, 0]), names
+
+
+@falls_with(REPLACEMENTS_PER_MEMBER=0, REPLACEMENT_SHARE=1.1)
+def a_name_that_looks_alike_is_an_equivalent() -> None:
+    world, names = likeness_world(0.999)
+    with world.search() as search:
+        found = search.alternatives(search.state([names[0]], search.start))
+    assert [[other.names for other in others] for others in found] == [[(names[1],)]]
+
+
+@falls_with(REPLACEMENT_SHARE=0.0)
+def a_name_that_explains_too_little_is_not_even_fitted() -> None:
+    world, names = likeness_world(0.5)
+    with world.search() as search:
+        assert search.alternatives(search.state([names[0]], search.start)) == [[]]
+        assert (repr(names[1]),) not in search.seen
+        assert (repr(names[2]),) not in search.seen
+
+
+@falls_with(DECISIVE_BIC=0.0)
+@falls_with(DECISIVE_BIC=1e6)
+def a_set_that_leaves_something_is_given_where_it_is_likelier_by_150_to_1() -> None:
+    enough = SimpleNamespace(bic=100.0, suffices=True, impossible=False)
+    hardly = SimpleNamespace(bic=91.0, suffices=False, impossible=False)
+    clearly = SimpleNamespace(bic=89.0, suffices=False, impossible=False)
+    assert diagnosis._best([[enough, hardly]]) is enough
+    assert diagnosis._best([[clearly], [enough]]) is clearly
+
+
+@falls_with(MIN_EXPLAINED_SHARE=0.0)
+@falls_with(MIN_EXPLAINED_SHARE=1.0)
+def names_that_explain_less_than_half_of_the_misfit_are_not_given() -> None:
+    start = SimpleNamespace(fit=SimpleNamespace(remaining=1000.0))
+    search = SimpleNamespace(start=start)
+    assert diagnosis._explains_little(search, SimpleNamespace(fit=SimpleNamespace(remaining=600.0)))
+    assert not diagnosis._explains_little(search, SimpleNamespace(fit=SimpleNamespace(remaining=400.0)))
+
+
+@falls_with(MAX_SEARCHES=1)
+def waves_of_other_orders_begin_the_search_again() -> None:
+    first, second = (
+        SimpleNamespace(bic=9.0, suffices=True, impossible=False),
+        SimpleNamespace(bic=1.0, impossible=False),
+    )
+    second.suffices = True
+    searches = {"first": first, "second": second}
+    again = {id(first): ("second", "level 1"), id(second): (None, "level 2")}
+    with (
+        mock.patch.object(
+            diagnosis, "Search", lambda problem, say: SimpleNamespace(grow=lambda: [[searches[problem]]])
+        ),
+        mock.patch.object(diagnosis, "_again", lambda problem, best, sigma: again[id(best)]),
+    ):
+        _, best, level = diagnosis._searched("first", None, print)
+    assert best is second
+    assert level == "level 2"
+
+
+@falls_with(RESTART_BELOW=0.0)
+@falls_with(RESTART_BELOW=1.0)
+def markedly_less_noise_begins_the_search_again() -> None:
+    def problem(factor: float) -> SimpleNamespace:
+        noise = SimpleNamespace(factor=factor, common=(1e-4, 1e-4, 1e-4))
+        return SimpleNamespace(noise=noise, data=SimpleNamespace(sigma_position=None))
+
+    assert diagnosis._is_calmer(problem(0.8), problem(1.0))
+    assert not diagnosis._is_calmer(problem(0.97), problem(1.0))
+
+
+@falls_with(MIN_GAIN=-1e9)
+@falls_with(MIN_GAIN=1e9)
+def a_name_that_does_not_help_held_out_rows_goes() -> None:
+    C = columns(2)
+    helps, harms = name(1), name(2)
+    world = World({helps: C[:, 0], harms: C[:, 1]}, 30.0 * C[:, 0])
+    gains = {repr(helps): (0.5, 0.1), repr(harms): (0.02, 0.04)}
+    with (
+        world.search() as search,
+        mock.patch.object(grading, "_held_out", lambda search, state, member: gains[repr(member)]),
+    ):
+        assert grading.borne_out(search, search.state([helps, harms], search.start)).names == (helps,)
+
+
+@falls_with(MIN_RIVAL_GAIN=-1e9)
+@falls_with(MIN_RIVAL_GAIN=1e9)
+def a_rival_must_predict_held_out_rows_better_by_a_standard_error() -> None:
+    square = np.random.default_rng(1).chisquare(3, 400)
+    jitter = np.random.default_rng(2).standard_normal(400)
+    hardly = square - jitter + jitter.mean() - 0.02  # better by 0.4 standard errors
+    clearly = square - jitter + jitter.mean() - 0.15
+    assert not rivals._is_better(hardly, square)
+    assert rivals._is_better(clearly, square)
+
+
+@falls_with(FOLDS=2)
+@falls_with(FOLDS=ROWS)
+def each_fold_holds_out_a_fifth_and_every_visit_of_a_pose() -> None:
+    q = np.repeat(np.random.default_rng(3).uniform(-1, 1, (ROWS // 2, 3)), 2, axis=0)
+    kept = SimpleNamespace(q=q, __len__=lambda: ROWS)
+    with mock.patch.object(rivals, "pose_groups", return_value=np.repeat(np.arange(ROWS // 2), 2)):
+        fold = rivals.folds(SimpleNamespace(kept=kept))
+    np.testing.assert_array_equal(fold[::2], fold[1::2])
+    np.testing.assert_array_equal(np.bincount(fold), np.full(5, ROWS // 5))
