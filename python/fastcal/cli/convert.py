@@ -4,21 +4,35 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
 from fastcal.cli.console import warn
 from fastcal.cli.options import OutFile, RobotFile
 
+if TYPE_CHECKING:
+    from fastcal.conversion import Conversion
+
 
 def convert(
     robot: RobotFile,
     output: OutFile,
-    to: Annotated[Literal["urdf", "dh", "mdh", "poe"], typer.Option(help="The kind to convert to.")],
+    to: Annotated[
+        Literal["urdf", "dh", "mdh", "poe", "ur_kinematics"],
+        typer.Option(help="The kind to convert to; ur_kinematics is the YAML of Universal Robots' ur_description."),
+    ],
     drop_effects: Annotated[
         bool, typer.Option("--drop-effects", help="Leave out what the new kind can't carry, and name it.")
     ] = False,
+    ur_calibration: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="A UR controller's calibration.conf, added to ROBOT; or the kinematics YAML whose hash to keep.",
+        ),
+    ] = None,
 ) -> None:
     """Write a robot as another kind of file.
 
@@ -27,16 +41,64 @@ def convert(
     """
     from fastcal.conversion import convert as converted
     from fastcal.errors import InvalidInput
-    from fastcal.io.robot_file import load_robot, write_spec
+    from fastcal.io.robot_file import read_spec, write_spec
+    from fastcal.io.ur_files import with_ur_deltas
 
-    found = converted(load_robot(robot), to, drop_effects)
+    spec = read_spec(robot)
+    of_controller = ur_calibration is not None and ur_calibration.suffix.lower() == ".conf"
+    if ur_calibration is not None and of_controller:
+        # Through screws, which need no far d where axes are parallel.
+        spec = converted(converted(with_ur_deltas(spec, ur_calibration), "poe").spec, "dh").spec
+    elif ur_calibration is not None and to != "ur_kinematics":
+        raise InvalidInput(f"{ur_calibration}: expected a calibration.conf, or --to ur_kinematics")
+    if to == "ur_kinematics":
+        _ur_kinematics(spec, output, drop_effects, None if of_controller else ur_calibration)
+        return
+    found = converted(spec, to, drop_effects)
     if output.suffix.lower() == ".urdf" and to != "urdf":
         raise InvalidInput(f"{output}: a .urdf file holds the kind urdf, not {to}; give a name that ends in .yaml")
     lost = write_spec(found.spec, output, drop_effects=drop_effects)
-    warn([f"{name} was dropped" for name in found.dropped])
-    warn(found.notes)
+    _warn_of(found)
     moved = [name for name in ("base", "tool") if name in lost]
     if moved:
         warn([f"{' and '.join(moved)} are of the measurement and not of the URDF: they stay in {robot}"])
     left = [name for name in lost if name not in moved]
     warn([f"a URDF has no place for {', '.join(left)}, which was left out"] if left else [])
+
+
+def _ur_kinematics(spec: dict[str, Any], output: Path, drop_effects: bool, like: Path | None) -> None:
+    """Writes the kinematics file of a UR arm, with the hash of the file `like` or of the one that the arm came from."""
+    from fastcal.conversion import convert as converted
+    from fastcal.conversion.ur_frames import ur_origins
+    from fastcal.errors import InvalidInput
+    from fastcal.io.atomic import write_text
+    from fastcal.io.ur_files import check_six_joints, own_joint_origins, ur_hash, ur_kinematics_text
+    from fastcal.io.urdf_in_place import first_mount
+    from fastcal.io.yaml_file import read_yaml
+
+    lost = [key for key in ("effects", "compensator", "correction") if spec.get(key)]
+    if lost and not drop_effects:
+        raise InvalidInput(
+            f"{output}: a kinematics file has no place for {', '.join(lost)}; write a robot file, or --drop-effects"
+        )
+    check_six_joints(spec)
+    if spec["kinematics"] == "urdf":
+        origins = own_joint_origins(spec, first_mount(spec))
+    else:
+        found = converted(spec, "dh", drop_effects=True)
+        if found.spec["base"] != spec["base"]:
+            raise InvalidInput(f"{spec['name']}: its first axis is not the base's z axis, as that of a UR arm is")
+        origins = ur_origins(found.spec)
+    named = ur_hash(like, read_yaml(like)) if like is not None else spec.get("source", {}).get("ur_hash")
+    write_text(output, ur_kinematics_text(origins, named or "fastcal"))
+    warn([f"{', '.join(lost)} was dropped"] if lost else [])
+    warn(
+        []
+        if named
+        else ["the file has no controller's hash, which ur_robot_driver compares; --ur-calibration FILE keeps one"]
+    )
+
+
+def _warn_of(found: Conversion) -> None:
+    warn([f"{name} was dropped" for name in found.dropped])
+    warn(found.notes)

@@ -19,8 +19,9 @@ from fastcal.io.correction_file import read_correction, write_correction
 from fastcal.io.fields import Fields
 from fastcal.io.robot_schema import Spec, check_spec
 from fastcal.io.robot_source import RobotSource
+from fastcal.io.ur_files import is_ur_kinematics, ur_spec
 from fastcal.io.urdf_file import ENDINGS, read_urdf, urdf_text, what_urdf_loses
-from fastcal.io.urdf_in_place import in_place
+from fastcal.io.urdf_in_place import in_place, is_from_urdf
 from fastcal.io.yaml_file import read_text, read_yaml
 from fastcal.io.yaml_text import yaml_text
 from fastcal.robot.robot import Robot
@@ -80,7 +81,9 @@ def read_spec(
         if path.suffix.lower() in ENDINGS:
             return check_spec(read_urdf(path, base_link, tip_link, xacro), path)
         value = read_yaml(path)
-    if isinstance(value, dict) and value.get("kinematics") == "urdf" and "urdf" in value:
+    if is_ur_kinematics(value) and not links:
+        value = ur_spec(value, path)
+    elif isinstance(value, dict) and value.get("kinematics") == "urdf" and "urdf" in value:
         value = _with_urdf(value | links, path, xacro)
     elif links:
         raise ParseError(f"{' and '.join(links)} choose an arm in a URDF, and this robot is none", path)
@@ -165,7 +168,7 @@ def write_spec(
         raise InvalidInput(
             f"{path}: a URDF has no place for {', '.join(moving)}; write a .yaml file or drop the effects"
         )
-    write_text(path, in_place(spec) if "source" in spec else urdf_text(spec))
+    write_text(path, in_place(spec) if is_from_urdf(spec) else urdf_text(spec))
     return lost
 
 

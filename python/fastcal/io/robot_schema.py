@@ -97,8 +97,12 @@ def _end_of_chain(top: Fields, kind: str) -> Spec:
 
 
 def _source(fields: Fields) -> Spec:
-    """The URDF that the joints were read from, so that they can be written back into it."""
-    source: Spec = {"base_link": fields.text("base_link"), "tip_link": fields.text("tip_link")}
+    """The URDF that the joints were read from, so that they can be written back into it; or a UR file's hash."""
+    if fields.has("ur_hash"):
+        source: Spec = {"ur_hash": fields.text("ur_hash")}
+        fields.done()
+        return source
+    source = {"base_link": fields.text("base_link"), "tip_link": fields.text("tip_link")}
     xml = fields.take("xml")
     if not isinstance(xml, str) or "<" not in xml:
         fields.fail("xml", "the text of a URDF", xml)

@@ -86,7 +86,7 @@ def urdf_text(spec: Spec) -> str:
 def what_urdf_loses(spec: Spec) -> tuple[str, ...]:
     """The keys of a spec that say something and have no place in a URDF."""
     # A URDF that is written in place gets no links: base and tool belong to the measurement.
-    lost = [key for key in ("base", "tool") if "source" in spec and _is_moved(spec[key])]
+    lost = [key for key in ("base", "tool") if "xml" in spec.get("source", {}) and _is_moved(spec[key])]
     lost += [
         key for key in ("coupling", "compensator", "effects", "structure", "correction", "calibration") if spec.get(key)
     ]

@@ -32,6 +32,19 @@ class _Joint(NamedTuple):
     origin: _Tag | None
 
 
+def is_from_urdf(spec: Spec) -> bool:
+    """Whether a spec keeps the text of the URDF that it was read from."""
+    return "xml" in spec.get("source", {})
+
+
+def first_mount(spec: Spec) -> Array:
+    """(4, 4) of the first moving joint's parent link in the base, where the spec keeps its URDF; else the identity."""
+    if not is_from_urdf(spec):
+        return np.eye(4)
+    source = spec["source"]
+    return np.asarray(_core.read_urdf(source["xml"], source["base_link"], source["tip_link"])["joints"][0]["mount"])
+
+
 def in_place(spec: Spec) -> str:
     """The text of the URDF that a spec was read from, with the joints' origins of the spec.
 
