@@ -15,8 +15,8 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import special
 
+from fastcal.calibration.gamma_tail import gamma_tail
 from fastcal.measurements.dataset import Dataset
 
 FloatArray = NDArray[np.float64]
@@ -73,4 +73,4 @@ def posture_p_value(J: FloatArray, residual: FloatArray, lever: FloatArray, feat
     T = float(np.sum((Z.T @ r) ** 2) / (r @ r))
     if not variance > 0:
         return 1.0
-    return float(special.gammaincc(mean**2 / variance, T * mean / variance))
+    return gamma_tail(mean**2 / variance, T * mean / variance)

@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import special
 
 from fastcal.calibration.bounds import Bound
 from fastcal.calibration.evaluation import Evaluation
@@ -100,6 +99,8 @@ class CalibrationResult(Plotted):
 
         Of a parameter on its bound the part that the bound leaves, infinite where nothing can be claimed.
         """
+        from scipy import special  # takes longer to import than a fit
+
         t = float(special.stdtrit(max(self.degrees_of_freedom, 1), 0.5 + level / 2))
         out = np.empty((len(self.parameters), 2))
         for k, p in enumerate(self.parameters):

@@ -24,6 +24,7 @@ _DEVIATIONS = 3.0  # white noise correlates neighbours by so much in one of a th
 _FEWEST_ROWS = 12
 _MOST = 0.98
 _STEPS = 20
+_FADED = 1e-18
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,8 +106,14 @@ def _neighbours(a: FloatArray, b: FloatArray) -> float:
 
 def _smoothed(values: FloatArray, rho: float) -> FloatArray:
     """Omega values, values (N, ...): what came before and what comes after, each fading by rho a row."""
-    from scipy.signal import lfilter  # a third of a second that white noise need not wait for
+    return _faded(values, rho) + _faded(values[::-1], rho)[::-1] - values
 
-    ahead = lfilter([1.0], [1.0, -rho], values, axis=0)
-    back = lfilter([1.0], [1.0, -rho], values[::-1], axis=0)[::-1]
-    return np.asarray(ahead + back - values)
+
+def _faded(values: FloatArray, rho: float) -> FloatArray:
+    """(N, ...) sum over k of rho^k values[t - k] = (1 + rho B) (1 + rho^2 B^2) (1 + rho^4 B^4) ..., B the step back."""
+    out, step, factor = values, 1, rho
+    while step < len(values) and factor > _FADED:
+        later = out.copy()
+        later[step:] += factor * out[:-step]
+        out, step, factor = later, 2 * step, factor * factor
+    return out

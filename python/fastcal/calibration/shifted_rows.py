@@ -13,7 +13,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import special
 
 from fastcal.calibration.change_point import find_step
 from fastcal.calibration.row_weights import huber_weights
@@ -69,6 +68,8 @@ def find_shift(
     if best is None or best[0] > _EXPLAINED * alone or best[0] > drift:
         return None
     squares, first, moved = best
+    from scipy import special  # takes longer to import than a fit, and few files come so far
+
     F = (alone - squares) / 6 / (squares / freedom)
     if special.fdtrc(6, freedom, F) * len(rows) * len(motions) > _CHANCE:
         return None

@@ -14,7 +14,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import linalg
 
 from fastcal.calibration.row_weights import huber_weights
 
@@ -126,4 +125,6 @@ class _Search:
             S[columns] = 1 / np.hypot(1 / S[columns], 1 / prior_deviations(10.0**exponent, penalty))
         scaled = A * np.outer(S, S)
         scaled[np.diag_indices_from(scaled)] += 1
+        from scipy import linalg  # takes longer to import than a fit, and few models have curves
+
         return np.asarray(S * linalg.cho_solve(linalg.cho_factor(scaled, overwrite_a=True), S * g))

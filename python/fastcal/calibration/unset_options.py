@@ -13,7 +13,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import linalg
 
 from fastcal import _core
 from fastcal.calibration.change_point import find_step
@@ -108,6 +107,8 @@ def _left_with_lag(fit: _Fit, spec: Spec, late: list[int], others: list[int], la
     sizes = np.array([p.sigma for p in fit.problem.model.parameters] + [1.0] * fit.problem.unknown_count)
     A = np.vstack([np.asarray(near.J)[:, columns] * sizes[columns], np.eye(len(columns)) / _WEAK])
     r = np.append(np.asarray(near.r), np.zeros(len(columns)))
+    from scipy import linalg  # takes longer to import than a fit
+
     return float(np.sum((r - A @ linalg.lstsq(A, r, lapack_driver="gelsy", check_finite=False)[0]) ** 2))
 
 

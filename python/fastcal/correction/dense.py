@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import expit
 
 from fastcal.correction.packing import Packed, Tensors, setting
 from fastcal.errors import InvalidInput
@@ -21,7 +20,7 @@ ACTIVATIONS: dict[str, Callable[[FloatArray, float], FloatArray]] = {
     "linear": lambda x, slope: x,
     "tanh": lambda x, slope: np.tanh(x),
     "relu": lambda x, slope: np.maximum(x, 0.0),
-    "sigmoid": lambda x, slope: np.asarray(expit(x)),
+    "sigmoid": lambda x, slope: 0.5 * (1 + np.tanh(x / 2)),
     "prelu": lambda x, slope: np.where(x > 0, x, slope * x),
 }
 

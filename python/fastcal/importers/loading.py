@@ -11,10 +11,6 @@ from dataclasses import replace
 from pathlib import Path
 
 from fastcal.errors import InvalidInput, ParseError, TooLarge
-from fastcal.importers.grid import decoded
-from fastcal.importers.importing import import_measurements
-from fastcal.importers.rosbag import is_bag
-from fastcal.importers.writing import imported_dataset
 from fastcal.io import measurements
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot
@@ -51,6 +47,8 @@ def load_measurements(
 
 
 def _load(path: str | os.PathLike[str], robot: Robot, require_measured: bool) -> Dataset:
+    from fastcal.importers.rosbag import is_bag
+
     own: ParseError | None = None
     try:
         if not is_bag(path):
@@ -61,6 +59,9 @@ def _load(path: str | os.PathLike[str], robot: Robot, require_measured: bool) ->
         if not require_measured or not Path(path).is_file() or _is_own(path):
             raise
         own = error
+    from fastcal.importers.importing import import_measurements  # most files are measurement files
+    from fastcal.importers.writing import imported_dataset
+
     try:
         reading = import_measurements([path], robot=robot)
     except TooLarge as problem:
@@ -79,6 +80,8 @@ def _asking(path: str | os.PathLike[str], problem: InvalidInput) -> InvalidInput
 
 def _is_own(path: str | os.PathLike[str]) -> bool:
     """Whether a file means to be a measurement file: its header names joints as fastcal does."""
+    from fastcal.importers.grid import decoded
+
     with Path(path).open("rb") as file:
         content = file.read(20_000)
     if content.startswith((b"PK\x03\x04", b"PAR1")):

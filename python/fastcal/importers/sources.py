@@ -13,9 +13,12 @@ import numpy as np
 
 from fastcal.errors import ParseError, TooLarge
 from fastcal.importers.grid import Grid, Row, decoded, text_grid
+<<<<<<< HEAD
 from fastcal.io.arrow import read_parquet_table
 from fastcal.io.excel_archive import check_archive
 from fastcal.io.regular_file import read_bytes
+=======
+>>>>>>> ad2b479 (Commands import less: no SciPy nor Arrow for small files)
 from fastcal.io.table import unreadable
 
 MAX_BYTES = 32_000_000
@@ -103,6 +106,8 @@ def _text(cell: object) -> str:
 
 
 def _parquet(content: bytes, path: str) -> Grid:
+    from fastcal.io.arrow import read_parquet_table  # Arrow takes longer to import than a CSV to read
+
     table = read_parquet_table(content, path)
     _check_cells(len(table) * len(table.columns), path)
     columns = [

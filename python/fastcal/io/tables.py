@@ -12,7 +12,6 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from fastcal.errors import InvalidInput, ParseError
-from fastcal.io.arrow import read_parquet_table
 from fastcal.io.atomic import write_text
 from fastcal.io.regular_file import read_bytes
 from fastcal.io.table import Table
@@ -32,6 +31,8 @@ def read_table(path: str | os.PathLike[str]) -> Table:
     if not content:
         raise ParseError("is empty; expected a header and rows of numbers", name)
     if content.startswith(b"PAR1"):
+        from fastcal.io.arrow import read_parquet_table  # Arrow takes longer to import than a CSV to read
+
         return read_parquet_table(content, name)
     if content.startswith(b"PK\x03\x04"):
         from fastcal.io.excel import read_excel_table  # openpyxl takes longer to import than a CSV to read

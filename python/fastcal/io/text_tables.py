@@ -2,8 +2,9 @@
 # SPDX-License-Identifier: MIT
 """CSV as instruments and spreadsheets write it: comma, semicolon or tab; decimal point or comma; with or without a BOM.
 
-There are two ways through a file. The quick one (Arrow's) takes tables of plain numbers and knows no lines; whatever it
-does not take at once, and every file in which something is wrong, goes the exact way, which does.
+There are two ways through a file. The quick one (Arrow's) takes large tables of plain numbers and knows no lines;
+whatever it does not take at once, small files, and every file in which something is wrong, go the exact way, which
+does.
 """
 
 from __future__ import annotations
@@ -13,15 +14,20 @@ import io
 import re
 from functools import partial
 
+<<<<<<< HEAD
 import pyarrow as pa
 import pyarrow.csv
 
 from fastcal.errors import ParseError, TooLarge
 from fastcal.io.arrow import column_from_arrow
+=======
+from fastcal.errors import ParseError
+>>>>>>> ad2b479 (Commands import less: no SciPy nor Arrow for small files)
 from fastcal.io.table import EMPTY, Table, without_blank_columns
 
 MAX_BYTES = 64_000_000
 MAX_COLUMNS = 10_000
+QUICK_FROM = 400_000  # bytes: below, importing Arrow takes longer than the exact way
 LABELS = frozenset({"station", "mount", "anchor"})  # 007 stays 007 in these
 
 
@@ -47,7 +53,8 @@ def read_text_table(content: bytes, path: str) -> Table:
     if header.count(separator) >= MAX_COLUMNS:
         raise TooLarge(f"expected at most {MAX_COLUMNS} columns, got {header.count(separator) + 1}", path)
     exact = partial(_read_exactly, text, separator, path)
-    return _read_quickly(text, separator, path, header, exact) or exact()
+    quick = _read_quickly(text, separator, path, header, exact) if len(content) >= QUICK_FROM else None
+    return quick or exact()
 
 
 def _read_exactly(text: str, separator: str, path: str) -> Table:
@@ -76,16 +83,20 @@ def _read_exactly(text: str, separator: str, path: str) -> Table:
 
 
 def _read_quickly(text: str, separator: str, path: str, header: str, exact: partial[Table]) -> Table | None:
-    """The table if all its rows are of one length and nothing is quoted; else None."""
-    if '"' in text:
-        return None
-    names = header.split(separator)
+    """The table if all its rows are of one length and no quoted cell goes over a line's end; else None."""
+    import pyarrow as pa
+    import pyarrow.csv
+
+    from fastcal.io.arrow import column_from_arrow
+
+    quoted = '"' in text
+    names = next(csv.reader([header], delimiter=separator)) if quoted else header.split(separator)
     comma = separator != "," and "," in text
     try:
         found = pyarrow.csv.read_csv(
             pa.BufferReader(text.encode()),
             pyarrow.csv.ReadOptions(use_threads=False),
-            pyarrow.csv.ParseOptions(delimiter=separator, quote_char=False),
+            pyarrow.csv.ParseOptions(delimiter=separator, quote_char='"' if quoted else False),
             pyarrow.csv.ConvertOptions(
                 column_types={name: pa.string() for name in names if name.strip().lower() in LABELS},
                 null_values=sorted(EMPTY | {empty.upper() for empty in EMPTY} | {"NaN"}),

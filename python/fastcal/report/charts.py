@@ -5,10 +5,10 @@
 from __future__ import annotations
 
 import math
+from statistics import NormalDist
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import special
 
 from fastcal.report import figures
 from fastcal.report.figures import Figure, Key, Trace
@@ -122,7 +122,7 @@ def normal_plot(residual: Array, sigma: float, is_outlier: NDArray[np.bool_], mo
     """
     known = np.flatnonzero(np.isfinite(residual))
     order = known[np.argsort(residual[known])]
-    x = special.ndtri((np.arange(1, len(order) + 1) - 0.375) / (len(order) + 0.25))
+    x = np.array([NormalDist().inv_cdf((k + 0.625) / (len(order) + 0.25)) for k in range(len(order))])
     shown = _thin_middle(len(order), most)
     x, y, outlying = x[shown], residual[order][shown], is_outlier[order][shown]
     hover = _("residual %{{y:.3f}} mm at normal quantile %{{x:.2f}}")

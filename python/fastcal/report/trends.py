@@ -15,7 +15,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import special
+
+from fastcal.calibration.gamma_tail import gamma_tail
 
 Array = NDArray[np.float64]
 
@@ -109,4 +110,4 @@ def trend(x: Array, residual: Array) -> Trend:
     if freedom == 0:
         return NO_TREND
     weights = variances if sum(variances) > 0.0 else None
-    return Trend(float(np.average(shares, weights=weights)), float(special.chdtrc(freedom, statistic)))
+    return Trend(float(np.average(shares, weights=weights)), gamma_tail(freedom / 2, statistic / 2))

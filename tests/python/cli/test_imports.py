@@ -10,8 +10,9 @@ import pytest
 
 import fastcal
 
-# Each takes a quarter of a second or more.
-HEAVY = {"scipy.stats", "scipy.spatial", "scipy.optimize", "pandas", "openpyxl", "torch", "sklearn"}
+# Each takes a tenth of a second or more.
+HEAVY = {"scipy.stats", "scipy.spatial", "scipy.optimize", "scipy.special", "scipy.linalg", "scipy.signal", "pyarrow"}
+HEAVY |= {"pandas", "openpyxl", "torch", "sklearn", "joblib"}
 
 PROBE = """
 import sys

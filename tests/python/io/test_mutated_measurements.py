@@ -4,6 +4,7 @@
 
 import io
 import math
+from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -16,6 +17,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from fastcal.errors import FastcalError
+from fastcal.io import text_tables
 from fastcal.io.measurements import load_measurements
 from fastcal.io.text_tables import read_text_table
 from fastcal.measurements.dataset import Dataset
@@ -27,6 +29,8 @@ NAMES = ["q1_deg", "q2_deg", "x_mm", "y_mm", "z_mm", "qw", "qx", "qy", "qz", "si
 ROWS = [[10.5, -20.25, 300.125, 40.0, -5e1, 0.6, 0.0, 0.8, 0.0, 0.04, 21.5, 1], [1.5, 2.5, 3.5, *[None] * 6, 1, 20, 2]]
 TEXT = "\n".join(",".join("" if cell is None else str(cell) for cell in row) for row in [NAMES, *ROWS, *ROWS]) + "\n"
 SEEDS = [TEXT.encode(), TEXT.replace(",", ";").replace(".", ",").encode("utf-8-sig"), TEXT.replace(",", "\t").encode()]
+QUOTED = "".join(",".join(f'"{cell}"' for cell in line.split(",")) + "\n" for line in TEXT.splitlines())
+SEEDS.append(QUOTED.encode())
 # What real files break by, beside single bytes.
 PIECES = [
     b",",
@@ -85,6 +89,14 @@ def load(path: Path, content: bytes) -> Dataset | None:
     assert np.isfinite(data.q).all()
     assert data.measured.any()
     return data
+
+
+@pytest.fixture(autouse=True, scope="module")
+def quick_way_for_small_files() -> Iterator[None]:
+    """Files of a test are small, and the quick way is for large ones."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(text_tables, "QUICK_FROM", 0)
+        yield
 
 
 MANY = settings(

@@ -2,7 +2,9 @@
 # SPDX-License-Identifier: MIT
 """Tables: the same numbers come out of every format, and what is wrong is named with its line."""
 
+import csv
 import datetime
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -12,10 +14,19 @@ import pyarrow.parquet
 import pytest
 
 from fastcal.errors import InvalidInput, ParseError
+from fastcal.io import text_tables
 from fastcal.io.table import Table
 from fastcal.io.tables import read_table, write_csv
 
 NUMBERS = [[1.5, -2.25e-7, 3.0], [np.nan, 4.0, 1234.5]]
+
+
+@pytest.fixture(autouse=True, scope="module")
+def quick_way_for_small_files() -> Iterator[None]:
+    """Files of a test are small, and the quick way is for large ones."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(text_tables, "QUICK_FROM", 0)
+        yield
 
 
 def both_ways(path: Path) -> list[Table]:
@@ -58,10 +69,34 @@ def test_the_quick_way_takes_plain_files_and_agrees_with_the_exact_way(tmp_path:
             assert table.labels(4) == ["007"] * 500
 
 
+@pytest.mark.parametrize("quoting", [csv.QUOTE_ALL, csv.QUOTE_NONNUMERIC])
+def test_the_quick_way_takes_quoted_cells(tmp_path: Path, quoting: int) -> None:
+    values = np.random.default_rng(0).normal(size=(50, 2))
+    path = tmp_path / "data.csv"
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, quoting=quoting)  # type: ignore[arg-type]
+        writer.writerow(["a", "b", "station", 'who "J", first'])
+        writer.writerows([*row, "007", 'Doe, "J"'] for row in values.tolist())
+    for table in both_ways(path):
+        assert list(table.names) == ["a", "b", "station", 'who "J", first']
+        np.testing.assert_array_equal(np.transpose([table.numbers(place) for place in range(2)]), values)
+        assert (table.labels(2), table.labels(3)) == (["007"] * 50, ['Doe, "J"'] * 50)
+
+
+def test_a_small_file_goes_the_exact_way_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(text_tables, "QUICK_FROM", 100)
+    path = tmp_path / "data.csv"
+    path.write_text("a,b\n" + "1,2\n" * 23)
+    assert read_table(path).exact is None
+    path.write_text("a,b\n" + "1,2\n" * 24)
+    assert read_table(path).exact is not None
+
+
 def test_quoted_cells_may_hold_separators_line_ends_and_decimal_commas(tmp_path: Path) -> None:
     path = tmp_path / "data.csv"
     path.write_text('a,who\n"1,5","Doe, ""J""\nof Acme"\n"2,5",x\nfour,y\n')
     table = read_table(path)
+    table = table.exact() if table.exact else table
     assert table.labels(1) == ['Doe, "J"\nof Acme', "x", "y"]
     with pytest.raises(ParseError, match=r"data.csv:5: column 'a': expected a number, got 'four'$"):
         table.numbers(0)
