@@ -2,11 +2,53 @@
 // SPDX-License-Identifier: MIT
 #include "convert.hpp"
 #include "fastcal/ik/inverse_kinematics.hpp"
+#include "fastcal/ik/pose_solver.hpp"
 #include "fastcal/robot/mass_matrix.hpp"
 
 namespace fastcal {
 
+namespace {
+
+using Numbers = py::array_t<double, py::array::c_style | py::array::forcecast>;
+
+/// The first of the numbers of an array of this many.
+const double* first_of(const Numbers& array, py::ssize_t count, const char* name) {
+  FASTCAL_CHECK(array.size() == count) << name << " must hold " << count << " numbers, got " << array.size();
+  return array.data();
+}
+
+}  // namespace
+
 void bind_ik(py::module_& m) {
+  py::class_<PoseSolver>(m, "PoseSolver", "One pose at a time, made ready once; not for several threads at a time.")
+      .def(py::init([](const ErrorModel& model, const Samples& conditions, const RowMatrixXd& limits, double reach,
+                       double tolerance_position, double tolerance_rotation, int restarts,
+                       const std::vector<bool>& held, std::uint64_t random_seed) {
+             return std::make_unique<PoseSolver>(
+                 model, conditions,
+                 IkOptions{limits, reach, tolerance_position, tolerance_rotation, restarts, held, false, random_seed});
+           }),
+           py::arg("model"), py::arg("conditions"), py::kw_only(), py::arg("limits"), py::arg("reach"),
+           py::arg("tolerance_position"), py::arg("tolerance_rotation"), py::arg("restarts"), py::arg("held"),
+           py::arg("random_seed"))
+      .def(
+          "inverse",
+          [](PoseSolver& self, const Numbers& target, const Numbers& seed) {
+            SearchPoint found;
+            const double* T = first_of(target, 16, "target");
+            const IkStatus status = self.solve(T, first_of(seed, self.joint_count(), "seed"), found);
+            return py::make_tuple(py::array_t<double>(found.q.size(), found.q.data()), static_cast<int>(status),
+                                  found.position_error, found.rotation_error);
+          },
+          py::arg("target"), py::arg("seed"), "q (n,), status, distance left [m], angle left [rad] for one (4, 4).")
+      .def(
+          "forward",
+          [](PoseSolver& self, const Numbers& q) {
+            const Eigen::Matrix<double, 4, 4, Eigen::RowMajor> T =
+                from_pose(self.forward(first_of(q, self.joint_count(), "q")));
+            return py::array_t<double>({4, 4}, T.data());
+          },
+          py::arg("q"), "(4, 4) pose of the tool in the measuring frame at joint positions (n,).");
   m.def(
       "inverse_kinematics",
       [](const ErrorModel& model, const Samples& samples, const Eigen::Ref<const RowMatrixXd>& targets,

@@ -25,9 +25,11 @@ if TYPE_CHECKING:
     from fastcal.diagnosis.plan import foresee
     from fastcal.effects.registered import register_effect
     from fastcal.errors import FastcalError, InvalidInput, ParseError
+    from fastcal.fleet import Arm, Fleet, calibrate_many
     from fastcal.ik.all_configurations import branches
     from fastcal.ik.inertia_load import InertiaLoad, inertia_load
     from fastcal.ik.inverse_kinematics import InverseKinematics, inverse_kinematics
+    from fastcal.ik.pose_solver import PoseSolver
     from fastcal.ik.posture import configurations
     from fastcal.ik.redundancy_resolution import arm_angles, choose_posture
     from fastcal.importers import load_measurements
@@ -48,6 +50,7 @@ if TYPE_CHECKING:
 _HOMES = {
     "__version__": "_core",
     "BeamFrame": "beams.frame",
+    "Arm": "fleet",
     "CalibrationResult": "calibration.calibrate",
     "CheckResult": "monitoring.result",
     "Compensation": "compensation",
@@ -55,7 +58,9 @@ _HOMES = {
     "Diagnosis": "diagnosis",
     "FastcalError": "errors",
     "InertiaLoad": "ik.inertia_load",
+    "Fleet": "fleet",
     "InverseKinematics": "ik.inverse_kinematics",
+    "PoseSolver": "ik.pose_solver",
     "InvalidInput": "errors",
     "ParseError": "errors",
     "Redundancy": "calibration.parameter_identifiability",
@@ -64,6 +69,7 @@ _HOMES = {
     "arm_angles": "ik.redundancy_resolution",
     "branches": "ik.all_configurations",
     "calibrate": "calibration.calibrate",
+    "calibrate_many": "fleet",
     "check": "monitoring.check",
     "check_poses": "monitoring.plan",
     "choose_parameters": "selection.choose_parameters",
@@ -112,6 +118,7 @@ late.bind(
 )
 
 __all__ = [
+    "Arm",
     "BeamFrame",
     "CalibrationResult",
     "CheckResult",
@@ -119,10 +126,12 @@ __all__ = [
     "Dataset",
     "Diagnosis",
     "FastcalError",
+    "Fleet",
     "InertiaLoad",
     "InvalidInput",
     "InverseKinematics",
     "ParseError",
+    "PoseSolver",
     "Redundancy",
     "Robot",
     "Targets",
@@ -130,6 +139,7 @@ __all__ = [
     "arm_angles",
     "branches",
     "calibrate",
+    "calibrate_many",
     "check",
     "check_poses",
     "choose_parameters",

@@ -83,6 +83,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         ),
     },
     "papers": {*ARM, "calibration", "selection", "ik", "compensation", "design", "networks", "io", "report"},
+    "fleet": {*ARM, "calibration", "io", "report", "robots"},
 }
 # What binds the rooms together may import any of them, and is imported by none.
 DOORS = {"__init__", "__main__", "cli"}

@@ -10,7 +10,9 @@
 #include "fastcal/identification/solver.hpp"
 #include "fastcal/math/check.hpp"
 #include "fastcal/math/decompositions.hpp"
+#include "fastcal/math/parallel.hpp"
 #include "fastcal/math/se3.hpp"
+#include "fastcal/model/row_block.hpp"
 #include "fastcal/model/settle.hpp"
 
 namespace fastcal {
@@ -35,56 +37,69 @@ Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& M) {
   return U * sign.asDiagonal() * V.transpose();
 }
 
-/// Base pose for given tool point t: p_i = R (f_i + R_i t) + p (W. Kabsch 1976).
-Pose fit_base(const std::vector<Row>& rows, const Eigen::Vector3d& t) {
-  Eigen::Vector3d mean_base = Eigen::Vector3d::Zero();
-  Eigen::Vector3d mean_world = Eigen::Vector3d::Zero();
+/// Mean and second moments of z = [f; columns of R; p] over the rows with a point, f and R the flange's pose in the
+/// base, p the measured point: the closed forms below need the rows no more.
+struct PointMoments {
+  static constexpr int kSize = 15;
+  Eigen::Matrix<double, kSize, 1> mean = Eigen::Matrix<double, kSize, 1>::Zero();
+  Eigen::Matrix<double, kSize, kSize> sums = Eigen::Matrix<double, kSize, kSize>::Zero();  // about the mean
   double count = 0;
-  for (const Row& row : rows) {
-    if (!row.has_point) continue;
-    mean_base += row.T_base_flange * t;
-    mean_world += row.p_world_tool;
-    ++count;
+
+  explicit PointMoments(const std::vector<Row>& rows) {
+    const auto visit = [&rows](const auto& take) {
+      Eigen::Matrix<double, kSize, 1> z;
+      for (const Row& row : rows) {
+        if (!row.has_point) continue;
+        z << row.T_base_flange.p, row.T_base_flange.R.reshaped(), row.p_world_tool;
+        take(z);
+      }
+    };
+    visit([this](const auto& z) {
+      mean += z;
+      ++count;
+    });
+    if (count > 0) mean /= count;
+    visit([this](const auto& z) {
+      const Eigen::Matrix<double, kSize, 1> apart = z - mean;
+      sums.noalias() += apart * apart.transpose();
+    });
   }
-  mean_base /= count;
-  mean_world /= count;
-  Eigen::Matrix3d M = Eigen::Matrix3d::Zero();
-  for (const Row& row : rows) {
-    if (row.has_point) M += (row.p_world_tool - mean_world) * (row.T_base_flange * t - mean_base).transpose();
-  }
+
+  Eigen::Vector3d flange() const { return mean.head<3>(); }
+  Eigen::Matrix3d turn() const { return mean.segment<9>(3).reshaped(3, 3); }
+  Eigen::Vector3d point() const { return mean.tail<3>(); }
+
+  // Places in z.
+  static constexpr int kFlange = 0, kPoint = 12;
+  static constexpr int column(int c) { return 3 + 3 * c; }
+  Eigen::Matrix3d between(int a, int b) const { return sums.block<3, 3>(a, b); }
+};
+
+/// Base pose for given tool point t: p_i = R (f_i + R_i t) + p (W. Kabsch 1976).
+Pose fit_base(const PointMoments& of, const Eigen::Vector3d& t) {
+  constexpr int kPoint = PointMoments::kPoint;
+  Eigen::Matrix3d M = of.between(kPoint, PointMoments::kFlange);
+  for (int c = 0; c < 3; ++c) M += t[c] * of.between(kPoint, PointMoments::column(c));
   const Eigen::Matrix3d R = nearest_rotation(M);
-  return {R, mean_world - R * mean_base};
+  return {R, of.point() - R * (of.flange() + of.turn() * t)};
 }
 
 /// Base position and tool point for a given base rotation: linear, and without the means in the tool point alone. It is
 /// kept near t_0 with a ridge: where the flange hardly turns, an arm off by a millimetre would move it by kilometres.
-void fit_points(const std::vector<Row>& rows, const Eigen::Matrix3d& R_base, const Eigen::Vector3d& t_0, Pose& base,
+void fit_points(const PointMoments& of, const Eigen::Matrix3d& R_base, const Eigen::Vector3d& t_0, Pose& base,
                 Eigen::Vector3d& t) {
-  Eigen::Matrix3d mean_R = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d mean_y = Eigen::Vector3d::Zero();
-  double count = 0;
-  const auto left = [&](const Row& row) -> Eigen::Vector3d {
-    return row.p_world_tool - R_base * (row.T_base_flange * t_0);
-  };
-  for (const Row& row : rows) {
-    if (!row.has_point) continue;
-    mean_R += row.T_base_flange.R;
-    mean_y += left(row);
-    ++count;
+  Eigen::Matrix3d A;
+  Eigen::Vector3d b;
+  for (int r = 0; r < 3; ++r) {
+    const int column = PointMoments::column(r);
+    for (int c = 0; c < 3; ++c) A(r, c) = of.between(column, PointMoments::column(c)).trace();
+    b[r] = (of.between(column, PointMoments::kPoint) * R_base).trace() -
+           of.between(column, PointMoments::kFlange).trace() - A.row(r).dot(t_0);
   }
-  mean_R /= count;
-  mean_y /= count;
-  Eigen::Matrix3d A = count * kTurningThatShows * kTurningThatShows * Eigen::Matrix3d::Identity();
-  Eigen::Vector3d b = Eigen::Vector3d::Zero();
-  for (const Row& row : rows) {
-    if (!row.has_point) continue;
-    const Eigen::Matrix3d D = row.T_base_flange.R - mean_R;
-    A += D.transpose() * D;
-    b += D.transpose() * (R_base.transpose() * (left(row) - mean_y));
-  }
+  A += of.count * kTurningThatShows * kTurningThatShows * Eigen::Matrix3d::Identity();
   const Eigen::Vector3d change = A.ldlt().solve(b);
-  base = {R_base, mean_y - R_base * (mean_R * change)};
   t = t_0 + change;
+  base = {R_base, of.point() - R_base * (of.flange() + of.turn() * t)};
 }
 
 /// The tool's rotation for a given base rotation, in the mean over the rows; `nominal` where none was measured.
@@ -97,25 +112,16 @@ Eigen::Matrix3d fit_tool_rotation(const std::vector<Row>& rows, const Eigen::Mat
   return M.isZero(0) ? nominal : nearest_rotation(M);
 }
 
-/// The rotation part of the lifted linear problem; false where its 13 unknowns are not all shown.
-bool lifted_rotation(const std::vector<Row>& rows, Eigen::Matrix3d& R_base) {
-  std::vector<const Row*> used;
-  for (const Row& row : rows) {
-    if (row.has_point) used.push_back(&row);
-  }
-  if (used.size() < 13) return false;
-  Eigen::MatrixXd D(used.size(), 13);
-  Eigen::MatrixXd Y(used.size(), 3);
-  for (std::size_t i = 0; i < used.size(); ++i) {
-    const auto r = static_cast<Eigen::Index>(i);
-    D.row(r).head<3>() = used[i]->T_base_flange.p.transpose();
-    D.row(r).segment<9>(3) = Eigen::Map<const Eigen::Matrix<double, 1, 9>>(used[i]->T_base_flange.R.data());
-    D(r, 12) = 1;
-    Y.row(r) = used[i]->p_world_tool.transpose();
-  }
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(D);
-  if (std::abs(qr.matrixR()(12, 12)) < 1e-4 * std::abs(qr.matrixR()(0, 0))) return false;
-  const Eigen::MatrixXd X = qr.solve(Y);
+/// The rotation part of the lifted linear problem, p = X [f; columns of R] + x with X = [R_base, R_base t_0, ...];
+/// false where its 13 unknowns are not all shown.
+bool lifted_rotation(const PointMoments& of, Eigen::Matrix3d& R_base) {
+  constexpr double kShown = 1e-8;  // of the largest pivot
+  constexpr int kKnown = PointMoments::kPoint;
+  if (of.count <= kKnown) return false;
+  const Eigen::LDLT<Eigen::MatrixXd> factor(of.sums.topLeftCorner<kKnown, kKnown>());
+  const Eigen::VectorXd pivots = factor.vectorD();
+  if (pivots.minCoeff() < kShown * std::max(pivots.maxCoeff(), of.count)) return false;
+  const Eigen::MatrixXd X = factor.solve(of.sums.topRightCorner<kKnown, 3>());
   R_base = nearest_rotation(X.topRows<3>().transpose());
   return true;
 }
@@ -164,6 +170,7 @@ double misfit(const std::vector<Row>& rows, const Pose& base, const Pose& tool) 
 /// missing, in a sentence.
 std::string start_unknowns(const Problem& problem, Eigen::VectorXd& unknowns) {
   unknowns = Eigen::VectorXd::Zero(problem.measured.unknown_count());
+  if (unknowns.size() == 0) return "";
   std::vector<std::vector<Pose>> frames;
   RowEvaluator evaluator(problem.model, problem.model.start());
   for (Eigen::Index i = 0; i < problem.row_count(); ++i) frames.push_back(evaluator.frames(problem.samples.row(i)));
@@ -216,14 +223,25 @@ std::vector<Row> rows_of(const Problem& problem) {
   const RobotModel& robot = problem.model.robot();
   const Pose base_back = robot.description().T_world_base.inverse();
   const Pose tool_back = robot.description().T_flange_tool.inverse();
-  RowEvaluator nominal(problem.model, problem.model.start());
   std::vector<Row> rows(static_cast<std::size_t>(problem.row_count()));
-  for (Eigen::Index i = 0; i < problem.row_count(); ++i) {
-    Row& row = rows[static_cast<std::size_t>(i)];
-    row.T_base_flange = base_back * nominal.pose(problem.samples.row(i)) * tool_back;
-    for (const PlacedObservation& of : problem.measured.observations()) of->add_pose(i, row);
-  }
+  const int tool = robot.frame_count() - 1;
+  const auto worker = [&] { return RowBlock(problem.model, problem.model.start(), {}, {}); };
+  parallel_chunks(problem.row_count(), problem.threads, worker,
+                  [&](RowBlock& nominal, Eigen::Index, Eigen::Index begin, Eigen::Index end) {
+                    nominal.forward(problem.samples, begin, end, nullptr);
+                    for (Eigen::Index i = begin; i < end; ++i) {
+                      Row& row = rows[static_cast<std::size_t>(i)];
+                      row.T_base_flange = base_back * nominal.frame(tool, static_cast<int>(i - begin)) * tool_back;
+                      for (const PlacedObservation& of : problem.measured.observations()) of->add_pose(i, row);
+                    }
+                  });
   return rows;
+}
+
+/// Do two starts lead to the same end? They differ by less than what refining moves.
+bool alike(const Pose& a, const Pose& b) {
+  constexpr double kAlike = 1e-4;  // [m], [rad]
+  return (a.p - b.p).norm() < kAlike && (a.R - b.R).norm() < kAlike;
 }
 
 }  // namespace
@@ -250,22 +268,25 @@ Alignment align(const Problem& given) {
   std::vector<Candidate> candidates;
   // Among starts that fit alike, because the rows do not show the tool, the one near the nominal tool.
   const auto add = [&](const Pose& base, const Pose& tool) {
+    const auto known = [&](const Candidate& other) { return alike(other.base, base) && alike(other.tool, tool); };
+    if (std::any_of(candidates.begin(), candidates.end(), known)) return;
     const double moved = (tool.p - robot.T_flange_tool.p).norm();
     candidates.push_back({base, tool, std::hypot(misfit(rows, base, tool), kTurningThatShows * moved)});
   };
 
+  const PointMoments moments(rows);
   Pose tool = robot.T_flange_tool;
   Pose base = robot.T_world_base;
   Eigen::Matrix3d R_base = base.R;
   if (rotations >= 3 && fit_rotations(rows, R_base, tool.R)) {
     base.R = R_base;
-    if (points >= 3) fit_points(rows, R_base, tool.p, base, tool.p);
+    if (points >= 3) fit_points(moments, R_base, tool.p, base, tool.p);
     add(base, tool);
   }
   if (points >= 3) {
     const Eigen::Vector3d t_0 = robot.T_flange_tool.p;
-    if (lifted_rotation(rows, R_base)) {
-      fit_points(rows, R_base, t_0, base, tool.p);
+    if (lifted_rotation(moments, R_base)) {
+      fit_points(moments, R_base, t_0, base, tool.p);
       add(base, {fit_tool_rotation(rows, R_base, tool.R), tool.p});
     }
     // Starts that need no well spread rows: the nominal tool, no tool, and tools along each axis.
@@ -274,11 +295,11 @@ Alignment align(const Problem& given) {
       for (const double reach : {-kToolReach, kToolReach}) tools.emplace_back(reach * Eigen::Vector3d::Unit(axis));
     }
     for (const Eigen::Vector3d& t : tools) {
-      Pose fitted = fit_base(rows, t);
+      Pose fitted = fit_base(moments, t);
       Eigen::Vector3d t_fitted = t;
       for (int round = 0; round < 20; ++round) {  // alternate: each step is the exact minimum over its part
-        fit_points(rows, fitted.R, t_0, fitted, t_fitted);
-        fitted = fit_base(rows, t_fitted);
+        fit_points(moments, fitted.R, t_0, fitted, t_fitted);
+        fitted = fit_base(moments, t_fitted);
       }
       add(fitted, {fit_tool_rotation(rows, fitted.R, tool.R), t_fitted});
     }

@@ -26,6 +26,9 @@ class FitState {
   /// Residuals (N, numbers) at theta.
   const RowMatrixXd& residuals_here();
 
+  /// Residuals at any theta: NaN where nothing was measured.
+  const RowMatrixXd& residuals_anywhere() { return residuals_.rows() > 0 ? residuals_ : residuals_here(); }
+
   /// Triangular factor of the whitened Jacobian of all that was asked for, at `there`; no priors.
   const Eigen::MatrixXd& asked_factor(const Eigen::VectorXd& there);
 

@@ -15,7 +15,7 @@ Gauge choose_gauge(const Eigen::MatrixXd& R, const Eigen::VectorXd& hold, const 
   const Eigen::Index p = R.cols();
   Gauge gauge;
   if (p == 0) return gauge;
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(R, Eigen::ComputeFullV);
+  const Eigen::BDCSVD<Eigen::MatrixXd> svd(R, Eigen::ComputeFullV);
   gauge.singular_values = svd.singularValues();
   const double largest = gauge.singular_values[0];
   Eigen::Index kept = 0;

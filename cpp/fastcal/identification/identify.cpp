@@ -35,15 +35,35 @@ class Identifier {
              const IdentifyOptions& options)
       : fit_(problem, asked, unknowns, options) {}
 
+  /// Takes the end of an identification on some of the rows as the start; where that did not converge, nothing.
+  void begin_at(Identifier& thinned) {
+    if (thinned.out_.status != Status::kConverged) return;
+    begun_ = true;
+    fit_.theta = thinned.fit_.theta;
+    fit_.tau = thinned.fit_.tau;
+    fit_.freedom = thinned.fit_.freedom;
+    fit_.gauge = thinned.fit_.gauge;
+    fit_.free = thinned.fit_.free;
+    fit_.free_scale = thinned.fit_.free_scale;
+    thinned_factor_ = thinned.fit_.asked_factor(thinned.fit_.theta);
+    thinned_tau_ = fit_.tau;
+  }
+
   Identification run() {
+    if (!solve()) return std::move(out_);
+    return finish();
+  }
+
+  /// Everything but the report; false where there are too few numbers for one.
+  bool solve() {
     fit_.bring_to_equilibrium();
-    const auto measured = counts(fit_.problem.measured, fit_.residuals_here());
+    const auto measured = counts(fit_.problem.measured, fit_.residuals_anywhere());
     keep_rows(fit_, {});
     observed_ = std::count_if(measured.begin(), measured.end(), [](Eigen::Index count) { return count > 0; });
     if (fit_.measured_count == 0) return too_few("nothing was measured in any row");
-    coarse_fit(fit_);
+    if (!begun_) coarse_fit(fit_);
     for (int attempt = 0; attempt < 3; ++attempt) {
-      choose_free(fit_);
+      if (!begun_ || (fit_.problem.model.needs() & kLoads) != 0) choose_free(fit_);
       const std::size_t free = fit_.free.size();
       const std::string asked = std::to_string(fit_.asked.size());
       if (free == 0) return too_few("the measurements fix none of the " + asked + " parameters asked for");
@@ -55,6 +75,11 @@ class Identifier {
       const CommonNoise chosen_at = fit_.tau;
       outer_iterations();
       const Gauge again = choose_gauge(gauge_factor(fit_), fit_.hold, fit_.options.gauge);
+      if (begun_ && (again.free != fit_.gauge.free || !well_begun())) {
+        begin_anew();
+        attempt = -1;
+        continue;
+      }
       // More is free where gross points that spoilt the first noise have been dropped since.
       const bool fewer = again.free.size() < fit_.gauge.free.size();
       const bool more = again.free.size() > fit_.gauge.free.size() && largest_change(chosen_at, fit_.tau) > kNoiseFell;
@@ -63,7 +88,7 @@ class Identifier {
       if (settled) break;
     }
     out_.status = converged_ ? Status::kConverged : Status::kNotConverged;
-    return finish();
+    return true;
   }
 
  private:
@@ -99,6 +124,22 @@ class Identifier {
     return std::sqrt(std::max(0.0, step.dot(near.A * step)));
   }
 
+  /// Did the thinned rows show what all rows do?
+  bool well_begun() {
+    const double noise_ratio = fit_.tau[0] / std::max(thinned_tau_[0], 1e-300);
+    const double share = static_cast<double>(kThinnedRows) / static_cast<double>(fit_.problem.row_count());
+    const Eigen::MatrixXd whole = fit_.free_factor() * noise_ratio;
+    return represents(triangle(thinned_factor_(Eigen::all, fit_.gauge.free)), whole, share);
+  }
+
+  /// What shows in few rows alone was not seen by the thinned ones, or by too few of them.
+  void begin_anew() {
+    begun_ = false;
+    fit_.theta = fit_.start;
+    fit_.bring_to_equilibrium();
+    coarse_fit(fit_);
+  }
+
   void refit(LossKind loss) {
     const Solution solution = fit_.refit(loss);
     converged_ = solution.converged;
@@ -112,7 +153,7 @@ class Identifier {
   void fine_fit() {
     keep_rows(fit_, {});
     const LossKind loss = fit_.loss = shows_outliers(fit_) ? fit_.options.loss : LossKind::kNone;
-    if (loss != LossKind::kNone) {
+    if (loss != LossKind::kNone && !begun_) {
       for (int round = 0; round < 3; ++round) {
         refit(LossKind::kHuber);
         fit_.tau = noise(fit_, NoiseRule::kMedian, LossKind::kHuber);
@@ -120,7 +161,7 @@ class Identifier {
     }
     for (int round = 0; round < kMaxRounds; ++round) {
       const CommonNoise before = fit_.tau;
-      fit_.tau = noise(fit_, NoiseRule::kMean, loss);
+      if (round > 0 || !begun_) fit_.tau = noise(fit_, NoiseRule::kMean, loss);
       if (round > 0 && largest_change(before, fit_.tau) < kNoiseSettled) break;
       refit(loss);
       // Where all numbers are of one observation, without a loss, claims of the rows' own or priors, the noise scales
@@ -160,7 +201,7 @@ class Identifier {
   }
 
   /// All stay where they started.
-  Identification too_few(const std::string& message) {
+  bool too_few(const std::string& message) {
     out_.status = Status::kTooFewEquations;
     out_.message = message;
     fit_.theta = fit_.start;
@@ -171,7 +212,8 @@ class Identifier {
     fit_.gauge.directions.resize(static_cast<Eigen::Index>(fit_.asked.size()), 0);
     count_freedom(fit_);
     fit_.tau = noise(fit_, NoiseRule::kMedian, LossKind::kHuber);
-    return finish();
+    out_ = finish();
+    return false;
   }
 
   Identification finish() {
@@ -193,6 +235,9 @@ class Identifier {
   CommonNoise tuned_;  // the noise before the last step of fine_fit, which leaves the outliers out
   std::ptrdiff_t observed_ = 0;
   bool converged_ = false;
+  bool begun_ = false;  // at the solution of the thinned problem
+  Eigen::MatrixXd thinned_factor_;
+  CommonNoise thinned_tau_;
   Identification out_;
 };
 
@@ -235,7 +280,13 @@ Identification identify(const Problem& problem, const std::vector<int>& asked, c
   FASTCAL_CHECK(unknowns.size() == problem.measured.unknown_count())
       << "the observations have " << problem.measured.unknown_count() << " unknowns, got " << unknowns.size()
       << " starting values";
-  return Identifier(problem, asked, unknowns, options).run();
+  Identifier whole(problem, asked, unknowns, options);
+  if (problem.row_count() < kThinFrom || options.solver.method != Method::kLeastSquares) return whole.run();
+  const ThinnedProblem some(problem);
+  Identifier thinned(some.problem(), asked, unknowns, options);
+  thinned.solve();
+  whole.begin_at(thinned);
+  return whole.run();
 }
 
 }  // namespace fastcal

@@ -29,7 +29,7 @@ std::optional<LoadResponse> load_response(const Problem& problem, const Eigen::V
                                           const std::vector<int>& free, const Eigen::VectorXd& scale,
                                           const Eigen::MatrixXd& factor) {
   if (free.empty()) return std::nullopt;
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(factor, Eigen::ComputeFullV);
+  const Eigen::BDCSVD<Eigen::MatrixXd> svd(factor, Eigen::ComputeFullV);
   const Eigen::VectorXd& s = svd.singularValues();
   LoadResponse out{theta, {}, {}};
   for (Eigen::Index k = 0; k < s.size(); ++k) {

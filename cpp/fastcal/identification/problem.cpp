@@ -24,6 +24,11 @@ std::vector<const Loss*> losses(LossKind kind, int most) {
 
 }  // namespace
 
+int Problem::workers() const {
+  constexpr Eigen::Index kWorthAThread = 1024;  // rows
+  return static_cast<int>(std::clamp<Eigen::Index>(row_count() / kWorthAThread, 1, std::max(threads, 1)));
+}
+
 void Problem::check() const {
   samples.check(model.robot().joint_count());
   FASTCAL_CHECK(measured.rows() == samples.count())
@@ -37,15 +42,17 @@ NormalEquations normal_equations(const Problem& problem, const Eigen::VectorXd& 
   const auto p = static_cast<Eigen::Index>(free.size());
   const auto loss = losses(weighting.loss, problem.measured.number_count());
   NormalEquations sum;
+  double weight = 0;
+  double slope = 0;
   Eigen::MatrixXd total = Eigen::MatrixXd::Zero(p + 1, p + 1);
   // Groups of chunks bound the memory; within a group the chunks are summed in their order, whoever worked on them.
   constexpr Eigen::Index kGroupChunks = 128;
   for (Eigen::Index first = 0; first < problem.row_count(); first += kGroupChunks * kChunkRows) {
     const Eigen::Index rows = std::min(problem.row_count() - first, kGroupChunks * kChunkRows);
     std::vector<Eigen::MatrixXd> parts(static_cast<std::size_t>(chunk_count(rows)));
-    std::vector<double> costs(parts.size(), 0.0);
+    std::vector<double> costs(parts.size(), 0.0), weights(costs), slopes(costs);
     const auto worker = [&] { return WhitenedRows(problem, theta, free, scale, weighting.tau); };
-    parallel_chunks(rows, problem.threads, worker,
+    parallel_chunks(rows, problem.workers(), worker,
                     [&](WhitenedRows& whitened, Eigen::Index chunk, Eigen::Index begin, Eigen::Index end) {
                       const auto c = static_cast<std::size_t>(chunk);
                       whitened.evaluate(first + begin, first + end);
@@ -54,8 +61,11 @@ NormalEquations normal_equations(const Problem& problem, const Eigen::VectorXd& 
                         if (row.components == 0) continue;
                         const Loss& rho = *loss[row.components];
                         costs[c] += 0.5 * rho.rho(row.squared);
+                        if (!with_jacobian) continue;
                         const double weight = rho.weight(row.squared);
-                        if (with_jacobian && weight != 1) whitened.weigh(i, std::sqrt(weight));
+                        if (weight != 1) whitened.weigh(i, std::sqrt(weight));
+                        weights[c] += row.components * weight;
+                        slopes[c] += rho.weight_slope(row.squared);
                       }
                       if (!with_jacobian) return;
                       parts[c] = Eigen::MatrixXd::Zero(p + 1, p + 1);
@@ -64,12 +74,16 @@ NormalEquations normal_equations(const Problem& problem, const Eigen::VectorXd& 
                     });
     for (std::size_t c = 0; c < parts.size(); ++c) {
       sum.cost += costs[c];
+      weight += weights[c];
+      slope += slopes[c];
       if (with_jacobian) total += parts[c];
     }
   }
   if (with_jacobian) {
     sum.A = total.topLeftCorner(p, p).selfadjointView<Eigen::Upper>();
     sum.g = total.topRightCorner(p, 1);
+    constexpr double kFlattest = 0.3;  // of what rejects so much, no quadratic says where it ends
+    if (weight > 0) sum.bend = std::clamp(1 + slope / weight, kFlattest, 1.0);
   }
   return sum;
 }
@@ -81,7 +95,7 @@ RowMatrixXd residuals(const Problem& problem, const Eigen::VectorXd& theta) {
   const Eigen::VectorXd scale;
   const CommonNoise one(problem.measured.observations().size(), 1.0);
   const auto worker = [&] { return WhitenedRows(problem, theta, none, scale, one); };
-  parallel_chunks(problem.row_count(), problem.threads, worker,
+  parallel_chunks(problem.row_count(), problem.workers(), worker,
                   [&](WhitenedRows& rows, Eigen::Index, Eigen::Index begin, Eigen::Index end) {
                     rows.evaluate(begin, end);
                     for (Eigen::Index i = begin; i < end; ++i) rows.raw(static_cast<int>(i - begin), out.row(i));
@@ -111,14 +125,14 @@ Eigen::MatrixXd triangular_factor(const Problem& problem, const Eigen::VectorXd&
   const auto p = static_cast<Eigen::Index>(free.size());
   std::vector<Eigen::MatrixXd> factors(static_cast<std::size_t>(chunk_count(problem.row_count())));
   const auto worker = [&] { return WhitenedRows(problem, theta, free, scale, tau); };
-  parallel_chunks(problem.row_count(), problem.threads, worker,
+  parallel_chunks(problem.row_count(), problem.workers(), worker,
                   [&](WhitenedRows& whitened, Eigen::Index chunk, Eigen::Index begin, Eigen::Index end) {
                     whitened.evaluate(begin, end);
                     for (Eigen::Index i = begin; rows != nullptr && i < end; ++i) {
                       if (!((*rows)[static_cast<std::size_t>(i)].weight > 0))
                         whitened.weigh(static_cast<int>(i - begin), 0);
                     }
-                    constexpr int kRows = 96;  // their columns stay in the first-level cache
+                    constexpr int kRows = 128;  // their columns stay in the first-level cache
                     Eigen::MatrixXd& R = factors[static_cast<std::size_t>(chunk)] = Eigen::MatrixXd::Zero(p, p);
                     double* J = whitened.jacobian();
                     for (int from = 0; from < whitened.height(); from += kRows) {

@@ -33,6 +33,8 @@ struct Problem {
   TwistMemory* memory = nullptr;           ///< of these samples, as they are
 
   int parameter_count() const { return model.parameter_count() + measured.unknown_count(); }
+  /// Threads that a pass over the rows is worth: starting one takes as long as several chunks.
+  int workers() const;
   Eigen::Index row_count() const { return samples.count(); }
   /// Throws InvalidInput where the tables do not fit.
   void check() const;
@@ -59,6 +61,7 @@ struct NormalEquations {
   Eigen::MatrixXd A;
   Eigen::VectorXd g;
   double cost = 0;
+  double bend = 1;  ///< E[psi'] / E[w] over the rows: by this the Hessian of a robust cost is flatter than A
 };
 
 /// One pass over the rows. With `with_jacobian` false, only the cost is formed. The sums do not depend on the number of

@@ -36,11 +36,20 @@ class Reduced {
     if (known_ && last_x_ == here && (!with_jacobian || last_.A.size() > 0 || size() == 0)) return last_;
     const Eigen::VectorXd theta_here = theta(x);
     last_ = normal_equations(problem_, theta_here, free_, scale_, weighting_, with_jacobian);
+    of_priors_ = Eigen::VectorXd::Zero(size());
     add(limits_.prior_mean, limits_.prior_sigma, theta_here, with_jacobian);
     add(limits_.pull_mean, limits_.pull_sigma, theta_here, with_jacobian);
     last_x_ = here;
     known_ = true;
     return last_;
+  }
+
+  /// A of the last x with the data's part as flat as the robust cost is on average: steps of Newton, not Gauss-Newton,
+  /// which come nearer by a tenth only where a loss redescends.
+  Eigen::MatrixXd hessian() const {
+    Eigen::MatrixXd out = last_.bend * last_.A;
+    out.diagonal() += (1 - last_.bend) * of_priors_;
+    return out;
   }
 
  private:
@@ -55,6 +64,7 @@ class Reduced {
       last_.cost += 0.5 * u * u;
       if (with_jacobian) {
         last_.A(k, k) += slope * slope;
+        of_priors_[k] += slope * slope;
         last_.g[k] += slope * u;
       }
     }
@@ -69,11 +79,12 @@ class Reduced {
   mutable bool known_ = false;
   mutable Eigen::VectorXd last_x_;
   mutable NormalEquations last_;
+  mutable Eigen::VectorXd of_priors_;  // their part of the diagonal of A
 };
 
 /// P^T L D L^T P = A; pivots that are nothing beside the largest are left out.
 struct Root {
-  explicit Root(const NormalEquations& sums) : factor(sums.A), turned(factor.transpositionsP() * sums.g) {
+  Root(const Eigen::MatrixXd& A, const Eigen::VectorXd& g) : factor(A), turned(factor.transpositionsP() * g) {
     const double floor = 1e-13 * std::max(factor.vectorD().maxCoeff(), 0.0);
     diagonal = factor.vectorD().unaryExpr([floor](double d) { return d > floor ? std::sqrt(d) : 0.0; });
     factor.matrixL().solveInPlace(turned);
@@ -92,6 +103,15 @@ struct Root {
   Eigen::VectorXd turned;    // D^-1/2 L^-1 P g: as long as the step, in standard deviations
 };
 
+/// At the last x; far away, where the flatter quadratic would lie below zero, that of Gauss and Newton.
+Root root_at(const Reduced& reduced, const NormalEquations& sums) {
+  if (sums.bend < 1) {
+    Root flat(reduced.hessian(), sums.g);
+    if (flat.turned.squaredNorm() < sums.cost) return flat;
+  }
+  return {sums.A, sums.g};
+}
+
 /// The root of the normal equations as a Ceres cost function.
 class RootCost : public ceres::CostFunction {
  public:
@@ -107,7 +127,7 @@ class RootCost : public ceres::CostFunction {
     const NormalEquations& sums = reduced_.at(parameters[0], true);
     if (!std::isfinite(sums.cost) || !sums.A.allFinite()) return false;
     const Eigen::Index p = reduced_.size();
-    const Root root(sums);
+    const Root root = root_at(reduced_, sums);
     left_ = root.turned.squaredNorm();
     Eigen::Map<Eigen::VectorXd>(r, p) = root.turned;
     r[p] = std::sqrt(std::max(0.0, 2 * sums.cost - left_));
@@ -215,7 +235,7 @@ void solve_least_squares(const Reduced& reduced, const std::vector<int>& free, c
   out.iterations = static_cast<int>(summary.iterations.size());
   const NormalEquations& end = reduced.at(x.data(), true);
   out.cost = end.cost;
-  const Root root(end);
+  const Root root = root_at(reduced, end);
   const Eigen::VectorXd last = x + root.step();
   if (nothing_left.reached() && (last.array() >= low).all() && (last.array() <= high).all()) {
     x = last;

@@ -59,7 +59,27 @@ void WhitenedRows::evaluate(Eigen::Index begin, Eigen::Index end) {
     first_unknown_.assign(count_ * stride, -1);
   }
   weights_.assign(rows_, {});
+  if (compare_points()) return;
   for (int i = 0; i < rows_; ++i) compare(i);
+}
+
+bool WhitenedRows::compare_points() {
+  if (coordinates_ == nullptr || count_ != 3 || along_.size() > 0 || !(inverse_[0] > 0)) return false;
+  const double inverse = inverse_[0];
+  for (int c = 0; c < 3; ++c) {
+    double* r = at(residual_, c);
+    double* factor = at(factor_, c);
+    for (int i = 0; i < rows_; ++i) {
+      const double apart = block_.position(i, c) - (*coordinates_)(begin_ + i, c);
+      const bool present = apart == apart;
+      r[i] = present ? apart : 0;
+      factor[i] = present ? inverse : 0;
+      const double u = r[i] * factor[i];
+      weights_[i].squared += u * u;
+      weights_[i].components += present;
+    }
+  }
+  return true;
 }
 
 double* WhitenedRows::jacobian() {

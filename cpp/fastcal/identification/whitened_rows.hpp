@@ -50,6 +50,8 @@ class WhitenedRows {
  private:
   double* at(AlignedNumbers& numbers, int n) { return numbers.data() + static_cast<Eigen::Index>(n) * block_.stride(); }
 
+  /// Points without claims of their own, all rows at once.
+  bool compare_points();
   void compare(int i);
   void add(int i, int number, double r);
   void unknown_columns(double* J);

@@ -10,37 +10,26 @@
 #include "fastcal/math/parallel.hpp"
 
 namespace fastcal {
-namespace {
 
-constexpr double kNotRotation = 1e-6;  // R R^T - 1
-
-bool to_target(const double* numbers, Pose& target) {
-  const Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> T(numbers);
-  if (!T.allFinite() || T.row(3) != Eigen::RowVector4d(0, 0, 0, 1)) return false;
-  target = {T.topLeftCorner<3, 3>(), T.topRightCorner<3, 1>()};
-  const Eigen::Matrix3d excess = target.R.transpose() * target.R - Eigen::Matrix3d::Identity();
-  if (excess.cwiseAbs().maxCoeff() > kNotRotation || target.R.determinant() < 0) return false;
-  target.R -= 0.5 * target.R * excess;  // rounded numbers: a Newton step to the nearest rotation
-  return true;
+void IkOptions::check(int joint_count) const {
+  FASTCAL_CHECK(joint_count <= kMaxIkJoints)
+      << "inverse kinematics takes arms of at most " << kMaxIkJoints << " joints, got " << joint_count;
+  FASTCAL_CHECK(limits.rows() == joint_count && limits.cols() == 2)
+      << "limits must have shape (" << joint_count << ", 2)";
+  FASTCAL_CHECK(held.empty() || static_cast<int>(held.size()) == joint_count)
+      << "held must be one a joint (" << joint_count << "), got " << held.size();
+  FASTCAL_CHECK((limits.col(0).array() <= limits.col(1).array()).all())
+      << "a lower limit must not lie above the upper one";
 }
-
-}  // namespace
-
 IkResult inverse_kinematics(const ErrorModel& model, const Eigen::Ref<const Eigen::VectorXd>& theta_in,
                             const Samples& samples, const Eigen::Ref<const RowMatrixXd>& targets,
                             const IkOptions& options) {
   const int n = model.robot().joint_count();
   const Eigen::Index rows = targets.rows();
   samples.check(n);
-  FASTCAL_CHECK(n <= kMaxIkJoints) << "inverse kinematics takes arms of at most " << kMaxIkJoints << " joints, got "
-                                   << n;
   FASTCAL_CHECK(samples.count() == rows && targets.cols() == 16)
       << "targets must be (N, 4, 4) with a row of conditions each, got " << rows << " and " << samples.count();
-  FASTCAL_CHECK(options.limits.rows() == n && options.limits.cols() == 2) << "limits must have shape (" << n << ", 2)";
-  FASTCAL_CHECK(options.held.empty() || static_cast<int>(options.held.size()) == n)
-      << "held must be one a joint (" << n << "), got " << options.held.size();
-  FASTCAL_CHECK((options.limits.col(0).array() <= options.limits.col(1).array()).all())
-      << "a lower limit must not lie above the upper one";
+  options.check(n);
   const Eigen::VectorXd theta = theta_in;
   IkResult out;
   out.q = samples.q;

@@ -29,6 +29,9 @@ struct IkOptions {
   bool along_path = false;           ///< every row but the first begins where the one before it ended, without restarts
   std::uint64_t random_seed = 0;
   int threads = 1;
+
+  /// Throws InvalidInput where they do not fit an arm of so many joints.
+  void check(int joint_count) const;
 };
 
 struct IkResult {

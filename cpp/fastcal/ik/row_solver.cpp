@@ -16,13 +16,30 @@ constexpr int kLastEvaluations = 400;  // of the search for the nearest pose
 constexpr int kApproach = 12;          // steps of all rows together
 constexpr double kHelped = 0.1;        // of the squared error that a good step leaves
 constexpr double kFirstEquilibrium = 1e-4, kEquilibriumGain = 1e-3, kEquilibrium = 1e-13;
-constexpr int kOthers = 24;         // further solutions of the chain to begin from
-constexpr int kPersistence = 20;    // times the restarts, where the limits alone are in the way
-constexpr double kRough = 1e-6;     // [m], [rad] how well the chain is solved where effects follow
-constexpr double kSingular = 1e-6;  // least singular value, lengths over the reach
-constexpr double kFinest = 1e-15;   // [rad], of the reach
+constexpr int kOthers = 24;            // further solutions of the chain to begin from
+constexpr int kPersistence = 20;       // times the restarts, where the limits alone are in the way
+constexpr double kRough = 1e-6;        // [m], [rad] how well the chain is solved where effects follow
+constexpr double kSingular = 1e-6;     // least singular value, lengths over the reach
+constexpr double kFinest = 1e-15;      // [rad], of the reach
+constexpr double kNotRotation = 1e-6;  // R R^T - 1
+
+/// Of the chain alone, to what comes after it.
+ChainSettings settings_of(const IkOptions& options, bool bare) {
+  return {options.reach, bare ? options.tolerance_position : kRough, bare ? options.tolerance_rotation : kRough,
+          options.random_seed, options.held};
+}
 
 }  // namespace
+
+bool to_target(const double* numbers, Pose& target) {
+  const Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> T(numbers);
+  if (!T.allFinite() || T.row(3) != Eigen::RowVector4d(0, 0, 0, 1)) return false;
+  target = {T.topLeftCorner<3, 3>(), T.topRightCorner<3, 1>()};
+  const Eigen::Matrix3d excess = target.R.transpose() * target.R - Eigen::Matrix3d::Identity();
+  if (excess.cwiseAbs().maxCoeff() > kNotRotation || target.R.determinant() < 0) return false;
+  target.R -= 0.5 * target.R * excess;  // rounded numbers: a Newton step to the nearest rotation
+  return true;
+}
 
 RowSolver::RowSolver(const ErrorModel& model, const Eigen::VectorXd& theta, const IkOptions& options)
     : model_(model),
@@ -32,10 +49,9 @@ RowSolver::RowSolver(const ErrorModel& model, const Eigen::VectorXd& theta, cons
       limits_(options.limits),
       unlimited_(JointLimits::Constant(options.limits.rows(), 2, std::numeric_limits<double>::infinity())),
       bare_(model.effects().empty()),
-      settings_{options.reach, options.tolerance_position, options.tolerance_rotation, options.random_seed,
-                options.held} {
+      settings_(settings_of(options, bare_)),
+      within_(chain_, limits_, settings_) {
   unlimited_.col(0) *= -1;
-  if (!bare_) settings_.tolerance_position = settings_.tolerance_rotation = kRough;
 }
 
 void RowSolver::solve_chain(std::vector<IkRow>& rows, int restarts) const {
@@ -47,7 +63,7 @@ void RowSolver::solve_chain(std::vector<IkRow>& rows, int restarts) const {
     targets.push_back(row.target);
     seeds.push_back(row.seed);
   }
-  std::vector<ChainSolution> found = ChainSolver(chain_, limits_, settings_).solve(indices, targets, seeds, restarts);
+  std::vector<ChainSolution> found = within_.solve(indices, targets, seeds, restarts);
   for (std::size_t i = 0; i < rows.size(); ++i) {
     rows[i].chain = std::move(found[i]);
     unwind(rows[i].seed, limits_, rows[i].chain.q);
@@ -170,12 +186,11 @@ bool RowSolver::is_singular(const IkRow& row, const FramesAt& frames_at, const S
 std::vector<JointVector> RowSolver::chain_solutions(const IkRow& row, const JointLimits& limits, int count,
                                                     int restarts, int& evaluations) const {
   const ChainSolver solver(chain_, limits, settings_);
-  const ChainSolver within(chain_, limits_, settings_);
   const std::vector<Eigen::Index> indices(static_cast<std::size_t>(count), row.index);
   const std::vector<Pose> targets(static_cast<std::size_t>(count), row.target);
   std::vector<JointVector> seeds{row.chain.q};
   for (int k = 1; k < count; ++k) {
-    seeds.push_back(within.restart(row.index, k));
+    seeds.push_back(within_.restart(row.index, k));
     for (Eigen::Index i = 0; i < row.seed.size(); ++i) {
       if (is_held(i)) seeds.back()[i] = row.seed[i];
     }

@@ -23,6 +23,9 @@ struct IkRow {
   SearchPoint model;  ///< where the model stands, as far as approach() brought it
 };
 
+/// A 4 x 4 pose in C order as the nearest one that is exactly a rotation; false where it is none, or not finite.
+bool to_target(const double* numbers, Pose& target);
+
 class RowSolver {
  public:
   /// All three outlive the solver.
@@ -61,6 +64,7 @@ class RowSolver {
   JointLimits limits_, unlimited_;
   bool bare_;
   ChainSettings settings_;
+  ChainSolver within_;  // within the limits
 };
 
 }  // namespace fastcal

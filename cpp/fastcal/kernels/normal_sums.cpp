@@ -11,13 +11,18 @@ namespace fastcal::kernels {
 namespace {
 
 constexpr int kTile = 4;
+constexpr int kReflected = 8;        // columns side by side, so that their sums need not wait for each other
 constexpr double kNothing = 1e-290;  // squared length: below, its inverse overflows
 
+/// By halves: a chain of additions would wait for each of them.
 template <typename Lane>
 FASTCAL_INLINE double sum_of(const Lane& lane) {
-  double sum = 0;
-  for (unsigned l = 0; l < sizeof(Lane) / sizeof(double); ++l) sum += lane[l];
-  return sum;
+  const double half = (lane[0] + lane[2]) + (lane[1] + lane[3]);
+  if constexpr (sizeof(Lane) == 4 * sizeof(double)) {
+    return half;
+  } else {
+    return half + ((lane[4] + lane[6]) + (lane[5] + lane[7]));
+  }
 }
 
 template <int W>
@@ -92,14 +97,21 @@ FASTCAL_INLINE void triangle_lanes(double* block, int ld, int rows, int columns,
     const double u_0 = diagonal - to;
     const double c = -1 / (to * u_0);
     diagonal = to;
-    double *B[kTile], *R_k[kTile];
+    double *B[kReflected], *R_k[kReflected];
     int j = k + 1;
-    for (; j + kTile <= columns; j += kTile) {
-      for (int n = 0; n < kTile; ++n) {
+    for (; j + kReflected <= columns; j += kReflected) {
+      for (int n = 0; n < kReflected; ++n) {
         B[n] = block + static_cast<long>(j + n) * ld;
         R_k[n] = R + (j + n) * columns + k;
       }
-      reflect<W, kTile>(u, u_0, c, B, R_k, rows);
+      reflect<W, kReflected>(u, u_0, c, B, R_k, rows);
+    }
+    for (; j + 2 <= columns; j += 2) {
+      for (int n = 0; n < 2; ++n) {
+        B[n] = block + static_cast<long>(j + n) * ld;
+        R_k[n] = R + (j + n) * columns + k;
+      }
+      reflect<W, 2>(u, u_0, c, B, R_k, rows);
     }
     for (; j < columns; ++j) {
       B[0] = block + static_cast<long>(j) * ld;

@@ -3,6 +3,7 @@
 #include "fastcal/measurement/measurements.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "fastcal/math/check.hpp"
 
@@ -20,7 +21,45 @@ std::vector<std::shared_ptr<const Observation>> all_read(const Tables& tables, c
   return out;
 }
 
+/// Some rows of an observation.
+class PickedRows : public Observation {
+ public:
+  PickedRows(std::shared_ptr<const Observation> of, const std::vector<Eigen::Index>& rows)
+      : of_(std::move(of)), rows_(rows) {
+    if (of_->coordinates() != nullptr) coordinates_ = (*of_->coordinates())(rows_, Eigen::all);
+  }
+
+  std::string name() const override { return of_->name(); }
+  const std::vector<std::string>& components() const override { return of_->components(); }
+  std::string field() const override { return of_->field(); }
+  std::string unit() const override { return of_->unit(); }
+  std::vector<int> frames() const override { return of_->frames(); }
+  const std::vector<Parameter>& parameters() const override { return of_->parameters(); }
+  void compare(Eigen::Index row, const Sights& sights, const double* unknowns, Comparison& out) const override {
+    of_->compare(rows_[row], sights, unknowns, out);
+  }
+  double sigma(Eigen::Index row, int component) const override { return of_->sigma(rows_[row], component); }
+  bool claims_sigma() const override { return of_->claims_sigma(); }
+  bool shows_base() const override { return of_->shows_base(); }
+  bool shows_tool_turn() const override { return of_->shows_tool_turn(); }
+  bool is_pose() const override { return of_->is_pose(); }
+  void add_pose(Eigen::Index row, MeasuredPose& pose) const override { of_->add_pose(rows_[row], pose); }
+  const RowMatrixXd* coordinates() const override { return of_->coordinates() == nullptr ? nullptr : &coordinates_; }
+
+ private:
+  std::shared_ptr<const Observation> of_;
+  std::vector<Eigen::Index> rows_;
+  RowMatrixXd coordinates_;
+};
+
 }  // namespace
+
+Measurements Measurements::pick(const std::vector<Eigen::Index>& rows) const {
+  std::vector<std::shared_ptr<const Observation>> picked;
+  for (const PlacedObservation& of : observations_)
+    picked.push_back(std::make_shared<PickedRows>(of.observation, rows));
+  return {static_cast<Eigen::Index>(rows.size()), picked};
+}
 
 Measurements::Measurements(const Tables& tables, const RobotModel& robot)
     : Measurements(tables.rows, all_read(tables, robot)) {}

@@ -33,6 +33,9 @@ class Measurements {
   Measurements(const Tables& tables, const RobotModel& robot);
   Measurements(Eigen::Index rows, const std::vector<std::shared_ptr<const Observation>>& observations);
 
+  /// Some rows.
+  Measurements pick(const std::vector<Eigen::Index>& rows) const;
+
   Eigen::Index rows() const { return rows_; }
   /// The one with coordinates() first, where there is one.
   const std::vector<PlacedObservation>& observations() const { return observations_; }

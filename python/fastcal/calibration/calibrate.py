@@ -65,6 +65,7 @@ def calibrate(
     equilibrium: bool | None = None,
     max_iterations: int = 100,
     as_read: bool = False,
+    checks: bool = True,
     who: Mapping[str, str | None] | None = None,
     threads: int = 1,
     progress: Progress | None = None,
@@ -88,7 +89,9 @@ def calibrate(
             false`.
         max_iterations: Of one solve.
         as_read: Take the columns of `data` as they are, though another reading of them may fit far better, and return
-            a fit that explains nothing: `notes` say so. Not checking saves some 0.05 s.
+            a fit that explains nothing: `notes` say so.
+        checks: Look for other readings of the columns, for a part of the rows that moved, for noise with a memory and
+            for what depends on the posture: ten times as long as the fit of a hundred rows. False: the fit alone.
         who: What the model shall keep beside hashes of robot and data: serial, instrument, operator, date (YYYY-MM-DD).
         threads: Cores; the result does not depend on it.
         progress: Called with a sentence at each step.
@@ -107,7 +110,7 @@ def calibrate(
     origin = made_by(robot, data, who)
     say = progress or (lambda text: None)
     say("looking at the columns")
-    suspected = check_columns(robot, data, as_read=as_read)
+    suspected = check_columns(robot, data, as_read=as_read) if checks else []
     say("aligning base and tool")
     problem = prepare(
         robot, data, effects=effects, parameters=parameters, equilibrium=equilibrium, loss=loss, threads=threads
@@ -127,9 +130,9 @@ def calibrate(
         )
 
     found = identify(problem)
-    checks = Checks()
-    if found.status == "converged" and len(data) <= MOST_ROWS:
-        found, checks = checked(problem, found, identify)
+    seen = Checks()
+    if checks and found.status == "converged" and len(data) <= MOST_ROWS:
+        found, seen = checked(problem, found, identify)
 
     say("reporting")
     start, model, alignment, names = problem.robot, problem.model, problem.alignment, problem.names
@@ -142,9 +145,9 @@ def calibrate(
         found.degrees_of_freedom,
     )
     sigma = length_sigma(problem.measured, found) or 0.0
-    if checks.serial is not None and "prior_sigma" not in limits:
-        covariance, sigma = checks.serial.covariance, sigma * checks.serial.noise
-        root, freedom = lower_root(covariance), round(checks.serial.freedom)
+    if seen.serial is not None and "prior_sigma" not in limits:
+        covariance, sigma = seen.serial.covariance, sigma * seen.serial.noise
+        root, freedom = lower_root(covariance), round(seen.serial.freedom)
     kept = [k for k, i in enumerate(found.free) if i < len(names)]
     if kept:
         record = CalibrationRecord(
@@ -189,7 +192,7 @@ def calibrate(
         iterations=found.iterations,
         sigma=sigma,
         sigma_note=sigma_note(problem.measured, found),
-        outliers=sorted({*found.outliers, *checks.set_aside}),
+        outliers=sorted({*found.outliers, *seen.set_aside}),
         weights=np.asarray(found.weights),
         train=train,
         test=None if test is None else evaluate(result_model, test, **judge),
@@ -200,7 +203,7 @@ def calibrate(
             *added_setups(start, robot, effects),
             *thin_data_notes(found, loss),
             *(p.bound.note(f"{p.owner} {p.name}", p.value, p.unit) for p in table if p.bound is not None),
-            *checks.notes,
+            *seen.notes,
             *beyond,
         ],
         unknowns=unknowns,

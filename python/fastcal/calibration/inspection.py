@@ -4,8 +4,6 @@
 
 from __future__ import annotations
 
-import copy
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,6 +12,7 @@ from fastcal.calibration.evaluation import Evaluation, distances
 from fastcal.errors import InvalidInput
 from fastcal.measurements.column_check import plausible
 from fastcal.measurements.dataset import Dataset
+from fastcal.robot.plain_copy import plain_copy
 from fastcal.robot.robot import Robot
 from fastcal.units import from_si
 
@@ -29,7 +28,7 @@ def check_columns(robot: Robot, data: Dataset, *, as_read: bool = False) -> list
     Raises:
         InvalidInput: Another reading of the columns fits at least five times better; both misfits and what was meant.
     """
-    bare = Robot(copy.deepcopy(robot.spec) | {"effects": []})
+    bare = Robot(plain_copy(robot.spec) | {"effects": []})
 
     def misfit(q: FloatArray, position: FloatArray) -> float:
         found = align(bare, Dataset.from_arrays(q, position=position))

@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -21,6 +20,7 @@ from fastcal.calibration.setups import with_setups
 from fastcal.effects.entries import extra_columns, full_name, parse_effects, without_repeats
 from fastcal.errors import InvalidInput, Undetermined
 from fastcal.measurements.dataset import Dataset
+from fastcal.robot.plain_copy import plain_copy
 from fastcal.robot.robot import Robot
 
 FloatArray = NDArray[np.float64]
@@ -118,7 +118,7 @@ def prepare(
         InvalidInput: An unknown effect or parameter, data without a measured column, or poses that fix no base.
     """
     geometry, added = parse_effects(effects, robot.core)
-    spec = copy.deepcopy(robot.spec)
+    spec = plain_copy(robot.spec)
     spec.pop("correction", None)  # it was trained on what another identification left
     spec["effects"] = without_repeats(
         [with_origins(entry, robot, data) for entry in (spec.get("effects") or []) + added]

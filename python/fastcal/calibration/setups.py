@@ -11,7 +11,6 @@ exp(log(B_1^-1 B_s)) and R_tool^T (t_m - t_1).
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Sequence
 from typing import Any
 
@@ -22,6 +21,7 @@ from fastcal import _core
 from fastcal.effects.entries import parse_effects
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.identified_spec import with_frames
+from fastcal.robot.plain_copy import plain_copy
 from fastcal.robot.robot import Robot, Spec, pose
 from fastcal.units import from_si
 
@@ -64,7 +64,7 @@ def with_setups(spec: Spec, data: Dataset) -> Spec:
     open_ = {name for name in code if name not in given}
     # Either may do where stations and mounts changed together: then both are added.
     needed = set() if are_one(open_) else {name for name in open_ if not are_one({name})} or open_
-    out = copy.deepcopy(spec)
+    out = plain_copy(spec)
     start = np.eye(4)
     start[:3, :3], start[:3, 3] = tool[:3, :3], tools[0]
     out = with_frames(out, bases[0], start) if needed or set(given) & set(code) else out

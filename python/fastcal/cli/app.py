@@ -20,6 +20,7 @@ from fastcal.cli import (
     demo,
     design,
     diagnose,
+    fleet,
     imports,
     lists,
     models,
@@ -54,6 +55,7 @@ COMMANDS = (
     imports.template,
     lists.robots,
     lists.effects,
+    fleet.fleet,
     paper.paper,
     demo.demo,
 )

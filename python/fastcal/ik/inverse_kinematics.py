@@ -125,9 +125,45 @@ def inverse_kinematics(
     T = T[np.newaxis] if T.shape == (4, 4) else T
     if T.ndim != 3 or T.shape[1:] != (4, 4):
         raise InvalidInput(f"targets must have shape (N, 4, 4), got {np.shape(targets)}")
+    box = checked_limits(model, limits)
+    options = solver_options(model, box, tolerance_m, tolerance_rad, restarts, hold, random_seed)
+    options |= {"along_path": bool(along_path), "threads": int(threads)}
+    restarts = options.pop("restarts")
+    if keep_configuration and along_path:
+        raise InvalidInput("along_path=True follows the row before: give it or keep_configuration=True, not both")
+    q = _seeds(model, seed, box, len(T))
+    solve = partial(_solve, options=options)
+    if keep_configuration:
+        return in_its_configuration(model, T, q, box, restarts=restarts, solve=solve, **conditions)
+    return solve(model, T, q, restarts=restarts, **conditions)
+
+
+def checked_limits(model: Robot, limits: ArrayLike | None) -> FloatArray:
+    """(n, 2) the limits that were given, or those of the robot file.
+
+    Raises:
+        InvalidInput: A shape that does not fit the arm, or a number that is none.
+    """
     box = model.limits if limits is None else np.asarray(limits, dtype=float)
     if box.shape != (model.joint_count, 2) or np.isnan(box).any():
         raise InvalidInput(f"limits must be numbers of shape ({model.joint_count}, 2), got {box.shape}")
+    return box
+
+
+def solver_options(
+    model: Robot,
+    box: FloatArray,
+    tolerance_m: float,
+    tolerance_rad: float,
+    restarts: int,
+    hold: Sequence[int],
+    random_seed: int,
+) -> dict[str, Any]:
+    """The options of `inverse_kinematics` as the core has them.
+
+    Raises:
+        InvalidInput: A number can't be meant.
+    """
     for name, size in (("tolerance_m", tolerance_m), ("tolerance_rad", tolerance_rad)):
         if not size > 0:
             raise InvalidInput(f"{name} must be above 0, got {size}")
@@ -141,22 +177,14 @@ def inverse_kinematics(
         raise InvalidInput(f"restarts must be at least 0, got {restarts}")
     if not set(hold) <= set(range(1, model.joint_count + 1)):
         raise InvalidInput(f"hold takes numbers of joints from 1 to {model.joint_count}, got {list(hold)}")
-    if keep_configuration and along_path:
-        raise InvalidInput("along_path=True follows the row before: give it or keep_configuration=True, not both")
-    q = _seeds(model, seed, box, len(T))
-    options: dict[str, Any] = {
+    return {
         "limits": box,
         "tolerance_position": float(tolerance_m),
         "tolerance_rotation": float(tolerance_rad),
+        "restarts": int(restarts),
         "held": [joint + 1 in hold for joint in range(model.joint_count)],
-        "along_path": bool(along_path),
         "random_seed": int(random_seed),
-        "threads": int(threads),
     }
-    solve = partial(_solve, options=options)
-    if keep_configuration:
-        return in_its_configuration(model, T, q, box, restarts=int(restarts), solve=solve, **conditions)
-    return solve(model, T, q, restarts=int(restarts), **conditions)
 
 
 def _solve(

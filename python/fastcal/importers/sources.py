@@ -13,12 +13,8 @@ import numpy as np
 
 from fastcal.errors import ParseError, TooLarge
 from fastcal.importers.grid import Grid, Row, decoded, text_grid
-<<<<<<< HEAD
-from fastcal.io.arrow import read_parquet_table
 from fastcal.io.excel_archive import check_archive
 from fastcal.io.regular_file import read_bytes
-=======
->>>>>>> ad2b479 (Commands import less: no SciPy nor Arrow for small files)
 from fastcal.io.table import unreadable
 
 MAX_BYTES = 32_000_000

@@ -14,15 +14,7 @@ import io
 import re
 from functools import partial
 
-<<<<<<< HEAD
-import pyarrow as pa
-import pyarrow.csv
-
 from fastcal.errors import ParseError, TooLarge
-from fastcal.io.arrow import column_from_arrow
-=======
-from fastcal.errors import ParseError
->>>>>>> ad2b479 (Commands import less: no SciPy nor Arrow for small files)
 from fastcal.io.table import EMPTY, Table, without_blank_columns
 
 MAX_BYTES = 64_000_000

@@ -4,10 +4,10 @@
 
 from __future__ import annotations
 
-import copy
 from typing import Any
 
 from fastcal.errors import InvalidInput
+from fastcal.robot.plain_copy import plain_copy
 from fastcal.robot.robot import ROW_KEYS, Robot, Spec
 
 _GEOMETRY = (*ROW_KEYS.values(), "omega", "point_mm", "v", "v_mm", "origin", "axis")  # keys of a joint
@@ -18,11 +18,9 @@ def nominal_record(start: Spec) -> Spec:
     """What a calibrated model keeps of the robot that it came from: the first one, however often it was calibrated."""
     earlier = (start.get("calibration") or {}).get("nominal")
     if earlier:
-        return copy.deepcopy(dict(earlier))
-    record: Spec = {key: copy.deepcopy(start[key]) for key in _ENDS if key in start}
-    record["joints"] = [
-        {key: copy.deepcopy(joint[key]) for key in _GEOMETRY if key in joint} for joint in start["joints"]
-    ]
+        return plain_copy(dict(earlier))
+    record: Spec = {key: plain_copy(start[key]) for key in _ENDS if key in start}
+    record["joints"] = [{key: plain_copy(joint[key]) for key in _GEOMETRY if key in joint} for joint in start["joints"]]
     return record
 
 

@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import copy
 from typing import Protocol
 
 import numpy as np
@@ -13,6 +12,7 @@ from numpy.typing import NDArray
 from fastcal import _core
 from fastcal.effects.entries import traits_of
 from fastcal.effects.values import written_parameters
+from fastcal.robot.plain_copy import plain_copy
 from fastcal.robot.robot import ROW_KEYS, Robot, Spec, pose, screw
 from fastcal.units import from_si
 
@@ -37,7 +37,7 @@ class Solution(Protocol):
 
 def with_frames(spec: Spec, T_world_base: FloatArray, T_flange_tool: FloatArray) -> Spec:
     """The spec with other base and tool, in edge units."""
-    out = copy.deepcopy(spec)
+    out = plain_copy(spec)
     out["base"], out["tool"] = frame_spec(T_world_base), frame_spec(T_flange_tool)
     return out
 

@@ -8,7 +8,6 @@ predicts the same, bit for bit.
 
 from __future__ import annotations
 
-import copy
 from functools import cached_property
 from os import PathLike
 from typing import Any, NamedTuple
@@ -26,6 +25,7 @@ from fastcal.errors import InvalidInput
 from fastcal.measurements.conditions import build_samples, condition_columns
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.calibration_record import CalibrationRecord
+from fastcal.robot.plain_copy import plain_copy
 from fastcal.robot.structure import build_structure, frame_names
 from fastcal.units import to_si
 
@@ -80,7 +80,7 @@ class Robot(Shown):
     """
 
     def __init__(self, spec: Spec) -> None:
-        self.spec: Spec = copy.deepcopy(spec)
+        self.spec: Spec = plain_copy(spec)
         for key, choices in CHOICES.items():
             if self.spec.get(key) not in (None, *choices):
                 raise InvalidInput(f"{key} must be one of {', '.join(choices)}, got {self.spec[key]!r}")

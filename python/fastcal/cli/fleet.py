@@ -1,0 +1,71 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""`fastcal fleet`: a list of arms in; a folder an arm, one table and one page out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from fastcal.cli.calibrate import NOT_CONVERGED
+from fastcal.cli.console import emit, progress, say
+from fastcal.cli.options import Loss, OutFolder
+
+if TYPE_CHECKING:
+    from fastcal.fleet import Fleet
+
+
+def fleet(
+    arms: Annotated[
+        Path,
+        typer.Argument(metavar="LIST", help="A CSV file with the columns robot, data and, where wanted, test, name."),
+    ],
+    output: OutFolder,
+    jobs: Annotated[int, typer.Option(min=1, help="Processes; no result depends on it.")] = 1,
+    cluster: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="A Dask scheduler, whose workers see the same files.")
+    ] = None,
+    effects: Annotated[
+        str, typer.Option(metavar="LIST", help="What to identify; base and tool always are.")
+    ] = "geometry",
+    loss: Annotated[Loss, typer.Option(help="Robust loss on the whitened error of a row.")] = "tukey",
+    check_all: Annotated[
+        bool, typer.Option("--check-all", help="Look at columns and residuals of every arm, not of odd ones alone.")
+    ] = False,
+    reports: Annotated[bool, typer.Option("--reports", help="Write a page for every arm.")] = False,
+) -> None:
+    """Calibrate many arms.
+
+    Arms of an earlier run into the same folder whose files have not changed are taken from there.
+    """
+    from fastcal.fleet import calibrate_many, read_list
+    from fastcal.fleet.page import write_fleet
+
+    listed = read_list(arms)
+    with progress() as show:
+        found = calibrate_many(
+            listed,
+            out=output,
+            jobs=jobs,
+            cluster=cluster,
+            check_all=check_all,
+            reports=reports,
+            progress=show,
+            effects=effects,
+            loss=loss,
+        )
+        show("writing the page")
+        write_fleet(found, output)
+    _say(found, output)
+    if found.failed:
+        raise typer.Exit(NOT_CONVERGED)
+
+
+def _say(found: Fleet, output: Path) -> None:
+    say(f"{len(found) - len(found.failed)} of {len(found)} arms calibrated")
+    for arm in found.failed:
+        say(f"  {arm.name}: {arm.status.replace('_', ' ')}: {arm.message}")
+    say(str(output / "report.html"))
+    emit({"arms": [arm.to_row() for arm in found]})

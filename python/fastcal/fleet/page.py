@@ -1,0 +1,78 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""The table and the page of a fleet."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from urllib.parse import quote
+
+from fastcal.fleet.result import ArmResult, Fleet
+from fastcal.io.atomic import write_text
+from fastcal.io.tables import write_csv
+from fastcal.report import figures, page
+from fastcal.report.figures import Figure, Key
+from fastcal.report.formatting import significant
+from fastcal.report.tables import Cell, Column, Group, Table, number_cell
+
+_MOST_ROWS = 2000  # of the page's table, the worst first; fleet.csv has all
+
+
+def write_fleet(found: Fleet, folder: str | os.PathLike[str]) -> None:
+    """Writes fleet.csv and report.html into the folder that has those of the arms."""
+    columns = {name: ["" if value is None else value for value in column] for name, column in found.columns().items()}
+    write_csv(Path(folder) / "fleet.csv", columns)
+    write_text(Path(folder) / "report.html", fleet_page(found))
+
+
+def fleet_page(found: Fleet) -> str:
+    """The HTML text of the page."""
+    return page.render(
+        "fleet.html",
+        title="Fleet",
+        simulated=False,
+        count=len(found),
+        calibrated=len(found) - len(found.failed),
+        failed=[(arm.name, arm.status.replace("_", " "), arm.message) for arm in found.failed[:_MOST_ROWS]],
+        table=_table(found),
+        left_out=max(0, len(found) - _MOST_ROWS),
+        drawing=_drawing(found),
+    )
+
+
+def _worst_first(found: Fleet) -> list[ArmResult]:
+    return sorted(found, key=lambda arm: -1.0 if arm.after_mm is None else arm.after_mm, reverse=True)
+
+
+def _table(found: Fleet) -> Table:
+    titles = ("poses", "nominal (mm)", "calibrated (mm)", "other poses (mm)", "noise (mm)", "outliers", "undetermined")
+    columns = [Column("arm", numeric=False), *map(Column, titles), Column("", numeric=False)]
+    rows = []
+    for arm in _worst_first(found)[:_MOST_ROWS]:
+        lengths = [arm.before_mm, arm.after_mm, arm.test_mm, arm.sigma_mm]
+        cells = [number_cell("" if mm is None else significant(mm, 3), mm) for mm in lengths]
+        counts = [Cell(str(count), float(count)) for count in (arm.outliers, arm.unidentifiable)]
+        rows.append([Cell(arm.name), Cell(str(arm.rows), float(arm.rows)), *cells, *counts, Cell(_note(arm))])
+    return Table("Root mean square of the error of every arm.", columns, [Group(rows)], is_sortable=True)
+
+
+def _note(arm: ArmResult) -> str:
+    return arm.message if arm.status == "converged" else f"{arm.status.replace('_', ' ')}: {arm.message}"
+
+
+def _drawing(found: Fleet) -> Figure:
+    arms = [arm for arm in reversed(_worst_first(found)) if arm.before_mm is not None and arm.after_mm is not None]
+    place = list(range(1, len(arms) + 1))
+    names = [quote(arm.name, safe=" ") for arm in arms]
+    traces = []
+    key = [Key("nominal", figures.BEFORE, "point"), Key("calibrated", figures.AFTER, "point")]
+    for entry, field in zip(key, ("before_mm", "after_mm"), strict=True):
+        values = [getattr(arm, field) for arm in arms]
+        trace = figures.points(place, values, entry.colour, 5, hover=f"{entry.label}: %{{y:.3g}} mm, %{{text}}")
+        traces.append(trace | {"text": names})
+    drawn = figures.layout(
+        "arms, the best first", "RMS error (mm), logarithmic", yaxis={"type": "log", "exponentformat": "power"}
+    )
+    alt = "Root mean square error of every arm, nominal and calibrated, sorted by the latter."
+    return Figure("fleet", "Error of every arm", alt, traces, drawn, columns=6, height=380, key=key)

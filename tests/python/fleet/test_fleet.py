@@ -1,0 +1,172 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""A fleet: each arm as `calibrate` alone has it, one table, and an arm that can't be calibrated stops no other."""
+
+import csv
+import json
+import shutil
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import fastcal
+from fastcal.fleet import calibrate_many, read_list
+from fastcal.fleet.arms import Arm
+from fastcal.fleet.result import Fleet
+from fastcal.fleet.side_by_side import suspects
+
+COUNT = 7
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A LIST of seven arms; the last one's joint 2 turns the other way round."""
+    path = tmp_path_factory.mktemp("fleet")
+    robot = fastcal.load_robot("staubli_rx160l")
+    lines = ["robot,data,test,name"]
+    for k in range(COUNT):
+        true = fastcal.perturbed(robot, seed=k)
+        for kind, poses, seed in (("fit", 60, k), ("test", 20, 100 + k)):
+            data = fastcal.simulate(true, fastcal.random_poses(robot, poses, seed=seed), noise=5e-5, seed=seed)
+            if k == COUNT - 1:
+                data = replace(data, q=data.q * [1, -1, 1, 1, 1, 1])
+            fastcal.write_measurements(path / f"{kind}{k}.csv", data)
+        lines.append(f"staubli_rx160l,fit{k}.csv,test{k}.csv,arm {k}")
+    (path / "arms.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return path
+
+
+@pytest.fixture(scope="module")
+def fleet(folder: Path) -> Fleet:
+    return calibrate_many(read_list(folder / "arms.csv"), out=folder / "out")
+
+
+def test_an_arm_of_a_fleet_is_the_arm_alone(folder: Path, fleet: Fleet) -> None:
+    robot = fastcal.load_robot("staubli_rx160l")
+    data = fastcal.load_measurements(folder / "fit3.csv", robot)
+    alone = fastcal.calibrate(robot, data, test=fastcal.load_measurements(folder / "test3.csv", robot))
+    row = fleet["arm 3"]
+    assert row.status == "converged"
+    assert row.checks == "fit"
+    assert row.model is not None
+    np.testing.assert_array_equal(row.model.forward(data.q), alone.model.forward(data.q))
+    assert (row.sigma_mm, row.rows, row.outliers) == (alone.sigma_mm, 60, len(alone.outliers))
+    assert alone.test is not None
+    assert row.test_mm == alone.test.to_json_dict()["after_mm"]["rms"]
+    written = fastcal.load_robot(folder / "out" / "arm 3" / "model.yaml")
+    np.testing.assert_array_equal(written.forward(data.q), row.model.forward(data.q))
+
+
+def test_an_arm_unlike_the_others_gets_all_checks_and_its_reason(folder: Path, fleet: Fleet) -> None:
+    odd = fleet[f"arm {COUNT - 1}"]
+    assert (odd.status, odd.checks) == ("refused", "all")
+    assert "joint 2" in odd.message
+    assert fleet.failed == [odd]
+    assert not (folder / "out" / odd.name / "model.yaml").exists()
+
+
+@pytest.fixture
+def counted(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[str]]:
+    """Data files that are calibrated."""
+    found: list[str] = []
+    calibrate = fastcal.calibrate
+
+    def count(robot: object, data: object, **options: object) -> object:
+        found.append(Path(str(data)).name)
+        return calibrate(robot, data, **options)  # type: ignore[arg-type]
+
+    monkeypatch.setattr("fastcal.fleet.one_arm.calibrate", count)
+    return found  # type: ignore[return-value]
+
+
+def test_a_second_run_does_what_is_new_alone(folder: Path, fleet: Fleet, counted: list[str], tmp_path: Path) -> None:
+    again = shutil.copytree(folder, tmp_path / "again")
+    lines = (again / "fit1.csv").read_text(encoding="utf-8").splitlines()
+    (again / "fit1.csv").write_text("\n".join(lines[:-1]) + "\n", encoding="utf-8")
+    (again / "out" / "arm 2" / "result.json").unlink()
+    found = calibrate_many(read_list(again / "arms.csv"), out=again / "out")
+    assert sorted(set(counted)) == ["fit1.csv", "fit2.csv"]
+    assert [arm.to_row() for arm in found][2:] == [arm.to_row() for arm in fleet][2:]
+    assert found["arm 1"].rows == 59
+    counted.clear()
+    calibrate_many(read_list(again / "arms.csv"), out=again / "out", loss="huber")
+    assert len(set(counted)) == COUNT
+
+
+def test_processes_and_a_cluster_find_the_same(folder: Path, fleet: Fleet) -> None:
+    distributed = pytest.importorskip("distributed")
+    arms = read_list(folder / "arms.csv")
+    rows = [arm.to_row() for arm in fleet]
+    assert [arm.to_row() for arm in calibrate_many(arms, jobs=2)] == rows
+    with distributed.LocalCluster(
+        n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None
+    ) as cluster:
+        assert [arm.to_row() for arm in calibrate_many(arms, cluster=cluster.scheduler_address)] == rows
+
+
+def test_objects_in_place_of_files() -> None:
+    robot = fastcal.load_robot("ur5")
+    data = fastcal.simulate(robot, fastcal.random_poses(robot, 30, seed=1), noise=5e-5, seed=1)
+    found = fastcal.calibrate_many([fastcal.Arm("a", robot, data), fastcal.Arm("b", robot, data)])
+    assert [arm.checks for arm in found] == ["all", "all"]
+    assert found["a"].sigma_mm == found["b"].sigma_mm
+    assert list(found.to_frame()["name"]) == ["a", "b"]
+    with pytest.raises(fastcal.InvalidInput, match="no arm 'c'"):
+        found["c"]
+
+
+def test_the_command_writes_table_and_page(folder: Path, fleet: Fleet, capfd: pytest.CaptureFixture[str]) -> None:
+    from fastcal.cli import main
+
+    code = main(["fleet", str(folder / "arms.csv"), "-o", str(folder / "out")])
+    said = capfd.readouterr().out.splitlines()
+    assert code == 3  # one arm has no model
+    assert said[0] == "6 of 7 arms calibrated"
+    assert said[1].startswith("  arm 6: refused: ")
+    with (folder / "out" / "fleet.csv").open(encoding="utf-8", newline="") as file:
+        table = list(csv.DictReader(file))
+    assert [row["name"] for row in table] == [f"arm {k}" for k in range(COUNT)]
+    assert float(table[3]["after_mm"]) == fleet["arm 3"].after_mm
+    page = (folder / "out" / "report.html").read_text(encoding="utf-8")
+    assert "6 of 7 arms calibrated" in page
+    assert "arm 6</strong>: refused" in page
+    result = json.loads((folder / "out" / "arm 0" / "result.json").read_text(encoding="utf-8"))
+    assert result["fleet"]["row"] == fleet["arm 0"].to_row()
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("robot,name\nur5,a\n", r"no column 'data'"),
+        ("robot,data,colour\nur5,a.csv,red\n", r"unknown column 'colour'"),
+        ("robot,data\nur5,\n", r"column 'data': expected a file, got an empty cell"),
+        ("robot,data,name\nur5,a.csv,..\n", r"name of an arm is that of its folder"),
+        ("robot,data,name\nur5,a.csv,x/y\n", r"name of an arm is that of its folder"),
+        ("robot,data\nur5,a.csv\nur5,b/a.csv\n", r"two arms are called 'a'"),
+    ],
+)
+def test_a_list_that_cannot_be_meant_is_refused(tmp_path: Path, text: str, message: str) -> None:
+    (tmp_path / "arms.csv").write_text(text, encoding="utf-8")
+    with pytest.raises(fastcal.FastcalError, match=message):
+        read_list(tmp_path / "arms.csv")
+
+
+def test_a_missing_file_is_a_row_and_a_cluster_that_does_not_answer_an_error(tmp_path: Path) -> None:
+    arms = [Arm("a", "ur5", tmp_path / "absent.csv")]
+    assert "there is no such file" in calibrate_many(arms)["a"].message
+    with pytest.raises(fastcal.InvalidInput, match="expected at least one arm"):
+        calibrate_many([])
+    with pytest.raises(fastcal.InvalidInput, match="jobs must be at least 1"):
+        calibrate_many(arms, jobs=0)
+    with pytest.raises(fastcal.InvalidInput, match="no Dask scheduler"):
+        calibrate_many(arms, cluster="nonsense://nowhere")
+
+
+def test_who_fits_worse_than_three_times_the_median_is_looked_at(fleet: Fleet) -> None:
+    good = [arm for arm in fleet if arm.status == "converged"]
+    assert suspects(good) == set()
+    worse = type(good[0])(name="odd", status="converged", before_mm=good[0].before_mm, after_mm=1.0)
+    assert suspects([*good, worse]) == {"odd"}
