@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import torch
@@ -20,6 +20,8 @@ from fastcal.networks.problem import Problem
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
+Losses = Callable[[FloatArray], FloatArray]
+Search = Callable[[Losses, FloatArray, int], FloatArray]
 
 # The paper gives the type, three layers with sigmoids, and no sizes.
 ARCHITECTURE = Architecture.plain((20,), "sigmoid")
@@ -37,19 +39,37 @@ def fit_bso_mlp(
     schedule: Schedule = SCHEDULE,
 ) -> list[AxisNetworks]:
     """For each set of rows a swarm's best network, then all are trained by gradients together."""
+    return fit_from_search(problem, rows, options, swarm_of(swarm), architecture=architecture, schedule=schedule)
+
+
+def swarm_of(swarm: Swarm) -> Search:
+    """The beetle swarm as a search for a start."""
+    return lambda losses, starts, seed: swarm_search(losses, starts, swarm, seed=seed).x
+
+
+def fit_from_search(
+    problem: Problem,
+    rows: Sequence[IntArray],
+    options: Options,
+    search: Search,
+    *,
+    architecture: Architecture = ARCHITECTURE,
+    schedule: Schedule = SCHEDULE,
+) -> list[AxisNetworks]:
+    """The same with any search for the start: `search(losses, starts (BEETLES, size), seed)` gives (size,)."""
     starts = []
     for k, (own, seed) in enumerate(zip(rows, options.seeds(len(rows)), strict=True)):
-        options.progress(f"beetle swarm {k + 1} of {len(rows)}")
-        starts.append(swarm_start(problem, own, architecture, swarm, seed, options.device))
+        options.progress(f"searching for the start of network {k + 1} of {len(rows)}")
+        starts.append(searched_start(problem, own, architecture, search, seed, options.device))
     axes = [(0, 1, 2)] * len(rows)
     members = [architecture] * len(rows)
     return train_plain(problem, members, axes, rows, schedule, options, start=torch.stack(starts))[0]
 
 
-def swarm_start(
-    problem: Problem, own: IntArray, architecture: Architecture, swarm: Swarm, seed: int, device: torch.device
+def searched_start(
+    problem: Problem, own: IntArray, architecture: Architecture, search: Search, seed: int, device: torch.device
 ) -> torch.Tensor:
-    """(size,) the numbers of the network that the swarm finds best on the given rows."""
+    """(size,) the numbers of the network that the search finds best on the given rows."""
     inputs = problem.robot.joint_count + 1
     one = Population(inputs, 3, [architecture], device)
     starts = np.vstack([one.start([seed * 1009 + k]).numpy() for k in range(BEETLES)]).astype(float)
@@ -62,4 +82,4 @@ def swarm_start(
             errors = one(theta, x) - wanted
         return loss(errors, 0.0).cpu().numpy().astype(float)
 
-    return torch.tensor(swarm_search(losses, starts, swarm, seed=seed).x, dtype=torch.float32)
+    return torch.tensor(search(losses, starts, seed), dtype=torch.float32)

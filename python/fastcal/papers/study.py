@@ -17,7 +17,7 @@ from fastcal.errors import InvalidInput
 from fastcal.papers.exhibits import Page
 
 Run = dict[str, Any]
-NAMES = ("kuka_kr500",)
+NAMES = ("siasun_sr210d", "kuka_kr500", "spray_7dof")
 DEFAULT_ARMS = 3
 
 

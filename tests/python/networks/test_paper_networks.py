@@ -87,8 +87,10 @@ def test_the_swarm_gives_a_better_start_than_chance(problem: Problem) -> None:
     device = torch.device("cpu")
     with one_thread():
         model_args = (problem, own, bso_mlp.ARCHITECTURE)
-        start = bso_mlp.swarm_start(*model_args, beetles.Swarm(iterations=15), 0, device)
-        first = bso_mlp.swarm_start(*model_args, beetles.Swarm(iterations=0), 0, device)
+        start, first = (
+            bso_mlp.searched_start(*model_args, bso_mlp.swarm_of(beetles.Swarm(iterations=steps)), 0, device)
+            for steps in (15, 0)
+        )
         losses = []
         for theta in (start, first):
             still = Schedule(epochs=0)

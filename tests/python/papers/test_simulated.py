@@ -1,0 +1,50 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""What the studies' arms have in common, and the searches."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import fastcal
+from fastcal.papers.searches import Counted, bee_colony, genetic, particle_swarm
+from fastcal.papers.simulated import Unmodelled, joint_torques, left
+
+
+def test_waves_have_their_size_and_grow_with_the_load() -> None:
+    waves = Unmodelled((1e-4, 0.0, 3e-4), 10.0, 2.0, 4)
+    q = np.random.default_rng(0).uniform(-np.pi, np.pi, (4000, 3))
+    empty = waves(q, np.zeros(len(q)))
+    assert empty.std(axis=0) == pytest.approx([1e-4 / 2**0.5, 0.0, 3e-4 / 2**0.5], rel=0.05)
+    assert waves(q, np.full(len(q), 10.0)) == pytest.approx(3 * empty)
+
+
+def test_torques_are_those_of_a_lever() -> None:
+    """The payload's moment about joint 2 of the stretched KR500 is its weight times the horizontal distance."""
+    spec = dict(fastcal.load_robot("kuka_kr500_3").spec)
+    for joint in spec["joints"]:
+        joint.pop("link")
+    robot = fastcal.Robot(spec)
+    data = fastcal.Dataset.from_arrays(np.zeros((1, 6)), payload=np.array([100.0]))
+    com = robot.forward(data.q)[0] @ [*(np.array([60 - 120, -40, 200 - 250]) / 1e3), 1]
+    lever = np.hypot(*com[:2]) - 0.5
+    assert abs(joint_torques(robot, data)[0, 1]) == pytest.approx(100 * 9.80665 * lever, rel=1e-6)
+
+
+def test_left_is_measured_less_predicted_in_the_base() -> None:
+    robot = fastcal.load_robot("ur5")
+    turned = fastcal.Robot(dict(robot.spec) | {"base": {"xyz_mm": [0, 0, 0], "rpy_deg": [0, 0, 90]}})
+    q = fastcal.random_poses(robot, 5, seed=0)
+    data = fastcal.Dataset.from_arrays(q, position=turned.forward(q)[:, :3, 3] + [1e-3, 0, 0])
+    assert left(turned, data) == pytest.approx(np.tile([0, -1e-3, 0], (5, 1)), abs=1e-12)
+
+
+@pytest.mark.parametrize("search", [particle_swarm, genetic, bee_colony])
+def test_a_search_finds_the_bottom_of_a_bowl_within_its_evaluations(search: Any) -> None:
+    bowl = Counted(lambda x: ((x - 0.3) ** 2).sum(axis=1), target=1e-3)
+    search(bowl, np.random.default_rng(0).uniform(-1, 1, (20, 2)), 2000, 1)
+    assert bowl.value < 1e-3
+    assert bowl.reached is not None
+    assert bowl.reached <= bowl.evaluations <= 2000
+    assert bowl.x == pytest.approx([0.3, 0.3], abs=0.04)
