@@ -41,7 +41,6 @@ from threadpoolctl import threadpool_limits
 
 from fastcal import _core
 from fastcal.diagnosis import Diagnosis, diagnose
-from fastcal.diagnosis.library import RICHER
 
 KINDS = {"none": 0.2, "single": 0.4, "several": 0.12, "outside": 0.08, "without": 0.1, "smallest": 0.1}
 SNR = (3.0, 60.0)
@@ -161,7 +160,7 @@ def _right_names(said: Diagnosis, truth: Truth) -> set[tuple[str, str]]:
         return out
     own = [int(rank[i]) for i, n in enumerate(blocks.names) if n.key == (truth.effect, truth.owner)]
     for i, name in enumerate(blocks.names):
-        richer = name.owner == truth.owner and truth.effect in RICHER.get(name.effect, ())
+        richer = name.owner == truth.owner and truth.effect in name.traits.generalizes
         if share[i] > TWIN**2 and rank[i] <= max(own, default=6) and not richer:
             out.add(name.key)
     return {*out, (truth.effect, truth.owner)}

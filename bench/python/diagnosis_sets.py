@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from fastcal import Robot, load_robot, perturbed, random_poses
 from fastcal.diagnosis import Diagnosis
-from fastcal.diagnosis.library import Name, build_library
+from fastcal.diagnosis.library import Hypothesis, build_library
 from fastcal.effects.entries import build_effects, edge_name, edge_unit
 from fastcal.effects.values import written_parameters
 from fastcal.measurements.dataset import Dataset
@@ -165,13 +165,13 @@ def named_truth(at: Setting, wanted: float, random: Random) -> Truth | None:
     return scaled(at, some[int(random.integers(len(some)))], wanted, random)
 
 
-def drawable(at: Setting, but: Collection[str] = ABSORBED) -> list[Name]:
+def drawable(at: Setting, but: Collection[str] = ABSORBED) -> list[Hypothesis]:
     """Names of the library for these rows."""
     known = build_library(at.nominal, replace(at.poses, position=at.still)).names
     return [n for n in known if n.effect not in but]
 
 
-def scaled(at: Setting, name: Name, wanted: float, random: Random) -> Truth | None:
+def scaled(at: Setting, name: Hypothesis, wanted: float, random: Random) -> Truth | None:
     """The cause at the size that has the SNR; of a compliance that bends, the SNR of the bend alone."""
     entry = {key: value for key, value in name.entry.items() if key != "corner"}
     (effect,) = build_effects([entry], at.true.core)
@@ -197,7 +197,7 @@ def scaled(at: Setting, name: Name, wanted: float, random: Random) -> Truth | No
     return Truth(name.effect, name.owner, wanted, name.entry, with_effect(at, entry, theta))
 
 
-def _corner(at: Setting, name: Name) -> float:
+def _corner(at: Setting, name: Hypothesis) -> float:
     """Load at which the compliance bends: a quantile of the loads of the rows."""
     joint = int(name.owner.removeprefix("joint")) - 1
     return float(np.quantile(np.abs(loads(at)[:, joint]), name.entry["corner"]))

@@ -33,14 +33,14 @@ from fastcal.calibration.result import CalibrationResult as CalibrationResult
 from fastcal.calibration.result import IdentifiedParameter as IdentifiedParameter
 from fastcal.calibration.result import Unidentifiable as Unidentifiable
 from fastcal.calibration.setups import added_setups
-from fastcal.calibration.unset_options import with_open_effects_set
+from fastcal.calibration.unset_options import fill_unset_options
 from fastcal.effects.entries import extra_columns, full_name
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.calibration_record import CalibrationRecord, lower_root
 from fastcal.robot.controller_robot import nominal_record
 from fastcal.robot.given import DataLike, RobotLike, as_data, as_robot
-from fastcal.robot.identified_spec import identified, with_frames
+from fastcal.robot.identified_spec import identified_spec, with_frames
 from fastcal.robot.made_by import made_by
 from fastcal.robot.robot import Robot
 from fastcal.units import from_si
@@ -117,7 +117,7 @@ def calibrate(
     )
 
     say("identifying")
-    problem = with_open_effects_set(with_critical_loads(problem))
+    problem = fill_unset_options(with_critical_loads(problem))
     pulled = pulls(problem)
     limits = problem.limits(priors=priors)
 
@@ -137,7 +137,7 @@ def calibrate(
     say("reporting")
     start, model, alignment, names = problem.robot, problem.model, problem.alignment, problem.names
     aligned = Robot(with_frames(start.spec, alignment.T_world_base, alignment.T_flange_tool))
-    identified_spec = identified(start, model, found)
+    found_spec = identified_spec(start, model, found)
     free_names = [full_name(found.parameters[i]) for i in found.free]
     covariance, root, freedom = (
         np.asarray(found.covariance),
@@ -159,8 +159,8 @@ def calibrate(
             covered(start, data),
             None if (turn := turn_sigma(problem.measured, found)) is None else from_si(turn, "deg"),
         )
-        identified_spec["calibration"] = record.to_spec() | {"nominal": nominal_record(start.spec)}
-    result_model = Robot(identified_spec | {"made_by": origin})
+        found_spec["calibration"] = record.to_spec() | {"nominal": nominal_record(start.spec)}
+    result_model = Robot(found_spec | {"made_by": origin})
     unknowns = unknowns_by_owner(problem.measured, np.asarray(found.theta)[len(names) :])
     judge: dict[str, Any] = {
         "before": aligned,

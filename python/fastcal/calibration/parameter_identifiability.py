@@ -26,7 +26,7 @@ FloatArray = NDArray[np.float64]
 
 KINDS = ("independent", "correlated", "without_effect")
 MEASURED = {"position": 3, "pose": 6}
-_TIE = 1e-3  # of a gladness: it decides between equals alone
+_TIE = 1e-3  # of a priority: it decides between equals alone
 NOTHING = 1e-9  # of the largest singular value: what rounding leaves of nothing
 IN_COMBINATION = 1e-7  # of the largest coefficient
 
@@ -144,11 +144,11 @@ def _classed(names: list[str], J: FloatArray, sizes: FloatArray, keep: Sequence[
     null = V[rank:].T
     moved = np.linalg.norm(null, axis=1)
     silent = np.linalg.norm(R, axis=0) <= NOTHING * values[0]
-    # Large: held gladly. Ties fall to the first in the chain.
-    glad = np.array([1e-3 if any(name.startswith(k) for k in keep) else _gladness(name) for name in names])
-    glad *= 1 - _TIE * np.arange(len(names)) / len(names)
+    # Large: held first. Ties fall to the first in the chain.
+    priority = np.array([1e-3 if any(name.startswith(k) for k in keep) else _fixing_priority(name) for name in names])
+    priority *= 1 - _TIE * np.arange(len(names)) / len(names)
     lost = len(names) - rank
-    held = np.sort(qr((glad[:, None] * null).T, mode="r", pivoting=True)[1][:lost]) if lost else np.zeros(0, int)
+    held = np.sort(qr((priority[:, None] * null).T, mode="r", pivoting=True)[1][:lost]) if lost else np.zeros(0, int)
     free = np.setdiff1d(np.arange(len(names)), held)
     directions = null @ np.linalg.inv(null[held]) if lost else null  # held one by 1, the kept ones by this: nothing
     coefficients = -directions * sizes[:, None] / sizes[held]
@@ -169,7 +169,7 @@ def _classed(names: list[str], J: FloatArray, sizes: FloatArray, keep: Sequence[
     )
 
 
-def _gladness(name: str) -> float:
+def _fixing_priority(name: str) -> float:
     """Beta serves only where two axes are nearly parallel, and is held elsewhere."""
     return 10.0 if name.endswith(" beta") else 1.0
 

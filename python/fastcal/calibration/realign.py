@@ -15,7 +15,7 @@ from fastcal.robot.robot import Robot
 ROUNDS = 3  # the correction turns with the base, whose turn is known to a thousandth after the first
 
 
-def placed(robot: Robot, data: Dataset, *, threads: int = 1) -> Robot:
+def realign(robot: Robot, data: Dataset, *, threads: int = 1) -> Robot:
     """The model with the base and tool that fit the data best, in closed form; a trained correction stays in force.
 
     A few rows do, twenty say: nine numbers are fitted where points were measured, twelve where orientations were.

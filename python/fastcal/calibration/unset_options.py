@@ -45,7 +45,7 @@ class _Fit:
         return self.problem.with_(robot=robot).linearize(self.theta, self.noise)
 
 
-def with_open_effects_set(problem: CalibrationProblem) -> CalibrationProblem:
+def fill_unset_options(problem: CalibrationProblem) -> CalibrationProblem:
     """The problem with `at_s` of steps, `lag_s` of heat and `curvature` of profiles where its robot has none."""
     robot, places = problem.robot, problem.effect_places
     entries = robot.spec.get("effects") or []

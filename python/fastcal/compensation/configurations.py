@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.ik.inverse_kinematics import inverse_kinematics
-from fastcal.ik.posture import Arm
+from fastcal.ik.posture import SphericalWristArm
 from fastcal.programs.program import Language, Target
 from fastcal.robot.robot import Robot
 
@@ -31,7 +31,7 @@ class Configurations:
     """
 
     def __init__(self, nominal: Robot, language: Language) -> None:
-        self.nominal, self.language, self.arm = nominal, language, Arm(nominal)
+        self.nominal, self.language, self.arm = nominal, language, SphericalWristArm(nominal)
         finite = np.where(np.isfinite(nominal.limits), nominal.limits, [[-np.pi, np.pi]])
         low, high = np.clip(finite, -np.pi, np.pi).T
         # A Kronecker sequence with the roots of x^(n + 1) = x + 1: even in n dimensions (M. Roberts, 2018).

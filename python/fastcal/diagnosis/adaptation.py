@@ -14,15 +14,15 @@ from numpy.typing import NDArray
 from fastcal.calibration.evaluation import Evaluation, evaluate
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.fits import Fit
-from fastcal.diagnosis.library import Name
+from fastcal.diagnosis.library import Hypothesis
 from fastcal.diagnosis.problem import core_entry
 from fastcal.diagnosis.result import AdaptedModel, GapStep, NamedValue
-from fastcal.diagnosis.search import Search, State
+from fastcal.diagnosis.search import Search, SearchNode
 from fastcal.effects.entries import full_name, identity
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.calibration_record import CalibrationRecord
 from fastcal.robot.controller_robot import nominal_record
-from fastcal.robot.identified_spec import identified, with_frames
+from fastcal.robot.identified_spec import identified_spec, with_frames
 from fastcal.robot.robot import Robot, Spec
 from fastcal.units import from_si
 
@@ -50,10 +50,12 @@ class Judge:
         return AdaptedModel(model, evaluate(model, self.data, **frame), test)
 
 
-def models(search: Search, best: State, names: Sequence[Name], judge: Judge, sigma: float) -> list[AdaptedModel]:
+def models(
+    search: Search, best: SearchNode, names: Sequence[Hypothesis], judge: Judge, sigma: float
+) -> list[AdaptedModel]:
     """The fitted geometry, then the fits with one effect of `names` more each time."""
     fits, near = [search.start.fit], search.start
-    added: list[Name] = []
+    added: list[Hypothesis] = []
     for group in groups(names):
         added = [*added, *group]
         near = best if len(added) == len(best.names) else search.state(added, near)
@@ -71,7 +73,7 @@ def robot_of(fit: Fit, sigma: float) -> Robot:
     """A fit as a robot file, how sure it is among it."""
     start = fit.problem.start.robot
     bare = Robot(dict(start.spec) | {"effects": [core_entry(entry) for entry in fit.entries]})
-    spec = identified(bare, fit.model, fit)
+    spec = identified_spec(bare, fit.model, fit)
     count = len(fit.model.parameters)
     kept = [k for k, i in enumerate(fit.free) if i < count]
     record = CalibrationRecord(
@@ -84,7 +86,7 @@ def robot_of(fit: Fit, sigma: float) -> Robot:
     return Robot(spec)
 
 
-def groups(names: Sequence[Name]) -> list[list[Name]]:
+def groups(names: Sequence[Hypothesis]) -> list[list[Hypothesis]]:
     """The names one by one; where there are many, all at once: nobody reads the fifth step of a waterfall."""
     return [[name] for name in names] if len(names) <= rules.MAX_EFFECTS else [list(names)]
 
@@ -97,7 +99,7 @@ def values(model: Robot, entry: Spec) -> dict[str, NamedValue]:
     raise KeyError(identity(entry))
 
 
-def gap(steps: Sequence[AdaptedModel], names: Sequence[Name], profiles: Sequence[Spec]) -> list[GapStep]:
+def gap(steps: Sequence[AdaptedModel], names: Sequence[Hypothesis], profiles: Sequence[Spec]) -> list[GapStep]:
     """RMS errors of the geometry alone and of each model after it."""
     added: list[str | None] = [None, *(",".join("@".join(name.key) for name in group) for group in groups(names))]
     if profiles:

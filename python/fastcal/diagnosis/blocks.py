@@ -14,7 +14,7 @@ from fastcal import _core
 from fastcal.diagnosis import generic
 from fastcal.diagnosis.fits import Fit, corner_start, identity_of
 from fastcal.diagnosis.generic import Curves, Generic
-from fastcal.diagnosis.library import Name
+from fastcal.diagnosis.library import Hypothesis
 from fastcal.diagnosis.problem import ONE, Problem, core_entry
 from fastcal.effects.entries import build_effects, curve_of
 from fastcal.robot.robot import Robot, Spec
@@ -26,7 +26,7 @@ FloatArray = NDArray[np.float64]
 class Blocks:
     """What could be added to a fit: names first, then blocks without a name, and their score tests."""
 
-    names: list[Name]
+    names: list[Hypothesis]
     generics: list[Generic]
     tests: _core.ScoreTests
     columns: FloatArray

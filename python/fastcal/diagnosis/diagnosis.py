@@ -15,14 +15,14 @@ from fastcal import _core
 from fastcal.calibration.inspection import check_columns, check_fit
 from fastcal.diagnosis import adaptation, grading, periodic, rivals, rules, sensitivity, unexplained
 from fastcal.diagnosis.fits import fit
-from fastcal.diagnosis.library import Library, Name, build_library, parse_exclusions
-from fastcal.diagnosis.noise import NoiseLevel, off_by, quieted
+from fastcal.diagnosis.library import Hypothesis, Library, build_library, parse_exclusions
+from fastcal.diagnosis.noise import NoiseLevel, studentized_residuals, with_estimated_noise
 from fastcal.diagnosis.one_curve import waves_of_one_curve
-from fastcal.diagnosis.placed_rest import with_surrogate
 from fastcal.diagnosis.plan import SeparatingPlan, separating_plan
 from fastcal.diagnosis.problem import Noise, Problem, prepared_problem
+from fastcal.diagnosis.remaining_surrogate import with_surrogate
 from fastcal.diagnosis.result import AdaptedModel, Diagnosis, Finding, Unexplained
-from fastcal.diagnosis.search import Search, State
+from fastcal.diagnosis.search import Search, SearchNode
 from fastcal.diagnosis.words import sentence_of
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
@@ -59,17 +59,17 @@ def diagnose(
         InvalidInput: An unknown effect or owner to exclude, a sigma that is none, data without a measured column, or
             columns that were probably meant otherwise.
     """
-    say = progress or (lambda text: None)
+    notify = progress or (lambda text: None)
     if sigma is not None and not (np.isfinite(sigma) and sigma > 0):
         raise InvalidInput(f"sigma must be a standard deviation above 0, got {sigma}")
     robot = as_robot(robot)
     data = as_data(data, robot)
     test = None if test is None else as_data(test, robot)
-    say("looking at the columns")
+    notify("looking at the columns")
     suspected = check_columns(robot, data, as_read=as_read)
     library = build_library(robot, data, parse_exclusions(exclude, robot))
     with threadpool_limits(1):  # many small matrices: a BLAS that shares them out spends most of its time waiting
-        found = _diagnosed(robot, data, test, library, sigma, threads, say)
+        found = _diagnosed(robot, data, test, library, sigma, threads, notify)
     unexplained_by_any = check_fit(robot, found.steps[0].train, as_read=as_read)
     return replace(found, notes=[*suspected, *unexplained_by_any, *found.notes])
 
@@ -81,27 +81,27 @@ def _diagnosed(
     library: Library,
     sigma: float | None,
     threads: int,
-    say: Callable[[str], None],
+    notify: Callable[[str], None],
 ) -> Diagnosis:
     """`diagnose`, its arguments checked."""
-    say("fitting the geometry")
+    notify("fitting the geometry")
     problem = prepared_problem(robot, data, library.names, _claimed(data, sigma), threads)
-    say("how large the noise is")
-    problem, _ = quieted(problem, fit(problem, []), sigma)
-    search, best, level = _searched(problem, sigma, say)
+    notify("how large the noise is")
+    problem, _ = with_estimated_noise(problem, fit(problem, []), sigma)
+    search, best, level = _searched(problem, sigma, notify)
     if not best.suffices and (_explains_little(search, best) or unexplained.one_block_does_better(search, best)):
         best = search.start  # what explains so little is no name
     curve = waves_of_one_curve(search, best)
     best = search.pruned(best) if curve is None else curve[1]
     best = grading.borne_out(search, best)
-    say("weighing what else it could be")
+    notify("weighing what else it could be")
     model = rivals.Model(best, [], None, best.fit)
     if not best.suffices:
         profiles = unexplained.curved_joints(best) if curve is None else [rivals.profile(curve[0])]
         model = rivals.best_predicting(robot, search, best, profiles)
     found = _Found(robot, data, test, search, model.state, model, library, level, threads)
-    say("adding what was found")
-    return found.told()
+    notify("adding what was found")
+    return found.result()
 
 
 def _claimed(data: Dataset, sigma: float | None) -> Noise:
@@ -111,10 +111,12 @@ def _claimed(data: Dataset, sigma: float | None) -> Noise:
     return Noise((first, turn, first))
 
 
-def _searched(problem: Problem, sigma: float | None, say: Callable[[str], None]) -> tuple[Search, State, NoiseLevel]:
+def _searched(
+    problem: Problem, sigma: float | None, notify: Callable[[str], None]
+) -> tuple[Search, SearchNode, NoiseLevel]:
     """A search, its best set, and the noise that this shows; begun again where that differs from the one before."""
     for round_ in range(rules.MAX_SEARCHES):
-        search = Search(problem, say)
+        search = Search(problem, notify)
         best = _best(search.grow())
         again, level = _again(problem, best, sigma)
         if again is None or round_ == rules.MAX_SEARCHES - 1:
@@ -123,19 +125,19 @@ def _searched(problem: Problem, sigma: float | None, say: Callable[[str], None])
     return search, best, level
 
 
-def _explains_little(search: Search, best: State) -> bool:
+def _explains_little(search: Search, best: SearchNode) -> bool:
     """Do the names of a set explain too small a share of the misfit?"""
     return best.fit.remaining > (1 - rules.MIN_EXPLAINED_SHARE) * search.start.fit.remaining
 
 
-def _again(problem: Problem, best: State, sigma: float | None) -> tuple[Problem | None, NoiseLevel]:
+def _again(problem: Problem, best: SearchNode, sigma: float | None) -> tuple[Problem | None, NoiseLevel]:
     """The noise as the set that was found shows it.
 
     With a new start where it shows waves of other orders, or markedly less noise than there seemed to be; else None.
     """
     waves = [] if best.suffices else periodic.scan(best)
     claimed = replace(problem, names=[*problem.names, *waves], noise=_claimed(problem.data, sigma))
-    calmer, level = quieted(claimed, best.fit, sigma)
+    calmer, level = with_estimated_noise(claimed, best.fit, sigma)
     return (calmer if waves or _is_calmer(calmer, problem) else None), level
 
 
@@ -150,7 +152,7 @@ def _mean_variance(problem: Problem) -> float:
     return noise.factor**2 * (noise.common[0] ** 2 + (0.0 if claims is None else float(np.nanmean(claims**2))))
 
 
-def _best(levels: list[list[State]]) -> State:
+def _best(levels: list[list[SearchNode]]) -> SearchNode:
     """The most likely set that suffices, unless one that leaves something is still likelier by DECISIVE_BIC."""
     likeliest = min((state for level in levels for state in level if not state.impossible), key=lambda s: s.bic)
     enough = min((state for state in levels[-1] if state.suffices), key=lambda s: s.bic, default=likeliest)
@@ -165,13 +167,13 @@ class _Found:
     data: Dataset
     test: Dataset | None
     search: Search
-    best: State
+    best: SearchNode
     model: rivals.Model
     library: Library
     level: NoiseLevel
     threads: int
 
-    def told(self) -> Diagnosis:
+    def result(self) -> Diagnosis:
         """Calibrated models, grades, what remains, and everything else that a reader should know."""
         best, search = self.best, self.search
         few = best.suffices and len(best.names) <= search.most
@@ -211,26 +213,31 @@ class _Found:
         )
         return replace(said, sentence=sentence_of(said))
 
-    def _plan(self, equivalents: list[list[State]]) -> SeparatingPlan | None:
+    def _plan(self, equivalents: list[list[SearchNode]]) -> SeparatingPlan | None:
         """Poses that would tell the names of a set apart, where there is one and points were measured."""
         if self.data.position is None:
             return None
         others = [[_replacement(self.best, state) for state in states] for states in equivalents]
         return separating_plan(self.best, others)
 
-    def _adapted(self, names: Sequence[Name]) -> tuple[list[AdaptedModel], list[Spec], Unexplained | None]:
+    def _adapted(self, names: Sequence[Hypothesis]) -> tuple[list[AdaptedModel], list[Spec], Unexplained | None]:
         """The fits as robots, the joint profiles among what was added, and what remains."""
         judge = adaptation.Judge(self.data, self.test, self.threads)
         steps = adaptation.models(self.search, self.best, names, judge, self.level.sigma)
         curved = self.model.calibration
         if curved is not None:
             steps.append(judge.of(curved.model, curved.nominal, curved.unknowns))
-        left = State(self.model.fit, self.search.start.family)
+        left = SearchNode(self.model.fit, self.search.start.family)
         rest = None if left.suffices else unexplained.rest(self.search, left)
         return steps, self.model.profiles, rest
 
     def _finding(
-        self, name: Name, proof: grading.Evidence, equivalents: list[State], model: Robot, rest: Unexplained | None
+        self,
+        name: Hypothesis,
+        proof: grading.Evidence,
+        equivalents: list[SearchNode],
+        model: Robot,
+        rest: Unexplained | None,
     ) -> Finding:
         others = tuple(dict.fromkeys(_replacement(self.best, state).key for state in equivalents))
         grade, reasons = grading.grade(proof, name, others, rest is not None or len(self.best.names) > self.search.most)
@@ -261,8 +268,8 @@ def _curve(model: Robot, entry: Spec) -> Finding:
     reason = "the joint errs by its own position in a way that no single name has"
     waves = unexplained.main_orders(model, entry)
     if waves:
-        told = " and ".join(f"{n} ({from_si(a, 'mrad'):.2g} mrad)" for n, a in waves)
-        reason += f"; mostly periodic, cycles a turn: {told}"
+        described = " and ".join(f"{n} ({from_si(a, 'mrad'):.2g} mrad)" for n, a in waves)
+        reason += f"; mostly periodic, cycles a turn: {described}"
     return Finding(entry["effect"], entry["owner"], "C", {}, 0.0, 0.0, reasons=(reason,))
 
 
@@ -276,18 +283,18 @@ def _verdict(findings: Sequence[Finding], rest: Unexplained | None) -> str:
     return "one_of" if findings[0].equivalents else "named"
 
 
-def _replacement(best: State, other: State) -> Name:
+def _replacement(best: SearchNode, other: SearchNode) -> Hypothesis:
     """The name of `other` that is not in `best`."""
     there = {name.key for name in best.names}
     return next(name for name in other.names if name.key not in there or name not in best.names)
 
 
-def _left_out(best: State, data: Dataset) -> list[int]:
+def _left_out(best: SearchNode, data: Dataset) -> list[int]:
     """Rows that even the richest model can't reach: what is missing from a poorer one puts no row on the list."""
     return [int(i) for i in np.flatnonzero(data.measured & ~best.fit.problem.used)]
 
 
-def _outliers(best: State, data: Dataset) -> list[int]:
+def _outliers(best: SearchNode, data: Dataset) -> list[int]:
     """Rows that the set can't reach: where noise alone makes one row so large in one of a hundred such sets."""
     problem = best.fit.problem
     every = problem.with_rows(data.measured)
@@ -295,7 +302,7 @@ def _outliers(best: State, data: Dataset) -> list[int]:
     near = _core.linearize(model, samples, every.measured, best.fit.theta, every.common_noise, every.threads)
     A, r, row = replace(best.fit, problem=every, model=model, samples=samples, near=near).whitened
     wrong = np.flatnonzero(~np.isin(every.rows, problem.rows))
-    square, count = off_by(A, r, row, wrong)
+    square, count = studentized_residuals(A, r, row, wrong)
     limit = special.chdtri(np.maximum(count, 1), rules.ALPHA_OUTLIER / len(every.rows))
     return [int(every.rows[i]) for i in np.flatnonzero((count > 0) & (square > limit))]
 

@@ -24,7 +24,7 @@ from fastcal.calibration.parameter_limits import has_prior
 from fastcal.calibration.parameter_table import unknowns_by_owner
 from fastcal.calibration.smoothing import prior_deviations
 from fastcal.diagnosis import rules
-from fastcal.diagnosis.library import Name
+from fastcal.diagnosis.library import Hypothesis
 from fastcal.diagnosis.problem import Problem, core_entry, with_nuisances
 from fastcal.effects.entries import build_effects, traits_of
 from fastcal.errors import InvalidInput
@@ -47,7 +47,7 @@ class Fit:
     """
 
     problem: Problem
-    added: tuple[Name, ...]
+    added: tuple[Hypothesis, ...]
     entries: list[Spec]
     model: _core.ErrorModel
     samples: _core.Samples
@@ -81,18 +81,18 @@ class Fit:
         """Those of the observations, by what they are of: the place (3,) [m] of "anchor 2"."""
         return unknowns_by_owner(self.problem.measured, self.theta[len(self.model.parameters) :])
 
-    def value(self, name: Name) -> FloatArray:
+    def value(self, name: Hypothesis) -> FloatArray:
         """Parameters of one added effect."""
         at = self.place(name)
         return self.theta[at]
 
-    def effect(self, name: Name) -> _core.Effect:
+    def effect(self, name: Hypothesis) -> _core.Effect:
         """One added effect as the core has it."""
         return next(
             effect for entry, effect in zip(self.entries, self.model_effects, strict=True) if entry is name.entry
         )
 
-    def place(self, name: Name) -> slice:
+    def place(self, name: Hypothesis) -> slice:
         """Where they stand."""
         at = self.problem.own
         for entry, effect in zip(self.entries, self.model_effects, strict=True):
@@ -138,7 +138,7 @@ class Fit:
         return np.column_stack([loads[:, 2 * i + 1, axis[i]] for i in range(core.joint_count)])
 
 
-def fit(problem: Problem, added: Sequence[Name], start: Fit | None = None) -> Fit:
+def fit(problem: Problem, added: Sequence[Hypothesis], start: Fit | None = None) -> Fit:
     """Levenberg-Marquardt from a fit of some of the same effects; each round brings the loads to equilibrium."""
     added = tuple(added)
     entries = with_nuisances([*problem.given, *(name.entry for name in added)], problem.start.robot)

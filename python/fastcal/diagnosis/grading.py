@@ -13,12 +13,12 @@ from scipy import linalg
 
 from fastcal import _core
 from fastcal.diagnosis import rules
-from fastcal.diagnosis.library import Name
+from fastcal.diagnosis.library import Hypothesis
 from fastcal.diagnosis.one_curve import is_one_curve
 from fastcal.diagnosis.periodic import is_periodic
 from fastcal.diagnosis.rivals import folds
-from fastcal.diagnosis.search import Search, State
-from fastcal.diagnosis.tails import p_values
+from fastcal.diagnosis.search import Search, SearchNode
+from fastcal.diagnosis.tail_probabilities import p_values
 from fastcal.diagnosis.words import owner_in_words
 
 FloatArray = NDArray[np.float64]
@@ -48,7 +48,7 @@ class Evidence:
     follows_loads: bool = False
 
 
-def evidence(search: Search, state: State, name: Name) -> Evidence:
+def evidence(search: Search, state: SearchNode, name: Hypothesis) -> Evidence:
     """Of one name of a set."""
     place = state.fit.place(name)
     theta = state.fit.theta[place]
@@ -73,7 +73,7 @@ def evidence(search: Search, state: State, name: Name) -> Evidence:
     return Evidence(statistic, len(at), gain, stability, rivals, richer, plausible, loads)
 
 
-def borne_out(search: Search, state: State) -> State:
+def borne_out(search: Search, state: SearchNode) -> SearchNode:
     """The set without the names that do not help to predict held-out rows, the least helpful first.
 
     Many waves were judged together, on rows held out of all of them.
@@ -87,7 +87,7 @@ def borne_out(search: Search, state: State) -> State:
     return state
 
 
-def grade(found: Evidence, name: Name, equivalents: Sequence[object], rest: bool) -> tuple[str, tuple[str, ...]]:
+def grade(found: Evidence, name: Hypothesis, equivalents: Sequence[object], rest: bool) -> tuple[str, tuple[str, ...]]:
     """Grade A or B, and why not A."""
     reasons = []
     if rest:
@@ -115,7 +115,7 @@ def grade(found: Evidence, name: Name, equivalents: Sequence[object], rest: bool
     return ("B" if reasons else "A"), tuple(reasons)
 
 
-def _covariance(state: State) -> FloatArray:
+def _covariance(state: SearchNode) -> FloatArray:
     A = state.fit.whitened[0]
     scale = np.linalg.norm(A, axis=0)
     scale[scale == 0] = 1.0
@@ -130,7 +130,7 @@ def _is_plausible(parameters: Sequence[_core.Parameter], theta: FloatArray) -> b
 
 
 def _richer_needed(
-    name: Name, parameters: Sequence[_core.Parameter], theta: FloatArray, covariance: FloatArray
+    name: Hypothesis, parameters: Sequence[_core.Parameter], theta: FloatArray, covariance: FloatArray
 ) -> bool:
     if not name.traits.contrast:
         return True
@@ -139,7 +139,7 @@ def _richer_needed(
     return bool((contrast @ theta) ** 2 > rules.CONTRAST**2 * (contrast @ covariance @ contrast))
 
 
-def _rivals(search: Search, base: State, name: Name) -> tuple[str, ...]:
+def _rivals(search: Search, base: SearchNode, name: Hypothesis) -> tuple[str, ...]:
     """Blocks without a name that leave nothing significant and are another shape than the name."""
     blocks = base.blocks
     same = [i for i, other in enumerate(blocks.names) if other.key == name.key]
@@ -160,7 +160,7 @@ def _rivals(search: Search, base: State, name: Name) -> tuple[str, ...]:
     return tuple(out)
 
 
-def _leaves_nothing(search: Search, base: State, block: int) -> bool:
+def _leaves_nothing(search: Search, base: SearchNode, block: int) -> bool:
     """Is nothing significant once a block is added to a set?"""
     left = base.blocks.tests.given([block])
     p = p_values(np.asarray(left.statistic), np.asarray(left.rank), base.fit.problem.noise.freedom)
@@ -171,7 +171,7 @@ def _leaves_nothing(search: Search, base: State, block: int) -> bool:
     return not bool((p < limit).any())
 
 
-def _held_out(search: Search, state: State, name: Name) -> tuple[float, float]:
+def _held_out(search: Search, state: SearchNode, name: Hypothesis) -> tuple[float, float]:
     """Relative gain on held-out poses and its standard error.
 
     On the problem linearized at the set: each fold is predicted by the others, with the name and without it; leaving
@@ -199,7 +199,7 @@ def _held_out(search: Search, state: State, name: Name) -> tuple[float, float]:
     return float(gain.mean()) / scale, float(gain.std(ddof=1) / np.sqrt(len(gain))) / scale
 
 
-def _stability(search: Search, state: State, base: State, name: Name) -> float:
+def _stability(search: Search, state: SearchNode, base: SearchNode, name: Hypothesis) -> float:
     """Share of the folds without which the name still comes first, by the score tests from the set without it."""
     row = state.fit.whitened[2]
     fold = folds(search.problem)
@@ -207,7 +207,7 @@ def _stability(search: Search, state: State, base: State, name: Name) -> float:
     return float(np.mean([_comes_first(base, rows[fold[rows] != k], name) for k in range(rules.FOLDS)]))
 
 
-def _comes_first(base: State, fitted_rows: NDArray[np.intp], name: Name) -> bool:
+def _comes_first(base: SearchNode, fitted_rows: NDArray[np.intp], name: Hypothesis) -> bool:
     blocks = base.blocks
     statistic = np.asarray(blocks.tests.scores.statistic)[: blocks.count]
     likely = [int(i) for i in np.argsort(-statistic, kind="stable")[: rules.MAX_CONTENDERS]]

@@ -28,7 +28,7 @@ _NOT_SCREENED = ("nuisance", "curve", "on request")  # roles: blocks without a n
 
 
 @dataclass(frozen=True, eq=False)
-class Name:
+class Hypothesis:
     """One cause that could be missing, as an entry of a robot file with its parameters at 0.
 
     Attributes:
@@ -92,7 +92,7 @@ class Untestable:
 class Library:
     """What can be named, and what the data lack the columns for."""
 
-    names: list[Name]
+    names: list[Hypothesis]
     untestable: list[Untestable]
 
 
@@ -116,7 +116,7 @@ def parse_exclusions(texts: Collection[str], robot: Robot) -> set[tuple[str, str
 def build_library(robot: Robot, data: Dataset, excluded: Collection[tuple[str, str | None]] = ()) -> Library:
     """All names for a robot and data, without those in its file already and those excluded."""
     there = {identity(entry) for entry in robot.spec.get("effects") or []}
-    names: list[Name] = []
+    names: list[Hypothesis] = []
     untestable: list[Untestable] = []
     for effect in effect_names():
         if traits_of(effect).role in _NOT_SCREENED:
@@ -139,7 +139,7 @@ def needs(effect: str, owner: str, *, columns: bool) -> str:
     return filled((traits.needs_data if columns else "") or traits.shown_by, owner)
 
 
-def _entries(effect: str, owner: str, robot: Robot, data: Dataset) -> Iterator[Name]:
+def _entries(effect: str, owner: str, robot: Robot, data: Dataset) -> Iterator[Hypothesis]:
     """The variants of one effect and owner; InvalidInput where the data lack a column."""
     bare: Spec = {"effect": effect, "owner": owner}
     traits = traits_of(effect)
@@ -160,26 +160,26 @@ def _entries(effect: str, owner: str, robot: Robot, data: Dataset) -> Iterator[N
     for column in known.extra if known else ():
         if column not in data.extra:
             raise InvalidInput(f"{effect} needs the column {column}")
-    yield Name(entry)
+    yield Hypothesis(entry)
     if "lag_s" in traits.among_parameters and data.time is not None:
         yield from _late(entry, data.time)
 
 
-def _corners(bare: Spec, robot: Robot, data: Dataset) -> Iterator[Name]:
+def _corners(bare: Spec, robot: Robot, data: Dataset) -> Iterator[Hypothesis]:
     """Places where a compliance may bend; the critical load itself follows from the loads of a fit."""
     for corner in rules.CORNER_QUANTILES:
-        yield Name({**bare, "corner": corner}, f"corner={corner}")
+        yield Hypothesis({**bare, "corner": corner}, f"corner={corner}")
 
 
-def _late(entry: Spec, time: FloatArray) -> Iterator[Name]:
+def _late(entry: Spec, time: FloatArray) -> Iterator[Hypothesis]:
     """The same with heat that reaches the metal late."""
     for share in rules.LAG_SHARES:
         lag = float(f"{share * np.ptp(time):.4g}")
         if lag > 0:
-            yield Name({**entry, "lag_s": lag}, f"lag_s={lag:g}")
+            yield Hypothesis({**entry, "lag_s": lag}, f"lag_s={lag:g}")
 
 
-def _steps(bare: Spec, robot: Robot, data: Dataset) -> Iterator[Name]:
+def _steps(bare: Spec, robot: Robot, data: Dataset) -> Iterator[Hypothesis]:
     """Moments over the time of the data; the search goes on from the best of them to the best between two rows."""
     if data.time is None:
         raise InvalidInput(f"{label(bare)} needs the column time_s")
@@ -188,14 +188,14 @@ def _steps(bare: Spec, robot: Robot, data: Dataset) -> Iterator[Name]:
         raise InvalidInput(f"{label(bare)} needs more moments")
     places = np.unique(np.linspace(0, len(inner) - 1, rules.STEP_MOMENTS).round().astype(int))
     for at in inner[places]:
-        yield Name({**bare, "at_s": float(at)}, f"at_s={at:.6g}")
+        yield Hypothesis({**bare, "at_s": float(at)}, f"at_s={at:.6g}")
 
 
-def _waves(bare: Spec, robot: Robot, data: Dataset) -> Iterator[Name]:
+def _waves(bare: Spec, robot: Robot, data: Dataset) -> Iterator[Hypothesis]:
     return harmonics(bare, robot, data, rules.WAVE_ORDERS)
 
 
-def harmonics(bare: Spec, robot: Robot, data: Dataset, orders: Collection[float]) -> Iterator[Name]:
+def harmonics(bare: Spec, robot: Robot, data: Dataset, orders: Collection[float]) -> Iterator[Hypothesis]:
     """A wave of each order of which at least half a period fits into both the joint's limits and the data's range."""
     joint = int(bare["owner"].removeprefix("joint")) - 1
     span = float(np.ptp(data.q[:, joint]))
@@ -203,7 +203,7 @@ def harmonics(bare: Spec, robot: Robot, data: Dataset, orders: Collection[float]
         if order >= 1 and order * span > math.pi:
             entry = {**bare, "order": float(order)}
             try:
-                yield Name(with_origins(entry, robot, data), f"order={order:g}")
+                yield Hypothesis(with_origins(entry, robot, data), f"order={order:g}")
             except InvalidInput:
                 continue
 
@@ -213,7 +213,7 @@ def without_masses(robot: Robot) -> bool:
     return not any(float((joint.get("link") or {}).get("mass_kg", 0.0)) > 0 for joint in robot.spec["joints"])
 
 
-_VARIANTS: dict[str, Callable[[Spec, Robot, Dataset], Iterator[Name]]] = {
+_VARIANTS: dict[str, Callable[[Spec, Robot, Dataset], Iterator[Hypothesis]]] = {
     "order": _waves,
     "at_s": _steps,
     "critical": _corners,

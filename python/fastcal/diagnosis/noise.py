@@ -53,7 +53,7 @@ class RichFit:
     wrong: IntArray
 
 
-def quieted(problem: Problem, at: Fit, option: float | None) -> tuple[Problem, NoiseLevel]:
+def with_estimated_noise(problem: Problem, at: Fit, option: float | None) -> tuple[Problem, NoiseLevel]:
     """The problem with the noise that a rich model leaves at a fit, and without the rows that it can't reach.
 
     Where the rows claim too little, a variance common to all is added, and the sum scaled to what the rich fit leaves.
@@ -70,11 +70,11 @@ def quieted(problem: Problem, at: Fit, option: float | None) -> tuple[Problem, N
         rich = rich_fit(whole, blocks(whole))
     level = known or noise_level(every, rich, problem.data, option)
     used = every.used.copy()
-    used[every.rows[lone(rich.wrong, every.kept)]] = False
+    used[every.rows[isolated_rows(rich.wrong, every.kept)]] = False
     return replace(every, used=used, noise=level.noise), level
 
 
-def lone(wrong: IntArray, data: Dataset) -> IntArray:
+def isolated_rows(wrong: IntArray, data: Dataset) -> IntArray:
     """Those of the rows `wrong` that do not stand in a run of OUTLIER_RUN or more, one measured after the other.
 
     Where every row of a stretch of time is off, something moved: that is an effect and no outliers. A run goes on over
@@ -208,7 +208,7 @@ def _without_outliers(X: FloatArray, r: FloatArray, row: IntArray) -> RichFit:
     return RichFit(mean_square, freedom, wrong)
 
 
-def off_by(A: FloatArray, r: FloatArray, row: IntArray, wrong: IntArray) -> tuple[FloatArray, IntArray]:
+def studentized_residuals(A: FloatArray, r: FloatArray, row: IntArray, wrong: IntArray) -> tuple[FloatArray, IntArray]:
     """`studentized` for a linear problem that is fitted to all rows but those that are `wrong`."""
     length = np.linalg.norm(A, axis=0)
     solved = _solved(A[:, length > 0] / length[length > 0], r, (~np.isin(row, wrong)).astype(float))

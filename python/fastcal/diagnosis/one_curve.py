@@ -17,16 +17,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.diagnosis import rules
-from fastcal.diagnosis.library import Name
+from fastcal.diagnosis.library import Hypothesis
 from fastcal.diagnosis.periodic import is_periodic
-from fastcal.diagnosis.search import Search, State
+from fastcal.diagnosis.search import Search, SearchNode
 from fastcal.surrogate.evidence import Beside
 from fastcal.surrogate.features import features
 
 FloatArray = NDArray[np.float64]
 
 
-def waves_of_one_curve(search: Search, state: State) -> tuple[str, State] | None:
+def waves_of_one_curve(search: Search, state: SearchNode) -> tuple[str, SearchNode] | None:
     """A joint of which a set names several waves that are one curve, and the set without them; None: no joint is."""
     names = state.names
     for owner in sorted({name.owner for name in names}):
@@ -39,7 +39,7 @@ def waves_of_one_curve(search: Search, state: State) -> tuple[str, State] | None
     return None
 
 
-def is_one_curve(search: Search, state: State, waves: Sequence[Name]) -> bool:
+def is_one_curve(search: Search, state: SearchNode, waves: Sequence[Hypothesis]) -> bool:
     """Is one curve over their joint's position likelier than these waves of a set? One wave is no curve."""
     if len(waves) < 2:
         return False
@@ -65,13 +65,13 @@ def is_one_curve(search: Search, state: State, waves: Sequence[Name]) -> bool:
     return of_curve > of_waves
 
 
-def without(search: Search, state: State, names: Sequence[Name]) -> State:
+def without(search: Search, state: SearchNode, names: Sequence[Hypothesis]) -> SearchNode:
     """A set without some of its names."""
     rest = [name for name in state.names if name not in names]
     return search.state(rest, state) if rest else search.start
 
 
-def _functions(name: Name, q: FloatArray) -> FloatArray:
+def _functions(name: Hypothesis, q: FloatArray) -> FloatArray:
     """(N, 1 or 2) of mean square about 1: sine and cosine of a wave, or the straight line of a ratio."""
     if "order" in name.entry:
         angle = float(name.entry["order"]) * q

@@ -20,7 +20,7 @@ from fastcal.diagnosis.blocks import Blocks
 from fastcal.diagnosis.fits import Fit
 from fastcal.diagnosis.problem import core_entry, prepared_problem
 from fastcal.diagnosis.row_projections import Effect, Reading
-from fastcal.diagnosis.search import Search, State
+from fastcal.diagnosis.search import Search, SearchNode
 from fastcal.effects.entries import build_effects, core_options, traits_of
 from fastcal.effects.traits import filled
 from fastcal.robot.robot import Spec
@@ -58,7 +58,7 @@ class PartialResidual:
     left_out: int = 0
 
 
-def final_state(found: Diagnosis) -> State:
+def final_state(found: Diagnosis) -> SearchNode:
     """The state with everything that was found in it; joint profiles come after the search and are fitted once more."""
     if not any(traits_of(f.effect).role == "curve" for f in found.effects):
         return found.state
@@ -67,14 +67,14 @@ def final_state(found: Diagnosis) -> State:
     return Search(again.with_rows(problem.used)).start
 
 
-def of_finding(state: State, finding: Finding) -> PartialResidual:
+def of_finding(state: SearchNode, finding: Finding) -> PartialResidual:
     """The partial residual of one effect that is in the fit."""
     fit = state.fit
     entry, place = _entry(fit, finding)
     return _of_effect(Effect.fitted(fit, place), entry, state.blocks)
 
 
-def of_rest(state: State, owner: str, depends_on: tuple[str, ...]) -> PartialResidual | None:
+def of_rest(state: SearchNode, owner: str, depends_on: tuple[str, ...]) -> PartialResidual | None:
     """The block without a name that explains most of what remains; None where the state has none like it."""
     blocks, fit = state.blocks, state.fit
     at = [k for k, g in enumerate(blocks.generics) if (g.owner, g.curves.depends_on) == (owner, depends_on)]

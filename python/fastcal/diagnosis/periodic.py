@@ -17,28 +17,28 @@ from numpy.typing import NDArray
 from fastcal import _core
 from fastcal.calibration.evaluation import pose_groups
 from fastcal.diagnosis import rules
-from fastcal.diagnosis.library import Name, harmonics
-from fastcal.diagnosis.tails import p_values
+from fastcal.diagnosis.library import Hypothesis, harmonics
+from fastcal.diagnosis.tail_probabilities import p_values
 from fastcal.effects.entries import curve_of, effect_names, traits_of
 
 if TYPE_CHECKING:
-    from fastcal.diagnosis.search import Search, State
+    from fastcal.diagnosis.search import Search, SearchNode
 
 FloatArray = NDArray[np.float64]
 
 
-def is_periodic(name: Name) -> bool:
+def is_periodic(name: Hypothesis) -> bool:
     """Is it a piece of what a curve over the joint's position would do as a whole: a wave, a slope?"""
     return name.effect in traits_of(curve_of("joint")).generalizes
 
 
-def scan(state: State) -> list[Name]:
+def scan(state: SearchNode) -> list[Hypothesis]:
     """Waves of orders beyond the library's that are significant at a fit, the highest peaks of each revolute joint."""
     problem = state.fit.problem
     A, r, row = state.fit.whitened
     measured = row >= 0
     waves_of_a_joint = [effect for effect in effect_names() if traits_of(effect).is_wave]
-    found: list[Name] = []
+    found: list[Hypothesis] = []
     for joint, kind in enumerate(problem.start.robot.joint_types):
         q = problem.kept.q[:, joint]
         span = float(np.ptp(q))
@@ -80,7 +80,7 @@ def _peaks(
     return out
 
 
-def waves(search: Search) -> State | None:
+def waves(search: Search) -> SearchNode | None:
     """The set of all significant waves, where the errors are those of many waves; None where they are not.
 
     The first effects that a forward selection picks must all be periodic, more than a search of sets could hold, and
@@ -97,7 +97,7 @@ def waves(search: Search) -> State | None:
     return search.state([start.blocks.names[i] for i in chosen], start)
 
 
-def forward(state: State, among: list[int], most: int) -> list[int]:
+def forward(state: SearchNode, among: list[int], most: int) -> list[int]:
     """Blocks in the order in which each explains most beyond those before it, while that is significant."""
     added: list[int] = []
     while len(added) < most:
@@ -112,7 +112,7 @@ def forward(state: State, among: list[int], most: int) -> list[int]:
     return added
 
 
-def _held_out_share(state: State, chosen: list[int]) -> float:
+def _held_out_share(state: SearchNode, chosen: list[int]) -> float:
     """Mean square of held-out poses with the blocks, over that without."""
     A, r, row = state.fit.whitened
     groups = pose_groups(state.fit.problem.kept)

@@ -14,10 +14,10 @@ import numpy as np
 from fastcal.calibration.simulation import simulate
 from fastcal.diagnosis import rules, sensitivity
 from fastcal.diagnosis.fits import fit
-from fastcal.diagnosis.library import Name, Untestable, build_library, parse_exclusions
+from fastcal.diagnosis.library import Hypothesis, Untestable, build_library, parse_exclusions
 from fastcal.diagnosis.problem import Noise, prepared_problem
-from fastcal.diagnosis.result import Smallest
-from fastcal.diagnosis.search import Search, State
+from fastcal.diagnosis.result import DetectableEffect
+from fastcal.diagnosis.search import Search, SearchNode
 from fastcal.effects.traits import filled
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
@@ -47,7 +47,7 @@ class SeparatingPlan:
     file: str = "next_poses.csv"
 
 
-def separating_plan(best: State, rivals: Sequence[Sequence[Name]]) -> SeparatingPlan | None:
+def separating_plan(best: SearchNode, rivals: Sequence[Sequence[Hypothesis]]) -> SeparatingPlan | None:
     """Poses within the joint ranges and with the payloads of the data, for the pairs of names that can't be told apart.
 
     Args:
@@ -61,7 +61,7 @@ def separating_plan(best: State, rivals: Sequence[Sequence[Name]]) -> Separating
     return None
 
 
-def _plan(best: State, member: Name, others: list[Name]) -> SeparatingPlan:
+def _plan(best: SearchNode, member: Hypothesis, others: list[Hypothesis]) -> SeparatingPlan:
     from fastcal.design.separation import separating_poses
 
     problem = best.fit.problem
@@ -111,7 +111,7 @@ def _claim(data: Dataset) -> float:
     return 0.0 if data.sigma_position is None else float(np.sqrt(np.nanmean(data.sigma_position**2)))
 
 
-def _candidates(robot: Robot, data: Dataset, causes: Sequence[Name]) -> Candidates:
+def _candidates(robot: Robot, data: Dataset, causes: Sequence[Hypothesis]) -> Candidates:
     """Random postures within the ranges that were measured, the payloads at hand, directions where they matter."""
     from fastcal.design.candidates import joint_ranges, postures, with_conditions
 
@@ -124,13 +124,13 @@ def _candidates(robot: Robot, data: Dataset, causes: Sequence[Name]) -> Candidat
     return with_conditions(q, [float(p) for p in payloads], approached_joints(causes), rules.PLAN_CANDIDATES, _SEED)
 
 
-def approached_joints(causes: Sequence[Name]) -> list[int]:
+def approached_joints(causes: Sequence[Hypothesis]) -> list[int]:
     """Joints, from 0, for whose direction of approach one of the causes asks."""
     on = [filled(variable, cause.owner) for cause in causes for variable in cause.traits.depends_on]
     return [int(name.removeprefix("approach")) - 1 for name in on if name.startswith("approach")]
 
 
-def _sentence(chosen: Candidates, before: float, after: float, causes: Sequence[Name]) -> str:
+def _sentence(chosen: Candidates, before: float, after: float, causes: Sequence[Hypothesis]) -> str:
     payloads = sorted({float(p) for p in chosen.payload})
     carried = " and ".join(f"{p:g}" for p in payloads)
     names = ", ".join(repr(cause) for cause in causes)
@@ -157,7 +157,7 @@ class Foresight:
             largest first.
     """
 
-    smallest: list[Smallest]
+    smallest: list[DetectableEffect]
     untestable: list[Untestable]
     confused: list[tuple[str, str, float]]
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from fastcal import _core
 from fastcal.calibration.alignment import measurements, noise_by_observation
 from fastcal.calibration.problem import CalibrationProblem, prepare
-from fastcal.diagnosis.library import Name, without_masses
+from fastcal.diagnosis.library import Hypothesis, without_masses
 from fastcal.effects.entries import build_effects, effect_names, effect_owners, traits_of
 from fastcal.measurements.conditions import build_samples, condition_columns
 from fastcal.measurements.dataset import Dataset
@@ -48,7 +48,7 @@ class Problem:
     start: CalibrationProblem
     data: Dataset
     used: NDArray[np.bool_]
-    names: list[Name]
+    names: list[Hypothesis]
     noise: Noise
     threads: int = 1
 
@@ -120,7 +120,7 @@ class Problem:
         return replace(self, noise=noise)
 
 
-def prepared_problem(robot: Robot, data: Dataset, names: list[Name], noise: Noise, threads: int) -> Problem:
+def prepared_problem(robot: Robot, data: Dataset, names: list[Hypothesis], noise: Noise, threads: int) -> Problem:
     """All measured rows, base and tool fitted."""
     start = prepare(robot, data, effects="geometry", threads=threads)
     return Problem(start, data, data.measured, names, noise, threads)

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from plotly.graph_objects import Figure
 
     from fastcal.diagnosis.plan import SeparatingPlan
-    from fastcal.diagnosis.search import Search, State
+    from fastcal.diagnosis.search import Search, SearchNode
 
 FloatArray = NDArray[np.float64]
 
@@ -96,7 +96,7 @@ class GapStep:
 
 
 @dataclass(frozen=True)
-class Refusal:
+class RankedHypothesis:
     """A name that was looked at, and why it is not given.
 
     Attributes:
@@ -114,7 +114,7 @@ class Refusal:
 
 
 @dataclass(frozen=True)
-class Smallest:
+class DetectableEffect:
     """The smallest effect that these data would have shown four times in five, in the unit of its name."""
 
     effect: str
@@ -161,12 +161,12 @@ class Diagnosis(Plotted):
     sigma_source: str
     sigma_note: str
     gap: list[GapStep]
-    ranking: list[Refusal]
-    smallest: list[Smallest]
+    ranking: list[RankedHypothesis]
+    smallest: list[DetectableEffect]
     confusion: tuple[list[str], FloatArray]
     steps: list[AdaptedModel]
     search: Search
-    state: State
+    state: SearchNode
     plan: SeparatingPlan | None = None
     notes: list[str] = field(default_factory=list)
 

@@ -20,9 +20,9 @@ from fastcal.calibration.evaluation import pose_groups
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.adaptation import values
 from fastcal.diagnosis.fits import Fit, fit
-from fastcal.diagnosis.library import Name
+from fastcal.diagnosis.library import Hypothesis
 from fastcal.diagnosis.problem import Problem, core_entry, prepared_problem
-from fastcal.diagnosis.search import Search, State
+from fastcal.diagnosis.search import Search, SearchNode
 from fastcal.effects.entries import curve_of
 from fastcal.robot.robot import Robot, Spec
 
@@ -39,13 +39,13 @@ class Model:
         calibration: With the profiles, which `fit` is the whitened problem of; without any None and that of the set.
     """
 
-    state: State
+    state: SearchNode
     profiles: list[Spec]
     calibration: CalibrationResult | None
     fit: Fit
 
 
-def best_predicting(robot: Robot, search: Search, best: State, curved: Sequence[Spec]) -> Model:
+def best_predicting(robot: Robot, search: Search, best: SearchNode, curved: Sequence[Spec]) -> Model:
     """The set that was found, or the rival that predicts held-out rows better.
 
     Args:
@@ -78,7 +78,7 @@ def _is_better(rival: FloatArray, incumbent: FloatArray) -> bool:
     return bool(gain.mean() > rules.MIN_RIVAL_GAIN * gain.std(ddof=1) / np.sqrt(len(gain)))
 
 
-def _with_profiles(robot: Robot, state: State, profiles: list[Spec]) -> Model | None:
+def _with_profiles(robot: Robot, state: SearchNode, profiles: list[Spec]) -> Model | None:
     """The set and profiles, calibrated: how curved they are and what is geometry's is for the calibration to find.
 
     None where it does not converge, or where an effect of the set has size zero beside the profiles.
@@ -99,7 +99,7 @@ def _with_profiles(robot: Robot, state: State, profiles: list[Spec]) -> Model | 
     return Model(state, profiles, found, fit(again.with_rows(problem.used), []))
 
 
-def _is_nil(model: Robot, name: Name) -> bool:
+def _is_nil(model: Robot, name: Hypothesis) -> bool:
     """Is an effect of a calibrated robot at a bound of zero?"""
     return not any(value.value for value in values(model, name.entry).values())
 

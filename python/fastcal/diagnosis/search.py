@@ -21,10 +21,10 @@ from fastcal.calibration.change_point import find_step
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.blocks import Blocks, blocks
 from fastcal.diagnosis.fits import Fit, fit
-from fastcal.diagnosis.library import Key, Name, without_masses
+from fastcal.diagnosis.library import Hypothesis, Key, without_masses
 from fastcal.diagnosis.periodic import forward, waves
 from fastcal.diagnosis.problem import Problem
-from fastcal.diagnosis.tails import p_values
+from fastcal.diagnosis.tail_probabilities import p_values
 from fastcal.effects.entries import traits_of
 
 FloatArray = NDArray[np.float64]
@@ -39,14 +39,14 @@ class Family:
 
 
 @dataclass(frozen=True, eq=False)
-class State:
+class SearchNode:
     """A set of names, its fit, and what is significant beyond it."""
 
     fit: Fit
     family: Family
 
     @property
-    def names(self) -> tuple[Name, ...]:
+    def names(self) -> tuple[Hypothesis, ...]:
         """The added names."""
         return self.fit.added
 
@@ -87,7 +87,7 @@ class State:
         level = rules.ALPHA_FURTHER if self.names else rules.ALPHA_DETECT
         return not self.impossible and not self.significant(level / 2, level / 2)
 
-    def stands_beside(self, best: State) -> bool:
+    def is_compatible_with(self, best: SearchNode) -> bool:
         """No block is significant at the levels of a confidence set but those that the best set leaves too."""
         left = {best.blocks.title(i) for i in best.significant(rules.ALPHA_NAMED, rules.ALPHA_GENERIC)}
         return not self.impossible and all(
@@ -116,28 +116,28 @@ class Search:
     """Remembers every set that was fitted."""
 
     problem: Problem
-    say: Callable[[str], None] = lambda text: None
+    notify: Callable[[str], None] = lambda text: None
     most: int = field(default_factory=lambda: rules.MAX_EFFECTS)
-    seen: dict[tuple[str, ...], State] = field(default_factory=dict)
+    seen: dict[tuple[str, ...], SearchNode] = field(default_factory=dict)
 
     @cached_property
-    def start(self) -> State:
+    def start(self) -> SearchNode:
         """Nothing added."""
-        first = State(fit(self.problem, []), Family(1.0, 1.0))
+        first = SearchNode(fit(self.problem, []), Family(1.0, 1.0))
         count, rank = first.blocks.count, np.asarray(first.blocks.tests.scores.rank)
         # Far in the tail, tests that look alike rarely pass together: each counts.
         causes = {n.cause for n, r in zip(first.blocks.names, rank, strict=False) if r > 0}
-        state = State(first.fit, Family(max(len(causes), 1.0), max(float(np.sum(rank[count:] > 0)), 1.0)))
+        state = SearchNode(first.fit, Family(max(len(causes), 1.0), max(float(np.sum(rank[count:] > 0)), 1.0)))
         state.__dict__["blocks"] = first.blocks
         return state
 
-    def grow(self) -> list[list[State]]:
+    def grow(self) -> list[list[SearchNode]]:
         """Sets of 0, 1, ... names, the best of each size first, until one suffices or `most` are in; or many waves."""
         levels = [[self.start]]
         if not self.start.suffices and (many := waves(self)) is not None:
             return [*levels, [many]]
         while not any(state.suffices for state in levels[-1]) and len(levels) <= self.most:
-            children: dict[tuple[str, ...], State] = {}
+            children: dict[tuple[str, ...], SearchNode] = {}
             for state in levels[-1][: rules.BEAM_WIDTH]:
                 for names in self.next_sets(state, rules.CHILDREN_PER_NODE):
                     child = self.state(names, state)
@@ -152,13 +152,13 @@ class Search:
             levels.append(
                 [c for k, c in enumerate(ranked) if k < rules.BEAM_WIDTH or c.bic < ranked[0].bic + rules.DECISIVE_BIC]
             )
-            self.say(f"{len(levels) - 1} effects: {', '.join(ranked[0].key)}")
+            self.notify(f"{len(levels) - 1} effects: {', '.join(ranked[0].key)}")
         if len(levels) > self.most and not any(state.suffices for state in levels[-1]):
             seeds = [min(levels[-1], key=lambda s: s.bic), *self.yielding_joints()]
             levels.append([self.grown_on(seed) for seed in seeds])
         return levels
 
-    def yielding_joints(self) -> list[State]:
+    def yielding_joints(self) -> list[SearchNode]:
         """The set of all joints that give under load, each of which explains more beyond the others; at most one."""
         found = self.start.blocks
         among = [
@@ -169,7 +169,7 @@ class Search:
         chosen = forward(self.start, among, len(among)) if among else []
         return [self.state([found.names[i] for i in chosen], self.start)] if len(chosen) > 1 else []
 
-    def grown_on(self, state: State) -> State:
+    def grown_on(self, state: SearchNode) -> SearchNode:
         """A set with more names, one at a time, its members exchanged after each, while BIC falls by DECISIVE_BIC.
 
         A wrong first name, such as a link that bends where two joints yield, gives way once the others are in.
@@ -185,7 +185,7 @@ class Search:
             state = more
         return state
 
-    def _exchanged(self, state: State) -> State:
+    def _exchanged(self, state: SearchNode) -> SearchNode:
         """The set with members exchanged for likelier names, one at a time, until none is better by DECISIVE_BIC."""
         for _ in range(rules.MAX_EFFECTS_GROWN):
             others = [
@@ -199,13 +199,13 @@ class Search:
             state = best
         return state
 
-    def _is_earned(self, child: State, parent: State) -> bool:
+    def _is_earned(self, child: SearchNode, parent: SearchNode) -> bool:
         """Is what a set explains beyond another still significant when it is fitted? A score may promise too much."""
         drop = np.array([parent.fit.remaining - child.fit.remaining])
         more = np.array([child.size - parent.size], dtype=np.int32)
         return bool(p_values(drop, more, self.problem.noise.freedom)[0] < rules.ALPHA_NAMED / self.start.family.named)
 
-    def next_sets(self, state: State, count: int) -> list[tuple[Name, ...]]:
+    def next_sets(self, state: SearchNode, count: int) -> list[tuple[Hypothesis, ...]]:
         """Sets with one name more, or a richer name in place of one, the most promising names first."""
         tests = state.blocks.tests
         gain = np.asarray(tests.scores.statistic)[: state.blocks.count]
@@ -213,7 +213,7 @@ class Search:
         p = state.p_values[: state.blocks.count]
         worth = state.blocks.worth(gain, rank, np.arange(len(gain)))
         order = np.argsort(-worth, kind="stable")
-        out: list[tuple[Name, ...]] = []
+        out: list[tuple[Hypothesis, ...]] = []
         causes: set[tuple[Any, ...]] = set()
         best_of: dict[Key, float] = {}
         for name, value in zip(state.blocks.names, worth, strict=True):
@@ -242,7 +242,7 @@ class Search:
                 causes.update(n.cause for n in simple)
         return out
 
-    def _refined(self, name: Name, state: State) -> Name:
+    def _refined(self, name: Hypothesis, state: SearchNode) -> Hypothesis:
         """A step at the moment of all between two rows that explains most; other names as they are."""
         data = self.problem.kept
         if "at_s" not in name.entry or data.time is None:
@@ -250,16 +250,16 @@ class Search:
         A, r, row = state.fit.whitened
         measured = row >= 0
         at, _ = find_step(A[measured], state.blocks.frames["base"], -r[measured], row[measured], data.time)
-        return Name({**name.entry, "at_s": at}, f"at_s={at:.6g}")
+        return Hypothesis({**name.entry, "at_s": at}, f"at_s={at:.6g}")
 
-    def state(self, names: Sequence[Name], near: State) -> State:
+    def state(self, names: Sequence[Hypothesis], near: SearchNode) -> SearchNode:
         """The fit of a set, from a fit of nearly the same."""
         key = tuple(sorted(map(repr, names)))
         if key not in self.seen:
-            self.seen[key] = State(fit(self.problem, names, near.fit), self.start.family)
+            self.seen[key] = SearchNode(fit(self.problem, names, near.fit), self.start.family)
         return self.seen[key]
 
-    def pruned(self, state: State) -> State:
+    def pruned(self, state: SearchNode) -> SearchNode:
         """A set without the names that it can do without.
 
         Where it suffices, those without which it does too; where something remains, those below
@@ -274,21 +274,21 @@ class Search:
             state = fewer
         return state
 
-    def without(self, state: State, name: Name) -> State:
+    def without(self, state: SearchNode, name: Hypothesis) -> SearchNode:
         """A set without one of its names."""
         rest = [n for n in state.names if n is not name]
         return self.state(rest, state) if rest else self.start
 
-    def alternatives(self, best: State) -> list[list[State]]:
+    def alternatives(self, best: SearchNode) -> list[list[SearchNode]]:
         """For each member of a set that stands, the sets that stand as well with another name in its place."""
         return [self._replacements(best, self.without(best, member), member) for member in best.names]
 
-    def _replacements(self, best: State, base: State, member: Name) -> list[State]:
+    def _replacements(self, best: SearchNode, base: SearchNode, member: Hypothesis) -> list[SearchNode]:
         worth = base.fit.remaining - best.fit.remaining
         scores = base.blocks.tests.scores
         statistic, rank = np.asarray(scores.statistic), np.asarray(scores.rank)
         enough = rules.REPLACEMENT_SHARE * max(worth, 0.0)
-        found: list[tuple[Name, State]] = []
+        found: list[tuple[Hypothesis, SearchNode]] = []
         keys: set[Key] = {member.key}
         order = np.argsort(-statistic[: base.blocks.count], kind="stable")
         tried = 0
@@ -302,7 +302,7 @@ class Search:
             tried += 1
             state = self.state((*base.names, self._refined(name, base)), best)
             # One of more parameters that fits no worse is refused by its parameters alone: too little to call it wrong.
-            if state.stands_beside(best) and (
+            if state.is_compatible_with(best) and (
                 state.bic < best.bic + rules.DECISIVE_BIC or state.fit.remaining <= best.fit.remaining
             ):
                 found.append((name, state))

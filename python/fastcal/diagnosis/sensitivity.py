@@ -12,10 +12,10 @@ from scipy import special
 
 from fastcal import _core
 from fastcal.diagnosis import rules
-from fastcal.diagnosis.library import Key, Library, Name, Untestable, needs
-from fastcal.diagnosis.result import Refusal, Smallest
-from fastcal.diagnosis.search import Search, State
-from fastcal.diagnosis.tails import p_values
+from fastcal.diagnosis.library import Hypothesis, Key, Library, Untestable, needs
+from fastcal.diagnosis.result import DetectableEffect, RankedHypothesis
+from fastcal.diagnosis.search import Search, SearchNode
+from fastcal.diagnosis.tail_probabilities import p_values
 from fastcal.effects.entries import build_effects, edge_name, edge_unit
 from fastcal.units import from_si
 
@@ -34,7 +34,7 @@ def untestable(search: Search, library: Library) -> list[Untestable]:
     ]
 
 
-def smallest(state: State) -> list[Smallest]:
+def smallest(state: SearchNode) -> list[DetectableEffect]:
     """For each parameter of each name the size that would be detected four times in five, alone, in these data.
 
     Size = root of the noncentrality at which some block, the name's own or another that looks like it, passes its limit
@@ -51,16 +51,18 @@ def smallest(state: State) -> list[Smallest]:
             told.setdefault(name.key, i)
     columns = [int(c) for i in told.values() for c in range(first[i], first[i + 1])]
     roots = dict(zip(columns, found.tests.detectable(columns, _limits(state), rules.DETECTION_POWER), strict=True))
-    out: list[Smallest] = []
+    out: list[DetectableEffect] = []
     for i in told.values():
         part = slice(first[i], first[i + 1])
         root = np.array([roots[c] for c in range(part.start, part.stop)])
         name = found.names[i]
-        out += [Smallest(*name.key, parameter, value) for parameter, value in _sizes(name, length[part], root, core)]
+        out += [
+            DetectableEffect(*name.key, parameter, value) for parameter, value in _sizes(name, length[part], root, core)
+        ]
     return out
 
 
-def _limits(state: State) -> FloatArray:
+def _limits(state: SearchNode) -> FloatArray:
     """(blocks,) statistics from which on something is detected."""
     found = state.blocks
     rank = np.maximum(np.asarray(found.tests.scores.rank), 1)
@@ -72,7 +74,9 @@ def _limits(state: State) -> FloatArray:
     return np.asarray(rank * special.fdtri(rank, freedom, 1 - level))
 
 
-def _sizes(name: Name, length: FloatArray, root: FloatArray, core: _core.RobotModel) -> Iterable[tuple[str, float]]:
+def _sizes(
+    name: Hypothesis, length: FloatArray, root: FloatArray, core: _core.RobotModel
+) -> Iterable[tuple[str, float]]:
     """Parameter and size, of those that the fit does not absorb."""
     if name.traits.is_wave:  # of any phase
         yield f"amplitude_rad of {name.variant or 'the wave'}", float(np.mean(root) / np.sqrt(np.mean(length**2)))
@@ -84,7 +88,7 @@ def _sizes(name: Name, length: FloatArray, root: FloatArray, core: _core.RobotMo
             yield edge_name(parameter, geometry=False), value
 
 
-def ranking(search: Search, best: State) -> list[Refusal]:
+def ranking(search: Search, best: SearchNode) -> list[RankedHypothesis]:
     """Names by what each alone explains over the calibrated geometry, and why it is not given."""
     start = search.start
     found = start.blocks
@@ -95,7 +99,7 @@ def ranking(search: Search, best: State) -> list[Refusal]:
     estimate = np.asarray(found.tests.estimate)
     first = np.concatenate([[0], np.cumsum(found.sizes)])
     core = start.fit.problem.start.model.robot
-    out: list[Refusal] = []
+    out: list[RankedHypothesis] = []
     seen: set[tuple[str, str]] = set()
     for i in np.argsort(-found.worth(statistic, rank, np.arange(found.count)), kind="stable"):
         name = found.names[i]
@@ -110,7 +114,9 @@ def ranking(search: Search, best: State) -> list[Refusal]:
             for p, v in zip(effect.parameters, estimate[first[i] : first[i + 1]], strict=True)
         }
         share = float(np.clip((statistic[i] - rank[i]) / misfit, 0.0, 1.0))
-        out.append(Refusal(repr(name), float(np.sqrt(statistic[i])), share, values, _reason(search, int(i), given)))
+        out.append(
+            RankedHypothesis(repr(name), float(np.sqrt(statistic[i])), share, values, _reason(search, int(i), given))
+        )
     return out
 
 

@@ -9,15 +9,15 @@ from numpy.typing import NDArray
 
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.result import Unexplained
-from fastcal.diagnosis.search import Search, State
-from fastcal.diagnosis.tails import p_values
+from fastcal.diagnosis.search import Search, SearchNode
+from fastcal.diagnosis.tail_probabilities import p_values
 from fastcal.effects.entries import curve_of
 from fastcal.robot.robot import Robot, Spec
 
 FloatArray = NDArray[np.float64]
 
 
-def curved_joints(best: State) -> list[Spec]:
+def curved_joints(best: SearchNode) -> list[Spec]:
     """A profile for each joint whose error significantly follows its own position, beside those of the joints before.
 
     The joint first whose curve explains most: a curve casts shadows on the other joints.
@@ -96,7 +96,7 @@ def profile_curve(model: Robot, owner: str, q: FloatArray) -> FloatArray:
     return np.asarray((turn + np.pi) % (2 * np.pi) - np.pi)
 
 
-def rest(search: Search, state: State) -> Unexplained:
+def rest(search: Search, state: SearchNode) -> Unexplained:
     """Where what remains is best placed: the block without a name that explains most for the functions it takes."""
     found = state.blocks
     statistic, rank = np.asarray(found.tests.scores.statistic), np.asarray(found.tests.scores.rank)
@@ -109,7 +109,7 @@ def rest(search: Search, state: State) -> Unexplained:
     return Unexplained(block.owner, float(np.clip(share, 0.0, 1.0)), block.curves.depends_on)
 
 
-def one_block_does_better(search: Search, best: State) -> bool:
+def one_block_does_better(search: Search, best: SearchNode) -> bool:
     """Does one block without a name explain more, by BIC, than the names of a set that leaves something?"""
     found = search.start.blocks
     scores = found.tests.scores

@@ -46,7 +46,7 @@ class Posture:
     wrist_negative: bool
 
 
-class Arm:
+class SphericalWristArm:
     """Kinematics without effects that answers on which side of its singularities a posture is.
 
     Ahead is where the wrist centre is at q = 0; up is along axis 1, from the base to the shoulder or else upright.
@@ -116,7 +116,7 @@ def configurations(robot: Robot, q: ArrayLike) -> NDArray[np.str_]:
     axis 3 along axis 2 and axis 5 through axis 4.
     """
     rows = np.atleast_2d(np.asarray(q, dtype=float))
-    arm = Arm(robot)
+    arm = SphericalWristArm(robot)
     return arm.words(rows) if arm.has_configurations else np.full(len(rows), "")
 
 

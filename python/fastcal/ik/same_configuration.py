@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.errors import InvalidInput
-from fastcal.ik.posture import Arm, unwound
+from fastcal.ik.posture import SphericalWristArm, unwound
 from fastcal.robot.robot import Robot
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ def in_its_configuration(
     Raises:
         InvalidInput: The arm has no configurations.
     """
-    arm = Arm(model)
+    arm = SphericalWristArm(model)
     if not arm.has_configurations:
         raise InvalidInput(f"{model.name} has no shoulder, elbow and wrist whose configuration could be kept")
     asked = arm.sides(seed)
@@ -69,7 +69,7 @@ def in_its_configuration(
 
 
 def _chain_solutions(
-    arm: Arm,
+    arm: SphericalWristArm,
     T: FloatArray,
     seed: FloatArray,
     asked: BoolArray,

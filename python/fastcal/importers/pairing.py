@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.calibration.calibrate import align, calibrate
-from fastcal.calibration.realign import placed
+from fastcal.calibration.realign import realign
 from fastcal.errors import FastcalError
 from fastcal.importers.sequence import matched
 from fastcal.measurements.dataset import Dataset
@@ -116,11 +116,11 @@ def _fitted(
     """The arm on the pairs, placed or (in later rounds, of enough of them) calibrated; and its misfits (K,) [m]."""
     at, to = (np.array(part) for part in zip(*pairs, strict=True))
     data = Dataset.from_arrays(q[at], position=points[to])
-    arm = placed(robot, data)
+    arm = realign(robot, data)
     off = np.linalg.norm(arm.forward(q[at])[:, :3, 3] - points[to], axis=1)
     near = off <= max(4 * float(np.median(off)), _FINEST_GATE)
     if near.sum() >= FEWEST_ROWS and not near.all():
-        arm = placed(robot, data.select(near))
+        arm = realign(robot, data.select(near))
     if round_ > 1 and near.sum() >= _ENOUGH_TO_CALIBRATE:
         try:
             result = calibrate(robot, data.select(near), loss="tukey")

@@ -16,7 +16,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fastcal.ik.posture import Arm
+from fastcal.ik.posture import SphericalWristArm
 from fastcal.programs import orientation
 from fastcal.programs.program import Document, Move, Number, Program, Target, Word, decimal
 from fastcal.programs.scanning import Piece, number
@@ -53,7 +53,7 @@ class Fanuc:
             text = re.sub(r"^(-?)0\.", r"\1.", text)
         return text
 
-    def branch(self, q: FloatArray, arm: Arm) -> tuple[bool | None, ...]:
+    def branch(self, q: FloatArray, arm: SphericalWristArm) -> tuple[bool | None, ...]:
         """Flip, down, behind."""
         posture = arm.posture(q)
         return posture.wrist_negative, None if posture.elbow_up is None else not posture.elbow_up, posture.behind
@@ -76,7 +76,7 @@ class Fanuc:
             for joint, turn in zip((0, 3, 5), turns, strict=False)
         }
 
-    def words(self, target: Target, q: FloatArray, arm: Arm) -> dict[str, str]:
+    def words(self, target: Target, q: FloatArray, arm: SphericalWristArm) -> dict[str, str]:
         """CONFIG of q."""
         if "CONFIG" not in target.words:
             return {}

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from fastcal.ik.posture import Arm
+from fastcal.ik.posture import SphericalWristArm
 from fastcal.programs import orientation
 from fastcal.programs.program import Document, Move, Number, Program, Target, Word, decimal
 from fastcal.programs.scanning import Piece, blanked, closing, number, split
@@ -52,7 +52,7 @@ class Krl:
         """Four decimals of a millimetre, five of a degree."""
         return decimal(old, value, 4 if old.unit == "mm" else 5)
 
-    def branch(self, q: FloatArray, arm: Arm) -> tuple[bool | None, ...]:
+    def branch(self, q: FloatArray, arm: SphericalWristArm) -> tuple[bool | None, ...]:
         """The three bits of S."""
         posture = arm.posture(q)
         return posture.behind, posture.elbow_up, posture.wrist_negative
@@ -68,7 +68,7 @@ class Krl:
         turn = _bits(target.words["T"])
         return {i: (-2 * math.pi, 0.0) if turn >> i & 1 else (0.0, 2 * math.pi) for i in range(6)}
 
-    def words(self, target: Target, q: FloatArray, arm: Arm) -> dict[str, str]:
+    def words(self, target: Target, q: FloatArray, arm: SphericalWristArm) -> dict[str, str]:
         """S and T of q, in the form in which they stood."""
         out = {}
         branch = self.branch(q, arm)

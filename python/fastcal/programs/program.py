@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.errors import ParseError
-from fastcal.ik.posture import Arm
+from fastcal.ik.posture import SphericalWristArm
 from fastcal.units import from_si, to_si
 
 FloatArray = NDArray[np.float64]
@@ -135,7 +135,7 @@ class Language(Protocol):
     def number(self, old: Number, value: float) -> str:
         """The text of a value in the unit and the form of the number that stood there."""
 
-    def branch(self, q: FloatArray, arm: Arm) -> tuple[bool | None, ...]:
+    def branch(self, q: FloatArray, arm: SphericalWristArm) -> tuple[bool | None, ...]:
         """Which of the (up to eight) solutions of a pose q (n,) is, as the words distinguish them; None: unknown."""
 
     def asked_branch(self, target: Target) -> tuple[bool | None, ...]:
@@ -144,7 +144,7 @@ class Language(Protocol):
     def asked_turns(self, target: Target) -> dict[int, tuple[float, float]]:
         """Between which positions [rad] the words want a joint (from 0): low <= q < high."""
 
-    def words(self, target: Target, q: FloatArray, arm: Arm) -> dict[str, str]:
+    def words(self, target: Target, q: FloatArray, arm: SphericalWristArm) -> dict[str, str]:
         """The words that name the configuration of q, for those that the target has."""
 
 

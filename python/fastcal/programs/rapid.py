@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from fastcal.ik.posture import Arm
+from fastcal.ik.posture import SphericalWristArm
 from fastcal.programs import orientation
 from fastcal.programs.program import Document, Move, Number, Program, Target, Word, decimal
 from fastcal.programs.scanning import NUMBER, Piece, blanked, closing, number, split, trimmed
@@ -53,7 +53,7 @@ class Rapid:
         """Four decimals of a millimetre, five of a degree, nine of a quaternion."""
         return decimal(old, value, {"mm": 4, "deg": 5}.get(old.unit, 9))
 
-    def branch(self, q: FloatArray, arm: Arm) -> tuple[bool | None, ...]:
+    def branch(self, q: FloatArray, arm: SphericalWristArm) -> tuple[bool | None, ...]:
         """The three bits of cfx: behind axis 1, behind the lower arm, axis 5 negative."""
         posture = arm.posture(q)
         return posture.behind, None if posture.elbow_up is None else not posture.elbow_up, posture.wrist_negative
@@ -70,7 +70,7 @@ class Rapid:
         quarters = {joint: round(float(target.words[f"cf{joint + 1}"].text)) for joint in (0, 3, 5) if target.words}
         return {joint: (quarter * _QUARTER, (quarter + 1) * _QUARTER) for joint, quarter in quarters.items()}
 
-    def words(self, target: Target, q: FloatArray, arm: Arm) -> dict[str, str]:
+    def words(self, target: Target, q: FloatArray, arm: SphericalWristArm) -> dict[str, str]:
         """The confdata of q."""
         if not target.words:
             return {}

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from fastcal.ik.posture import Arm
+from fastcal.ik.posture import SphericalWristArm
 from fastcal.programs import orientation
 from fastcal.programs.program import Document, Move, Number, Program, Target
 from fastcal.programs.scanning import Piece, blanked, closing, number, split, trimmed
@@ -49,7 +49,7 @@ class UrScript:
         had = len(old.text.partition(".")[2])
         return f"{round(from_si(value, old.unit), max(digits, had)) + 0.0:.{max(digits, had)}f}"
 
-    def branch(self, q: FloatArray, arm: Arm) -> tuple[bool | None, ...]:
+    def branch(self, q: FloatArray, arm: SphericalWristArm) -> tuple[bool | None, ...]:
         """Nothing distinguishes them."""
         return ()
 
@@ -61,7 +61,7 @@ class UrScript:
         """Nothing is asked."""
         return {}
 
-    def words(self, target: Target, q: FloatArray, arm: Arm) -> dict[str, str]:
+    def words(self, target: Target, q: FloatArray, arm: SphericalWristArm) -> dict[str, str]:
         """There are none."""
         return {}
 

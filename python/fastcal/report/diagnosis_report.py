@@ -47,7 +47,7 @@ from fastcal.report.view import Rows, rows_of
 if TYPE_CHECKING:
     from fastcal.calibration.evaluation import Evaluation
     from fastcal.diagnosis.result import Diagnosis, Finding
-    from fastcal.diagnosis.search import State
+    from fastcal.diagnosis.search import SearchNode
 
 FILES = ("model.yaml", "diagnosis.json", "report.html", "next_poses.csv")
 _FRAME = "the measuring frame"
@@ -208,7 +208,7 @@ def _tiles(found: Diagnosis, floor: float) -> list[tuple[str, str, str]]:
     ]
 
 
-def _card(found: Diagnosis, finding: Finding, state: State) -> _Card:
+def _card(found: Diagnosis, finding: Finding, state: SearchNode) -> _Card:
     seen = partial_residuals.of_finding(state, finding)
     cause = capitalised(cause_in_words(finding.effect, finding.owner))
     drawn = effect_figures.effect_figures(seen, finding.owner, f"effect-{patch_name(finding)[8:-6]}")
@@ -226,7 +226,7 @@ def _card(found: Diagnosis, finding: Finding, state: State) -> _Card:
     )
 
 
-def _rest_figures(found: Diagnosis, state: State) -> list[Figure]:
+def _rest_figures(found: Diagnosis, state: SearchNode) -> list[Figure]:
     if found.unexplained is None:
         return []
     seen = partial_residuals.of_rest(state, found.unexplained.owner, found.unexplained.depends_on)

@@ -17,7 +17,7 @@ from fastcal.report.tables import Cell, Column, Group, Table, capitalised, numbe
 from fastcal.units import from_si
 
 if TYPE_CHECKING:
-    from fastcal.diagnosis.result import Diagnosis, Smallest
+    from fastcal.diagnosis.result import DetectableEffect, Diagnosis
 
 
 def ranking_table(found: Diagnosis) -> Table:
@@ -65,16 +65,16 @@ def smallest_table(found: Diagnosis) -> Table:
     return Table("Smallest effects that these data would have shown", columns, [Group(rows)])
 
 
-def _at(found: Smallest, unit: str, is_one_of_many: bool) -> str:
+def _at(found: DetectableEffect, unit: str, is_one_of_many: bool) -> str:
     size = shop.size_text(unit, found.value)
     return f"{size} ({owner_in_words(found.owner)})" if is_one_of_many else size
 
 
-def _plain(found: Smallest) -> str:
+def _plain(found: DetectableEffect) -> str:
     return found.parameter.partition(" of ")[0]
 
 
-def _kind(found: Smallest) -> tuple[str, str]:
+def _kind(found: DetectableEffect) -> tuple[str, str]:
     return found.effect, shop.kind_in_words(found.effect, shop.split_name(_plain(found))[0])
 
 

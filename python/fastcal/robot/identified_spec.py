@@ -50,7 +50,7 @@ def frame_spec(T: FloatArray) -> Spec:
     }
 
 
-def identified(start: Robot, model: _core.ErrorModel, found: Solution) -> Spec:
+def identified_spec(start: Robot, model: _core.ErrorModel, found: Solution) -> Spec:
     """The robot file of the identified model: the start's, with the found numbers in its own table."""
     theta = np.asarray(found.theta)[: len(model.parameters)]
     own = len(model.robot.parameters)

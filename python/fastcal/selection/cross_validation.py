@@ -20,7 +20,7 @@ from fastcal.calibration.critical_loads import with_critical_loads
 from fastcal.calibration.evaluation import pose_groups
 from fastcal.calibration.parameter_table import length_sigma
 from fastcal.calibration.problem import CalibrationProblem
-from fastcal.calibration.unset_options import with_open_effects_set
+from fastcal.calibration.unset_options import fill_unset_options
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.selection.set_search import Sets
@@ -64,7 +64,7 @@ class CrossValidation:
         loss: str,
         threads: int,
     ) -> None:
-        self._problem = with_open_effects_set(with_critical_loads(start.with_(loss=loss, threads=threads)))
+        self._problem = fill_unset_options(with_critical_loads(start.with_(loss=loss, threads=threads)))
         self.names = self._problem.names
         for name in always:
             if name not in self.names:

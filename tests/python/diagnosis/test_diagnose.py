@@ -13,8 +13,8 @@ import pytest
 from fastcal import InvalidInput, Robot, load_robot, perturbed, random_poses, simulate
 from fastcal.diagnosis import Diagnosis, diagnose
 from fastcal.diagnosis.grading import Evidence, grade
-from fastcal.diagnosis.library import Name, build_library, harmonics, parse_exclusions
-from fastcal.diagnosis.noise import lone, repeats
+from fastcal.diagnosis.library import Hypothesis, build_library, harmonics, parse_exclusions
+from fastcal.diagnosis.noise import isolated_rows, repeats
 from fastcal.effects.entries import build_effects
 from fastcal.measurements.dataset import Dataset
 
@@ -129,7 +129,7 @@ def test_of_what_follows_a_load_only_a_loud_name_is_sure() -> None:
         return Evidence(snr**2, 1, (0.5, 0.01), 1.0, (), **plain)
 
     def graded(effect: str, snr: float) -> str:
-        return grade(proof(snr, effect), Name({"effect": effect, "owner": "joint3"}), (), rest=False)[0]
+        return grade(proof(snr, effect), Hypothesis({"effect": effect, "owner": "joint3"}), (), rest=False)[0]
 
     assert [graded("backlash", snr) for snr in (12.0, 30.0)] == ["B", "A"]
     assert [graded("joint_compliance", snr) for snr in (12.0, 30.0, 60.0)] == ["B", "B", "A"]
@@ -192,12 +192,12 @@ def test_repeats_tell_the_noise_of_a_coordinate() -> None:
 
 def test_rows_that_are_off_one_after_the_other_are_no_outliers() -> None:
     wrong = np.array([3, 10, 11, 12, 13, 15, 50, 51, 53, 54])
-    assert lone(wrong, rows([])).tolist() == [3, 50, 51, 53, 54]
+    assert isolated_rows(wrong, rows([])).tolist() == [3, 50, 51, 53, 54]
     backwards = rows([], time=np.arange(float(ROWS))[::-1].copy())
-    assert lone(wrong, backwards).tolist() == [3, 50, 51, 53, 54]
-    assert lone(wrong[:1], backwards).tolist() == [3]
+    assert isolated_rows(wrong, backwards).tolist() == [3, 50, 51, 53, 54]
+    assert isolated_rows(wrong[:1], backwards).tolist() == [3]
     shuffled = rows([], time=np.random.default_rng(0).permutation(float(ROWS) * np.arange(ROWS)))
-    assert lone(wrong, shuffled).tolist() == wrong.tolist()
+    assert isolated_rows(wrong, shuffled).tolist() == wrong.tolist()
 
 
 def test_the_first_rows_that_are_all_off_hide_no_effect() -> None:

@@ -11,7 +11,7 @@ import pytest
 import fastcal
 from fastcal import Dataset, Robot
 from fastcal.diagnosis.fits import fit
-from fastcal.diagnosis.library import Name
+from fastcal.diagnosis.library import Hypothesis
 from fastcal.diagnosis.problem import Noise, prepared_problem
 from fastcal.diagnosis.unexplained import main_orders, profile_curve
 from fastcal.io.measurements import load_measurements
@@ -85,7 +85,7 @@ def test_a_fit_ends_where_it_ends_whatever_it_starts_from(order: tuple[int, int]
     random = np.random.default_rng(5)
     payload, approach = random.choice([0.0, 250.0, 500.0], 150), random.choice([-1.0, 1.0], (150, 6))
     data = fastcal.simulate(true, Dataset.from_arrays(poses.q, payload=payload, approach=approach), noise=NOISE, seed=6)
-    names = [Name({"effect": e["effect"], "owner": e["owner"]}) for e in (slack, tilt)]
+    names = [Hypothesis({"effect": e["effect"], "owner": e["owner"]}) for e in (slack, tilt)]
     problem = prepared_problem(robot, data, names, Noise((NOISE, 1e-4, NOISE)), 1)
     first, second = (names[k] for k in order)
     whole = fit(problem, names)

@@ -11,7 +11,7 @@ from fastcal.diagnosis import rules
 from fastcal.diagnosis.fits import fit
 from fastcal.diagnosis.grading import borne_out
 from fastcal.diagnosis.library import build_library
-from fastcal.diagnosis.noise import quieted
+from fastcal.diagnosis.noise import with_estimated_noise
 from fastcal.diagnosis.problem import Noise, Problem, prepared_problem
 from fastcal.diagnosis.rivals import folds, held_out_squares
 from fastcal.diagnosis.search import Search
@@ -70,7 +70,7 @@ def test_repeated_poses_say_what_is_noise_whatever_is_missing() -> None:
     for claim, source in ((None, "repeats"), (SIGMA, "column"), (3 * SIGMA, "repeats")):
         rows = data(visits=3, claim=claim, lag=4e-3)
         given = problem(rows, 0.0 if claim else 1e-4)
-        level = quieted(given, fit(given, []), None)[1]
+        level = with_estimated_noise(given, fit(given, []), None)[1]
         assert level.source == source
         assert abs(level.sigma / SIGMA - 1) < 0.15  # 300 differences: 4 % is one standard deviation
 

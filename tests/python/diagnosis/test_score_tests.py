@@ -8,7 +8,7 @@ import statsmodels.api as sm
 from scipy import special, stats
 
 from fastcal import InvalidInput, _core
-from fastcal.diagnosis.tails import p_values
+from fastcal.diagnosis.tail_probabilities import p_values
 
 SIZES = [1, 3, 2]
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fastcal import InvalidInput, Robot, configurations, inverse_kinematics, load_robot, perturbed, random_poses
-from fastcal.ik.posture import Arm
+from fastcal.ik.posture import SphericalWristArm
 from fastcal.robots import available
 
 SIX = [name for name in available() if load_robot(name).joint_types == ["revolute"] * 6]
@@ -18,7 +18,7 @@ SIX = [name for name in available() if load_robot(name).joint_types == ["revolut
 def test_what_the_configuration_says_changes_where_the_jacobian_is_singular_and_nowhere_else(name: str) -> None:
     """det J is the product of what the three signs are taken of and of a number of one sign."""
     robot = load_robot(name)
-    arm = Arm(robot)
+    arm = SphericalWristArm(robot)
     q = np.random.default_rng(1).uniform(-np.pi, np.pi, (4000, 6))
     signs = np.prod(1 - 2.0 * arm.sides(q), axis=1) * np.sign(np.linalg.det(robot.joint_jacobian(q)))
     assert arm.has_configurations

@@ -78,7 +78,7 @@ def the_noise_is_found_from_a_guess() -> None:
     data = measured([COMPLIANCE])
     given = problem(data)
     guessed = given.with_noise(diagnosis._claimed(data, None))
-    _, level = noise.quieted(guessed, fit(guessed, []), None)
+    _, level = noise.with_estimated_noise(guessed, fit(guessed, []), None)
     assert abs(level.sigma / SIGMA - 1) < 0.25
 
 

@@ -18,7 +18,7 @@ from fastcal import _core
 from fastcal.diagnosis import search as search_module
 from fastcal.diagnosis.blocks import Blocks
 from fastcal.diagnosis.generic import Curves, Generic
-from fastcal.diagnosis.library import Name
+from fastcal.diagnosis.library import Hypothesis
 from fastcal.diagnosis.problem import Noise
 from fastcal.diagnosis.search import Search
 
@@ -31,10 +31,10 @@ def columns(count: int, seed: int = 0) -> Array:
     return np.linalg.qr(np.random.default_rng(seed).standard_normal((ROWS, count)))[0]
 
 
-def name(joint: int, effect: str = "backlash", **options: Any) -> Name:
+def name(joint: int, effect: str = "backlash", **options: Any) -> Hypothesis:
     """A cause; its column is what the world says."""
     variant = "".join(f"{key}={value:g}" for key, value in options.items())
-    return Name({"effect": effect, "owner": f"joint{joint}", **options}, variant)
+    return Hypothesis({"effect": effect, "owner": f"joint{joint}", **options}, variant)
 
 
 class World:
@@ -42,7 +42,7 @@ class World:
 
     def __init__(
         self,
-        names: dict[Name, Array],
+        names: dict[Hypothesis, Array],
         measured: Array,
         generics: dict[str, Array] | None = None,
         seed: int = 99,
@@ -60,7 +60,7 @@ class World:
             names=list(self.names), noise=Noise((1.0, 1.0, 1.0)), kept=data, start=start, data=data
         )
 
-    def fit(self, problem: Any, added: Sequence[Name], start: Any = None) -> Any:
+    def fit(self, problem: Any, added: Sequence[Hypothesis], start: Any = None) -> Any:
         """Least squares by the geometry and the added names."""
         X = np.hstack([self.geometry, *(self.names[n] for n in added)])
         first = 3 + np.cumsum([0, *(self.names[n].shape[1] for n in added)])

@@ -75,7 +75,7 @@ def one_row_of_twenty_may_be_an_outlier() -> None:
 def rows_that_are_off_one_after_the_other_have_moved() -> None:
     data = Dataset.from_arrays(np.zeros((POINTS, 1)), time=np.arange(POINTS) * 1.0)
     wrong = np.array([3, 4, 5, 40, 41, 42, 43, 44, 80])
-    assert list(noise.lone(wrong, data)) == [3, 4, 5, 80]
+    assert list(noise.isolated_rows(wrong, data)) == [3, 4, 5, 80]
 
 
 @falls_with(ALPHA_NOISE=1e-30)

@@ -11,7 +11,7 @@ from scipy import special
 
 from fastcal.diagnosis import plan, row_projections, sensitivity, unexplained, words
 from fastcal.diagnosis.result import Finding, NamedValue
-from fastcal.diagnosis.search import Search, State
+from fastcal.diagnosis.search import Search, SearchNode
 
 from .linear_world import World, columns, name
 from .mutants import falls_with
@@ -69,7 +69,7 @@ def poses_confuse_causes_above_a_correlation_of_095() -> None:
 
 
 @cache
-def pair() -> tuple[State, list]:
+def pair() -> tuple[SearchNode, list]:
     """A compliance of joint 2 and a tilt of its bearing: weak, and alike."""
     cause = {"effect": "joint_compliance", "owner": "joint2", "parameters": {"compliance_rad_nm": 1e-6}}
     search = Search(problem(measured([cause])))

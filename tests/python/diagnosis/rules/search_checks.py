@@ -8,16 +8,16 @@ from unittest import mock
 import numpy as np
 
 from fastcal.diagnosis import diagnosis, grading, rivals
-from fastcal.diagnosis.search import Family, State
+from fastcal.diagnosis.search import Family, SearchNode
 
 from .linear_world import ROWS, World, columns, name
 from .mutants import falls_with
 
 
-def state(p: list[float], names: int = 1, added: int = 0) -> State:
+def state(p: list[float], names: int = 1, added: int = 0) -> SearchNode:
     """A set of `added` names that leaves these p values, of `names` names and blocks after them."""
     fit = SimpleNamespace(added=tuple(range(added)))
-    found = State(fit, Family(1.0, 1.0))
+    found = SearchNode(fit, Family(1.0, 1.0))
     found.__dict__["p_values"] = np.array(p)
     found.__dict__["blocks"] = SimpleNamespace(count=names, title=str)
     found.__dict__["impossible"] = False
@@ -46,9 +46,9 @@ def two_of_a_thousand_true_sets_show_something_more() -> None:
 @falls_with(ALPHA_GENERIC=0.5)
 def three_names_and_one_block_of_a_hundred_refuse_a_true_name() -> None:
     clean = state([0.5, 0.5])
-    assert state([0.04, 0.02]).stands_beside(clean)
-    assert not state([0.02, 0.5]).stands_beside(clean)
-    assert not state([0.5, 0.005]).stands_beside(clean)
+    assert state([0.04, 0.02]).is_compatible_with(clean)
+    assert not state([0.02, 0.5]).is_compatible_with(clean)
+    assert not state([0.5, 0.005]).is_compatible_with(clean)
 
 
 def decoy_world() -> tuple[World, list]:
@@ -155,7 +155,7 @@ def waves_of_other_orders_begin_the_search_again() -> None:
     again = {id(first): ("second", "level 1"), id(second): (None, "level 2")}
     with (
         mock.patch.object(
-            diagnosis, "Search", lambda problem, say: SimpleNamespace(grow=lambda: [[searches[problem]]])
+            diagnosis, "Search", lambda problem, notify: SimpleNamespace(grow=lambda: [[searches[problem]]])
         ),
         mock.patch.object(diagnosis, "_again", lambda problem, best, sigma: again[id(best)]),
     ):

@@ -39,7 +39,7 @@ def waves_of_a_joint_are_tried_by_whole_orders_to_six() -> None:
     waves = [n for n in library.build_library(arm, data).names if n.key == ("gear_harmonic", "joint2")]
     assert [n.entry["order"] for n in waves] == [1, 2, 3, 4, 5, 6]
     assert [n.searched for n in waves] == [0] * 6
-    assert library.Name({"effect": "gear_harmonic", "owner": "joint2", "order": 7.0}).searched == 1
+    assert library.Hypothesis({"effect": "gear_harmonic", "owner": "joint2", "order": 7.0}).searched == 1
 
 
 @falls_with(CORNER_QUANTILES=(0.5,))
