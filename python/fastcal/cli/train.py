@@ -38,6 +38,9 @@ def train(
         Path | None, typer.Option(metavar="FILE", help="Keep a search's trials here, and go on from them.")
     ] = None,
     full: Annotated[bool, typer.Option("--full", help="ga-dnn: the paper's whole budget.")] = False,
+    minutes: Annotated[
+        float | None, typer.Option(help="When a search ends with the best so far; --storage lets a later one go on.")
+    ] = None,
     any_load: Annotated[
         bool, typer.Option("--any-load", help="Leave the load to the model's compliances: global compensation.")
     ] = False,
@@ -69,6 +72,7 @@ def train(
             trials=trials,
             storage=storage,
             full=full,
+            minutes=minutes,
             any_load=any_load,
             threads=threads,
             progress=show,

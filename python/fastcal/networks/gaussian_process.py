@@ -14,6 +14,7 @@ from scipy import linalg
 
 from fastcal.correction.joints import GaussianProcess, Phases
 from fastcal.networks.curves import phases_of
+from fastcal.networks.optimizers import Optimizer
 from fastcal.networks.options import Options
 from fastcal.networks.problem import Problem
 
@@ -23,6 +24,7 @@ IntArray = NDArray[np.intp]
 MOST_ROWS = 1500  # of a posterior; more are drawn from, since its cost grows with the cube
 LIKELIHOOD_ROWS = 200
 STEPS = 60
+RATE = 0.08
 
 
 def fit_gaussian_process(problem: Problem, rows: Sequence[IntArray], options: Options) -> list[GaussianProcess]:
@@ -56,10 +58,9 @@ def hyperparameters(x: FloatArray, J: FloatArray, residuals: FloatArray) -> Floa
     xt, Jt = torch.tensor(x), torch.tensor(J)
     y = torch.tensor(residuals.ravel())
     logs = torch.log(torch.tensor([0.6, 0.2, 0.2, 0.3, 0.3, 1.5], dtype=torch.float64)).requires_grad_(True)
-    optimizer = torch.optim.Adam([logs], lr=0.08)
+    optimizer = Optimizer(["adam"], [RATE], logs[None])  # torch's own takes seconds to import
     best, least = logs.detach().clone(), math.inf
     for _ in range(STEPS):
-        optimizer.zero_grad()
         numbers = torch.exp(logs)
         K = covariance(xt, Jt, numbers) + (numbers[3] ** 2 + 1e-6) * torch.eye(len(y), dtype=torch.float64)
         L = torch.linalg.cholesky(K)
@@ -67,9 +68,9 @@ def hyperparameters(x: FloatArray, J: FloatArray, residuals: FloatArray) -> Floa
         value = (half**2).sum() / 2 + torch.log(torch.diagonal(L)).sum()
         if value.item() < least:
             best, least = logs.detach().clone(), value.item()
-        value.backward()
-        optimizer.step()
+        (slope,) = torch.autograd.grad(value, logs)
         with torch.no_grad():
+            optimizer.step(logs[None], slope[None])
             logs.clamp_(math.log(1e-3), math.log(30.0))
     return np.asarray(torch.exp(best).numpy())
 

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -27,6 +28,8 @@ class Options:
         storage: File in which a search keeps its trials, so that it can be stopped and taken up again; None: nowhere.
         full: Give a search its paper's whole budget instead of halving.
         jobs: Processes, or workers of the joblib backend in force, for what can be done side by side.
+        deadline: By `time.monotonic`, when a search ends with what it has found; None: when all is tried. It tries
+            something in any case.
         notes: Takes sentences about what a search or a classifier found.
     """
 
@@ -37,7 +40,13 @@ class Options:
     storage: Path | None = None
     full: bool = False
     jobs: int = 1
+    deadline: float | None = None
     notes: list[str] = field(default_factory=list)
+
+    @property
+    def is_over(self) -> bool:
+        """Has a search's time run out?"""
+        return self.deadline is not None and time.monotonic() >= self.deadline
 
     def seeds(self, count: int) -> list[int]:
         """One seed for each of some networks."""

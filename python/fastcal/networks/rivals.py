@@ -87,9 +87,8 @@ def trees_of(boosted: Any) -> Trees:
 
 def with_profiles(robot: Robot, problem: Problem, own: IntArray, threads: int) -> Robot:
     """The model identified anew on some rows, with a profile of every joint besides what it has."""
-    return calibrate(
-        robot, problem.data.select(own), effects=f"geometry,{curve_of('joint')}", as_read=True, threads=threads
-    ).model
+    effects = f"geometry,{curve_of('joint')}"
+    return calibrate(robot, problem.data.select(own), effects=effects, checks=False, threads=threads).model
 
 
 def profile_errors(problem: Problem, threads: int) -> FloatArray:

@@ -85,6 +85,11 @@ def _searched(
     done = (optuna.trial.TrialState.COMPLETE,)
     learnt, judged = problem.training_rows()[0], np.flatnonzero(problem.folds == 0)
     while (count := len(study.get_trials(deepcopy=False, states=done))) < wanted:
+        if count > 0 and options.is_over:
+            options.notes.append(
+                f"the search for axis {'xyz'[axis]} ended after {count} of {wanted} trials: time is up"
+            )
+            break
         options.progress(f"searching the network of axis {'xyz'[axis]}, trial {count} of {wanted}")
         study.sampler = optuna.samplers.TPESampler(seed=options.seed * 7919 + count, constant_liar=True)
         trials = [study.ask() for _ in range(min(asked, wanted - count))]

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -104,6 +105,7 @@ def train(
     trials: int | None = None,
     storage: str | Path | None = None,
     full: bool = False,
+    minutes: float | None = None,
     any_load: bool = False,
     threads: int = 1,
     progress: Callable[[str], None] | None = None,
@@ -125,6 +127,8 @@ def train(
         trials: Of the search for sizes, an axis (somm, ca-somm); None: 20; 0: the sizes of the paper's tables 2 and 3.
         storage: File in which a search keeps its trials; a second call with it goes on where the first one stopped.
         full: ga-dnn: the paper's whole budget, a population of 100, instead of successive halving.
+        minutes: After which a search for sizes (somm, ca-somm, ga-dnn) ends with the best so far; with `storage` a
+            later call goes on. None: when all is tried.
         any_load: Do not look at the load, neither in training nor in the guard: the model's compliances answer for it.
             This is the global compensation of the RX160L paper, (14): displacement of the network plus compliances.
         threads: Cores for the rivals' calibrations and a search's trials; the result does not depend on it.
@@ -139,9 +143,11 @@ def train(
         raise InvalidInput(f"expected rivals of {', '.join(RIVALS)}, got {min(unknown)!r}")
     progress = progress or (lambda text: None)
     problem = problem_of(robot, data, folds=folds, any_load=any_load, seed=seed)
-    options = Options(
-        seed, device_of(device), progress, trials, None if storage is None else Path(storage), full, threads
-    )
+    if minutes is not None and not minutes > 0:
+        raise InvalidInput(f"minutes must be above 0, got {minutes}")
+    deadline = None if minutes is None else time.monotonic() + 60 * minutes
+    place = None if storage is None else Path(storage)
+    options = Options(seed, device_of(device), progress, trials, place, full, threads, deadline)
     judged: dict[str, Judged] = {}
     with one_thread():
         for name in dict.fromkeys((network, *(rival for rival in rivals if rival in FITS))):

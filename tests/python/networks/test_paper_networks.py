@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: MIT
 """The papers' networks: their searches find known optima, their parts do what the papers say, small ones learn."""
 
+import time
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +22,7 @@ from fastcal.networks.options import Options  # noqa: E402
 from fastcal.networks.population import Architecture  # noqa: E402
 from fastcal.networks.problem import Problem, problem_of  # noqa: E402
 from fastcal.networks.search import study_of  # noqa: E402
+from fastcal.networks.training import train  # noqa: E402
 from fastcal.robot.robot import Robot  # noqa: E402
 
 SMALL = tuple(somm.AxisSizes(Architecture.plain((12,), "tanh"), 1e-2) for _ in range(3))
@@ -127,6 +129,25 @@ def test_a_search_that_was_stopped_goes_on_to_the_same_end(problem: Problem, tmp
         later = somm._searched(problem, 0, Options(trials=4, storage=storage, progress=said.append), asked=2, epochs=2)
     assert later == straight
     assert said == ["searching the network of axis x, trial 2 of 4"]
+
+
+def test_a_search_whose_time_is_up_ends_with_what_it_has(problem: Problem) -> None:
+    late = Options(trials=4, deadline=0.0)
+    with one_thread():
+        found = somm._searched(problem, 0, late, asked=2, epochs=2)
+        assert found == somm._searched(problem, 0, Options(trials=2), asked=2, epochs=2)
+    assert late.notes == ["the search for axis x ended after 2 of 4 trials: time is up"]
+    budget = ga_dnn.Budget(population=24, generations=3, rungs=(1,))
+    assert ga_dnn.search(problem, late, budget) == ga_dnn.search(
+        problem, Options(), ga_dnn.Budget(population=24, generations=1, rungs=(1,))
+    )
+    assert late.notes[1:] == ["the search ended after 1 of 3 generations: time is up"]
+    assert not Options(deadline=time.monotonic() + 100).is_over
+
+
+def test_minutes_are_above_zero(problem: Problem) -> None:
+    with pytest.raises(InvalidInput, match="minutes must be above 0, got 0"):
+        train(problem.robot, problem.data, network="somm", minutes=0)
 
 
 def test_a_file_that_holds_no_trials_is_refused(tmp_path: Path) -> None:
