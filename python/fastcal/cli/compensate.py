@@ -10,18 +10,23 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import numpy as np
 import typer
 
+from fastcal.cli.compensate_programs import compensate_programs
 from fastcal.cli.console import emit, progress, say, warn
 from fastcal.cli.options import ModelFile, OutFile, Threads
 
 if TYPE_CHECKING:
-    from fastcal.compensation import Compensation
+    from fastcal.compensation import Compensation, Targets
     from fastcal.robot.robot import Robot
 
 
 def compensate(
     model: ModelFile,
     targets: Annotated[
-        Path, typer.Argument(metavar="TARGETS", help="A table of poses, or a program: .mod .prg .src .dat .ls .script.")
+        Path,
+        typer.Argument(
+            metavar="TARGETS",
+            help="A table of poses, a program (.mod .prg .src .dat .ls .script), or a folder of them.",
+        ),
     ],
     output: OutFile,
     method: Annotated[
@@ -54,11 +59,18 @@ def compensate(
     temperature_c: Annotated[
         float | None, typer.Option(help="For a program: temperature of the arm; a table has a column.")
     ] = None,
+    inverse: Annotated[
+        bool, typer.Option("--inverse", help="The way back: a compensated program becomes the nominal one.")
+    ] = False,
+    corrections: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Also write by how much each target was changed, as CSV.")
+    ] = None,
     threads: Threads = 1,
 ) -> None:
     """Correct target poses or a robot program for the real arm.
 
-    A table of poses becomes a table of joint positions; a program becomes the same program with other targets.
+    A table of poses becomes a table of joint positions; a program, or each one of a folder, becomes the same program
+    with other targets.
     """
     from fastcal.errors import InvalidInput
     from fastcal.io.robot_file import load_robot
@@ -74,22 +86,39 @@ def compensate(
     options["threads"] = threads
     if (report is not None and path is None) or (path is not None and (single or hold or method != "full")):
         raise InvalidInput("--report needs --path, and --path takes neither --single, --hold nor --method one-step")
-    if language_of(targets.name) is not None:
+    if language_of(targets.name) is not None or targets.is_dir():
         if path is not None:
             raise InvalidInput(f"{targets}: --path is for tables of poses, and this is a robot program")
-        _program(load_robot(model), targets, output, cell, options | conditions)
+        asked = options | conditions | {"inverse": inverse}
+        compensate_programs(load_robot(model), targets, output, cell, corrections, asked)
+    elif inverse:
+        raise InvalidInput(
+            f"{targets}: --inverse is for robot programs; fastcal predict says where a table of joint positions leads"
+        )
     elif conditions or cell is not None:
         raise InvalidInput(
             f"{targets}: --cell, --payload-kg and --temperature-c are for robot programs; a table has columns"
         )
     else:
         _table(
-            load_robot(model), targets, output, options | {"along_path": not single, "hold": hold or ()}, path, report
+            load_robot(model),
+            targets,
+            output,
+            options | {"along_path": not single, "hold": hold or ()},
+            path,
+            report,
+            corrections,
         )
 
 
 def _table(
-    robot: Robot, path: Path, output: Path, options: dict[str, Any], kind: str | None, report: Path | None
+    robot: Robot,
+    path: Path,
+    output: Path,
+    options: dict[str, Any],
+    kind: str | None,
+    report: Path | None,
+    corrections: Path | None,
 ) -> None:
     """A table of poses into a table of commands."""
     from fastcal.compensation import compensate, path_accuracy
@@ -105,6 +134,8 @@ def _table(
             driven = path_accuracy(robot, wanted, kind=kind, nominal=options["nominal"], threads=options["threads"])
     residual = (found.position_error, found.rotation_error)
     write_commands(output, robot, found.q, residual, found.sigma, found.status, found.correction_weight)
+    if corrections is not None:
+        _corrections(robot, corrections, wanted, found, options["nominal"])
     warn(found.notes)
     _say(found)
     emit(_figures(found))
@@ -124,33 +155,15 @@ def _table(
         say(str(report))
 
 
-def _program(robot: Robot, path: Path, output: Path, cell: Path | None, options: dict[str, Any]) -> None:
-    """A robot program into the same program for the calibrated robot."""
-    from fastcal.compensation import compensate_program
-    from fastcal.io.cell_file import load_cell
-    from fastcal.io.programs import load_program, write_program
-    from fastcal.units import from_si
+def _corrections(robot: Robot, path: Path, wanted: Targets, found: Compensation, nominal: Robot | None) -> None:
+    """By how much the commanded pose of each reached row differs from the target, along the measuring frame's axes."""
+    from fastcal.compensation.commands import shifts
+    from fastcal.io.corrections_out import write_corrections
 
-    program = load_program(path)
-    given = None if cell is None else load_cell(cell)
-    with progress() as show:
-        show("compensating")
-        found = compensate_program(robot, program, cell=given, **options)
-    written = write_program(output, found.documents)
-    warn(found.notes)
-    mean, most = (from_si(float(value), "mm") for value in (found.error.mean(), found.error.max()))
-    say(f"{program.language.name}: {len(found.targets)} targets changed, {len(program.moves)} moves and all else kept")
-    say(f"error that this takes away: mean {mean:.3f} mm, largest {most:.3f} mm")
-    for file in written:
-        say(str(file))
-    emit(
-        {
-            "targets": len(found.targets),
-            "mean_error_mm": mean,
-            "largest_error_mm": most,
-            "files": list(map(str, written)),
-        }
-    )
+    rows = np.flatnonzero(found.reached & np.isfinite(found.nominal_q).all(axis=1))
+    shift, error = shifts(robot, found, wanted, rows, nominal)
+    joints = found.q[rows] - found.nominal_q[rows]
+    write_corrections(path, robot, {"row": rows.tolist()}, shift, joints, error)
 
 
 def _figures(found: Compensation) -> dict[str, Any]:

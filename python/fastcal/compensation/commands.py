@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fastcal import _core
 from fastcal.calibration.extrapolation_notes import range_notes
 from fastcal.calibration.prediction import correction_notes
 from fastcal.compensation.following import follow
@@ -134,6 +135,29 @@ def compensate(
         tuple(jumps),
         tuple(notes),
     )
+
+
+def shifts(
+    model: Robot, found: Compensation, targets: Targets, rows: NDArray[np.int64], nominal: Robot | None = None
+) -> tuple[FloatArray, FloatArray]:
+    """By how much the controller's robot is sent away from the targets, and by how much the tool would miss without.
+
+    Args:
+        model: The calibrated robot.
+        found: What `compensate` gave for it.
+        targets: Those that it was given.
+        rows: The ones that are asked about, all reached.
+        nominal: What the controller believes; None: what the model keeps of it.
+
+    Returns:
+        (R, 6) shift [m] and turn (rotation vector) [rad] along the axes of the measuring frame, and (R,) the miss [m].
+    """
+    before = nominal_robot(model, nominal)
+    wanted, sent = targets.poses[rows], before.forward(found.q[rows])
+    missed = model.forward(found.nominal_q[rows], **targets.conditions_of(rows)) - wanted
+    turns = np.array([_core.log_so3(b[:3, :3] @ a[:3, :3].T) for a, b in zip(wanted, sent, strict=True)])
+    shift = np.column_stack([sent[:, :3, 3] - wanted[:, :3, 3], turns.reshape(-1, 3)])
+    return shift, np.asarray(np.linalg.norm(missed[:, :3, 3], axis=1))
 
 
 def _solve(

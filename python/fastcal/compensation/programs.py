@@ -4,7 +4,9 @@
 
 A target is a pose of the controller's nominal robot. With q_n its joints there, q_c the joints that bring the
 identified robot's flange to the same pose, a joint target becomes q_c, and a cartesian one the pose f_nominal(q_c): the
-controller, which only knows nominal kinematics, then commands q_c by itself.
+controller, which only knows nominal kinematics, then commands q_c by itself. The way back: q_c are the controller's
+joints at the targets of a compensated program, and q_n those that bring its nominal robot's flange to
+f_identified(q_c).
 """
 
 from __future__ import annotations
@@ -18,6 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal import _core
 from fastcal.compensation.commands import METHODS, notes_on_ranges
 from fastcal.compensation.configurations import Configurations
 from fastcal.compensation.one_step import one_step
@@ -42,9 +45,11 @@ class CompensatedProgram:
     Attributes:
         documents: Its files, in which nothing but numbers of targets (and words of their configuration) changed.
         targets: Those of the program.
-        nominal_q: (N, n) joint positions of the controller's robot at each target [rad or m].
+        nominal_q: (N, n) joint positions of the controller's robot at each target as it was given [rad or m].
         q: (N, n) what it is commanded instead.
-        error: (N,) distance [m] by which the tool would miss each target without the change.
+        shift: (N, 6) by how much each target's own tool is sent elsewhere: m along, and a rotation vector in rad about,
+            the axes of the robot's base.
+        error: (N,) distance [m] by which the tool would miss each nominal target without compensation.
         notes: What was assumed and what is left as it is, a sentence each.
     """
 
@@ -52,6 +57,7 @@ class CompensatedProgram:
     targets: tuple[Target, ...]
     nominal_q: FloatArray
     q: FloatArray
+    shift: FloatArray
     error: FloatArray
     notes: tuple[str, ...]
 
@@ -63,10 +69,11 @@ def compensate_program(
     cell: Cell | None = None,
     nominal: Robot | None = None,
     method: str = "full",
+    inverse: bool = False,
     threads: int = 1,
     **conditions: Any,
 ) -> CompensatedProgram:
-    """Changes the targets of a program so that the calibrated robot reaches them.
+    """Changes the targets of a program so that the calibrated robot reaches them; or a program so changed back.
 
     Args:
         model: A calibrated robot.
@@ -74,6 +81,7 @@ def compensate_program(
         cell: Tools, frames and where base and flange are, where the program does not define them.
         nominal: What the controller believes; None: what the model keeps of it.
         method: `full` or `one-step`, as in `compensate`.
+        inverse: The program is compensated: each target becomes the one where the real tool goes.
         threads: Cores; the result does not depend on it.
         **conditions: payload [kg], temperature [K] ... of the whole program; approach is taken from the moves.
 
@@ -83,33 +91,79 @@ def compensate_program(
     """
     if method not in METHODS:
         raise InvalidInput(f"method must be {' or '.join(METHODS)}, got '{method}'")
+    if inverse and method != "full":
+        raise InvalidInput("the way back takes method='full': one step has no inverse that is exact")
     if not program.targets:
         raise InvalidInput(f"{program.documents[0].name}: holds no targets of plain numbers; nothing to compensate")
     robot = robot_without_measurement(model)
     places = _Places(robot, nominal_robot(robot, nominal), program, cell or Cell())
     order = _order(program)
-    q_nominal, notes = _nominal_joints(places, order)
+    q_given, notes = _nominal_joints(places, order)
+    if inverse:
+        q = _brought_back(places, q_given, order, conditions, threads)
+        q_nominal = q
+        conditions.setdefault("approach", _approaches(q, order))
+    else:
+        q_nominal = q_given
+        conditions.setdefault("approach", _approaches(q_nominal, order))
+        q = _compensated(places, q_nominal, method, conditions, threads)
     poses = places.nominal.forward(q_nominal)
-    conditions.setdefault("approach", _approaches(q_nominal, order))
-    found = inverse_kinematics(robot, poses, seed=q_nominal, restarts=0, threads=threads, **conditions)
-    for i, target in enumerate(program.targets):
-        if not found.reached[i]:
-            _refuse(program, target, found.message(i))
-    q = found.q if method == "full" else one_step(robot, places.nominal, poses, q_nominal, **conditions)
-    changes, said = _changes(places, q_nominal, q)
+    changes, said = _changes(places, q_given, q)
     if nominal is None and not model.spec.get("calibration"):
         notes.append(f"{model.name} holds no calibration: its own geometry is taken as what the controller believes")
     notes += [*places.frames.notes, *program.notes, *said, *notes_on_ranges(robot, q, conditions)]
-    notes += _offsets(places, q_nominal, q, conditions)
+    notes += [] if inverse else _offsets(places, q_nominal, q, conditions)
     error = np.array(
         [
             np.linalg.norm((places.tool_at(i, got) - places.tool_at(i, wanted))[:3, 3])
             for i, (got, wanted) in enumerate(zip(robot.forward(q_nominal, **conditions), poses, strict=True))
         ]
     )
+    shift = _shifts(places, places.nominal.forward(q_given), places.nominal.forward(q))
     return CompensatedProgram(
-        program.rewritten(changes), program.targets, q_nominal, np.asarray(q), error, tuple(dict.fromkeys(notes))
+        program.rewritten(changes), program.targets, q_given, np.asarray(q), shift, error, tuple(dict.fromkeys(notes))
     )
+
+
+def _compensated(
+    places: _Places, q_nominal: FloatArray, method: str, conditions: dict[str, Any], threads: int
+) -> FloatArray:
+    """(N, n) joints that bring the real tool where the nominal robot has it at q_nominal."""
+    poses = places.nominal.forward(q_nominal)
+    found = inverse_kinematics(places.robot, poses, seed=q_nominal, restarts=0, threads=threads, **conditions)
+    for i, target in enumerate(places.program.targets):
+        if not found.reached[i]:
+            _refuse(places.program, target, found.message(i))
+    return found.q if method == "full" else one_step(places.robot, places.nominal, poses, q_nominal, **conditions)
+
+
+def _brought_back(
+    places: _Places, q_given: FloatArray, order: Sequence[int], conditions: dict[str, Any], threads: int
+) -> FloatArray:
+    """(N, n) joints of the nominal robot where the real tool is at the commands q_given.
+
+    The sides from which joints come are those of the nominal joints, which are looked for: a second pass has them.
+    """
+    q = q_given
+    for _ in range(2):
+        real = places.robot.forward(q_given, **({"approach": _approaches(q, order)} | conditions))
+        found = inverse_kinematics(places.nominal, real, seed=q_given, restarts=0, threads=threads)
+        for i, target in enumerate(places.program.targets):
+            if not found.reached[i]:
+                _refuse(places.program, target, f"where the real robot goes, for the nominal robot {found.message(i)}")
+        q = found.q
+    return q
+
+
+def _shifts(places: _Places, before: FloatArray, after: FloatArray) -> FloatArray:
+    """(N, 6) from one pose of the targets' own tools to another, in the axes of the robot's base."""
+    R = places.T_world_base[:3, :3].T
+    out = np.zeros((len(before), 6))
+    for i, (old, new) in enumerate(zip(before, after, strict=True)):
+        a, b = places.tool_at(i, old), places.tool_at(i, new)
+        out[i, :3] = R @ (b - a)[:3, 3]
+        out[i, 3:] = R @ np.asarray(_core.log_so3(b[:3, :3] @ a[:3, :3].T))
+    return out
 
 
 class _Places:

@@ -12,7 +12,7 @@ from pathlib import Path
 from fastcal.errors import InvalidInput
 from fastcal.io.atomic import atomic_path
 from fastcal.io.regular_file import read_bytes
-from fastcal.programs import Document, Program, read_program
+from fastcal.programs import SUFFIXES, Document, Program, language_of, read_program
 
 MAX_BYTES = 4_000_000
 _OF_ONE_NAME = {".src": ".dat"}
@@ -33,19 +33,52 @@ def load_program(path: str | os.PathLike[str]) -> Program:
     return read_program({str(file): read_bytes(file, MAX_BYTES) for file in files})
 
 
+def programs_in(folder: Path, output: Path) -> list[Path]:
+    """The programs in a folder and those below it, in the order of their names; a .dat goes with the .src of its name.
+
+    Raises:
+        InvalidInput: There is none, or what is to be written would lie among them.
+    """
+    if output.resolve() == folder.resolve() or folder.resolve() in output.resolve().parents:
+        raise InvalidInput(f"{output}: expected a folder that is not in {folder}, whose programs are read")
+    if output.exists() and not output.is_dir():
+        raise InvalidInput(f"{output}: is a file; the programs of a folder are written into a folder")
+    files = sorted(path for path in folder.rglob("*") if path.is_file() and language_of(path.name) is not None)
+    sources = {path.with_suffix("") for path in files if path.suffix.lower() in _OF_ONE_NAME}
+    partners = set(_OF_ONE_NAME.values())
+    found = [path for path in files if path.suffix.lower() not in partners or path.with_suffix("") not in sources]
+    if not found:
+        raise InvalidInput(f"{folder}: holds no robot program; known by their endings are {', '.join(SUFFIXES)}")
+    return found
+
+
 def write_program(path: str | os.PathLike[str], documents: Sequence[Document]) -> list[Path]:
     """Writes the files of a program under the name of `path`, all or none; returns their paths.
 
     Raises:
         InvalidInput: A file cannot be written, or `path` has the ending of another language.
     """
-    target = Path(path)
-    suffixes = [Path(document.name).suffix for document in documents]
-    if target.suffix.lower() != suffixes[0].lower():
-        raise InvalidInput(f"{path}: a {suffixes[0]} program stays one; give a name that ends in {suffixes[0]}")
-    paths = [target, *(target.with_suffix(suffix) for suffix in suffixes[1:])]
+    return write_programs([(Path(path), documents)])
+
+
+def write_programs(programs: Sequence[tuple[Path, Sequence[Document]]], *, make_folders: bool = False) -> list[Path]:
+    """Writes several programs, each under a name of its own, all or none; returns the paths of their files.
+
+    Raises:
+        InvalidInput: A file cannot be written, or a path has the ending of another language.
+    """
+    places: list[tuple[Path, Document]] = []
+    for path, documents in programs:
+        suffixes = [Path(document.name).suffix for document in documents]
+        if path.suffix.lower() != suffixes[0].lower():
+            raise InvalidInput(f"{path}: a {suffixes[0]} program stays one; give a name that ends in {suffixes[0]}")
+        paths = [path, *(path.with_suffix(suffix) for suffix in suffixes[1:])]
+        places += zip(paths, documents, strict=True)
+    if make_folders:
+        for path, _ in places:
+            path.parent.mkdir(parents=True, exist_ok=True)
     with ExitStack() as stack:
-        temporary = [stack.enter_context(atomic_path(each)) for each in paths]
-        for place, document in zip(temporary, documents, strict=True):
-            place.write_bytes(document.text.encode("latin-1"))
-    return paths
+        for path, document in places:
+            temporary = stack.enter_context(atomic_path(path))
+            temporary.write_bytes(document.text.encode("latin-1"))
+    return [path for path, _ in places]

@@ -208,3 +208,39 @@ def test_all_eight_ways_are_found_and_told_apart() -> None:
     ways = configurations._ways(T, None)
     assert len({program.language.branch(q, configurations.arm) for q in ways}) == len(ways) == 8
     np.testing.assert_allclose(arm.forward(np.array(ways)), np.repeat(T[None], 8, axis=0), atol=1e-8)
+
+
+@pytest.mark.parametrize("language", ARMS)
+def test_a_compensated_program_goes_back_to_the_nominal_one(programs, arms, language) -> None:
+    """There and back is where it began, within the decimals of the language; a plain program moves as far away."""
+    name, _ = ARMS[language]
+    nominal, real = arms(name)
+    options = {"nominal": nominal, "cell": CELL, "payload": 20.0}
+    program = read_program(programs[language])
+    there = compensate_program(real, program, **options)
+    back = compensate_program(
+        real, read_program({d.name: d.text.encode("latin-1") for d in there.documents}), inverse=True, **options
+    )
+    again = read_program({d.name: d.text.encode("latin-1") for d in back.documents})
+    digits = {"FANUC LS": 1.5e-3}.get(language, 1e-4)  # of the numbers as they are written: mm and degrees
+    for old, new in zip(program.targets, again.targets, strict=True):
+        a, b = (np.array([number.value for number in target.numbers]) for target in (old, new))
+        off = np.abs(a - b)
+        assert np.minimum(off, np.abs(off - 360)).max() <= digits
+    np.testing.assert_allclose(back.error, there.error, atol=1e-5)
+    np.testing.assert_allclose(back.q, there.nominal_q, atol=1e-4)
+    np.testing.assert_allclose(back.shift, -there.shift, atol=2e-4)
+    assert np.linalg.norm(there.shift[:, :3], axis=1).min() > 1e-4
+
+
+def test_the_way_back_knows_from_which_side_a_joint_came(programs, arms) -> None:
+    nominal, _ = arms("siasun_sr210d")
+    gap = {"effect": "backlash", "owner": "joint2", "parameters": {"gap_rad": {"value": 2e-3}}}
+    real = fastcal.Robot(nominal.spec | {"effects": [gap]})
+    program = read_program(programs["RAPID"])
+    there = compensate_program(real, program, nominal=nominal, cell=CELL)
+    files = {d.name: d.text.encode("latin-1") for d in there.documents}
+    back = compensate_program(real, read_program(files), nominal=nominal, cell=CELL, inverse=True)
+    np.testing.assert_allclose(back.q, there.nominal_q, atol=1e-5)
+    with pytest.raises(InvalidInput, match="the way back takes method='full'"):
+        compensate_program(real, program, nominal=nominal, cell=CELL, inverse=True, method="one-step")

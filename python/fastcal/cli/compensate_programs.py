@@ -1,0 +1,104 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""`fastcal compensate` on a robot program, or on a folder of them: the same programs for the calibrated robot."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fastcal.cli.console import emit, progress, say, warn
+
+if TYPE_CHECKING:
+    from fastcal.compensation import CompensatedProgram
+    from fastcal.programs import Cell, Program
+    from fastcal.robot.robot import Robot
+
+Done = list[tuple[Path, "Program", "CompensatedProgram | None"]]  # file, program, None where it has no targets
+
+
+def compensate_programs(
+    robot: Robot, source: Path, output: Path, cell: Path | None, corrections: Path | None, options: dict[str, Any]
+) -> None:
+    """Changes a program, or all programs of a folder, and writes all or none."""
+    from fastcal.io.cell_file import load_cell
+    from fastcal.io.programs import load_program, programs_in, write_programs
+
+    given = None if cell is None else load_cell(cell)
+    files = programs_in(source, output) if source.is_dir() else [source]
+    done: Done = []
+    with progress() as show:
+        for file in files:
+            show(f"compensating {file.name}")
+            program = load_program(file)
+            done.append((file, program, _changed(robot, program, given, options, alone=not source.is_dir())))
+    places = [output / file.relative_to(source) if source.is_dir() else output for file in files]
+    documents = [program.documents if found is None else found.documents for _, program, found in done]
+    written = write_programs(list(zip(places, documents, strict=True)), make_folders=source.is_dir())
+    if corrections is not None:
+        _write_corrections(robot, corrections, done)
+    _say(done, inverse=bool(options.get("inverse")))
+    for path in written:
+        say(str(path))
+    _emit(done, written)
+
+
+def _changed(
+    robot: Robot, program: Program, cell: Cell | None, options: dict[str, Any], *, alone: bool
+) -> CompensatedProgram | None:
+    """A program with its targets changed; None for one of a folder that has none and is kept as it is."""
+    from fastcal.compensation import compensate_program
+
+    if not program.targets and not alone:
+        return None
+    return compensate_program(robot, program, cell=cell, **options)
+
+
+def _write_corrections(robot: Robot, path: Path, done: Done) -> None:
+    from fastcal.io.corrections_out import write_corrections
+
+    rows = [(program, found) for _, program, found in done if found is not None]
+    targets = [(program, target) for program, found in rows for target in found.targets]
+    documents = [program.documents[target.numbers[0].document].name for program, target in targets]
+    labels: dict[str, list[int] | list[str]] = {
+        "file": [Path(name).name for name in documents],
+        "line": [target.line for _, target in targets],
+        "target": [target.name for _, target in targets],
+        "kind": [str(target.kind) for _, target in targets],
+    }
+    shift, error = (np.concatenate([getattr(found, key) for _, found in rows]) for key in ("shift", "error"))
+    joints = np.concatenate([found.q - found.nominal_q for _, found in rows])
+    write_corrections(path, robot, labels, shift, joints, error)
+
+
+def _say(done: Done, *, inverse: bool) -> None:
+    from fastcal.units import from_si
+
+    for file, program, found in done:
+        if found is None:
+            warn([f"{file}: holds no targets of plain numbers; written as it is"])
+            continue
+        warn(f"{file.name}: {note}" if len(done) > 1 else note for note in found.notes)
+        mean, most = (from_si(float(value), "mm") for value in (found.error.mean(), found.error.max()))
+        head = f"{file.name}, {program.language.name}" if len(done) > 1 else program.language.name
+        changed = "targets brought back to nominal" if inverse else "targets changed"
+        say(f"{head}: {len(found.targets)} {changed}, {len(program.moves)} moves and all else kept")
+        taken = "error that the compensation had taken away" if inverse else "error that this takes away"
+        say(f"{taken}: mean {mean:.3f} mm, largest {most:.3f} mm")
+
+
+def _emit(done: Done, written: list[Path]) -> None:
+    from fastcal.units import from_si
+
+    error = np.concatenate([np.zeros(0), *(found.error for _, _, found in done if found is not None)])
+    emit(
+        {
+            "programs": len(done),
+            "targets": len(error),
+            "mean_error_mm": from_si(float(error.mean()), "mm") if len(error) else None,
+            "largest_error_mm": from_si(float(error.max()), "mm") if len(error) else None,
+            "files": list(map(str, written)),
+        }
+    )

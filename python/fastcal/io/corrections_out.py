@@ -1,0 +1,48 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""A table of corrections: by how much each target was changed, for a person or for a controller's own offsets."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal.io.tables import write_csv
+from fastcal.robot.robot import Robot, length_or_angle_unit
+from fastcal.units import from_si
+
+FloatArray = NDArray[np.float64]
+
+
+def write_corrections(
+    path: str | os.PathLike[str],
+    robot: Robot,
+    labels: Mapping[str, Iterable[int | str]],
+    shift: FloatArray,
+    joints: FloatArray,
+    error: FloatArray,
+) -> None:
+    """Writes a row a target, as CSV.
+
+    Args:
+        path: The file.
+        robot: Its joints have the units of the columns.
+        labels: Columns that say which target a row is of.
+        shift: (N, 6) m and rad (a rotation vector) by which the tool is sent elsewhere.
+        joints: (N, n) rad or m by which the joints' commands change.
+        error: (N,) m that the correction takes away.
+
+    Raises:
+        InvalidInput: The file cannot be written.
+    """
+    columns: dict[str, Iterable[float | int | str]] = dict(labels)
+    columns["error_mm"] = from_si(error, "mm")
+    for axis, along, about in zip("xyz", shift[:, :3].T, shift[:, 3:].T, strict=True):
+        columns[f"shift_{axis}_mm"], columns[f"turn_{axis}_deg"] = from_si(along, "mm"), from_si(about, "deg")
+    for k, (joint, change) in enumerate(zip(robot.spec["joints"], joints.T, strict=True), start=1):
+        unit = length_or_angle_unit(joint)
+        columns[f"dq{k}_{unit}"] = from_si(change, unit)
+    write_csv(path, columns)
