@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -19,6 +19,7 @@ from fastcal.acceptance.volume import Predicted, predicted_uncertainty
 from fastcal.budget import Budget
 from fastcal.calibration.repeatability import ISO_POSES, ISO_VISITS
 from fastcal.measurements.dataset import Dataset
+from fastcal.robot.made_by import made_by
 from fastcal.robot.robot import Robot
 from fastcal.robot.se3 import inverse, rotation_to_rpy
 from fastcal.units import from_si
@@ -42,6 +43,7 @@ class Acceptance:
         simulated: By figure: the expanded uncertainty by draws (JCGM 101), None for figures of spread.
         predicted: How surely the model knows its own points in the test's volume; None if it was not calibrated.
         missing: Limits that no figure of the test shows.
+        made_by: Version, hashes and what is known of who measured what.
         notes: What a reader should know, a sentence each.
     """
 
@@ -53,6 +55,7 @@ class Acceptance:
     simulated: tuple[float | None, ...]
     predicted: Predicted | None = None
     missing: tuple[str, ...] = ()
+    made_by: Mapping[str, Any] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
 
     @property
@@ -94,6 +97,7 @@ class Acceptance:
             "volume": None if self.predicted is None else _volume(self.predicted),
             "level": None if self.budget is None else self.budget.level,
             "notes": list(self.notes),
+            "made_by": dict(self.made_by),
         }
 
 
@@ -154,6 +158,7 @@ def accept(
     align: bool = True,
     draws: int = DRAWS,
     seed: int = 0,
+    who: Mapping[str, str | None] | None = None,
 ) -> Acceptance:
     """Judges measured visits.
 
@@ -166,11 +171,13 @@ def accept(
         align: Fit the measuring frame to the poses; False: take the model's base.
         draws: Of the check by JCGM 101.
         seed: Of the draws.
+        who: What only a person knows: serial, instrument, operator, customer, date (YYYY-MM-DD).
 
     Raises:
         InvalidInput: The rows can't be matched or aligned, a limit is unknown, or no pose was visited twice.
     """
     asked = parsed_limits(limits or {})
+    origin = made_by(model, data, who)
     found = campaign(model, data, plan, align=align)
     spreads = spreads_of(found, budget or Budget(), model)
     every = range(len(found.stations))
@@ -190,7 +197,9 @@ def accept(
     ]
     drawn = simulated_expanded(figures, means, turned, spreads, draws, seed) if draws else [None] * len(figures)
     volume = predicted_uncertainty(model, found, budget or Budget())
-    result = Acceptance(model, found, tuple(out), overall(out, missing), budget, tuple(drawn), volume, tuple(missing))
+    result = Acceptance(
+        model, found, tuple(out), overall(out, missing), budget, tuple(drawn), volume, tuple(missing), origin
+    )
     return replace(result, notes=tuple(_notes(result)))
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from fastcal.cli.console import emit, progress, say, warn
-from fastcal.cli.options import file_names
+from fastcal.cli.options import Customer, Date, Instrument, Operator, PageLanguage, Serial, file_names
 
 if TYPE_CHECKING:
     from fastcal.acceptance import Acceptance
@@ -63,6 +63,12 @@ def accept(
     align: Annotated[
         Literal["fit", "model"], typer.Option(help="Fit the instrument's frame to the poses, or take MODEL's base.")
     ] = "fit",
+    serial: Serial = None,
+    instrument: Instrument = None,
+    operator: Operator = None,
+    customer: Customer = None,
+    date: Date = None,
+    page_language: PageLanguage = "en",
 ) -> None:
     """Test an arm by ISO 9283: the program, then the verdict.
 
@@ -101,7 +107,9 @@ def accept(
     limits = _limits(limit or [])
     if tolerance_mm is not None:
         limits["ap_mm"] = tolerance_mm
-    found = _judge(robot, data, output, targets, budget, limits, align == "fit")
+    who = {"serial": serial, "instrument": instrument, "operator": operator, "customer": customer, "date": date}
+    options = {"limits": limits, "align": align == "fit", "who": who}
+    found = _judge(robot, data, output, targets, budget, options, page_language)
     if found.verdict in ("fail", "cannot_tell"):
         raise typer.Exit(FAILED if found.verdict == "fail" else CANNOT_TELL)
 
@@ -139,8 +147,8 @@ def _judge(
     output: Path,
     targets: Path | None,
     budget: Path | None,
-    limits: dict[str, float],
-    align: bool,
+    options: dict[str, Any],
+    language: str,
 ) -> Acceptance:
     """Figures, verdict and files."""
     from fastcal.acceptance import accept as accepted
@@ -156,8 +164,8 @@ def _judge(
     measured = load_measurements(data, robot)
     with progress() as show:
         show("judging")
-        found = accepted(robot, measured, plan=visits, limits=limits, budget=known, align=align)
-        write_acceptance(found, output)
+        found = accepted(robot, measured, plan=visits, budget=known, **options)
+        write_acceptance(found, output, language=language)
     warn([*(note for note in measured.notes if "is not known and is kept" not in note), *found.notes])
     for line in acceptance_lines(found, file_names(data)):
         say(line)

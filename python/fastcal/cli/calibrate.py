@@ -14,6 +14,7 @@ import typer
 from fastcal.cli.console import emit, fail, progress, say, warn
 from fastcal.cli.options import (
     AsRead,
+    Customer,
     DataFiles,
     Date,
     Instrument,
@@ -21,6 +22,7 @@ from fastcal.cli.options import (
     Method,
     Operator,
     OutFolder,
+    PageLanguage,
     RobotFile,
     Rule,
     Serial,
@@ -60,20 +62,30 @@ def calibrate(
     serial: Serial = None,
     instrument: Instrument = None,
     operator: Operator = None,
+    customer: Customer = None,
     date: Date = None,
+    limit_mm: Annotated[
+        float | None,
+        typer.Option(metavar="L", help="Acceptance limit of the error of a pose, judged on the test poses."),
+    ] = None,
+    page_language: PageLanguage = "en",
     as_read: AsRead = False,
     threads: Threads = 1,
 ) -> None:
     """Identify a robot from measured poses."""
     from fastcal.calibration import calibrate as calibration
     from fastcal.calibration import inspection
+    from fastcal.calibration.acceptance_limit import judge_limit
     from fastcal.errors import InvalidInput
     from fastcal.importers import load_measurements
     from fastcal.io.folder import check_folder
     from fastcal.io.robot_file import load_robot
     from fastcal.report.calibration_files import FILES, write_calibration
     from fastcal.selection.choose_parameters import choose_parameters
+    from fastcal.units import to_si
 
+    if limit_mm is not None and not limit_mm > 0:
+        raise InvalidInput(f"--limit-mm must be above 0, got {limit_mm:g}")
     check_folder(output, FILES)
     if choose is not None and (priors or method != "nls"):
         raise InvalidInput("--choose compares sets by least squares without priors: leave out --priors and --method")
@@ -83,7 +95,8 @@ def calibrate(
     with progress() as show:
         given: dict[str, Any] = {"test": other, "effects": effects, "loss": loss, "as_read": as_read}
         given |= {"threads": threads, "progress": show}
-        given |= {"who": {"serial": serial, "instrument": instrument, "operator": operator, "date": date}}
+        who = {"serial": serial, "instrument": instrument, "operator": operator, "customer": customer, "date": date}
+        given |= {"who": who}
         choice = None if choose is None else choose_parameters(nominal, measured, rule=choose, **given)
         found = (
             choice.result if choice else calibration.calibrate(nominal, measured, method=method, priors=priors, **given)
@@ -95,8 +108,15 @@ def calibrate(
             )
         found = replace(found, notes=notes)
         show("writing the report")
-        write_calibration(found, output, more=None if choice is None else {"choice": choice.to_json_dict()})
+        limit = None if limit_mm is None else judge_limit(found, to_si(limit_mm, "mm"))
+        more = None if choice is None else {"choice": choice.to_json_dict()}
+        write_calibration(found, output, more=more, limit=limit, language=page_language)
     warn(found.notes)
+    if limit is not None:
+        say(
+            f"limit {limit_mm:g} mm: {limit.verdict.replace('_', ' ')}; {limit.beyond} of {limit.poses} "
+            f"{'test' if limit.on_test else 'training'} poses beyond it"
+        )
     if other is not None:
         warn(f"{test}: {note}" for note in other.notes if note not in found.notes)
     if choice is not None:

@@ -43,6 +43,8 @@ Seed = Annotated[int, typer.Option(min=0, help="The same seed gives the same num
 Serial = Annotated[str | None, typer.Option(metavar="TEXT", help="The arm's serial number, kept with the result.")]
 Instrument = Annotated[str | None, typer.Option(metavar="TEXT", help="What measured, kept with the result.")]
 Operator = Annotated[str | None, typer.Option(metavar="TEXT", help="Who measured, kept with the result.")]
+Customer = Annotated[str | None, typer.Option(metavar="TEXT", help="For whom, kept with the result.")]
+PageLanguage = Annotated[Literal["en", "de"], typer.Option(envvar="FASTCAL_LANGUAGE", help="Language of report.html.")]
 Date = Annotated[str | None, typer.Option(metavar="YYYY-MM-DD", help="When it was measured, kept with the result.")]
 
 # As fastcal.calibration and fastcal.selection have them; written out here so that `fastcal --help` need not load it.

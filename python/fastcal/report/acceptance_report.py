@@ -14,8 +14,9 @@ from fastcal.acceptance.judgement import SURE, Judged
 from fastcal.io.folder import atomic_folder
 from fastcal.io.results import write_json
 from fastcal.report import acceptance_figures, page
+from fastcal.report.document import document_facts
 from fastcal.report.formatting import fixed, percent, plural, significant, with_uncertainty
-from fastcal.report.language import _, in_language
+from fastcal.report.language import _, decimal_sign, in_language
 from fastcal.report.tables import Cell, Column, Group, Table, number_cell
 from fastcal.report.words import Remark, Verdict
 from fastcal.units import from_si
@@ -27,6 +28,7 @@ FILES = ("accept.json", "report.html")
 _IN_POSES = ("AP_x", "AP_y", "AP_z")  # they stand in the table of the poses
 _UNITS = {"m": "mm", "rad": "deg"}
 _SHOWN = {"mm": "mm", "deg": "°"}
+_LEAST_MM = 1e-7  # what rounding leaves of a contribution that an alignment takes away
 _SMALL = 0.001  # a probability that is not told more finely
 _TONES = {"pass": "good", "fail": "bad", "cannot_tell": "caution", None: "caution"}
 
@@ -57,9 +59,11 @@ def acceptance_page(found: Acceptance, language: str = "en") -> str:
             volume_table=_volume_table(found),
             drawings=acceptance_figures.drawings(found),
             method=_method(found),
+            document=document_facts(found.made_by),
             rule=_(
-                "A limit is kept where the true figure lies within it with a probability of at least {sure}, exceeded "
-                "where that is at most {rest}; in between the measurement cannot decide (ISO 14253-1, JCGM 106).",
+                "U is the expanded uncertainty, k its coverage factor. A limit is kept where the true figure lies "
+                "within it with a probability P of at least {sure}, exceeded where P is at most {rest}; in between, "
+                "within the guard band g, the measurement cannot decide (ISO 14253-1, JCGM 106).",
                 sure=percent(SURE),
                 rest=percent(1 - SURE),
             ),
@@ -163,7 +167,7 @@ def _texts(each: Judged) -> tuple[str, str, str]:
     unit = _UNITS[each.figure.unit]
     value, expanded = from_si(each.figure.value, unit), from_si(each.uncertainty.expanded, unit)
     said = with_uncertainty(expanded or None, value)
-    limit = "" if each.limit is None else f"{from_si(each.limit, unit):.6g}"
+    limit = "" if each.limit is None else f"{from_si(each.limit, unit):.6g}".replace(".", decimal_sign())
     return said[1], said[0], limit
 
 
@@ -189,13 +193,12 @@ def _figures_table(found: Acceptance) -> Table:
         Column(_("Figure"), numeric=False),
         Column(_("Pose"), numeric=False),
         Column(_("Value")),
-        Column(_("U, expanded")),
+        Column("U"),
         Column("k"),
         Column(_("U by draws")),
-        Column(_("Unit")),
         Column(_("Limit")),
-        Column(_("Guard band")),
-        Column(_("Probability")),
+        Column("g"),
+        Column("P"),
         Column(_("Verdict"), numeric=False),
     ]
     verdicts = {"pass": _("pass"), "fail": _("fail"), "cannot_tell": _("cannot tell"), None: ""}
@@ -208,9 +211,9 @@ def _figures_table(found: Acceptance) -> Table:
         by_draws = "" if drawn is None else significant(from_si(drawn, unit), 2)
         guard = "" if each.guard is None else significant(from_si(each.guard, unit), 2)
         odds = "" if each.probability is None else _odds(each.probability)
-        texts = [value, expanded, fixed(each.uncertainty.coverage_factor, 2), by_draws, _SHOWN[unit], limit, guard]
+        texts = [value, expanded, fixed(each.uncertainty.coverage_factor, 2), by_draws, limit, guard]
         cells = [Cell(each.figure.symbol), Cell(each.figure.where), *map(Cell, [*texts, odds, verdicts[each.verdict]])]
-        groups.setdefault(_("Positions") if each.figure.unit == "m" else _("Orientations"), []).append(cells)
+        groups.setdefault(_("Positions (mm)") if each.figure.unit == "m" else _("Orientations (°)"), []).append(cells)
     return Table(_("Figures of ISO 9283"), columns, [Group(rows, title) for title, rows in groups.items()])
 
 
@@ -288,7 +291,7 @@ def _contribution(name: str, kind: str, distribution: str, values: list[float], 
         Cell(name),
         Cell(kind),
         Cell(distribution),
-        number_cell(significant(size, 2), size),
+        number_cell(significant(size, 2) if size > _LEAST_MM else "0", size),
         number_cell(percent(square / total) if total > 0 else "", square),
     ]
 

@@ -15,6 +15,7 @@ from fastcal.io.robot_file import write_spec
 from fastcal.report.calibration_report import calibration_page
 
 if TYPE_CHECKING:
+    from fastcal.calibration.acceptance_limit import LimitJudged
     from fastcal.calibration.calibrate import CalibrationResult
 
 FILES = ("model.yaml", "result.json", "report.html")
@@ -26,6 +27,8 @@ def write_calibration(
     *,
     simulated: bool = False,
     more: Mapping[str, Any] | None = None,
+    limit: LimitJudged | None = None,
+    language: str = "en",
 ) -> None:
     """Writes a result's files into a folder; a model only where the calibration converged.
 
@@ -34,13 +37,17 @@ def write_calibration(
         folder: Made where it is not there; an older result in it is replaced.
         simulated: True where no robot was measured: the page says so.
         more: Further entries of result.json.
+        limit: An acceptance limit and what became of it.
+        language: Of the report: en or de.
     """
     import fastcal
 
+    judged = {} if limit is None else {"acceptance": limit.to_json_dict()}
     with atomic_folder(folder, owned=FILES) as place:
         if result.status == "converged":
             source = ", ".join(PurePath(each).name for each in result.train.data.source.split(", "))
             comment = f"Identified by fastcal {fastcal.__version__} from {source}"
             write_spec(result.model.spec, place / "model.yaml", comment)
-        write_json(place / "result.json", result.to_json_dict() | dict(more or {}))
-        (place / "report.html").write_text(calibration_page(result, simulated=simulated), encoding="utf-8")
+        write_json(place / "result.json", result.to_json_dict() | dict(more or {}) | judged)
+        page = calibration_page(result, simulated=simulated, limit=limit, language=language)
+        (place / "report.html").write_text(page, encoding="utf-8")

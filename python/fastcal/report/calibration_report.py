@@ -10,10 +10,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.calibration.acceptance_limit import SHARE
 from fastcal.measurements.observations import plurals
 from fastcal.report import calibration_tables, charts, figures, page, residual_figures, workspace
-from fastcal.report.formatting import alike, count, plural, significant
-from fastcal.report.language import _
+from fastcal.report.document import document_facts
+from fastcal.report.formatting import alike, count, percent, plural, significant
+from fastcal.report.language import _, decimal_sign, in_language, mid_sentence
 from fastcal.report.tables import capitalised, in_words
 from fastcal.report.trends import trend
 from fastcal.report.view import Rows, rows_of
@@ -21,6 +23,7 @@ from fastcal.report.words import listed, verdict
 from fastcal.units import from_si
 
 if TYPE_CHECKING:
+    from fastcal.calibration.acceptance_limit import LimitJudged
     from fastcal.calibration.calibrate import CalibrationResult
     from fastcal.calibration.evaluation import Evaluation
 
@@ -35,8 +38,15 @@ def _methods() -> dict[str, str]:
     }
 
 
-def calibration_page(result: CalibrationResult, *, simulated: bool = False) -> str:
-    """The HTML text of the report."""
+def calibration_page(
+    result: CalibrationResult, *, simulated: bool = False, limit: LimitJudged | None = None, language: str = "en"
+) -> str:
+    """The HTML text of the report, in a language, with what became of an acceptance limit."""
+    with in_language(language):
+        return _page(result, simulated, limit)
+
+
+def _page(result: CalibrationResult, simulated: bool, limit: LimitJudged | None) -> str:
     train = rows_of(_("Training"), result.train, result.model.joint_types)
     test = rows_of(_("Test"), result.test, result.model.joint_types)
     sets = [rows for rows in (train, test) if rows is not None]
@@ -74,6 +84,42 @@ def calibration_page(result: CalibrationResult, *, simulated: bool = False) -> s
         outlier_count=len(result.outliers),
         method=_method(result),
         notes=result.notes,
+        limit=None if limit is None else limit_sentence(limit),
+        document=document_facts(result.model.spec.get("made_by") or {}),
+    )
+
+
+def limit_sentence(limit: LimitJudged) -> str:
+    """What became of the acceptance limit, and how sure that is."""
+    numbers = {
+        "limit": f"{from_si(limit.limit, 'mm'):g}".replace(".", decimal_sign()),
+        "within": count(limit.poses - limit.beyond),
+        "poses": count(limit.poses),
+        "confidence": percent(limit.confidence),
+        "share": percent(SHARE),
+    }
+    if limit.verdict == "pass":
+        return _(
+            "Acceptance limit {limit} mm: pass. {within} of {poses} test poses lie within it; at least {share} of such "
+            "poses do, with a confidence of {confidence}.",
+            **numbers,
+        )
+    if limit.verdict == "fail":
+        return _(
+            "Acceptance limit {limit} mm: fail. Only {within} of {poses} poses lie within it, too few for {share} of "
+            "such poses.",
+            **numbers,
+        )
+    if not limit.on_test:
+        return _(
+            "Acceptance limit {limit} mm: cannot tell. {within} of {poses} poses of the fit lie within it; only test "
+            "poses can show more.",
+            **numbers,
+        )
+    return _(
+        "Acceptance limit {limit} mm: cannot tell. {within} of {poses} test poses lie within it, too few to decide "
+        "whether {share} of such poses do.",
+        **numbers,
     )
 
 
@@ -140,7 +186,7 @@ def accuracy_figures(sets: list[Rows]) -> list[figures.Figure]:
     curves: list[tuple[str, Array, str, str]] = []
     samples: list[tuple[str, Array, str]] = []
     for rows in sets:
-        name, is_judged = rows.name.lower(), rows is sets[-1]
+        name, is_judged = mid_sentence(rows.name), rows is sets[-1]
         dash = "solid" if is_judged else "dot"
         curves.append((_("{set} before", set=name), rows.error_before, figures.BEFORE, dash))
         curves.append((_("{set} after", set=name), rows.error_after, figures.AFTER, dash))

@@ -36,6 +36,11 @@ def _(message: str, /, **values: Any) -> str:
     return catalogue(language.get()).get(message, message).format(**values)
 
 
+def mid_sentence(name: str) -> str:
+    """A heading's noun as it stands within a sentence: small in English, as it is in German."""
+    return name.lower() if language.get() == "en" else name
+
+
 def decimal_sign() -> str:
     """The decimal sign of the language of the page."""
     return "," if language.get() == "de" else "."

@@ -22,7 +22,7 @@ from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot
 
-WHO = ("serial", "instrument", "operator", "date")  # what only a person knows
+WHO = ("serial", "instrument", "operator", "customer", "date")  # what only a person knows
 _MOST_TEXT = 200
 _NOT_MEASURED = ("notes", "source", "joint_types", "move", "q_read", "rotation_angles")  # nothing fits them
 

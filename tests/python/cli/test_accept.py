@@ -131,3 +131,23 @@ def test_a_mistake_is_one_sentence_and_leaves_nothing(shop, tmp_path, fastcal, m
     assert done.code == 2
     assert said in done.error
     assert {path.name for path in tmp_path.iterdir()} == before
+
+
+def test_a_page_is_a_document_in_the_language_that_was_asked_for(shop, tmp_path, fastcal, monkeypatch) -> None:
+    who = ("--serial", "F-0815", "--customer", "Muster & Söhne", "--operator", "A. Meier", "--date", "2026-11-20")
+    options = ("--targets", shop / "iso_plan.csv", "--tolerance-mm", 0.2, "-o", tmp_path / "out", *who)
+    assert fastcal("accept", shop / "arm.yaml", shop / "measured.csv", *options, "--page-language", "de").code == 0
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert '<html lang="de">' in page
+    for text in ("Bestanden", "F-0815", "Muster &amp; Söhne", "Unterschrift", "2026-11-20", "Prüfplan der ISO 9283"):
+        assert text in page
+    found = json.loads((tmp_path / "out" / "accept.json").read_text())
+    assert found["made_by"]["customer"] == "Muster & Söhne"
+    assert found["made_by"]["data_sha256"] in page
+    monkeypatch.setenv("FASTCAL_LANGUAGE", "de")
+    assert fastcal("accept", shop / "arm.yaml", shop / "measured.csv", *options).code == 0
+    assert '<html lang="de">' in (tmp_path / "out" / "report.html").read_text()
+    said = fastcal("accept", shop / "arm.yaml", shop / "measured.csv", *options, "--page-language", "fr")
+    assert said.code == 2
+    said = fastcal("accept", shop / "arm.yaml", shop / "measured.csv", *options, "--date", "20.11.2026")
+    assert "date must be YYYY-MM-DD" in said.error

@@ -228,3 +228,19 @@ def test_progress_is_shown_on_a_terminal(demo, tmp_path) -> None:
     assert running.returncode == 0
     assert b"identifying ..." in shown
     assert all(letter.isprintable() or letter == "\n" for letter in out)
+
+
+def test_a_limit_is_judged_on_the_test_poses_and_signed(demo, tmp_path, fastcal) -> None:
+    effects = "geometry,joint_compliance@joint2,joint_compliance@joint3"
+    run = ("calibrate", demo / "robot.yaml", demo / "measurements.csv", "--effects", effects, "-o", tmp_path / "out")
+    given = ("--limit-mm", 0.5, "--test", demo / "test.csv", "--customer", "Muster", "--page-language", "de")
+    said = fastcal(*run, *given)
+    assert said.code == 0
+    assert "limit 0.5 mm: pass; 0 of 60 test poses beyond it" in said.out
+    found = json.loads((tmp_path / "out" / "result.json").read_text())
+    assert found["acceptance"]["verdict"] == "pass"
+    assert found["made_by"]["customer"] == "Muster"
+    page = (tmp_path / "out" / "report.html").read_text()
+    for text in ("Abnahmegrenze 0,5 mm: bestanden", "Muster", "Unterschrift", "Kalibrierbericht"):
+        assert text in page
+    assert "--limit-mm must be above 0" in fastcal(*run, "--limit-mm", 0).error
