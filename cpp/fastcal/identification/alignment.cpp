@@ -19,6 +19,7 @@ namespace fastcal {
 namespace {
 
 constexpr double kToolReach = 0.3;          // [m] a tool's plausible size
+constexpr double kToolNearNominal = 0.02;   // [m] standard deviation of a tool that the rows do not show
 constexpr double kTurningThatShows = 3e-3;  // [rad] RMS that tells a tool's size from an arm's errors of a millimetre
 
 constexpr int kCalmingRounds = 10;
@@ -357,6 +358,13 @@ Alignment align(const Problem& given) {
       weighting.tau.assign(weighting.tau.size(), now);
       solution = solve(here, solution.theta, free, scale, weighting, limits, {Method::kLeastSquares, 30});
     }
+    // Of a tool that the rows show in part, as where one joint alone moved, the rest goes back to nominal instead of
+    // taking up the arm's own errors. At the level of what is left, a tool that they do show stays.
+    const double left = std::max(median_length(here.measured, residuals(here, solution.theta)), 1e-6);
+    weighting.tau.assign(weighting.tau.size(), left);
+    limits.prior_mean.segment(tool_first, 3) += robot.T_flange_tool.p - candidate.tool.p;
+    limits.prior_sigma.segment(tool_first, 3).setConstant(kToolNearNominal);
+    solution = solve(here, solution.theta, free, scale, weighting, limits, {Method::kLeastSquares, 30});
     weighting.tau.assign(weighting.tau.size(), level);
     solution.cost = normal_equations(here, solution.theta, free, scale, weighting, false).cost;
     if (!(solution.cost < best)) continue;

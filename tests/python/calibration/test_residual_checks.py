@@ -92,6 +92,19 @@ def test_nearly_half_the_rows_may_be_gross(seed: int) -> None:
     assert found.sigma_mm == pytest.approx(0.05, rel=0.3)
 
 
+@pytest.mark.parametrize("joint", range(6))
+def test_one_joint_alone_does_not_tell_the_tool(joint: int) -> None:
+    """Points on a circle: a turned tool and a turned base make the same ones. The tool stays near the robot file's."""
+    simulator = Simulator(joint, Case())
+    q = np.tile(simulator.postures(1), (60, 1))
+    q[:, joint] = simulator.postures(60)[:, joint]
+    result = calibrated(Dataset.from_arrays(q, position=simulator.points(q) + simulator.noise(60)))
+    at = simulator.postures(100)
+    error = np.abs(result.model.forward(at)[:, :3, 3] - simulator.points(at))
+    assert np.linalg.norm(error, axis=1).max() < 0.1
+    assert np.mean(error < 1.96 * result.model.position_deviation(at)) >= 0.9
+
+
 def test_memory_of_the_noise_is_found_and_its_share_of_a_mean() -> None:
     """Of the mean of N rows AR(1) leaves the variance (1 + rho) / (1 - rho) / N, for long rows."""
     rng = np.random.default_rng(1)

@@ -13,7 +13,7 @@ from sklearn.gaussian_process.kernels import RBF
 from sklearn.neighbors import KNeighborsRegressor
 
 from fastcal.correction import Inputs
-from fastcal.correction.applicability import coordinates, fade, margins
+from fastcal.correction.applicability import Guard, coordinates, fade, margins
 from fastcal.correction.correction import limited, spread
 from fastcal.correction.dense import DenseNet
 from fastcal.correction.experts import AxisNetworks, BoostedTrees, ClassifiedNetworks, Expert, Neighbours
@@ -183,6 +183,23 @@ def test_turning_joints_are_near_across_the_half_turn_and_slides_are_not() -> No
     assert np.linalg.norm((first - second)[[0, 2]]) == pytest.approx(0.02, rel=1e-3)
     assert abs(first[1] - second[1]) == 1.0
     assert margins(low, high, turning, 0.1).tolist() == pytest.approx([0.1, 0.02, 0.1])
+
+
+def test_the_weight_falls_on_both_sides_of_what_was_trained() -> None:
+    """One joint from -1 to 1, margins of 0.2: half a margin beyond either end the weight is one half."""
+    q = np.array([[-1.2], [-1.1], [-1.0], [0.0], [1.0], [1.1], [1.2]])
+    inputs = Inputs(q, np.zeros(7), np.zeros((7, 3, 1)))
+    low, high, turning = np.array([-1.0, 0.0]), np.array([1.0, 0.0]), np.ones(1)
+    rows = coordinates(inputs, low, high, turning)
+    guard = Guard(low, high, np.array([0.2, 0.1]), turning, rows, 50.0, 100.0)
+    np.testing.assert_allclose(guard.weight(inputs), [0, 0.5, 1, 1, 1, 0.5, 0], atol=1e-12)
+
+
+def test_outside_the_uncertainty_is_what_the_correction_would_have_taken_away() -> None:
+    known = Uncertainty(np.full(3, 3e-5), np.full(3, 2.0), np.full(3, 1e-3))
+    apart = np.full((3, 3), 4e-5)
+    sigma = known.sigma(apart, np.array([1.0, 0.5, 0.0]))
+    np.testing.assert_allclose(sigma[:, 0], [1e-4, 0.5 * 1e-4 + 0.5 * 1e-3, 1e-3], rtol=1e-12)
 
 
 def test_limit_and_spread() -> None:

@@ -1,0 +1,60 @@
+// SPDX-FileCopyrightText: 2026 The fastcal authors
+// SPDX-License-Identifier: MIT
+//
+// Scales of noise on draws of their own: normal numbers, one, two or three a row, with and without what rows claim.
+#include "fastcal/identification/noise_scale.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace fastcal {
+namespace {
+
+constexpr double kNoise = 4e-5;
+constexpr double kFloor = 1e-10;
+
+std::vector<ObservedRow> drawn(int components, int rows, double claimed, int gross = 0) {
+  std::mt19937 random(static_cast<unsigned>(components));
+  std::normal_distribution<double> normal(0, std::hypot(kNoise, claimed));
+  std::vector<ObservedRow> out(static_cast<std::size_t>(rows));
+  for (int i = 0; i < rows; ++i) {
+    ObservedRow& row = out[static_cast<std::size_t>(i)];
+    row.components = components;
+    for (int c = 0; c < components; ++c) {
+      const double r = normal(random) + (i < gross ? 0.1 : 0);
+      row.squares[c] = r * r;
+      row.claimed[c] = claimed * claimed;
+    }
+  }
+  return out;
+}
+
+TEST(NoiseScale, TheMedianIsThatOfChiSquaredForAnyNumberOfComponents) {
+  for (const int components : {1, 2, 3}) {
+    EXPECT_NEAR(median_noise(drawn(components, 20000, 0), kFloor, kNoise), kNoise, 0.03 * kNoise) << components;
+    EXPECT_NEAR(median_noise(drawn(components, 20000, 5e-5), kFloor, 1e-3), kNoise, 0.06 * kNoise) << components;
+  }
+}
+
+TEST(NoiseScale, TheMedianBearsGrossRowsAndTheMeanCountsDegreesOfFreedom) {
+  EXPECT_LT(median_noise(drawn(3, 20000, 0, 6000), kFloor, kNoise), 1.5 * kNoise);
+  const double all = mean_noise(drawn(3, 20000, 0), LossKind::kNone, 1, kFloor, kNoise);
+  EXPECT_NEAR(all, kNoise, 0.01 * kNoise);
+  const double left = mean_noise(drawn(3, 20000, 0), LossKind::kNone, 0.64, kFloor, kNoise);
+  EXPECT_NEAR(left / all, 1 / 0.8, 1e-6);
+}
+
+TEST(NoiseScale, OutlierLimitsAreThoseOfTablesOfChiSquared) {
+  // P(chi^2 > x) = 1e-2 / N for N = 1 and 100: 6.635 and 15.137 with one degree of freedom, 9.210 and 18.421 with two,
+  // 11.345 and 21.108 with three.
+  const double table[3][2] = {{6.635, 15.137}, {9.210, 18.421}, {11.345, 21.108}};
+  for (int d = 1; d <= 3; ++d) {
+    EXPECT_NEAR(outlier_limit(d, 1), table[d - 1][0], 1e-3);
+    EXPECT_NEAR(outlier_limit(d, 100), table[d - 1][1], 1e-3);
+  }
+}
+
+}  // namespace
+}  // namespace fastcal
