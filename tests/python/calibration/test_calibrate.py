@@ -255,7 +255,8 @@ def test_bfgs_is_the_same_as_least_squares(staubli: Robot) -> None:
     nls, bfgs = (calibrate(staubli, data, loss="none", method=method, max_iterations=500) for method in ("nls", "bfgs"))
     assert bfgs.status == "converged"
     a, b = ([p.value for p in result.parameters] for result in (bfgs, nls))
-    np.testing.assert_allclose(a, b, rtol=0, atol=5e-7)  # deg: 1e-8 rad; in mm far less than 1e-8 m
+    std = np.array([p.std for p in nls.parameters])
+    assert np.max(np.abs(np.subtract(a, b)) / std) < 2e-3  # both stop where less than this is left
     mean = calibrate(staubli, data, loss="none", method="bfgs_mean_distance", max_iterations=500)
     assert mean.status == "converged"
     assert mean.train.after.mean < nls.train.after.mean
