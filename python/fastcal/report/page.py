@@ -13,7 +13,7 @@ import base64
 import functools
 import importlib.resources
 import json
-from datetime import UTC, datetime
+from datetime import datetime, timezone
 from typing import Any
 
 import jinja2
@@ -35,7 +35,7 @@ def render(template: str, **context: Any) -> str:
         style=Markup(style),  # noqa: S704  our own file
         plotly=_plotly_base64(),
         version=fastcal.__version__,
-        date=datetime.now(UTC).date().isoformat(),
+        date=datetime.now(timezone.utc).date().isoformat(),
         language=language.get(),
         **context,
     )
