@@ -16,6 +16,7 @@ from fastcal.diagnosis.fits import Fit, corner_start, identity_of
 from fastcal.diagnosis.generic import Curves, Generic
 from fastcal.diagnosis.library import Hypothesis
 from fastcal.diagnosis.problem import ONE, Problem, core_entry
+from fastcal.diagnosis.reasons import Label
 from fastcal.effects.entries import build_effects, curve_of
 from fastcal.robot.robot import Robot, Spec
 
@@ -38,9 +39,9 @@ class Blocks:
         first = sum(self.sizes[:index])
         return self.columns[:, first : first + self.sizes[index]]
 
-    def title(self, index: int) -> str:
-        """A block in words."""
-        return repr(self.names[index] if index < self.count else self.generics[index - self.count])
+    def label(self, index: int) -> Label:
+        """What a block is."""
+        return self.names[index].label if index < self.count else self.generics[index - self.count].label
 
     def worth(self, statistic: FloatArray, rank: NDArray[np.int32], among: NDArray[np.intp]) -> FloatArray:
         """BIC's: what blocks `among` all explain less log m a parameter; -inf where the fit absorbs them."""

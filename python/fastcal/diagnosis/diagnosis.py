@@ -20,6 +20,7 @@ from fastcal.diagnosis.noise import NoiseLevel, studentized_residuals, with_esti
 from fastcal.diagnosis.one_curve import waves_of_one_curve
 from fastcal.diagnosis.plan import SeparatingPlan, separating_plan
 from fastcal.diagnosis.problem import Noise, Problem, prepared_problem
+from fastcal.diagnosis.reasons import Because, Reason
 from fastcal.diagnosis.remaining_surrogate import with_surrogate
 from fastcal.diagnosis.result import AdaptedModel, Diagnosis, Finding, Unexplained
 from fastcal.diagnosis.search import Search, SearchNode
@@ -181,7 +182,7 @@ class _Found:
         proofs = [grading.evidence(search, best, name) for name in best.names]
         order = sorted(range(len(best.names)), key=lambda k: -proofs[k].statistic)
         names = [best.names[k] for k in order]
-        steps, profiles, rest = self._adapted(names)
+        steps, profiles, rest, final = self._adapted(names)
         gap = adaptation.gap(steps, names, profiles)
         judge = adaptation.Judge(self.data, self.test, self.threads)
         more, step, rest = with_surrogate(steps[-1], best.fit, judge, rest)
@@ -208,6 +209,7 @@ class _Found:
             steps=steps,
             search=search,
             state=best,
+            final=final,
             plan=self._plan(equivalents),
             notes=list(self.data.notes),
         )
@@ -220,16 +222,18 @@ class _Found:
         others = [[_replacement(self.best, state) for state in states] for states in equivalents]
         return separating_plan(self.best, others)
 
-    def _adapted(self, names: Sequence[Hypothesis]) -> tuple[list[AdaptedModel], list[Spec], Unexplained | None]:
-        """The fits as robots, the joint profiles among what was added, and what remains."""
+    def _adapted(
+        self, names: Sequence[Hypothesis]
+    ) -> tuple[list[AdaptedModel], list[Spec], Unexplained | None, SearchNode]:
+        """The fits as robots, the joint profiles among what was added, what remains, and the node with all of it."""
         judge = adaptation.Judge(self.data, self.test, self.threads)
         steps = adaptation.models(self.search, self.best, names, judge, self.level.sigma)
         curved = self.model.calibration
         if curved is not None:
             steps.append(judge.of(curved.model, curved.nominal, curved.unknowns))
-        left = SearchNode(self.model.fit, self.search.start.family)
-        rest = None if left.suffices else unexplained.rest(self.search, left)
-        return steps, self.model.profiles, rest
+        final = SearchNode(self.model.fit, self.search.start.family) if self.model.profiles else self.best
+        rest = None if final.suffices else unexplained.rest(self.search, final)
+        return steps, self.model.profiles, rest, final
 
     def _finding(
         self,
@@ -240,7 +244,7 @@ class _Found:
         rest: Unexplained | None,
     ) -> Finding:
         others = tuple(dict.fromkeys(_replacement(self.best, state).key for state in equivalents))
-        grade, reasons = grading.grade(proof, name, others, rest is not None or len(self.best.names) > self.search.most)
+        grade, limits = grading.grade(proof, name, others, rest is not None or len(self.best.names) > self.search.most)
         p = min(1.0, float(special.chdtrc(proof.rank, proof.statistic)) * self.search.start.family.named)
         return Finding(
             effect=name.effect,
@@ -252,7 +256,7 @@ class _Found:
             equivalents=others,
             gain=proof.gain,
             stability=proof.stability,
-            reasons=reasons,
+            limits=limits,
         )
 
 
@@ -260,17 +264,13 @@ def _as_sure_as_the_least(finding: Finding) -> Finding:
     """One effect of a set that is not sure may mend the wrong form of another: then none of them is."""
     if finding.grade != "A":
         return finding
-    return replace(finding, grade="B", reasons=("another effect of the set is not sure, and may mend its form",))
+    return replace(finding, grade="B", limits=(Because(Reason.UNSURE_COMPANION),))
 
 
 def _curve(model: Robot, entry: Spec) -> Finding:
     """A joint that errs by its own position: the place is known, the form is not."""
-    reason = "the joint errs by its own position in a way that no single name has"
-    waves = unexplained.main_orders(model, entry)
-    if waves:
-        described = " and ".join(f"{n} ({from_si(a, 'mrad'):.2g} mrad)" for n, a in waves)
-        reason += f"; mostly periodic, cycles a turn: {described}"
-    return Finding(entry["effect"], entry["owner"], "C", {}, 0.0, 0.0, reasons=(reason,))
+    because = Because(Reason.CURVE_WITHOUT_NAME, waves=tuple(unexplained.main_orders(model, entry)))
+    return Finding(entry["effect"], entry["owner"], "C", {}, 0.0, 0.0, limits=(because,))
 
 
 def _verdict(findings: Sequence[Finding], rest: Unexplained | None) -> str:

@@ -17,6 +17,7 @@ from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
 from fastcal.diagnosis import rules
+from fastcal.diagnosis.reasons import BlockLabel
 from fastcal.measurements.dataset import Dataset
 
 FloatArray = NDArray[np.float64]
@@ -47,8 +48,13 @@ class Generic:
     owner: str
     curves: Curves
 
+    @property
+    def label(self) -> BlockLabel:
+        """As it is written and spoken of."""
+        return BlockLabel(self.owner, self.curves.depends_on)
+
     def __repr__(self) -> str:
-        return f"{self.owner} by {', '.join(self.curves.depends_on)}"
+        return str(self.label)
 
 
 def orthonormal(values: FloatArray) -> FloatArray:

@@ -16,10 +16,10 @@ from fastcal.diagnosis import rules
 from fastcal.diagnosis.library import Hypothesis
 from fastcal.diagnosis.one_curve import is_one_curve
 from fastcal.diagnosis.periodic import is_periodic
+from fastcal.diagnosis.reasons import Because, BlockLabel, CauseLabel, Label, Reason
 from fastcal.diagnosis.rivals import folds
 from fastcal.diagnosis.search import Search, SearchNode
 from fastcal.diagnosis.tail_probabilities import p_values
-from fastcal.diagnosis.words import owner_in_words
 
 FloatArray = NDArray[np.float64]
 
@@ -32,7 +32,7 @@ class Evidence:
         statistic: Chi square of leaving it out, `rank` its degrees of freedom.
         gain: Relative, of held-out rows, and its standard error.
         stability: Share of folds in which it comes first.
-        rivals: Blocks without a name that would do instead, in words.
+        rivals: Blocks without a name that would do instead.
         is_richer_needed: Does it need what sets it apart from its simpler relative?
         is_plausible: Are its sizes?
         follows_loads: Does it yield to loads, as many things that look alike do?
@@ -42,7 +42,7 @@ class Evidence:
     rank: int
     gain: tuple[float, float]
     stability: float
-    rivals: tuple[str, ...]
+    rivals: tuple[Label, ...]
     is_richer_needed: bool
     is_plausible: bool
     follows_loads: bool = False
@@ -57,7 +57,7 @@ def evidence(search: Search, state: SearchNode, name: Hypothesis) -> Evidence:
     own = inverse[np.ix_(at, at)]
     statistic = float(theta @ linalg.lstsq(own, theta)[0])
     gain = _held_out(search, state, name)
-    rivals: tuple[str, ...] = ()
+    rivals: tuple[Label, ...] = ()
     stability = 1.0
     if len(state.names) <= search.most:
         base = search.without(state, name)
@@ -65,7 +65,7 @@ def evidence(search: Search, state: SearchNode, name: Hypothesis) -> Evidence:
         rivals, stability = _rivals(search, base, name), _stability(search, state, base, name)
         together = [n for n in state.names if n.owner == name.owner and is_periodic(n)]
         if name in together and is_one_curve(search, state, together):
-            rivals += (f"a curve over the position of {owner_in_words(name.owner)}",)
+            rivals += (BlockLabel(name.owner, (f"q{name.owner.removeprefix('joint')}",)),)
     parameters = state.fit.model.parameters[place]
     plausible = _is_plausible(parameters, theta)
     richer = _richer_needed(name, parameters, theta, own)
@@ -87,32 +87,29 @@ def borne_out(search: Search, state: SearchNode) -> SearchNode:
     return state
 
 
-def grade(found: Evidence, name: Hypothesis, equivalents: Sequence[object], rest: bool) -> tuple[str, tuple[str, ...]]:
+def grade(
+    found: Evidence, name: Hypothesis, equivalents: Sequence[object], rest: bool
+) -> tuple[str, tuple[Because, ...]]:
     """Grade A or B, and why not A."""
-    reasons = []
-    if rest:
-        reasons.append("something else remains unexplained, and it may take this one's place")
-    if equivalents:
-        reasons.append("other names explain the data as well")
+    snr = found.statistic**0.5
     sure = rules.GRADE_A_SNR_LOADS if found.follows_loads else rules.GRADE_A_SNR
-    if found.statistic < sure**2:
-        reasons.append(
-            f"its signal is {found.statistic**0.5:.1f} times the noise, and a cause that looks alike and is not in the "
-            f"library would show from {sure:g} on"
-        )
-    if found.rivals:
-        reasons.append(f"a cause without a name would do as well: {', '.join(found.rivals)}")
-    if not found.is_richer_needed:
-        reasons.append(f"the data do not show what sets it apart from {', '.join(name.traits.generalizes)}")
-    if not found.is_plausible:
-        reasons.append("it would have to be implausibly large")
-    if found.gain[0] < rules.GRADE_A_GAIN * found.gain[1]:
-        reasons.append("poses that were held out do not bear it out")
-    if found.stability < rules.GRADE_A_STABILITY:
-        reasons.append(f"it comes first in {found.stability:.0%} of the parts of the data only")
-    if name.traits.role == "load modifier":
-        reasons.append("it may be the form of a large effect of loads rather than a cause of its own")
-    return ("B" if reasons else "A"), tuple(reasons)
+    simpler = tuple(CauseLabel(effect, name.owner) for effect in name.traits.generalizes)
+    limits = [
+        (rest, Because(Reason.SOMETHING_REMAINS)),
+        (bool(equivalents), Because(Reason.EQUIVALENTS)),
+        (snr < sure, Because(Reason.WEAK_SIGNAL, snr, sure)),
+        (bool(found.rivals), Because(Reason.UNNAMED_RIVALS, subjects=found.rivals)),
+        (not found.is_richer_needed, Because(Reason.SIMPLER_DOES, subjects=simpler)),
+        (not found.is_plausible, Because(Reason.IMPLAUSIBLE)),
+        (found.gain[0] < rules.GRADE_A_GAIN * found.gain[1], Because(Reason.NOT_HELD_OUT)),
+        (
+            found.stability < rules.GRADE_A_STABILITY,
+            Because(Reason.UNSTABLE, found.stability, rules.GRADE_A_STABILITY),
+        ),
+        (name.traits.role == "load modifier", Because(Reason.LOAD_MODIFIER)),
+    ]
+    met = tuple(because for is_met, because in limits if is_met)
+    return ("B" if met else "A"), met
 
 
 def _covariance(state: SearchNode) -> FloatArray:
@@ -139,7 +136,7 @@ def _richer_needed(
     return bool((contrast @ theta) ** 2 > rules.CONTRAST**2 * (contrast @ covariance @ contrast))
 
 
-def _rivals(search: Search, base: SearchNode, name: Hypothesis) -> tuple[str, ...]:
+def _rivals(search: Search, base: SearchNode, name: Hypothesis) -> tuple[Label, ...]:
     """Blocks without a name that leave nothing significant and are another shape than the name."""
     blocks = base.blocks
     same = [i for i, other in enumerate(blocks.names) if other.key == name.key]
@@ -151,12 +148,12 @@ def _rivals(search: Search, base: SearchNode, name: Hypothesis) -> tuple[str, ..
     # Beside a block the name keeps at least the difference of their statistics: where that is significant, no rival.
     left = np.maximum(statistic[best] - statistic, 0.0)
     p = p_values(left, np.full(len(left), scores.rank[best]), base.fit.problem.noise.freedom)
-    out = []
+    out: list[Label] = []
     for i in range(blocks.count, len(statistic)):
         if p[i] < rules.ALPHA_NAMED / search.start.family.named or not _leaves_nothing(search, base, i):
             continue
         if blocks.tests.shared([best], [i])[0, 0] < rules.SAME_SHAPE:
-            out.append(blocks.title(i))
+            out.append(blocks.label(i))
     return tuple(out)
 
 

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from fastcal.calibration.options_from_data import with_origins
 from fastcal.diagnosis import rules
+from fastcal.diagnosis.reasons import CauseLabel
 from fastcal.effects import registered
 from fastcal.effects.entries import build_effects, effect_names, effect_owners, identity, label, traits_of
 from fastcal.effects.traits import Traits, filled
@@ -75,8 +76,13 @@ class Hypothesis:
         order = self.entry.get("order", rules.WAVE_ORDERS[0])
         return int("at_s" in self.entry) + int("lag_s" in self.entry) + int(order not in rules.WAVE_ORDERS)
 
+    @property
+    def label(self) -> CauseLabel:
+        """As it is written and spoken of."""
+        return CauseLabel(self.effect, self.owner, self.variant)
+
     def __repr__(self) -> str:
-        return label(self.entry) + (f":{self.variant}" if self.variant else "")
+        return str(self.label)
 
 
 @dataclass(frozen=True)

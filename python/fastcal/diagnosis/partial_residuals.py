@@ -18,15 +18,15 @@ from numpy.typing import NDArray
 
 from fastcal.diagnosis.blocks import Blocks
 from fastcal.diagnosis.fits import Fit
-from fastcal.diagnosis.problem import core_entry, prepared_problem
+from fastcal.diagnosis.problem import core_entry
 from fastcal.diagnosis.row_projections import Effect, Reading
-from fastcal.diagnosis.search import Search, SearchNode
+from fastcal.diagnosis.search import SearchNode
 from fastcal.effects.entries import build_effects, core_options, traits_of
 from fastcal.effects.traits import filled
 from fastcal.robot.robot import Spec
 
 if TYPE_CHECKING:
-    from fastcal.diagnosis.result import Diagnosis, Finding
+    from fastcal.diagnosis.result import Finding
     from fastcal.measurements.dataset import Dataset
 
 FloatArray = NDArray[np.float64]
@@ -56,15 +56,6 @@ class PartialResidual:
     reading: Reading
     labels: tuple[str, ...] = ()
     left_out: int = 0
-
-
-def final_state(found: Diagnosis) -> SearchNode:
-    """The state with everything that was found in it; joint profiles come after the search and are fitted once more."""
-    if not any(traits_of(f.effect).role == "curve" for f in found.effects):
-        return found.state
-    problem = found.state.fit.problem
-    again = prepared_problem(found.model, problem.data, problem.names, problem.noise, problem.threads)
-    return Search(again.with_rows(problem.used)).start
 
 
 def of_finding(state: SearchNode, finding: Finding) -> PartialResidual:

@@ -12,10 +12,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fastcal.calibration.simulation import simulate
-from fastcal.diagnosis import rules, sensitivity
+from fastcal.diagnosis import rules, sensitivity, words
 from fastcal.diagnosis.fits import fit
 from fastcal.diagnosis.library import Hypothesis, Untestable, build_library, parse_exclusions
 from fastcal.diagnosis.problem import Noise, prepared_problem
+from fastcal.diagnosis.reasons import CauseLabel
 from fastcal.diagnosis.result import DetectableEffect
 from fastcal.diagnosis.search import Search, SearchNode
 from fastcal.effects.traits import filled
@@ -36,15 +37,20 @@ class SeparatingPlan:
     Attributes:
         poses: What to measure, in the order in which they help.
         power_before, power_after: Least probability that the test of a pair refuses the wrong one.
-        sentence: For a person.
+        causes: The hypotheses.
         file: Where `Diagnosis.save` writes the poses.
     """
 
     poses: Candidates
     power_before: float
     power_after: float
-    sentence: str
+    causes: tuple[CauseLabel, ...]
     file: str = "next_poses.csv"
+
+    @property
+    def sentence(self) -> str:
+        """For a person."""
+        return words.plan_text(self)
 
 
 def separating_plan(best: SearchNode, rivals: Sequence[Sequence[Hypothesis]]) -> SeparatingPlan | None:
@@ -95,7 +101,7 @@ def _plan(best: SearchNode, member: Hypothesis, others: list[Hypothesis]) -> Sep
     )
     before, after = float(np.nanmin(found.power_before)), float(np.nanmin(found.power_after))
     chosen = pool.select(found.chosen)
-    return SeparatingPlan(chosen, before, after, _sentence(chosen, before, after, causes))
+    return SeparatingPlan(chosen, before, after, tuple(cause.label for cause in causes))
 
 
 def _planned(data: Dataset, pool: Candidates) -> Dataset:
@@ -128,22 +134,6 @@ def approached_joints(causes: Sequence[Hypothesis]) -> list[int]:
     """Joints, from 0, for whose direction of approach one of the causes asks."""
     on = [filled(variable, cause.owner) for cause in causes for variable in cause.traits.depends_on]
     return [int(name.removeprefix("approach")) - 1 for name in on if name.startswith("approach")]
-
-
-def _sentence(chosen: Candidates, before: float, after: float, causes: Sequence[Hypothesis]) -> str:
-    payloads = sorted({float(p) for p in chosen.payload})
-    carried = " and ".join(f"{p:g}" for p in payloads)
-    names = ", ".join(repr(cause) for cause in causes)
-    said = (
-        f"{len(chosen)} more poses with {carried} kg tell {names} apart: "
-        f"power {before:.0%} before, {after:.0%} with them."
-    )
-    if after >= rules.MIN_PLAN_POWER:
-        return said
-    return (
-        f"{said} That is not enough: a load that pulls sideways, another payload or a target on the link itself would "
-        "show more."
-    )
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,7 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.calibration.evaluation import Evaluation
+from fastcal.diagnosis import words
 from fastcal.diagnosis.library import Untestable
+from fastcal.diagnosis.reasons import Because, CauseLabel
 from fastcal.display import late
 from fastcal.display.shown import Plotted
 from fastcal.robot.robot import Robot
@@ -48,7 +50,7 @@ class Finding:
         equivalents: (effect, owner) of names that would do as well.
         gain: By how much the mean square of held-out rows is lower with it, as a share, and its standard error.
         stability: Share of the folds in which the same name comes first.
-        reasons: Why the grade is not better, a sentence each.
+        limits: Why the grade is not better; `reasons` says it in a sentence each.
     """
 
     effect: str
@@ -60,12 +62,17 @@ class Finding:
     equivalents: tuple[tuple[str, str], ...] = ()
     gain: tuple[float, float] = (0.0, 0.0)
     stability: float = 1.0
-    reasons: tuple[str, ...] = ()
+    limits: tuple[Because, ...] = ()
 
     @property
     def label(self) -> str:
         """effect@owner."""
         return f"{self.effect}@{self.owner}"
+
+    @property
+    def reasons(self) -> tuple[str, ...]:
+        """Why the grade is not better."""
+        return tuple(map(words.reason_text, self.limits))
 
 
 @dataclass(frozen=True)
@@ -97,20 +104,30 @@ class GapStep:
 
 @dataclass(frozen=True)
 class RankedHypothesis:
-    """A name that was looked at, and why it is not given.
+    """A hypothesis that was looked at, and why it is not given.
 
     Attributes:
         estimate: Of its parameters when it alone is added, in the unit of their names.
         snr: Root of its score statistic over the calibrated geometry.
         share: Of the misfit that it alone explains.
-        beyond: What stays significant with it in the model, and the p value of that.
+        because: Why it is, or is not, given; `reason` says it in a sentence.
     """
 
-    name: str
+    label: CauseLabel
     snr: float
     share: float
     estimate: dict[str, float]
-    reason: str
+    because: Because
+
+    @property
+    def name(self) -> str:
+        """effect@owner, and its variant."""
+        return str(self.label)
+
+    @property
+    def reason(self) -> str:
+        """Why it is, or is not, given."""
+        return words.reason_text(self.because)
 
 
 @dataclass(frozen=True)
@@ -147,7 +164,7 @@ class Diagnosis(Plotted):
         smallest: What would have been seen.
         confusion: Names of the first in the ranking, and the largest correlation of each pair.
         steps: The model at each step of `gap`.
-        search: Every set that was fitted; `state` is the one that is given.
+        search: Every set that was fitted; `state` is the one that is given, `final` the same beside joint profiles.
         plan: What to measure next, where a name has equivalents.
     """
 
@@ -163,10 +180,11 @@ class Diagnosis(Plotted):
     gap: list[GapStep]
     ranking: list[RankedHypothesis]
     smallest: list[DetectableEffect]
-    confusion: tuple[list[str], FloatArray]
+    confusion: tuple[list[CauseLabel], FloatArray]
     steps: list[AdaptedModel]
     search: Search
     state: SearchNode
+    final: SearchNode
     plan: SeparatingPlan | None = None
     notes: list[str] = field(default_factory=list)
 
@@ -219,7 +237,10 @@ class Diagnosis(Plotted):
             "outliers": self.outliers,
             "sigma_mm": {"value": self.sigma_mm, "source": self.sigma_source, "note": self.sigma_note},
             "gap": [vars(step) for step in self.gap],
-            "ranking": [vars(r) for r in self.ranking],
+            "ranking": [
+                {"name": r.name, "snr": r.snr, "share": r.share, "estimate": r.estimate, "reason": r.reason}
+                for r in self.ranking
+            ],
             "smallest": [vars(s) for s in self.smallest],
             "next_measurement": None
             if self.plan is None
@@ -230,7 +251,10 @@ class Diagnosis(Plotted):
                 "sentence": self.plan.sentence,
                 "file": self.plan.file,
             },
-            "confusion": {"names": self.confusion[0], "correlation": self.confusion[1].tolist()},
+            "confusion": {
+                "names": [str(label) for label in self.confusion[0]],
+                "correlation": self.confusion[1].tolist(),
+            },
             "notes": self.notes,
         }
 

@@ -89,9 +89,9 @@ class SearchNode:
 
     def is_compatible_with(self, best: SearchNode) -> bool:
         """No block is significant at the levels of a confidence set but those that the best set leaves too."""
-        left = {best.blocks.title(i) for i in best.significant(rules.ALPHA_NAMED, rules.ALPHA_GENERIC)}
+        left = {best.blocks.label(i) for i in best.significant(rules.ALPHA_NAMED, rules.ALPHA_GENERIC)}
         return not self.impossible and all(
-            self.blocks.title(i) in left for i in self.significant(rules.ALPHA_NAMED, rules.ALPHA_GENERIC)
+            self.blocks.label(i) in left for i in self.significant(rules.ALPHA_NAMED, rules.ALPHA_GENERIC)
         )
 
     @cached_property

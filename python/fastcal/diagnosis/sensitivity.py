@@ -13,6 +13,7 @@ from scipy import special
 from fastcal import _core
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.library import Hypothesis, Key, Library, Untestable, needs
+from fastcal.diagnosis.reasons import Because, CauseLabel, Reason
 from fastcal.diagnosis.result import DetectableEffect, RankedHypothesis
 from fastcal.diagnosis.search import Search, SearchNode
 from fastcal.diagnosis.tail_probabilities import p_values
@@ -114,36 +115,35 @@ def ranking(search: Search, best: SearchNode) -> list[RankedHypothesis]:
             for p, v in zip(effect.parameters, estimate[first[i] : first[i + 1]], strict=True)
         }
         share = float(np.clip((statistic[i] - rank[i]) / misfit, 0.0, 1.0))
-        out.append(
-            RankedHypothesis(repr(name), float(np.sqrt(statistic[i])), share, values, _reason(search, int(i), given))
-        )
+        snr = float(np.sqrt(statistic[i]))
+        out.append(RankedHypothesis(name.label, snr, share, values, _because(search, int(i), given)))
     return out
 
 
-def _reason(search: Search, index: int, given: set[tuple[str, str]]) -> str:
+def _because(search: Search, index: int, given: set[tuple[str, str]]) -> Because:
     start = search.start
     name = start.blocks.names[index]
     if name.key in given:
-        return "given"
+        return Because(Reason.GIVEN)
     known = search.seen.get((repr(name),))
     if known is not None:
         p, found = known.p_values, known.blocks
         if known.impossible:
-            return "it would need a sign or size that it can't have"
+            return Because(Reason.IMPOSSIBLE)
     else:
         left = start.blocks.tests.given([index])
         p = p_values(np.asarray(left.statistic), np.asarray(left.rank), start.fit.problem.noise.freedom)
         found = start.blocks
     if start.p_values[index] * start.family.named > rules.ALPHA_NAMED:
-        return "not significant"
+        return Because(Reason.NOT_SIGNIFICANT)
     least = int(np.argmin(p))
     family = start.family.named if least < found.count else start.family.generic
     if p[least] * family > rules.ALPHA_NAMED:
-        return "it stands as well as what is given, or is needed less"
-    return f"it leaves {found.title(least)} at p = {min(1.0, p[least] * family):.1e}"
+        return Because(Reason.NOT_NEEDED)
+    return Because(Reason.LEAVES_MORE, min(1.0, float(p[least] * family)), subjects=(found.label(least),))
 
 
-def confusion(search: Search) -> tuple[list[str], FloatArray]:
+def confusion(search: Search) -> tuple[list[CauseLabel], FloatArray]:
     """The names that explain most over the calibrated geometry, and the correlation of each pair."""
     found = search.start.blocks
     statistic = np.asarray(found.tests.scores.statistic)[: found.count]
@@ -153,4 +153,4 @@ def confusion(search: Search) -> tuple[list[str], FloatArray]:
             chosen.append(int(i))
         if len(chosen) == rules.CONFUSION_LENGTH:
             break
-    return [repr(found.names[i]) for i in chosen], np.asarray(found.tests.correlation(chosen, chosen))
+    return [found.names[i].label for i in chosen], np.asarray(found.tests.correlation(chosen, chosen))

@@ -7,9 +7,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from fastcal.diagnosis import rules
+from fastcal.diagnosis.reasons import Because, Reason, Speak
 from fastcal.effects.entries import traits_of
+from fastcal.units import from_si
 
 if TYPE_CHECKING:
+    from fastcal.diagnosis.plan import SeparatingPlan
     from fastcal.diagnosis.result import Diagnosis, Finding, Unexplained
 
 _PLACES = {
@@ -28,6 +31,27 @@ _VARIABLES = {
 }
 
 
+_REASONS = {
+    Reason.GIVEN: "given",
+    Reason.IMPOSSIBLE: "it would need a sign or size that it cannot have",
+    Reason.NOT_SIGNIFICANT: "not significant",
+    Reason.NOT_NEEDED: "it fits equally well, or is not needed",
+    Reason.LEAVES_MORE: "it leaves {subjects} at p = {value:.1e}",
+    Reason.SOMETHING_REMAINS: "something else remains unexplained, and it may take this one's place",
+    Reason.EQUIVALENTS: "other causes explain the data as well",
+    Reason.WEAK_SIGNAL: "its signal is {value:.1f} times the noise; a cause that looks alike and is not in the library "
+    "would show from {limit:g} on",
+    Reason.UNNAMED_RIVALS: "a cause without a name would do as well: {subjects}",
+    Reason.SIMPLER_DOES: "the data do not show what sets it apart from {subjects}",
+    Reason.IMPLAUSIBLE: "it would have to be implausibly large",
+    Reason.NOT_HELD_OUT: "poses that were held out are not predicted clearly better with it",
+    Reason.UNSTABLE: "it comes first in only {value:.0%} of the parts of the data",
+    Reason.LOAD_MODIFIER: "it may be the form of a large effect of loads rather than a cause of its own",
+    Reason.UNSURE_COMPANION: "another effect of the set is not sure, and may make up for its form",
+    Reason.CURVE_WITHOUT_NAME: "the joint errs by its own position in a way that no single name has",
+}
+
+
 def owner_in_words(owner: str) -> str:
     """joint4 to "joint 4", joint6<-joint5 to "joint 6 from joint 5"."""
     first, arrow, source = owner.partition("<-")
@@ -40,6 +64,29 @@ def owner_in_words(owner: str) -> str:
 def cause_in_words(effect: str, owner: str) -> str:
     """A name as a person says it: "joint 4: backlash (lost motion)"."""
     return f"{owner_in_words(owner)}: {traits_of(effect).phrase}"
+
+
+def reason_text(because: Because, speak: Speak = str) -> str:
+    """A reason as a clause without a full stop; `speak` puts hypotheses and blocks into words."""
+    subjects = ", ".join(map(speak, because.subjects))
+    text = _REASONS[because.reason].format(subjects=subjects, value=because.value, limit=because.limit)
+    waves = " and ".join(f"{n} ({from_si(a, 'mrad'):.2g} mrad)" for n, a in because.waves)
+    return f"{text}; mostly periodic, cycles a turn: {waves}" if waves else text
+
+
+def plan_text(plan: SeparatingPlan, speak: Speak = str) -> str:
+    """What poses would tell apart, and with which probability."""
+    carried = " and ".join(f"{p:g}" for p in sorted({float(p) for p in plan.poses.payload}))
+    text = (
+        f"{len(plan.poses)} more poses with {carried} kg tell {', '.join(map(speak, plan.causes))} apart: "
+        f"power {plan.power_before:.0%} before, {plan.power_after:.0%} with them."
+    )
+    if plan.power_after >= rules.MIN_PLAN_POWER:
+        return text
+    return (
+        f"{text} That is not enough: a load that pulls sideways, another payload or a target on the link itself would "
+        "show more."
+    )
 
 
 def sentence_of(found: Diagnosis) -> str:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fastcal.diagnosis import partial_residuals
-from fastcal.diagnosis.words import cause_in_words
+from fastcal.diagnosis.words import cause_in_words, plan_text, reason_text
 from fastcal.io.design_out import write_poses
 from fastcal.io.folder import atomic_folder
 from fastcal.io.results import write_json
@@ -34,7 +34,7 @@ from fastcal.report.diagnosis_words import (
     VERDICTS,
     rest_sentence,
     short_name,
-    spoken_label,
+    spoken,
     sureness,
 )
 from fastcal.report.figures import Figure
@@ -98,7 +98,7 @@ def diagnosis_page(found: Diagnosis, *, simulated: bool = False) -> str:
     word, tone = VERDICTS[found.verdict]
     if found.verdict == "several" and any(f.grade != "A" for f in found.effects):
         tone = "caution"
-    state = partial_residuals.final_state(found)
+    state = found.final
     floor = _floor(found, judged)
     return page.render(
         "diagnosis.html",
@@ -120,7 +120,7 @@ def diagnosis_page(found: Diagnosis, *, simulated: bool = False) -> str:
         grades=GRADES,
         effect_key=effect_figures.KEY,
         plan=found.plan if is_advice(found.plan) else None,
-        plan_sentence="" if found.plan is None else spoken_label(found.plan.sentence),
+        plan_sentence="" if found.plan is None else plan_text(found.plan, spoken),
         rest=None if found.unexplained is None else rest_sentence(found.unexplained, _tried(found)),
         rest_figures=_rest_figures(found, state),
         gap=gap_figure(found),
@@ -218,7 +218,7 @@ def _card(found: Diagnosis, finding: Finding, state: SearchNode) -> _Card:
         GRADES[finding.grade],
         shop.estimate_lines(finding.effect, finding.parameters),
         sureness(finding),
-        [spoken_label(reason) for reason in finding.reasons],
+        [reason_text(because, spoken) for because in finding.limits],
         [capitalised(cause_in_words(*other)) for other in finding.equivalents],
         patch_name(finding),
         drawn,
@@ -257,8 +257,8 @@ def confusion_figure(found: Diagnosis) -> Figure | None:
     if len(names) < 2:
         return None
     given = {f.label for f in found.effects}
-    boxed = [k for k, name in enumerate(names) if name.partition(":")[0] in given]
-    return diagnosis_figures.confusion_map([spoken_label(name) for name in names], correlation, boxed)
+    boxed = [k for k, name in enumerate(names) if f"{name.effect}@{name.owner}" in given]
+    return diagnosis_figures.confusion_map([spoken(name) for name in names], correlation, boxed)
 
 
 def _pairs(train: Rows | None, geometry: Rows | None, *, changed: bool) -> list[list[Figure]]:

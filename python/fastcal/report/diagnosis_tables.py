@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from fastcal.diagnosis.words import owner_in_words
 from fastcal.effects.entries import build_effects, edge_name, traits_of
 from fastcal.report import shop
-from fastcal.report.diagnosis_words import reason_in_words, spoken_label
+from fastcal.report.diagnosis_words import reason_sentence, spoken
 from fastcal.report.formatting import fixed, percent
 from fastcal.report.tables import Cell, Column, Group, Table, capitalised, number_cell
 from fastcal.units import from_si
@@ -26,11 +26,11 @@ def ranking_table(found: Diagnosis) -> Table:
     columns += [Column("Of the misfit"), Column("Why it is, or is not, given", numeric=False)]
     rows = [
         [
-            Cell(capitalised(spoken_label(r.name))),
+            Cell(capitalised(spoken(r.label))),
             Cell(shop.estimate_text(r.estimate)),
             number_cell(fixed(r.snr, 0 if r.snr >= 10 else 1), r.snr),
             number_cell(percent(r.share), r.share),
-            Cell(reason_in_words(r.reason)),
+            Cell(reason_sentence(r.because)),
         ]
         for r in found.ranking
     ]

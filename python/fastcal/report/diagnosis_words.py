@@ -8,7 +8,9 @@ import re
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
-from fastcal.diagnosis.words import owner_in_words
+from fastcal.diagnosis import rules
+from fastcal.diagnosis.reasons import Because, BlockLabel, Label, Reason
+from fastcal.diagnosis.words import owner_in_words, reason_text
 from fastcal.report.formatting import count, percent, plural
 from fastcal.report.words import listed
 
@@ -31,8 +33,6 @@ GRADES = {
 
 _SMALL = 0.01  # share of the misfit below which a rest is not worth a search
 
-_LABEL = re.compile(r"\b([a-z_]+)@([\w<-]+)(?::([a-z_]+)=([\w.+-]+))?")
-_BLOCK = re.compile(r"\b(\w+) by ([\w, ]+?)(?= at p = |$)")
 _VARIANTS = {"order": "order {}", "at_s": "at {} s"}  # what else tells two of one name apart is no one's business
 _VARIABLES = {
     "torque": "the load on it",
@@ -53,10 +53,12 @@ def short_name(effect: str, owner: str, variant: str = "") -> str:
     return f"{place_words} {' '.join(words)}{f', {variant}' if variant else ''}".strip()
 
 
-def spoken_label(text: str) -> str:
-    """A label, EFFECT@OWNER:OPTION=VALUE, as a short name; other texts with the labels and blocks in them spoken."""
-    spoken = _LABEL.sub(lambda m: short_name(m[1], m[2], _VARIANTS.get(m[3], "").format(m[4])), text)
-    return _BLOCK.sub(lambda m: f"something at {place(m[1])} that depends on {depends(m[2].split(', '))}", spoken)
+def spoken(label: Label) -> str:
+    """A hypothesis by its short name; something without a name by its place and what it depends on."""
+    if isinstance(label, BlockLabel):
+        return f"something at {place(label.owner)} that depends on {depends(label.depends_on)}"
+    option, _, value = label.variant.partition("=")
+    return short_name(label.effect, label.owner, _VARIANTS.get(option, "").format(value))
 
 
 def place(owner: str) -> str:
@@ -75,15 +77,15 @@ def depends(names: Iterable[str]) -> str:
     return listed([_VARIABLES.get(name, f"the column {name}") for name in names])
 
 
-def reason_in_words(text: str) -> str:
-    """Why a name is not given, as the ranking tells it."""
-    if text == "given":
+def reason_sentence(because: Because) -> str:
+    """Why a hypothesis is, or is not, given, as the ranking has it."""
+    if because.reason is Reason.GIVEN:
         return "This is the one that is given."
-    spoken = spoken_label(text)
-    found = re.fullmatch(r"it leaves (.+) at p = (\S+)", spoken)
-    if found:
-        return f"With it in the model, {found[1]} is still there; noise would look so {chance(float(found[2]))}."
-    return spoken[:1].upper() + spoken[1:] + "."
+    if because.reason is Reason.LEAVES_MORE:
+        (left,) = because.subjects
+        return f"With it in the model, {spoken(left)} is still there; noise would look so {chance(because.value)}."
+    text = reason_text(because, spoken)
+    return text[:1].upper() + text[1:] + "."
 
 
 def chance(p: float) -> str:
@@ -99,7 +101,7 @@ def sureness(finding: Finding) -> list[str]:
     if finding.snr <= 0:
         return []
     gain, error = finding.gain
-    better = "not clearly better" if gain < 2 * error else "clearly better"
+    better = "not clearly better" if gain < rules.GRADE_A_GAIN * error else "clearly better"
     return [
         f"Signal-to-noise ratio {finding.snr:.0f}; noise alone would look like this {chance(finding.p_value)}.",
         f"Poses that were held out of the fit are predicted {better} with it in the model.",

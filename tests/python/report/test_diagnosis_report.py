@@ -15,12 +15,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fastcal import load_robot
+from fastcal import _core, load_robot
 from fastcal.diagnosis import Diagnosis, diagnose
 from fastcal.diagnosis import partial_residuals as partial
 from fastcal.diagnosis.plan import SeparatingPlan
+from fastcal.diagnosis.reasons import Because, BlockLabel, CauseLabel, Reason
 from fastcal.diagnosis.result import NamedValue, Unexplained
-from fastcal.diagnosis.words import sentence_of
+from fastcal.diagnosis.words import reason_text, sentence_of
 from fastcal.report import diagnosis_steps, diagnosis_words, shop
 from fastcal.report.diagnosis_figures import confusion_map, waterfall
 from fastcal.report.diagnosis_report import diagnosis_page
@@ -44,7 +45,7 @@ def unnamed(hidden_backlash) -> Diagnosis:
 
 def test_the_partial_residual_shows_the_backlash_that_was_hidden(found: Diagnosis, hidden_backlash) -> None:
     (finding,) = found.effects
-    seen = partial.of_finding(partial.final_state(found), finding)
+    seen = partial.of_finding(found.final, finding)
     assert (seen.depends_on, seen.quantity, seen.unit) == (("approach3",), "joint", "rad")
     side, reading = seen.x[:, 0], seen.reading
     assert set(side) == {-1.0, 1.0}
@@ -59,7 +60,7 @@ def test_the_partial_residual_shows_the_backlash_that_was_hidden(found: Diagnosi
 
 def test_the_band_is_that_of_the_calibration(found: Diagnosis) -> None:
     (finding,) = found.effects
-    reading = partial.of_finding(partial.final_state(found), finding).reading
+    reading = partial.of_finding(found.final, finding).reading
     std = finding.parameters["gap_rad"].std
     assert std is not None
     # The joint's error is half the gap to either side: so is its deviation.
@@ -68,7 +69,7 @@ def test_the_band_is_that_of_the_calibration(found: Diagnosis) -> None:
 
 def test_the_place_of_a_rest_is_drawn(unnamed: Diagnosis) -> None:
     rest = Unexplained("joint3", 0.5, ("q3",))
-    seen = partial.of_rest(partial.final_state(unnamed), rest.owner, rest.depends_on)
+    seen = partial.of_rest(unnamed.final, rest.owner, rest.depends_on)
     assert seen is not None
     assert seen.reading.before.shape == (len(seen.x), 1)
     assert np.all(np.isfinite(seen.reading.deviation))
@@ -111,6 +112,24 @@ def test_the_page_says_what_was_found(found: Diagnosis) -> None:
     assert "error of joint 3" in page
     for id_ in ("gap", "confusion", "normal", "effect-backlash@joint3", "workspace"):
         assert f'id="figure-{id_}"' in page
+
+
+def test_drawing_the_page_fits_nothing(found: Diagnosis, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fitted(*given: object, **named: object) -> None:
+        raise AssertionError("a page fits")
+
+    for name in ("identify", "linearize", "align", "ScoreTests", "SubsetSearch", "Alignment"):
+        monkeypatch.setattr(_core, name, fitted)
+    assert "What is missing in the model" in diagnosis_page(found)
+
+
+@pytest.mark.parametrize("reason", list(Reason))
+def test_every_reason_has_a_sentence(reason: Reason) -> None:
+    because = Because(reason, 0.01, 15.0, (BlockLabel("joint4", ("q4",)),), ((2, 1e-3),))
+    sentence = diagnosis_words.reason_sentence(because)
+    assert sentence.endswith(".")
+    assert "@" not in sentence
+    assert "@" not in reason_text(because)
 
 
 def test_in_a_browser_every_figure_is_drawn_and_the_console_is_quiet(found: Diagnosis, tmp_path: Path) -> None:
@@ -161,12 +180,13 @@ def test_names_are_spoken() -> None:
     assert shop.number_in_words("step_z") == "shift along z"
     assert shop.kind_in_words("base_drift", "rate_rx") == "turn rate"
     assert shop.kind_in_words("thermal_offset", "") == "turn per kelvin"
-    spoken = diagnosis_words.spoken_label
-    assert spoken("joint_compliance@joint3") == "joint 3 compliance"
-    assert spoken("base_drift@base") == "base drift"
-    assert spoken("surrogate@workspace,surrogate@instrument") == "workspace surrogate,instrument surrogate"
-    assert spoken("coupling_ratio@joint6<-joint5") == "joint 6 from joint 5 coupling ratio"
-    assert diagnosis_words.reason_in_words("it leaves joint4 by q4, q6 at p = 1.0e-05") == (
+    spoken = diagnosis_words.spoken
+    assert spoken(CauseLabel("joint_compliance", "joint3")) == "joint 3 compliance"
+    assert spoken(CauseLabel("base_drift", "base")) == "base drift"
+    assert spoken(CauseLabel("gear_harmonic", "joint2", "order=2")) == "joint 2 gear harmonic, order 2"
+    assert spoken(CauseLabel("coupling_ratio", "joint6<-joint5")) == "joint 6 from joint 5 coupling ratio"
+    left = BlockLabel("joint4", ("q4", "q6"))
+    assert diagnosis_words.reason_sentence(Because(Reason.LEAVES_MORE, 1e-5, subjects=(left,))) == (
         "With it in the model, something at joint 4 that depends on the positions of joint 4 and joint 6 is still "
         "there; noise would look so in less than 1 of 100\N{NARROW NO-BREAK SPACE}000 data sets."
     )
@@ -214,7 +234,7 @@ def test_a_plan_that_would_settle_nothing_is_no_advice(found: Diagnosis) -> None
     effects = [replace(finding, equivalents=(("gear_harmonic", "joint3"),), grade="B")]
     poses = found.search.problem.data[:12]
     for after, asked in ((0.16, False), (0.84, True)):
-        plan = SeparatingPlan(poses, 0.09, after, "12 more poses tell them apart.")  # type: ignore[arg-type]
+        plan = SeparatingPlan(poses, 0.09, after, (CauseLabel("backlash", "joint3"), CauseLabel("backlash", "joint4")))  # type: ignore[arg-type]
         shown = replace(found, verdict="one_of", effects=effects, plan=plan)
         steps = diagnosis_steps.next_steps(shown)
         assert ("see below" in steps[1]) == asked

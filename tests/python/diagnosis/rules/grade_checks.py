@@ -9,6 +9,7 @@ import numpy as np
 
 from fastcal.diagnosis import grading
 from fastcal.diagnosis.grading import Evidence
+from fastcal.diagnosis.reasons import BlockLabel, Label
 
 from .linear_world import ROWS, World, columns, name
 from .mutants import falls_with
@@ -76,7 +77,7 @@ def a_compliance_that_changes_with_the_load_must_change() -> None:
     assert grading._richer_needed(richer, parameters, theta, 0.9 * covariance)
 
 
-def rivals(share: float) -> tuple[str, ...]:
+def rivals(share: float) -> tuple[Label, ...]:
     """Those of a name beside a block that holds this share of its signature, where only the name is there."""
     C = columns(3)
     cause, other = name(1), name(2)
@@ -89,7 +90,7 @@ def rivals(share: float) -> tuple[str, ...]:
 @falls_with(SAME_SHAPE=0.0)
 @falls_with(SAME_SHAPE=1.1)
 def a_block_without_a_name_that_does_as_well_is_a_rival_unless_it_holds_the_name() -> None:
-    assert rivals(0.95) == ("joint3 by q3",)
+    assert rivals(0.95) == (BlockLabel("joint3", ("q3",)),)
     assert rivals(0.999) == ()
 
 

@@ -93,9 +93,9 @@ def a_plan_asks_for_a_dozen_poses_unless_fewer_are_as_good() -> None:
 @falls_with(MIN_PLAN_POWER=1.1)
 def a_plan_that_is_not_enough_says_so() -> None:
     poses = mock.MagicMock(payload=np.array([0.0, 5.0]))
-    causes = [name(1), name(2)]
-    assert "not enough" in plan._sentence(poses, 0.3, 0.7, causes)
-    assert "not enough" not in plan._sentence(poses, 0.3, 0.9, causes)
+    causes = (name(1).label, name(2).label)
+    assert "not enough" in plan.SeparatingPlan(poses, 0.3, 0.7, causes).sentence
+    assert "not enough" not in plan.SeparatingPlan(poses, 0.3, 0.9, causes).sentence
 
 
 @falls_with(PLAN_CANDIDATES=20)

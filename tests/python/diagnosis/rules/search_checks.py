@@ -19,7 +19,7 @@ def state(p: list[float], names: int = 1, added: int = 0) -> SearchNode:
     fit = SimpleNamespace(added=tuple(range(added)))
     found = SearchNode(fit, Family(1.0, 1.0))
     found.__dict__["p_values"] = np.array(p)
-    found.__dict__["blocks"] = SimpleNamespace(count=names, title=str)
+    found.__dict__["blocks"] = SimpleNamespace(count=names, label=str)
     found.__dict__["impossible"] = False
     return found
 

@@ -1,0 +1,76 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Why something is not given, or not surer, as data: `words.reason_text` makes the sentences."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
+
+
+class Reason(Enum):
+    """Why a hypothesis is, or is not, given; why a finding has no better grade."""
+
+    GIVEN = "it is given"
+    IMPOSSIBLE = "its parameters lie beyond their bounds"
+    NOT_SIGNIFICANT = "what it explains is no more than chance"
+    NOT_NEEDED = "it does as well as what is given, or is not needed beside it"
+    LEAVES_MORE = "something else stays significant with it in the model"
+
+    SOMETHING_REMAINS = "something has no name"
+    EQUIVALENTS = "other hypotheses do as well"
+    WEAK_SIGNAL = "its signal-to-noise ratio is below that of grade A"
+    UNNAMED_RIVALS = "blocks without a name do as well"
+    SIMPLER_DOES = "the data do not show what sets it apart from a simpler one"
+    IMPLAUSIBLE = "its size is"
+    NOT_HELD_OUT = "held-out poses are not predicted better"
+    UNSTABLE = "parts of the data put another hypothesis first"
+    LOAD_MODIFIER = "a large effect of loads may have this form"
+    UNSURE_COMPANION = "another effect of the set is not sure"
+    CURVE_WITHOUT_NAME = "a joint errs by its own position"
+
+
+@dataclass(frozen=True)
+class CauseLabel:
+    """A hypothesis by its name: effect, owner, and what tells its variants apart, such as "order=2"."""
+
+    effect: str
+    owner: str
+    variant: str = ""
+
+    def __str__(self) -> str:
+        return f"{self.effect}@{self.owner}" + (f":{self.variant}" if self.variant else "")
+
+
+@dataclass(frozen=True)
+class BlockLabel:
+    """Something without a name at an owner, by what it depends on."""
+
+    owner: str
+    depends_on: tuple[str, ...]
+
+    def __str__(self) -> str:
+        return f"{self.owner} by {', '.join(self.depends_on)}"
+
+
+Label = CauseLabel | BlockLabel
+Speak = Callable[[Label], str]
+
+
+@dataclass(frozen=True)
+class Because:
+    """A reason with its particulars.
+
+    Attributes:
+        value: The p value of what is left, a signal-to-noise ratio, a share of the folds.
+        limit: What the value would have to reach.
+        subjects: The hypotheses or blocks that it speaks of.
+        waves: (cycles a turn, amplitude [rad]) of a curve's main orders.
+    """
+
+    reason: Reason
+    value: float = 0.0
+    limit: float = 0.0
+    subjects: tuple[Label, ...] = ()
+    waves: tuple[tuple[int, float], ...] = ()
