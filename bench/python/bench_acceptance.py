@@ -155,27 +155,37 @@ def calibrated(seed: int) -> list[bool]:
     return out
 
 
+Rows = list[list[tuple[str, bool, str | None, bool]]]
+
+
 def share(hits: list[bool]) -> dict[str, float]:
+    """How many, and how many of them are covered."""
     return {"count": len(hits), "covered": float(np.mean(hits))}
+
+
+def summary(tests: Rows) -> dict[str, Any]:
+    """Coverage by symbol, of the coordinates of AP together, and how often a verdict was wrong."""
+    every = [row for several in tests for row in several]
+    out: dict[str, Any] = {symbol: share([row[1] for row in every if row[0] == symbol]) for symbol in SYMBOLS}
+    out["coordinates"] = share([row[1] for row in every if row[0] in SYMBOLS[:3]])
+    asked = [row for row in every if row[0] == "AP" and row[2] is not None]
+    wrong = [(row[2] == "pass") != row[3] for row in asked if row[2] != "cannot_tell"]
+    out["verdicts"] = {"asked": len(asked), "decided": len(wrong), "wrong": sum(wrong)}
+    return out
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--tests", type=int, default=2000)
+    parser.add_argument("--calibrations", type=int, default=500)
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--out", type=Path)
     options = parser.parse_args()
-    table: dict[str, Any] = {"tests": options.tests, "level": 0.95}
-    for align in (False, True):
-        rows = joblib.Parallel(options.jobs)(joblib.delayed(test)(seed, align) for seed in range(options.tests))
-        every = [row for several in rows for row in several]
-        name = "fit" if align else "model"
-        table[name] = {symbol: share([row[1] for row in every if row[0] == symbol]) for symbol in SYMBOLS}
-        decided = [row for row in every if row[0] == "AP" and row[2] in ("pass", "fail")]
-        wrong = [(row[2] == "pass") != row[3] for row in decided]
-        asked = [row for row in every if row[0] == "AP" and row[2] is not None]
-        table[name]["verdicts"] = {"asked": len(asked), "decided": len(decided), "wrong": float(np.mean(wrong))}
-    found = joblib.Parallel(options.jobs)(joblib.delayed(calibrated)(seed) for seed in range(options.tests))
+    table: dict[str, Any] = {"tests": options.tests, "calibrations": options.calibrations, "level": 0.95}
+    for name, align in (("model", False), ("fit", True)):
+        seeds = range(options.tests)
+        table[name] = summary(joblib.Parallel(options.jobs)(joblib.delayed(test)(seed, align) for seed in seeds))
+    found = joblib.Parallel(options.jobs)(joblib.delayed(calibrated)(seed) for seed in range(options.calibrations))
     table["predicted"] = share([hit for several in found for hit in several])
     if options.out:
         write_text(options.out, json.dumps(table, indent=1) + "\n")

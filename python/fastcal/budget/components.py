@@ -23,6 +23,7 @@ from fastcal.robot.robot import Robot
 
 FloatArray = NDArray[np.float64]
 
+_SAME_POSE = 1e-6  # m
 _STEP = 0.5  # of a standard uncertainty, for the derivative by a payload or by masses
 
 
@@ -70,6 +71,9 @@ def components_of(budget: Budget, scene: Scene) -> list[Component]:
     Raises:
         InvalidInput: An input needs what the scene does not have.
     """
+    # One pose that is approached from several sides is one place of the instrument's error.
+    at = np.unique(np.round(scene.points / _SAME_POSE), axis=0, return_inverse=True)[1].ravel()
+    poses = [np.asarray(at == k, dtype=float)[:, np.newaxis] for k in range(at.max() + 1)]
     out = []
     for each in budget.inputs:
         for shift, turn in _fields(each, scene):
@@ -77,10 +81,7 @@ def components_of(budget: Budget, scene: Scene) -> list[Component]:
             if each.common:
                 out.append(Component(each, shift, turn))
             else:
-                for k in range(len(shift)):
-                    alone = np.zeros((len(shift), 1))
-                    alone[k] = 1.0
-                    out.append(Component(each, alone * shift, alone * turn))
+                out += [Component(each, rows * shift, rows * turn) for rows in poses]
     return [c for c in out if np.any(c.shift) or np.any(c.turn)]
 
 

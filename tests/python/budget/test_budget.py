@@ -141,3 +141,12 @@ def test_a_mistake_in_a_budget_is_named(tmp_path: Path, text: str, said: str) ->
     with pytest.raises(ParseError) as error:
         load_budget(written(tmp_path, text))
     assert said in str(error.value)
+
+
+def test_one_pose_from_several_sides_has_one_error_of_the_instrument() -> None:
+    points = np.array([[3.0, 4, 0], [0, 0, 2], [3, 4, 0]])
+    twice = Scene(points, np.tile(np.eye(3), (3, 1, 1)), np.zeros(3), np.zeros(3))
+    found = components_of(Budget((Input("a", "angle", "angle", 1.0, common=False),)), twice)
+    assert len(found) == 4  # two poses, level and upright
+    for component in found:
+        np.testing.assert_array_equal(component.shift[0], component.shift[2])
