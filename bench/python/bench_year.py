@@ -11,14 +11,14 @@ centres by 10 mm, compliances by a third; noise 0.03 mm a coordinate. Zeros of j
 turn, which nobody knows anew, and joint 6's moves this tool by half the noise. Arms 0 to 199 are reported; what was
 chosen was chosen on others.
 
-    python bench/python/bench_year.py [--arms 200] [--first 0] [--jobs N] [--out FILE]
+    python bench/python/bench_year.py [--arms 200] [--first 0] [--jobs N] [--out FILE] [--merge FILE ...]
 """
 
 from __future__ import annotations
 
 import argparse
 import json
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +30,8 @@ from year_arm import Arm, shift, turn
 import fastcal
 from fastcal.io.atomic import write_text
 from fastcal.measurements.dataset import Dataset
+from fastcal.monitoring.control import misfit_chart, number_chart
+from fastcal.monitoring.history import WATCHED
 from fastcal.robot.robot import Robot
 
 FloatArray = NDArray[np.float64]
@@ -138,6 +140,7 @@ class Year:
     delay: int | None  # checks from the event to the alarm, 1 the first; None: none within the year
     named: str
     rivals: int
+    chart_alarms: int = 0  # of the control charts, over the quiet checks
     update: float | None = None
     stale: float | None = None
     calibration: float | None = None
@@ -155,6 +158,7 @@ def year(index: int, update: bool = True) -> Year:
     after, label = happened(arm, event, random)
     quiet = false = undecided = 0
     delay, named, rivals = None, "", 0
+    kept: list[dict[str, Any]] = []
     for k in range(MONTHS):
         moved = event != "nothing" and k >= month
         today = (after if moved else arm).with_(base=set_up(random))
@@ -163,19 +167,35 @@ def year(index: int, update: bool = True) -> Year:
             quiet += 1
             false += found.verdict == "changed"
             undecided += found.verdict == "cannot_tell"
+            kept.append(found.to_json_dict())
         elif found.verdict == "changed":
             delay = k - month + 1
             named, rivals = found.causes[0].label, len(found.causes[0].equivalents)
             break
+    alarms = charted(kept)
     if not update:
-        return Year(event, label, quiet, false, undecided, delay, named, rivals)
+        return Year(event, label, quiet, false, undecided, delay, named, rivals, alarms)
     few = fastcal.check_poses(model, UPDATE)
     today = after.with_(base=set_up(random))
     updated = fastcal.update(model, measured(today, few.q, few.payload, random)).model
     fresh = fastcal.calibrate(nominal(), measured(today, *postures(POSES, random), random), effects=EFFECTS).model
     seed = int(random.integers(2**31))
     errors = [away(m, today, np.random.default_rng(seed)) for m in (updated, model, fresh)]
-    return Year(event, label, quiet, false, undecided, delay, named, rivals, *errors)
+    return Year(event, label, quiet, false, undecided, delay, named, rivals, alarms, *errors)
+
+
+def charted(checks: list[dict[str, Any]]) -> int:
+    """How many of these checks, of an arm to which nothing has happened, a control chart alarms at anew."""
+    charts = [misfit_chart([c["misfit_p_value"] for c in checks])]
+    series: dict[str, list[dict[str, Any]]] = {}
+    for check in checks:
+        for test in check["tests"]:
+            if test["kind"] in WATCHED:
+                series.setdefault(f"{test['owner']} {test['name']}", []).append(test)
+    for name, tests in series.items():
+        if len(tests) == len(checks):
+            charts.append(number_chart(name, *([t[key] for t in tests] for key in ("value", "std", "std_noise"))))
+    return len({k for chart in charts for k in chart.alarms if k - 1 not in chart.alarms})
 
 
 def table(years: list[Year]) -> dict[str, Any]:
@@ -187,6 +207,7 @@ def table(years: list[Year]) -> dict[str, Any]:
         "false_alarms": sum(y.false_alarms for y in years),
         "false_rate": sum(y.false_alarms for y in years) / quiet,
         "undecided": sum(y.undecided for y in years),
+        "chart_alarms": sum(y.chart_alarms for y in years),
         "events": {},
     }
     for event in [e for e in EVENTS if e != "nothing"]:
@@ -231,17 +252,22 @@ def main() -> None:
     parser.add_argument("--no-update", action="store_true")
     parser.add_argument("--verbose", action="store_true")
     parser.add_argument("--out", type=Path)
+    parser.add_argument("--merge", type=Path, nargs="+", help="tables of other runs, in place of a run")
     options = parser.parse_args()
     arms = range(options.first, options.first + options.arms)
-    years = joblib.Parallel(options.jobs)(joblib.delayed(year)(i, not options.no_update) for i in arms)
+    if options.merge:
+        years = [Year(**row) for file in options.merge for row in json.loads(file.read_text("utf-8"))["years"]]
+    else:
+        years = joblib.Parallel(options.jobs)(joblib.delayed(year)(i, not options.no_update) for i in arms)
     if options.verbose:
-        for i, y in zip(arms, years, strict=True):
+        for i, y in enumerate(years, options.first):
             print(i, y)
     found = table(years) | {"noise_mm": NOISE * 1e3, "poses": POSES, "monthly": MONTHLY, "update_poses": UPDATE}
+    found["years"] = [asdict(y) for y in years]
     text = json.dumps(found, indent=1) + "\n"
     if options.out:
         write_text(options.out, text)
-    print(text)
+    print(json.dumps({key: value for key, value in found.items() if key != "years"}, indent=1))
 
 
 if __name__ == "__main__":

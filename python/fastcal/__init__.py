@@ -38,8 +38,11 @@ if TYPE_CHECKING:
     from fastcal.io.targets import load_targets
     from fastcal.measurements.dataset import Dataset
     from fastcal.monitoring.check import check
+    from fastcal.monitoring.compare import Comparison, compare
+    from fastcal.monitoring.history import History, history
     from fastcal.monitoring.plan import check_poses
     from fastcal.monitoring.result import CheckResult
+    from fastcal.monitoring.update import UpdateResult, update
     from fastcal.report import write_report
     from fastcal.robot.robot import Robot
     from fastcal.selection.choose_parameters import choose_parameters
@@ -53,10 +56,12 @@ _HOMES = {
     "Arm": "fleet",
     "CalibrationResult": "calibration.calibrate",
     "CheckResult": "monitoring.result",
+    "Comparison": "monitoring.compare",
     "Compensation": "compensation",
     "Dataset": "measurements.dataset",
     "Diagnosis": "diagnosis",
     "FastcalError": "errors",
+    "History": "monitoring.history",
     "InertiaLoad": "ik.inertia_load",
     "Fleet": "fleet",
     "InverseKinematics": "ik.inverse_kinematics",
@@ -66,6 +71,7 @@ _HOMES = {
     "Redundancy": "calibration.parameter_identifiability",
     "Robot": "robot.robot",
     "Targets": "compensation",
+    "UpdateResult": "monitoring.update",
     "arm_angles": "ik.redundancy_resolution",
     "branches": "ik.all_configurations",
     "calibrate": "calibration.calibrate",
@@ -74,6 +80,7 @@ _HOMES = {
     "check_poses": "monitoring.plan",
     "choose_parameters": "selection.choose_parameters",
     "choose_posture": "ik.redundancy_resolution",
+    "compare": "monitoring.compare",
     "compensate": "compensation",
     "compensate_program": "compensation",
     "configurations": "ik.posture",
@@ -82,6 +89,7 @@ _HOMES = {
     "diagnose": "diagnosis",
     "evaluate": "calibration.evaluation",
     "foresee": "diagnosis.plan",
+    "history": "monitoring.history",
     "inertia_load": "ik.inertia_load",
     "inverse_kinematics": "ik.inverse_kinematics",
     "load_measurements": "importers",
@@ -95,6 +103,7 @@ _HOMES = {
     "register_effect": "effects.registered",
     "regularized_least_squares": "calibration.regularization",
     "simulate": "calibration.simulation",
+    "update": "monitoring.update",
     "write_measurements": "io.measurements_out",
     "write_report": "report",
 }
@@ -108,11 +117,15 @@ late.bind(
         "headline": "fastcal.report.summaries:headline",
         "load_measurements": "fastcal.importers:load_measurements",
         "load_robot": "fastcal.io.robot_file:load_robot",
+        "read_json": "fastcal.io.results:read_json",
         "notebook_html": "fastcal.report.notebook:html",
         "summary": "fastcal.report.summaries:summary",
         "write_check": "fastcal.report.monitoring_files:write_check",
         "write_calibration": "fastcal.report.calibration_files:write_calibration",
         "write_diagnosis": "fastcal.report.diagnosis_report:write_diagnosis",
+        "write_update": "fastcal.report.monitoring_files:write_update",
+        "write_comparison": "fastcal.report.monitoring_files:write_comparison",
+        "write_history": "fastcal.report.monitoring_files:write_history",
         "write_spec": "fastcal.io.robot_file:write_spec",
     }
 )
@@ -122,11 +135,13 @@ __all__ = [
     "BeamFrame",
     "CalibrationResult",
     "CheckResult",
+    "Comparison",
     "Compensation",
     "Dataset",
     "Diagnosis",
     "FastcalError",
     "Fleet",
+    "History",
     "InertiaLoad",
     "InvalidInput",
     "InverseKinematics",
@@ -135,6 +150,7 @@ __all__ = [
     "Redundancy",
     "Robot",
     "Targets",
+    "UpdateResult",
     "__version__",
     "arm_angles",
     "branches",
@@ -144,6 +160,7 @@ __all__ = [
     "check_poses",
     "choose_parameters",
     "choose_posture",
+    "compare",
     "compensate",
     "compensate_program",
     "configurations",
@@ -152,6 +169,7 @@ __all__ = [
     "diagnose",
     "evaluate",
     "foresee",
+    "history",
     "inertia_load",
     "inverse_kinematics",
     "load_measurements",
@@ -165,6 +183,7 @@ __all__ = [
     "register_effect",
     "regularized_least_squares",
     "simulate",
+    "update",
     "write_measurements",
     "write_report",
 ]

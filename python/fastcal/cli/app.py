@@ -21,12 +21,14 @@ from fastcal.cli import (
     design,
     diagnose,
     fleet,
+    history,
     imports,
     lists,
     models,
     paper,
     simulate,
     train,
+    update,
 )
 from fastcal.cli.arm_links import with_links
 from fastcal.cli.console import fail, manner
@@ -43,6 +45,9 @@ COMMANDS = (
     calibrate.calibrate,
     diagnose.diagnose,
     check.check,
+    update.update,
+    update.compare,
+    history.history,
     train.train,
     models.predict,
     compensate.compensate,

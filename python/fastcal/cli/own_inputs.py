@@ -12,7 +12,17 @@ from typing import Any, ParamSpec
 P = ParamSpec("P")
 OUTPUTS = ("output", "corrections", "report", "storage")
 # What commands write into a folder; a file of another name in there is not touched.
-RESULTS = ("model.yaml", "result.json", "diagnosis.json", "training.json", "accept.json", "report.html", "poses.csv")
+RESULTS = (
+    "model.yaml",
+    "result.json",
+    "diagnosis.json",
+    "training.json",
+    "compare.json",
+    "history.json",
+    "accept.json",
+    "report.html",
+    "poses.csv",
+)
 _COMPANIONS = (".safetensors", ".urdf", ".dat", ".DAT")  # files that another one names or implies
 _MOST_TEXT = 1_000_000
 

@@ -91,7 +91,7 @@ def check(
     return CheckResult(
         verdict=verdict,
         sentence=words.sentence(verdict, causes, within, tolerance, largest, enough),
-        reasons=words.reasons(rms, rows.expected_rms, p_value, evidence, places, causes),
+        reasons=words.reasons(rms, rows.expected_rms, p_value, evidence.degrees, places, causes),
         model=robot,
         data=measured,
         places=places,
@@ -99,6 +99,7 @@ def check(
         expected_rms=rows.expected_rms,
         largest=largest,
         p_value=p_value,
+        misfit_p_value=evidence.p_value,
         tolerance=tolerance,
         within_tolerance=within,
         degrees_of_freedom=evidence.degrees,
@@ -259,7 +260,7 @@ def _tests(setting: Setting) -> list[Test]:
             value, std = float(t.value[k]) / f, float(t.std[k]) / f
             out.append(
                 Test(
-                    number.name, number.owner, value, std, float(quiet[k]) / f, number.unit, t.p_value,
+                    h.kind, number.name, number.owner, value, std, float(quiet[k]) / f, number.unit, t.p_value,
                     _needed(limit) * std,
                 )
             )  # fmt: skip

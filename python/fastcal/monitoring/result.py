@@ -70,11 +70,13 @@ class Test:
     """A change that was looked for, alone: for control charts.
 
     Attributes:
+        kind: zero, tool, effect, new effect or link.
         value: Estimated change, in `unit`; std its standard deviation, std_noise the part of it that is the new rows'
             own: two checks of one model share the rest.
         detectable: The smallest change that these poses show four times in five, in `unit`.
     """
 
+    kind: str
     name: str
     owner: str
     value: float
@@ -106,6 +108,7 @@ class CheckResult(Shown):
             make it.
         largest: The largest distance [m].
         p_value: That the model, unchanged, gives such a misfit; held against all changes that were tried.
+        misfit_p_value: Of the misfit as a whole.
         within_tolerance: None without a tolerance, or where the poses don't decide it.
         degrees_of_freedom: Numbers less the bases' motions.
         causes: What changed, where the verdict is `changed`; what may explain it where it is `cannot_tell`.
@@ -125,6 +128,7 @@ class CheckResult(Shown):
     expected_rms: float
     largest: float
     p_value: float
+    misfit_p_value: float
     tolerance: float | None
     within_tolerance: bool | None
     degrees_of_freedom: int
@@ -166,6 +170,7 @@ class CheckResult(Shown):
             "expected_rms_mm": self.expected_rms_mm,
             "max_mm": from_si(self.largest, "mm"),
             "p_value": self.p_value,
+            "misfit_p_value": self.misfit_p_value,
             "tolerance_mm": None if self.tolerance is None else from_si(self.tolerance, "mm"),
             "within_tolerance": self.within_tolerance,
             "aligned": self.places[0].to_json_dict() if self.places else None,

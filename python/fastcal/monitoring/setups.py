@@ -100,7 +100,7 @@ def _set_up(model: Robot, data: Dataset, name: str, rows: IntArray, threads: int
     motion = np.eye(4)
     for _ in range(_ROUNDS):
         predicted = robot.poses(part, threads=threads)[:, :3, 3]
-        step = _rigid(predicted, np.asarray(part.position), where)
+        step = rigid(predicted, np.asarray(part.position), where)
         motion = step @ motion
         robot = with_base(robot, step @ pose(robot.spec["base"]))
     bare = part
@@ -117,7 +117,7 @@ def with_base(robot: Robot, T_world_base: FloatArray) -> Robot:
     return Robot(spec | {"base": frame_spec(T_world_base)})
 
 
-def _rigid(p: FloatArray, x: FloatArray, where: str) -> FloatArray:
+def rigid(p: FloatArray, x: FloatArray, where: str) -> FloatArray:
     """The motion (4, 4) of points p (N, 3) that comes nearest to x (N, 3), by the rows in which all of x was measured.
 
     Raises:

@@ -1,109 +1,143 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""The sentences of checks, updates, comparisons and histories; every text for a person comes from here."""
+"""The sentences of a check; `_` translates them where a page asks for it, and fills their placeholders."""
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Any
 
 from fastcal.effects.entries import traits_of
-from fastcal.monitoring.evidence import Evidence
 from fastcal.monitoring.result import Cause, Change
 from fastcal.monitoring.setups import SetUp
 from fastcal.units import from_si
 
-VERDICTS = {"holds": "holds", "changed": "changed", "cannot_tell": "cannot tell"}
+Translate = Callable[..., str]
+
+
+def plain(message: str, /, **values: Any) -> str:
+    """The message in English."""
+    return message.format(**values)
 
 
 def sentence(
-    verdict: str, causes: Sequence[Cause], within: bool | None, tolerance: float | None, largest: float, enough: bool
+    verdict: str,
+    causes: Sequence[Cause],
+    within: bool | None,
+    tolerance: float | None,
+    largest: float,
+    enough: bool,
+    _: Translate = plain,
 ) -> str:
-    """The verdict in a sentence."""
+    """The verdict in a sentence, and a second one where there is a tolerance [m] for the largest error [m]."""
     if verdict == "holds":
-        text = "The model still holds: its errors are those of the measurement and of its own uncertainty."
+        text = _("The model still holds: its errors are those of the measurement and of its own uncertainty.")
     elif verdict == "changed":
-        text = "The arm has changed: " + "; ".join(cause_text(cause) for cause in causes) + "."
+        text = _("The arm has changed: {what}.", what="; ".join(cause_text(cause, _) for cause in causes))
     elif not enough:
-        text = "Too few poses to tell: what remains beside the base could hide any change."
+        text = _("Too few poses to tell: what remains beside the base could hide any change.")
     elif causes:
-        rows = ", ".join(cause.label for cause in causes)
-        text = f"Cannot tell: everything fits but {rows}; measure that pose again."
+        rows = ", ".join(spoken(cause.label, _) for cause in causes)
+        text = _("Cannot tell: everything fits but {rows}; measure that pose again.", rows=rows)
     else:
-        text = "Cannot tell: the largest error is too near the tolerance."
+        text = _("Cannot tell: the largest error is too near the tolerance.")
     if tolerance is None:
         return text
-    limit, found = from_si(tolerance, "mm"), from_si(largest, "mm")
-    inside = {True: "within", False: "beyond", None: "too near to decide to"}[within]
-    return f"{text} The largest error, {found:.3f} mm, is {inside} the tolerance of {limit:g} mm."
+    sizes = {"found": f"{from_si(largest, 'mm'):.3f}", "limit": f"{from_si(tolerance, 'mm'):g}"}
+    if within is None:
+        more = _("The largest error, {found} mm, is too near the tolerance of {limit} mm to decide.", **sizes)
+    elif within:
+        more = _("The largest error, {found} mm, is within the tolerance of {limit} mm.", **sizes)
+    else:
+        more = _("The largest error, {found} mm, is beyond the tolerance of {limit} mm.", **sizes)
+    return f"{text} {more}"
 
 
-def cause_text(cause: Cause) -> str:
-    """What changed and by how much: "joint 3 zero by 0.018 +- 0.002 deg"."""
+def cause_text(cause: Cause, _: Translate = plain) -> str:
+    """What changed and by how much, as in: joint 3 zero by +0.018 +- 0.002 deg."""
     if cause.kind == "noise":
-        change = cause.changes[0]
-        return f"the noise has grown from {change.was:.3f} to {change.value:.3f} mm"
-    parts = [size_text(change) for change in cause.changes]
-    text = (
-        f"{spoken(cause.label)} by {', '.join(parts)}"
-        if len(parts) == 1
-        else f"{spoken(cause.label)} ({', '.join(parts)})"
-    )
-    if cause.equivalents:
-        text += f", or {' or '.join(spoken(label) for label in cause.equivalents[:4])}"
-    return text
+        (change,) = cause.changes
+        was, now = f"{change.was:.3f}", f"{change.value:.3f}"
+        text = _("the noise has grown from {was} to {now} mm", was=was, now=now)
+    elif len(cause.changes) == 1:
+        text = _("{what} by {size}", what=spoken(cause.label, _), size=size_text(cause.changes[0]))
+    else:
+        sizes = ", ".join(f"{c.name.removesuffix(f'_{c.unit}')} {size_text(c)}" for c in cause.changes)
+        text = f"{spoken(cause.label, _)} ({sizes})"
+    if not cause.equivalents:
+        return text
+    others = _(" or ").join(spoken(label, _) for label in cause.equivalents[:4])
+    return _("{what}, or {others}", what=text, others=others)
 
 
 def size_text(change: Change) -> str:
-    """As in: 0.018 +- 0.002 deg; with its name where it is one of several."""
-    digits = _digits(change.std)
-    size = (
-        f"{change.change:+.{digits}f} +- {change.std:.{digits}f}"
-        if digits <= 6
-        else f"{change.change:+.3g} +- {change.std:.1g}"
-    )
-    unit = "" if change.unit == "1" else f" {change.unit}"
-    text = f"{size}{unit}"
-    if change.owner.startswith("joint") and change.name in ("theta_deg", "zero_deg"):
+    """As in: +0.018 +- 0.002 deg; what has no common unit also as a share of what it was."""
+    digits = max(0, 1 - math.floor(math.log10(change.std))) if 0 < change.std < math.inf else 3
+    if digits <= 6:
+        size = f"{change.change:+.{digits}f} +- {change.std:.{digits}f}"
+    else:
+        size = f"{change.change:+.3g} +- {change.std:.1g}"
+    text = size if change.unit == "1" else f"{size} {change.unit}"
+    if change.unit in ("mm", "deg") or change.was == 0:
         return text
-    if change.was != 0 and not change.unit.startswith(("mm", "deg")):
-        return f"{text} ({change.change / abs(change.was):+.0%})"
-    return f"{change.name.rpartition('_')[0] or change.name} {text}"
+    return f"{text} ({change.change / abs(change.was):+.0%})"
 
 
-def spoken(label: str) -> str:
-    """A label as one says it: "joint 3 zero", "compliance of joint 2"."""
+def spoken(label: str, _: Translate = plain) -> str:
+    """A label as one says it: joint 3 zero, compliance of joint 2."""
     effect, at, owner = label.partition("@")
     if at:
-        label = f"{traits_of(effect).phrase.partition(' (')[0]} of {owner}"
-    return re.sub(r"\b(joint|link)(\d)", r"\1 \2", label)
+        phrase = traits_of(effect).phrase.partition(" (")[0]
+        return _("{effect} of {owner}", effect=phrase, owner=_spaced(owner))
+    head, _space, kind = label.rpartition(" ")
+    if kind == "zero":
+        return _("{joint} zero", joint=_spaced(head))
+    if kind == "geometry":
+        return _("{joint} geometry", joint=_spaced(head))
+    if head == "row":
+        return _("row {number}", number=kind)
+    return _("noise") if label == "noise" else _("tool")
+
+
+def _spaced(owner: str) -> str:
+    return re.sub(r"\b(joint|link)(\d)", r"\1 \2", owner)
 
 
 def reasons(
-    rms: float, expected: float, p_value: float, evidence: Evidence, places: Sequence[SetUp], causes: Sequence[Cause]
+    rms: float,
+    expected: float,
+    p_value: float,
+    degrees: int,
+    places: Sequence[SetUp],
+    causes: Sequence[Cause],
+    _: Translate = plain,
 ) -> list[str]:
-    """The evidence, a sentence each."""
-    found, wanted = from_si(rms, "mm"), from_si(expected, "mm")
+    """The evidence, a sentence each; lengths in m."""
     out = [
-        f"RMS {found:.3f} mm after fitting the base, {wanted:.3f} mm expected from noise and the model's uncertainty "
-        f"({evidence.degrees} degrees of freedom, p = {p_value:.2g})"
+        _(
+            "RMS {found} mm after fitting the base, {wanted} mm expected from noise and the model's uncertainty "
+            "({degrees} degrees of freedom, p = {p})",
+            found=f"{from_si(rms, 'mm'):.3f}",
+            wanted=f"{from_si(expected, 'mm'):.3f}",
+            degrees=degrees,
+            p=f"{p_value:.2g}",
+        )
     ]
     for place in places:
         motion = place.to_json_dict()
-        where = f"station {place.name}" if place.name else "the instrument"
         xyz = ", ".join(f"{v:.2f}" for v in motion["xyz_mm"])
         rpy = ", ".join(f"{v:.3f}" for v in motion["rpy_deg"])
-        out.append(f"{where}: the base has moved by xyz {xyz} mm, rpy {rpy} deg in the measuring frame; fitted anew")
+        where = _("station {name}", name=place.name) if place.name else _("the instrument")
+        out.append(
+            _(
+                "{where}: the base has moved by xyz {xyz} mm, rpy {rpy} deg in the measuring frame; fitted anew",
+                where=where, xyz=xyz, rpy=rpy,
+            )
+        )  # fmt: skip
     for cause in causes:
         if cause.equivalents:
-            names = ", ".join(spoken(label) for label in cause.equivalents)
-            out.append(f"these poses do not tell {spoken(cause.label)} from {names}")
+            names = ", ".join(spoken(label, _) for label in cause.equivalents)
+            out.append(_("these poses do not tell {cause} from {names}", cause=spoken(cause.label, _), names=names))
     return out
-
-
-def _digits(std: float) -> int:
-    """Decimals that show one or two digits of a standard deviation."""
-    if not (math.isfinite(std) and std > 0):
-        return 3
-    return max(0, 1 - math.floor(math.log10(std)))

@@ -1,15 +1,57 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""The files of checks, updates, comparisons and histories."""
+"""The files of checks, updates, comparisons and histories; the files of one result all or none."""
 
 from __future__ import annotations
 
 import os
+from pathlib import Path, PurePath
 
+import fastcal
+from fastcal.io.atomic import write_text
+from fastcal.io.folder import atomic_folder
 from fastcal.io.results import write_json
+from fastcal.io.robot_file import write_spec
+from fastcal.monitoring.compare import Comparison
+from fastcal.monitoring.history import History
 from fastcal.monitoring.result import CheckResult
+from fastcal.monitoring.update import UpdateResult
+from fastcal.report.history_report import history_page
+from fastcal.report.monitoring_report import check_page, comparison_page, update_page
+
+UPDATE_FILES = ("model.yaml", "result.json", "report.html")
+COMPARISON_FILES = ("compare.json", "report.html")
+HISTORY_FILES = ("history.json", "report.html")
+
+Place = str | os.PathLike[str]
 
 
-def write_check(found: CheckResult, path: str | os.PathLike[str]) -> None:
-    """Writes check.json, whole or not at all."""
-    write_json(path, found.to_json_dict())
+def write_check(found: CheckResult, path: Place, *, language: str = "en") -> None:
+    """Writes check.json, or the page where the path ends in .html; whole or not at all."""
+    if Path(path).suffix.lower() in (".html", ".htm"):
+        write_text(path, check_page(found, language))
+    else:
+        write_json(path, found.to_json_dict())
+
+
+def write_update(found: UpdateResult, folder: Place, *, language: str = "en") -> None:
+    """Writes model.yaml, result.json and report.html."""
+    with atomic_folder(folder, owned=UPDATE_FILES) as place:
+        source = ", ".join(PurePath(each).name for each in found.before.data.source.split(", "))
+        write_spec(found.model.spec, place / "model.yaml", f"Updated by fastcal {fastcal.__version__} from {source}")
+        write_json(place / "result.json", found.to_json_dict())
+        (place / "report.html").write_text(update_page(found, language), encoding="utf-8")
+
+
+def write_comparison(found: Comparison, folder: Place, *, language: str = "en") -> None:
+    """Writes compare.json and report.html."""
+    with atomic_folder(folder, owned=COMPARISON_FILES) as place:
+        write_json(place / "compare.json", found.to_json_dict())
+        (place / "report.html").write_text(comparison_page(found, language), encoding="utf-8")
+
+
+def write_history(found: History, folder: Place, *, language: str = "en") -> None:
+    """Writes history.json and report.html; checks and models are only read."""
+    with atomic_folder(folder, owned=HISTORY_FILES) as place:
+        write_json(place / "history.json", found.to_json_dict())
+        (place / "report.html").write_text(history_page(found, language), encoding="utf-8")

@@ -1,14 +1,18 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Checks in a line, in a few lines and as a table."""
+"""Checks, updates, comparisons and histories in a line, in a few lines and as a table."""
 
 from __future__ import annotations
 
 import pandas as pd
 
+from fastcal.monitoring.compare import Comparison
+from fastcal.monitoring.history import History
 from fastcal.monitoring.result import CheckResult
+from fastcal.monitoring.update import UpdateResult
 from fastcal.report.frames import frame
 from fastcal.report.summaries import headline, summary
+from fastcal.units import from_si
 
 
 @headline.register
@@ -33,3 +37,75 @@ def _(found: CheckResult) -> pd.DataFrame:
     """Every change that was looked for."""
     columns = ["owner", "name", "value", "std", "unit", "p_value", "detectable"]
     return pd.DataFrame([vars(test) for test in found.tests], columns=columns)
+
+
+@headline.register
+def _(found: UpdateResult) -> str:
+    return f"{found.model.name}, updated from {len(found.before.data)} poses"
+
+
+@summary.register
+def _(found: UpdateResult) -> list[str]:
+    lines = [f"{found.model.name}: up to date from {len(found.before.data)} poses", f"before: {found.before.sentence}"]
+    if found.train.after is not None:
+        after = found.train.after.to_mm()
+        lines.append(f"error on these poses: RMS {found.before.rms_mm:.4f} mm before, {after['rms']:.4f} mm after")
+    lines.append(f"noise of a measured coordinate: {from_si(found.sigma, 'mm'):.4f} mm, pooled with the calibration's")
+    return lines
+
+
+@frame.register
+def _(found: UpdateResult) -> pd.DataFrame:
+    """The arm's parameters, now and before (`nominal`)."""
+    columns = ["owner", "name", "unit", "nominal", "value", "std"]
+    return pd.DataFrame([vars(p) for p in found.parameters], columns=columns)
+
+
+@headline.register
+def _(found: Comparison) -> str:
+    sizes = found.at_tool.to_mm()
+    return (
+        f"{found.first.name}, {len(found.significant)} parameters differ, {sizes['mean']:.4f} mm at the tool on average"
+    )
+
+
+@summary.register
+def _(found: Comparison) -> list[str]:
+    sizes = found.at_tool.to_mm()
+    lines = [
+        f"{found.first.name}: at the tool mean {sizes['mean']:.4f} mm, RMS {sizes['rms']:.4f} mm, largest "
+        f"{sizes['max']:.4f} mm over the joint range of both, bases and tools aligned",
+        f"parameters that differ beyond noise: {len(found.significant)} of {len(found.parameters)}",
+    ]
+    return lines + [f"  {d.owner} {d.name}: {d.difference:+.4g} +- {d.std:.2g}" for d in found.significant]
+
+
+@frame.register
+def _(found: Comparison) -> pd.DataFrame:
+    """A row a parameter."""
+    columns = ["owner", "name", "a", "b", "difference", "std", "unit", "p_value", "significant"]
+    return pd.DataFrame([vars(d) for d in found.parameters], columns=columns)
+
+
+@headline.register
+def _(found: History) -> str:
+    return f"{len(found.arms)} arms, {sum(len(a.events) for a in found.arms)} files, {len(found.alarms)} alarms"
+
+
+@summary.register
+def _(found: History) -> list[str]:
+    lines = [headline(found)]
+    for arm in found.arms:
+        checks = sum(e.kind == "check" for e in arm.events)
+        lines.append(f"{arm.name} ({arm.robot}): {arm.state.replace('_', ' ')}, {checks} checks")
+        lines += [f"  {a.date} {a.by}: {a.what}" for a in arm.alarms]
+    return lines
+
+
+@frame.register
+def _(found: History) -> pd.DataFrame:
+    """A row a check or model."""
+    rows = [
+        (e.arm, e.date, e.kind, e.verdict, e.content.get("rms_mm"), e.file) for arm in found.arms for e in arm.events
+    ]
+    return pd.DataFrame(rows, columns=["arm", "date", "kind", "verdict", "rms_mm", "file"])

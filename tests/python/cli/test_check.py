@@ -3,6 +3,9 @@
 """`fastcal check` as a process: exit codes, check.json, and what goes wrong."""
 
 import json
+import subprocess
+import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -114,6 +117,67 @@ def test_mistakes_are_one_line_and_write_nothing(month, fastcal, monkeypatch, ar
     assert failed.code == 2
     assert said in failed.error
     assert {path: path.read_bytes() for path in month.iterdir()} == before
+
+
+def test_update_compare_and_history_write_what_the_contract_names(month, process, tmp_path) -> None:
+    done = process("update", "model.yaml", "moved.csv", "-o", tmp_path / "new", "--date", "2026-03-01", cwd=month)
+    assert done.code == 0, done.err
+    assert {path.name for path in (tmp_path / "new").iterdir()} == {"model.yaml", "result.json", "report.html"}
+    assert "RMS" in done.out
+    done = process("compare", "model.yaml", tmp_path / "new" / "model.yaml", "-o", tmp_path / "compared", cwd=month)
+    assert done.code == 0, done.err
+    found = json.loads((tmp_path / "compared" / "compare.json").read_text())
+    significant = [(p["owner"], p["name"]) for p in found["parameters"] if p["significant"]]
+    assert significant == [("joint3", "theta_deg")]
+    assert set(found["at_tool_mm"]) == {"mean", "rms", "max"}
+    folder = tmp_path / "arm"
+    folder.mkdir()
+    for date, file in (("2026-02-01", "held"), ("2026-03-01", "moved")):
+        out = folder / f"{date}.json"
+        process("check", "model.yaml", f"{file}.csv", "-o", out, "--date", date, cwd=month)
+    done = process("history", folder, "-o", tmp_path / "history", cwd=month)
+    assert done.code == 0, done.err
+    assert "RX-7 (staubli_rx160l): changed, 2 checks" in done.out
+    assert {path.name for path in (tmp_path / "history").iterdir()} == {"history.json", "report.html"}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["update", "staubli_rx160l", "held.csv", "-o", "out"], "keeps no covariance"),
+        (["update", "model.yaml", "nothing.csv", "-o", "out"], "nothing.csv"),
+        (["update", "model.yaml", "held.csv", "-o", "held.csv"], "held.csv"),
+        (["compare", "model.yaml", "kuka_kr500_3"], "expected two models of one arm"),
+        (["compare", "model.yaml", "held.csv"], "held.csv"),
+        (["history", "nowhere"], "expected a folder with checks and models"),
+        (["history", "model.yaml"], "expected a folder with checks and models"),
+    ],
+)
+def test_mistakes_of_the_months_after_are_one_line(month, fastcal, monkeypatch, arguments, said) -> None:
+    monkeypatch.chdir(month)
+    before = {path: path.read_bytes() for path in month.iterdir()}
+    failed = fastcal(*arguments)
+    assert failed.code == 2
+    assert said in failed.error
+    assert {path: path.read_bytes() for path in month.iterdir()} == before
+
+
+def test_a_killed_check_leaves_the_old_one_whole(month, tmp_path) -> None:
+    """The history is these files: whenever a check is killed, each is there as it was or as it shall be."""
+    out = tmp_path / "2026-02.json"
+    command = [sys.executable, "-m", "fastcal", "check", "model.yaml", "held.csv", "-o", str(out)]
+    subprocess.run(command, cwd=month, check=True, capture_output=True)
+    whole = out.read_bytes()
+    started = time.monotonic()
+    subprocess.run(command, cwd=month, check=True, capture_output=True)
+    lasts = time.monotonic() - started
+    for share in (0.5, 0.8, 0.95, 1.0):
+        running = subprocess.Popen(command, cwd=month, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        time.sleep(share * lasts)
+        running.kill()
+        running.wait()
+        assert out.read_bytes() == whole
+        assert len(library.history(tmp_path).arms[0].checks) == 1
 
 
 def test_the_model_keeps_where_it_comes_from(month, fastcal, tmp_path) -> None:

@@ -61,7 +61,7 @@ def of_template(path: Path) -> Iterator[str]:
 
 def messages() -> set[str]:
     out = set(FROM_BELOW)
-    for path in [*REPORT.glob("*.py")]:
+    for path in [*REPORT.glob("*.py"), REPORT.parent / "monitoring" / "words.py"]:
         if not path.name.startswith("diagnosis"):
             out |= set(of_python(path))
     for path in (REPORT / "templates").glob("*.html"):

@@ -1,0 +1,45 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""`fastcal history`: checks and models of an arm, or of a fleet, over time; history.json and report.html out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from fastcal.cli.console import emit, progress, say, warn
+
+
+def history(
+    folder: Annotated[
+        Path, typer.Argument(metavar="FOLDER", help="Checks (JSON) and models (YAML), of one arm or of many.")
+    ],
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", metavar="OUT", help="The folder for history.json and report.html."),
+    ] = None,
+) -> None:
+    """Show checks and models over time, with control limits and alarms.
+
+    An arm is a serial number; without one, the folder that its files are in.
+    """
+    from fastcal.io.folder import check_folder
+    from fastcal.monitoring.history import history as read
+    from fastcal.report.monitoring_files import HISTORY_FILES
+    from fastcal.report.summaries import summary
+
+    if output is not None:
+        check_folder(output, HISTORY_FILES)
+    with progress() as show:
+        show("reading")
+        found = read(folder)
+    if output is not None:
+        found.save(output)
+    warn(found.notes)
+    for line in summary(found):
+        say(line)
+    if output is not None:
+        say(str(output / "report.html"))
+    emit(found.to_json_dict())

@@ -1,0 +1,94 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""`fastcal update` and `fastcal compare`: a model brought up to date, and how two models of one arm differ."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from fastcal.cli.console import emit, progress, say, warn
+from fastcal.cli.options import (
+    AsRead,
+    DataFiles,
+    Date,
+    Instrument,
+    ModelFile,
+    Operator,
+    OutFolder,
+    Serial,
+    Threads,
+)
+
+
+def update(
+    model: ModelFile,
+    data: DataFiles,
+    output: OutFolder,
+    serial: Serial = None,
+    instrument: Instrument = None,
+    operator: Operator = None,
+    date: Date = None,
+    as_read: AsRead = False,
+    threads: Threads = 1,
+) -> None:
+    """Bring a calibrated model up to date with a few new poses.
+
+    Twelve do, before an instrument that was set up anew: what the model knows is kept as far as it has not changed.
+    """
+    from fastcal.importers import load_measurements
+    from fastcal.io.folder import check_folder
+    from fastcal.io.robot_file import load_robot
+    from fastcal.monitoring.update import update as updated
+    from fastcal.report.monitoring_files import UPDATE_FILES
+    from fastcal.report.summaries import summary
+
+    check_folder(output, UPDATE_FILES)
+    robot = load_robot(model)
+    measured = load_measurements(data, robot)
+    with progress() as show:
+        show("bringing the model up to date")
+        who = {"serial": serial, "instrument": instrument, "operator": operator, "date": date}
+        found = updated(robot, measured, as_read=as_read, who=who, threads=threads)
+        show("writing the report")
+        found.save(output)
+    warn(found.notes)
+    for line in summary(found):
+        say(line)
+    say(str(output / "report.html"))
+    emit(found.to_json_dict())
+
+
+def compare(
+    first: Annotated[str, typer.Argument(metavar="MODEL_A", help="A calibrated robot: model.yaml.")],
+    second: Annotated[str, typer.Argument(metavar="MODEL_B", help="Another model of the same arm.")],
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", metavar="OUT", help="The folder for compare.json and report.html."),
+    ] = None,
+    threads: Threads = 1,
+) -> None:
+    """Compare two models of one arm: parameters that differ, and millimetres at the tool.
+
+    Bases and tools are aligned, and the second model is written in the first one's gauge, so that what no measurement
+    shows is no difference.
+    """
+    from fastcal.io.folder import check_folder
+    from fastcal.io.robot_file import load_robot
+    from fastcal.monitoring.compare import compare as compared
+    from fastcal.report.monitoring_files import COMPARISON_FILES
+    from fastcal.report.summaries import summary
+
+    if output is not None:
+        check_folder(output, COMPARISON_FILES)
+    found = compared(load_robot(first), load_robot(second), threads=threads)
+    if output is not None:
+        found.save(output)
+    warn(found.notes)
+    for line in summary(found):
+        say(line)
+    if output is not None:
+        say(str(output / "report.html"))
+    emit(found.to_json_dict())

@@ -1,0 +1,136 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""The page of a history: one arm, or a fleet."""
+
+from __future__ import annotations
+
+from fastcal.monitoring.history import ArmHistory, History
+from fastcal.report import monitoring_figures as drawings
+from fastcal.report import page
+from fastcal.report.formatting import plural, significant
+from fastcal.report.language import _, in_language
+from fastcal.report.monitoring_report import Section, present, state_word
+from fastcal.report.tables import Cell, Column, Group, Table, number_cell, spaced
+from fastcal.report.words import Remark, Verdict
+
+MOST_ARMS = 40  # whose charts a page has; the table has all
+
+
+def history_page(found: History, language: str = "en") -> str:
+    """The HTML text of a history's page: one arm, or a fleet."""
+    with in_language(language):
+        arms = sorted(found.arms, key=lambda a: (_ORDER.index(a.state), a.name))
+        bad = [a for a in arms if a.state in ("changed", "alarm")]
+        checks = sum(e.kind == "check" for a in arms for e in a.events)
+        tone = "bad" if any(a.state == "changed" for a in arms) else "caution" if bad else "good"
+        headline = (
+            _(
+                "{count} of {all} arms ask for attention: {names}.",
+                count=len(bad),
+                all=len(arms),
+                names=", ".join(a.name for a in bad[:8]),
+            )
+            if bad
+            else _("No arm asks for attention.")
+        )
+        sections = [
+            Section("all", _("All arms"), drawings=present(drawings.ratio_chart(arms)), tables=[_fleet_table(arms)])
+        ]
+        for k, arm in enumerate(arms[:MOST_ARMS]):
+            sections.append(
+                Section(
+                    f"arm-{k}",
+                    arm.name,
+                    f"{arm.robot}: {state_word(arm.state)}",
+                    drawings=drawings.control_charts(arm, f"arm-{k}"),
+                    tables=[_event_table(arm)],
+                )
+            )
+        if found.notes:
+            sections.append(Section("notes", _("Notes"), notes=found.notes))
+        title = arms[0].name if len(arms) == 1 else _("{count} arms", count=len(arms))
+        return page.render(
+            "monitoring.html",
+            title=_("History: {name}", name=title),
+            eyebrow=_("Checks and models over time"),
+            robot_name=title,
+            simulated=False,
+            meta=[plural(checks, "check")],
+            verdict=Verdict(
+                tone,
+                _("Attention") if bad else _("All hold"),
+                headline,
+                [Remark(f"{a.arm}, {a.date}: {_alarm(a.by, a.what)}", True, "all") for a in found.alarms[-12:]],
+            ),
+            tiles=[
+                (_("Arms"), str(len(arms)), ""),
+                (_("Checks"), str(checks), ""),
+                (_("Alarms"), str(len(found.alarms)), _("checks, EWMA and CUSUM")),
+            ],
+            sections=sections,
+        )
+
+
+_ORDER = ["changed", "alarm", "cannot_tell", "unchecked", "holds"]
+
+
+def _alarm(by: str, what: str) -> str:
+    if by == "check":
+        return what
+    if by == "ewma":
+        return _("the misfit's EWMA is beyond its limit")
+    return _("the CUSUM of {name} is beyond its limit", name=spaced(what))
+
+
+def _fleet_table(arms: list[ArmHistory]) -> Table:
+    columns = [Column(_("Arm"), numeric=False), Column(_("Robot"), numeric=False), Column(_("State"), numeric=False)]
+    columns += [Column(_("Checks")), Column(_("Last check"), numeric=False), Column(_("RMS (mm)")), Column(_("Alarms"))]
+    rows = []
+    for arm in arms:
+        last = next((e for e in reversed(arm.events) if e.kind == "check"), None)
+        rms = None if last is None else float(last.content["rms_mm"])
+        count = sum(e.kind == "check" for e in arm.events)
+        rows.append(
+            [
+                Cell(arm.name),
+                Cell(arm.robot),
+                Cell(state_word(arm.state)),
+                Cell(str(count), count),
+                Cell("" if last is None else last.date),
+                number_cell("" if rms is None else significant(rms), rms),
+                Cell(str(len(arm.alarms)), len(arm.alarms)),
+            ]
+        )
+    return Table(_("All arms"), columns, [Group(rows)], is_sortable=len(rows) > 1)
+
+
+def _event_table(arm: ArmHistory) -> Table:
+    columns = [Column(_("Date"), numeric=False), Column(_("What"), numeric=False), Column(_("RMS (mm)"))]
+    columns += [Column(_("Expected (mm)")), Column(_("Found"), numeric=False), Column(_("File"), numeric=False)]
+    rows = []
+    for e in arm.events:
+        if e.kind == "model":
+            noise = float(e.content["sigma_mm"])
+            rows.append(
+                [
+                    Cell(e.date),
+                    Cell(_("model")),
+                    Cell(""),
+                    Cell(""),
+                    Cell(_("noise {size} mm", size=significant(noise, 2))),
+                    Cell(e.file),
+                ]
+            )
+            continue
+        rms, expected = float(e.content["rms_mm"]), float(e.content["expected_rms_mm"])
+        rows.append(
+            [
+                Cell(e.date),
+                Cell(_("check")),
+                number_cell(significant(rms), rms),
+                number_cell(significant(expected), expected),
+                Cell(str(e.content.get("sentence", ""))),
+                Cell(e.file),
+            ]
+        )
+    return Table(_("History of {name}", name=arm.name), columns, [Group(rows)])

@@ -1,0 +1,147 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Drawings of the months after: errors of a check, what moved in standard deviations, a heat map, control charts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal.monitoring.compare import Comparison
+from fastcal.monitoring.history import ArmHistory
+from fastcal.monitoring.result import CheckResult, Test
+from fastcal.report import figures
+from fastcal.report.figures import Figure, Key
+from fastcal.report.language import _
+from fastcal.report.tables import spaced
+from fastcal.units import from_si
+
+Array = NDArray[np.float64]
+
+_MOST_TESTS = 14
+_CELLS = 14
+_HEAT = [[0.0, "#f2f6f9"], [0.5, "#6ba3c2"], [1.0, "#0b3f5e"]]
+_MOST_CHARTS = 4
+
+
+def errors(found: CheckResult) -> Figure:
+    """The distance of each pose from the model, with what is expected of noise and the model."""
+    error = from_si(found.errors(), "mm")
+    row = np.arange(len(error))
+    expected = found.expected_rms_mm
+    hover = _("row %{{x}}: %{{y:.3f}} mm")
+    traces = [
+        figures.points(row, error, figures.AFTER, 9, hover=hover),
+        figures.line([-0.5, len(error) - 0.5], [expected, expected], figures.INK, "dash"),
+    ]
+    key = [Key(_("measured pose"), figures.AFTER, "point"), Key(_("expected, RMS"), figures.INK, "dash")]
+    if found.tolerance is not None:
+        limit = from_si(found.tolerance, "mm")
+        traces.append(figures.line([-0.5, len(error) - 0.5], [limit, limit], figures.ALERT))
+        key.append(Key(_("tolerance"), figures.ALERT, "solid"))
+    drawn = figures.layout(_("data row"), _("distance from the model (mm)"), yaxis={"rangemode": "tozero"})
+    alt = _("Distance of each measured pose from the model after fitting the base, with the expected RMS.")
+    return Figure("errors", _("Errors of the poses"), alt, traces, drawn, columns=3, key=key)
+
+
+def moved(found: CheckResult) -> Figure | None:
+    """Estimates of all changes, each alone, in their standard deviations; the largest first."""
+    shown = sorted((t for t in found.tests if t.std > 0), key=lambda t: -abs(t.value / t.std))[:_MOST_TESTS]
+    if not shown:
+        return None
+    names = [_named(t) for t in shown][::-1]
+    score = np.array([t.value / t.std for t in shown])[::-1]
+    texts = [f"{t.value:.3g} ± {t.std:.2g} {t.unit}" for t in shown][::-1]
+    trace = figures.points(score, names, figures.AFTER, 9, hover="%{y}: %{text}") | {"text": texts}
+    limit = 3.0
+    ends = [names[0], names[-1]]
+    traces = [trace, *(figures.line([x, x], ends, figures.ALERT, "dot") for x in (-limit, limit))]
+    drawn = figures.layout(
+        _("estimated change / its standard deviation"), "",
+        yaxis={"type": "category", "automargin": True, "nticks": 0, "dtick": 1}, margin={"l": 120},
+    )  # fmt: skip
+    alt = _(
+        "Every change that was looked for, each alone, in standard deviations; the largest is {name}.", name=names[-1]
+    )
+    note = _("One change of the arm shows in many of them; the verdict names the likeliest.")
+    key = [Key(_("3 standard deviations"), figures.ALERT, "dot")]
+    return Figure(
+        "moved", _("What may have moved"), alt, traces, drawn, note, columns=3, height=60 + 24 * len(shown), key=key
+    )
+
+
+def _named(test: Test) -> str:
+    return spaced(f"{test.owner} {test.name.removesuffix(f'_{test.unit}')}")
+
+
+def heat_map(found: Comparison) -> Figure:
+    """Mean distance between two models over the workspace: radius from joint 1's axis, height over the base."""
+    radius = from_si(np.hypot(found.points[:, 0], found.points[:, 1]), "mm")
+    height, distance = from_si(found.points[:, 2], "mm"), from_si(found.distance, "mm")
+    x, y = (np.linspace(v.min(), v.max(), _CELLS + 1) for v in (radius, height))
+    sums = np.histogram2d(height, radius, [y, x], weights=distance)[0]
+    counts = np.histogram2d(height, radius, [y, x])[0]
+    with np.errstate(invalid="ignore"):
+        mean = np.where(counts > 0, sums / counts, np.nan)
+    z = [[None if np.isnan(v) else float(v) for v in line] for line in mean]
+    trace = {
+        "type": "heatmap", "z": z, "x": (0.5 * (x[1:] + x[:-1])).tolist(), "y": (0.5 * (y[1:] + y[:-1])).tolist(),
+        "zmin": 0, "colorscale": _HEAT, "xgap": 1, "ygap": 1, "hoverongaps": False,
+        "colorbar": {"title": {"text": "mm", "side": "top"}, "thickness": 12, "outlinewidth": 0},
+        "hovertemplate": _("radius %{{x:.0f}} mm, height %{{y:.0f}} mm: %{{z:.3f}} mm") + "<extra></extra>",
+    }  # fmt: skip
+    drawn = figures.layout(_("distance from the first axis (mm)"), _("height over the base (mm)"))
+    worst = np.unravel_index(int(np.nanargmax(mean)), mean.shape)
+    alt = _(
+        "Heat map of the mean distance between the models; the largest, {size} mm, at {radius} mm from the first axis "
+        "and {height} mm above the base.",
+        size=f"{mean[worst]:.3f}", radius=f"{x[worst[1]]:.0f}", height=f"{y[worst[0]]:.0f}",
+    )  # fmt: skip
+    note = _("Mean over the postures that reach a cell; bases and tools are aligned.")
+    return Figure("heat", _("Where the models differ"), alt, [trace], drawn, note, columns=3, height=360)
+
+
+def control_charts(arm: ArmHistory, prefix: str) -> list[Figure]:
+    """The misfit's EWMA and the CUSUM of the numbers nearest to their limit."""
+    out = []
+    for k, chart in enumerate(arm.charts[: 1 + _MOST_CHARTS]):
+        when = [event.date for event in arm.checks]
+        hover = "%{x}: %{y:.2f}"
+        traces = [figures.line(when, chart.value, figures.AFTER, hover=hover, mode="lines+markers")]
+        traces.append(figures.line(when, chart.limit, figures.ALERT, "dash"))
+        key = [Key(_("limit"), figures.ALERT, "dash")]
+        if chart.low is not None:
+            traces.append(figures.line(when, chart.low, figures.BEFORE, hover=hover, mode="lines+markers"))
+            traces.append(figures.line(when, -chart.limit, figures.ALERT, "dash"))
+            key = [Key(_("upwards"), figures.AFTER, "solid"), Key(_("downwards"), figures.BEFORE, "solid"), *key]
+        is_misfit = chart.low is None
+        name = _("Misfit") if is_misfit else spaced(chart.name)
+        title = _("{name}, EWMA", name=name) if is_misfit else _("{name}, CUSUM", name=name)
+        drawn = figures.layout(_("date"), _("standard deviations"), xaxis={"type": "date"})
+        state = _("{count} alarms", count=len(chart.alarms)) if chart.alarms else _("no alarm")
+        alt = _("Control chart of {name} over {checks} checks: {state}.", name=name, checks=len(when), state=state)
+        drawing = Figure(f"{prefix}-{k}", title, alt, traces, drawn, columns=3, height=260, key=key)
+        out.append(figures.marked(drawing, state, 3) if chart.alarms else drawing)
+    return out
+
+
+def ratio_chart(arms: Sequence[ArmHistory]) -> Figure | None:
+    """RMS found over expected of every check of every arm."""
+    traces = []
+    for arm in arms:
+        checks = [e for e in arm.events if e.kind == "check" and e.content["expected_rms_mm"] > 0]
+        if checks:
+            ratio = np.array([e.content["rms_mm"] / e.content["expected_rms_mm"] for e in checks])
+            colour = figures.ALERT if arm.state == "changed" else figures.AFTER
+            hover = f"{arm.name}, %{{x}}: %{{y:.2f}}"
+            traces.append(
+                figures.line([e.date for e in checks], ratio, colour, hover=hover, mode="lines+markers", opacity=0.7)
+            )
+    if not traces:
+        return None
+    drawn = figures.layout(_("date"), _("RMS found / expected"), xaxis={"type": "date"}, yaxis={"rangemode": "tozero"})
+    alt = _("RMS of every check over the expected RMS, a line an arm; 1 is what noise makes.")
+    key = [Key(_("arm that holds"), figures.AFTER, "solid"), Key(_("arm that has changed"), figures.ALERT, "solid")]
+    return Figure("ratio", _("All checks"), alt, traces, drawn, columns=6, height=300, key=key)

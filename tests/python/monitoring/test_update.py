@@ -1,0 +1,138 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""`fastcal.update` and `fastcal.compare`."""
+
+import copy
+import json
+
+import numpy as np
+import pytest
+
+import fastcal
+from fastcal.errors import InvalidInput
+from fastcal.measurements.dataset import Dataset
+from fastcal.robot.robot import Robot
+
+NOISE = 3e-5
+EFFECTS = ["geometry", "joint_compliance@joint2", "joint_compliance@joint3"]
+
+
+def away(model: Robot, true: Robot) -> float:
+    """RMS distance [m] over unseen poses, the base laid on."""
+    q = fastcal.random_poses(model, 200, seed=77)
+    load = np.where(np.arange(200) % 2 == 0, 0.0, 14.0)
+    p, x = (robot.forward(q, payload=load)[:, :3, 3] for robot in (model, true))
+    U, _, Vt = np.linalg.svd((x - x.mean(axis=0)).T @ (p - p.mean(axis=0)))
+    return float(np.sqrt(np.mean(np.sum(((p - p.mean(axis=0)) @ (U @ Vt).T - x + x.mean(axis=0)) ** 2, axis=1))))
+
+
+def fresh(calibrated, spec: dict, seed: int) -> Robot:
+    """A new calibration of the same arm from sixty poses."""
+    random = np.random.default_rng(seed)
+    q = fastcal.random_poses(calibrated.model, 60, seed=seed)
+    sent = Dataset.from_arrays(q, payload=random.choice([0.0, 14.0], 60), robot=calibrated.model)
+    nominal = fastcal.load_robot("staubli_rx160l")
+    return fastcal.calibrate(
+        nominal, fastcal.simulate(Robot(spec), sent, noise=NOISE, seed=seed), effects=EFFECTS
+    ).model
+
+
+def test_twelve_poses_bring_a_model_up_to_date(calibrated, tmp_path) -> None:
+    spec = calibrated.spec()
+    spec["joints"][2]["theta_deg"] += 0.02
+    found = fastcal.update(calibrated.model, calibrated.measured(spec, 12), who={"date": "2026-11-01"})
+    new = np.mean([away(fresh(calibrated, spec, seed), Robot(spec)) ** 2 for seed in (11, 12, 13)]) ** 0.5
+    assert away(calibrated.model, Robot(spec)) > 10 * new
+    assert away(found.model, Robot(spec)) < 1.4 * new  # one arm; the mean of two hundred is in docs/monitoring.md
+    assert fastcal.check(found.model, calibrated.measured(spec, seed=9)).verdict == "holds"
+    found.save(tmp_path / "out")
+    again = fastcal.load_robot(tmp_path / "out" / "model.yaml")
+    q = fastcal.random_poses(again, 20, seed=1)
+    np.testing.assert_array_equal(again.forward(q), found.model.forward(q))
+    assert again.record.degrees_of_freedom == found.degrees_of_freedom > calibrated.model.record.degrees_of_freedom
+    origin = again.spec["made_by"]
+    assert origin["serial"] == "RX-0042"
+    assert len(origin["updated_from"]) == 64
+    assert json.loads((tmp_path / "out" / "result.json").read_text())["check"]["verdict"] == "changed"
+
+
+def test_stated_deviations_of_an_update_are_honest(calibrated) -> None:
+    """Errors of the points over their stated deviations, over draws of new rows; the model is one draw for all."""
+    spec = calibrated.spec()
+    spec["tool"]["xyz_mm"][0] += 0.2
+    true = Robot(spec)
+    q = fastcal.random_poses(calibrated.model, 100, seed=3)
+    ratio = []
+    for seed in range(6):
+        model = fastcal.update(calibrated.model, calibrated.measured(spec, 12, seed=seed)).model
+        error = model.forward(q)[:, :3, 3] - true.forward(q)[:, :3, 3]
+        ratio.append(np.mean((error / model.position_deviation(q)) ** 2))
+    assert 0.3 < np.mean(ratio) < 2.0
+
+
+def test_a_wrong_row_is_left_out_of_an_update(calibrated) -> None:
+    data = calibrated.measured(calibrated.spec(), 12)
+    data.position[4] += [1e-3, 0, 5e-4]
+    found = fastcal.update(calibrated.model, data)
+    assert found.left_out == [4]
+    assert away(found.model, Robot(calibrated.spec())) < 5e-5
+
+
+def test_models_of_an_unchanged_arm_are_alike_whatever_gauge_and_set_up(calibrated) -> None:
+    spec = calibrated.spec()
+    spec["tool"]["xyz_mm"] = [90.0, 30.0, 100.0]  # another target
+    found = fastcal.compare(calibrated.model, fresh(calibrated, spec, 21))
+    assert found.significant == []
+    assert found.at_tool.rms < 5e-5
+    assert found.unexplained < 1e-9
+    assert not {d.owner for d in found.parameters} & {"base", "tool"}
+    same = fastcal.compare(calibrated.model, calibrated.model)
+    assert same.at_tool.max < 1e-9
+    assert max(abs(d.difference) for d in same.parameters) < 1e-6
+
+
+def test_a_gauge_motion_is_no_difference(calibrated) -> None:
+    """Joint 1's zero against the base, and joint 6's against the tool, move no point."""
+    spec = copy.deepcopy(calibrated.model.spec)
+    spec["joints"][0]["theta_deg"] += 5.0
+    spec["joints"][0]["d_mm"] += 20.0
+    found = fastcal.compare(calibrated.model, Robot(spec))
+    assert found.significant == []
+    assert found.at_tool.max < 1e-9
+
+
+def test_what_differs_is_found_with_its_size(calibrated) -> None:
+    spec = calibrated.spec()
+    spec["joints"][2]["theta_deg"] += 0.03
+    found = fastcal.compare(calibrated.model, fresh(calibrated, spec, 22))
+    (difference,) = found.significant
+    assert (difference.owner, difference.name) == ("joint3", "theta_deg")
+    assert difference.difference == pytest.approx(0.03, abs=4 * difference.std)
+    assert found.at_tool.mean > 2e-4
+    content = found.to_json_dict()
+    assert set(content["at_tool_mm"]) == {"mean", "rms", "max"}
+    assert {"name", "owner", "a", "b", "difference", "std", "unit", "significant"} <= set(content["parameters"][0])
+
+
+def test_an_effect_that_one_model_lacks_is_a_difference(calibrated) -> None:
+    stiff = copy.deepcopy(calibrated.model.spec) | {"effects": []}
+    found = fastcal.compare(Robot(stiff), calibrated.model)
+    by_owner = {d.owner: d for d in found.parameters if d.name == "compliance_rad_nm"}
+    assert by_owner["joint2"].a is None
+    assert by_owner["joint2"].b == pytest.approx(
+        calibrated.model.spec["effects"][0]["parameters"]["compliance_rad_nm"]["value"], rel=1e-3
+    )
+
+
+def test_what_update_and_compare_refuse(calibrated) -> None:
+    with pytest.raises(InvalidInput, match="keeps no covariance"):
+        fastcal.update("staubli_rx160l", calibrated.measured(calibrated.spec()))
+    with pytest.raises(InvalidInput, match="expected the model and then"):
+        fastcal.update(calibrated.model)
+    with pytest.raises(InvalidInput, match="expected two models of one arm"):
+        fastcal.compare(calibrated.model, "kuka_kr500_3")
+    with pytest.raises(InvalidInput, match="twentieth of their reach"):
+        fastcal.compare("ur10", "ur3e")
+    nominal = fastcal.compare("staubli_rx160l", calibrated.model)
+    assert nominal.parameters[0].significant is None
+    assert nominal.notes
