@@ -17,7 +17,7 @@ from fastcal.importers.dialects import read_export
 from fastcal.importers.export import Export
 from fastcal.importers.grid import Grid
 from fastcal.importers.joining import joined
-from fastcal.importers.joint_names import with_joint_names
+from fastcal.importers.joint_names import notes_on_names, with_joint_names
 from fastcal.importers.mapping import Mapping
 from fastcal.importers.mapping import map_text as text_of_map
 from fastcal.importers.reading import Column, Reading, interpret
@@ -127,6 +127,7 @@ def read(
         try:
             export = with_joint_names(export, names)
             reading = interpret(export, convention=orientation, joint_kinds=kinds, wanted=wanted)
+            reading = replace(reading, notes=[*reading.notes, *notes_on_names(export, names)])
         except InvalidInput as problem:
             problems.append(problem)
             continue

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 OWN_COLUMNS = ("order", "row", "status", "name")  # which fastcal writes beside what it reads
-ROUNDING = 1e-9  # [rad, m] beyond a limit: of a number that went through a file
+ROUNDING = 1e-8  # [rad, m] beyond a limit: of a number that went through a file, of six decimals of a degree
 
 
 def load_measurements(path: str | os.PathLike[str], robot: RobotFacts, *, require_measured: bool = True) -> Dataset:

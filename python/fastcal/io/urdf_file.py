@@ -86,14 +86,14 @@ def urdf_text(spec: Spec) -> str:
 def what_urdf_loses(spec: Spec) -> tuple[str, ...]:
     """The keys of a spec that say something and have no place in a URDF."""
     # A URDF that is written in place gets no links: base and tool belong to the measurement.
-    lost = [key for key in ("base", "tool") if "xml" in spec.get("source", {}) and _is_moved(spec[key])]
-    lost += [
-        key for key in ("coupling", "compensator", "effects", "structure", "correction", "calibration") if spec.get(key)
-    ]
+    in_place = "xml" in spec.get("source", {})
+    lost = [key for key in ("base", "tool") if in_place and _is_moved(spec[key])]
+    lost += [key for key in ("coupling", "compensator", "effects", "structure", "correction") if spec.get(key)]
+    lost += ["calibration"] if spec.get("calibration") and not in_place else []
     if any(spec["payload"]["com_mm"]):
         lost.append("payload")
     if spec["gravity_m_s2"] != [0.0, 0.0, -9.80665] or (
-        spec["gravity_frame"] == "base" and any(spec["base"]["rpy_deg"])
+        spec["gravity_frame"] == "base" and any(spec["base"]["rpy_deg"]) and not in_place
     ):
         lost.append("gravity_m_s2")
     if any("motor_ratio" in joint for joint in spec["joints"]):

@@ -156,5 +156,5 @@ def _same(a: Array, b: Array) -> bool:
 
 
 def _numbers(values: Array) -> str:
-    """Digits that read back to the same doubles."""
-    return " ".join(repr(float(value) + 0.0) for value in values)
+    """Digits that read back to the same doubles, without the dust below 1e-16 m or rad."""
+    return " ".join(repr(round(float(value), 16) + 0.0) for value in values)

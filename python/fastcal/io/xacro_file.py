@@ -34,17 +34,26 @@ def expanded(path: str | os.PathLike[str], arguments: Mapping[str, str] | None =
         import xacro
     except ImportError:
         raise ParseError("reading xacro needs the package xacro: pip install fastcal[ros]", path) from None
-    find = mock.patch("xacro.substitution_args._eval_find", lambda package: _package(package, Path(path)))
+    missing: list[ParseError] = []  # xacro wraps what is raised inside it
+
+    def folder_of(package: str) -> str:
+        try:
+            return _package(package, Path(path))
+        except ParseError as error:
+            missing.append(error)
+            raise
+
+    find = mock.patch("xacro.substitution_args._eval_find", folder_of)
     try:
         with find, contextlib.redirect_stderr(io.StringIO()):  # its warnings about macros
             document = xacro.process_file(os.fspath(path), mappings=dict(arguments or {}))
         return str(document.toprettyxml(indent="  "))
-    except ParseError:
-        raise
     except Exception as error:  # noqa: BLE001 - a file's expressions raise whatever Python raises
+        if missing:
+            raise missing[0] from None
         said = " ".join(str(error).split()) or type(error).__name__
-        if missing := re.search(r"Undefined substitution argument (\w+)", said):
-            said = f"needs the argument {missing[1]}: give it as --xacro {missing[1]}:=VALUE"
+        if argument := re.search(r"Undefined substitution argument (\w+)", said):
+            said = f"needs the argument {argument[1]}: give it as --xacro {argument[1]}:=VALUE"
         raise ParseError(f"xacro can't expand it: {said:.300}", path) from None
 
 

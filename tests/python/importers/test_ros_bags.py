@@ -225,3 +225,17 @@ def test_a_bag_without_end_is_refused(arm, bags, monkeypatch) -> None:
     monkeypatch.setattr("fastcal.importers.rosbag.MAX_SAMPLES", 100)
     with pytest.raises(TooLarge, match="alone of at most 100 samples"):
         import_measurements([bags / "session"], joints=bags / "session", robot=arm[0])
+
+
+def test_joints_without_a_number_in_their_names_are_told(arm, bags, tmp_path) -> None:
+    """Without an arm that names its joints nobody can know which is which."""
+    with Bag(tmp_path / "bag") as bag:
+        for k in range(40):
+            state = joint_state(START + 0.05 * k, ["lift_joint", "arm_1_joint", "arm_2_joint"], [0.1, 0.2, 0.3])
+            bag.add("/joint_states", START + 0.05 * k, state)
+            message = T["geometry_msgs/msg/PoseStamped"](header(START + 0.05 * k), pose([0, 0, 1], [0, 0, 0, 1]))
+            bag.add("/tracker/pose", START + 0.05 * k, message)
+    found = import_measurements([tmp_path / "bag"])
+    assert found.joints == 2
+    assert any(note.startswith("lift_joint has no number that says which joint it is") for note in found.notes)
+    assert not any("no number" in note for note in import_measurements([bags / "session"], robot=arm[0]).notes)

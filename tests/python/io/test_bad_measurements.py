@@ -14,7 +14,11 @@ from fastcal.errors import ParseError
 from fastcal.io.measurements import load_measurements
 
 ARM = SimpleNamespace(
-    joint_types=["revolute", "prismatic"], limits=np.array([[-3.0, 3.0], [0.0, 1.0]]), reach=1.5, joint_count=2
+    joint_types=["revolute", "prismatic"],
+    limits=np.array([[-3.0, 3.0], [0.0, 1.0]]),
+    mimics=(),
+    reach=1.5,
+    joint_count=2,
 )
 HEADER = "q1_deg,q2_mm,x_mm,y_mm,z_mm"
 ROW = "10,20,30,40,50"

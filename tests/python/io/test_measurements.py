@@ -19,10 +19,18 @@ from fastcal.io.measurements import load_measurements
 from fastcal.io.robot_file import load_robot
 
 ARM = SimpleNamespace(
-    joint_types=["revolute", "prismatic"], limits=np.array([[-math.pi, math.pi], [0.0, 1.0]]), reach=1.5, joint_count=2
+    joint_types=["revolute", "prismatic"],
+    limits=np.array([[-math.pi, math.pi], [0.0, 1.0]]),
+    mimics=(),
+    reach=1.5,
+    joint_count=2,
 )
 SIX = SimpleNamespace(
-    joint_types=["revolute"] * 6, limits=np.tile([-2 * math.pi, 2 * math.pi], (6, 1)), reach=1.3, joint_count=6
+    joint_types=["revolute"] * 6,
+    limits=np.tile([-2 * math.pi, 2 * math.pi], (6, 1)),
+    mimics=(),
+    reach=1.3,
+    joint_count=6,
 )
 
 

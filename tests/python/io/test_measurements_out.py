@@ -14,7 +14,11 @@ from fastcal.io.measurements_out import write_measurements
 from fastcal.measurements.dataset import Dataset
 
 ARM = SimpleNamespace(
-    joint_types=["revolute", "prismatic"], limits=np.array([[-3.2, 3.2], [-1.0, 1.0]]), reach=1.5, joint_count=2
+    joint_types=["revolute", "prismatic"],
+    limits=np.array([[-3.2, 3.2], [-1.0, 1.0]]),
+    mimics=(),
+    reach=1.5,
+    joint_count=2,
 )
 
 

@@ -26,7 +26,11 @@ ROWS: Rows = [
     (0.082, 0.06, 0.0),
 ]
 ARM = SimpleNamespace(
-    joint_types=["revolute"] * 6, limits=np.tile([-2 * math.pi, 2 * math.pi], (6, 1)), reach=1.2, joint_count=6
+    joint_types=["revolute"] * 6,
+    limits=np.tile([-2 * math.pi, 2 * math.pi], (6, 1)),
+    mimics=(),
+    reach=1.2,
+    joint_count=6,
 )
 
 
@@ -159,7 +163,9 @@ def test_a_sliding_joint_is_judged_in_lengths() -> None:
     rng = np.random.default_rng(0)
     q = np.column_stack([rng.uniform(-1.5, 1.5, 40), rng.uniform(0.1, 0.6, 40)])
     position = np.column_stack([q[:, 1] * np.cos(q[:, 0]), q[:, 1] * np.sin(q[:, 0]), np.zeros(40)])
-    arm = SimpleNamespace(joint_types=["revolute", "prismatic"], limits=np.tile([-9.0, 9.0], (2, 1)), reach=0.6)
+    arm = SimpleNamespace(
+        joint_types=["revolute", "prismatic"], limits=np.tile([-9.0, 9.0], (2, 1)), reach=0.6, mimics=()
+    )
 
     def planar(q: np.ndarray, position: np.ndarray) -> float:
         mine = np.column_stack([q[:, 1] * np.cos(q[:, 0]), q[:, 1] * np.sin(q[:, 0]), np.zeros(len(q))])

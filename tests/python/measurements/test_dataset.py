@@ -12,7 +12,11 @@ from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 
 ARM = SimpleNamespace(
-    joint_types=["revolute", "prismatic"], limits=np.array([[-1.0, 1.0], [0.0, 0.5]]), reach=1.2, joint_count=2
+    joint_types=["revolute", "prismatic"],
+    limits=np.array([[-1.0, 1.0], [0.0, 0.5]]),
+    mimics=(),
+    reach=1.2,
+    joint_count=2,
 )
 Q = [[0.1, 0.2], [0.3, 0.4], [0.5, 0.1]]
 POINTS = [[1.0, 2.0, 3.0], [np.nan, 5.0, 6.0], [np.nan, np.nan, np.nan]]
