@@ -123,13 +123,16 @@ class Page:
 
 
 def spread(runs: Sequence[dict[str, object]], *path: str) -> Spread:
-    """The number at `path` of every run."""
+    """The number at `path` of every run; None (a parameter on its bound has no std) is left out."""
     values = []
     for run in runs:
         found: object = run
         for key in path:
             found = found[key]  # type: ignore[index]
-        values.append(float(found))  # type: ignore[arg-type]
+        if found is not None:
+            values.append(float(found))  # type: ignore[arg-type]
+    if not values:
+        return Spread(np.nan, np.nan, np.nan)
     return Spread(float(np.median(values)), float(np.min(values)), float(np.max(values)))
 
 

@@ -11,7 +11,7 @@ from typing import Any
 
 from fastcal.report import figures, page
 from fastcal.report.figures import Figure, Key, Trace
-from fastcal.report.formatting import MISSING, plural, significant
+from fastcal.report.formatting import MISSING, is_known, plural, significant
 from fastcal.report.tables import Cell, Column, Group, Table, number_cell
 
 _COLOURS = (*figures.COMPONENT_COLOURS, figures.MUTED, figures.ALERT)
@@ -107,6 +107,8 @@ def _cell(value: Any) -> Cell:
     if isinstance(value, str):
         return Cell(value)
     if isinstance(value, Mapping):
+        if not is_known(value["median"]):
+            return Cell(MISSING)
         middle, low, high = (_number(value[key]) for key in ("median", "low", "high"))
         text = middle if low == high else f"{middle} ({low} to {high})"
         return number_cell(text, value["median"])

@@ -203,7 +203,7 @@ def lengths(robot: Robot) -> dict[str, float]:
     return sizes | {f"theta{k + 1} (deg)": rows[k]["theta_deg"] for k in range(1, 5)}
 
 
-def _values(found: CalibrationResult, name: str) -> dict[str, dict[str, float]]:
+def _values(found: CalibrationResult, name: str) -> dict[str, dict[str, float | None]]:
     return {p.owner: {"value": p.value, "std": p.std} for p in found.parameters if p.name == name}
 
 

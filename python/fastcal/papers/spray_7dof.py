@@ -99,7 +99,7 @@ def one_arm(seed: int, full: bool) -> Run:
     sent = {name: commanded(model, models["before"], true, outside, unseen.q) for name, model in models.items()}
     return {
         "rank": found.rank,
-        "rules": [[p.name, p.kind] for p in found.parameters if p.kind != "independent"],
+        "rules": [line.split(": ", 1) for line in str(found).splitlines() if ": held" in line],
         "steps": {
             "removed": steps(beams, data, found.kept),
             "kept": steps(beams, data, everything),
@@ -187,5 +187,5 @@ def commanded(
     return {axis: _sizes(from_si(off[:, column], "mm")) for axis, column in AXES.items()}
 
 
-def _std(scale: dict[str, float]) -> float:
-    return scale["std"] / scale["value"] ** 2
+def _std(scale: dict[str, float]) -> float | None:
+    return None if scale["std"] is None else scale["std"] / scale["value"] ** 2

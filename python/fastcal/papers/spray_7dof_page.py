@@ -47,7 +47,7 @@ def page(runs: Sequence[Run]) -> Page:
 
 
 def _errors(runs: Sequence[Run]) -> Section:
-    rows: list[list[Cell]] = [[str(name), str(kind).replace("_", " ")] for name, kind in runs[0]["rules"]]
+    rows: list[list[Cell]] = [[str(name), str(what)] for name, what in runs[0]["rules"]]
     curves = [
         Series(name, list(range(1, 31))[: len(runs[0]["steps"][key])], runs[0]["steps"][key], role)
         for name, key, role in (
@@ -64,8 +64,8 @@ def _errors(runs: Sequence[Run]) -> Section:
             Absent("Table 2", "likewise: the beams' sizes are those of the robot file."),
             Table(
                 "Section 4.2",
-                "errors that are not independent",
-                ("error", "kind"),
+                "errors that are held at nominal",
+                ("error", "why"),
                 rows,
                 "From the null space over the workspace, where the paper has five rules for pairs of rows.",
             ),

@@ -6,8 +6,8 @@ from __future__ import annotations
 
 import dataclasses
 import importlib
-from collections.abc import Callable, Sequence
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, Protocol, cast
 
@@ -17,7 +17,7 @@ from fastcal.errors import InvalidInput
 from fastcal.papers.exhibits import Page
 
 Run = dict[str, Any]
-NAMES = ("siasun_sr210d", "kuka_kr500", "spray_7dof")
+NAMES = ("siasun_sr210d", "kuka_kr500", "pmc6va030", "staubli_rx160l", "spray_7dof")
 DEFAULT_ARMS = 3
 
 
@@ -110,17 +110,23 @@ def content(name: str, runs: Sequence[Run], *, full: bool = False) -> Run:
     }
 
 
-def _workers(cluster: str | None) -> AbstractContextManager[Any]:
-    """Where the arms are run: here, or on a cluster.
+@contextmanager
+def _workers(cluster: str | None) -> Iterator[None]:
+    """Where the arms are run meanwhile: here, or on a cluster.
 
     Raises:
-        InvalidInput: A cluster without Dask.
+        InvalidInput: A cluster without Dask, or one that does not answer.
     """
     if cluster is None:
-        return nullcontext()
+        yield
+        return
     try:
         from dask.distributed import Client
     except ImportError:
         raise InvalidInput("a cluster needs Dask: pip install 'fastcal[cluster]'") from None
-    Client(cluster)  # type: ignore[no-untyped-call]
-    return cast("AbstractContextManager[Any]", joblib.parallel_config("dask"))
+    try:
+        client = Client(cluster)  # type: ignore[no-untyped-call]
+    except (OSError, ValueError) as error:
+        raise InvalidInput(f"no Dask scheduler answers at {cluster}: {error}") from None
+    with client, joblib.parallel_config("dask"):
+        yield

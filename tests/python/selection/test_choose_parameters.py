@@ -222,7 +222,7 @@ def test_bad_input_is_refused_in_a_sentence(rx160l: Robot, given: dict[str, obje
 
 
 def test_the_rx160l_study_in_short(rx160l: Robot) -> None:
-    """bench/papers/rx160l_selection.py with fewer seeds, and errors of predictions in place of measured ones."""
+    """The paper's choice with noise alone, and errors of predictions in place of measured ones."""
     true = planted(rx160l, ERRORS | MORE)
     ratios, counts = [], []
     for seed in range(12):

@@ -1,0 +1,72 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""SOMM-ANN and CA-SOMM-ANN with the paper's sizes, one plain network, and fastcal's, on rows that are dealt evenly."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from fastcal.correction.experts import Expert
+from fastcal.measurements.dataset import Dataset
+from fastcal.networks.ca_somm import fit_ca_somm, found_split
+from fastcal.networks.device import one_thread
+from fastcal.networks.fitting import Schedule
+from fastcal.networks.gaussian_process import fit_gaussian_process
+from fastcal.networks.mlp import fit_mlp
+from fastcal.networks.options import Options
+from fastcal.networks.plain import fit_plain
+from fastcal.networks.population import Architecture
+from fastcal.networks.problem import problem_of
+from fastcal.networks.somm import fit_somm
+from fastcal.papers.exhibits import lengths_mm
+from fastcal.papers.simulated import FloatArray, left
+from fastcal.papers.study import Run
+from fastcal.robot.robot import Robot
+
+PLAIN = Architecture.plain((50, 50, 40, 30), "tanh")
+SCHEDULE = Schedule(epochs=200, batch=200, rate=1e-3)
+SEARCHED, ENSEMBLE = 20, 3
+UNTRAINED = ("GB10", "GB30")
+
+
+def networks(model: Robot, best: Robot, sets: Mapping[str, Dataset], seed: int, full: bool) -> Run:
+    """Errors [mm] on each set: `model` is the paper's before networks, `best` fastcal's, all learn from GA10."""
+    problem, ours = problem_of(model, sets["GA10"], seed=seed), problem_of(best, sets["GA10"], seed=seed)
+    own = [np.arange(len(problem))]
+    options = Options(seed=seed, trials=SEARCHED if full else 0)
+    rows = [np.arange(len(ours))] * ENSEMBLE
+    with one_thread():
+        plain = fit_plain(problem, own, options, architecture=PLAIN, schedule=SCHEDULE)
+        somm, ca = fit_somm(problem, own, options), fit_ca_somm(problem, own, options)
+        fitted: dict[str, tuple[Robot, Sequence[Expert]]] = {
+            "plain": (model, plain),
+            "somm": (model, somm),
+            "ca": (model, ca),
+            "mlp": (model, fit_mlp(problem, own, options)),
+            "best": (best, fit_mlp(ours, rows, options)),
+            "gp": (best, fit_gaussian_process(ours, rows[:1], options)),
+        }
+    out: Run = {}
+    errors: dict[str, dict[str, FloatArray]] = {}
+    for name, (of, members) in fitted.items():
+        errors[name] = {
+            key: left(of, data)
+            - np.mean([member.displacement(of.inputs(data.q, data.payload)) for member in members], axis=0)
+            for key, data in sets.items()
+        }
+        out[name] = {key: lengths_mm(e) for key, e in errors[name].items()}
+        out[name]["untrained"] = lengths_mm(np.vstack([errors[name][key] for key in UNTRAINED]))
+    bare = [left(model, sets[key]) for key in UNTRAINED]
+    heaps = found_split(replace(problem, residuals=np.vstack([problem.residuals, *bare])), own[0], seed)
+    sides = np.concatenate([ca[0].classes(model.inputs(sets[key].q, sets[key].payload)) for key in UNTRAINED])
+    column = np.vstack(bare)[:, heaps.axis] * 1e3
+    high = heaps.classes[len(problem) :]
+    return {
+        "networks": out,
+        "class_rate": float(np.mean(sides == high)),
+        "class_axis": "XYZ"[heaps.axis],
+        "heaps": {"lower": column[~high].tolist(), "upper": column[high].tolist()},
+    }

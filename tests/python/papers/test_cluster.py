@@ -1,0 +1,24 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""A study on a local Dask cluster finds what one core finds."""
+
+import pytest
+
+from fastcal.errors import InvalidInput
+from fastcal.papers import run_study
+
+distributed = pytest.importorskip("distributed")
+
+
+@pytest.mark.filterwarnings("ignore")  # of Dask's own clean-up
+def test_a_dask_cluster_finds_the_same() -> None:
+    alone = run_study("kuka_kr500", arms=1)
+    with distributed.LocalCluster(
+        n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None
+    ) as cluster:
+        assert run_study("kuka_kr500", arms=1, cluster=cluster.scheduler_address) == alone
+
+
+def test_an_address_that_is_none_is_refused() -> None:
+    with pytest.raises(InvalidInput, match="no Dask scheduler answers at nonsense"):
+        run_study("kuka_kr500", arms=1, cluster="nonsense://here")
