@@ -72,8 +72,10 @@ class SearchNode:
         """Parameters that the names add, those that were searched for among them."""
         return sum(self.fit.place(n).stop - self.fit.place(n).start + n.searched for n in self.names)
 
-    def significant(self, named: float, generic: float) -> list[int]:
-        """Blocks that are, at family-wise levels, the strongest first."""
+    def significant(self, named: float | None = None, generic: float | None = None) -> list[int]:
+        """Blocks that are, at family-wise levels (ALPHA_NAMED, ALPHA_GENERIC), the strongest first."""
+        named = rules.ALPHA_NAMED if named is None else named
+        generic = rules.ALPHA_GENERIC if generic is None else generic
         p = self.p_values
         limit = np.where(
             np.arange(len(p)) < self.blocks.count, named / self.family.named, generic / self.family.generic
@@ -89,10 +91,8 @@ class SearchNode:
 
     def is_compatible_with(self, best: SearchNode) -> bool:
         """No block is significant at the levels of a confidence set but those that the best set leaves too."""
-        left = {best.blocks.label(i) for i in best.significant(rules.ALPHA_NAMED, rules.ALPHA_GENERIC)}
-        return not self.impossible and all(
-            self.blocks.label(i) in left for i in self.significant(rules.ALPHA_NAMED, rules.ALPHA_GENERIC)
-        )
+        left = {best.blocks.label(i) for i in best.significant()}
+        return not self.impossible and all(self.blocks.label(i) in left for i in self.significant())
 
     @cached_property
     def impossible(self) -> bool:
