@@ -8,9 +8,9 @@ such sizes about its start. That decides nothing the data show, and it gives the
 parallel axes of a cobot, a wrist's gauge) the same value in the fit as in the tests that follow it.
 
 Why not the core's `identify`, which takes the same priors and noise without a gauge: it ends at the same minimum, chi
-square to 0.6 (this one stops where less is to be gained), but it brings loads to equilibrium in an outer loop and works
-out a covariance. On 250 to 290 rows of a loaded six-axis arm with 65 parameters it takes 130 to 180 ms, this 16 ms; where
-no load matters 9 and 7 ms. A search makes a hundred fits.
+square to 0.6 (this one stops where less is to be gained), but it brings loads to equilibrium in an outer loop and
+works out a covariance. On 250 to 290 rows of a loaded six-axis arm with 65 parameters it takes 130 to 180 ms, this
+16 ms; where no load matters 9 and 7 ms. A search makes many fits.
 """
 
 from __future__ import annotations
