@@ -127,7 +127,7 @@ def read(
         try:
             export = with_joint_names(export, names)
             reading = interpret(export, convention=orientation, joint_kinds=kinds, wanted=wanted)
-            reading = replace(reading, notes=[*reading.notes, *notes_on_names(export, names)])
+            reading = replace(reading, notes=[*reading.notes, *notes_on_names(export, names, reading.joints)])
         except InvalidInput as problem:
             problems.append(problem)
             continue

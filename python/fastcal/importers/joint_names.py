@@ -34,15 +34,13 @@ def with_joint_names(export: Export, names: Sequence[str]) -> Export:
     return replace(export, meanings=meanings)
 
 
-def notes_on_names(export: Export, names: Sequence[str]) -> list[str]:
-    """Which columns of joint states are no joint, where only the numbers in their names could say."""
-    columns = [k for k, title in enumerate(export.titles) if re.fullmatch(r"/joint_states/.+/position", title)]
-    known = {k for k, title in enumerate(export.meanings) if title is not None and re.fullmatch(r"q\d+", title.role)}
-    unknown = [export.titles[k].split("/")[-2] for k in columns if k not in known]
-    if not unknown or (names and len(columns) - len(unknown) == len(names)):
+def notes_on_names(export: Export, names: Sequence[str], count: int) -> list[str]:
+    """Whether there are more joint states than the `count` that were read, where no names of a robot chose them."""
+    states = [title for title in export.titles if re.fullmatch(r"/joint_states/.+/position", title)]
+    if names or not 0 < count < len(states):
         return []
     return [
-        f"{', '.join(unknown)} has no number that says which joint it is, and is left out: --robot URDF knows names"
+        f"of {len(states)} joint states {count} are read, by the numbers in their names: --robot URDF knows the names"
     ]
 
 
