@@ -232,6 +232,26 @@ def table(years: list[Year]) -> dict[str, Any]:
     return out
 
 
+def markdown(found: dict[str, Any]) -> str:
+    """The tables of docs/monitoring.md."""
+    names = {"zero": "zero moved by 0.02 deg", "softer": "joint softened by a tenth", "tool": "tool bent by 0.2 mm"}
+    lines = ["| event | arms | alarm at the first check | within two | right cause | rivals listed |"]
+    lines.append("|---|---|---|---|---|---|")
+    for event, row in [*found["events"].items(), ("all", found["all"])]:
+        kind, _, label = event.partition(", ")
+        name = f"{label.replace('joint_compliance@', '')}" if label else names.get(kind, kind)
+        shares = " | ".join(
+            f"{100 * row[key]:.0f} %" for key in ("within_one", "within_two", "right_cause", "with_rivals")
+        )
+        lines.append(f"| {'... ' if label else ''}{name} | {row['arms']} | {shares} |")
+    lines += ["", "| model, RMS mm on unseen poses | old | updated from 12 | calibrated from 60 | ratio |"]
+    lines.append("|---|---|---|---|---|")
+    for event, row in found["update"].items():
+        sizes = " | ".join(f"{row[key]:.3f}" for key in ("stale_mm", "update_mm", "calibration_mm"))
+        lines.append(f"| {names.get(event, event)} | {sizes} | {row['ratio']:.2f} |")
+    return "\n".join(lines)
+
+
 def _row(years: list[Year]) -> dict[str, Any]:
     within = [y for y in years if y.delay is not None and y.delay <= 2]
     alarmed = [y for y in years if y.delay is not None]
