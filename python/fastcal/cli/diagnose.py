@@ -10,7 +10,18 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fastcal.cli.console import emit, progress, say, warn
-from fastcal.cli.options import AsRead, DataFiles, OutFolder, RobotFile, Threads
+from fastcal.cli.options import (
+    AsRead,
+    Customer,
+    DataFiles,
+    Date,
+    Instrument,
+    Operator,
+    OutFolder,
+    RobotFile,
+    Serial,
+    Threads,
+)
 
 if TYPE_CHECKING:
     from fastcal.diagnosis import Diagnosis
@@ -29,6 +40,11 @@ def diagnose(
     sigma_mm: Annotated[
         float | None, typer.Option(min=1e-6, help="Standard deviation of a measured coordinate, where it is known.")
     ] = None,
+    serial: Serial = None,
+    instrument: Instrument = None,
+    operator: Operator = None,
+    customer: Customer = None,
+    date: Date = None,
     as_read: AsRead = False,
     threads: Threads = 1,
 ) -> None:
@@ -40,12 +56,15 @@ def diagnose(
     from fastcal.importers import load_measurements
     from fastcal.io.folder import check_folder
     from fastcal.io.robot_file import load_robot
-    from fastcal.report.diagnosis_report import FILES
+    from fastcal.report.diagnosis_report import FILES, write_diagnosis
+    from fastcal.robot.made_by import made_by
     from fastcal.units import to_si
 
     check_folder(output, FILES)
     nominal = load_robot(robot)
     measured = load_measurements(data, nominal)
+    who = {"serial": serial, "instrument": instrument, "operator": operator, "customer": customer, "date": date}
+    origin = made_by(nominal, measured, who)
     other = None if test is None else load_measurements(test, nominal)
     with progress() as show:
         found = diagnosis.diagnose(
@@ -59,7 +78,7 @@ def diagnose(
             progress=show,
         )
         show("writing the report")
-        found.save(output)
+        write_diagnosis(found, output, made_by=origin)
     warn(found.notes)
     say_diagnosis(found, output)
 

@@ -5,9 +5,10 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePath
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -37,6 +38,7 @@ from fastcal.report.diagnosis_words import (
     spoken,
     sureness,
 )
+from fastcal.report.document import document_facts
 from fastcal.report.figures import Figure
 from fastcal.report.formatting import alike, percent, significant
 from fastcal.report.model_patches import PATTERN, patch_name, removal_patches
@@ -69,26 +71,35 @@ class _Card:
     note: str
 
 
-def write_diagnosis(found: Diagnosis, folder: str | os.PathLike[str]) -> None:
-    """Writes model.yaml, diagnosis.json, report.html and a patch for each effect that was added, all or none."""
+def write_diagnosis(
+    found: Diagnosis, folder: str | os.PathLike[str], *, made_by: Mapping[str, Any] | None = None
+) -> None:
+    """Writes model.yaml, diagnosis.json, report.html and a patch for each effect that was added, all or none.
+
+    Args:
+        found: What `diagnose` gave.
+        folder: Made where it is not there; an older result in it is replaced.
+        made_by: What the result comes from and who measured it; kept in all three files.
+    """
     import fastcal
 
+    origin = {} if made_by is None else {"made_by": dict(made_by)}
     old = [path.name for path in Path(folder).glob(PATTERN)]
     with atomic_folder(Path(folder), owned=(*FILES, *old)) as place:
         source = PurePath(found.train.data.source).name
         model = place / "model.yaml"
-        write_spec(found.model.spec, model, f"Diagnosed by fastcal {fastcal.__version__} from {source}")
+        write_spec(found.model.spec | origin, model, f"Diagnosed by fastcal {fastcal.__version__} from {source}")
         patches = removal_patches(model.read_text(encoding="utf-8"), found.model.spec, found.effects, model.name)
         for name, text in patches.items():
             (place / name).write_text(text, encoding="utf-8")
-        write_json(place / "diagnosis.json", found.to_json_dict())
+        write_json(place / "diagnosis.json", found.to_json_dict() | origin)
         if found.plan is not None:
             write_poses(place / found.plan.file, found.plan.poses, found.model)
-        (place / "report.html").write_text(diagnosis_page(found), encoding="utf-8")
+        (place / "report.html").write_text(diagnosis_page(found, made_by=made_by or {}), encoding="utf-8")
 
 
-def diagnosis_page(found: Diagnosis, *, simulated: bool = False) -> str:
-    """The HTML text of the page."""
+def diagnosis_page(found: Diagnosis, *, simulated: bool = False, made_by: Mapping[str, Any] | None = None) -> str:
+    """The HTML text of the page; with `made_by` it is a document that can be signed."""
     train, geometry = compared_rows(found, "Training", "train")
     test, _ = compared_rows(found, "Test", "test")
     judged = test or train
@@ -139,6 +150,7 @@ def diagnosis_page(found: Diagnosis, *, simulated: bool = False) -> str:
         outlier_table=_outlier_table(found, train),
         outlier_count=len(found.outliers),
         notes=found.notes,
+        document=document_facts(made_by or {}),
     )
 
 

@@ -23,7 +23,9 @@ def files(hidden_backlash, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_a_process_names_the_backlash_and_writes_all_files(files, process, hidden_backlash) -> None:
-    said = process("diagnose", "robot.yaml", "measurements.csv", "--test", "test.csv", "-o", "out", cwd=files)
+    said = process(
+        "diagnose", "robot.yaml", "measurements.csv", "--test", "test.csv", "--serial", "F-7", "-o", "out", cwd=files
+    )
     assert (said.code, said.err) == (0, "")
     assert said.out.splitlines()[-1] == "out/report.html"
     assert {path.name for path in (files / "out").iterdir()} == {
@@ -31,6 +33,9 @@ def test_a_process_names_the_backlash_and_writes_all_files(files, process, hidde
     }  # fmt: skip
     found = json.loads((files / "out" / "diagnosis.json").read_text())
     check_schema(found)
+    assert found["made_by"]["serial"] == "F-7"
+    assert found["made_by"]["data_sha256"] in (files / "out" / "report.html").read_text()
+    assert "serial: F-7" in (files / "out" / "model.yaml").read_text()
     assert found["verdict"] == "named"
     (effect,) = found["effects"]
     assert (effect["effect"], effect["owner"], effect["equivalents"]) == ("backlash", "joint3", [])

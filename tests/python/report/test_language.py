@@ -3,6 +3,7 @@
 """Every message of a translated page has its German, and its placeholders are the English ones."""
 
 import ast
+import re
 import string
 from collections.abc import Iterator
 from pathlib import Path
@@ -16,6 +17,7 @@ from fastcal.report import language, page
 from fastcal.report.formatting import fixed, plural
 from fastcal.report.language import _, catalogue, in_language
 
+TRANSLATED = re.compile(r"^from fastcal\.report\.language import .*\b_\b", re.MULTILINE)
 REPORT = Path(language.__file__).parent
 # Sentences of lower rooms that pages translate where they show them.
 FROM_BELOW = {
@@ -60,12 +62,14 @@ def of_template(path: Path) -> Iterator[str]:
 
 
 def messages() -> set[str]:
+    """Of the pages that speak more than one language: modules that import `_`, templates that call it."""
     out = set(FROM_BELOW)
-    for path in [*REPORT.glob("*.py"), REPORT.parent / "monitoring" / "words.py"]:
-        if not path.name.startswith("diagnosis"):
-            out |= set(of_python(path))
+    modules = [path for path in REPORT.glob("*.py") if TRANSLATED.search(path.read_text(encoding="utf-8"))]
+    for path in [*modules, REPORT.parent / "monitoring" / "words.py"]:
+        out |= set(of_python(path))
     for path in (REPORT / "templates").glob("*.html"):
-        out |= set(of_template(path))
+        if '_("' in path.read_text(encoding="utf-8"):
+            out |= set(of_template(path))
     return out
 
 
