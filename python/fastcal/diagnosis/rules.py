@@ -4,7 +4,7 @@
 
 Four currencies: levels (a chance of error, family-wise where a family is tested), BIC (a difference of 10 is odds of
 1 : 150), signal-to-noise ratios (root of a chi square) and shares. They are read at call time as `rules.NAME`: a test
-changes each in turn (tests/python/diagnosis/test_rules.py). Guards against rounding in one formula stay beside it.
+changes each in turn (tests/python/diagnosis/rules). Guards against rounding in one formula stay beside it.
 
 Where they come from: "Level" is a chance that was chosen; "Numerical" is accuracy beyond which answers do not change;
 "Simulated" was set on the sets of bench/python/diagnosis_sets.py, whose outcome docs/diagnosis-performance.md holds;
