@@ -126,6 +126,15 @@ def visit_groups(data: Dataset) -> GroupArray:
     return np.unique(np.column_stack(keys), axis=0, return_inverse=True)[1].ravel()
 
 
+def repeated_rows(group: GroupArray, rows: GroupArray) -> list[GroupArray]:
+    """Those of some rows, ascending, that share their group with another, by group; first what is met first."""
+    rows = rows[np.bincount(group[rows])[group[rows]] > 1]
+    order = np.argsort(group[rows], kind="stable")
+    ends = np.flatnonzero(np.diff(group[rows][order])) + 1
+    parts = [part for part in np.split(rows[order], ends) if len(part)]
+    return sorted(parts, key=lambda part: int(part[0]))
+
+
 def accuracy(error: FloatArray) -> float:
     """AP [m] of visits with errors (n, 3), predicted less measured."""
     return float(np.linalg.norm(error.mean(axis=0)))
@@ -148,9 +157,7 @@ def repeatability(
         predicted_rotation: (N, 3, 3) of the tool; None where no orientation was measured.
     """
     whole = np.flatnonzero(~np.isnan(error).any(axis=1))
-    group = visit_groups(data)
-    groups = [whole[group[whole] == g] for g in dict.fromkeys(group[whole].tolist())]
-    groups = [rows for rows in groups if len(rows) > 1]
+    groups = repeated_rows(visit_groups(data), whole)
     if not groups:
         return None
     squares = sum(float(((error[rows] - error[rows].mean(axis=0)) ** 2).sum()) for rows in groups)

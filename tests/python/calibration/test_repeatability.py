@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from fastcal.calibration.evaluation import realigned
-from fastcal.calibration.repeatability import repeatability, spread
+from fastcal.calibration.repeatability import repeatability, repeated_rows, spread
 from fastcal.measurements.dataset import Dataset
 
 Array = NDArray[np.float64]
@@ -108,3 +108,14 @@ def test_points_of_a_moved_tracker_are_told_with_the_motion() -> None:
     assert found.to_json_dict()["rpy_deg"][2] == pytest.approx(np.degrees(0.4), abs=0.02)
     assert found.after.rms < 3e-4
     assert realigned(predicted, rng.normal(0, 1e-4, (30, 3))) is None
+
+
+def test_rows_that_repeat_are_grouped_in_the_order_they_are_met() -> None:
+    random = np.random.default_rng(0)
+    group = random.integers(0, 60, 100)
+    rows = np.flatnonzero(random.random(100) < 0.8)
+    wanted = [rows[group[rows] == g] for g in dict.fromkeys(group[rows].tolist())]
+    found = repeated_rows(group, rows)
+    assert [part.tolist() for part in found] == [part.tolist() for part in wanted if len(part) > 1]
+    assert repeated_rows(group, rows[:0]) == []
+    assert repeated_rows(np.arange(5), np.arange(5)) == []
