@@ -15,6 +15,7 @@ from __future__ import annotations
 import argparse
 import json
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +27,7 @@ from scipy import special
 from fastcal.calibration.calibrate import calibrate
 from fastcal.io.robot_file import load_robot
 from fastcal.measurements.dataset import Dataset
+from fastcal.robot.robot import Robot
 
 Array = NDArray[np.float64]
 
@@ -60,12 +62,18 @@ CASES = {
 }
 
 
+@cache
+def arm() -> Robot:
+    """Nominal."""
+    return load_robot(ARM)
+
+
 class Simulator:
     """The true arm of one set."""
 
     def __init__(self, seed: int, case: Case) -> None:
         self.rng, self.case = np.random.default_rng(seed), case
-        spec = load_robot(ARM).spec
+        spec = arm().spec
         degrees = [[joint.get(f"{k}_deg", 0.0) for k in ("theta", "alpha", "beta")] for joint in spec["joints"]]
         lengths = [[joint.get(f"{k}_mm", 0.0) for k in ("d", "a")] for joint in spec["joints"]]
         angle, length = np.radians(degrees), 1e-3 * np.array(lengths)
@@ -110,7 +118,7 @@ class Simulator:
 def covered(seed: int, case: Case) -> tuple[float, bool] | None:
     """Share of new coordinates inside their 95 % intervals, and whether a note says that intervals do not hold."""
     simulator = Simulator(seed, case)
-    result = calibrate(load_robot(ARM), simulator.measured())
+    result = calibrate(arm(), simulator.measured())
     if result.status != "converged":
         return None
     q = simulator.postures(NEW_POSES)
@@ -145,12 +153,13 @@ WORDS = {
 
 
 def table(found: dict[str, Any]) -> str:
-    """Markdown."""
+    """Markdown, the cases in the order of CASES."""
     rows = [
         "| data | sets | converged | inside 95 % intervals | worst set | said that intervals do not hold |",
         "|---|---|---|---|---|---|",
     ]
-    for name, row in found.items():
+    for name in (name for name in CASES if name in found):
+        row = found[name]
         words = WORDS.get(name, f"{CASES[name].poses} poses, white" if name.startswith("N") else f"{name}, 100 poses")
         share = f"{100 * row['covered']:.1f} ± {100 * row['standard_error']:.1f} %"
         said = f"{100 * row['said_that_intervals_do_not_hold']:.0f} %"
@@ -159,15 +168,17 @@ def table(found: dict[str, Any]) -> str:
 
 
 def main() -> None:
-    """Runs the cases and writes them one by one."""
+    """Runs the cases and writes them one by one; cases of an earlier run that are not asked for stay in the file."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--sets", type=int, default=300)
     parser.add_argument("--names", nargs="+", default=list(CASES), choices=list(CASES))
     parser.add_argument("--out", type=Path)
     options = parser.parse_args()
-    out: dict[str, Any] = {}
+    kept = options.out is not None and options.out.exists()
+    out: dict[str, Any] = json.loads(options.out.read_text()) if kept else {}
     for name in options.names:
         out[name] = run(name, options.sets)
+        out = {name: out[name] for name in CASES if name in out}
         print(f"{name:16} {out[name]}", flush=True)
         if options.out is not None:
             options.out.write_text(json.dumps(out, indent=1) + "\n")

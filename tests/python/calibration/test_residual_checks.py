@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: MIT
 """Residuals that speak against a fit: a part that moved, noise with memory, an effect that is missing."""
 
+import json
 import runpy
 from pathlib import Path
 from typing import Any
@@ -27,7 +28,7 @@ def _bench() -> dict[str, Any]:
         return runpy.run_path(str(BENCH / "bench_honest.py"))
 
 
-Case, Simulator, run = (_bench()[name] for name in ("Case", "Simulator", "run"))
+Case, Simulator, run, table, CASES = (_bench()[name] for name in ("Case", "Simulator", "run", "table", "CASES"))
 
 
 def calibrated(data: Dataset, loss: str = "tukey") -> CalibrationResult:
@@ -103,6 +104,14 @@ def test_one_joint_alone_does_not_tell_the_tool(joint: int) -> None:
     error = np.abs(result.model.forward(at)[:, :3, 3] - simulator.points(at))
     assert np.linalg.norm(error, axis=1).max() < 0.1
     assert np.mean(error < 1.96 * result.model.position_deviation(at)) >= 0.9
+
+
+def test_the_table_of_the_page_is_that_of_the_committed_figures() -> None:
+    found = json.loads((BENCH / "bench_honest.json").read_text())
+    assert table(found) in (BENCH.parents[1] / "docs" / "noise-and-outliers.md").read_text()
+    assert list(found) == [name for name in CASES if name in found]
+    assert all(row["sets"] >= 300 for row in found.values())
+    assert all(row["covered"] >= 0.9 for name, row in found.items() if name != "missing effect")
 
 
 def test_memory_of_the_noise_is_found_and_its_share_of_a_mean() -> None:

@@ -45,7 +45,7 @@ def test_a_column_of_ones_own_is_needed_in_every_row(arm: Robot, poses: Dataset)
 
 
 def test_the_unit_of_a_column_of_ones_own_does_not_matter(arm: Robot, poses: Dataset, with_effects: Any) -> None:
-    """A tilt in rad is a thousandth of one in mrad, and its coefficient a thousand times as large."""
+    """A tilt in rad is a millionth of one in microrad, and its coefficient a million times as large."""
     tilt = np.random.default_rng(3).normal(0, 2.0, len(poses))
     true = with_effects(
         arm,
@@ -53,14 +53,14 @@ def test_the_unit_of_a_column_of_ones_own_does_not_matter(arm: Robot, poses: Dat
     )
     measured = simulate(true, replace(poses, extra={"tilt": tilt}), noise=1e-5)
     found = []
-    for scale in (1.0, 1e-3):
+    for scale in (1.0, 1e-6):
         data = replace(measured, extra={"tilt": scale * tilt})
         result = calibrate(arm, data, effects="geometry,regressor@base:column=tilt")
         found.append(result)
     assert found[1].rank == found[0].rank
     assert found[1].train.after.rms == pytest.approx(found[0].train.after.rms, rel=1e-4)
     values = [next(p.value for p in r.parameters if p.name == "tilt_ry_rad") for r in found]
-    assert values[1] == pytest.approx(1e3 * values[0], rel=1e-3)
+    assert values[1] == pytest.approx(1e6 * values[0], rel=1e-3)
     assert values[0] == pytest.approx(1e-3, rel=0.05)
 
 
