@@ -27,10 +27,14 @@ def pull_deviations(robot: Robot, model: _core.ErrorModel) -> FloatArray:
     """(P,) how far each parameter may lie from its fit without profiles at the cost of one deviation; inf: anywhere."""
     out = np.full(len(model.parameters), np.inf)
     if any(_curves(robot)):
-        for i, parameter in enumerate(model.robot.parameters):
-            if parameter.owner not in ("base", "tool"):
-                out[i] = PULL_SIZES * parameter.sigma
+        out[: len(model.robot.parameters)] = geometry_pulls(model)
     return out
+
+
+def geometry_pulls(model: _core.ErrorModel) -> FloatArray:
+    """`pull_deviations` of the robot's own parameters; base and tool are free."""
+    own = model.robot.parameters
+    return np.array([np.inf if p.owner in ("base", "tool") else PULL_SIZES * p.sigma for p in own])
 
 
 def pulls(problem: CalibrationProblem) -> dict[str, FloatArray]:

@@ -22,6 +22,8 @@ from fastcal.robot.robot import Robot, Spec
 
 FloatArray = NDArray[np.float64]
 
+_MANY = 3  # times as many rows as columns: from there on a triangle is worth its making
+
 
 @dataclass(frozen=True, eq=False)
 class Blocks:
@@ -92,7 +94,22 @@ def blocks(at: Fit) -> Blocks:
     C = np.zeros((len(r), sum(c.shape[1] for c in columns)))
     C[:n_measured] = np.hstack(columns)
     sizes = [c.shape[1] for c in columns]
-    return Blocks(names, generics, _core.ScoreTests(A, C, r, sizes), C, sizes, frame_columns)
+    return Blocks(names, generics, _core.ScoreTests(*triangle(A, C, r), sizes), C, sizes, frame_columns)
+
+
+def triangle(A: FloatArray, C: FloatArray, r: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """The same problem turned into as many rows as it has columns: no test of sums of squares sees the difference.
+
+    [A C r] = Q R, part by part; what has few rows stays as it is.
+    """
+    width = A.shape[1] + C.shape[1] + 1
+    if len(r) < _MANY * width:
+        return A, C, r
+    R: FloatArray = np.zeros((0, width))
+    for k in range(0, len(r), _MANY * width):
+        part = slice(k, k + _MANY * width)
+        R = np.asarray(np.linalg.qr(np.vstack([R, np.column_stack([A[part], C[part], r[part]])]), mode="r"))
+    return np.asfortranarray(R[:, : A.shape[1]]), np.asfortranarray(R[:, A.shape[1] : -1]), R[:, -1].copy()
 
 
 def _down(robot: Robot, base: FloatArray) -> FloatArray:

@@ -16,13 +16,14 @@ from fastcal.calibration.inspection import check_columns, check_fit
 from fastcal.diagnosis import adaptation, grading, periodic, rivals, rules, sensitivity, unexplained
 from fastcal.diagnosis.fits import fit
 from fastcal.diagnosis.library import Hypothesis, Library, build_library, parse_exclusions
-from fastcal.diagnosis.noise import NoiseLevel, studentized_residuals, with_estimated_noise
+from fastcal.diagnosis.noise import NoiseLevel, with_estimated_noise
 from fastcal.diagnosis.one_curve import waves_of_one_curve
 from fastcal.diagnosis.plan import SeparatingPlan, separating_plan
 from fastcal.diagnosis.problem import Noise, Problem, prepared_problem
 from fastcal.diagnosis.reasons import Because, Reason
 from fastcal.diagnosis.remaining_surrogate import with_surrogate
 from fastcal.diagnosis.result import AdaptedModel, Diagnosis, Finding, Unexplained
+from fastcal.diagnosis.robust_rows import studentized_residuals
 from fastcal.diagnosis.search import Search, SearchNode
 from fastcal.diagnosis.words import sentence_of
 from fastcal.errors import InvalidInput
@@ -88,18 +89,20 @@ def _diagnosed(
     notify("fitting the geometry")
     problem = prepared_problem(robot, data, library.names, _claimed(data, sigma), threads)
     notify("how large the noise is")
-    problem, _ = with_estimated_noise(problem, fit(problem, []), sigma)
-    search, best, level = _searched(problem, sigma, notify)
+    problem, level = with_estimated_noise(problem, fit(problem, []), sigma)
+    plain, best, level = _searched(problem, level, sigma, notify)
+    search = plain.search
     if not best.suffices and (_explains_little(search, best) or unexplained.one_block_does_better(search, best)):
         best = search.start  # what explains so little is no name
     curve = waves_of_one_curve(search, best)
     best = search.pruned(best) if curve is None else curve[1]
     best = grading.borne_out(search, best)
     notify("weighing what else it could be")
-    model = rivals.Model(best, [], None, best.fit)
+    model = rivals.Model(best, [], best.fit, search.problem.noise)
     if not best.suffices:
         profiles = unexplained.curved_joints(best) if curve is None else [rivals.profile(curve[0])]
-        model = rivals.best_predicting(robot, search, best, profiles)
+        model = plain.best_predicting(best, profiles)
+    level = level.calmer(model.noise) if model.profiles else level
     found = _Found(robot, data, test, search, model.state, model, library, level, threads)
     notify("adding what was found")
     return found.result()
@@ -113,17 +116,29 @@ def _claimed(data: Dataset, sigma: float | None) -> Noise:
 
 
 def _searched(
-    problem: Problem, sigma: float | None, notify: Callable[[str], None]
-) -> tuple[Search, SearchNode, NoiseLevel]:
-    """A search, its best set, and the noise that this shows; begun again where that differs from the one before."""
+    problem: Problem, level: NoiseLevel, sigma: float | None, notify: Callable[[str], None]
+) -> tuple[rivals.Rivals, SearchNode, NoiseLevel]:
+    """The rivals of a search, its best set, and the noise that this shows; begun again where that differs from before.
+
+    Where names are hopeless, none is searched for, and once more with the waves of the scan among them.
+    """
+    plain = rivals.Rivals(Search(problem, notify))
+    was_hopeless = False
     for round_ in range(rules.MAX_SEARCHES):
-        search = Search(problem, notify)
-        best = _best(search.grow())
-        again, level = _again(problem, best, sigma)
+        again: Problem | None
+        if plain.names_are_hopeless:
+            best = plain.search.start
+            waves = [] if was_hopeless else periodic.scan(best)
+            again = replace(problem, names=[*problem.names, *waves]) if waves else None
+            was_hopeless = True
+        else:
+            best = _best(plain.search.grow())
+            again, level = _again(problem, best, sigma)
         if again is None or round_ == rules.MAX_SEARCHES - 1:
             break
+        plain = rivals.Rivals(Search(again, notify), plain.curves_leave if again.noise is problem.noise else None)
         problem = again
-    return search, best, level
+    return plain, best, level
 
 
 def _explains_little(search: Search, best: SearchNode) -> bool:
@@ -185,7 +200,7 @@ class _Found:
         steps, profiles, rest, final = self._adapted(names)
         gap = adaptation.gap(steps, names, profiles)
         judge = adaptation.Judge(self.data, self.test, self.threads)
-        more, step, rest = with_surrogate(steps[-1], best.fit, judge, rest)
+        more, step, rest = with_surrogate(steps[-1], self.model.fit, judge, rest)
         findings = [self._finding(best.names[k], proofs[k], equivalents[k], steps[-1].model, rest) for k in order]
         if any(f.grade != "A" for f in findings):
             findings = [_as_sure_as_the_least(f) for f in findings]
@@ -228,9 +243,8 @@ class _Found:
         """The fits as robots, the joint profiles among what was added, what remains, and the node with all of it."""
         judge = adaptation.Judge(self.data, self.test, self.threads)
         steps = adaptation.models(self.search, self.best, names, judge, self.level.sigma)
-        curved = self.model.calibration
-        if curved is not None:
-            steps.append(judge.of(curved.model, curved.nominal, curved.unknowns))
+        if self.model.profiles:
+            steps.append(judge.adapted(self.model.fit, self.level.sigma))
         final = SearchNode(self.model.fit, self.search.start.family) if self.model.profiles else self.best
         rest = None if final.suffices else unexplained.rest(self.search, final)
         return steps, self.model.profiles, rest, final
@@ -246,11 +260,14 @@ class _Found:
         others = tuple(dict.fromkeys(_replacement(self.best, state).key for state in equivalents))
         grade, limits = grading.grade(proof, name, others, rest is not None or len(self.best.names) > self.search.most)
         p = min(1.0, float(special.chdtrc(proof.rank, proof.statistic)) * self.search.start.family.named)
+        values = adaptation.values(model, name.entry)
+        if grading.is_turned(self.best.fit.effect(name).data_columns, values):
+            grade, limits = "B", (*limits, Because(Reason.TURNED_DIRECTION))
         return Finding(
             effect=name.effect,
             owner=name.owner,
             grade=grade,
-            parameters=adaptation.values(model, name.entry),
+            parameters=values,
             snr=float(np.sqrt(proof.statistic)),
             p_value=p,
             equivalents=others,

@@ -16,7 +16,7 @@ works out a covariance. On 250 to 290 rows of a loaded six-axis arm with 65 para
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from fastcal import _core
+from fastcal.calibration.geometry_anchoring import geometry_pulls
 from fastcal.calibration.parameter_limits import has_prior
 from fastcal.calibration.parameter_table import unknowns_by_owner
 from fastcal.calibration.smoothing import prior_deviations
@@ -47,8 +48,11 @@ class Fit:
         theta: (P,) parameters of the model, then the observations' unknowns.
         free: Indices of those that are identified.
         prior: (P,) standard deviation of each parameter's prior; `centre` (P,) its mean.
-        remaining: |whitened residual|^2, priors included.
+        pull: (P,) deviation by which geometry beside curves is pulled to `centre`, which is no knowledge: no stated
+            deviation counts it. Infinite where nothing pulls.
+        remaining: |whitened residual|^2, priors and pulls included.
         near: Whitened Jacobian and residual at theta.
+        converged: Would a further step change nothing?
     """
 
     problem: Problem
@@ -59,9 +63,11 @@ class Fit:
     theta: FloatArray
     free: list[int]
     prior: FloatArray
+    pull: FloatArray
     centre: FloatArray
     remaining: float
     near: _core.Linearization
+    converged: bool = True
 
     @cached_property
     def covariance(self) -> FloatArray:
@@ -70,8 +76,8 @@ class Fit:
 
     @cached_property
     def _inverse(self) -> FloatArray:
-        """R^-1 of A = Q R."""
-        A = self.whitened[0]
+        """R^-1 of A = Q R, whose rows are the measured numbers and the priors."""
+        A = np.vstack([self._measured, np.diag(1 / self.prior[self.free])])
         length = np.linalg.norm(A, axis=0)
         R = linalg.qr(A / length, mode="r", check_finite=False)[0][: A.shape[1]]
         return np.asarray(linalg.solve_triangular(R, np.eye(len(R)), check_finite=False) / length[:, np.newaxis])
@@ -114,12 +120,24 @@ class Fit:
     @cached_property
     def whitened(self) -> tuple[FloatArray, FloatArray, NDArray[np.intp]]:
         """A (m, p) of the free parameters, r (m) measured less predicted, row (m): of the data, -1 a prior's."""
-        A = np.asarray(self.near.J)[:, self.free] / self.problem.noise.factor
         r = -np.asarray(self.near.r) / self.problem.noise.factor
-        deviation = self.prior[self.free]
+        deviation = held(self.prior, self.pull)[self.free]
         away = (self.theta - self.centre)[self.free] / deviation
         row = np.concatenate([np.asarray(self.near.row, dtype=np.intp), np.full(len(away), -1)])
-        return np.vstack([A, np.diag(1 / deviation)]), np.concatenate([r, -away]), row
+        return np.vstack([self._measured, np.diag(1 / deviation)]), np.concatenate([r, -away]), row
+
+    @property
+    def on_every_row(self) -> tuple[Problem, tuple[FloatArray, FloatArray, NDArray[np.intp]]]:
+        """The problem of all measured rows, and `whitened` of these at the same parameters."""
+        every = self.problem.with_rows(self.problem.data.measured)
+        model, samples = every.model(self.entries, every.kept)
+        near = _core.linearize(model, samples, every.measured, self.theta, every.common_noise, every.threads)
+        return every, replace(self, problem=every, model=model, samples=samples, near=near).whitened
+
+    @property
+    def _measured(self) -> FloatArray:
+        """(m, F) whitened derivatives of the measured numbers."""
+        return np.asarray(self.near.J)[:, self.free] / self.problem.noise.factor
 
     @cached_property
     def freedom(self) -> float:
@@ -143,8 +161,11 @@ class Fit:
         return np.column_stack([loads[:, 2 * i + 1, axis[i]] for i in range(core.joint_count)])
 
 
-def fit(problem: Problem, added: Sequence[Hypothesis], start: Fit | None = None) -> Fit:
-    """Levenberg-Marquardt from a fit of some of the same effects; each round brings the loads to equilibrium."""
+def fit(problem: Problem, added: Sequence[Hypothesis], start: Fit | None = None, *, pulled: bool = False) -> Fit:
+    """Levenberg-Marquardt from a fit of some of the same effects; each round brings the loads to equilibrium.
+
+    With `pulled` the geometry is pulled to that of `start`: curves of joints take what it can't (`geometry_anchoring`).
+    """
     added = tuple(added)
     entries = with_nuisances([*problem.given, *(name.entry for name in added)], problem.start.robot)
     model, samples = problem.model(entries, problem.kept)
@@ -185,23 +206,36 @@ def fit(problem: Problem, added: Sequence[Hypothesis], start: Fit | None = None)
     prior = np.concatenate([_priors(problem, entries, model), no_bound])
     centre[np.isfinite(prior)] = 0.0
     prior = np.where(np.isfinite(prior), prior, rules.PRIOR_WIDTH * size)
-    deviation = prior[free]
+    pull = np.full(len(theta), np.inf)
+    if pulled and start is not None:
+        own = slice(problem.own)
+        pull[own] = geometry_pulls(model)
+        centre[own] = np.where(np.isfinite(pull[own]), start.theta[own], centre[own])
+    deviation = held(prior, pull)[free]
     best = remaining(theta, near), theta, near
     reach = rules.MAX_STEP
+    converged = False
     for _ in range(rules.MAX_ITERATIONS):
         there, gain = stepped(best[1], best[2], reach)
-        if gain < rules.CHI_SQUARE_TOLERANCE + rules.CHI_SQUARE_SHARE * best[0]:
+        converged = gain < rules.CHI_SQUARE_TOLERANCE + rules.CHI_SQUARE_SHARE * best[0]
+        if converged:
             break
         near = linearized(there)
         now = remaining(there, near), there, near
         if now[0] > best[0] * (1 + rules.CHI_SQUARE_SHARE) + rules.CHI_SQUARE_TOLERANCE:
             reach /= 4  # shortens the step along what the data hardly show, such as a wrist's gauge, and nothing else
             continue
-        settled = best[0] - now[0] < rules.CHI_SQUARE_TOLERANCE + rules.CHI_SQUARE_SHARE * now[0]
+        converged = best[0] - now[0] < rules.CHI_SQUARE_TOLERANCE + rules.CHI_SQUARE_SHARE * now[0]
         best, reach = now, min(2 * reach, rules.MAX_STEP)
-        if settled:
+        if converged:
             break
-    return Fit(problem, added, entries, model, samples, best[1], free, prior, centre, best[0], best[2])
+    left, at = best[0], best[2]
+    return Fit(problem, added, entries, model, samples, best[1], free, prior, pull, centre, left, at, converged)
+
+
+def held(prior: FloatArray, pull: FloatArray) -> FloatArray:
+    """(P,) deviation of a prior and a pull together."""
+    return np.asarray(1 / np.hypot(1 / prior, 1 / pull))
 
 
 def _sizes(problem: Problem, model: _core.ErrorModel, near: _core.Linearization) -> FloatArray:

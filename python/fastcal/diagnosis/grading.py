@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +17,7 @@ from fastcal.diagnosis.library import Hypothesis
 from fastcal.diagnosis.one_curve import is_one_curve
 from fastcal.diagnosis.periodic import is_periodic
 from fastcal.diagnosis.reasons import Because, BlockLabel, CauseLabel, Label, Reason
+from fastcal.diagnosis.result import NamedValue
 from fastcal.diagnosis.rivals import folds
 from fastcal.diagnosis.search import Search, SearchNode
 from fastcal.diagnosis.tail_probabilities import p_values
@@ -110,6 +111,16 @@ def grade(
     ]
     met = tuple(because for is_met, because in limits if is_met)
     return ("B" if met else "A"), met
+
+
+def is_turned(columns: Sequence[str], values: Mapping[str, NamedValue]) -> bool:
+    """Has lost motion, an effect that reads directions of approach, a negative size, which no gear has?
+
+    Args:
+        columns: That the effect reads from the data.
+        values: Its parameters.
+    """
+    return any(c.startswith("approach") for c in columns) and any(v.value < 0 for v in values.values())
 
 
 def _covariance(state: SearchNode) -> FloatArray:

@@ -13,13 +13,14 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import linalg, special
+from scipy import special
 
 from fastcal.calibration.repeatability import visit_groups
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.blocks import Blocks, blocks
 from fastcal.diagnosis.fits import Fit, fit
 from fastcal.diagnosis.problem import Noise, Problem
+from fastcal.diagnosis.robust_rows import RichFit, without_outliers
 from fastcal.measurements.dataset import Dataset
 from fastcal.units import from_si
 
@@ -43,14 +44,12 @@ class NoiseLevel:
     source: str
     note: str
 
-
-@dataclass(frozen=True, eq=False)
-class RichFit:
-    """What the rich model leaves: mean square, its degrees of freedom, rows that do not fit."""
-
-    mean_square: float
-    freedom: float
-    wrong: IntArray
+    def calmer(self, noise: Noise) -> NoiseLevel:
+        """With the noise that curves of the joints leave, where that is less than the richest model left."""
+        if noise.factor >= self.noise.factor:
+            return self
+        sigma = self.sigma * noise.factor / self.noise.factor
+        return NoiseLevel(noise, sigma, "residual", f"what curves of the joints leave; without them: {self.note}")
 
 
 def with_estimated_noise(problem: Problem, at: Fit, option: float | None) -> tuple[Problem, NoiseLevel]:
@@ -100,7 +99,7 @@ def _agreement(rich: RichFit) -> int:
 
 
 def rich_fit(at: Fit, blocks: Blocks) -> RichFit:
-    """A robust fit of the parameters and as many blocks as RICH_MODEL_SHARE allows; their order is fixed, no choice."""
+    """A robust fit of the parameters and as many blocks as RICH_MODEL_SHARE allows, those that are clear first."""
     A, r, row = at.whitened
     ranks = np.asarray(blocks.tests.scores.rank)
     budget = rules.RICH_MODEL_SHARE * at.freedom
@@ -111,7 +110,7 @@ def rich_fit(at: Fit, blocks: Blocks) -> RichFit:
             budget -= ranks[index]
     X = np.hstack(columns)
     length = np.linalg.norm(X, axis=0)
-    return _without_outliers(X[:, length > 0] / length[length > 0], r, row)
+    return without_outliers(X[:, length > 0] / length[length > 0], r, row)
 
 
 def _clear(blocks: Blocks) -> list[int]:
@@ -142,106 +141,6 @@ def _order(blocks: Blocks) -> list[int]:
     single = [blocks.count + i for i, g in enumerate(blocks.generics) if len(g.curves.depends_on) != 2]
     pairs = [blocks.count + i for i, g in enumerate(blocks.generics) if len(g.curves.depends_on) == 2]
     return [*first, *single, *pairs, *later]
-
-
-@dataclass(frozen=True, eq=False)
-class _Solved:
-    """Least squares of the kept numbers: what is left of all of them, and Z with h = Z Z^T."""
-
-    left: FloatArray
-    Z: FloatArray
-
-
-def _cholesky(X: FloatArray, weight: FloatArray) -> FloatArray:
-    """Lower factor of the weighted normal matrix."""
-    normal = (X * weight[:, np.newaxis]).T @ X
-    normal[np.diag_indices(X.shape[1])] += rules.RIDGE
-    return np.asarray(linalg.cholesky(normal, lower=True, check_finite=False))
-
-
-def _solved(X: FloatArray, r: FloatArray, weight: FloatArray) -> _Solved:
-    L = _cholesky(X, weight)
-    Z = linalg.solve_triangular(L, X.T, lower=True, check_finite=False).T
-    return _Solved(r - Z @ (Z.T @ (weight * r)), Z)
-
-
-def _suspects(X: FloatArray, r: FloatArray, row: IntArray) -> IntArray:
-    """Rows to which iteratively reweighted least squares (Huber, then Tukey) gives hardly any weight."""
-    rows, place, count = np.unique(row, return_inverse=True, return_counts=True)
-    weight = np.ones(len(rows))
-    for round_ in range(rules.NOISE_ROUNDS):
-        own = weight[place]
-        left = r - X @ linalg.cho_solve((_cholesky(X, own), True), X.T @ (own * r), check_finite=False)
-        size = np.sqrt(np.bincount(place, left**2) / count)
-        scale = float(np.median(size[rows >= 0]))
-        u = size / max(scale, 1e-300)
-        if round_ < rules.NOISE_ROUNDS // 2:
-            weight = np.minimum(1.0, rules.HUBER_SIZE / np.maximum(u, 1e-300))
-        else:
-            weight = np.where(u < rules.TUKEY_SIZE, (1 - (u / rules.TUKEY_SIZE) ** 2) ** 2, 0.0)
-        weight[rows < 0] = 1.0
-    return np.asarray(rows[weight < rules.SUSPECT_WEIGHT])
-
-
-def _without_outliers(X: FloatArray, r: FloatArray, row: IntArray) -> RichFit:
-    wrong = _largest(_suspects(X, r, row), None, row)
-    for _ in range(rules.NOISE_ROUNDS):
-        solved = _solved(X, r, (~np.isin(row, wrong)).astype(float))
-        kept = ~np.isin(row, wrong) & (row >= 0)
-        freedom = max(float(kept.sum() - np.sum(solved.Z[kept] ** 2)), 1.0)
-        mean_square = float(np.sum(solved.left[kept] ** 2)) / freedom
-        square, count = studentized(solved.left, solved.Z, row, wrong)
-        index = np.arange(len(square))
-        with np.errstate(invalid="ignore"):
-            far = index[
-                (count > 0)
-                & (
-                    square
-                    > mean_square
-                    * special.chdtri(np.maximum(count, 1), rules.ALPHA_OUTLIER / max((count > 0).sum(), 1))
-                )
-            ]
-        now = _largest(far, square, row)
-        if np.array_equal(now, wrong):
-            break
-        wrong = now
-    return RichFit(mean_square, freedom, wrong)
-
-
-def studentized_residuals(A: FloatArray, r: FloatArray, row: IntArray, wrong: IntArray) -> tuple[FloatArray, IntArray]:
-    """`studentized` for a linear problem that is fitted to all rows but those that are `wrong`."""
-    length = np.linalg.norm(A, axis=0)
-    solved = _solved(A[:, length > 0] / length[length > 0], r, (~np.isin(row, wrong)).astype(float))
-    return studentized(solved.left, solved.Z, row, wrong)
-
-
-def studentized(left: FloatArray, Z: FloatArray, row: IntArray, wrong: IntArray) -> tuple[FloatArray, IntArray]:
-    """(N,) square of what each row is off, as a chi square of noise 1, and (N,) how many numbers it holds.
-
-    A fitted row: e^T (1 - h)^-1 e; one that was left out: e^T (1 + h)^-1 e; h = Z Z^T.
-    """
-    count = np.bincount(row[row >= 0])
-    square = np.zeros(len(count))
-    order = np.argsort(row, kind="stable")
-    first = np.searchsorted(row[order], np.arange(len(count)))
-    left_out = np.isin(np.arange(len(count)), wrong)
-    for size in np.unique(count[count > 0]):
-        rows = np.flatnonzero(count == size)
-        own = order[first[rows][:, np.newaxis] + np.arange(size)]
-        h = np.einsum("nik,njk->nij", Z[own], Z[own])
-        V = np.eye(size) + np.where(left_out[rows], 1.0, -1.0)[:, np.newaxis, np.newaxis] * h
-        values, vectors = np.linalg.eigh(V)
-        along = np.einsum("nji,nj->ni", vectors, left[own])
-        square[rows] = np.sum(along**2 / np.maximum(values, rules.MIN_REDUNDANCY), axis=1)
-    return square, count
-
-
-def _largest(far: IntArray, square: FloatArray | None, row: IntArray) -> IntArray:
-    """Those rows, the largest ones where they are more than outliers can be; sorted."""
-    most = int(rules.MAX_OUTLIER_SHARE * len(np.unique(row[row >= 0])))
-    if square is not None and len(far) > most:
-        far = far[np.argsort(-square[far], kind="stable")[:most]]
-    return np.sort(far).astype(np.intp)
 
 
 def noise_level(problem: Problem, rich: RichFit, data: Dataset, option: float | None) -> NoiseLevel:

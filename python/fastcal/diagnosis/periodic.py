@@ -81,7 +81,13 @@ def _peaks(
 
 
 def waves(search: Search) -> SearchNode | None:
-    """The set of all significant waves, where the errors are those of many waves; None where they are not.
+    """The set of all significant waves, where the errors are those of many waves; None where they are not."""
+    chosen = many_waves(search)
+    return search.state([search.start.blocks.names[i] for i in chosen], search.start) if chosen else None
+
+
+def many_waves(search: Search) -> list[int]:
+    """Indices of all significant waves, where the errors are those of many waves; none where they are not.
 
     The first effects that a forward selection picks must all be periodic, more than a search of sets could hold, and
     rows that were held out must be predicted by the waves.
@@ -90,11 +96,9 @@ def waves(search: Search) -> SearchNode | None:
     periodic = [i for i, name in enumerate(start.blocks.names) if is_periodic(name)]
     first = forward(start, list(range(start.blocks.count)), search.most + 1)
     if len(first) <= search.most or not set(first) <= set(periodic):
-        return None
+        return []
     chosen = forward(start, periodic, rules.MAX_WAVES)
-    if _held_out_share(start, chosen) > rules.MAX_WAVES_SHARE:
-        return None
-    return search.state([start.blocks.names[i] for i in chosen], start)
+    return chosen if _held_out_share(start, chosen) <= rules.MAX_WAVES_SHARE else []
 
 
 def forward(state: SearchNode, among: list[int], most: int) -> list[int]:

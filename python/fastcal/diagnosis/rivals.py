@@ -10,21 +10,24 @@ little; between names and curves it says which predicts.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fastcal.calibration.calibrate import CalibrationResult, calibrate
 from fastcal.calibration.evaluation import pose_groups
 from fastcal.diagnosis import rules
-from fastcal.diagnosis.adaptation import values
+from fastcal.diagnosis.curves import with_curvatures
 from fastcal.diagnosis.fits import Fit, fit
-from fastcal.diagnosis.library import Hypothesis
-from fastcal.diagnosis.problem import Problem, core_entry, prepared_problem
+from fastcal.diagnosis.library import Hypothesis, without_masses
+from fastcal.diagnosis.noise import isolated_rows
+from fastcal.diagnosis.periodic import forward, many_waves
+from fastcal.diagnosis.problem import Noise, Problem
+from fastcal.diagnosis.robust_rows import without_outliers
 from fastcal.diagnosis.search import Search, SearchNode
+from fastcal.diagnosis.tail_probabilities import p_values
 from fastcal.effects.entries import curve_of
-from fastcal.robot.robot import Robot, Spec
+from fastcal.robot.robot import Spec
 
 FloatArray = NDArray[np.float64]
 
@@ -36,36 +39,87 @@ class Model:
     Attributes:
         state: The set.
         profiles: Entries of the profiles; empty: none.
-        calibration: With the profiles, which `fit` is the whitened problem of; without any None and that of the set.
+        fit: Of both together.
+        noise: As the set shows it, or what the profiles leave where that is less.
     """
 
     state: SearchNode
     profiles: list[Spec]
-    calibration: CalibrationResult | None
     fit: Fit
+    noise: Noise
 
 
-def best_predicting(robot: Robot, search: Search, best: SearchNode, curved: Sequence[Spec]) -> Model:
-    """The set that was found, or the rival that predicts held-out rows better.
+@dataclass(eq=False)
+class Rivals:
+    """The plain models of a search, each fitted once.
 
-    Args:
-        robot: As it came.
-        search: Where the set was found.
-        best: The set.
-        curved: Profiles of the joints that err by their own position beyond it.
+    Attributes:
+        search: Of the names.
+        curves_leave: Sum of squares that profiles of all joints alone leave of held-out rows; it does not depend on the
+            names, so that a search with more names takes over what is known of it.
     """
-    every = [profile(f"joint{i + 1}") for i, kind in enumerate(robot.joint_types) if kind == "revolute"]
-    rivals = [(best, list(curved)), (search.start, every), *((state, every) for state in search.yielding_joints())]
-    chosen = Model(best, [], None, best.fit)
-    least = held_out_squares(chosen.fit)
-    for state, profiles in rivals:
-        rival = _with_profiles(robot, state, profiles) if profiles else None
-        if rival is None:
-            continue
-        own = held_out_squares(rival.fit)
-        if _is_better(own, least):  # also than the smaller rivals before it
-            chosen, least = rival, own
-    return chosen
+
+    search: Search
+    curves_leave: float | None = None
+    fitted: dict[tuple[tuple[str, ...], ...], Model | None] = field(default_factory=dict)
+
+    def best_predicting(self, best: SearchNode, curved: Sequence[Spec]) -> Model:
+        """The set that was found, or the rival that predicts held-out rows better.
+
+        Args:
+            best: The set.
+            curved: Profiles of the joints that err by their own position beyond it.
+        """
+        start = self.search.start
+        every = self.every
+        rivals = [(best, list(curved)), (start, every), *((s, every) for s in self.search.yielding_joints())]
+        chosen = Model(best, [], best.fit, best.fit.problem.noise)
+        least = held_out_squares(chosen.fit)
+        for state, profiles in rivals:
+            rival = self.with_profiles(state, profiles) if profiles else None
+            if rival is None:
+                continue
+            own = held_out_squares(rival.fit)
+            if _is_better(own, least):  # also than the smaller rivals before it
+                chosen, least = rival, own
+        return chosen
+
+    @property
+    def every(self) -> list[Spec]:
+        """Profiles of all joints that turn."""
+        kinds = self.search.problem.start.robot.joint_types
+        return [profile(f"joint{i + 1}") for i, kind in enumerate(kinds) if kind == "revolute"]
+
+    def with_profiles(self, state: SearchNode, profiles: Sequence[Spec]) -> Model | None:
+        """A set and profiles beside it; None where they make no model."""
+        key = (state.key, tuple(p["owner"] for p in profiles))
+        if key not in self.fitted:
+            self.fitted[key] = _with_profiles(state, profiles)
+        return self.fitted[key]
+
+    @property
+    def names_are_hopeless(self) -> bool:
+        """Would the most names that a set may have explain too little to be given, or less than profiles predict?
+
+        As the score tests have it, each name beside those before it: far cheaper than to fit the sets. Rows held out
+        from profiles against rows that the names are fitted to: names that are the cause do not lose that.
+        """
+        start = self.search.start
+        if start.suffices or without_masses(self.search.problem.start.robot):
+            return False  # without masses the score of a compliance lacks the sag that comes with it
+        tests = start.blocks.tests
+        names = many_waves(self.search) or forward(start, list(range(start.blocks.count)), rules.MAX_EFFECTS_GROWN)
+        left = tests.given(names)
+        p = p_values(np.asarray(left.statistic), np.asarray(left.rank), self.search.problem.noise.freedom)
+        if not (p < rules.ALPHA_FURTHER / (start.family.named + start.family.generic)).any():
+            return False
+        remaining = tests.remaining_with(names)[0]
+        if remaining > rules.HOPELESS_SHARE * tests.remaining:
+            return True
+        if self.curves_leave is None:
+            curves = self.with_profiles(start, self.every)
+            self.curves_leave = np.inf if curves is None else float(np.nansum(held_out_squares(curves.fit)))
+        return bool(self.curves_leave < remaining * self.search.problem.noise.factor**2)
 
 
 def profile(owner: str) -> Spec:
@@ -74,34 +128,43 @@ def profile(owner: str) -> Spec:
 
 
 def _is_better(rival: FloatArray, incumbent: FloatArray) -> bool:
-    gain = incumbent - rival
+    gain = (incumbent - rival)[np.isfinite(incumbent) & np.isfinite(rival)]
     return bool(gain.mean() > rules.MIN_RIVAL_GAIN * gain.std(ddof=1) / np.sqrt(len(gain)))
 
 
-def _with_profiles(robot: Robot, state: SearchNode, profiles: list[Spec]) -> Model | None:
-    """The set and profiles, calibrated: how curved they are and what is geometry's is for the calibration to find.
+def _with_profiles(state: SearchNode, profiles: Sequence[Spec]) -> Model | None:
+    """The set and profiles of the joints that move, refitted until the rows that it reaches stand still.
 
-    None where it does not converge, or where an effect of the set has size zero beside the profiles.
+    None where the fit does not converge, or where an effect of the set has size zero beside the profiles.
     """
-    problem = state.fit.problem
-    entries = [core_entry(entry) for entry in state.fit.entries]
-    # Outliers are known and left out: a robust loss would have nothing left to do.
-    found = calibrate(
-        Robot(dict(robot.spec) | {"effects": [*entries, *profiles]}),
-        problem.data.select(problem.used),
-        loss="none",
-        as_read=True,
-        threads=problem.threads,
-    )
-    if found.status != "converged" or any(_is_nil(found.model, name) for name in state.names):
-        return None
-    again: Problem = prepared_problem(found.model, problem.data, problem.names, problem.noise, problem.threads)
-    return Model(state, profiles, found, fit(again.with_rows(problem.used), []))
+    q = state.fit.problem.kept.q
+    moving = [p for p in profiles if np.ptp(q[:, int(p["owner"].removeprefix("joint")) - 1]) > 0]
+    at = state.fit
+    for _ in range(rules.MAX_REFITS):
+        curves = with_curvatures(at, moving)
+        found = fit(at.problem, [*state.names, *map(Hypothesis, curves)], at, pulled=True)
+        if not found.converged or any(not found.value(name).any() for name in state.names):
+            return None
+        again = reached(found)
+        if np.array_equal(again.used, at.problem.used):
+            break
+        at = fit(again, state.names, at)
+    return Model(state, curves, found, again.noise)
 
 
-def _is_nil(model: Robot, name: Hypothesis) -> bool:
-    """Is an effect of a calibrated robot at a bound of zero?"""
-    return not any(value.value for value in values(model, name.entry).values())
+def reached(at: Fit) -> Problem:
+    """The problem with the rows that a fit reaches, and with the noise that it leaves where that is less.
+
+    A rich model that lacks a curve takes some of it for noise, and a lone pose for an outlier.
+    """
+    every, (A, r, row) = at.on_every_row
+    length = np.linalg.norm(A, axis=0)
+    left = without_outliers(A[:, length > 0] / length[length > 0], r, row)
+    used = every.used.copy()
+    used[every.rows[isolated_rows(left.wrong, every.kept)]] = False
+    noise = every.noise
+    calmer = replace(noise, factor=noise.factor * float(np.sqrt(left.mean_square)), freedom=left.freedom)
+    return replace(every, used=used, noise=calmer if left.mean_square < 1 else noise)
 
 
 def folds(problem: Problem) -> NDArray[np.intp]:
@@ -112,7 +175,7 @@ def folds(problem: Problem) -> NDArray[np.intp]:
 
 
 def held_out_squares(at: Fit) -> FloatArray:
-    """(rows,) whitened squared error of each measured row as the other folds predict it."""
+    """(N,) squared error of each row as the other folds predict it, whitened but for `factor`; NaN: not used."""
     A, r, row = at.whitened
     length = np.linalg.norm(A, axis=0)
     A = A / length
@@ -124,4 +187,7 @@ def held_out_squares(at: Fit) -> FloatArray:
         R = np.asarray(np.linalg.qr(A[fitted], mode="r"))
         step = np.linalg.lstsq(R.T @ R, A[fitted].T @ r[fitted], rcond=1e-14)[0]
         out += np.bincount(row[left], (r[left] - A[left] @ step) ** 2, len(out))
-    return np.asarray(out[np.unique(row[row >= 0])])
+    whole = np.full(len(at.problem.data), np.nan)
+    rows = np.unique(row[row >= 0])
+    whole[at.problem.rows[rows]] = out[rows] * at.problem.noise.factor**2
+    return whole

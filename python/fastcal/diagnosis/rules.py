@@ -112,6 +112,11 @@ FOLDS = 5
 MIN_GAIN = 1.0
 # Standard errors by which a rival with joint profiles must predict held-out rows better to take the place of a set.
 MIN_RIVAL_GAIN = 1.0
+# Share of the misfit that the most names leave, by their score tests, from which on no set is searched for: too little
+# explained to be given, with a margin for what fits add to score tests.
+HOPELESS_SHARE = 0.6
+# Fits of a rival, each on the rows that the one before reaches, at most. Numerical.
+MAX_REFITS = 3
 
 # --- Waves and curves of joints ---------------------------------------------------------------------------------------
 # Highest order that is scanned for [cycles a turn]: motor turns behind usual reductions lie beyond.

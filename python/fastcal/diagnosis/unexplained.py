@@ -106,6 +106,7 @@ def rest(search: Search, state: SearchNode) -> Unexplained:
     block = found.generics[index]
     misfit = max(search.start.fit.remaining - search.start.fit.freedom, 1.0)
     share = (statistic[generic][index] - rank[generic][index]) / misfit
+    share *= (state.fit.problem.noise.factor / search.problem.noise.factor) ** 2  # in one unit
     return Unexplained(block.owner, float(np.clip(share, 0.0, 1.0)), block.curves.depends_on)
 
 

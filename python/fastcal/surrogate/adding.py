@@ -33,7 +33,8 @@ MOST_BLOCKS = 3
 _WIDTHS = {1: (0.07, 0.15, 0.35, 0.8), 2: (0.25, 0.6), 3: (0.4, 0.8)}  # of an input's range, by the number of inputs
 _NODES = {1: 24, 2: 40, 3: 60}
 _FEWER = 12  # nodes of a place that moves in six directions
-_ROWS = 1500  # that blocks are chosen on: more tell no more of a smooth curve
+_PROMISING = 40  # candidates that are weighed again beside the first: what has no evidence alone has none beside it
+_ROWS = 1200  # that blocks are chosen on: more tell no more of a smooth curve
 _ROWS_FITTED = 6000
 _FEW_ROWS = 100  # where the choice of blocks itself is part of what poses left out must confirm
 _COMPONENTS = 8  # of the function's uncertainty that a model keeps
@@ -167,6 +168,7 @@ def _chosen(problem: RestProblem, open_ones: list[Candidate], most: int = MOST_B
     while len(blocks) < most:
         beside = Beside(A, r)
         best: Block | None = None
+        worth: dict[Candidate, float] = {}
         pad = len(r) - len(problem.r)
         for candidate in open_ones:
             if any(candidate == b.candidate for b in blocks):
@@ -176,12 +178,14 @@ def _chosen(problem: RestProblem, open_ones: list[Candidate], most: int = MOST_B
                 if block is None:
                     break
                 found = beside.weigh(np.vstack([block.columns, np.zeros((pad, block.columns.shape[1]))]))
+                worth[candidate] = max(found.evidence, worth.get(candidate, 0.0))
                 if found.evidence > (0.0 if best is None else best.evidence):
                     best = Block(**{**vars(block), "size": found.size, "evidence": found.evidence})
         if best is None or best.evidence < (MORE if blocks else 1e-9):
             break
         best = Block(**{**vars(best), "columns": best.columns * best.size})
         blocks.append(best)
+        open_ones = sorted(worth, key=lambda c: -worth[c])[:_PROMISING]
         # What was chosen is part of the model from here on, its weights ~ N(0, I).
         count = best.columns.shape[1]
         columns = np.vstack([best.columns, np.zeros((pad, count))])

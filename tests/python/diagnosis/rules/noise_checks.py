@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from fastcal.diagnosis import noise
+from fastcal.diagnosis import noise, robust_rows
 from fastcal.diagnosis.noise import RichFit
 from fastcal.diagnosis.problem import Noise
 from fastcal.measurements.dataset import Dataset
@@ -30,8 +30,8 @@ def points(wrong: dict[int, float], seed: int = 1) -> tuple[np.ndarray, np.ndarr
 @falls_with(ALPHA_OUTLIER=1e-60)
 @falls_with(ALPHA_OUTLIER=0.9999)
 def rows_that_noise_does_not_make_are_outliers() -> None:
-    assert list(noise._without_outliers(*points({7: 9.0, 50: -12.0})).wrong) == [7, 50]
-    assert all(list(noise._without_outliers(*points({}, seed)).wrong) == [] for seed in range(2, 7))
+    assert list(robust_rows.without_outliers(*points({7: 9.0, 50: -12.0})).wrong) == [7, 50]
+    assert all(list(robust_rows.without_outliers(*points({}, seed)).wrong) == [] for seed in range(2, 7))
 
 
 @falls_with(TUKEY_SIZE=1e9)
@@ -39,7 +39,7 @@ def rows_that_noise_does_not_make_are_outliers() -> None:
 @falls_with(SUSPECT_WEIGHT=-1.0)
 @falls_with(SUSPECT_WEIGHT=1.0)
 def suspects_are_the_gross_rows() -> None:
-    assert list(noise._suspects(*points({7: 15.0, 50: -12.0}))) == [7, 50]
+    assert list(robust_rows.suspects(*points({7: 15.0, 50: -12.0}))) == [7, 50]
 
 
 def group(size: float, seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -53,13 +53,13 @@ def group(size: float, seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 @falls_with(HUBER_SIZE=1e9)
 def gross_rows_do_not_mask_each_other() -> None:
-    found = [len(set(noise._suspects(*group(10.0, seed))) & set(range(5))) for seed in range(8)]
+    found = [len(set(robust_rows.suspects(*group(10.0, seed))) & set(range(5))) for seed in range(8)]
     assert np.mean(found) > 4.5
 
 
 @falls_with(NOISE_ROUNDS=1)
 def good_rows_that_gross_ones_pull_at_are_no_suspects() -> None:
-    assert all(set(noise._suspects(*group(20.0, seed))) == set(range(5)) for seed in range(8))
+    assert all(set(robust_rows.suspects(*group(20.0, seed))) == set(range(5)) for seed in range(8))
 
 
 @falls_with(MAX_OUTLIER_SHARE=1.0)
@@ -127,7 +127,7 @@ def what_a_row_is_off_is_seen_as_far_as_the_others_leave_it_to_chance() -> None:
     left = r - Q @ (Q.T @ r)
     left[3] = 1e-9  # rounding
     with np.errstate(divide="ignore", invalid="ignore"):
-        square, _ = noise.studentized(left, Q, np.arange(31), NONE)
+        square, _ = robust_rows.studentized(left, Q, np.arange(31), NONE)
     wanted = left**2 / (1 - h + (h > 1 - 1e-9))
     np.testing.assert_allclose(np.delete(square, 3), np.delete(wanted, 3), rtol=1e-9)
     assert square[3] < 1e-9

@@ -1,0 +1,166 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Which rows a linear model can't reach, and what it leaves of the others.
+
+With Z an orthonormal basis of all rows of X, the fit without some numbers w follows from that to all:  with
+G = 1 - Z_w Z_w^T,  left = left_all + Z Z_w^T G^-1 left_all,w  and  h = Z (1 + Z_w^T G^-1 Z_w) Z^T, whatever rows are
+left out. (R. D. Cook, S. Weisberg, "Residuals and Influence in Regression", 1982, section 3.3.)
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg, special
+
+from fastcal.diagnosis import rules
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+IntArray = NDArray[np.intp]
+
+_ITERATIONS, _ENOUGH = 30, 1e-2  # of conjugate gradients between two sets of weights, and their residual
+
+
+@dataclass(frozen=True, eq=False)
+class RichFit:
+    """What the rich model leaves.
+
+    Attributes:
+        mean_square: Of the rows that fit.
+        freedom: Their degrees of freedom.
+        wrong: Rows that do not fit.
+    """
+
+    mean_square: float
+    freedom: float
+    wrong: IntArray
+
+
+@dataclass(frozen=True, eq=False)
+class _Solved:
+    """Least squares of the kept numbers: what is left of all of them, and Z with h = Z Z^T."""
+
+    left: FloatArray
+    Z: FloatArray
+
+
+def without_outliers(X: FloatArray, r: FloatArray, row: IntArray) -> RichFit:
+    """A fit of X (m, p), about unit columns, to the rows that it reaches; `row` (m,) of each number, -1 a prior's."""
+    Z = _basis(X)
+    wrong = _largest(_suspects(Z, r, row), None, row)
+    for _ in range(rules.NOISE_ROUNDS):
+        is_out = np.isin(row, wrong)
+        solved = _without(Z, r, is_out)
+        kept = ~is_out & (row >= 0)
+        freedom = max(float(kept.sum() - np.sum(solved.Z[kept] ** 2)), 1.0)
+        mean_square = float(np.sum(solved.left[kept] ** 2)) / freedom
+        square, count = studentized(solved.left, solved.Z, row, wrong)
+        several = max((count > 0).sum(), 1)
+        limit = mean_square * special.chdtri(np.maximum(count, 1), rules.ALPHA_OUTLIER / several)
+        now = _largest(np.flatnonzero((count > 0) & (square > limit)), square, row)
+        found = RichFit(mean_square, freedom, wrong)
+        if np.array_equal(now, wrong):
+            break
+        wrong = now
+    return found
+
+
+def suspects(X: FloatArray, r: FloatArray, row: IntArray) -> IntArray:
+    """Rows to which iteratively reweighted least squares (Huber, then Tukey) gives hardly any weight."""
+    return _suspects(_basis(X), r, row)
+
+
+def studentized_residuals(A: FloatArray, r: FloatArray, row: IntArray, wrong: IntArray) -> tuple[FloatArray, IntArray]:
+    """`studentized` for a linear problem that is fitted to all rows but those that are `wrong`."""
+    length = np.linalg.norm(A, axis=0)
+    solved = _without(_basis(A[:, length > 0] / length[length > 0]), r, np.isin(row, wrong))
+    return studentized(solved.left, solved.Z, row, wrong)
+
+
+def studentized(left: FloatArray, Z: FloatArray, row: IntArray, wrong: IntArray) -> tuple[FloatArray, IntArray]:
+    """(N,) square of what each row is off, as a chi square of noise 1, and (N,) how many numbers it holds.
+
+    A fitted row: e^T (1 - h)^-1 e; one that was left out: e^T (1 + h)^-1 e; h = Z Z^T.
+    """
+    count = np.bincount(row[row >= 0])
+    square = np.zeros(len(count))
+    order = np.argsort(row, kind="stable")
+    first = np.searchsorted(row[order], np.arange(len(count)))
+    left_out = np.isin(np.arange(len(count)), wrong)
+    for size in np.unique(count[count > 0]):
+        rows = np.flatnonzero(count == size)
+        own = order[first[rows][:, np.newaxis] + np.arange(size)]
+        h = np.einsum("nik,njk->nij", Z[own], Z[own])
+        V = np.eye(size) + np.where(left_out[rows], 1.0, -1.0)[:, np.newaxis, np.newaxis] * h
+        values, vectors = np.linalg.eigh(V)
+        along = np.einsum("nji,nj->ni", vectors, left[own])
+        square[rows] = np.sum(along**2 / np.maximum(values, rules.MIN_REDUNDANCY), axis=1)
+    return square, count
+
+
+def _basis(X: FloatArray) -> FloatArray:
+    """Z (m, p), orthonormal but for the ridge."""
+    normal = X.T @ X
+    normal[np.diag_indices(X.shape[1])] += rules.RIDGE
+    L = linalg.cholesky(normal, lower=True, check_finite=False)
+    return np.asarray(linalg.solve_triangular(L, X.T, lower=True, check_finite=False).T)
+
+
+def _without(Z: FloatArray, r: FloatArray, is_out: BoolArray) -> _Solved:
+    left = r - Z @ (Z.T @ r)
+    if not is_out.any():
+        return _Solved(left, Z)
+    out = Z[is_out]
+    G = np.eye(len(out)) - out @ out.T
+    G[np.diag_indices(len(out))] += rules.RIDGE
+    L = linalg.cholesky(G, lower=True, check_finite=False)
+    more = linalg.solve_triangular(L, out @ Z.T, lower=True, check_finite=False).T
+    left = left + more @ linalg.solve_triangular(L, left[is_out], lower=True, check_finite=False)
+    return _Solved(left, np.hstack([Z, more]))
+
+
+def _suspects(Z: FloatArray, r: FloatArray, row: IntArray) -> IntArray:
+    """`suspects` by an orthonormal basis Z."""
+    rows, place, count = np.unique(row, return_inverse=True, return_counts=True)
+    weight = np.ones(len(rows))
+    b = Z.T @ r
+    for round_ in range(rules.NOISE_ROUNDS):
+        left = r - Z @ b
+        size = np.sqrt(np.bincount(place, left**2) / count)
+        scale = float(np.median(size[rows >= 0]))
+        u = size / max(scale, 1e-300)
+        if round_ < rules.NOISE_ROUNDS // 2:
+            weight = np.minimum(1.0, rules.HUBER_SIZE / np.maximum(u, 1e-300))
+        else:
+            weight = np.where(u < rules.TUKEY_SIZE, (1 - (u / rules.TUKEY_SIZE) ** 2) ** 2, 0.0)
+        weight[rows < 0] = 1.0
+        if round_ < rules.NOISE_ROUNDS - 1:
+            b = _weighted(Z, r, weight[place], b)
+    return np.asarray(rows[weight < rules.SUSPECT_WEIGHT])
+
+
+def _weighted(Z: FloatArray, r: FloatArray, weight: FloatArray, b: FloatArray) -> FloatArray:
+    """Weighted least squares from a near solution b, by conjugate gradients: Z^T W Z is as good as its weights."""
+    g = Z.T @ (weight * (r - Z @ b))
+    p, square = g, float(g @ g)
+    enough = _ENOUGH**2 * float(np.sum((Z.T @ (weight * r)) ** 2))
+    for _ in range(_ITERATIONS):
+        if square <= enough:
+            break
+        Ap = Z.T @ (weight * (Z @ p)) + rules.RIDGE * p
+        step = square / float(p @ Ap)
+        b, g = b + step * p, g - step * Ap
+        before, square = square, float(g @ g)
+        p = g + square / before * p
+    return b
+
+
+def _largest(far: IntArray, square: FloatArray | None, row: IntArray) -> IntArray:
+    """Those rows, the largest ones where they are more than outliers can be; sorted."""
+    most = int(rules.MAX_OUTLIER_SHARE * len(np.unique(row[row >= 0])))
+    if square is not None and len(far) > most:
+        far = far[np.argsort(-square[far], kind="stable")[:most]]
+    return np.sort(far).astype(np.intp)
