@@ -21,7 +21,7 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.intp]
 
-_ITERATIONS, _ENOUGH = 30, 1e-2  # of conjugate gradients between two sets of weights, and their residual
+_ITERATIONS, _ENOUGH = 60, 1e-4  # of conjugate gradients between two sets of weights, and their residual
 
 
 @dataclass(frozen=True, eq=False)

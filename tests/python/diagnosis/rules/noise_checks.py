@@ -67,7 +67,7 @@ def good_rows_that_gross_ones_pull_at_are_no_suspects() -> None:
 def one_row_of_twenty_may_be_an_outlier() -> None:
     row = np.repeat(np.arange(POINTS), 3)
     size = np.arange(POINTS, dtype=float)
-    assert list(noise._largest(np.arange(60, POINTS), size, row)) == [114, 115, 116, 117, 118, 119]
+    assert list(robust_rows._largest(np.arange(60, POINTS), size, row)) == [114, 115, 116, 117, 118, 119]
 
 
 @falls_with(OUTLIER_RUN=1)
@@ -137,4 +137,6 @@ def what_a_row_is_off_is_seen_as_far_as_the_others_leave_it_to_chance() -> None:
 def the_ridge_of_the_rich_model_does_not_shrink_it() -> None:
     X, r, _ = points({})
     wanted = r - X @ np.linalg.lstsq(X, r, rcond=None)[0]
-    np.testing.assert_allclose(noise._solved(X, r, np.ones(len(r))).left, wanted, atol=1e-6)
+    np.testing.assert_allclose(
+        robust_rows._without(robust_rows._basis(X), r, np.zeros(len(r), dtype=bool)).left, wanted, atol=1e-6
+    )

@@ -151,15 +151,21 @@ def waves_of_other_orders_begin_the_search_again() -> None:
         SimpleNamespace(bic=1.0, impossible=False),
     )
     second.suffices = True
-    searches = {"first": first, "second": second}
-    again = {id(first): ("second", "level 1"), id(second): (None, "level 2")}
+    found = {"first": first, "second": second}
+    problems = {key: SimpleNamespace(key=key, noise=None) for key in found}
+    again = {id(first): (problems["second"], "level 1"), id(second): (None, "level 2")}
+
+    def rivals_of(search: SimpleNamespace, curves_leave: object = None) -> SimpleNamespace:
+        return SimpleNamespace(search=search, names_are_hopeless=False, curves_leave=None)
+
     with (
         mock.patch.object(
-            diagnosis, "Search", lambda problem, notify: SimpleNamespace(grow=lambda: [[searches[problem]]])
+            diagnosis, "Search", lambda problem, notify: SimpleNamespace(grow=lambda: [[found[problem.key]]])
         ),
+        mock.patch.object(rivals, "Rivals", rivals_of),
         mock.patch.object(diagnosis, "_again", lambda problem, best, sigma: again[id(best)]),
     ):
-        _, best, level = diagnosis._searched("first", None, print)
+        _, best, level = diagnosis._searched(problems["first"], "level 0", None, print)
     assert best is second
     assert level == "level 2"
 
@@ -198,6 +204,48 @@ def a_rival_must_predict_held_out_rows_better_by_a_standard_error() -> None:
     clearly = square - jitter + jitter.mean() - 0.15
     assert not rivals._is_better(hardly, square)
     assert rivals._is_better(clearly, square)
+
+
+@falls_with(HOPELESS_SHARE=0.0)
+@falls_with(HOPELESS_SHARE=1.0)
+def names_that_would_leave_most_of_the_misfit_are_not_searched_for() -> None:
+    def hopeless(left: float) -> bool:
+        given = SimpleNamespace(statistic=[500.0], rank=[1])
+        tests = SimpleNamespace(given=lambda added: given, remaining=1000.0, remaining_with=lambda added: (left, 1))
+        family = Family(1.0, 1.0)
+        start = SimpleNamespace(suffices=False, family=family, blocks=SimpleNamespace(tests=tests, count=1))
+        noise = SimpleNamespace(freedom=np.inf, factor=1.0)
+        problem = SimpleNamespace(start=SimpleNamespace(robot=None), noise=noise)
+        search = SimpleNamespace(start=start, problem=problem)
+        with (
+            mock.patch.object(rivals, "without_masses", return_value=False),
+            mock.patch.object(rivals, "many_waves", return_value=[0]),
+        ):
+            return rivals.Rivals(search, curves_leave=np.inf).names_are_hopeless
+
+    assert hopeless(900.0)
+    assert not hopeless(300.0)
+
+
+@falls_with(MAX_REFITS=1)
+def a_rival_is_fitted_again_to_the_rows_that_it_reaches() -> None:
+    rows = [np.array([True, True, False]), np.array([True, True, True])]
+    at = SimpleNamespace(problem=SimpleNamespace(kept=SimpleNamespace(q=np.zeros((3, 1))), used=rows[0]))
+    fitted = []
+
+    def fit(problem: SimpleNamespace, added: object, start: object, pulled: bool = False) -> SimpleNamespace:
+        fitted.append(problem.used)
+        return SimpleNamespace(problem=problem, converged=True)
+
+    reached = SimpleNamespace(kept=at.problem.kept, used=rows[1], noise="calmer")
+    with (
+        mock.patch.object(rivals, "fit", fit),
+        mock.patch.object(rivals, "with_curvatures", return_value=[]),
+        mock.patch.object(rivals, "reached", return_value=reached),
+    ):
+        model = rivals._with_profiles(SimpleNamespace(fit=at, names=[]), [])
+    assert model.fit.problem.used is rows[1]
+    assert len(fitted) == 3  # to the first rows, the names to those that this reaches, and both again
 
 
 @falls_with(FOLDS=2)
