@@ -122,9 +122,10 @@ def normal_plot(residual: Array, sigma: float, is_outlier: NDArray[np.bool_], mo
     """
     known = np.flatnonzero(np.isfinite(residual))
     order = known[np.argsort(residual[known])]
-    x = np.array([NormalDist().inv_cdf((k + 0.625) / (len(order) + 0.25)) for k in range(len(order))])
-    shown = _thin_middle(len(order), most)
-    x, y, outlying = x[shown], residual[order][shown], is_outlier[order][shown]
+    shown = np.arange(len(order))[_thin_middle(len(order), most)]
+    quantile = NormalDist().inv_cdf
+    x = np.array([quantile((k + 0.625) / (len(order) + 0.25)) for k in shown.tolist()])
+    y, outlying = residual[order][shown], is_outlier[order][shown]
     hover = _("residual %{{y:.3f}} mm at normal quantile %{{x:.2f}}")
     traces = [figures.points(x[~outlying], y[~outlying], figures.AFTER, 5, 0.75, hover=hover)]
     key = [Key(_("residual component"), figures.AFTER, "point")]
