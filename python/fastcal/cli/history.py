@@ -21,9 +21,9 @@ def history(
         typer.Option("-o", "--output", metavar="OUT", help="The folder for history.json and report.html."),
     ] = None,
 ) -> None:
-    """Show checks and models over time, with control limits and alarms.
+    """Show checks and models over time.
 
-    An arm is a serial number; without one, the folder that its files are in.
+    With control limits and alarms. An arm is a serial number; without one, the folder that its files are in.
     """
     from fastcal.io.folder import check_folder
     from fastcal.monitoring.history import history as read

@@ -34,9 +34,9 @@ def update(
     as_read: AsRead = False,
     threads: Threads = 1,
 ) -> None:
-    """Bring a calibrated model up to date with a few new poses.
+    """Bring a calibrated model up to date.
 
-    Twelve do, before an instrument that was set up anew: what the model knows is kept as far as it has not changed.
+    Twelve new poses do, before an instrument that was set up anew; what the model knows is kept as far as it holds.
     """
     from fastcal.importers import load_measurements
     from fastcal.io.folder import check_folder
@@ -70,10 +70,10 @@ def compare(
     ] = None,
     threads: Threads = 1,
 ) -> None:
-    """Compare two models of one arm: parameters that differ, and millimetres at the tool.
+    """Compare two models of one arm.
 
-    Bases and tools are aligned, and the second model is written in the first one's gauge, so that what no measurement
-    shows is no difference.
+    Says which parameters differ beyond noise, and by how many millimetres at the tool. Bases and tools are aligned and
+    the second model is written in the first one's gauge, so that what no measurement shows is no difference.
     """
     from fastcal.io.folder import check_folder
     from fastcal.io.robot_file import load_robot
