@@ -828,4 +828,4 @@ def visiting_order(q: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[
     """
 SHOWN_BY_LOADS: str = 'a load about it that varies in another way than the geometry: other poses, payloads or pulling sideways'
 SHOWN_BY_MOTION: str = 'poses in which {owner} moves further'
-__version__: str = '0.1.0'
+__version__: str = '0.2.0'
