@@ -93,7 +93,7 @@ def factors(source: str) -> list[str]:
         f"{token.start[0]}: {token.string}"
         for before, token, after in zip(tokens, tokens[1:], tokens[2:], strict=False)
         if token.string in NAMES | ANYWHERE
-        or (token.string == "degrees" and before.string == ".")
+        or (token.string == "degrees" and before.string == "." and after.string == "(")
         or (token.string in AS_FACTOR and {before.string, after.string} & {"*", "/", "*=", "/="})
     ]
 

@@ -76,6 +76,7 @@ def accept(
     """
     from fastcal.errors import InvalidInput
     from fastcal.io.robot_file import load_robot
+    from fastcal.units import to_si
 
     robot = load_robot(model)
     if plan:
@@ -94,7 +95,7 @@ def accept(
                 "directions": directions,
                 "cycles": cycles,
                 "centre": None if centre_mm is None else _lengths("--centre-mm", centre_mm),
-                "edge": None if edge_mm is None else edge_mm / 1000,
+                "edge": None if edge_mm is None else to_si(edge_mm, "mm"),
                 "rotation": None if tool_rpy_deg is None else _rotation(tool_rpy_deg),
                 "payload": payload_kg,
                 "dwell_s": dwell_s,

@@ -9,7 +9,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from fastcal.units import factor
+
 Triple = tuple[float | None, float | None, float | None]
+MM, DEG = factor("mm"), factor("deg")  # [m], [rad]: what a paper prints, and what is drawn
 STATISTICS = ("mean", "std", "max")
 
 
@@ -138,7 +141,7 @@ def spread(runs: Sequence[dict[str, object]], *path: str) -> Spread:
 
 def lengths_mm(errors: np.ndarray) -> dict[str, float]:
     """mean, std (n - 1) and max of the lengths of errors (N, 3) [m], in mm."""
-    length = np.linalg.norm(errors, axis=1) * 1e3
+    length = np.linalg.norm(errors, axis=1) / MM
     return {"mean": float(length.mean()), "std": float(length.std(ddof=1)), "max": float(length.max())}
 
 

@@ -20,6 +20,8 @@ from fastcal.calibration.simulation import random_poses, simulate
 from fastcal.io.robot_file import load_robot
 from fastcal.measurements.dataset import Dataset
 from fastcal.papers.exhibits import (
+    DEG,
+    MM,
     Absent,
     Cell,
     Chart,
@@ -109,7 +111,7 @@ def true_arm(seed: int) -> Robot:
 def one_arm(seed: int, full: bool) -> Run:
     """Errors [mm] of each model on the poses held out and on unseen ones, and what 33 from 45 equations are worth."""
     nominal, true = nominal_arm(), true_arm(seed)
-    q = np.vstack([np.radians(JOINTS_DEG), random_poses(nominal, MANY + UNSEEN, seed=seed + 50)])
+    q = np.vstack([np.asarray(JOINTS_DEG) * DEG, random_poses(nominal, MANY + UNSEEN, seed=seed + 50)])
     payload = np.full(len(q), LOAD_N / 9.80665)
     data = simulate(true, q, noise=to_si(NOISE_MM, "mm"), seed=seed, payload=payload)
     parts = np.split(np.arange(len(q)), np.cumsum([FITTED, HELD_OUT, MANY]))
@@ -128,7 +130,7 @@ def one_arm(seed: int, full: bool) -> Run:
                 "before": lengths_mm(np.asarray(found.train.error_before)),
                 "fitted": lengths_mm(_errors(found, fitted)),
                 "held_out": lengths_mm(_errors(found, held_out)),
-                "held_out_mm": (_errors(found, held_out) * 1e3).tolist(),
+                "held_out_mm": (_errors(found, held_out) / MM).tolist(),
                 "unseen": lengths_mm(_errors(found, unseen)),
                 "compliances": {
                     p.owner: {"value": p.value, "std": p.std} for p in found.parameters if "compliance" in p.name
@@ -151,14 +153,14 @@ def _conventions(nominal: Robot) -> dict[str, float]:
 
     The best of the 64 signs that its joints may be printed with, and the best of as many shuffles of its positions.
     """
-    q, points = np.radians(JOINTS_DEG), np.asarray(POSITIONS_MM) / 1e3
+    q, points = np.asarray(JOINTS_DEG) * DEG, np.asarray(POSITIONS_MM) * MM
     random = np.random.default_rng(0)
 
     def rms(joints: np.ndarray, positions: np.ndarray) -> float:
         fit = align(nominal, Dataset.from_arrays(joints, position=positions))
         placed = Robot(with_frames(nominal.spec, fit.T_world_base, fit.T_flange_tool))
         off = placed.forward(joints)[:, :3, 3] - positions
-        return float(np.sqrt(np.mean(np.sum(off**2, axis=1)))) * 1e3
+        return float(np.sqrt(np.mean(np.sum(off**2, axis=1)))) / MM
 
     signs = [[1 - 2 * (k >> bit & 1) for bit in range(6)] for k in range(64)]
     return {

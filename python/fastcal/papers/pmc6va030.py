@@ -18,7 +18,7 @@ from fastcal.calibration.calibrate import CalibrationResult, calibrate
 from fastcal.ik.inverse_kinematics import inverse_kinematics
 from fastcal.io.robot_file import load_robot
 from fastcal.measurements.dataset import Dataset
-from fastcal.papers.exhibits import lengths_mm
+from fastcal.papers.exhibits import DEG, MM, lengths_mm
 from fastcal.papers.learning import HAS_TORCH
 from fastcal.papers.pmc6va030_page import page as page
 from fastcal.papers.simulated import FloatArray, Unmodelled, left, measure
@@ -35,7 +35,7 @@ BETA_2_DEG = -0.006
 
 NOISE, HEAVIEST = 2e-5, 30.0
 WAVES_RAD = (3e-5, 2.5e-5, 2.5e-5, 5e-5, 5e-5, 5e-5)
-GAP, LEAN = 5e-4, float(np.radians(-72))  # [rad] of joint 1, and where joint 2 makes it change sides
+GAP, LEAN = 5e-4, -72 * DEG  # [rad] of joint 1, and where joint 2 makes it change sides
 COMPLIANCE = ((2, 1.4e-6), (3, 2.1e-6), (4, 4.5e-6), (5, 9.1e-6), (6, 9.1e-6))
 TILT_BEARING = 3.4e-7
 BLOCKS_KG = (0.0, 1, 2, 3, 5, 6, 7, 8, 10, 11, 12, 13, 15, 16, 17, 18, 20, 22, 25, 28, 30)
@@ -62,12 +62,12 @@ PAPER = Paper(
 
 def configurations(nominal: Robot, seed: int) -> FloatArray:
     """(168, 6) joints of the paper's grid, tilted at random, those of one posture of the arm that are in reach."""
-    axes = [np.arange(low, high + 1, 200) / 1e3 for low, high in ((800, 1600), (-800, 800), (600, 1400))]
+    axes = [np.arange(low, high + 1, 200) * MM for low, high in ((800, 1600), (-800, 800), (600, 1400))]
     points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
-    middle = np.radians([0.0, -70.0, 20.0, 0.0, 60.0, 0.0])
+    middle = np.array([0.0, -70.0, 20.0, 0.0, 60.0, 0.0]) * DEG
     targets = np.repeat(nominal.forward(middle[np.newaxis]), len(points), axis=0)
     targets[:, :3, 3] = points
-    turns = np.radians(np.random.default_rng((seed, 8)).uniform(-TURN_DEG, TURN_DEG, (len(points), 3)))
+    turns = np.random.default_rng((seed, 8)).uniform(-TURN_DEG, TURN_DEG, (len(points), 3)) * DEG
     targets[:, :3, :3] = targets[:, :3, :3] @ np.array([rpy_to_rotation(turn) for turn in turns])
     found = inverse_kinematics(nominal, targets, middle, restarts=20)
     reached = np.flatnonzero(found.status == "reached")
@@ -128,7 +128,7 @@ def one_arm(seed: int, full: bool) -> Run:
         "configurations": len(q),
         "kinematic": {method: _kinematic(found, empty) for method, found in every.items()},
         "before": lengths_mm(before),
-        "axes_before": (before * 1e3).T.tolist(),
+        "axes_before": (before / MM).T.tolist(),
         "split": {"fitted": lengths_mm(left(part.model, empty.select(slice(count)))),
                   "others": lengths_mm(left(part.model, empty.select(slice(count, None))))},
         "by_pose": {"before": _sizes(before), "after": _sizes(left(part.model, empty))},
@@ -144,7 +144,7 @@ def one_arm(seed: int, full: bool) -> Run:
             for name, model in models.items()
         },
         "by_load": _by_load(part.model, sets),
-        "residual": (left(part.model, sets["GA10"])[:400] * 1e3).tolist(),
+        "residual": (left(part.model, sets["GA10"])[:400] / MM).tolist(),
     }  # fmt: skip
     if HAS_TORCH:
         from fastcal.papers.pmc6va030_networks import networks
@@ -170,4 +170,4 @@ def _by_load(model: Robot, sets: dict[str, Dataset]) -> dict[str, float]:
 
 
 def _sizes(errors: FloatArray) -> list[float]:
-    return [float(x) for x in np.linalg.norm(errors, axis=1) * 1e3]
+    return [float(x) for x in np.linalg.norm(errors, axis=1) / MM]

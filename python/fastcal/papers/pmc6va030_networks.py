@@ -21,7 +21,7 @@ from fastcal.networks.plain import fit_plain
 from fastcal.networks.population import Architecture
 from fastcal.networks.problem import problem_of
 from fastcal.networks.somm import fit_somm
-from fastcal.papers.exhibits import lengths_mm
+from fastcal.papers.exhibits import MM, lengths_mm
 from fastcal.papers.simulated import FloatArray, left
 from fastcal.papers.study import Run
 from fastcal.robot.robot import Robot
@@ -62,7 +62,7 @@ def networks(model: Robot, best: Robot, sets: Mapping[str, Dataset], seed: int, 
     bare = [left(model, sets[key]) for key in UNTRAINED]
     heaps = found_split(replace(problem, residuals=np.vstack([problem.residuals, *bare])), own[0], seed)
     sides = np.concatenate([ca[0].classes(model.inputs(sets[key].q, sets[key].payload)) for key in UNTRAINED])
-    column = np.vstack(bare)[:, heaps.axis] * 1e3
+    column = np.vstack(bare)[:, heaps.axis] / MM
     high = heaps.classes[len(problem) :]
     return {
         "networks": out,

@@ -20,7 +20,7 @@ from fastcal.conversion import convert
 from fastcal.io.robot_file import load_robot
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.targets import Targets
-from fastcal.papers.exhibits import lengths_mm
+from fastcal.papers.exhibits import MM, lengths_mm
 from fastcal.papers.learning import HAS_TORCH
 from fastcal.papers.siasun_sr210d_page import page as page
 from fastcal.papers.simulated import FloatArray, Unmodelled, joint_torques, left, measure
@@ -208,4 +208,4 @@ def _values(found: CalibrationResult, name: str) -> dict[str, dict[str, float | 
 
 
 def _by_pose(errors: FloatArray) -> list[float]:
-    return [float(x) for x in np.linalg.norm(errors, axis=1) * 1e3]
+    return [float(x) for x in np.linalg.norm(errors, axis=1) / MM]

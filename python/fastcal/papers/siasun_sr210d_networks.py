@@ -19,7 +19,7 @@ from fastcal.networks.mlp import fit_mlp
 from fastcal.networks.options import Options
 from fastcal.networks.plain import fit_plain
 from fastcal.networks.problem import Problem, problem_of
-from fastcal.papers.exhibits import lengths_mm
+from fastcal.papers.exhibits import MM, lengths_mm
 from fastcal.papers.searches import Counted, Objective, bee_colony, genetic, particle_swarm
 from fastcal.papers.simulated import FloatArray, left
 from fastcal.papers.study import Run
@@ -83,9 +83,9 @@ def networks(stiff: Robot, best: Robot, learnt: Dataset, unseen: Dataset, seed: 
             errors = left(model, data) - said
             out[name][part] = lengths_mm(errors)
             if name in ("bso", "best"):
-                out[name][f"{part}_by_pose"] = [float(x) for x in np.linalg.norm(errors, axis=1) * 1e3]
-        out["before"][f"{part}_by_pose"] = [float(x) for x in np.linalg.norm(left(stiff, data), axis=1) * 1e3]
-    axes = {axis: [float(x) for x in column] for axis, column in zip("XYZ", left(stiff, learnt).T * 1e3, strict=True)}
+                out[name][f"{part}_by_pose"] = [float(x) for x in np.linalg.norm(errors, axis=1) / MM]
+        out["before"][f"{part}_by_pose"] = [float(x) for x in np.linalg.norm(left(stiff, data), axis=1) / MM]
+    axes = {axis: [float(x) for x in column] for axis, column in zip("XYZ", left(stiff, learnt).T / MM, strict=True)}
     return {"networks": out, "axes": axes, "searches": searches(seed)}
 
 

@@ -24,6 +24,7 @@ from fastcal.ik.inertia_load import inertia_load
 from fastcal.io.robot_file import load_robot
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.targets import Targets
+from fastcal.papers.exhibits import MM
 from fastcal.papers.simulated import FloatArray, Unmodelled, measure
 from fastcal.papers.spray_7dof_page import page as page
 from fastcal.papers.study import Paper, Run
@@ -162,7 +163,7 @@ def steps(robot: Robot, data: Dataset, names: Sequence[str], *, damped: bool = F
 
 def miss(model: Robot, data: Dataset) -> dict[str, list[float]]:
     """Error of each pose along each axis of O1 [mm]."""
-    off = (model.poses(data)[:, :3, 3] - np.asarray(data.position)) * 1e3
+    off = (model.poses(data)[:, :3, 3] - np.asarray(data.position)) / MM
     return {axis: off[:, column].tolist() for axis, column in AXES.items()}
 
 

@@ -19,7 +19,7 @@ from fastcal.design.poses import design_poses
 from fastcal.errors import InvalidInput
 from fastcal.io.robot_file import load_robot
 from fastcal.measurements.dataset import Dataset
-from fastcal.papers.exhibits import lengths_mm
+from fastcal.papers.exhibits import DEG, MM, lengths_mm
 from fastcal.papers.learning import HAS_TORCH
 from fastcal.papers.simulated import FloatArray, Unmodelled, left, measure
 from fastcal.papers.staubli_rx160l_page import page as page
@@ -139,14 +139,14 @@ def one_arm(seed: int, full: bool) -> Run:
             "best": lengths_mm(left(profiles.model, held_out)),
             "table": [[len(c.parameters), choice.rms_mm(c)] for c in choice.table[:20]],
             "axes": {
-                name: (left(model, held_out) * 1e3).T.tolist()
+                name: (left(model, held_out) / MM).T.tolist()
                 for name, model in (("conventional", conventional.model), ("chosen", choice.result.model))
             },
             "identified": {
                 f"{p.owner} {p.name}": {"found": p.value - p.nominal, "std": p.std} for p in choice.result.parameters
             },
         },
-        "poses": {"q4_deg": np.degrees(design.q[:, 3]).tolist(), "q5_deg": np.degrees(design.q[:, 4]).tolist()},
+        "poses": {"q4_deg": (design.q[:, 3] / DEG).tolist(), "q5_deg": (design.q[:, 4] / DEG).tolist()},
     }
     model = choice.result.model
     some = random_poses(nominal, PER_LOAD, seed=2000 + seed)

@@ -20,7 +20,7 @@ from fastcal.networks.options import Options
 from fastcal.networks.plain import fit_plain, train_plain
 from fastcal.networks.population import Architecture
 from fastcal.networks.problem import Problem, problem_of
-from fastcal.papers.exhibits import lengths_mm
+from fastcal.papers.exhibits import MM, lengths_mm
 from fastcal.papers.simulated import FloatArray, left
 from fastcal.papers.study import Run
 from fastcal.robot.robot import Robot, pose
@@ -137,8 +137,8 @@ def _added(stiff: Robot, data: Dataset, model: Robot) -> FloatArray:
 
 
 def _sizes(errors: FloatArray) -> list[float]:
-    return [float(x) for x in np.linalg.norm(errors, axis=1) * 1e3]
+    return [float(x) for x in np.linalg.norm(errors, axis=1) / MM]
 
 
 def _column(data: Dataset, axis: int) -> list[float]:
-    return [] if data.position is None else [float(x) for x in data.position[:SHOWN, axis] * 1e3]
+    return [] if data.position is None else [float(x) for x in data.position[:SHOWN, axis] / MM]
