@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from fastcal import Robot, calibrate, evaluate, load_measurements, load_robot
-from fastcal.calibration.realign import placed
+from fastcal.calibration.realign import realign
 from fastcal.networks import train
 
 
@@ -52,7 +52,7 @@ def main() -> None:
     rest = c.select(np.setdiff1d(np.arange(len(c)), few))
     print("trained on b, asked on c, base and tool refitted on 20 rows:")
     for name, model in (("geometry", older), ("network", network)):
-        there = placed(model, c.select(few))
+        there = realign(model, c.select(few))
         print(f"  {name:16}{mean_mm(there, rest):.4f} mm")
 
 

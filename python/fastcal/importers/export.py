@@ -76,7 +76,7 @@ class Export:
                 continue
             value = number(cell)
             if value is None:
-                raise self.error(f"column {self.title(place)}: expected a number, got '{cell:.40}'", row)
+                raise self.error(f"column {self.title(place)}: expected a number, got {cell[:40]!r}", row)
             for mark in ",.":
                 if mark in cell and not ("," in cell and "." in cell):
                     marks.setdefault(mark, row)

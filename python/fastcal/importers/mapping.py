@@ -105,7 +105,10 @@ def read_map(path: str | os.PathLike[str]) -> Mapping:
     name = os.fspath(path)
     fields = Fields(read_yaml(name), "", name)
     columns: dict[str, str | int] = {}
-    for ours, theirs in (fields.take("columns", {}) or {}).items():
+    given = fields.take("columns", {}) or {}
+    if not isinstance(given, dict):
+        raise ParseError(f"columns: expected our columns and the export's, {{q1_deg: J1, x_m: 8}}, got {given!r}", name)
+    for ours, theirs in given.items():
         key = str(ours).strip().lower()
         if not (_JOINT.fullmatch(key) or _PART.fullmatch(key) or _OWN.fullmatch(key) or key in _LABELS):
             raise ParseError(
