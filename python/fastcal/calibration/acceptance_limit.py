@@ -13,7 +13,6 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
-from scipy import special
 
 from fastcal.calibration.evaluation import distances
 from fastcal.calibration.result import CalibrationResult
@@ -64,6 +63,8 @@ def judge_limit(result: CalibrationResult, limit: float) -> LimitJudged:
     Raises:
         InvalidInput: The limit is not above 0, or no point or length was measured.
     """
+    from scipy import special  # late: a calibration without a limit needs no SciPy
+
     if not limit > 0:
         raise InvalidInput(f"a limit must be above 0, got {from_si(limit, 'mm'):g} mm")
     judged = result.test or result.train

@@ -82,6 +82,9 @@ def _read_quickly(text: str, separator: str, path: str, header: str, exact: part
     from fastcal.io.arrow import column_from_arrow
 
     quoted = '"' in text
+    inside = rf'(?<=[^{separator}\r\n])"(?=[^{separator}\r\n])'
+    if quoted and re.search(inside, text):
+        return None  # a quote within a cell: only the exact way knows whether it may be there
     names = next(csv.reader([header], delimiter=separator)) if quoted else header.split(separator)
     comma = separator != "," and "," in text
     try:

@@ -57,7 +57,7 @@ def check_schema(found: dict) -> None:
         for other in effect["equivalents"]:
             assert set(other) == {"effect", "owner"}
     if found["unexplained"] is not None:
-        assert set(found["unexplained"]) == {"owner", "share", "depends_on"}
+        assert set(found["unexplained"]) == {"owner", "share", "depends_on", "added", "formulas"}
         assert 0 <= found["unexplained"]["share"] <= 1
     assert all({"effect", "owner", "needs"} <= set(item) for item in found["untestable"])
     assert all(isinstance(row, int) for row in found["outliers"])

@@ -127,7 +127,7 @@ def test_a_result_folder_changes_as_a_whole(
 ) -> None:
     """Also with a file of somebody else's in it, which stays, and a model that the new result does not have."""
     old = {"model.yaml": b"old", "result.json": b"old", "report.html": b"old", "mine.txt": b"mine"}
-    monkeypatch.setattr(calibration_files, "calibration_page", lambda result, simulated: "<html></html>")
+    monkeypatch.setattr(calibration_files, "calibration_page", lambda result, simulated, **_: "<html></html>")
     failed = replace(fitted, status="not_converged")
     count, new = sweep(tmp_path / "out", old, lambda: calibration_files.write_calibration(failed, tmp_path / "out"))
     assert count > 10

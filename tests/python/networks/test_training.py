@@ -14,7 +14,7 @@ import pytest
 from numpy.typing import NDArray
 
 import fastcal
-from fastcal.calibration.realign import placed
+from fastcal.calibration.realign import realign
 from fastcal.correction.dense import DenseNet
 from fastcal.correction.experts import AxisNetworks
 from fastcal.correction.inputs import Scaling
@@ -150,11 +150,11 @@ def test_another_set_up_needs_only_base_and_tool(trained: TrainingResult, unseen
     assert unseen.position is not None
     moved = replace(unseen, position=unseen.position @ turn.T + np.array([1.0, -2.0, 0.3]))
     here = mean_error(trained.model, unseen)
-    there = placed(trained.model, moved.select(slice(20)))
+    there = realign(trained.model, moved.select(slice(20)))
     assert there.correction is trained.model.correction
     assert mean_error(there, moved) < 1.5 * here
     bare = Robot({key: value for key, value in trained.model.spec.items() if key != "correction"})
-    assert mean_error(there, moved) < 0.5 * mean_error(placed(bare, moved.select(slice(20))), moved)
+    assert mean_error(there, moved) < 0.5 * mean_error(realign(bare, moved.select(slice(20))), moved)
 
 
 def test_identifying_anew_drops_the_correction(trained: TrainingResult, data: Dataset) -> None:
