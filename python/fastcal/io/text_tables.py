@@ -83,8 +83,8 @@ def _read_quickly(text: str, separator: str, path: str, header: str, exact: part
 
     quoted = '"' in text
     inside = rf'(?<=[^{separator}\r\n])"(?=[^{separator}\r\n])'
-    if quoted and re.search(inside, text):
-        return None  # a quote within a cell: only the exact way knows whether it may be there
+    if quoted and re.search(inside, text.replace('""', "")):
+        return None  # a single quote within a cell: the exact way refuses it, or knows better
     names = next(csv.reader([header], delimiter=separator)) if quoted else header.split(separator)
     comma = separator != "," and "," in text
     try:
