@@ -11,7 +11,7 @@ centres by 10 mm, compliances by a third; noise 0.03 mm a coordinate. Zeros of j
 turn, which nobody knows anew, and joint 6's moves this tool by half the noise. Arms 0 to 199 are reported; what was
 chosen was chosen on others.
 
-    python bench/python/bench_year.py [--arms 200] [--first 0] [--jobs N] [--out FILE] [--merge FILE ...]
+    python bench/python/bench_year.py [--arms 200] [--first 0] [--jobs N] [--out FILE] [--merge FILE ...] [--control]
 """
 
 from __future__ import annotations
@@ -53,6 +53,12 @@ def nominal() -> Robot:
     return fastcal.load_robot(ARM)
 
 
+def bodies() -> tuple[FloatArray, FloatArray]:
+    """Masses (n,) [kg] and centres (n, 3) [m] of the links by the robot file."""
+    links = [joint["link"] for joint in nominal().spec["joints"]]
+    return np.array([link["mass_kg"] for link in links]), np.array([link["com_mm"] for link in links]) / 1e3
+
+
 def built(random: np.random.Generator) -> Arm:
     """An arm as it left the factory, and its compliances."""
     spec = nominal().spec
@@ -62,8 +68,7 @@ def built(random: np.random.Generator) -> Arm:
             for j in spec["joints"]
         ]
     )
-    masses = np.array([j["link"]["mass_kg"] for j in spec["joints"]])
-    centres = np.array([j["link"]["com_mm"] for j in spec["joints"]]) / 1e3
+    masses, centres = bodies()
     compliance = np.zeros(len(rows))
     for joint, size in COMPLIANCE.items():
         compliance[joint - 1] = size * random.uniform(0.7, 1.4)
@@ -146,11 +151,14 @@ class Year:
     calibration: float | None = None
 
 
-def year(index: int, update: bool = True) -> Year:
-    """One arm."""
+def year(index: int, update: bool = True, control: bool = False) -> Year:
+    """One arm; a control has the masses of its robot file, and nothing happens to it."""
     random = np.random.default_rng([2026, index])
-    event = EVENTS[index % len(EVENTS)]
+    event = "nothing" if control else EVENTS[index % len(EVENTS)]
     arm = built(random)
+    if control:
+        masses, centres = bodies()
+        arm = arm.with_(masses=masses, centres=centres)
     result = fastcal.calibrate(nominal(), measured(arm, *postures(POSES, random), random), effects=EFFECTS)
     model = result.model
     poses = fastcal.check_poses(model, MONTHLY)
@@ -210,15 +218,19 @@ def table(years: list[Year]) -> dict[str, Any]:
         "chart_alarms": sum(y.chart_alarms for y in years),
         "events": {},
     }
-    for event in [e for e in EVENTS if e != "nothing"]:
+    for event in [e for e in EVENTS if e != "nothing" and any(y.event == e for y in years)]:
         some = [y for y in years if y.event == event]
         out["events"][event] = _row(some)
         for label in sorted({y.label for y in some}):
             if len({y.label for y in some}) > 1:
                 out["events"][f"{event}, {label}"] = _row([y for y in some if y.label == label])
-    out["all"] = _row([y for y in years if y.event != "nothing"])
+    if any(y.event != "nothing" for y in years):
+        out["all"] = _row([y for y in years if y.event != "nothing"])
     if all(y.update is not None for y in years):
-        for name, group in [("all", years), *((e, [y for y in years if y.event == e]) for e in EVENTS)]:
+        for name, group in [
+            ("all", years),
+            *((e, [y for y in years if y.event == e]) for e in {y.event: 0 for y in years}),
+        ]:
             mean = {
                 each: float(np.sqrt(np.mean([getattr(y, each) ** 2 for y in group])))
                 for each in ("stale", "update", "calibration")
@@ -270,6 +282,7 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--no-update", action="store_true")
+    parser.add_argument("--control", action="store_true", help="arms to which nothing happens, masses as in their file")
     parser.add_argument("--verbose", action="store_true")
     parser.add_argument("--out", type=Path)
     parser.add_argument("--merge", type=Path, nargs="+", help="tables of other runs, in place of a run")
@@ -278,7 +291,9 @@ def main() -> None:
     if options.merge:
         years = [Year(**row) for file in options.merge for row in json.loads(file.read_text("utf-8"))["years"]]
     else:
-        years = joblib.Parallel(options.jobs)(joblib.delayed(year)(i, not options.no_update) for i in arms)
+        years = joblib.Parallel(options.jobs)(
+            joblib.delayed(year)(i, not options.no_update, options.control) for i in arms
+        )
     if options.verbose:
         for i, y in enumerate(years, options.first):
             print(i, y)

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from fastcal.cli.console import emit, progress, say, warn
-from fastcal.cli.options import Customer, Date, Instrument, Operator, PageLanguage, Serial, file_names
+from fastcal.cli.options import PageLanguage, file_names
+from fastcal.cli.who import Who
 
 if TYPE_CHECKING:
     from fastcal.acceptance import Acceptance
@@ -63,12 +64,8 @@ def accept(
     align: Annotated[
         Literal["fit", "model"], typer.Option(help="Fit the instrument's frame to the poses, or take MODEL's base.")
     ] = "fit",
-    serial: Serial = None,
-    instrument: Instrument = None,
-    operator: Operator = None,
-    customer: Customer = None,
-    date: Date = None,
     page_language: PageLanguage = "en",
+    who: Who | None = None,
 ) -> None:
     """Test an arm by ISO 9283: the program, then the verdict.
 
@@ -108,7 +105,6 @@ def accept(
     limits = _limits(limit or [])
     if tolerance_mm is not None:
         limits["ap_mm"] = tolerance_mm
-    who = {"serial": serial, "instrument": instrument, "operator": operator, "customer": customer, "date": date}
     options = {"limits": limits, "align": align == "fit", "who": who}
     found = _judge(robot, data, output, targets, budget, options, page_language)
     if found.verdict in ("fail", "cannot_tell"):
@@ -157,7 +153,8 @@ def _judge(
     from fastcal.io.acceptance_plan import load_plan
     from fastcal.io.budget_file import load_budget
     from fastcal.io.folder import check_folder
-    from fastcal.report.acceptance_report import FILES, acceptance_lines, write_acceptance
+    from fastcal.report.acceptance_report import FILES, write_acceptance
+    from fastcal.report.acceptance_summary import acceptance_lines
 
     check_folder(output, FILES)
     visits = None if targets is None else load_plan(targets, robot)

@@ -34,6 +34,7 @@ from fastcal.cli.arm_links import with_links
 from fastcal.cli.console import fail, manner
 from fastcal.cli.manners import examples, with_manners
 from fastcal.cli.own_inputs import keeps_its_inputs
+from fastcal.cli.who import with_who
 from fastcal.errors import FastcalError, Undetermined, unloaded
 
 OK, INTERNAL, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
@@ -73,7 +74,7 @@ app = typer.Typer(
 )
 for command in COMMANDS:
     name = command.__name__.rstrip("_")
-    app.command(name, epilog=examples(name))(with_manners(name, with_links(keeps_its_inputs(command))))
+    app.command(name, epilog=examples(name))(with_manners(name, with_who(with_links(keeps_its_inputs(command)))))
 
 
 def _show_version(wanted: bool) -> None:

@@ -4,14 +4,13 @@
 
 from __future__ import annotations
 
-import functools
-import inspect
 from collections.abc import Callable
 from typing import Annotated, Any, get_args, get_type_hints
 
 import typer
 
 from fastcal.cli.console import say
+from fastcal.cli.signatures import with_options
 
 OPTIONS: dict[str, tuple[Any, Any]] = {  # with their defaults
     "base_link": (
@@ -37,22 +36,12 @@ def with_links(command: Callable[..., None]) -> Callable[..., None]:
     if not robots:
         return command
 
-    @functools.wraps(command)
-    def run(**given: Any) -> None:
-        options = {name: given.pop(name) for name in OPTIONS}
+    def take(given: dict[str, Any], links: dict[str, Any]) -> None:
         for name in robots:
             if given.get(name) is not None:
-                given[name] = _source(given[name], **options)
-        command(**given)
+                given[name] = _source(given[name], **links)
 
-    own = [part.replace(annotation=hints[part.name]) for part in inspect.signature(command).parameters.values()]
-    added = [
-        inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=option)
-        for name, (option, default) in OPTIONS.items()
-    ]
-    run.__annotations__ = hints | {name: option for name, (option, _) in OPTIONS.items()}
-    run.__signature__ = inspect.Signature([*own, *added])  # type: ignore[attr-defined]
-    return run
+    return with_options(command, OPTIONS, take)
 
 
 def _names_a_robot(hint: Any) -> bool:

@@ -14,21 +14,17 @@ import typer
 from fastcal.cli.console import emit, fail, progress, say, warn
 from fastcal.cli.options import (
     AsRead,
-    Customer,
     DataFiles,
-    Date,
-    Instrument,
     Loss,
     Method,
-    Operator,
     OutFolder,
     PageLanguage,
     RobotFile,
     Rule,
-    Serial,
     Threads,
     words_of,
 )
+from fastcal.cli.who import Who
 
 if TYPE_CHECKING:
     from fastcal.calibration.calibrate import CalibrationResult
@@ -59,11 +55,6 @@ def calibrate(
             "within a standard error; the others stay at nominal."
         ),
     ] = None,
-    serial: Serial = None,
-    instrument: Instrument = None,
-    operator: Operator = None,
-    customer: Customer = None,
-    date: Date = None,
     limit_mm: Annotated[
         float | None,
         typer.Option(metavar="L", help="Acceptance limit of the error of a pose, judged on the test poses."),
@@ -71,6 +62,7 @@ def calibrate(
     page_language: PageLanguage = "en",
     as_read: AsRead = False,
     threads: Threads = 1,
+    who: Who | None = None,
 ) -> None:
     """Identify a robot from measured poses."""
     from fastcal.calibration import calibrate as calibration
@@ -94,9 +86,7 @@ def calibrate(
     other = None if test is None else load_measurements(test, nominal)
     with progress() as show:
         given: dict[str, Any] = {"test": other, "effects": effects, "loss": loss, "as_read": as_read}
-        given |= {"threads": threads, "progress": show}
-        who = {"serial": serial, "instrument": instrument, "operator": operator, "customer": customer, "date": date}
-        given |= {"who": who}
+        given |= {"threads": threads, "progress": show, "who": who}
         choice = None if choose is None else choose_parameters(nominal, measured, rule=choose, **given)
         found = (
             choice.result if choice else calibration.calibrate(nominal, measured, method=method, priors=priors, **given)

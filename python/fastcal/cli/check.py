@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fastcal.cli.console import emit, progress, say, warn
-from fastcal.cli.options import AsRead, Date, Instrument, ModelFile, Operator, Serial, Threads
+from fastcal.cli.options import AsRead, ModelFile, PageLanguage, Threads
+from fastcal.cli.who import Who
 
 if TYPE_CHECKING:
     from fastcal.monitoring.result import CheckResult
@@ -35,12 +36,10 @@ def check(
     plan: Annotated[
         int | None, typer.Option(min=4, max=50, help="Measure nothing yet: write so many poses for a check to FILE.")
     ] = None,
-    serial: Serial = None,
-    instrument: Instrument = None,
-    operator: Operator = None,
-    date: Date = None,
+    page_language: PageLanguage = "en",
     as_read: AsRead = False,
     threads: Threads = 1,
+    who: Who | None = None,
 ) -> None:
     """Check whether a calibrated model still holds.
 
@@ -51,6 +50,7 @@ def check(
     from fastcal.importers import load_measurements
     from fastcal.io.robot_file import load_robot
     from fastcal.monitoring.check import check as checked
+    from fastcal.report.monitoring_files import write_check
     from fastcal.units import to_si
 
     robot = load_robot(model)
@@ -67,11 +67,11 @@ def check(
             measured,
             tolerance=None if tolerance_mm is None else to_si(tolerance_mm, "mm"),
             as_read=as_read,
-            who={"serial": serial, "instrument": instrument, "operator": operator, "date": date},
+            who=who,
             threads=threads,
         )
     if output is not None:
-        found.save(output)
+        write_check(found, output, language=page_language)
     warn(found.notes)
     say_check(found)
     if found.verdict == "cannot_tell":

@@ -10,18 +10,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fastcal.cli.console import emit, progress, say, warn
-from fastcal.cli.options import (
-    AsRead,
-    Customer,
-    DataFiles,
-    Date,
-    Instrument,
-    Operator,
-    OutFolder,
-    RobotFile,
-    Serial,
-    Threads,
-)
+from fastcal.cli.options import AsRead, DataFiles, OutFolder, RobotFile, Threads
+from fastcal.cli.who import Who
 
 if TYPE_CHECKING:
     from fastcal.diagnosis import Diagnosis
@@ -40,13 +30,9 @@ def diagnose(
     sigma_mm: Annotated[
         float | None, typer.Option(min=1e-6, help="Standard deviation of a measured coordinate, where it is known.")
     ] = None,
-    serial: Serial = None,
-    instrument: Instrument = None,
-    operator: Operator = None,
-    customer: Customer = None,
-    date: Date = None,
     as_read: AsRead = False,
     threads: Threads = 1,
+    who: Who | None = None,
 ) -> None:
     """Find what the model is missing and add it.
 
@@ -63,7 +49,6 @@ def diagnose(
     check_folder(output, FILES)
     nominal = load_robot(robot)
     measured = load_measurements(data, nominal)
-    who = {"serial": serial, "instrument": instrument, "operator": operator, "customer": customer, "date": date}
     origin = made_by(nominal, measured, who)
     other = None if test is None else load_measurements(test, nominal)
     with progress() as show:

@@ -10,6 +10,7 @@ from typing import Annotated
 import typer
 
 from fastcal.cli.console import emit, progress, say, warn
+from fastcal.cli.options import PageLanguage
 
 
 def history(
@@ -20,6 +21,7 @@ def history(
         Path | None,
         typer.Option("-o", "--output", metavar="OUT", help="The folder for history.json and report.html."),
     ] = None,
+    page_language: PageLanguage = "en",
 ) -> None:
     """Show checks and models over time.
 
@@ -27,7 +29,7 @@ def history(
     """
     from fastcal.io.folder import check_folder
     from fastcal.monitoring.history import history as read
-    from fastcal.report.monitoring_files import HISTORY_FILES
+    from fastcal.report.monitoring_files import HISTORY_FILES, write_history
     from fastcal.report.summaries import summary
 
     if output is not None:
@@ -36,7 +38,7 @@ def history(
         show("reading")
         found = read(folder)
     if output is not None:
-        found.save(output)
+        write_history(found, output, language=page_language)
     warn(found.notes)
     for line in summary(found):
         say(line)

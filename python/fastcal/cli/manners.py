@@ -4,14 +4,13 @@
 
 from __future__ import annotations
 
-import functools
-import inspect
 from collections.abc import Callable
-from typing import Annotated, Any, cast, get_type_hints
+from typing import Annotated, Any, cast
 
 import typer
 
 from fastcal.cli.console import Manner, manner
+from fastcal.cli.signatures import with_options
 
 EXAMPLES = {
     "calibrate": (
@@ -81,25 +80,16 @@ Json = Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")
 
 def with_manners(name: str, command: Callable[..., None]) -> Callable[..., None]:
     """The command with the options that all have; typer reads them from its signature."""
-    common: dict[str, Any] = {"quiet": Quiet} | ({"json": Json} if name in SUMMARIES else {})
+    common: dict[str, tuple[Any, Any]] = {"quiet": (Quiet, False)} | (
+        {"json": (Json, False)} if name in SUMMARIES else {}
+    )
 
-    @functools.wraps(command)
-    def run(**given: Any) -> None:
-        for choice in common:
-            if given.pop(choice):
+    def take(_given: dict[str, Any], chosen: dict[str, Any]) -> None:
+        for choice, wanted in chosen.items():
+            if wanted:
                 manner.set(cast("Manner", choice))
-        command(**given)
 
-    # With the options spelled out: as text they would be looked up among the names of this module.
-    hints = get_type_hints(command, include_extras=True)
-    own = [part.replace(annotation=hints[part.name]) for part in inspect.signature(command).parameters.values()]
-    added = [
-        inspect.Parameter(choice, inspect.Parameter.KEYWORD_ONLY, default=False, annotation=option)
-        for choice, option in common.items()
-    ]
-    run.__annotations__ = hints | common
-    run.__signature__ = inspect.Signature([*own, *added])  # type: ignore[attr-defined]
-    return run
+    return with_options(command, common, take)
 
 
 def examples(name: str) -> str | None:

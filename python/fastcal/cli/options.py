@@ -40,12 +40,7 @@ OutFile = Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="T
 OutFolder = Annotated[Path, typer.Option("-o", "--output", metavar="OUT", help="The folder to write into.")]
 Threads = Annotated[int, typer.Option(min=1, help="Cores to use; the result does not depend on it.")]
 Seed = Annotated[int, typer.Option(min=0, help="The same seed gives the same numbers.")]
-Serial = Annotated[str | None, typer.Option(metavar="TEXT", help="The arm's serial number, kept with the result.")]
-Instrument = Annotated[str | None, typer.Option(metavar="TEXT", help="What measured, kept with the result.")]
-Operator = Annotated[str | None, typer.Option(metavar="TEXT", help="Who measured, kept with the result.")]
-Customer = Annotated[str | None, typer.Option(metavar="TEXT", help="For whom, kept with the result.")]
-PageLanguage = Annotated[Literal["en", "de"], typer.Option(envvar="FASTCAL_LANGUAGE", help="Language of report.html.")]
-Date = Annotated[str | None, typer.Option(metavar="YYYY-MM-DD", help="When it was measured, kept with the result.")]
+PageLanguage = Annotated[Literal["en", "de"], typer.Option(envvar="FASTCAL_LANGUAGE", help="Language of the page.")]
 
 # As fastcal.calibration and fastcal.selection have them; written out here so that `fastcal --help` need not load it.
 Method = Literal["nls", "bfgs", "bfgs_mean_distance"]

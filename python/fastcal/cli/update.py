@@ -10,29 +10,18 @@ from typing import Annotated
 import typer
 
 from fastcal.cli.console import emit, progress, say, warn
-from fastcal.cli.options import (
-    AsRead,
-    DataFiles,
-    Date,
-    Instrument,
-    ModelFile,
-    Operator,
-    OutFolder,
-    Serial,
-    Threads,
-)
+from fastcal.cli.options import AsRead, DataFiles, ModelFile, OutFolder, PageLanguage, Threads
+from fastcal.cli.who import Who
 
 
 def update(
     model: ModelFile,
     data: DataFiles,
     output: OutFolder,
-    serial: Serial = None,
-    instrument: Instrument = None,
-    operator: Operator = None,
-    date: Date = None,
+    page_language: PageLanguage = "en",
     as_read: AsRead = False,
     threads: Threads = 1,
+    who: Who | None = None,
 ) -> None:
     """Bring a calibrated model up to date.
 
@@ -42,7 +31,7 @@ def update(
     from fastcal.io.folder import check_folder
     from fastcal.io.robot_file import load_robot
     from fastcal.monitoring.update import update as updated
-    from fastcal.report.monitoring_files import UPDATE_FILES
+    from fastcal.report.monitoring_files import UPDATE_FILES, write_update
     from fastcal.report.summaries import summary
 
     check_folder(output, UPDATE_FILES)
@@ -50,10 +39,9 @@ def update(
     measured = load_measurements(data, robot)
     with progress() as show:
         show("bringing the model up to date")
-        who = {"serial": serial, "instrument": instrument, "operator": operator, "date": date}
         found = updated(robot, measured, as_read=as_read, who=who, threads=threads)
         show("writing the report")
-        found.save(output)
+        write_update(found, output, language=page_language)
     warn(found.notes)
     for line in summary(found):
         say(line)
@@ -68,6 +56,7 @@ def compare(
         Path | None,
         typer.Option("-o", "--output", metavar="OUT", help="The folder for compare.json and report.html."),
     ] = None,
+    page_language: PageLanguage = "en",
     threads: Threads = 1,
 ) -> None:
     """Compare two models of one arm.
@@ -78,14 +67,14 @@ def compare(
     from fastcal.io.folder import check_folder
     from fastcal.io.robot_file import load_robot
     from fastcal.monitoring.compare import compare as compared
-    from fastcal.report.monitoring_files import COMPARISON_FILES
+    from fastcal.report.monitoring_files import COMPARISON_FILES, write_comparison
     from fastcal.report.summaries import summary
 
     if output is not None:
         check_folder(output, COMPARISON_FILES)
     found = compared(load_robot(first), load_robot(second), threads=threads)
     if output is not None:
-        found.save(output)
+        write_comparison(found, output, language=page_language)
     warn(found.notes)
     for line in summary(found):
         say(line)

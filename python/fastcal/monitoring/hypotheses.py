@@ -10,7 +10,7 @@ typical size (`drift`) and odds against the others.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -232,8 +232,3 @@ def _of_effects(arm: Robot, added: list[Spec]) -> Iterator[Hypothesis]:
         directions = np.eye(len(model.parameters))[:, indices]
         least = np.array([p.lower for p in effect.parameters]) - start[indices]
         yield Hypothesis(kind, label(entry), tuple(numbers), np.array(sizes), directions=directions, least=least)
-
-
-def with_kind(hypothesis: Hypothesis, kind: str) -> Hypothesis:
-    """The same with other odds."""
-    return replace(hypothesis, kind=kind)

@@ -9,7 +9,7 @@ from fastcal.report import monitoring_figures as drawings
 from fastcal.report import page
 from fastcal.report.formatting import plural, significant
 from fastcal.report.language import _, in_language
-from fastcal.report.monitoring_report import Section, present, state_word
+from fastcal.report.sections import Section, present, state_word
 from fastcal.report.tables import Cell, Column, Group, Table, number_cell, spaced
 from fastcal.report.words import Remark, Verdict
 
@@ -68,6 +68,7 @@ def history_page(found: History, language: str = "en") -> str:
                 (_("Alarms"), str(len(found.alarms)), _("checks, EWMA and CUSUM")),
             ],
             sections=sections,
+            document=[],
         )
 
 

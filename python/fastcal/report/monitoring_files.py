@@ -16,8 +16,10 @@ from fastcal.monitoring.compare import Comparison
 from fastcal.monitoring.history import History
 from fastcal.monitoring.result import CheckResult
 from fastcal.monitoring.update import UpdateResult
+from fastcal.report.check_report import check_page
+from fastcal.report.comparison_report import comparison_page
 from fastcal.report.history_report import history_page
-from fastcal.report.monitoring_report import check_page, comparison_page, update_page
+from fastcal.report.update_report import update_page
 
 UPDATE_FILES = ("model.yaml", "result.json", "report.html")
 COMPARISON_FILES = ("compare.json", "report.html")

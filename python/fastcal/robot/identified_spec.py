@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
@@ -33,6 +34,15 @@ class Solution(Protocol):
     @property
     def covariance(self) -> FloatArray:
         """(F, F) of these."""
+
+
+@dataclass(frozen=True, eq=False)
+class Values:
+    """A solution: theta (P,), and which of it has a covariance; none where nothing is said."""
+
+    theta: FloatArray
+    free: list[int] = field(default_factory=list)
+    covariance: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
 
 
 def with_frames(spec: Spec, T_world_base: FloatArray, T_flange_tool: FloatArray) -> Spec:

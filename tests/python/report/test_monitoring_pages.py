@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 
 import fastcal
+from fastcal.report.check_report import check_page
+from fastcal.report.comparison_report import comparison_page
 from fastcal.report.history_report import history_page
-from fastcal.report.monitoring_report import check_page, comparison_page, update_page
+from fastcal.report.update_report import update_page
 from fastcal.robot.robot import Robot
 
 NAMES = ("check", "update", "comparison", "history")

@@ -1,0 +1,130 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""One model written in another one's parameters: those with which the other predicts what the one does.
+
+Over postures of the joint ranges that both were fitted on, base and tool free: what the two gauges hold differently,
+where the instrument stood and which target was on is then no difference.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal.effects.entries import full_name, identity, traits_of
+from fastcal.errors import InvalidInput
+from fastcal.monitoring.setups import rigid, with_base
+from fastcal.robot.identified_spec import Values, identified_spec
+from fastcal.robot.robot import Robot, length_or_angle_unit
+from fastcal.units import to_si
+
+FloatArray = NDArray[np.float64]
+
+POSTURES = 512
+_ROUNDS = 4
+_LOST = 1e-7  # least singular value, of columns of length 1: below, the postures don't tell the parameters apart
+_SEED = 0
+
+
+def bare(robot: Robot) -> Robot:
+    """Without what belongs to the measurement."""
+    effects = [e for e in robot.spec.get("effects") or [] if not traits_of(e["effect"]).of_the_measurement]
+    return Robot({**robot.spec, "effects": effects, "correction": None})
+
+
+def union_of(a: Robot, b: Robot) -> Robot:
+    """The first model with the second one's further effects at 0."""
+    there = {identity(entry) for entry in a.spec["effects"]}
+    more = [{**entry, "parameters": {}} for entry in b.spec["effects"] if identity(entry) not in there]
+    return Robot({**a.spec, "effects": [*a.spec["effects"], *more]})
+
+
+def postures(a: Robot, b: Robot, threads: int) -> Postures:
+    """Even over the joint ranges, and with the loads, that both were fitted on."""
+    from scipy.stats import qmc
+
+    low, high = np.array(a.limits.T)
+    for robot in (a, b):
+        record = robot.record
+        for i, joint in enumerate(robot.spec["joints"]):
+            unit = length_or_angle_unit(joint)
+            limits = robot.limits[i]
+            known = (record.covered if record else {}).get(f"q{i + 1}_{unit}")
+            span = limits if known is None else to_si(np.array(known), unit)
+            low[i], high[i] = max(low[i], span[0]), min(high[i], span[1])
+    low, high = np.where(np.isfinite(low), low, -np.pi), np.where(np.isfinite(high), high, np.pi)
+    if not (low <= high).all():
+        joint = int(np.argmin(low <= high)) + 1
+        raise InvalidInput(f"the ranges of joint {joint} on which the two models were fitted do not meet")
+    unit_cube = qmc.Sobol(len(low), rng=np.random.default_rng(_SEED)).random_base2(int(np.log2(POSTURES)))
+    loads = [r.record.covered.get("payload_kg", (0.0, 0.0)) for r in (a, b) if r.record]
+    least, most = max((v[0] for v in loads), default=0.0), min((v[1] for v in loads), default=0.0)
+    payload = np.where(np.arange(POSTURES) % 2 == 0, min(least, most), max(least, most))
+    return Postures(low + unit_cube * (high - low), payload, threads)
+
+
+@dataclass(frozen=True, eq=False)
+class Postures:
+    """Where two models are compared: q (N, n) [rad or m], payload (N,) [kg]."""
+
+    q: FloatArray
+    payload: FloatArray
+    threads: int = 1
+
+    def points(self, robot: Robot) -> FloatArray:
+        """(N, 3) of the tool [m]."""
+        return robot.forward(self.q, payload=self.payload, threads=self.threads)[:, :3, 3]
+
+    def jacobian(self, robot: Robot) -> FloatArray:
+        """(N, 3, P)."""
+        return robot.parameter_jacobian(self.q, payload=self.payload, threads=self.threads)
+
+
+def base_of(robot: Robot) -> FloatArray:
+    """(4, 4) of the base in the measuring frame."""
+    return np.asarray(robot.core.base_and_tool(robot.core.nominal)[0])
+
+
+def ends(robot: Robot) -> list[int]:
+    """Indices of the base's parameters and of the tool's point."""
+    own = len(robot.core.parameters)
+    return [
+        i
+        for i, p in enumerate(robot.error_model.parameters[:own])
+        if p.owner == "base" or (p.owner == "tool" and not p.name.startswith("r"))
+    ]
+
+
+def identified(union: Robot, a: Robot, b: Robot) -> list[int]:
+    """Indices in the union of what the first model identified, and of the second one's further effects."""
+    names = [full_name(p) for p in union.error_model.parameters]
+    known = set(a.record.parameters if a.record else a.parameter_names)
+    others = set(b.record.parameters if b.record else b.parameter_names) - set(a.parameter_names)
+    return [i for i, name in enumerate(names) if name in known | others]
+
+
+def fitted_to(start: Robot, at: Postures, points: FloatArray, free: list[int]) -> tuple[Robot, FloatArray]:
+    """The robot with `free` parameters such that it predicts the points of x (N, 4, 4), and their changes (P,).
+
+    Gauss and Newton's iteration, after the base in closed form.
+    """
+    robot = with_base(start, rigid(at.points(start), points, start.name) @ base_of(start))
+    change = np.zeros(len(start.error_model.parameters))
+    for _ in range(_ROUNDS):
+        model = robot.error_model
+        J = at.jacobian(robot)[:, :, free].reshape(-1, len(free))
+        r = (points - at.points(robot)).ravel()
+        step = np.zeros(len(change))
+        step[free] = pseudo_inverse(J) @ r
+        change += step
+        robot = Robot(identified_spec(robot, model, Values(np.asarray(model.start) + step)))
+    return robot, change
+
+
+def pseudo_inverse(J: FloatArray) -> FloatArray:
+    """J^+ (p, m), without directions that the rows don't tell."""
+    size = np.linalg.norm(J, axis=0)
+    size = np.where(size > 0, size, 1.0)
+    return np.asarray(np.linalg.pinv(J / size, rcond=_LOST) / size[:, None])

@@ -1,0 +1,112 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Which parameters of two models differ beyond noise: cov d = C_a + M C_b M^T, M the common gauge's least squares."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import special
+
+from fastcal.effects.entries import edge_name, edge_unit, full_name
+from fastcal.monitoring.common_gauge import Postures, ends, pseudo_inverse
+from fastcal.robot.calibration_record import CalibrationRecord
+from fastcal.robot.robot import Robot
+from fastcal.units import factor
+
+FloatArray = NDArray[np.float64]
+
+LEVEL = 0.01  # of all parameters together
+
+
+@dataclass(frozen=True)
+class Difference:
+    """One parameter in both models, in the unit of its name; a or b is None where a model lacks the effect.
+
+    Attributes:
+        b: In the first model's gauge.
+        std: Of the difference; None where a model keeps no covariance.
+        significant: Beyond noise, all parameters considered (Holm 1979); None without a standard deviation.
+    """
+
+    name: str
+    owner: str
+    a: float | None
+    b: float | None
+    difference: float
+    std: float | None
+    unit: str
+    p_value: float | None
+    significant: bool | None
+
+
+def differences(
+    union: Robot, a: Robot, b: Robot, change: FloatArray, free: list[int], at: Postures
+) -> list[Difference]:
+    """All free parameters but base and tool, the most significant first."""
+    model = union.error_model
+    left_out = set(ends(union))
+    shown = [i for i in free if i not in left_out]
+    start = np.asarray(model.start)
+    now = start + change
+    deviation = _deviation(union, a, b, free, shown, at)
+    in_b = set(b.parameter_names)
+    in_a = set(a.parameter_names)
+    p = np.ones(len(shown))
+    if deviation is not None:
+        freedom = min(r.record.degrees_of_freedom for r in (a, b) if r.record)
+        t = np.abs(now[shown] - start[shown]) / np.maximum(deviation, 1e-300)
+        p = 2 * special.stdtr(max(freedom, 1), -t)
+    verdicts = _holm(p)
+    out = []
+    for k, i in enumerate(shown):
+        parameter, geometry = model.parameters[i], i < len(union.core.parameters)
+        unit = edge_unit(parameter, geometry=geometry)
+        f, name = factor(unit), full_name(parameter)
+        out.append(
+            Difference(
+                edge_name(parameter, geometry=geometry),
+                parameter.owner,
+                start[i] / f if name in in_a else None,
+                now[i] / f if name in in_b else None,
+                (now[i] - start[i]) / f,
+                None if deviation is None else float(deviation[k]) / f,
+                unit,
+                None if deviation is None else float(p[k]),
+                None if deviation is None else bool(verdicts[k]),
+            )
+        )
+    return sorted(out, key=lambda d: (d.p_value is None, d.p_value, d.owner, d.name))
+
+
+def _deviation(union: Robot, a: Robot, b: Robot, free: list[int], shown: list[int], at: Postures) -> FloatArray | None:
+    """(s,) of the differences."""
+    if a.record is None or b.record is None:
+        return None
+    J_union, J_b = at.jacobian(union), at.jacobian(b)
+    M = pseudo_inverse(J_union[:, :, free].reshape(-1, len(free)))
+    rows = [free.index(i) for i in shown]
+    root_b = (M @ _moved(J_b, b, b.record))[rows]
+    root_a = (M @ _moved(J_union[:, :, : len(a.parameter_names)], a, a.record))[rows]
+    return np.asarray(np.sqrt(np.sum(root_a**2, axis=1) + np.sum(root_b**2, axis=1)))
+
+
+def _moved(J: FloatArray, robot: Robot, record: CalibrationRecord) -> FloatArray:
+    """(3 N, k) how the points move with each standard deviation of the identified parameters."""
+    at = {name: i for i, name in enumerate(robot.parameter_names)}
+    known = [k for k, name in enumerate(record.parameters) if name in at]
+    columns = J[:, :, [at[record.parameters[k]] for k in known]]
+    return np.asarray((columns @ record.root[known]).reshape(-1, record.root.shape[1]))
+
+
+def _holm(p: FloatArray) -> list[bool]:
+    """Which hypotheses fall at LEVEL together (S. Holm 1979)."""
+    order = np.argsort(p, kind="stable")
+    out = [False] * len(p)
+    for k, i in enumerate(order):
+        if p[i] > LEVEL / (len(p) - k):
+            break
+        out[i] = True
+    return out

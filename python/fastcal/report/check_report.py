@@ -1,0 +1,153 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""The page of a check; nothing is fitted here."""
+
+from __future__ import annotations
+
+from pathlib import PurePath
+
+from fastcal.monitoring import words
+from fastcal.monitoring.check import FEWEST_DEGREES
+from fastcal.monitoring.result import CheckResult
+from fastcal.report import monitoring_figures as drawings
+from fastcal.report import page
+from fastcal.report.document import document_facts
+from fastcal.report.formatting import plural, significant
+from fastcal.report.language import _, in_language
+from fastcal.report.sections import (
+    TONES,
+    Section,
+    bare,
+    before_and_now,
+    p_text,
+    present,
+    state_word,
+    translated,
+    who_measured,
+)
+from fastcal.report.tables import Cell, Column, Group, Table, unit_text
+from fastcal.report.words import Remark, Verdict
+from fastcal.units import from_si
+
+
+def check_sentence(found: CheckResult) -> str:
+    """The verdict in the language of the page."""
+    enough = found.degrees_of_freedom >= FEWEST_DEGREES
+    given = (found.verdict, found.causes, found.within_tolerance, found.tolerance, found.largest, enough)
+    return words.sentence(*given, translated)
+
+
+def check_reasons(found: CheckResult) -> list[str]:
+    """The evidence in the language of the page."""
+    given = (found.rms, found.expected_rms, found.p_value, found.degrees_of_freedom, found.places, found.causes)
+    return words.reasons(*given, translated)
+
+
+def check_page(found: CheckResult, language: str = "en") -> str:
+    """The HTML text of a check's page."""
+    with in_language(language):
+        sections = [
+            Section("errors", _("Errors and changes"), drawings=present(drawings.errors(found), drawings.moved(found))),
+            _causes(found),
+            *_next_poses(found),
+            _check_method(found),
+        ]
+        return page.render(
+            "monitoring.html",
+            title=_("Check of {robot}", robot=found.model.name),
+            eyebrow=_("Does the calibration still hold?"),
+            robot_name=found.model.name,
+            simulated=False,
+            meta=[
+                PurePath(found.data.source.split(", ")[0]).name,
+                plural(len(found.data), "pose"),
+                *who_measured(found.made_by),
+            ],
+            verdict=Verdict(
+                TONES[found.verdict],
+                state_word(found.verdict).capitalize(),
+                check_sentence(found),
+                [
+                    Remark(reason[:1].upper() + reason[1:] + ".", found.verdict != "holds", "errors")
+                    for reason in check_reasons(found)
+                ],
+            ),
+            tiles=_check_tiles(found),
+            sections=sections,
+            document=document_facts(found.made_by),
+        )
+
+
+def _check_tiles(found: CheckResult) -> list[tuple[str, str, str]]:
+    return [
+        (_("RMS error"), f"{significant(found.rms_mm)} mm", _("after fitting the base")),
+        (_("Expected"), f"{significant(found.expected_rms_mm)} mm", _("noise and the model's uncertainty")),
+        (
+            _("Largest error"),
+            f"{significant(from_si(found.largest, 'mm'))} mm",
+            _("of {count} poses", count=len(found.data)),
+        ),
+        (_("p-value"), p_text(found.p_value), _("of an unchanged arm")),
+    ]
+
+
+def _causes(found: CheckResult) -> Section:
+    columns = [Column(_("What"), numeric=False), Column(_("Number"), numeric=False), Column(_("Model"))]
+    columns += [Column(_("Now")), Column(_("Change")), Column("±"), Column(_("Unit"), numeric=False)]
+    rows = []
+    for cause in found.causes:
+        for change in cause.changes:
+            name = bare(change.name, change.unit)
+            rows.append(
+                [
+                    Cell(words.spoken(cause.label, translated)),
+                    Cell(name),
+                    *before_and_now(change.was, change.value, change.change, change.std),
+                    Cell(unit_text(change.unit)),
+                ]
+            )
+    notes = [
+        _(
+            "As likely by these poses: {names}.",
+            names=", ".join(words.spoken(label, translated) for label in cause.equivalents),
+        )
+        for cause in found.causes
+        if cause.equivalents
+    ]
+    if found.blind:
+        names = ", ".join(words.spoken(label, translated) for label in found.blind)
+        notes.append(_("Before an instrument that was set up anew no pose shows: {names}.", names=names))
+    if not rows:
+        return Section("causes", _("What has changed"), _("Nothing that these poses show."), notes=notes)
+    return Section("causes", _("What has changed"), tables=[Table(_("Changes"), columns, [Group(rows)])], notes=notes)
+
+
+def _next_poses(found: CheckResult) -> list[Section]:
+    if not found.next_poses:
+        return []
+    units = ["°" if kind == "revolute" else "mm" for kind in found.model.joint_types]
+    columns = [Column(f"q{i + 1} ({unit})") for i, unit in enumerate(units)] + [Column(_("payload (kg)"))]
+    rows = [[Cell(f"{v:.2f}", v) for v in (*pose.q, pose.payload_kg)] for pose in found.next_poses]
+    return [
+        Section(
+            "next",
+            _("What to measure next"),
+            _("These poses decide it."),
+            tables=[Table(_("Poses"), columns, [Group(rows)])],
+        )
+    ]
+
+
+def _check_method(found: CheckResult) -> Section:
+    facts = [
+        (_("Degrees of freedom"), _("{count}: numbers less six for each set-up", count=found.degrees_of_freedom)),
+        (_("Noise of a coordinate"), f"{significant(from_si(found.sigma, 'mm'), 2)} mm"),
+    ]
+    for place in found.places:
+        block = place.to_json_dict()
+        xyz, rpy = (", ".join(f"{v:.3f}" for v in block[key]) for key in ("xyz_mm", "rpy_deg"))
+        name = _("Station {name}", name=place.name) if place.name else _("Instrument")
+        facts.append(
+            (name, _("the base has moved by xyz {xyz} mm, rpy {rpy}° in the measuring frame", xyz=xyz, rpy=rpy))
+        )
+    return Section("method", _("Method and data"), facts=facts, notes=found.notes)

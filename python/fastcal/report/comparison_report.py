@@ -1,0 +1,104 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""The page of a comparison of two models; nothing is fitted here."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fastcal.monitoring.compare import Comparison
+from fastcal.monitoring.differences import Difference
+from fastcal.report import charts, figures, page
+from fastcal.report import monitoring_figures as drawings
+from fastcal.report.figures import Figure
+from fastcal.report.formatting import fixed, significant, with_uncertainty
+from fastcal.report.language import _, in_language
+from fastcal.report.sections import Section, bare, p_text
+from fastcal.report.tables import Cell, Column, Group, Table, number_cell, spaced, unit_text
+from fastcal.report.words import Remark, Verdict
+from fastcal.units import from_si
+
+
+def comparison_page(found: Comparison, language: str = "en") -> str:
+    """The HTML text of a comparison's page."""
+    with in_language(language):
+        sizes, different = found.at_tool.to_mm(), found.significant
+        headline = (
+            _(
+                "{count} of {all} parameters differ beyond noise: {size} mm at the tool on average.",
+                count=len(different),
+                all=len(found.parameters),
+                size=f"{sizes['mean']:.3f}",
+            )
+            if different
+            else _("No parameter differs beyond noise: {size} mm at the tool on average.", size=f"{sizes['mean']:.3f}")
+        )
+        columns = [Column(_("Parameter"), numeric=False), Column("A"), Column("B"), Column(_("B less A")), Column("±")]
+        columns += [Column(_("Unit"), numeric=False), Column(_("p-value")), Column(_("Significant"), numeric=False)]
+        rows = [_difference(d) for d in found.parameters]
+        shares = [(_("distance"), from_si(found.distance, "mm"), figures.AFTER, "solid")]
+        return page.render(
+            "monitoring.html",
+            title=_("Two models of {robot}", robot=found.first.name),
+            eyebrow=_("Two models of one arm"),
+            robot_name=found.first.name,
+            simulated=False,
+            meta=[_("A: {model}", model=_model(found.first.spec)), _("B: {model}", model=_model(found.second.spec))],
+            verdict=Verdict(
+                "caution" if different else "good",
+                _("Different") if different else _("Alike"),
+                headline,
+                [Remark(note[:1].upper() + note[1:] + ".", True, "method") for note in found.notes],
+            ),
+            tiles=[
+                (_("Mean at the tool"), f"{significant(sizes['mean'])} mm", _("bases and tools aligned")),
+                (_("RMS"), f"{significant(sizes['rms'])} mm", _("over {count} postures", count=len(found.q))),
+                (_("Largest"), f"{significant(sizes['max'])} mm", _("in the joint range of both")),
+            ],
+            sections=[
+                Section("tool", _("At the tool"), drawings=[drawings.heat_map(found), _share(shares)]),
+                Section(
+                    "parameters",
+                    _("Parameters"),
+                    _(
+                        "B is written in A's gauge: what no measurement shows is no difference. Base and tool are "
+                        "left out."
+                    ),
+                    tables=[Table(_("Parameters"), columns, [Group(rows)], True)],
+                ),
+                Section(
+                    "method",
+                    _("Method"),
+                    facts=[
+                        (_("Not explained by any parameter"), f"{fixed(from_si(found.unexplained, 'mm'), 4)} mm RMS")
+                    ],
+                ),
+            ],
+            document=[],
+        )
+
+
+def _share(shares: list[tuple[str, np.ndarray, str, str]]) -> Figure:
+    drawn = charts.cumulative(shares, "mm")
+    alt = _("Share of postures within a distance between the two models.")
+    return Figure(
+        "shares", _("Share of postures within a distance"), alt, drawn.traces, drawn.layout, columns=3, height=360
+    )
+
+
+def _difference(d: Difference) -> list[Cell]:
+    name = spaced(f"{d.owner} {bare(d.name, d.unit)}")
+    values = [v for v in (d.a, d.b, d.difference) if v is not None]
+    shown = list(with_uncertainty(d.std, *values))
+    std = shown.pop(0)
+    texts = [shown.pop(0) if v is not None else "\N{EN DASH}" for v in (d.a, d.b, d.difference)]
+    cells = [number_cell(text, v) for text, v in zip(texts, (d.a, d.b, d.difference), strict=True)]
+    p = "" if d.p_value is None else p_text(d.p_value)
+    word = {True: _("yes"), False: _("no"), None: _("unknown")}[d.significant]
+    return [Cell(name), *cells, number_cell(std, d.std), Cell(unit_text(d.unit)), number_cell(p, d.p_value), Cell(word)]
+
+
+def _model(spec: dict[str, object]) -> str:
+    origin = spec.get("made_by") or {}
+    known = [str(origin[key]) for key in ("serial", "date") if origin.get(key)] if isinstance(origin, dict) else []
+    return ", ".join([str(spec["name"]), *known])

@@ -1,0 +1,84 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""The parts that the pages of the months after have in common: sections, numbers before and now, who measured."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from fastcal.report.figures import Figure
+from fastcal.report.formatting import fixed, significant, with_uncertainty
+from fastcal.report.language import _, decimal_sign
+from fastcal.report.tables import Cell, Table, number_cell
+
+TONES = {"holds": "good", "changed": "bad", "cannot_tell": "caution", "alarm": "caution", "unchecked": "caution"}
+LEAST_P = 1e-4  # a p-value that is not told more finely
+
+
+@dataclass(frozen=True)
+class Section:
+    """One part of a page."""
+
+    id: str
+    title: str
+    lead: str = ""
+    drawings: list[Figure] = field(default_factory=list)
+    tables: list[Table] = field(default_factory=list)
+    facts: list[tuple[str, str]] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+
+    @property
+    def place(self) -> tuple[str, str]:
+        """For the list of contents."""
+        return self.id, self.title
+
+
+def state_word(state: str) -> str:
+    """A verdict or state for a reader."""
+    return {
+        "holds": _("holds"),
+        "changed": _("changed"),
+        "cannot_tell": _("cannot tell"),
+        "alarm": _("alarm"),
+        "unchecked": _("never checked"),
+    }[state]
+
+
+def translated(message: str, /, **values: Any) -> str:
+    """`_` with the decimal sign of the page in its values."""
+    sign = decimal_sign()
+    return _(message, **{k: re.sub(r"(?<=\d)\.(?=\d)", sign, str(v)) for k, v in values.items()})
+
+
+def present(*drawn: Figure | None) -> list[Figure]:
+    """Those that there are."""
+    return [each for each in drawn if each is not None]
+
+
+def who_measured(origin: Mapping[str, Any]) -> list[str]:
+    """Serial number, date and instrument, where they are known."""
+    known = {key: str(origin[key]) for key in ("serial", "date", "instrument") if origin.get(key)}
+    out = [_("serial number {text}", text=known["serial"])] if "serial" in known else []
+    out += [_("measured {text}", text=known["date"])] if "date" in known else []
+    return [*out, *([known["instrument"]] if "instrument" in known else [])]
+
+
+def before_and_now(was: float, now: float, change: float, std: float | None) -> list[Cell]:
+    """The model's value, the new one, the change and its standard deviation, to the same digits."""
+    shown = with_uncertainty(std, was, now, change)
+    return [
+        number_cell(text, value) for text, value in zip((*shown[1:], shown[0]), (was, now, change, std), strict=True)
+    ]
+
+
+def p_text(p: float) -> str:
+    """A p-value; what is smaller than a ten-thousandth says no more."""
+    return significant(p, 2) if p >= LEAST_P else f"< {fixed(LEAST_P, 4)}"
+
+
+def bare(name: str, unit: str) -> str:
+    """The name of a number without the unit at its end."""
+    return name.removesuffix(f"_{unit}")
