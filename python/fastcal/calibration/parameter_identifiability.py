@@ -108,7 +108,7 @@ def redundancy(
     """Classes every parameter of an arm's geometry by what measurements over its workspace can tell of it.
 
     The arm is taken rigid, at its present numbers: what the deflections of a flexible arm add to J is of second order
-    and makes redundant errors look as if they could be told.
+    and makes redundant errors look identifiable.
 
     Args:
         robot: The arm; its effects are left out.

@@ -44,7 +44,7 @@ def regularized_least_squares(
     strength: float | None = None,
     sizes: ArrayLike = 1.0,
 ) -> RegularizedSolution:
-    """Solves J x = r where some directions of x are hardly told by J, or not at all.
+    """Solves J x = r where J determines some directions of x badly or not at all.
 
     Args:
         J: (m, P) Jacobian, rows whitened.
@@ -68,8 +68,8 @@ def regularized_least_squares(
     U, s, Vt = np.linalg.svd(matrix * size, full_matrices=False)
     there = s > _NOTHING * s[0]
     U, s, Vt = U[:, there], s[there], Vt[there]
-    told = U.T @ right
-    beyond = float(right @ right - told @ told)  # what no x explains
+    projected = U.T @ right
+    beyond = float(right @ right - projected @ projected)  # what no x explains
 
     def filters(at: float) -> FloatArray:
         return s**2 / (s**2 + at**2) if method == "levenberg" else (np.arange(len(s)) < at).astype(float)
@@ -77,14 +77,14 @@ def regularized_least_squares(
     def score(at: float) -> float:
         f = filters(at)
         freedom = len(right) - f.sum()
-        return float((max(beyond, 0.0) + (((1 - f) * told) ** 2).sum()) / freedom**2) if freedom > 0 else np.inf
+        return float((max(beyond, 0.0) + (((1 - f) * projected) ** 2).sum()) / freedom**2) if freedom > 0 else np.inf
 
     if strength is None:
         strength = _best(score, s, method)
     elif not (np.isfinite(strength) and strength >= 0):
         raise InvalidInput(f"strength must be a number that is not negative, got {strength}")
     f = filters(strength)
-    return RegularizedSolution(size * (Vt.T @ (f * told / s)), float(strength), float(f.sum()))
+    return RegularizedSolution(size * (Vt.T @ (f * projected / s)), float(strength), float(f.sum()))
 
 
 def _best(score: Callable[[float], float], s: FloatArray, method: str) -> float:

@@ -4,7 +4,7 @@
 
 An entry of a robot file's `effects` is `{effect, owner, parameters, OPTION: VALUE ...}`. Options carry their unit at
 the end of their name (`t0_c`, `at_s`, `low_rad`) and reach the core in SI without it; of lists of labels (`stations`,
-`mounts`) it is told how many there are.
+`mounts`) it is given their number.
 """
 
 from __future__ import annotations

@@ -81,7 +81,7 @@ def _zone(text: str) -> float:
 
 
 def _day(text: str) -> int | None:
-    """Days since 1970 of 2026-03-02, 02.03.2026; None where day and month can't be told apart, as in 3/2/2026."""
+    """Days since 1970 of 2026-03-02, 02.03.2026; None where day and month are ambiguous, as in 3/2/2026."""
     match = _DATE.search(text)
     if match is None:
         return None

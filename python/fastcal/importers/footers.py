@@ -12,7 +12,7 @@ from fastcal.importers.export import number
 from fastcal.importers.words import STATISTICS, plain_words
 
 _MOST = 10  # rows of a footer that are looked at
-_FEWEST_ROWS = 5  # of the table, whose statistics can be told from its rows
+_FEWEST_ROWS = 5  # rows of a table before a statistics line can be recognized as one
 _AGREEING = 0.8  # of a row's numbers
 _TOLERANCE = 2e-4  # of the greatest number of a column: as statistics are rounded
 

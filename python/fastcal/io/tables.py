@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Tables from CSV, Parquet and Excel files, told apart by their content; CSV files out."""
+"""Tables from CSV, Parquet and Excel files, recognized by their content; CSV files out."""
 
 from __future__ import annotations
 

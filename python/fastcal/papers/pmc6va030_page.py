@@ -96,7 +96,7 @@ def _kinematic(runs: Sequence[Run]) -> Section:
     compared = [Series("before", poses, by_pose["before"], "before"), Series("after", poses, by_pose["after"])]
     return Section(
         "Geometry by BFGS",
-        "All configurations without load; 34 parameters asked for, 27 of them told by points.",
+        "All configurations without load; 34 parameters asked for, 27 of them identifiable from points.",
         [
             Absent("Table 1", "it is the nominal arm of the robot file pmc6va030."),
             Table("Section V.A.1", "three costs (mm)",

@@ -35,13 +35,14 @@ def page(runs: Sequence[Run]) -> Page:
         )
         for axis, paper in (("X", 0.80), ("Y", 0.83))
     ]
-    kept, removed = (spread([{"n": len(run["steps"][key])} for run in runs], "n").median for key in ("kept", "removed"))
+    removed = spread([{"n": len(run["steps"]["removed"])} for run in runs], "n").median
+    kept = spread([{"step": run["steps"]["kept"][0]} for run in runs], "step").median
     return Page(
         headlines,
         [_errors(runs), _design(runs), _accuracy(runs), _commands(runs), _redundancy(runs)],
         [
-            f"With the redundant errors removed least squares converge in {removed:.0f} steps (paper: about ten); with "
-            f"them they are thrown off by metres and more, and past a kilometre or to no arm at all within {kept:.0f}.",
+            f"With the redundant errors removed, least squares converges in {removed:.0f} steps (paper: about ten). With "
+            f"them kept it diverges: the first step changes an error by {kept:.0f} m or rad.",
         ],
     )
 
@@ -55,10 +56,10 @@ def _errors(runs: Sequence[Run]) -> Section:
             ("kept, damped", "damped", "best"),
         )
     ]
-    wild = runs[0]["steps"]["kept"]
+    wild = [run["steps"]["kept"][0] for run in runs]
     return Section(
         "Redundant errors",
-        f"Of 47 errors of rows, base and tool, {runs[0]['rank']} can be told from points.",
+        f"Of 47 errors of rows, base and tool, {runs[0]['rank']} can be identified from points.",
         [
             Absent("Table 1", "it is missing from the text that this study is based on; the rows are fastcal's own."),
             Absent("Table 2", "likewise: the beams' sizes are those of the robot file."),
@@ -71,10 +72,10 @@ def _errors(runs: Sequence[Run]) -> Section:
             ),
             Chart("Figure 10", "largest step of an error, the first arm", "step", "step (m, rad)", curves,
                   "Least squares with the coupled Jacobian, again and again.", logarithmic=True),
-            Chart("Figure 11", "the same with the redundant errors, the first arm", "step", "step (m, rad)",
-                  [Series("redundant errors kept", list(range(1, len(wild) + 1)), wild, "0")],
-                  "The deflection adds second-order terms that make null directions look identifiable; the steps end "
-                  "when the arm is no arm any more.", logarithmic=True),
+            Chart("Figure 11", "the same with the redundant errors kept", "arm", "first step (m, rad)",
+                  [Series("redundant errors kept", [str(k) for k in range(1, len(wild) + 1)], wild, "0", "bars")],
+                  "The deflection adds second-order terms that make null directions look identifiable. Of each arm the "
+                  "first step is shown: behind it there is no arm left to linearize.", logarithmic=True),
         ],
     )  # fmt: skip
 
@@ -117,7 +118,7 @@ def _accuracy(runs: Sequence[Run]) -> Section:
             *charts,
             Table("Table 4", "what is identified, the first arm", ("", "found less nominal", "std"), rows),
             Table("Beams", "stiffness over that of the file", ("group", "hidden", "found", "std"), groups,
-                  "Without payloads column and arm are hardly told from geometry: a prior holds them near the file's."),
+                  "Without payloads column and arm can hardly be separated from geometry: a prior holds them near the file's."),
         ],
     )  # fmt: skip
 

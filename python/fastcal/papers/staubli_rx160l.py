@@ -163,8 +163,21 @@ def one_arm(seed: int, full: bool) -> Run:
         from fastcal.papers.staubli_rx160l_networks import networks
 
         heavy = [at(unseen.q[:HEAVY], load, 5 + k) for k, load in enumerate(TESTED_KG)]
-        run |= networks(model, learnt, unseen, heavy, {"pieces": stiff.model, "linear": linear.model}, seed, full)
+        models = {"pieces": stiff.model, "linear": linear.model}
+        run |= networks(model, learnt, unseen, heavy, models, with_round_gears(seed, learnt, unseen), seed, full)
     return run
+
+
+def with_round_gears(seed: int, learnt: Dataset, unseen: Dataset) -> tuple[Dataset, Dataset]:
+    """The poses of `learnt` and `unseen` on the same arm, its joints without any periodic error."""
+    spec = copy.deepcopy(dict(true_arm(seed).spec))
+    spec["effects"] = [entry for entry in spec["effects"] if entry["effect"] != "gear_harmonic"]
+    true, waveless = Robot(spec), Unmodelled([0.0] * len(WAVES_RAD), 1.0, 0.0, seed)
+    first, second = (
+        measure(true, data, waveless, to_si(NOISE_MM, "mm"), 100 * seed + 10 + k)
+        for k, data in enumerate((learnt, unseen))
+    )
+    return first, second
 
 
 def in_pieces(model: Robot, pairs: Dataset) -> PairsResult:

@@ -45,12 +45,15 @@ def networks(
     unseen: Dataset,
     heavy: Sequence[Dataset],
     stiff: Mapping[str, Robot],
+    round_gears: tuple[Dataset, Dataset],
     seed: int,
     full: bool,
 ) -> Run:
     """Errors [mm] of all networks on learnt and unseen poses, by epochs, and under the loads of `heavy`.
 
     `stiff` are models of what the load does: the paper's pieces, and compliances that do not change with the load.
+    `round_gears` are learnt and unseen poses of the same arm without its periodic joint errors: GA-DNN trained on them
+    measures what those errors cost it.
     """
     problem = problem_of(model, learnt, seed=seed)
     options = Options(seed=seed, full=full)
@@ -66,13 +69,14 @@ def networks(
         }
         curves = {name: {str(e): _plain(problem, own, options, net, e) for e in SHORTER} for name, net in PLAIN.items()}
         curves["ga_dnn"] = {str(e): _deep(problem, own, options, found, e) for e in SHORTER}
+        smooth = _deep(problem_of(model, round_gears[0], seed=seed), own, options, found, EPOCHS)
     before = {part: left(model, data) for part, data in (("learnt", learnt), ("unseen", unseen))}
     inputs = {part: model.inputs(data.q) for part, data in (("learnt", learnt), ("unseen", unseen))}
     out: Run = {name: {} for name in experts}
     for name, members in experts.items():
         for part, errors in before.items():
             said = np.mean([member.displacement(inputs[part]) for member in members], axis=0)
-            out[name][part] = lengths_mm(errors - said)
+            out[name][part] = _lengths(errors - said)
             if part == "unseen":
                 out[name]["by_pose"] = _sizes(errors - said)[:SHOWN]
     out["before"] = {part: lengths_mm(errors) for part, errors in before.items()}
@@ -90,6 +94,10 @@ def networks(
                 str(EPOCHS): out[name]["unseen"]["mean"],
             }
             for name, by in curves.items()
+        },
+        "round_gears": {
+            "before": _lengths(left(model, round_gears[1])),
+            "ga_dnn": _lengths(left(model, round_gears[1]) - smooth.displacement(model.inputs(round_gears[1].q))),
         },
         "places": {"x_mm": _column(learnt, 0), "error_mm": _sizes(before["learnt"])[:SHOWN]},
         "loads": {f"{data.payload[0]} kg": _any_load(model, data, experts, stiff) for data in heavy},
@@ -123,11 +131,12 @@ def _any_load(model: Robot, data: Dataset, experts: Mapping[str, Sequence[Traine
         "best": bare - said["mlp"] - added["linear"],
         "best_pieces": bare - said["mlp"] - added["pieces"],
     }
-    return {
-        name: lengths_mm(e)
-        | {"98": float(np.quantile(_sizes(e), 0.98)), "share": float(np.mean(np.array(_sizes(e)) < 0.22))}
-        for name, e in errors.items()
-    }
+    return {name: _lengths(e) | {"share": float(np.mean(np.array(_sizes(e)) < 0.22))} for name, e in errors.items()}
+
+
+def _lengths(errors: FloatArray) -> dict[str, float]:
+    """mean, std, max and the length that 98 % of the errors (N, 3) [m] stay within, in mm."""
+    return lengths_mm(errors) | {"98": float(np.quantile(_sizes(errors), 0.98))}
 
 
 def _added(stiff: Robot, data: Dataset, model: Robot) -> FloatArray:

@@ -131,10 +131,10 @@ def _sources(result: CalibrationResult) -> list[tuple[str, str, int]]:
 
 def _tiles(result: CalibrationResult, sets: list[Rows]) -> list[tuple[str, str, str]]:
     shares = _("{some} of {all}", some=len(result.parameters), all=result.asked_count)
-    told = (_("Identified"), shares, _("parameters; rank {rank}", rank=result.rank))
+    identified = (_("Identified"), shares, _("parameters; rank {rank}", rank=result.rank))
     noise = (_("Noise of a coordinate"), f"{significant(result.sigma_mm, 2)} mm", _("standard deviation"))
     if not sets:
-        return [noise, told]
+        return [noise, identified]
     before, after = sets[-1].before, sets[-1].after
     on = _poses_of(result, sets[-1] is not sets[0])
     was = [_("was {value} mm", value=alike(value, after.mean)) for value in (before.mean, before.max)]
@@ -142,7 +142,7 @@ def _tiles(result: CalibrationResult, sets: list[Rows]) -> list[tuple[str, str, 
         (_("Mean error, {on}", on=on), f"{alike(after.mean, after.mean)} mm", was[0]),
         (_("Largest error, {on}", on=on), f"{alike(after.max, after.mean)} mm", was[1]),
         noise,
-        told,
+        identified,
     ]
 
 

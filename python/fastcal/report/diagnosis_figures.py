@@ -108,7 +108,7 @@ def confusion_map(names: Sequence[str], correlation: Array, boxed: Collection[in
         {"type": "rect", "x0": k - 0.5, "x1": k + 0.5, "y0": k - 0.5, "y1": k + 0.5,
          "line": {"color": figures.INK, "width": 3}} for k in boxed
     ]  # fmt: skip
-    alt = "Correlation of the signatures of the first causes: near 1 they can hardly be told apart by these data."
+    alt = "Correlation of the signatures of the first causes: near 1 these data can hardly distinguish them."
     note = "Framed: what is given. Above 0.95 two causes are hard to tell apart with the poses that were measured."
     narrow = {"yaxis.ticktext": numbers, "margin.l": 20}
     return Figure(

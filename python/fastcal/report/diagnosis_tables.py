@@ -124,6 +124,6 @@ def owners_text(owners: list[str]) -> str:
             parts.append(f"{kind} {numbers[0]}")
         elif numbers:
             run = len(numbers) > 2 and numbers == list(range(numbers[0], numbers[-1] + 1))
-            told = f"{numbers[0]} to {numbers[-1]}" if run else ", ".join(map(str, numbers))
-            parts.append(f"{kind}s {told}")
+            text = f"{numbers[0]} to {numbers[-1]}" if run else ", ".join(map(str, numbers))
+            parts.append(f"{kind}s {text}")
     return ", ".join(parts) if len(parts) <= 6 else f"{', '.join(parts[:5])} and {len(parts) - 5} more"

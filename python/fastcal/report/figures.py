@@ -3,7 +3,7 @@
 """The common look of figures: palette, axes, lines and points.
 
 A figure is data for plotly.js as plain dictionaries; nothing of Plotly's Python side is needed to build it. Component
-colours are of Okabe and Ito (2008), told apart by readers who see no red or green, and differ by dash for grey prints.
+colours are of Okabe and Ito (2008), distinguishable without red or green, and differ by dash for grey prints.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 """Numbers as a reader wants them: as many digits as their uncertainty carries.
 
-Rule (GUM 7.2.6, JCGM 100:2008): a standard deviation is told with two significant digits, and a value with the same
+Rule (GUM 7.2.6, JCGM 100:2008): a standard deviation is written with two significant digits, and a value with the same
 number of decimals. Numbers are given in the unit they are to be printed in; nothing here converts.
 """
 
@@ -21,7 +21,7 @@ _TIMES_TEN = "\N{NARROW NO-BREAK SPACE}×\N{NARROW NO-BREAK SPACE}10"
 
 
 def is_known(number: float | None) -> bool:
-    """True for a finite number; None, NaN and infinities are not told."""
+    """True for a finite number; None, NaN and infinities are not written."""
     return number is not None and math.isfinite(number)
 
 

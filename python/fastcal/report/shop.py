@@ -18,7 +18,7 @@ from fastcal.units import UNITS, ShopUnit, factor, parse_name, shop_unit, unit_n
 if TYPE_CHECKING:
     from fastcal.diagnosis.result import NamedValue
 
-_MOST = 3  # numbers that are told one by one
+_MOST = 3  # numbers that are listed one by one
 _NUMBERS = {"inverse_ei": "1/EI", "inverse_gj": "1/GJ", "extra": "mass", "error": "relative error"}
 _AXES = re.compile(r"(rate|step|shift|moment)_(r?)([xyz])")
 
@@ -34,7 +34,7 @@ def number_in_words(name: str) -> str:
 
 
 def kind_in_words(effect: str, name: str) -> str:
-    """The same without the axis, for what is told of all axes at once."""
+    """The same without the axis, for what is said of all axes at once."""
     return re.sub(r" (along|about) [xyz]$", "", number_in_words(name)) or (traits_of(effect).number or "size")
 
 
@@ -52,7 +52,7 @@ def in_si(value: float, unit: str) -> float:
 
 
 def spoken_unit(unit: str, size: float) -> ShopUnit:
-    """What a size [SI] of a unit of a file is told in."""
+    """The unit in which a size [SI] is shown, by the unit in the file."""
     si = unit_names(UNITS[unit].kind)[0]
     found = shop_unit(si, size)
     return found if found.text != si else ShopUnit(unit_text(si))
@@ -63,10 +63,10 @@ def value_text(name: str, value: float, std: float | None) -> str:
     unit = split_name(name)[1]
     size, deviation = in_si(value, unit), None if std is None else in_si(std, unit)
     spoken = spoken_unit(unit, size)
-    told = spoken.of(size)
+    shown = spoken.of(size)
     if deviation is None or not deviation > 0:
-        return f"{significant(told)} {spoken.text}".strip()
-    texts = with_uncertainty(spoken.of(deviation), told)
+        return f"{significant(shown)} {spoken.text}".strip()
+    texts = with_uncertainty(spoken.of(deviation), shown)
     return f"{texts[1]} ± {texts[0]} {spoken.text}".strip()
 
 
