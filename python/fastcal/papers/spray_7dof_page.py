@@ -41,8 +41,8 @@ def page(runs: Sequence[Run]) -> Page:
         headlines,
         [_errors(runs), _design(runs), _accuracy(runs), _commands(runs), _redundancy(runs)],
         [
-            f"With the redundant errors removed, least squares converges in {removed:.0f} steps (paper: about ten). With "
-            f"them kept it diverges: the first step changes an error by {kept:.0f} m or rad.",
+            f"With the redundant errors removed, least squares converges in {removed:.0f} steps (paper: about ten). "
+            f"With them kept it diverges: the first step changes an error by {kept:.0f} m or rad.",
         ],
     )
 
@@ -118,7 +118,8 @@ def _accuracy(runs: Sequence[Run]) -> Section:
             *charts,
             Table("Table 4", "what is identified, the first arm", ("", "found less nominal", "std"), rows),
             Table("Beams", "stiffness over that of the file", ("group", "hidden", "found", "std"), groups,
-                  "Without payloads column and arm can hardly be separated from geometry: a prior holds them near the file's."),
+                  "Without payloads column and arm can hardly be separated from geometry: a prior holds them near the "
+                  "file's."),
         ],
     )  # fmt: skip
 
