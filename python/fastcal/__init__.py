@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from fastcal.io.robot_file import load_robot
     from fastcal.io.targets import load_targets
     from fastcal.measurements.dataset import Dataset
+    from fastcal.monitoring.arms import ArmChecks, check_arms
     from fastcal.monitoring.check import check
     from fastcal.monitoring.compare import Comparison, compare
     from fastcal.monitoring.history import History, history
@@ -54,6 +55,7 @@ _HOMES = {
     "__version__": "_core",
     "BeamFrame": "beams.frame",
     "Arm": "fleet",
+    "ArmChecks": "monitoring.arms",
     "CalibrationResult": "calibration.calibrate",
     "CheckResult": "monitoring.result",
     "Comparison": "monitoring.compare",
@@ -77,6 +79,7 @@ _HOMES = {
     "calibrate": "calibration.calibrate",
     "calibrate_many": "fleet",
     "check": "monitoring.check",
+    "check_arms": "monitoring.arms",
     "check_poses": "monitoring.plan",
     "choose_parameters": "selection.choose_parameters",
     "choose_posture": "ik.redundancy_resolution",
@@ -120,6 +123,7 @@ late.bind(
         "read_json": "fastcal.io.results:read_json",
         "notebook_html": "fastcal.report.notebook:html",
         "summary": "fastcal.report.summaries:summary",
+        "write_arm_checks": "fastcal.report.monitoring_files:write_arm_checks",
         "write_check": "fastcal.report.monitoring_files:write_check",
         "write_calibration": "fastcal.report.calibration_files:write_calibration",
         "write_diagnosis": "fastcal.report.diagnosis_report:write_diagnosis",
@@ -132,6 +136,7 @@ late.bind(
 
 __all__ = [
     "Arm",
+    "ArmChecks",
     "BeamFrame",
     "CalibrationResult",
     "CheckResult",
@@ -157,6 +162,7 @@ __all__ = [
     "calibrate",
     "calibrate_many",
     "check",
+    "check_arms",
     "check_poses",
     "choose_parameters",
     "choose_posture",

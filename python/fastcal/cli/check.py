@@ -5,12 +5,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from fastcal.cli.console import emit, progress, say, warn
-from fastcal.cli.options import AsRead, ModelFile, PageLanguage, Threads
+from fastcal.cli.options import AsRead, PageLanguage, Threads
 from fastcal.cli.who import Who
 
 if TYPE_CHECKING:
@@ -21,7 +21,10 @@ CHANGED, CANNOT_TELL = 4, 3
 
 
 def check(
-    model: ModelFile,
+    model: Annotated[
+        str,
+        typer.Argument(metavar="MODEL", help="A calibrated robot: model.yaml. Or a folder of arms, each in its own."),
+    ],
     data: Annotated[
         list[Path] | None,
         typer.Argument(metavar="DATA...", help="Five to ten measured poses. Several files: several set-ups."),
@@ -31,10 +34,19 @@ def check(
     ] = None,
     output: Annotated[
         Path | None,
-        typer.Option("-o", "--output", metavar="FILE", help="Also write check.json, or a page where it ends in .html."),
+        typer.Option(
+            "-o",
+            "--output",
+            metavar="FILE",
+            help="Also write check.json, or a page where it ends in .html. Of a folder of arms: a folder.",
+        ),
     ] = None,
     plan: Annotated[
         int | None, typer.Option(min=4, max=50, help="Measure nothing yet: write so many poses for a check to FILE.")
+    ] = None,
+    files: Annotated[
+        str | None,
+        typer.Option(metavar="PATTERN", help="Of a folder of arms: which files to check; default: each arm's newest."),
     ] = None,
     page_language: PageLanguage = "en",
     as_read: AsRead = False,
@@ -53,6 +65,15 @@ def check(
     from fastcal.report.monitoring_files import write_check
     from fastcal.units import to_si
 
+    tolerance = None if tolerance_mm is None else to_si(tolerance_mm, "mm")
+    if Path(model).is_dir():
+        if data or plan is not None:
+            raise InvalidInput(f"{model} is a folder of arms, whose data are in it: leave out DATA and --plan")
+        options = {"files": files, "tolerance": tolerance, "as_read": as_read, "who": who, "threads": threads}
+        _check_arms(model, output, options, page_language)
+        return
+    if files is not None:
+        raise InvalidInput("--files names files in the folders of arms: it goes with a folder as MODEL")
     robot = load_robot(model)
     if plan is not None:
         _plan(robot, plan, data, output)
@@ -65,7 +86,7 @@ def check(
         found = checked(
             robot,
             measured,
-            tolerance=None if tolerance_mm is None else to_si(tolerance_mm, "mm"),
+            tolerance=tolerance,
             as_read=as_read,
             who=who,
             threads=threads,
@@ -87,6 +108,30 @@ def say_check(found: CheckResult) -> None:
     for line in summary(found):
         say(line)
     emit(found.to_json_dict())
+
+
+def _check_arms(folder: str, output: Path | None, options: dict[str, Any], language: str) -> None:
+    """All arms in a folder."""
+    from fastcal.io.folder import check_folder
+    from fastcal.monitoring.arms import check_arms
+    from fastcal.report.monitoring_files import ARMS_FILES, write_arm_checks
+    from fastcal.report.summaries import summary
+
+    if output is not None:
+        check_folder(output, ARMS_FILES)
+    with progress() as show:
+        found = check_arms(folder, progress=show, **options)
+    if output is not None:
+        write_arm_checks(found, output, language=language)
+    for line in summary(found):
+        say(line)
+    if output is not None:
+        say(str(output / "report.html"))
+    emit(found.to_json_dict())
+    if found.of("changed"):
+        raise typer.Exit(CHANGED)
+    if found.of("cannot_tell", "unchecked"):
+        raise typer.Exit(CANNOT_TELL)
 
 
 def _plan(robot: Robot, count: int, data: list[Path] | None, output: Path | None) -> None:

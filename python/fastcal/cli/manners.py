@@ -24,6 +24,7 @@ EXAMPLES = {
     "check": (
         "fastcal check results/model.yaml --plan 8 -o poses.csv",
         "fastcal check results/model.yaml november.csv --tolerance-mm 0.3 -o checks/2026-11.json",
+        "fastcal check arms --date 2026-11-02 -o checks",
     ),
     "update": ("fastcal update results/model.yaml november.csv -o results_november",),
     "compare": ("fastcal compare results/model.yaml results_november/model.yaml -o comparison",),

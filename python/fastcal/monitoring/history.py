@@ -11,7 +11,6 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -19,35 +18,11 @@ from fastcal.display import late
 from fastcal.display.shown import Shown
 from fastcal.errors import FastcalError, InvalidInput
 from fastcal.monitoring.control import Chart, misfit_chart, number_chart
-from fastcal.monitoring.result import VERDICTS
-from fastcal.robot.made_by import robot_hash
+from fastcal.monitoring.events import Event, check_event, model_event
 
 WATCHED = ("zero", "tool", "effect")  # kinds of numbers that are charted
 _MOST_FILES = 20_000
 _OWN = ("history.json",)
-
-
-@dataclass(frozen=True)
-class Event:
-    """A file of the history.
-
-    Attributes:
-        arm: Serial number, folder or name.
-        kind: "check" or "model".
-        date: YYYY-MM-DD; dated_by: "made_by", or "file" where only the file's own time says.
-        file: Relative to the folder.
-        verdict: Of a check.
-        content: check.json; of a model its key made_by and what it keeps of its noise.
-    """
-
-    arm: str
-    kind: str
-    date: str
-    dated_by: str
-    file: str
-    verdict: str | None
-    content: Mapping[str, Any]
-    model: str | None = None
 
 
 @dataclass(frozen=True)
@@ -156,7 +131,7 @@ def history(folder: str | os.PathLike[str]) -> History:
         if path.name in _OWN or any(part.startswith(".") for part in path.relative_to(root).parts):
             continue
         try:
-            event = _check(path, root) if path.suffix == ".json" else _model(path, root)
+            event = check_event(path, root) if path.suffix == ".json" else model_event(path, root)
         except FastcalError as error:
             notes.append(f"left out: {error}")
             continue
@@ -169,59 +144,6 @@ def history(folder: str | os.PathLike[str]) -> History:
         notes.append(f"{undated} of {len(events)} files say no date (--date): the time of the file stands for it")
     names = dict.fromkeys(event.arm for event in events)
     return History(str(folder), [_arm(name, [e for e in events if e.arm == name]) for name in sorted(names)], notes)
-
-
-def _check(path: Path, root: Path) -> Event | None:
-    """A check; None for another JSON file."""
-    content: dict[str, Any] = late.call("read_json", path)
-    if content.get("verdict") not in VERDICTS or not isinstance(content.get("tests"), list):
-        return None
-    numbers = ("rms_mm", "expected_rms_mm", "p_value", "misfit_p_value")
-    if not all(isinstance(content.get(key), int | float) for key in numbers):
-        return None
-    origin = content.get("made_by") or {}
-    return Event(
-        _name(origin, content.get("robot"), path, root),
-        "check",
-        *_date(origin, path),
-        str(path.relative_to(root)),
-        content["verdict"],
-        content,
-        origin.get("robot_sha256"),
-    )
-
-
-def _model(path: Path, root: Path) -> Event | None:
-    """A calibrated model; None for another robot file."""
-    if "covariance_root" not in path.read_text(encoding="utf-8", errors="replace"):
-        return None
-    robot = late.call("load_robot", path)
-    if robot.record is None:
-        return None
-    origin = robot.spec.get("made_by") or {}
-    content = {"sigma_mm": robot.record.sigma_mm, "made_by": origin, "robot": robot.name}
-    return Event(
-        _name(origin, robot.name, path, root),
-        "model",
-        *_date(origin, path),
-        str(path.relative_to(root)),
-        None,
-        content,
-        robot_hash(robot),
-    )
-
-
-def _name(origin: Mapping[str, Any], robot: Any, path: Path, root: Path) -> str:
-    if origin.get("serial"):
-        return str(origin["serial"])
-    inside = path.relative_to(root).parts
-    return inside[0] if len(inside) > 1 else str(robot or "arm")
-
-
-def _date(origin: Mapping[str, Any], path: Path) -> tuple[str, str]:
-    if origin.get("date"):
-        return str(origin["date"]), "made_by"
-    return datetime.fromtimestamp(path.stat().st_mtime, UTC).date().isoformat(), "file"
 
 
 def _arm(name: str, events: list[Event]) -> ArmHistory:

@@ -48,8 +48,8 @@ def check_page(found: CheckResult, language: str = "en") -> str:
     with in_language(language):
         sections = [
             Section("errors", _("Errors and changes"), drawings=present(drawings.errors(found), drawings.moved(found))),
-            _causes(found),
-            *_next_poses(found),
+            causes_section(found),
+            *next_poses_sections(found),
             _check_method(found),
         ]
         return page.render(
@@ -91,7 +91,8 @@ def _check_tiles(found: CheckResult) -> list[tuple[str, str, str]]:
     ]
 
 
-def _causes(found: CheckResult) -> Section:
+def causes_section(found: CheckResult) -> Section:
+    """What has changed, number by number."""
     columns = [Column(_("What"), numeric=False), Column(_("Number"), numeric=False), Column(_("Model"))]
     columns += [Column(_("Now")), Column(_("Change")), Column("±"), Column(_("Unit"), numeric=False)]
     rows = []
@@ -122,7 +123,8 @@ def _causes(found: CheckResult) -> Section:
     return Section("causes", _("What has changed"), tables=[Table(_("Changes"), columns, [Group(rows)])], notes=notes)
 
 
-def _next_poses(found: CheckResult) -> list[Section]:
+def next_poses_sections(found: CheckResult) -> list[Section]:
+    """The poses to measure next, where there are any."""
     if not found.next_poses:
         return []
     units = ["°" if kind == "revolute" else "mm" for kind in found.model.joint_types]

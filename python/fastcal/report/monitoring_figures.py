@@ -46,7 +46,7 @@ def errors(found: CheckResult) -> Figure:
     return Figure("errors", _("Errors of the poses"), alt, traces, drawn, columns=3, key=key)
 
 
-def moved(found: CheckResult) -> Figure | None:
+def moved(found: CheckResult, name: str = "moved") -> Figure | None:
     """Estimates of all changes, each alone, in their standard deviations; the largest first."""
     shown = sorted((t for t in found.tests if t.std > 0), key=lambda t: -abs(t.value / t.std))[:_MOST_TESTS]
     if not shown:
@@ -68,7 +68,7 @@ def moved(found: CheckResult) -> Figure | None:
     note = _("One change of the arm shows in many of them; the verdict names the likeliest.")
     key = [Key(_("3 standard deviations"), figures.ALERT, "dot")]
     return Figure(
-        "moved", _("What may have moved"), alt, traces, drawn, note, columns=3, height=60 + 24 * len(shown), key=key
+        name, _("What may have moved"), alt, traces, drawn, note, columns=3, height=60 + 24 * len(shown), key=key
     )
 
 

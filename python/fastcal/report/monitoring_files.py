@@ -12,10 +12,13 @@ from fastcal.io.atomic import write_text
 from fastcal.io.folder import atomic_folder
 from fastcal.io.results import write_json
 from fastcal.io.robot_file import write_spec
+from fastcal.io.tables import write_csv
+from fastcal.monitoring.arms import ArmChecks
 from fastcal.monitoring.compare import Comparison
 from fastcal.monitoring.history import History
 from fastcal.monitoring.result import CheckResult
 from fastcal.monitoring.update import UpdateResult
+from fastcal.report.arms_report import arms_page
 from fastcal.report.check_report import check_page
 from fastcal.report.comparison_report import comparison_page
 from fastcal.report.history_report import history_page
@@ -23,6 +26,7 @@ from fastcal.report.update_report import update_page
 
 UPDATE_FILES = ("model.yaml", "result.json", "report.html")
 COMPARISON_FILES = ("compare.json", "report.html")
+ARMS_FILES = ("checks.csv", "report.html")
 HISTORY_FILES = ("history.json", "report.html")
 
 Place = str | os.PathLike[str]
@@ -34,6 +38,18 @@ def write_check(found: CheckResult, path: Place, *, language: str = "en") -> Non
         write_text(path, check_page(found, language))
     else:
         write_json(path, found.to_json_dict())
+
+
+def write_arm_checks(found: ArmChecks, folder: Place, *, language: str = "en") -> None:
+    """Writes checks.csv, report.html and a check an arm, ARM_DATA.json: those of other data stay beside them."""
+    rows = [arm.to_row() for arm in found.arms]
+    columns = {name: ["" if row[name] is None else row[name] for row in rows] for name in rows[0]}
+    with atomic_folder(folder, owned=ARMS_FILES) as place:
+        for arm in found.arms:
+            if arm.found is not None:
+                write_json(place / f"{arm.name}_{Path(arm.files[-1]).stem}.json", arm.found.to_json_dict())
+        write_csv(place / "checks.csv", columns)
+        (place / "report.html").write_text(arms_page(found, language), encoding="utf-8")
 
 
 def write_update(found: UpdateResult, folder: Place, *, language: str = "en") -> None:

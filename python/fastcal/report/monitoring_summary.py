@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import pandas as pd
 
+from fastcal.monitoring.arms import STATES, ArmChecks
 from fastcal.monitoring.compare import Comparison
 from fastcal.monitoring.history import History
 from fastcal.monitoring.result import CheckResult
@@ -37,6 +38,24 @@ def _(found: CheckResult) -> pd.DataFrame:
     """Every change that was looked for."""
     columns = ["owner", "name", "value", "std", "unit", "p_value", "detectable"]
     return pd.DataFrame([vars(test) for test in found.tests], columns=columns)
+
+
+@headline.register
+def _(found: ArmChecks) -> str:
+    counts = {state: len(found.of(state)) for state in STATES}
+    return f"{len(found.arms)} arms: " + ", ".join(f"{n} {s.replace('_', ' ')}" for s, n in counts.items() if n)
+
+
+@summary.register
+def _(found: ArmChecks) -> list[str]:
+    asking = [arm for arm in found.arms if arm.state != "holds"]
+    return [headline(found), *(f"{arm.name}: {arm.state.replace('_', ' ')}: {arm.sentence}" for arm in asking)]
+
+
+@frame.register
+def _(found: ArmChecks) -> pd.DataFrame:
+    """A row an arm."""
+    return pd.DataFrame([arm.to_row() for arm in found.arms])
 
 
 @headline.register

@@ -162,6 +162,29 @@ def test_mistakes_of_the_months_after_are_one_line(month, fastcal, monkeypatch, 
     assert {path: path.read_bytes() for path in month.iterdir()} == before
 
 
+def test_a_folder_of_arms_is_checked_at_once(month, fastcal, tmp_path) -> None:
+    arms = tmp_path / "arms"
+    for name, file in (("A", "held"), ("B", "moved")):
+        (arms / name).mkdir(parents=True)
+        (arms / name / "model.yaml").write_bytes((month / "model.yaml").read_bytes())
+        (arms / name / "2026-11.csv").write_bytes((month / f"{file}.csv").read_bytes())
+    said = fastcal("check", arms, "-o", tmp_path / "checks", "--date", "2026-11-02", "--page-language", "de")
+    assert said.code == 4
+    assert "2 arms: 1 changed, 1 holds" in said.out
+    assert "B: changed: The arm has changed: joint 3 zero" in said.out
+    found = {path.name for path in (tmp_path / "checks").iterdir()}
+    assert found == {"checks.csv", "report.html", "A_2026-11.json", "B_2026-11.json"}
+    assert "1 von 2 Robotern haben sich verändert: B." in (tmp_path / "checks" / "report.html").read_text()
+    assert fastcal("check", arms, "--files", "none*").code == 3
+    for mistake, sentence in (
+        ((arms, month / "held.csv"), "leave out DATA"),
+        ((month / "model.yaml", month / "held.csv", "--files", "*"), "goes with a folder"),
+        ((tmp_path / "checks",), "there is none"),
+    ):
+        failed = fastcal("check", *mistake)
+        assert (failed.code, sentence in failed.error) == (2, True), failed.error
+
+
 def test_a_killed_check_leaves_the_old_one_whole(month, tmp_path) -> None:
     """The history is these files: whenever a check is killed, each is there as it was or as it shall be."""
     out = tmp_path / "2026-02.json"

@@ -1,0 +1,91 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Checks and models of arms as files of a folder: which arm, when, what was found."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from fastcal.display import late
+from fastcal.monitoring.result import VERDICTS
+from fastcal.robot.made_by import robot_hash
+
+
+@dataclass(frozen=True)
+class Event:
+    """A file of the history.
+
+    Attributes:
+        arm: Serial number, folder or name.
+        kind: "check" or "model".
+        date: YYYY-MM-DD; dated_by: "made_by", or "file" where only the file's own time says.
+        file: Relative to the folder.
+        verdict: Of a check.
+        content: check.json; of a model its key made_by and what it keeps of its noise.
+    """
+
+    arm: str
+    kind: str
+    date: str
+    dated_by: str
+    file: str
+    verdict: str | None
+    content: Mapping[str, Any]
+    model: str | None = None
+
+
+def check_event(path: Path, root: Path) -> Event | None:
+    """A check; None for another JSON file."""
+    content: dict[str, Any] = late.call("read_json", path)
+    if content.get("verdict") not in VERDICTS or not isinstance(content.get("tests"), list):
+        return None
+    numbers = ("rms_mm", "expected_rms_mm", "p_value", "misfit_p_value")
+    if not all(isinstance(content.get(key), int | float) for key in numbers):
+        return None
+    origin = content.get("made_by") or {}
+    return Event(
+        _name(origin, content.get("robot"), path, root),
+        "check",
+        *_date(origin, path),
+        str(path.relative_to(root)),
+        content["verdict"],
+        content,
+        origin.get("robot_sha256"),
+    )
+
+
+def model_event(path: Path, root: Path) -> Event | None:
+    """A calibrated model; None for another robot file."""
+    if "covariance_root" not in path.read_text(encoding="utf-8", errors="replace"):
+        return None
+    robot = late.call("load_robot", path)
+    if robot.record is None:
+        return None
+    origin = robot.spec.get("made_by") or {}
+    content = {"sigma_mm": robot.record.sigma_mm, "made_by": origin, "robot": robot.name}
+    return Event(
+        _name(origin, robot.name, path, root),
+        "model",
+        *_date(origin, path),
+        str(path.relative_to(root)),
+        None,
+        content,
+        robot_hash(robot),
+    )
+
+
+def _name(origin: Mapping[str, Any], robot: Any, path: Path, root: Path) -> str:
+    if origin.get("serial"):
+        return str(origin["serial"])
+    inside = path.relative_to(root).parts
+    return inside[0] if len(inside) > 1 else str(robot or "arm")
+
+
+def _date(origin: Mapping[str, Any], path: Path) -> tuple[str, str]:
+    if origin.get("date"):
+        return str(origin["date"]), "made_by"
+    return datetime.fromtimestamp(path.stat().st_mtime, UTC).date().isoformat(), "file"
