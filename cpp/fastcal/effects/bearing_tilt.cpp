@@ -3,6 +3,7 @@
 //
 // Bearing tilt: the moments across a joint's axis tilt its bearing,  phi_x = c M_x, phi_y = c M_y,  M [N m] the load on
 // the joint's frame, one c [rad/(N m)] for both directions, for a bearing is round.
+#include "fastcal/effects/arm_size.hpp"
 #include "fastcal/effects/owners.hpp"
 
 namespace fastcal {
@@ -12,7 +13,8 @@ class BearingTilt : public LinearEffect {
  public:
   BearingTilt(const RobotModel& robot, const std::string& owner, const Options& options)
       : joint_(owner_index("bearing_tilt", "joint", owner, robot.joint_count())),
-        parameters_{{owner, "", "rad_nm", 1e-7, "tilt per moment across the joint's axis", 0}} {
+        parameters_{
+            {owner, "", "rad_nm", 0.1 * plausible_compliance(robot), "tilt per moment across the joint's axis", 0}} {
     check_options("bearing_tilt", options, {});
   }
 

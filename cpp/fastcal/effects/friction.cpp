@@ -7,6 +7,7 @@
 // overshoot.
 #include <cmath>
 
+#include "fastcal/effects/arm_size.hpp"
 #include "fastcal/effects/owners.hpp"
 
 namespace fastcal {
@@ -18,7 +19,7 @@ class Friction : public LinearEffect {
       : joint_(owner_index("friction", "joint", owner, robot.joint_count())),
         types_(robot.description().joint_types),
         type_(types_[static_cast<std::size_t>(joint_)]),
-        parameters_{{owner, "", type_ == JointType::kRevolute ? "rad_nm" : "m_n", 1e-6,
+        parameters_{{owner, "", type_ == JointType::kRevolute ? "rad_nm" : "m_n", plausible_compliance(robot, type_),
                      "turn per size of the load, to the side that the joint came from or from it"}} {
     check_options("friction", options, {});
   }

@@ -4,6 +4,7 @@
 // Linear joint compliance: the joint turns along its load,  dq_i = c_i tau_i,  tau_i the torque [N m] about its axis of
 // all weights and wrenches beyond it (prismatic: the force [N] along it), c_i >= 0 in rad/(N m) (m/N). Source: KUKA
 // KR500 paper, equations 11 to 14 (its "external force" is this torque), tau in the deflected posture.
+#include "fastcal/effects/arm_size.hpp"
 #include "fastcal/effects/owners.hpp"
 
 namespace fastcal {
@@ -15,8 +16,8 @@ class JointCompliance : public LinearEffect {
       : joint_(owner_index("joint_compliance", "joint", owner, robot.joint_count())),
         types_(robot.description().joint_types),
         type_(types_[static_cast<std::size_t>(joint_)]),
-        parameters_{{owner, "compliance", type_ == JointType::kRevolute ? "rad_nm" : "m_n", 1e-6,
-                     "turn per torque about the joint's axis", 0}} {
+        parameters_{{owner, "compliance", type_ == JointType::kRevolute ? "rad_nm" : "m_n",
+                     plausible_compliance(robot, type_), "turn per torque about the joint's axis", 0}} {
     check_options("joint_compliance", options, {});
   }
 

@@ -12,6 +12,7 @@
 // alone, as the paper.
 #include <cmath>
 
+#include "fastcal/effects/arm_size.hpp"
 #include "fastcal/effects/owners.hpp"
 #include "fastcal/math/check.hpp"
 
@@ -137,12 +138,12 @@ double plausible_load(const RobotModel& robot, int joint, JointType type) {
 }
 
 std::vector<Parameter> piecewise_parameters(const std::string& owner, int pieces, bool named, bool revolute,
-                                            double load) {
+                                            double compliance, double load) {
   const std::string unit = revolute ? "rad_nm" : "m_n";
   std::vector<Parameter> out;
   for (int k = 1; k <= pieces; ++k) {
     const std::string name = named ? (k == 1 ? "low" : "high") : "compliance_" + std::to_string(k);
-    out.push_back({owner, name, unit, 1e-6, "turn per torque in piece " + std::to_string(k), 0});
+    out.push_back({owner, name, unit, compliance, "turn per torque in piece " + std::to_string(k), 0});
   }
   for (int k = 1; k < pieces; ++k) {
     const std::string name = named ? "critical" : "critical_" + std::to_string(k);
@@ -168,17 +169,18 @@ std::shared_ptr<const Effect> make_nonlinear(const RobotModel& robot, const std:
   FASTCAL_CHECK(form != "cubic" || options.count("pieces") == 0) << effect << ": the cubic form has no pieces";
   const JointType type = robot.description().joint_types[static_cast<std::size_t>(joint)];
   const bool revolute = type == JointType::kRevolute;
+  const double compliance = plausible_compliance(robot, type);
   if (form == "cubic") {
     std::vector<Parameter> parameters{
-        {owner, "compliance", revolute ? "rad_nm" : "m_n", 1e-6, "turn per torque without load", 0},
+        {owner, "compliance", revolute ? "rad_nm" : "m_n", compliance, "turn per torque without load", 0},
         {owner, "skew", revolute ? "1_rad" : "1_m", 1e2, "how the two directions of load differ"},
         {owner, "hardening", revolute ? "1_rad2" : "1_m2", 1e6, "how much stiffer than without load", 0}};
     return std::make_shared<NonlinearCompliance<Cubic>>(Cubic{}, joint, type, torque == "payload",
                                                         std::move(parameters));
   }
   const int count = static_cast<int>(pieces);
-  auto parameters =
-      piecewise_parameters(owner, count, options.count("pieces") == 0, revolute, plausible_load(robot, joint, type));
+  auto parameters = piecewise_parameters(owner, count, options.count("pieces") == 0, revolute, compliance,
+                                         plausible_load(robot, joint, type));
   return std::make_shared<NonlinearCompliance<Piecewise>>(Piecewise{count}, joint, type, torque == "payload",
                                                           std::move(parameters));
 }

@@ -10,6 +10,7 @@
 // file. Source: S. Timoshenko, "Strength of Materials", part I (1955), chapter V.
 #include <Eigen/Geometry>
 
+#include "fastcal/effects/arm_size.hpp"
 #include "fastcal/effects/owners.hpp"
 #include "fastcal/math/check.hpp"
 
@@ -20,7 +21,8 @@ class LinkBending : public LinearEffect {
  public:
   LinkBending(const RobotModel& robot, const std::string& owner, const Options& options)
       : link_(owner_index("link_bending", "link", owner, robot.joint_count())),
-        parameters_{{owner, "inverse_ei", "1_nm2", 1e-7, "1 / (Young's modulus times second moment of area)", 0}} {
+        parameters_{{owner, "inverse_ei", "1_nm2", plausible_bending(robot),
+                     "1 / (Young's modulus times second moment of area)", 0}} {
     check_options("link_bending", options, {});
     const Eigen::Vector3d axis = robot.link_axis(link_);
     length_ = axis.norm();

@@ -4,6 +4,7 @@
 // Link torsion: the far end of the link turns about the link's own axis e by phi = (M . e) L / GJ, M [N m] the moment
 // about that end of all that hangs beyond it. The link's own weight lies on the axis and twists nothing. Parameter: 1 /
 // GJ [1/(N m^2)]. Source: S. Timoshenko, "Strength of Materials", part I (1955), chapter X.
+#include "fastcal/effects/arm_size.hpp"
 #include "fastcal/effects/owners.hpp"
 #include "fastcal/math/check.hpp"
 
@@ -14,7 +15,8 @@ class LinkTorsion : public LinearEffect {
  public:
   LinkTorsion(const RobotModel& robot, const std::string& owner, const Options& options)
       : link_(owner_index("link_torsion", "link", owner, robot.joint_count())),
-        parameters_{{owner, "inverse_gj", "1_nm2", 3e-7, "1 / (shear modulus times torsion constant)", 0}} {
+        parameters_{{owner, "inverse_gj", "1_nm2", 3 * plausible_bending(robot),
+                     "1 / (shear modulus times torsion constant)", 0}} {
     check_options("link_torsion", options, {});
     const Eigen::Vector3d axis = robot.link_axis(link_);
     length_ = axis.norm();

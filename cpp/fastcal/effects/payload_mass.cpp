@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: MIT
 //
 // The payload is heavier than the data say: `extra` [kg] in every row that carries one, at the payload's centre.
+#include "fastcal/effects/arm_size.hpp"
 #include "fastcal/effects/weight_effect.hpp"
 
 namespace fastcal {
@@ -12,7 +13,7 @@ class PayloadMass : public WeightEffect {
   PayloadMass(const RobotModel& robot, const std::string& owner, const Options& options)
       : WeightEffect(robot),
         p_flange_payload_(robot.description().p_flange_payload),
-        parameters_{{owner, "extra", "kg", 1, "mass of the payload beyond what the data say"}} {
+        parameters_{{owner, "extra", "kg", 0.01 * arm_mass(robot), "mass of the payload beyond what the data say"}} {
     check_payload_owner("payload_mass", owner);
     check_options("payload_mass", options, {});
   }

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from fastcal import _core
 from fastcal.diagnosis import generic
-from fastcal.diagnosis.fits import Fit, corner_start, identity_of
+from fastcal.diagnosis.fits import Fit, corner_start, identity_of, moves_nothing
 from fastcal.diagnosis.generic import Curves, Generic
 from fastcal.diagnosis.library import Hypothesis
 from fastcal.diagnosis.problem import ONE, Problem, core_entry
@@ -81,7 +81,7 @@ def blocks(at: Fit) -> Blocks:
             theta[part] = corner_start(name.entry, effects[offset + k], at, known)
             theta[part.start : part.start + 2] = 0.0
     near = _core.linearize(model, samples, problem.measured, theta, problem.common_noise, problem.threads)
-    J = np.asarray(near.J) / problem.noise.factor
+    J = np.where(moves_nothing(problem, model, near), 0.0, np.asarray(near.J) / problem.noise.factor)
     A, r, _row = at.whitened
     n_measured = len(near.row)
     columns = [J[:, first[offset + k] : first[offset + k + 1]] for k in range(len(names))]

@@ -37,6 +37,7 @@ from fastcal.errors import InvalidInput
 from fastcal.robot.robot import Spec
 
 FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
@@ -245,12 +246,26 @@ def _sizes(problem: Problem, model: _core.ErrorModel, near: _core.Linearization)
     MAX_GEOMETRY_SIZE of these at most: beyond, the tool moves along a curve.
     """
     length = np.linalg.norm(np.asarray(near.J), axis=0)
-    given = np.concatenate([[p.sigma for p in model.parameters], np.ones(len(problem.unknowns))])
-    given[~np.isfinite(given)] = 1.0
-    is_nil = length * given < rules.MIN_INFLUENCE * problem.misfit
+    given = _given_sizes(problem, model)
+    is_nil = moves_nothing(problem, model, near)
     size = np.where(is_nil, given, problem.misfit / np.where(is_nil, 1.0, length))
     size[: problem.own] = np.minimum(size[: problem.own], rules.MAX_GEOMETRY_SIZE * given[: problem.own])
     return size
+
+
+def moves_nothing(problem: Problem, model: _core.ErrorModel, near: _core.Linearization) -> BoolArray:
+    """(P,) does a parameter of the size that its model gives it move the rows by no more than rounding?
+
+    So does the compliance of an upright axis, whose load is the rounding of sums that cancel.
+    """
+    length = np.linalg.norm(np.asarray(near.J), axis=0)
+    return np.asarray(length * _given_sizes(problem, model) < rules.MIN_INFLUENCE * problem.misfit)
+
+
+def _given_sizes(problem: Problem, model: _core.ErrorModel) -> FloatArray:
+    """(P,) plausible sizes as the model's parameters bring them; 1 where they bring none."""
+    given = np.concatenate([[p.sigma for p in model.parameters], np.ones(len(problem.unknowns))])
+    return np.where(np.isfinite(given), given, 1.0)
 
 
 def _solve(A: FloatArray, g: FloatArray) -> FloatArray:

@@ -22,6 +22,8 @@ from fastcal.measurements.dataset import Dataset
 
 FloatArray = NDArray[np.float64]
 
+_ROUNDING = 1e-9  # of the largest load of any joint: what is left where a load cancels, about an upright axis
+
 
 @dataclass(frozen=True, eq=False)
 class Curves:
@@ -90,8 +92,8 @@ def joint_curves(joint: int, data: Dataset, loads: FloatArray, turns: Sequence[b
     q = data.q
     own = waves(q[:, joint], rules.CURVE_ORDERS) if turns[joint] else polynomials(q[:, joint], 2 * rules.CURVE_ORDERS)
     yield Curves((f"q{joint + 1}",), orthonormal(own))
-    load = loads[:, joint]
-    if np.ptp(load) > 1e-9 * max(np.abs(load).max(), 1e-12):
+    load = loads[:, joint] if np.ptp(loads[:, joint]) > _ROUNDING * np.abs(loads).max() else np.zeros(len(loads))
+    if load.any():
         signed = np.column_stack([polynomials(load, rules.CURVE_ORDERS), np.sign(load)])
         yield Curves(("torque",), orthonormal(signed))
     for name, values, degree in _conditions(data):
@@ -113,7 +115,7 @@ def _friction_curves(joint: int, data: Dataset, load: FloatArray) -> Iterator[Cu
         return
     own = data.approach[:, joint]
     yield Curves((f"approach{joint + 1}",), orthonormal(own[:, np.newaxis]))
-    if np.ptp(load) > 0:
+    if load.any():
         loaded = _scaled_to_one(np.column_stack([np.abs(load), load]))
         yield Curves((f"approach{joint + 1}", "torque"), orthonormal(own[:, np.newaxis] * loaded))
     for other in (joint - 1, joint + 1):
