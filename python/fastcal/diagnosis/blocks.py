@@ -15,6 +15,7 @@ from fastcal.diagnosis import generic
 from fastcal.diagnosis.fits import Fit, corner_start, identity_of, moves_nothing
 from fastcal.diagnosis.generic import Curves, Generic
 from fastcal.diagnosis.library import Hypothesis
+from fastcal.diagnosis.memory import without_memory
 from fastcal.diagnosis.problem import ONE, Problem, core_entry
 from fastcal.diagnosis.reasons import Label
 from fastcal.effects.entries import build_effects, curve_of
@@ -34,7 +35,8 @@ class Blocks:
     tests: _core.ScoreTests
     columns: FloatArray
     sizes: list[int]
-    frames: dict[str, FloatArray]  # (m, k) columns of a motion of base, joints, tool; rows of priors are not in them
+    # (m, k) columns of a motion of base, joints, tool, as `Fit.standardized` has them; rows of priors are not in them
+    frames: dict[str, FloatArray]
 
     def columns_of(self, index: int) -> FloatArray:
         """(m, k) of one block."""
@@ -92,7 +94,7 @@ def blocks(at: Fit) -> Blocks:
     generics, generic_columns = _generic_columns(at, frame_columns, np.asarray(near.row))
     columns += generic_columns
     C = np.zeros((len(r), sum(c.shape[1] for c in columns)))
-    C[:n_measured] = np.hstack(columns)
+    C[:n_measured] = without_memory(problem, np.hstack(columns), np.asarray(near.row, dtype=np.intp))
     sizes = [c.shape[1] for c in columns]
     return Blocks(names, generics, _core.ScoreTests(*triangle(A, C, r), sizes), C, sizes, frame_columns)
 

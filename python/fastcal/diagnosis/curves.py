@@ -15,6 +15,7 @@ from fastcal.calibration.options_from_data import with_origins
 from fastcal.calibration.smoothing import LinearProblem, choose_curvatures
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.fits import Fit, held
+from fastcal.diagnosis.memory import without_memory
 from fastcal.effects.entries import build_effects
 from fastcal.robot.robot import Spec
 
@@ -29,6 +30,7 @@ def with_curvatures(at: Fit, curves: Sequence[Spec]) -> list[Spec]:
     first, last = len(at.model.parameters), len(model.parameters)
     theta = np.concatenate([at.theta[:first], np.zeros(last - first), at.theta[first:]])
     near = _core.linearize(model, samples, problem.measured, theta, problem.common_noise, problem.threads)
+    row = np.asarray(near.row, dtype=np.int64)
     others = [i if i < first else i + last - first for i in at.free]
     pull = np.full(len(at.prior), np.inf)
     pull[: problem.own] = geometry_pulls(model)
@@ -38,9 +40,9 @@ def with_curvatures(at: Fit, curves: Sequence[Spec]) -> list[Spec]:
     ends = len(others) + np.cumsum([0, *(len(e.parameters) for e in effects)])
     chosen = choose_curvatures(
         LinearProblem(
-            np.asarray(near.J)[:, [*others, *range(first, last)]] / problem.noise.factor,
-            np.asarray(near.r) / problem.noise.factor,
-            np.asarray(near.row, dtype=np.int64),
+            without_memory(problem, np.asarray(near.J)[:, [*others, *range(first, last)]] / problem.noise.factor, row),
+            without_memory(problem, np.asarray(near.r) / problem.noise.factor, row),
+            row,
             [np.arange(a, b) for a, b in pairwise(ends)],
             [np.asarray(e.penalty) for e in effects],
             weak,

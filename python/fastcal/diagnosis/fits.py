@@ -31,6 +31,7 @@ from fastcal.calibration.parameter_table import unknowns_by_owner
 from fastcal.calibration.smoothing import prior_deviations
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.library import Hypothesis
+from fastcal.diagnosis.memory import without_memory
 from fastcal.diagnosis.problem import Problem, core_entry, with_nuisances
 from fastcal.effects.entries import build_effects, traits_of
 from fastcal.errors import InvalidInput
@@ -120,12 +121,25 @@ class Fit:
 
     @cached_property
     def whitened(self) -> tuple[FloatArray, FloatArray, NDArray[np.intp]]:
-        """A (m, p) of the free parameters, r (m) measured less predicted, row (m): of the data, -1 a prior's."""
-        r = -np.asarray(self.near.r) / self.problem.noise.factor
+        """A (m, p) of the free parameters, r (m) measured less predicted, row (m): of the data, -1 a prior's.
+
+        Of white noise: what rows share with those measured before them is taken out.
+        """
+        own = np.asarray(self.near.row, dtype=np.intp)
+        r = without_memory(self.problem, -np.asarray(self.near.r) / self.problem.noise.factor, own)
+        return self._with_priors(self._measured, r)
+
+    @cached_property
+    def standardized(self) -> tuple[FloatArray, FloatArray, NDArray[np.intp]]:
+        """`whitened` as it was measured, row by row: each number over its standard deviation, whatever they share."""
+        factor = self.problem.noise.factor
+        return self._with_priors(np.asarray(self.near.J)[:, self.free] / factor, -np.asarray(self.near.r) / factor)
+
+    def _with_priors(self, A: FloatArray, r: FloatArray) -> tuple[FloatArray, FloatArray, NDArray[np.intp]]:
         deviation = held(self.prior, self.pull)[self.free]
         away = (self.theta - self.centre)[self.free] / deviation
         row = np.concatenate([np.asarray(self.near.row, dtype=np.intp), np.full(len(away), -1)])
-        return np.vstack([self._measured, np.diag(1 / deviation)]), np.concatenate([r, -away]), row
+        return np.vstack([A, np.diag(1 / deviation)]), np.concatenate([r, -away]), row
 
     @property
     def on_every_row(self) -> tuple[Problem, tuple[FloatArray, FloatArray, NDArray[np.intp]]]:
@@ -138,7 +152,8 @@ class Fit:
     @property
     def _measured(self) -> FloatArray:
         """(m, F) whitened derivatives of the measured numbers."""
-        return np.asarray(self.near.J)[:, self.free] / self.problem.noise.factor
+        J = np.asarray(self.near.J)[:, self.free] / self.problem.noise.factor
+        return without_memory(self.problem, J, np.asarray(self.near.row, dtype=np.intp))
 
     @cached_property
     def freedom(self) -> float:
@@ -184,16 +199,20 @@ def fit(problem: Problem, added: Sequence[Hypothesis], start: Fit | None = None,
     def linearized(theta: FloatArray) -> _core.Linearization:
         return _core.linearize(model, samples, problem.measured, theta, problem.common_noise, problem.threads)
 
+    def white(near: _core.Linearization, values: FloatArray) -> FloatArray:
+        return without_memory(problem, values, np.asarray(near.row, dtype=np.intp))
+
     def remaining(theta: FloatArray, near: _core.Linearization) -> float:
-        r = np.asarray(near.r) / factor
+        r = white(near, np.asarray(near.r)) / factor
         away = (theta - centre)[free] / deviation
         return float(r @ r + away @ away)
 
     def stepped(theta: FloatArray, near: _core.Linearization, reach: float) -> tuple[FloatArray, float]:
         """The next point, and by how much chi square would fall there if the rows were linear."""
         scale = size[free]
-        A = np.vstack([np.asarray(near.J)[:, free] * (scale / factor), np.diag(np.hypot(scale / deviation, 1 / reach))])
-        b = np.concatenate([-np.asarray(near.r) / factor, np.zeros(len(free))])
+        J = white(near, np.asarray(near.J)[:, free])
+        A = np.vstack([J * (scale / factor), np.diag(np.hypot(scale / deviation, 1 / reach))])
+        b = np.concatenate([-white(near, np.asarray(near.r)) / factor, np.zeros(len(free))])
         g = A.T @ b - (theta - centre)[free] * scale / deviation**2
         out = theta.copy()
         step = _solve(A, g)

@@ -19,6 +19,7 @@ from fastcal.calibration.repeatability import visit_groups
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.blocks import Blocks, blocks
 from fastcal.diagnosis.fits import Fit, fit
+from fastcal.diagnosis.memory import memory, remembering
 from fastcal.diagnosis.problem import Noise, Problem
 from fastcal.diagnosis.robust_rows import RichFit, without_outliers
 from fastcal.measurements.dataset import Dataset
@@ -59,17 +60,28 @@ def with_estimated_noise(problem: Problem, at: Fit, option: float | None) -> tup
     """
     every = problem.with_rows(problem.data.measured)
     whole = at if at.problem is every else fit(every, at.added, at)
-    rich = rich_fit(whole, blocks(whole))
+    X = rich_columns(whole, blocks(whole))
+    _A, r, row = whole.whitened
+    rich = without_outliers(X, r, row)
+    rho = memory(every, X, r, row, rich.wrong)
+    if rho > 0:
+        every = remembering(every, rho)
+        whole = fit(every, at.added, whole)
+        rich = rich_fit(whole, blocks(whole))
     known = _from_repeats(every, rich, problem.data, option)
     if known is None and problem.data.sigma_position is not None and _agreement(rich) > 0:
         more = _rms_sigma(every, problem.data) * np.sqrt(max(rich.mean_square - 1.0, 0.0))
         position, turn, length = every.noise.common
-        every = every.with_noise(Noise((float(np.hypot(position, more)), turn, float(np.hypot(length, more)))))
+        common = (float(np.hypot(position, more)), turn, float(np.hypot(length, more)))
+        every = every.with_noise(replace(every.noise, common=common))
         whole = fit(every, at.added, whole)
         rich = rich_fit(whole, blocks(whole))
     level = known or noise_level(every, rich, problem.data, option)
     used = every.used.copy()
     used[every.rows[isolated_rows(rich.wrong, every.kept)]] = False
+    if rho > 0:
+        alike = f"errors of rows measured one after the other are alike (correlation {rho:.2f}), and all tests and "
+        level = replace(level, note=f"{level.note}; {alike}stated deviations take that in")
     return replace(every, used=used, noise=level.noise), level
 
 
@@ -99,8 +111,14 @@ def _agreement(rich: RichFit) -> int:
 
 
 def rich_fit(at: Fit, blocks: Blocks) -> RichFit:
-    """A robust fit of the parameters and as many blocks as RICH_MODEL_SHARE allows, those that are clear first."""
-    A, r, row = at.whitened
+    """A robust fit of the rich model."""
+    _A, r, row = at.whitened
+    return without_outliers(rich_columns(at, blocks), r, row)
+
+
+def rich_columns(at: Fit, blocks: Blocks) -> FloatArray:
+    """Unit columns of the parameters and as many blocks as RICH_MODEL_SHARE allows, those that are clear first."""
+    A = at.whitened[0]
     ranks = np.asarray(blocks.tests.scores.rank)
     budget = rules.RICH_MODEL_SHARE * at.freedom
     columns = [A]
@@ -110,7 +128,7 @@ def rich_fit(at: Fit, blocks: Blocks) -> RichFit:
             budget -= ranks[index]
     X = np.hstack(columns)
     length = np.linalg.norm(X, axis=0)
-    return without_outliers(X[:, length > 0] / length[length > 0], r, row)
+    return np.asarray(X[:, length > 0] / length[length > 0])
 
 
 def _clear(blocks: Blocks) -> list[int]:

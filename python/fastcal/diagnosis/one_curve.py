@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.library import Hypothesis
+from fastcal.diagnosis.memory import without_memory
 from fastcal.diagnosis.periodic import is_periodic
 from fastcal.diagnosis.search import Search, SearchNode
 from fastcal.surrogate.evidence import Beside
@@ -48,12 +49,12 @@ def is_one_curve(search: Search, state: SearchNode, waves: Sequence[Hypothesis])
     A, r, _ = base.fit.whitened
     beside = Beside(A, r)
     turn = base.blocks.frames[owner][:, 0]
-    row = np.asarray(base.fit.near.row)
+    row = np.asarray(base.fit.near.row, dtype=np.intp)
     q = search.problem.kept.q[:, int(owner.removeprefix("joint")) - 1]
 
     def evidence(functions: FloatArray) -> float:
         columns = np.zeros((len(r), functions.shape[1]))
-        columns[: len(turn)] = functions[row] * turn[:, np.newaxis]
+        columns[: len(turn)] = without_memory(search.problem, functions[row] * turn[:, np.newaxis], row)
         return beside.weigh(columns / np.sqrt(np.mean(turn**2))).evidence
 
     tried = {name.cause for name in search.problem.names if name.owner == owner and is_periodic(name)}

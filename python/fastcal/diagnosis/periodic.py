@@ -18,6 +18,7 @@ from fastcal import _core
 from fastcal.calibration.evaluation import pose_groups
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.library import Hypothesis, harmonics
+from fastcal.diagnosis.memory import without_memory
 from fastcal.diagnosis.tail_probabilities import p_values
 from fastcal.effects.entries import curve_of, effect_names, traits_of
 
@@ -50,6 +51,7 @@ def scan(state: SearchNode) -> list[Hypothesis]:
         angle = np.outer(q, orders)[row[measured]]
         C = np.zeros((len(r), 2 * len(orders)))
         C[measured, 0::2], C[measured, 1::2] = turn * np.sin(angle), turn * np.cos(angle)
+        C[measured] = without_memory(problem, C[measured], row[measured])
         scores = _core.ScoreTests(A, C, r, [2] * len(orders)).scores
         trials = len(orders) * problem.start.robot.joint_count / 2
         peaks = _peaks(orders, np.asarray(scores.statistic), np.asarray(scores.rank), problem.noise.freedom, trials)

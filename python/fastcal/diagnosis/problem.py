@@ -27,11 +27,15 @@ ONE = " one"  # a column of ones: a regressor on it moves a frame, which gives t
 
 @dataclass(frozen=True, eq=False)
 class Noise:
-    """Standard deviation of a measured number: root of its claim's square and common^2, times factor."""
+    """Standard deviation of a measured number: root of its claim's square and common^2, times factor.
+
+    `memory` is the correlation of rows measured one after the other.
+    """
 
     common: tuple[float, float, float]  # positions [m], all that is in rad, other lengths [m]
     factor: float = 1.0
     freedom: float = np.inf  # degrees of freedom that it was estimated with
+    memory: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,6 +13,7 @@ from fastcal.surrogate import add_surrogate, formulas
 from fastcal.surrogate.adding import EVIDENCE
 
 _COLUMNS = {"time": "time_s", "temperature": "temperature_c", "payload": "payload_kg"}
+_SLOW = frozenset(["time", "temperature"])  # over which noise with a memory is a curve too
 
 
 def with_surrogate(
@@ -34,6 +35,7 @@ def with_surrogate(
         problem.data.select(problem.used),
         noise=(float(common[0]), float(common[1]), float(common[2])),
         unknowns=fit.theta[len(fit.model.parameters) :],
+        exclude=_SLOW if problem.noise.memory > 0 else frozenset(),
         threads=judge.threads,
     )
     if found.owner is None or found.evidence < EVIDENCE:

@@ -54,7 +54,7 @@ class Effect:
     @staticmethod
     def fitted(fit: Fit, place: slice) -> Effect:
         """Of parameters that are in the fit."""
-        A, r, row = fit.whitened
+        A, r, row = fit.standardized
         own = [fit.free.index(i) for i in range(place.start, place.stop)]
         beyond = _beyond(fit, np.delete(np.arange(A.shape[1]), own), A[:, own])
         measured = row >= 0

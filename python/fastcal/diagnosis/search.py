@@ -247,7 +247,7 @@ class Search:
         data = self.problem.kept
         if "at_s" not in name.entry or data.time is None:
             return name
-        A, r, row = state.fit.whitened
+        A, r, row = state.fit.standardized
         measured = row >= 0
         at, _ = find_step(A[measured], state.blocks.frames["base"], -r[measured], row[measured], data.time)
         return Hypothesis({**name.entry, "at_s": at}, f"at_s={at:.6g}")

@@ -96,10 +96,10 @@ def add_surrogate(
         noise: Standard deviation common to all numbers: positions [m], rotations [rad], lengths [m]. A wrong one
             weights kinds of numbers against each other wrongly, and nothing else: their common factor is estimated.
         unknowns: (U,) of the observations: places of anchors, planes ...
-        exclude: Places to leave out, such as "workspace".
+        exclude: Places and inputs to leave out, such as "workspace", "time".
         threads: Cores; the result does not depend on it.
     """
-    open_ones = [c for c in candidates(model, data) if c.owner not in exclude]
+    open_ones = [c for c in candidates(model, data) if not exclude & {c.owner, *c.inputs}]
     owners = list(dict.fromkeys(c.owner for c in open_ones))
     few = data.select(_some(len(data), _ROWS))
     problem = rest_problem(model, few, noise, unknowns, owners, threads)

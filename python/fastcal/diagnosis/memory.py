@@ -1,0 +1,85 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Noise with memory: rows measured one after the other err alike, and every fit and test takes that in.
+
+Temperature, air and drift make noise that changes slowly: AR(1), numbers of rows s and t correlated by rho^|s - t|
+along the order of measuring. Its whitening is generalized least squares (P. Prais, C. Winsten 1954): each number less
+rho^k times that of the row k places before it, over sqrt(1 - rho^2k). Fits, score tests and standard deviations then
+are those of white noise. rho is found beside the rich model (`noise.py`): a missing drift is no memory.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal.calibration.serial_correlation import serial_correlation
+from fastcal.diagnosis.problem import Problem
+from fastcal.measurements.dataset import Dataset
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.intp]
+
+
+def measuring_place(data: Dataset) -> IntArray:
+    """(N,) place of each row in the order of measuring: by its time, or as the file has it."""
+    if data.time is None:
+        return np.arange(len(data))
+    place = np.empty(len(data), dtype=np.intp)
+    place[np.argsort(data.time, kind="stable")] = np.arange(len(data))
+    return place
+
+
+def memory(problem: Problem, X: FloatArray, r: FloatArray, row: IntArray, wrong: IntArray) -> float:
+    """Correlation of neighbours in what a model leaves; 0 where white noise would do.
+
+    Args:
+        problem: Whose rows these are.
+        X: (m, p) columns of the model.
+        r: (m,) what it is to explain.
+        row: (m,) fitted row of each number, -1 a prior's.
+        wrong: Rows that do not fit.
+    """
+    place = measuring_place(problem.data)[problem.rows]
+    measured = np.flatnonzero((row >= 0) & ~np.isin(row, wrong))
+    order = measured[np.argsort(place[row[measured]], kind="stable")]
+    if len(order) <= X.shape[1]:
+        return 0.0
+    length = np.linalg.norm(X[order], axis=0)
+    kept = length > 0
+    found = serial_correlation(X[np.ix_(order, kept)] / length[kept], r[order], place[row[order]], len(problem.data))
+    return 0.0 if found is None else found.rho
+
+
+def without_memory(problem: Problem, values: FloatArray, row: IntArray) -> FloatArray:
+    """Numbers (m, ...) of measured rows, decorrelated; the same where the noise has no memory.
+
+    A row that holds as many numbers as the one before it follows on that one; any other begins anew.
+    """
+    rho = problem.noise.memory
+    if rho == 0:
+        return values
+    place = measuring_place(problem.data)[problem.rows]
+    first = np.searchsorted(row, np.arange(len(place)))
+    count = np.bincount(row, minlength=len(place))
+    order = np.argsort(place, kind="stable")
+    order = order[count[order] > 0]
+    before, after = order[:-1], order[1:]
+    follows = count[before] == count[after]
+    before, after = before[follows], after[follows]
+    share = rho ** (place[after] - place[before]).astype(float)
+    out = np.array(values, dtype=np.float64)
+    for width in np.unique(count[after]):
+        same = count[after] == width
+        there = first[after[same]][:, np.newaxis] + np.arange(width)
+        here = first[before[same]][:, np.newaxis] + np.arange(width)
+        part = share[same].reshape(-1, *[1] * values.ndim)
+        out[there] = (values[there] - part * values[here]) / np.sqrt(1 - part**2)
+    return out
+
+
+def remembering(problem: Problem, rho: float) -> Problem:
+    """The problem with noise of this memory."""
+    return problem.with_noise(replace(problem.noise, memory=rho))

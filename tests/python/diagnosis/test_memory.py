@@ -1,0 +1,101 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Errors of rows measured one after the other that are alike: noticed, said, and taken into tests and deviations."""
+
+import re
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal import Robot, diagnose, load_robot, perturbed, random_poses, simulate
+from fastcal.diagnosis import Diagnosis
+from fastcal.diagnosis.fits import fit
+from fastcal.diagnosis.memory import remembering, without_memory
+from fastcal.diagnosis.problem import Noise, prepared_problem
+from fastcal.measurements.dataset import Dataset
+
+FloatArray = NDArray[np.float64]
+
+SIGMA = 5e-5  # [m]
+ROWS = 150
+RHO = 0.85
+
+
+@cache
+def arm() -> Robot:
+    return load_robot("ur10e")
+
+
+def slow_noise(rho: float, seed: int) -> FloatArray:
+    """(ROWS, 3) of standard deviation SIGMA."""
+    e = np.random.default_rng(seed).standard_normal((ROWS, 3))
+    for k in range(1, ROWS):
+        e[k] = rho * e[k - 1] + np.sqrt(1 - rho**2) * e[k]
+    return SIGMA * e
+
+
+def rows(rho: float, gap: float = 0.0, seed: int = 1) -> Dataset:
+    """A warming arm without a cause, or with backlash; its rows are not in the order in which they were measured."""
+    random = np.random.default_rng(seed)
+    time = np.cumsum(random.uniform(20.0, 40.0, ROWS))
+    warm = 293.15 + 8 * (1 - np.exp(-2 * time / time[-1]))
+    approach = random.choice([-1.0, 1.0], (ROWS, 6))
+    q = random_poses(arm(), ROWS, seed=seed)
+    poses = Dataset.from_arrays(q, robot=arm(), time=time, temperature=warm, approach=approach)
+    slack = {"effect": "backlash", "owner": "joint2", "parameters": {"gap_rad": gap}}
+    true = Robot(dict(perturbed(arm(), seed=seed).spec) | {"effects": [slack] if gap else []})
+    points = simulate(true, poses, noise=1e-12, seed=seed).position
+    assert points is not None
+    seen = replace(poses, position=points + slow_noise(rho, seed))
+    return seen.select(random.permutation(ROWS))
+
+
+@cache
+def correlated() -> Diagnosis:
+    return diagnose(arm(), rows(RHO))
+
+
+def test_slow_noise_is_noticed_and_is_no_cause() -> None:
+    found = correlated()
+    assert found.verdict == "none"
+    assert abs(found.search.problem.noise.memory - RHO) < 0.12
+    (written,) = re.findall(r"alike \(correlation (.*)\)", found.sigma_note)
+    assert abs(float(written) - RHO) < 0.12
+
+
+def test_white_noise_has_no_memory() -> None:
+    found = diagnose(arm(), rows(0.0))
+    assert found.search.problem.noise.memory == 0
+    assert "alike" not in found.sigma_note
+
+
+def test_a_cause_is_found_beside_slow_noise() -> None:
+    (found,) = diagnose(arm(), rows(RHO, gap=2e-4)).effects
+    assert found.label == "backlash@joint2"
+    size = found.parameters["gap_rad"]
+    assert abs(size.value - 2e-4) < 4 * size.std
+
+
+def test_fits_are_generalized_least_squares() -> None:
+    """Beside the dense correlation matrix, with rows that were not used between the others."""
+    data = rows(RHO)
+    problem = prepared_problem(arm(), data, [], Noise((SIGMA, 1e-4, SIGMA)), 1)
+    used = problem.used.copy()
+    used[[3, 4, 70]] = False
+    problem = remembering(problem.with_rows(used), 0.7)
+    at = fit(problem, [])
+    assert data.time is not None
+    place = np.argsort(np.argsort(data.time))[np.flatnonzero(used)]
+    row = np.asarray(at.near.row)
+    apart = np.abs(place[row][:, np.newaxis] - place[row])
+    same = np.arange(len(row)) % 3
+    Omega = np.where(same[:, np.newaxis] == same, 0.7**apart, 0.0)
+    J = np.asarray(at.near.J)[:, at.free]
+    normal = J.T @ np.linalg.solve(Omega, J) + np.diag(at.prior[at.free] ** -2)
+    scale = np.sqrt(np.diag(normal))
+    covariance = np.linalg.inv(normal / np.outer(scale, scale)) / np.outer(scale, scale)
+    np.testing.assert_allclose(np.diag(at.covariance), np.diag(covariance), rtol=1e-6)
+    r = without_memory(problem, np.asarray(at.near.r), row)
+    np.testing.assert_allclose(r @ r, at.near.r @ np.linalg.solve(Omega, at.near.r), rtol=1e-9)
