@@ -173,8 +173,8 @@ def calibrate(
     beyond = [] if test is None else [f"{test.source}: {note}" for note in range_notes(result_model, test)]
     train = evaluate(result_model, data, **judge)
     return CalibrationResult(
-        status=found.status,
-        message=found.message,
+        status=found.status if seen.refusal is None else "not_converged",
+        message=seen.refusal or found.message,
         model=result_model,
         nominal=aligned,
         loss=found.loss if loss != "none" else loss,

@@ -16,10 +16,13 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal import _core
 from fastcal.calibration.gamma_tail import gamma_tail
 from fastcal.measurements.dataset import Dataset
+from fastcal.robot.robot import Robot
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 
 _ABSORBED = 1e-3  # share of a column that the model's own leave of it: below this they explain it
 
@@ -43,6 +46,14 @@ def posture_features(data: Dataset, joint_types: list[str]) -> FloatArray:
     table = table - table.mean(axis=0)
     size = np.sqrt(np.mean(table**2, axis=0))
     return np.asarray(table[:, size > 1e-9] / size[size > 1e-9])
+
+
+def posture_dependence(J: FloatArray, residual: FloatArray, rows: IntArray, robot: Robot, data: Dataset) -> float:
+    """`posture_p_value` of the points of some rows of the data; J (3 n, p) and residual (3 n,) are theirs."""
+    rigid = _core.ErrorModel(robot.core, [], np.zeros(0))
+    lever = np.asarray(_core.joint_jacobian(rigid, _core.Samples(data.q[rows]), 1))[:, :3]
+    features = posture_features(data, robot.joint_types)[rows]
+    return posture_p_value(J, residual, lever.reshape(len(residual), -1), features)
 
 
 def posture_p_value(J: FloatArray, residual: FloatArray, lever: FloatArray, features: FloatArray) -> float:

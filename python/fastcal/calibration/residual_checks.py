@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -12,8 +11,10 @@ from numpy.typing import NDArray
 
 from fastcal import _core
 from fastcal.calibration.alignment import measurements
-from fastcal.calibration.lack_of_fit import posture_features, posture_p_value
+from fastcal.calibration.gross_rows import Refit, majority
+from fastcal.calibration.lack_of_fit import posture_dependence
 from fastcal.calibration.problem import CalibrationProblem
+from fastcal.calibration.residuals import Residuals, near_fit, without_rows
 from fastcal.calibration.serial_correlation import SerialCorrelation, serial_correlation
 from fastcal.calibration.shifted_rows import Shift, find_shift
 from fastcal.measurements.dataset import Dataset
@@ -27,30 +28,6 @@ MOST_ROWS = 5000  # beyond, the dense Jacobian of the checks costs more than the
 CHANCE = 1e-3  # of a sentence about data in which nothing is missing
 
 
-Refit = Callable[[CalibrationProblem], _core.Identification]
-
-
-@dataclass(frozen=True, eq=False)
-class Residuals:
-    """The problem near a fit.
-
-    Attributes:
-        J: (m, P) whitened columns of all parameters.
-        residual: (m,) whitened, predicted less measured.
-        row: (m,) the row that each number stands in, ascending.
-        free: Columns of the identified parameters.
-        kept: (m,) is its row no outlier?
-        scale: [m] what a whitened 1 stands for.
-    """
-
-    J: FloatArray
-    residual: FloatArray
-    row: NDArray[np.int64]
-    free: list[int]
-    kept: NDArray[np.bool_]
-    scale: float
-
-
 @dataclass(frozen=True, eq=False)
 class Checks:
     """What was found.
@@ -58,18 +35,20 @@ class Checks:
     Attributes:
         serial: Noise with memory; its covariance is that of the parameters, SI.
         notes: Sentences for a reader.
-        set_aside: Rows of a part that moved.
+        set_aside: Rows of a part that moved, and gross rows beside those that the fit found.
+        refusal: Why the fit is no answer; None where it is one.
     """
 
     serial: SerialCorrelation | None = None
     notes: list[str] = field(default_factory=list)
     set_aside: list[int] = field(default_factory=list)
+    refusal: str | None = None
 
 
 def checked(
     problem: CalibrationProblem, found: _core.Identification, refit: Refit
 ) -> tuple[_core.Identification, Checks]:
-    """The fit, or a better one without the part of the data that moved, and what its residuals say.
+    """The fit, or a better one without a part of the data that moved or gross rows, and what its residuals say.
 
     Args:
         problem: Its rows are in the order of measuring; with the loss "none" no row is set aside.
@@ -83,7 +62,8 @@ def checked(
     set_aside: list[int] = []
     shift = moved_part(near, problem.model, problem.data)
     if shift is not None:
-        cleared, rows = without_part(problem.data, shift)
+        rows = shift.smaller_part(len(problem.data))
+        cleared = without_rows(problem.data, rows)
         part = problem.with_(data=cleared, measured=measurements(cleared, problem.robot))
         again = refit(part) if problem.loss != "none" else found
         left = near_fit(problem, again)
@@ -92,22 +72,15 @@ def checked(
             late = np.isin(left.row, rows)
             size = left.scale * float(np.sqrt(np.sum(left.residual[late] ** 2) / len(rows)))
             notes.append(shift_note(replace(shift, size=size), len(cleared), is_used=False))
-            found, problem, set_aside = again, part, rows
-            near = near_fit(problem, found) or near
+            found, problem, set_aside = again, part, rows.tolist()
         else:
             notes.append(shift_note(shift, len(cleared), is_used=True))
+    agreed = majority(problem, found, refit)
+    found, problem = agreed.found, agreed.problem
+    notes += agreed.notes
+    near = near_fit(problem, found) or near
     serial, more = noise_and_posture(near, problem.robot, problem.data)
-    return found, Checks(serial, notes + more, set_aside)
-
-
-def near_fit(problem: CalibrationProblem, found: _core.Identification) -> Residuals | None:
-    """The linearized problem; None where nothing was identified or no points were measured."""
-    if not found.free or problem.data.position is None or not found.sigma[0] > 0:
-        return None
-    near = problem.linearize(np.asarray(found.theta), found.common_noise)
-    row = np.asarray(near.row, dtype=np.int64)
-    kept = ~np.isin(row, found.outliers)
-    return Residuals(np.asarray(near.J), np.asarray(near.r), row, list(found.free), kept, float(found.sigma[0]))
+    return found, Checks(serial, notes + more, [*set_aside, *agreed.set_aside], agreed.refusal)
 
 
 def moved_part(near: Residuals, model: _core.ErrorModel, data: Dataset) -> Shift | None:
@@ -118,30 +91,6 @@ def moved_part(near: Residuals, model: _core.ErrorModel, data: Dataset) -> Shift
     turned = data.rotation is not None
     motions = [near.J[:, :6], near.J[:, own - 6 : own if turned else own - 3]]
     return find_shift(near.J[:, near.free], motions, near.residual, near.row, near.scale)
-
-
-def without_part(data: Dataset, shift: Shift) -> tuple[Dataset, list[int]]:
-    """The data with what was measured in the smaller part taken out, and its rows."""
-    first, count = shift.first, len(data)
-    rows = np.arange(first, count) if count - first <= first else np.arange(first)
-
-    def blank(values: FloatArray | None) -> FloatArray | None:
-        if values is None:
-            return None
-        out = np.array(values)
-        out[rows] = np.nan
-        return out
-
-    texts = {name: [t if i not in rows else "" for i, t in enumerate(v)] for name, v in data.observed_labels.items()}
-    cleared = replace(
-        data,
-        position=blank(data.position),
-        rotation=blank(data.rotation),
-        distance=blank(data.distance),
-        observed={name: blanked for name, values in data.observed.items() if (blanked := blank(values)) is not None},
-        observed_labels=texts,
-    )
-    return cleared, rows.tolist()
 
 
 def shift_note(shift: Shift, count: int, *, is_used: bool) -> str:
@@ -173,11 +122,7 @@ def noise_and_posture(near: Residuals, robot: Robot, data: Dataset) -> tuple[Ser
         serial = replace(serial, covariance=serial.covariance / np.outer(scale, scale))
     whole = np.bincount(row, minlength=len(data)) == 3
     if len(kinds_of(data)) == 1 and np.sum(whole) * 3 == len(residual):
-        rigid = _core.ErrorModel(robot.core, [], np.zeros(0))
-        rows = np.flatnonzero(whole)
-        lever = np.asarray(_core.joint_jacobian(rigid, _core.Samples(data.q[rows]), 1))[:, :3]
-        features = posture_features(data, robot.joint_types)[rows]
-        p = posture_p_value(J, residual, lever.reshape(len(residual), -1), features)
+        p = posture_dependence(J, residual, np.flatnonzero(whole), robot, data)
         if p < CHANCE:
             notes.append(
                 f"the residuals depend on the posture (p = {p:.1g}): an effect is missing from the model, and the "

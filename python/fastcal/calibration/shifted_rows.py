@@ -34,6 +34,10 @@ class Shift:
     first: int
     size: float
 
+    def smaller_part(self, count: int) -> IntArray:
+        """The rows before or after the change, of `count`, whichever are fewer."""
+        return np.arange(self.first, count) if count - self.first <= self.first else np.arange(self.first)
+
 
 def find_shift(
     J: FloatArray, motions: list[FloatArray], residual: FloatArray, row: IntArray, scale: float

@@ -1,0 +1,117 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Which rows agree with one another far better than all do? A search for gross rows that a robust fit cannot leave.
+
+A redescending loss finds the fit nearest to its start. Where four rows in ten are gross in the same way, or most rows
+are, the start lies between the two, and the fit ends at a noise that hides them all. So the linearized problem is
+solved from many small random sets of rows, with the parameters held near nominal (FAST-LTS: P. Rousseeuw, K. Van
+Driessen 1999), and each is followed to the set of rows that a mixture of two Gaussians makes most probable: rows that
+agree, with the noise that their fit leaves, and the others, with a noise of their own. For k of N rows the negative
+logarithm is
+
+    S = (n - p) log s + p/2 log k + m log u + log binomial(N, k)
+
+with s the RMS over n - p degrees of freedom of their n numbers about the fit of p parameters (the first two terms are
+what integrating a flat prior of the parameters leaves), u the RMS of the m other numbers, and the last term the price
+of naming the rows.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+
+MARGIN = 10.0  # of S, by which a set of rows must be better than that of the fit
+GROSS = 8.0  # times the noise of those that agree, RMS: rows less far off are noisy, or the model lacks an effect
+_STARTS = 300
+_START_ROWS = 5  # 15 numbers: base and tool, and a little of the arm
+_FOLLOWED = 40  # sets after the first step
+_ROUNDS = 12
+_MOST_ROWS = 200  # of more, every k-th is searched
+_FREEDOM = 1 / 3  # of a set's numbers must be left by its fit: with fewer it bends to each row
+_START_NOISE = 1e-4  # [m] the noise at which a start holds its parameters to their plausible sizes
+_LOOSE = 1e-6  # weight that holds what the rows do not show, beside that of a start
+
+
+class Rows:
+    """The linearized problem of rows with three numbers each."""
+
+    def __init__(self, J: FloatArray, residual: FloatArray, rank: int) -> None:
+        """J (N, 3, P) by plausible sizes, residual (N, 3) predicted less measured, rank: parameters that show."""
+        self.J, self.residual, self.rank = J, residual, rank
+        self.count, _, self.columns = J.shape
+        self.normal = np.einsum("nci,ncj->nij", J, J).reshape(self.count, -1)
+        self.pull = np.einsum("nci,nc->ni", J, residual)
+
+    def squares(self, weight: FloatArray, held: float) -> FloatArray:
+        """(S, N) squared residual lengths about the fits of rows with weights (S, N), parameters held at 0."""
+        A = (weight @ self.normal).reshape(-1, self.columns, self.columns) + held * np.eye(self.columns)
+        x = -np.linalg.solve(A, (weight @ self.pull)[..., np.newaxis])[..., 0]
+        left = self.residual + np.tensordot(x, self.J, axes=(1, 2))
+        return np.asarray(np.einsum("snc,snc->sn", left, left))
+
+    def score(self, inside: FloatArray, outside: FloatArray, k: IntArray) -> FloatArray:
+        """S by the sums of squares of k rows and of the others; infinite where too few degrees of freedom are left."""
+        from scipy import special  # see find_shift
+
+        N, tiny = self.count, np.finfo(float).tiny
+        freedom = 3 * k - self.rank
+        n, m = np.maximum(freedom, 1), np.maximum(3 * (N - k), 1)
+        total = 0.5 * n * np.log(np.maximum(inside, tiny) / n) + 0.5 * self.rank * np.log(k)
+        total += np.where(k < N, 0.5 * m * np.log(np.maximum(outside, tiny) / m), 0.0)
+        total += special.gammaln(N + 1) - special.gammaln(k + 1) - special.gammaln(N - k + 1)
+        return np.where(freedom >= _FREEDOM * 3 * k, total, np.inf)
+
+    def noise(self, chosen: BoolArray, held: float) -> float:
+        """Root mean square of the numbers of some rows about their fit, over its degrees of freedom."""
+        squares = self.squares(chosen[np.newaxis].astype(float), held)[0]
+        return float(np.sqrt(squares[chosen].sum() / max(3 * chosen.sum() - self.rank, 1)))
+
+    def are_gross(self, chosen: BoolArray, held: float) -> bool:
+        """Are the rows that are not chosen off by GROSS times the noise of the others?"""
+        squares = self.squares(chosen[np.newaxis].astype(float), held)[0]
+        off = float(np.sqrt(squares[~chosen].sum() / max(3 * np.sum(~chosen), 1)))
+        return off >= GROSS * self.noise(chosen, held) > 0
+
+    def most_probable(self, squares: FloatArray) -> tuple[FloatArray, BoolArray]:
+        """Of the sets of the k smallest `squares` (S, N) that with the least S: S (S,) and its rows (S, N)."""
+        order = np.argsort(squares, axis=1)
+        inside = np.cumsum(np.take_along_axis(squares, order, axis=1), axis=1)
+        scores = self.score(inside, inside[:, -1:] - inside, np.arange(1, self.count + 1))
+        best = np.argmin(scores, axis=1)[:, np.newaxis]
+        return np.take_along_axis(scores, best, axis=1)[:, 0], np.argsort(order, axis=1) <= best
+
+
+def agreeing_rows(rows: Rows, kept: BoolArray, noise: float) -> BoolArray | None:
+    """(N,) rows that agree far better than those that the fit kept, None where there are none.
+
+    Args:
+        rows: The problem, linearized where the parameters are nominal.
+        kept: (N,) the rows that the fit kept.
+        noise: [m] what a whitened 1 stands for.
+    """
+    loose = _LOOSE * (_START_NOISE / noise) ** 2
+    chosen = np.linspace(0, rows.count - 1, min(rows.count, _MOST_ROWS)).round().astype(int)
+    some = Rows(rows.J[chosen], rows.residual[chosen], rows.rank)
+    rng = np.random.default_rng(0)
+    start = np.zeros((_STARTS, some.count))
+    picked = np.argsort(rng.random(start.shape), axis=1)[:, :_START_ROWS]
+    np.put_along_axis(start, picked, 1.0, axis=1)
+    scores, sets = some.most_probable(some.squares(start, (_START_NOISE / noise) ** 2))
+    for _ in range(_ROUNDS):
+        best = np.argsort(scores, kind="stable")[:_FOLLOWED]
+        scores, sets = some.most_probable(some.squares(np.unique(sets[best], axis=0).astype(float), loose))
+    gross = np.array([some.are_gross(sets[k], loose) for k in range(len(sets))])
+    if not gross.any():
+        return None
+    found = np.zeros(rows.count, dtype=bool)
+    found[chosen] = sets[np.argmin(np.where(gross, scores, np.inf))]
+    for _ in range(_ROUNDS):
+        (score,), (found,) = rows.most_probable(rows.squares(found[np.newaxis].astype(float), loose))
+    left = rows.squares(kept[np.newaxis].astype(float), loose)[0]
+    own = rows.score(left[kept].sum(), left[~kept].sum(), np.asarray(kept.sum()))
+    return found if rows.are_gross(found, loose) and score < own - MARGIN else None

@@ -1,0 +1,141 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Beyond what a robust fit bears: gross rows that agree with one another, and more of them than sound ones."""
+
+import runpy
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from fastcal.calibration.calibrate import CalibrationResult, calibrate
+from fastcal.calibration.consensus import Rows, agreeing_rows
+from fastcal.io.robot_file import load_robot
+from fastcal.measurements.dataset import Dataset
+
+Array = NDArray[np.float64]
+
+BENCH = Path(__file__).parents[3] / "bench" / "python"
+ROWS = 100
+OFFSET = np.array([3e-3, -2e-3, 3e-3])
+
+
+def _bench() -> dict[str, Any]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(BENCH)
+        return runpy.run_path(str(BENCH / "bench_honest.py"))
+
+
+Case, Simulator = (_bench()[name] for name in ("Case", "Simulator"))
+
+
+class Spoilt:
+    """A set of ROWS rows, a share of them gross in one way, and what becomes of it."""
+
+    def __init__(self, seed: int, share: float, way: str) -> None:
+        self.simulator = Simulator(seed, Case(poses=ROWS))
+        data = self.simulator.measured()
+        rng = np.random.default_rng([seed, 1])
+        bad = rng.permutation(ROWS)[: round(share * ROWS)]
+        if way == "one posture":
+            bad = np.argsort(data.q[:, 1])[: len(bad)]
+        direction = rng.normal(size=(len(bad), 3))
+        scattered = (
+            rng.uniform(1e-3, 2e-2, (len(bad), 1)) * direction / np.linalg.norm(direction, axis=1, keepdims=True)
+        )
+        position = np.array(data.position)
+        position[bad] += {
+            "scattered": scattered,
+            "one posture": scattered,
+            "small": 0.4 * scattered,
+            "elsewhere": OFFSET,
+            "elsewhere, scattered": 2 * OFFSET + rng.normal(0, 1e-3, (len(bad), 3)),
+        }[way]
+        self.data = Dataset.from_arrays(data.q, position=position)
+        self.bad = sorted(bad.tolist())
+        self.good = np.setdiff1d(np.arange(ROWS), bad)
+
+    def error(self, result: CalibrationResult) -> float:
+        """[m] RMS at new poses."""
+        q = self.simulator.postures(100)
+        return float(np.sqrt(np.mean((result.model.forward(q)[:, :3, 3] - self.simulator.points(q)) ** 2)))
+
+    def calibrated(self) -> CalibrationResult:
+        return calibrate(load_robot("staubli_rx160l"), self.data)
+
+    def least(self) -> CalibrationResult:
+        """The same without the gross rows."""
+        return calibrate(load_robot("staubli_rx160l"), self.data.select(self.good), loss="none", checks=False)
+
+
+WAYS = ["scattered", "one posture", "small", "elsewhere", "elsewhere, scattered"]
+
+
+# Seven tenths that agree on another place are a majority that anyone would believe.
+CASES = [(share, way) for share in (0.3, 0.4, 0.5, 0.6, 0.7) for way in WAYS if share < 0.7 or "elsewhere" not in way]
+
+
+@pytest.mark.parametrize(("share", "way"), CASES)
+def test_the_answer_is_right_or_refused(share: float, way: str) -> None:
+    spoilt = Spoilt(0, share, way)
+    result = spoilt.calibrated()
+    right = spoilt.error(result) < 1.5 * spoilt.error(spoilt.least())
+    assert right or result.status == "not_converged"
+    if share == 0.3:
+        assert result.status == "converged"
+    if result.status == "converged":
+        assert set(spoilt.bad) <= set(result.outliers)
+        assert result.weights[spoilt.bad].max() < 0.05
+        assert result.sigma_mm == pytest.approx(0.05, rel=0.3)
+
+
+def test_where_fewer_than_half_agree_the_refusal_counts_them() -> None:
+    result = Spoilt(1, 0.6, "scattered").calibrated()
+    assert result.status == "not_converged"
+    assert result.message.startswith("only 40 of 100 rows agree with one another, to 0.0")
+
+
+def test_two_places_of_the_tracker_are_refused_where_neither_is_the_rule() -> None:
+    result = Spoilt(2, 0.4, "elsewhere").calibrated()
+    assert result.status == "not_converged"
+    assert result.message.startswith("60 rows agree with one another to 0.0")
+    assert " and 40 others to 0.0" in result.message
+
+
+def test_a_few_rows_from_another_place_are_left_out_with_a_word() -> None:
+    spoilt = Spoilt(3, 0.3, "elsewhere")
+    result = spoilt.calibrated()
+    assert result.status == "converged"
+    assert result.outliers == spoilt.bad
+    assert any("30 others to 0.0" in note and note.endswith("only the 70 are used") for note in result.notes)
+
+
+def test_a_missing_effect_makes_no_gross_rows() -> None:
+    """Half of the rows bear a load under which the arm sags by far more than the noise: all are used."""
+    simulator = Simulator(4, Case(poses=ROWS))
+    q = simulator.postures(ROWS)
+    load = np.where(np.arange(ROWS) % 2 == 0, 0.0, 30.0)
+    bent = q.copy()
+    bent[:, 1] += 1e-4 * load * np.sin(q[:, 1])
+    data = Dataset.from_arrays(q, position=simulator.points(bent) + simulator.noise(ROWS), payload=load)
+    result = calibrate(load_robot("staubli_rx160l"), data)
+    assert result.status == "converged"
+    assert len(result.outliers) < ROWS / 10
+    assert any("an effect is missing" in note for note in result.notes)
+
+
+def test_rows_that_agree_are_found_in_a_plain_linear_problem() -> None:
+    """Independent of any robot: of 60 rows 24 lie on one plane of parameters, the others anywhere."""
+    rng = np.random.default_rng(5)
+    J, truth = rng.normal(size=(60, 3, 6)), rng.normal(size=6)
+    residual = -np.einsum("ncp,p->nc", J, truth) + rng.normal(0, 0.01, (60, 3))
+    bad = np.arange(24, 60)
+    residual[bad] += rng.normal(0, 5.0, (36, 3))
+    every = np.ones(60, dtype=bool)
+    found = agreeing_rows(Rows(J, residual, 6), every, 1e-3)
+    assert found is not None
+    assert np.flatnonzero(found).tolist() == list(range(24))
+    noise = -np.einsum("ncp,p->nc", J, truth) + rng.normal(0, 1.0, (60, 3))
+    assert agreeing_rows(Rows(J, noise, 6), every, 1e-3) is None
