@@ -42,6 +42,24 @@ def unseen_directions(found: _core.Identification, names: list[str]) -> tuple[li
     return [full_name(found.parameters[found.asked[k]]) for k in rows], directions[rows]
 
 
+def shared_row_notes(data: Dataset, test: Dataset) -> list[str]:
+    """A sentence where test rows are rows of the fit as well: same joints, same measured point."""
+    seen = {row.tobytes() for row in _rows(data)}
+    count = sum(row.tobytes() in seen for row in _rows(test)) if data.q.shape[1] == test.q.shape[1] else 0
+    if not count:
+        return []
+    which = "all its rows are" if count == len(test) else f"{count} of its {len(test)} rows are"
+    return [
+        f"{test.source}: {which} among the rows of the fit; its error says little about poses that the fit has not seen"
+    ]
+
+
+def _rows(data: Dataset) -> FloatArray:
+    """(N, n + 3) joints and points, a contiguous row each."""
+    measured = np.zeros((len(data), 0)) if data.position is None else data.position
+    return np.ascontiguousarray(np.hstack([data.q, measured]))
+
+
 def thin_data_notes(found: _core.Identification, loss: str) -> list[str]:
     """A sentence where the measured numbers hardly outnumber the parameters."""
     numbers = int(np.sum(~np.isnan(np.asarray(found.residuals))))

@@ -58,7 +58,7 @@ def check_fit(robot: Robot, fit: Evaluation, *, as_read: bool = False) -> list[s
     miss, reach = (f"{from_si(length, 'mm'):.4g} mm" for length in (median, robot.reach))
     message = (
         f"the points do not fit this robot: even when calibrated it misses half of them by more than {miss}, with a "
-        f"reach of {reach}; is it the right robot, in the order of its joints?"
+        f"reach of {reach}; is it the right robot, with its joints in order and every point in the row of its pose?"
     )
     if as_read:
         return [message]

@@ -111,7 +111,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _failed(str(error), BAD_INPUT)
     except _UsageError as error:
         said = str(error.format_message()).replace("Value error, ", "")  # type: ignore[attr-defined]
-        return _failed(f"{said} (see fastcal --help)", BAD_INPUT)
+        command = getattr(getattr(error, "ctx", None), "command_path", "fastcal")
+        return _failed(f"{said} (see {command} --help)", BAD_INPUT)
     except (KeyboardInterrupt, typer.Abort):
         return _failed("interrupted", INTERRUPTED)
     except BrokenPipeError:

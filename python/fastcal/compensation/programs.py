@@ -24,6 +24,7 @@ from fastcal import _core
 from fastcal.compensation.commands import METHODS, notes_on_ranges
 from fastcal.compensation.configurations import Configurations
 from fastcal.compensation.one_step import one_step
+from fastcal.compensation.singular_targets import command_by_small_moves
 from fastcal.effects.entries import traits_of
 from fastcal.errors import InvalidInput, ParseError
 from fastcal.ik.inverse_kinematics import inverse_kinematics
@@ -31,11 +32,12 @@ from fastcal.programs import Cell, Document, Frames, Program, Target, Word
 from fastcal.robot import se3
 from fastcal.robot.controller_robot import nominal_robot
 from fastcal.robot.robot import Robot
-from fastcal.units import from_si
+from fastcal.units import from_si, to_si
 
 FloatArray = NDArray[np.float64]
 
 _REACHED = 1e-7  # m, and entries of a rotation
+_MOST_TURN = to_si(10.0, "deg")  # by which a target that is given as joints may be corrected
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,7 +108,8 @@ def compensate_program(
     else:
         q_nominal = q_given
         conditions.setdefault("approach", _approaches(q_nominal, order))
-        q = _compensated(places, q_nominal, method, conditions, threads)
+        q, singular = _compensated(places, q_nominal, method, conditions, threads)
+        notes += singular
     poses = places.nominal.forward(q_nominal)
     changes, said = _changes(places, q_given, q)
     if nominal is None and not model.spec.get("calibration"):
@@ -127,14 +130,35 @@ def compensate_program(
 
 def _compensated(
     places: _Places, q_nominal: FloatArray, method: str, conditions: dict[str, Any], threads: int
-) -> FloatArray:
-    """(N, n) joints that bring the real tool where the nominal robot has it at q_nominal."""
+) -> tuple[FloatArray, list[str]]:
+    """(N, n) joints that bring the real tool where the nominal robot has it at q_nominal; notes on singular ones."""
     poses = places.nominal.forward(q_nominal)
     found = inverse_kinematics(places.robot, poses, seed=q_nominal, restarts=0, threads=threads, **conditions)
+    q, notes = np.array(found.q), []
     for i, target in enumerate(places.program.targets):
-        if not found.reached[i]:
+        swings = target.kind == "joints" and np.abs(_turns(places.nominal, q[i] - q_nominal[i])).max() > _MOST_TURN
+        if found.reached[i] and not swings:
+            continue
+        own = {name: _row(value, i, len(q)) for name, value in conditions.items()}
+        near = command_by_small_moves(places.robot, places.nominal, poses[i : i + 1], q_nominal[i : i + 1], **own)
+        if near is None and found.reached[i]:
+            continue
+        if near is None:
             _refuse(places.program, target, found.message(i))
-    return found.q if method == "full" else one_step(places.robot, places.nominal, poses, q_nominal, **conditions)
+        q[i], left = near[0][0], near[1]
+        far, turned = from_si(float(np.linalg.norm(left[:3])), "mm"), from_si(float(np.linalg.norm(left[3:])), "deg")
+        notes.append(
+            f"{places.program.place(target)}: {target.name} lies in a singular posture and is corrected as far as "
+            f"small moves of the joints can; {far:.3f} mm and {turned:.3f} deg are left there"
+        )
+    if method == "one-step":
+        return one_step(places.robot, places.nominal, poses, q_nominal, **conditions), notes
+    return q, notes
+
+
+def _turns(robot: Robot, moved: FloatArray) -> FloatArray:
+    """What of the moves of joints is a turn [rad]; 0 for slides."""
+    return np.where(np.array(robot.joint_types) == "revolute", moved, 0.0)
 
 
 def _brought_back(

@@ -12,6 +12,7 @@ from scipy import special
 from threadpoolctl import threadpool_limits
 
 from fastcal import _core
+from fastcal.calibration.data_notes import shared_row_notes
 from fastcal.calibration.inspection import check_columns, check_fit
 from fastcal.diagnosis import adaptation, grading, periodic, rivals, rules, sensitivity, unexplained
 from fastcal.diagnosis.fits import fit
@@ -73,7 +74,8 @@ def diagnose(
     with threadpool_limits(1):  # many small matrices: a BLAS that shares them out spends most of its time waiting
         found = _diagnosed(robot, data, test, library, sigma, threads, notify)
     unexplained_by_any = check_fit(robot, found.steps[0].train, as_read=as_read)
-    return replace(found, notes=[*suspected, *unexplained_by_any, *found.notes])
+    shared = [] if test is None else shared_row_notes(data, test)
+    return replace(found, notes=[*suspected, *unexplained_by_any, *shared, *found.notes])
 
 
 def _diagnosed(

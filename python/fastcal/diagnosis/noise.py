@@ -191,7 +191,9 @@ def noise_level(problem: Problem, rich: RichFit, data: Dataset, option: float | 
         size = "too small" if ratio > 1 else "too large"
         note = f"what the richest model leaves; {word} claims {from_si(own, 'mm'):.4f} mm, which is {size}"
         return NoiseLevel(noise, sigma, "residual", note)
-    return NoiseLevel(noise, sigma, "residual", "what the richest model leaves; the data claim none and repeat no pose")
+    return NoiseLevel(
+        noise, sigma, "residual", "estimated from what the richest model leaves; no sigma column, no repeated poses"
+    )
 
 
 def _from_repeats(problem: Problem, rich: RichFit, data: Dataset, option: float | None) -> NoiseLevel | None:

@@ -9,6 +9,7 @@ the end of their name (`t0_c`, `at_s`, `low_rad`) and reach the core in SI witho
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Iterable, Sequence
 from functools import cache
 from typing import Any
@@ -69,8 +70,12 @@ def effect_owners(name: str, core: _core.RobotModel) -> list[str]:
 def _known(name: str) -> str:
     """The name of an effect of the core; InvalidInput where it is none."""
     if name not in _core.effect_names():
-        there = f"geometry, {', '.join(effect_names())}"
-        raise InvalidInput(f"no effect is called '{name}'; there are {there} (those written in Python once registered)")
+        there = ["geometry", *effect_names()]
+        near = difflib.get_close_matches(name, there, n=1, cutoff=0.6)
+        meant = f"did you mean '{near[0]}'? There" if near else "there"
+        raise InvalidInput(
+            f"no effect is called '{name}'; {meant} are {', '.join(there)} (those written in Python once registered)"
+        )
     return name
 
 

@@ -64,7 +64,7 @@ def decoded(content: bytes, path: str) -> str:
     """The text of a file: UTF-16 and UTF-8 with or without their mark, else the Windows code page 1252.
 
     Raises:
-        ParseError: It is no text.
+        ParseError: It is no text, or a web page.
     """
     if content[:2] in (b"\xff\xfe", b"\xfe\xff"):
         return content.decode("utf-16", errors="replace").lstrip("\ufeff")
@@ -76,9 +76,12 @@ def decoded(content: bytes, path: str) -> str:
             raise ParseError("holds NUL characters; expected a text file or an Excel workbook (xlsx)", path)
         return text
     try:
-        return content.decode("utf-8-sig")
+        text = content.decode("utf-8-sig")
     except UnicodeDecodeError:
-        return content.decode("cp1252", errors="replace")
+        text = content.decode("cp1252", errors="replace")
+    if text.lstrip()[:15].lower().startswith(("<!doctype html", "<html")):
+        raise ParseError("is a web page (HTML); expected a table as text, Excel or Parquet", path)
+    return text
 
 
 def text_grid(text: str, path: str) -> Grid:

@@ -81,8 +81,7 @@ def _complete(readings: list[Reading], poses: Reading | None, robot: Robot | Non
         if not reading.joints:
             raise InvalidInput(
                 f"{reading.path}: holds {len(reading)} measured points and no joints: give the controller's log "
-                f"or program "
-                "with --joints FILE"
+                "or program with --joints FILE"
             )
     return stacked(readings)
 
@@ -91,14 +90,12 @@ def _without_points(reading: Reading) -> str:
     if reading.computed is not None:
         return (
             f"{reading.path}: '{reading.computed}' is what the controller computes from its joints and no "
-            f"measurement: give "
-            "the instrument's points, and this file with --joints"
+            "measurement: give the instrument's points, and this file with --joints"
         )
     held = f"{reading.joints} joints in {len(reading)} rows and " if reading.joints else ""
     return (
-        f"{reading.path}: holds {held}no measured points that are known; name them with --map, or give the "
-        f"instrument's "
-        "export"
+        f"{reading.path}: holds {held}no measured points: give the instrument's export, and this file with --joints, "
+        "or name the columns of the points with --map"
     )
 
 

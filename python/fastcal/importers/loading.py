@@ -68,14 +68,14 @@ def _load(path: str | os.PathLike[str], robot: Robot, require_measured: bool) ->
         raise (own or problem) from None
     except InvalidInput as problem:
         # What the file lacks as an export says more than what it lacks as a measurement file.
-        raise _asking(path, problem) from own
+        raise _asking(problem) from own
     return imported_dataset(replace(reading, notes=[f"read as {reading.dialect}", *reading.notes]), robot)
 
 
-def _asking(path: str | os.PathLike[str], problem: InvalidInput) -> InvalidInput:
+def _asking(problem: InvalidInput) -> InvalidInput:
     """A question of the importer, with the command that takes the answer."""
     text = str(problem)
-    return InvalidInput(f"{text}; fastcal import {os.fspath(path)} takes it") if " --" in text else problem
+    return InvalidInput(f"{text}; these are options of fastcal import") if " --" in text else problem
 
 
 def _is_own(path: str | os.PathLike[str]) -> bool:

@@ -26,6 +26,8 @@ from fastcal.io.yaml_file import read_text, read_yaml
 from fastcal.io.yaml_text import yaml_text
 from fastcal.robot.robot import Robot
 
+_OF_MEASUREMENTS = (".csv", ".tsv", ".txt", ".xlsx", ".xls", ".parquet", ".html")
+
 
 def load_robot(
     source: str | os.PathLike[str] | Mapping[str, Any],
@@ -78,6 +80,11 @@ def read_spec(
         path = Path(str(value.get("name", "robot")))
     else:
         path = _found(source)
+        if path.suffix.lower() in _OF_MEASUREMENTS:
+            raise ParseError(
+                "is no robot file (.yaml, .urdf, .xacro) and no name of a shipped arm; the robot comes before the data",
+                path,
+            )
         if path.suffix.lower() in ENDINGS:
             return check_spec(read_urdf(path, base_link, tip_link, xacro), path)
         value = read_yaml(path)
@@ -126,6 +133,15 @@ def _found(source: str | os.PathLike[str]) -> Path:
     meant = robots.likely(name)
     if len(meant) == 1:
         return robots.FOLDER / f"{meant[0]}.yaml"
+    if "/" in name or path.suffix.lower() in (".yaml", ".yml", *ENDINGS):
+        raise ParseError("there is no such file", source)
+    near = [] if meant else robots.similar(name)
+    if near:
+        raise ParseError(
+            f"there is no such file, and no shipped arm has that name; did you mean {' or '.join(near)}? "
+            "(fastcal robots lists them)",
+            source,
+        )
     listed = ", ".join(meant or robots.available())
     raise ParseError(
         f"there is no such file, and {'several shipped arms have' if meant else 'no shipped arm has'} that name; "

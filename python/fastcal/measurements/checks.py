@@ -137,7 +137,8 @@ def _check_limits(q: NDArray[np.float64], robot: RobotFacts) -> None:
     row, joint = (int(place) for place in np.argwhere(outside)[0])
     unit = "deg" if turns[joint] else "mm"
     low, high, much = (from_si(float(value), unit) for value in (*limits[joint], margin[joint]))
-    expected = f"at most {much:.6g} {unit} outside joint {joint + 1}'s limits of {low:.6g} to {high:.6g} {unit}"
+    bounds = f"joint {joint + 1}'s limits of {low:.6g} to {high:.6g} {unit}"
+    expected = f"at most {much:.6g} {unit} outside {bounds} (is its unit right?)"
     raise BadRow("q", row, joint, expected, f"{from_si(float(q[row, joint]), unit):.6g} {unit}")
 
 

@@ -96,6 +96,7 @@ def _joint_readings(joint_types: list[str], q: FloatArray) -> Iterator[tuple[int
                 yield 1, f"joint {joint + 1} {words}", _changed(q, [joint], 1.0, shift)
                 yield 2, f"the sign of joint {joint + 1} turned and it {words}", _changed(q, [joint], -1.0, shift)
     if len(set(joint_types)) == 1 and len(joint_types) > 2:
+        yield 1, "the signs of all joints turned", -q
         yield 0, "the joints in reverse order", q[:, ::-1]
 
 

@@ -33,8 +33,7 @@ def _(found: Diagnosis) -> list[str]:
 
 def _finding_lines(finding: Finding) -> list[str]:
     values = ", ".join(
-        f"{name} {v.value:.4g}" + ("" if v.std is None else f" +- {v.std:.2g}")
-        for name, v in finding.parameters.items()
+        f"{name} {v.value:.4g}" + (f" +- {v.std:.2g}" if v.std else "") for name, v in finding.parameters.items()
     )
     tail = f", {values}" if traits_of(finding.effect).role != "curve" and values else ""
     others = [f"     or {effect}@{owner}" for effect, owner in finding.equivalents]

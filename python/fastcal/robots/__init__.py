@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import difflib
 import re
 from pathlib import Path
 
@@ -32,6 +33,14 @@ def likely(name: str) -> list[str]:
     if len(wanted) < _SHORTEST or "/" in name:
         return []
     return [arm for arm in available() if any(part.startswith(wanted) for part in _endings(arm))]
+
+
+def similar(name: str) -> list[str]:
+    """Shipped arms, at most two, whose names are nearly `name`: kr6_r901 is nearly kuka_kr6_r900."""
+    wanted = _plain(name)
+    endings = {ending: arm for arm in available() for ending in _endings(arm) if len(ending) >= _SHORTEST}
+    near = difflib.get_close_matches(wanted, endings, n=4, cutoff=0.75)
+    return list(dict.fromkeys(endings[ending] for ending in near))[:2]
 
 
 def about(name: str) -> str:

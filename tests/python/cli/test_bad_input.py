@@ -60,10 +60,16 @@ LISTED: dict[str, tuple[Edit, str]] = {
 MISREAD: dict[str, tuple[Edit, str]] = {
     "joints swapped": (swapped(1, 2), "with the columns of joints 2 and 3 swapped it would be"),
     "joint turned": (scaled("q2_deg", -1.0), "with the sign of joint 2 turned it would be"),
+    "all joints turned": (lambda rows: all_turned(rows), "with the signs of all joints turned it would be"),
     "left-handed": (scaled("z_mm", -1.0), "left-handed"),
     "a slip of the wrist": (scaled("q6_deg", -1.0), "with the sign of joint 6 turned it would be"),
-    "another arm": (shuffled, "is it the right robot, in the order of its joints?"),
+    "another arm": (shuffled, "every point in the row of its pose?"),
 }
+
+
+def all_turned(rows: list[list[str]]) -> None:
+    for row in rows[1:]:
+        row[:6] = [repr(-float(text)) for text in row[:6]]
 
 
 @pytest.fixture
@@ -119,6 +125,51 @@ def test_columns_are_taken_as_they_are_where_the_user_says_so(
     assert "with the sign of joint 6 turned it would be" in said.err
     file = "result.json" if command == "calibrate" else "diagnosis.json"
     assert "with the sign of joint 6 turned" in " ".join(json.loads((tmp_path / "new" / file).read_text())["notes"])
+
+
+@pytest.mark.parametrize(
+    ("robot", "data", "line"),
+    [
+        (
+            "good.csv",
+            "ur5",
+            "good.csv: is no robot file (.yaml, .urdf, .xacro) and no name of a shipped arm; the robot comes",
+        ),
+        ("ur5r", "good.csv", "ur5r: there is no such file, and no shipped arm has that name; did you mean ur5"),
+        ("mine.yaml", "good.csv", "mine.yaml: there is no such file"),
+        ("ur5", "page.csv", "page.csv: is a web page (HTML); expected a table as text, Excel or Parquet"),
+        (
+            "ur5",
+            "joints.csv",
+            "holds 6 joints in 2 rows and no measured points: give the instrument's export",
+        ),
+    ],
+)
+def test_what_is_mixed_up_or_misspelt_is_named(good, tmp_path, fastcal, monkeypatch, robot, data, line) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("page.csv").write_text("<!DOCTYPE html><html><body>a report</body></html>")
+    Path("joints.csv").write_text("J1,J2,J3,J4,J5,J6\n1,2,3,4,5,6\n2,3,4,5,6,7\n")
+    said = fastcal("calibrate", robot, data, "-o", "new")
+    assert said.code == 2
+    assert line in said.err
+    assert not Path("new").exists()
+
+
+def test_a_misspelt_effect_and_option_are_named(good, demo, tmp_path, fastcal) -> None:
+    said = fastcal("calibrate", demo / "robot.yaml", good, "--effects", "geometry,backlsh", "-o", tmp_path / "new")
+    assert "no effect is called 'backlsh'; did you mean 'backlash'? There are geometry" in said.err
+    said = fastcal("calibrate", demo / "robot.yaml", good, "--effect", "geometry", "-o", tmp_path / "new")
+    assert "--effects" in said.err
+    assert "(see fastcal calibrate --help)" in said.err
+
+
+@pytest.mark.parametrize("command", ["calibrate", "diagnose"])
+def test_rows_that_test_what_they_were_fitted_on_are_noticed(demo, good, tmp_path, fastcal, command) -> None:
+    said = fastcal(command, demo / "robot.yaml", good, "--test", good, "-o", tmp_path / "new")
+    assert said.code == 0
+    assert "good.csv: all its rows are among the rows of the fit" in said.err
+    said = fastcal(command, demo / "robot.yaml", good, "--test", demo / "test.csv", "-o", tmp_path / "new")
+    assert "among the rows of the fit" not in said.err
 
 
 def test_three_poses_leave_nothing_to_tell_the_noise_by(demo, good, tmp_path, fastcal, rewritten) -> None:

@@ -192,6 +192,26 @@ def test_a_program_that_cannot_be_run_is_refused(arms, script, sentence) -> None
     assert str(caught.value).startswith(sentence)
 
 
+@pytest.mark.parametrize("fifth", [0.0, 0.1])
+def test_home_with_a_stretched_wrist_is_corrected_by_small_moves(arms, fifth) -> None:
+    """There the wrist has no exact command, or one whose joints 4 and 6 swing against each other."""
+    nominal = arms("kuka_kr6_r900")[0]
+    real = fastcal.perturbed(nominal, seed=5)
+    lines = f"PTP {{A1 0,A2 -90,A3 90,A4 0,A5 {fifth},A6 0}}\nPTP {{A1 10,A2 -80,A3 95,A4 5,A5 40,A6 0}}\n"
+    done = compensate_program(real, read_program({"a.src": f"DEF A()\n{lines}END\n".encode()}), nominal=nominal)
+    wanted, got, without = nominal.forward(done.nominal_q), real.forward(done.q), real.forward(done.nominal_q)
+    assert np.abs(np.degrees(done.q - done.nominal_q)).max() < 2
+    np.testing.assert_allclose(got[0, :3, 3], wanted[0, :3, 3], atol=1e-8)
+    left = Rotation.from_matrix(wanted[0, :3, :3].T @ got[0, :3, :3]).magnitude()
+    assert 1e-5 < left < 5e-3
+    assert np.linalg.norm((without - wanted)[0, :3, 3]) > 1e-4
+    np.testing.assert_allclose(got[1], wanted[1], atol=1e-8)
+    notes = [note for note in done.notes if "singular" in note]
+    assert len(notes) == 1
+    assert notes[0].startswith("a.src:2: ")
+    assert f" {np.degrees(left):.3f} deg are left there" in notes[0]
+
+
 def test_other_joints_than_the_robot_s_are_refused(arms) -> None:
     with pytest.raises(ParseError, match=r"a\.script:1: .*expected 7 joints, as lbr_iiwa14 has, got 6"):
         compensate_program(arms("lbr_iiwa14")[0], read_program({"a.script": b"movej([0, 0, 0, 0, 0, 0])\n"}))

@@ -1,0 +1,70 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Commands near a singular posture, such as an arm's home with joint 5 at 0.
+
+There the tool cannot be turned about some axis by small moves of the joints: an exact command does not exist, or it
+swings two joints of the wrist against each other by tens of degrees for a hundredth of a degree at the tool. Such
+targets are corrected in the directions that small moves reach.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal import _core
+from fastcal.compensation.one_step import pose_errors
+from fastcal.robot.robot import Robot
+
+FloatArray = NDArray[np.float64]
+
+# Of the largest singular value: about 4 degrees from a singular wrist; the others are left alone.
+SINGULAR_SHARE = 0.03
+_ROUNDS = 20
+_DONE = 1e-9  # rad or m
+
+
+def command_by_small_moves(
+    model: Robot, nominal: Robot, pose: FloatArray, q: FloatArray, **conditions: Any
+) -> tuple[FloatArray, FloatArray] | None:
+    """The command near q (1, n) that brings the tool nearest to a pose (1, 4, 4), where the posture is singular.
+
+    Gauss-Newton with the nominal Jacobian [J_p; J_w] at q, position before orientation: dq = J_p^+ e_p + (J_w N)^+
+    (e_w - J_w J_p^+ e_p), N = I - J_p^+ J_p, both without singular values below SINGULAR_SHARE of the largest
+    (Siciliano et al., Robotics, 2009, section 3.5.1). A posture is singular where J has one, radians counting as they
+    move a point at the arm's reach.
+
+    Args:
+        model: The identified robot.
+        nominal: The controller's, whose Jacobian is taken.
+        pose: Where the tool should be.
+        q: The nominal joints for it [rad or m].
+        **conditions: Those of `Robot.forward`.
+
+    Returns:
+        The command (1, n) and what is left, (6,) [m, rad]; None where the posture is not singular.
+    """
+    J = np.asarray(_core.joint_jacobian(nominal.error_model, nominal.conditions(q)))[0]
+    scale = np.array([1.0, 1.0, 1.0, *[nominal.reach] * 3])
+    sizes = np.linalg.svd(scale[:, None] * J, compute_uv=False)
+    if sizes[-1] >= SINGULAR_SHARE * sizes[0]:
+        return None
+    inverse = _position_first(J)
+    command = np.array(q, dtype=float)
+    for _ in range(_ROUNDS):
+        step = inverse @ pose_errors(pose, model.forward(command, **conditions))[0]
+        command = command + step
+        if np.abs(step).max() < _DONE:
+            break
+    command = np.clip(command, *np.transpose(model.limits))
+    return command, pose_errors(pose, model.forward(command, **conditions))[0]
+
+
+def _position_first(J: FloatArray) -> FloatArray:
+    """(n, 6) the joint moves for a pose error: those for its position, then what else turns the tool towards it."""
+    place = np.linalg.pinv(J[:3], rcond=SINGULAR_SHARE)
+    free = np.eye(J.shape[1]) - place @ J[:3]
+    turn = np.linalg.pinv(J[3:] @ free, rcond=SINGULAR_SHARE)
+    return np.hstack([place - turn @ J[3:] @ place, turn])
