@@ -37,7 +37,7 @@ class Measurements {
   Measurements pick(const std::vector<Eigen::Index>& rows) const;
 
   Eigen::Index rows() const { return rows_; }
-  /// The one with coordinates() first, where there is one.
+  /// The one of positions first, where there is one.
   const std::vector<PlacedObservation>& observations() const { return observations_; }
   int observation_count() const { return static_cast<int>(observations_.size()); }
   int number_count() const { return static_cast<int>(observation_of_.size()); }

@@ -2,18 +2,48 @@
 // SPDX-License-Identifier: MIT
 //
 // A point: the tool's position in the measuring frame, as a tracker or a camera gives it.
-//   r = p - p_measured [m]; a coordinate may be missing.
+//   r = A (p - p_measured) [m];  A = 1, and a coordinate may be missing.
+// Where the row says where the instrument stood (table "instrument", NaN: it doesn't), the rows of A are its beam and
+// the level and the upright direction across: an instrument that is surer along its beam than across it has independent
+// errors there, and the standard deviations are along these, S = A^T diag(s_i^2) A.
 #include <cmath>
 
+#include "fastcal/math/check.hpp"
 #include "fastcal/measurement/registry.hpp"
 
 namespace fastcal {
 namespace {
 
+/// Rows: along a beam, across it level, across it upright.
+Eigen::Matrix3d beam_axes(const Eigen::Vector3d& beam) {
+  const Eigen::Vector3d along = beam.normalized();
+  const Eigen::Vector3d side = Eigen::Vector3d::UnitZ().cross(along);
+  const Eigen::Vector3d level = side.norm() > 1e-9 ? side.normalized().eval() : Eigen::Vector3d::UnitY();
+  Eigen::Matrix3d out;
+  out << along.transpose(), level.transpose(), along.cross(level).normalized().transpose();
+  return out;
+}
+
+/// A of each row; empty where no row says where the instrument stood.
+std::vector<Eigen::Matrix3d> axes_of(const RowMatrixXd& measured, const RowMatrixXd* instrument) {
+  if (instrument == nullptr) return {};
+  std::vector<Eigen::Matrix3d> out(static_cast<std::size_t>(measured.rows()), Eigen::Matrix3d::Identity());
+  for (Eigen::Index i = 0; i < measured.rows(); ++i) {
+    if (instrument->row(i).hasNaN() || measured.row(i).array().isNaN().all()) continue;
+    const Eigen::Vector3d beam = (measured.row(i) - instrument->row(i)).transpose();
+    FASTCAL_CHECK(beam.norm() > 0) << "row " << i
+                                   << ": a point seen from an instrument must be whole and apart from it";
+    out[static_cast<std::size_t>(i)] = beam_axes(beam);
+  }
+  return out;
+}
+
 class Position : public Observation {
  public:
-  Position(RowMatrixXd measured, RowMatrixXd sigma, int frame)
-      : measured_(std::move(measured)), sigma_(std::move(sigma)), frame_(frame) {}
+  Position(const RowMatrixXd& measured, const RowMatrixXd* sigma, const RowMatrixXd* instrument, int frame)
+      : measured_(measured), axes_(axes_of(measured, instrument)), frame_(frame) {
+    if (sigma != nullptr) sigma_ = *sigma;
+  }
 
   std::string name() const override { return "position"; }
   const std::vector<std::string>& components() const override {
@@ -29,9 +59,16 @@ class Position : public Observation {
   bool claims_sigma() const override { return sigma_.size() > 0; }
   bool shows_base() const override { return true; }
   bool is_pose() const override { return true; }
-  const RowMatrixXd* coordinates() const override { return &measured_; }
+  const RowMatrixXd* coordinates() const override { return axes_.empty() ? &measured_ : nullptr; }
 
   void compare(Eigen::Index row, const Sights& sights, const double*, Comparison& out) const override {
+    if (!axes_.empty() && !measured_.row(row).hasNaN()) {
+      const Eigen::Matrix3d& A = axes_[static_cast<std::size_t>(row)];
+      out.present.fill(true);
+      out.r = A * (sights[0].p - measured_.row(row).transpose());
+      out.by_frame[0].leftCols<3>() = A;
+      return;
+    }
     for (int c = 0; c < 3; ++c) {
       if (std::isnan(measured_(row, c))) continue;
       out.present[c] = true;
@@ -48,6 +85,7 @@ class Position : public Observation {
 
  private:
   RowMatrixXd measured_, sigma_;
+  std::vector<Eigen::Matrix3d> axes_;
   int frame_;
 };
 
@@ -64,8 +102,8 @@ FASTCAL_REGISTER_OBSERVATION(
        if (measured == nullptr) return {};
        const RowMatrixXd* sigma = tables.find_sigma(
            "sigma_position", 3, [&](Eigen::Index i) { return !measured->row(i).array().isNaN().all(); });
-       return {std::make_shared<Position>(*measured, sigma == nullptr ? RowMatrixXd() : *sigma,
-                                          tool_frame(robot.joint_count()))};
+       return {
+           std::make_shared<Position>(*measured, sigma, tables.find("instrument", 3), tool_frame(robot.joint_count()))};
      }})
 
 }  // namespace fastcal

@@ -14,7 +14,13 @@ from fastcal import _core
 from fastcal.calibration.alignment import align as align
 from fastcal.calibration.bounds import bounds_reached
 from fastcal.calibration.critical_loads import with_critical_loads
-from fastcal.calibration.data_notes import covered, shared_row_notes, thin_data_notes, unseen_directions
+from fastcal.calibration.data_notes import (
+    covered,
+    instrument_notes,
+    shared_row_notes,
+    thin_data_notes,
+    unseen_directions,
+)
 from fastcal.calibration.evaluation import evaluate
 from fastcal.calibration.extrapolation_notes import range_notes
 from fastcal.calibration.geometry_anchoring import pulls
@@ -200,6 +206,7 @@ def calibrate(
             *suspected,
             *check_fit(robot, train, as_read=as_read),
             *_notes(result_model, data),
+            *instrument_notes(result_model, data),
             *added_setups(start, robot, effects),
             *thin_data_notes(found, loss),
             *(p.bound.note(f"{p.owner} {p.name}", p.value, p.unit) for p in table if p.bound is not None),

@@ -11,10 +11,11 @@ from fastcal import _core
 from fastcal.effects.entries import full_name
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot, length_or_angle_unit
-from fastcal.units import from_si
+from fastcal.units import from_si, to_si
 
 FloatArray = NDArray[np.float64]
 
+_BESIDE = 0.3  # of the reach, from the base to a tracker
 THIN = 2.0  # numbers a parameter: with fewer, most of the noise goes into the parameters
 
 
@@ -58,6 +59,20 @@ def _rows(data: Dataset) -> FloatArray:
     """(N, n + 3) joints and points, a contiguous row each."""
     measured = np.zeros((len(data), 0)) if data.position is None else data.position
     return np.ascontiguousarray(np.hstack([data.q, measured]))
+
+
+def instrument_notes(model: Robot, data: Dataset) -> list[str]:
+    """A sentence where a tracker would stand beside the arm's base: the measuring frame may be another one."""
+    if data.instrument is None:
+        return []
+    base = to_si(np.array(model.spec["base"]["xyz_mm"]), "mm")
+    away = float(np.nanmin(np.linalg.norm(data.instrument - base, axis=1)))
+    if away > _BESIDE * model.reach:
+        return []
+    return [
+        f"the tracker would have stood {from_si(away, 'mm'):.0f} mm from the robot's base: if the measuring frame is "
+        "not the tracker's, say where it stood (instrument_x_mm ..., --instrument-at-mm)"
+    ]
 
 
 def thin_data_notes(found: _core.Identification, loss: str) -> list[str]:

@@ -90,7 +90,7 @@ def simulate(
     if not points:
         return replace(read, q=sent.q, q_read=None)
     if not kinds_of(read):
-        read = replace(read, sigma_position=None, sigma_rotation=None)
+        read = replace(read, sigma_position=None, instrument=None, sigma_rotation=None)
     return replace(read, q=sent.q, position=position, rotation=rotation, q_read=None)
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from fastcal.cli.console import emit, progress, say, warn
-from fastcal.cli.options import PageLanguage, file_names
+from fastcal.cli.options import PageLanguage, file_names, three_numbers
 from fastcal.cli.who import Who
 
 if TYPE_CHECKING:
@@ -186,25 +186,12 @@ def _limits(given: list[str]) -> dict[str, float]:
     return out
 
 
-def _numbers(option: str, text: str) -> list[float]:
-    """Three numbers."""
-    from fastcal.errors import InvalidInput
-
-    try:
-        out = [float(part) for part in text.split(",")]
-    except ValueError:
-        out = []
-    if len(out) != 3:
-        raise InvalidInput(f"{option} takes three numbers such as 900,0,700, got '{text}'")
-    return out
-
-
 def _lengths(option: str, text: str) -> Any:
     import numpy as np
 
     from fastcal.units import to_si
 
-    return to_si(np.array(_numbers(option, text)), "mm")
+    return to_si(np.array(three_numbers(option, text)), "mm")
 
 
 def _rotation(text: str) -> Any:
@@ -213,4 +200,4 @@ def _rotation(text: str) -> Any:
     from fastcal.robot.se3 import rpy_to_rotation
     from fastcal.units import to_si
 
-    return rpy_to_rotation(to_si(np.array(_numbers("--tool-rpy-deg", text)), "deg"))
+    return rpy_to_rotation(to_si(np.array(three_numbers("--tool-rpy-deg", text)), "deg"))

@@ -34,6 +34,7 @@ from fastcal.cli.arm_links import with_links
 from fastcal.cli.console import fail, manner
 from fastcal.cli.manners import examples, with_manners
 from fastcal.cli.own_inputs import keeps_its_inputs
+from fastcal.cli.tracker import with_tracker
 from fastcal.cli.who import with_who
 from fastcal.errors import FastcalError, Undetermined, unloaded
 
@@ -74,7 +75,8 @@ app = typer.Typer(
 )
 for command in COMMANDS:
     name = command.__name__.rstrip("_")
-    app.command(name, epilog=examples(name))(with_manners(name, with_who(with_links(keeps_its_inputs(command)))))
+    whole = with_who(with_tracker(with_links(keeps_its_inputs(command))))
+    app.command(name, epilog=examples(name))(with_manners(name, whole))
 
 
 def _show_version(wanted: bool) -> None:

@@ -24,6 +24,7 @@ from fastcal.cli.options import (
     Threads,
     words_of,
 )
+from fastcal.cli.tracker import Tracker, seen_by
 from fastcal.cli.who import Who
 
 if TYPE_CHECKING:
@@ -62,6 +63,7 @@ def calibrate(
     page_language: PageLanguage = "en",
     as_read: AsRead = False,
     threads: Threads = 1,
+    tracker: Tracker | None = None,
     who: Who | None = None,
 ) -> None:
     """Identify a robot from measured poses."""
@@ -82,7 +84,7 @@ def calibrate(
     if choose is not None and (priors or method != "nls"):
         raise InvalidInput("--choose compares sets by least squares without priors: leave out --priors and --method")
     nominal = load_robot(robot)
-    measured = load_measurements(data, nominal)
+    measured = seen_by(tracker, load_measurements(data, nominal))
     other = None if test is None else load_measurements(test, nominal)
     with progress() as show:
         given: dict[str, Any] = {"test": other, "effects": effects, "loss": loss, "as_read": as_read}

@@ -11,6 +11,7 @@ import typer
 
 from fastcal.cli.console import emit, progress, say, warn
 from fastcal.cli.options import AsRead, PageLanguage, Threads
+from fastcal.cli.tracker import Tracker, seen_by
 from fastcal.cli.who import Who
 
 if TYPE_CHECKING:
@@ -51,6 +52,7 @@ def check(
     page_language: PageLanguage = "en",
     as_read: AsRead = False,
     threads: Threads = 1,
+    tracker: Tracker | None = None,
     who: Who | None = None,
 ) -> None:
     """Check whether a calibrated model still holds.
@@ -67,6 +69,8 @@ def check(
 
     tolerance = None if tolerance_mm is None else to_si(tolerance_mm, "mm")
     if Path(model).is_dir():
+        if tracker is not None:
+            raise InvalidInput("--sigma-range-mm is of one file: those of many arms say how sure they are in columns")
         if data or plan is not None:
             raise InvalidInput(f"{model} is a folder of arms, whose data are in it: leave out DATA and --plan")
         options = {"files": files, "tolerance": tolerance, "as_read": as_read, "who": who, "threads": threads}
@@ -80,7 +84,7 @@ def check(
         return
     if not data:
         raise InvalidInput("expected DATA, the measured poses, or --plan N")
-    measured = load_measurements(data, robot)
+    measured = seen_by(tracker, load_measurements(data, robot))
     with progress() as show:
         show("checking")
         found = checked(

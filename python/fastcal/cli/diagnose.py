@@ -11,6 +11,7 @@ import typer
 
 from fastcal.cli.console import emit, progress, say, warn
 from fastcal.cli.options import AsRead, DataFiles, OutFolder, RobotFile, Threads
+from fastcal.cli.tracker import Tracker, seen_by
 from fastcal.cli.who import Who
 
 if TYPE_CHECKING:
@@ -32,6 +33,7 @@ def diagnose(
     ] = None,
     as_read: AsRead = False,
     threads: Threads = 1,
+    tracker: Tracker | None = None,
     who: Who | None = None,
 ) -> None:
     """Find what the model is missing and add it.
@@ -48,7 +50,7 @@ def diagnose(
 
     check_folder(output, FILES)
     nominal = load_robot(robot)
-    measured = load_measurements(data, nominal)
+    measured = seen_by(tracker, load_measurements(data, nominal))
     origin = made_by(nominal, measured, who)
     other = None if test is None else load_measurements(test, nominal)
     with progress() as show:

@@ -53,6 +53,17 @@ def file_names(files: list[Path]) -> str:
     return ", ".join(file.name for file in files)
 
 
+def three_numbers(option: str, text: str) -> tuple[float, float, float]:
+    """X,Y,Z as numbers."""
+    from fastcal.errors import InvalidInput
+
+    try:
+        x, y, z = (float(part) for part in text.split(","))
+    except ValueError:
+        raise InvalidInput(f"{option} takes three numbers such as 900,0,700, got '{text}'") from None
+    return x, y, z
+
+
 def words_of(robot: str) -> list[str]:
     """The words of a command line that name a robot, with the links of its arm where they were given or chosen."""
     words: list[str] = robot.words() if hasattr(robot, "words") else [robot]

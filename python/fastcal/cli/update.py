@@ -11,6 +11,7 @@ import typer
 
 from fastcal.cli.console import emit, progress, say, warn
 from fastcal.cli.options import AsRead, DataFiles, ModelFile, OutFolder, PageLanguage, Threads
+from fastcal.cli.tracker import Tracker, seen_by
 from fastcal.cli.who import Who
 
 
@@ -21,6 +22,7 @@ def update(
     page_language: PageLanguage = "en",
     as_read: AsRead = False,
     threads: Threads = 1,
+    tracker: Tracker | None = None,
     who: Who | None = None,
 ) -> None:
     """Bring a calibrated model up to date.
@@ -36,7 +38,7 @@ def update(
 
     check_folder(output, UPDATE_FILES)
     robot = load_robot(model)
-    measured = load_measurements(data, robot)
+    measured = seen_by(tracker, load_measurements(data, robot))
     with progress() as show:
         show("bringing the model up to date")
         found = updated(robot, measured, as_read=as_read, who=who, threads=threads)

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.fits import Fit
+from fastcal.measurements.instrument import beam_axes
 
 FloatArray = NDArray[np.float64]
 
@@ -113,23 +114,21 @@ class Effect:
             groups: (N,) courses h of the effect: its columns are h times a motion that depends on the place alone.
         """
         kept, at = self.points
-        sigma = self._sigma[kept]
-        C = self.C[at] * sigma[:, :, np.newaxis]
+        C = self._metres(kept, self.C[at])
         g = np.zeros_like(C)
         for course in groups:
             h = course[kept, np.newaxis, np.newaxis]
             square = float(np.sum(h * h))
             if square > 0:
                 g += h * (np.sum(h * C, axis=0) / square)
-        return self._reading(kept, self.r[at] * sigma, g)
+        return self._reading(kept, self._metres(kept, self.r[at]), g)
 
     def motion_by(self, frame: FloatArray, courses: FloatArray) -> Reading:
         """Motion as above, of a block whose columns are each of the 6 of a frame (m, 6) times courses (N, k)."""
         kept, at = self.points
-        sigma = self._sigma[kept]
-        middle = (frame[at] * sigma[:, :, np.newaxis]).mean(axis=0)
+        middle = self._metres(kept, frame[at]).mean(axis=0)
         g = middle[np.newaxis, :, :, np.newaxis] * courses[kept, np.newaxis, np.newaxis, :]
-        return self._reading(kept, self.r[at] * sigma, g.reshape(len(kept), 3, -1))
+        return self._reading(kept, self._metres(kept, self.r[at]), g.reshape(len(kept), 3, -1))
 
     def in_frame(self, frame: FloatArray) -> Reading:
         """Shift [m] along the three translations of a frame whose columns are (m, 3 or 6)."""
@@ -140,8 +139,15 @@ class Effect:
     def displacement(self) -> Reading:
         """Displacement [m] of each measured point along x, y, z of the measuring frame."""
         kept, at = self.points
-        sigma = self._sigma[kept]
-        return self._reading(kept, self.r[at] * sigma, self.C[at] * sigma[:, :, np.newaxis])
+        return self._reading(kept, self._metres(kept, self.r[at]), self._metres(kept, self.C[at]))
+
+    def _metres(self, kept: NDArray[np.intp], whitened: FloatArray) -> FloatArray:
+        """Whitened numbers (K, 3, ...) of points in the measuring frame [m]."""
+        data = self.fit.problem.kept
+        size = np.einsum("ki,ki...->ki...", self._sigma[kept], whitened)
+        if data.instrument is None or data.position is None:
+            return np.asarray(size)
+        return np.asarray(np.einsum("kij,ki...->kj...", beam_axes(data.position[kept], data.instrument[kept]), size))
 
     @cached_property
     def points(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:

@@ -17,7 +17,8 @@ KINDS: dict[str, str | None] = (
     dict.fromkeys(("rx", "ry", "rz"), "angle")
     | dict.fromkeys(("fx", "fy", "fz"), "force")
     | dict.fromkeys(("mx", "my", "mz"), "torque")
-    | {"sigma": "length", "payload": "mass", "temperature": "temperature", "time": "time"}
+    | dict.fromkeys(("sigma_range", "instrument_x", "instrument_y", "instrument_z"), "length")
+    | {"sigma_angle": "angle", "sigma": "length", "payload": "mass", "temperature": "temperature", "time": "time"}
     | dict.fromkeys(("station", "mount"), None)  # labels
 )
 

@@ -19,6 +19,7 @@ from fastcal.io.table import Table
 from fastcal.io.tables import read_table
 from fastcal.measurements.checks import BadRow, RobotFacts, check_whole_rows
 from fastcal.measurements.dataset import Dataset, FloatArray
+from fastcal.measurements.instrument import along_and_across
 from fastcal.measurements.observations import expected_columns, tables_of
 from fastcal.units import from_si, to_si
 
@@ -77,6 +78,7 @@ def dataset_from_table(table: Table, robot: RobotFacts, require_measured: bool =
         data = Dataset.from_arrays(
             q=columns.joints(robot),
             **columns.observed(len(robot.joint_types)),
+            **columns.tracker(),
             q_read=columns.numbers("q_read", [f"q{joint}_read" for joint in joints], partly=True),
             payload=columns.payload(),
             wrench=columns.numbers("wrench", ["fx", "fy", "fz", "mx", "my", "mz"]),
@@ -197,6 +199,23 @@ class Columns:
             title = self.table.names[self.known[rival].place]
             raise self.table.error(f"expected one sigma column and not one a coordinate, as there is '{title}'")
         return each
+
+    def tracker(self) -> dict[str, Any]:
+        """Where the instrument stood and sigma_position along and across its beam, of range and angle; or nothing."""
+        names = ["sigma_range", "sigma_angle"]
+        places = ["instrument_x", "instrument_y", "instrument_z"]
+        sizes = self.numbers("sigma_position", names)
+        place = self.numbers("instrument", places)
+        if sizes is None:
+            if place is None:
+                return {}
+            raise self.table.error("says where the instrument stood; expected also sigma_range_mm and sigma_angle_mrad")
+        position = self.numbers("position", ["x", "y", "z"])
+        if position is None or any(name in self.known for name in ("sigma", "sigma_x", "distance")):
+            raise self.table.error("sigma_range and sigma_angle are of points; expected no other sigma and no distance")
+        if place is None:
+            place = np.zeros_like(position)
+        return {"instrument": place, "sigma_position": along_and_across(position, place, *sizes.T)}
 
     def payload(self) -> FloatArray | float:
         """The payload (N,), 0 where there is none."""

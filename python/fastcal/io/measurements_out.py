@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from fastcal.errors import InvalidInput
 from fastcal.io.tables import write_csv
 from fastcal.measurements.dataset import Dataset, FloatArray
+from fastcal.measurements.instrument import range_and_angle
 from fastcal.measurements.observations import sharing, tables_of
 from fastcal.units import from_si
 
@@ -96,7 +97,18 @@ def _labels(data: Dataset) -> dict[str, list[str]]:
 
 def _observed(data: Dataset) -> Iterator[tuple[Sequence[str], FloatArray | None, str | None]]:
     """Names without units, numbers and unit of all that was measured; one sigma where it is one for all coordinates."""
+    polar = range_and_angle(data)
+    if polar is not None:
+        yield ["sigma_range"], polar[0], "mm"
+        yield ["sigma_angle"], polar[1], "mrad"
+        place = data.instrument
+        if place is not None and np.nan_to_num(place).any():
+            yield ["instrument_x", "instrument_y", "instrument_z"], np.nan_to_num(place), "mm"
+    elif data.instrument is not None:
+        raise InvalidInput("some rows have standard deviations along a beam, others of x, y and z: no file holds both")
     for table in tables_of(data.q.shape[1]).values():
+        if polar is not None and table.name == "sigma_position":
+            continue
         values = None if table.role == "label" else data.table(table.name)
         if (
             table.name == "sigma_position"

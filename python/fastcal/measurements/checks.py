@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 LIMIT_MARGIN = to_si(360.0, "deg")
 SCALE_LIMIT = 200.0  # reaches; a base may stand far from the instrument, but not this far
+NEAREST = to_si(100.0, "mm")  # to its instrument that a point can be
 QUATERNION_TOLERANCE = 0.01  # of its length: three written decimals lose 0.001
 
 
@@ -81,6 +82,7 @@ def check_values(data: Dataset, robot: RobotFacts | None) -> None:
     for field, values in data.observed.items():
         _require(field, values, ~np.isinf(values), "a finite number, or nothing where it was not measured")
     _check_measured(data)
+    _check_instrument(data)
     _check_sigmas(data)
     if robot is not None:
         _check_scale(data, robot)
@@ -108,6 +110,22 @@ def _check_measured(data: Dataset) -> None:
         _require(
             "anchor", data.anchor, np.isnan(data.distance) | (data.anchor >= 0), "the label of this length's anchor"
         )
+
+
+def _check_instrument(data: Dataset) -> None:
+    """A point that was seen from somewhere is whole, and not where the instrument stood."""
+    place = data.instrument
+    if place is None or data.position is None:
+        return
+    fits = np.isfinite(place) | np.isnan(place).all(axis=1, keepdims=True)
+    _require("instrument", place, fits, "all three coordinates of where the instrument stood")
+    seen = np.asarray(~np.isnan(place).any(axis=1) & ~np.isnan(data.position).all(axis=1))
+    whole = ~np.isnan(data.position) | ~seen[:, np.newaxis]
+    _require("position", data.position, whole, "a number, as a point that was seen from an instrument is whole")
+    apart = np.linalg.norm(data.position - place, axis=1)
+    least = from_si(NEAREST, "mm")
+    expected = f"a point at least {least:g} mm from the instrument, which by default stands at the origin"
+    _require("position", data.position, ~seen[:, np.newaxis] | (apart >= NEAREST)[:, np.newaxis], expected)
 
 
 def _check_sigmas(data: Dataset) -> None:

@@ -13,7 +13,7 @@ import numpy as np
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset, FloatArray
 
-_MAY_BE_EMPTY = ("q_read", "position", "rotation", "distance", "sigma_position", "sigma_rotation")
+_MAY_BE_EMPTY = ("q_read", "position", "rotation", "distance", "sigma_position", "instrument", "sigma_rotation")
 _WHOLE = ("wrench", "current", "temperature", "time")  # a row without them can't be
 
 

@@ -16,6 +16,7 @@ from fastcal.display import late
 from fastcal.display.shown import Shown
 from fastcal.errors import InvalidInput
 from fastcal.measurements.checks import BadRow, RobotFacts, check_values
+from fastcal.measurements.instrument import with_tracker
 from fastcal.measurements.last_moves import last_moves
 from fastcal.measurements.observations import measured_rows, tables_of
 from fastcal.measurements.splits import random_rows, region_rows
@@ -44,6 +45,8 @@ class Dataset(Shown):
         distance: (N,) measured length from an anchor to the point [m], NaN where it was not.
         anchor: (N,) index into `anchor_names`, -1 where a row has none.
         sigma_position: (N, 3) standard deviation of each coordinate [m]; column 0 is that of a length too.
+        instrument: (N, 3) where the instrument stood in the measuring frame [m], NaN where not known. Where it is,
+            sigma_position is along its beam, across it level and across it upright, in place of x, y and z.
         sigma_rotation: (N,) standard deviation of the orientation about each axis [rad].
         wrench: (N, 6) fx fy fz [N] mx my mz [N m] at the tool.
         current: (N, n) motor currents [A].
@@ -72,6 +75,7 @@ class Dataset(Shown):
     anchor: IntArray | None = None
     anchor_names: tuple[str, ...] = ()
     sigma_position: FloatArray | None = None
+    instrument: FloatArray | None = None
     sigma_rotation: FloatArray | None = None
     wrench: FloatArray | None = None
     current: FloatArray | None = None
@@ -150,6 +154,19 @@ class Dataset(Shown):
         """The same without measured points."""
         return replace(self, position=None)
 
+    def with_tracker(self, sigma_range: float, sigma_angle: float, instrument: ArrayLike = (0.0, 0.0, 0.0)) -> Dataset:
+        """The same, as a tracker measured it that is surer along its beam than across it.
+
+        Args:
+            sigma_range: Standard deviation of its lengths [m].
+            sigma_angle: Of its angles [rad]: across the beam it makes that much times the distance.
+            instrument: (3,) or (N, 3) where it stood in the measuring frame [m]; the default is its own frame.
+
+        Raises:
+            InvalidInput: There are no points, a number is not above 0, or a point lies where the instrument stood.
+        """
+        return with_tracker(self, sigma_range, sigma_angle, instrument)
+
     def split(self, test: float = 0.25, *, by: str = "random", seed: int = 0) -> tuple[Dataset, Dataset]:
         """(rows to fit, rows to hold out), each in the order of the data.
 
@@ -212,6 +229,7 @@ class Dataset(Shown):
         anchor: Labels | None = None,
         q_read: ArrayLike | None = None,
         sigma_position: ArrayLike | None = None,
+        instrument: ArrayLike | None = None,
         sigma_rotation: ArrayLike | None = None,
         payload: ArrayLike = 0.0,
         wrench: ArrayLike | None = None,
@@ -268,6 +286,7 @@ class Dataset(Shown):
             anchor=anchors,
             anchor_names=anchor_names,
             sigma_position=None if sigma is None else _array("sigma_position", sigma, (rows, 3), spread=True),
+            instrument=None if instrument is None else _array("instrument", instrument, (rows, 3), spread=True),
             sigma_rotation=None if sigma_rotation is None else _spread("sigma_rotation", sigma_rotation, rows),
             payload=_spread("payload", payload, rows),
             wrench=one("wrench", wrench, 6),

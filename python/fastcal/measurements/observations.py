@@ -111,6 +111,8 @@ def core_tables(data: Dataset) -> tuple[dict[str, FloatArray], dict[str, tuple[N
                 labels[field.name] = (codes.astype(np.int32), list(names))
         elif (values := data.table(field.name)) is not None:
             numbers[field.name] = values
+    if data.instrument is not None:
+        numbers["instrument"] = data.instrument
     return numbers, labels
 
 

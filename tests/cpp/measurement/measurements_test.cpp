@@ -203,6 +203,35 @@ TEST(Measurements, SigmaOfALengthIsThatOfTheFirstCoordinate) {
                                                  {"inclination of link5", 5}}));
 }
 
+TEST(Position, SeenFromAnInstrumentIsAlongItsBeamAndAcross) {
+  Tables of{3, {}, {}};
+  of.numbers["position"].resize(3, 3);
+  of.numbers["position"] << 2, 0, 0, 0, 0, 3, 1, 2, 3;
+  of.numbers["sigma_position"] = RowMatrixXd::Constant(3, 3, 1e-4);
+  of.numbers["instrument"].resize(3, 3);
+  of.numbers["instrument"] << 0, 0, 0, 0, 0, 1, kNan, kNan, kNan;
+  const Measurements measured(of, arm());
+  const PlacedObservation& points = measured.observations().front();
+  EXPECT_EQ(points->coordinates(), nullptr);
+  const auto residual = [&](Eigen::Index row, const Eigen::Vector3d& off) {
+    Sights sights;
+    sights[0].p = of.numbers["position"].row(row).transpose() + off;
+    Comparison out;
+    out.clear();
+    points->compare(row, sights, nullptr, out);
+    EXPECT_LT((out.by_frame[0].leftCols<3>() * off - out.r).norm(), 1e-15);
+    return out.r;
+  };
+  // The beam is x: across it y is level and z upright.
+  EXPECT_TRUE(residual(0, {0.1, 0.2, 0.3}).isApprox(Eigen::Vector3d(0.1, 0.2, 0.3), 1e-12));
+  // An upright beam is z; y counts as level, and -x is then upright.
+  EXPECT_TRUE(residual(1, {0.1, 0.2, 0.3}).isApprox(Eigen::Vector3d(0.3, 0.2, -0.1), 1e-12));
+  // Where no instrument is known, x, y and z.
+  EXPECT_TRUE(residual(2, {0.1, 0.2, 0.3}).isApprox(Eigen::Vector3d(0.1, 0.2, 0.3), 1e-12));
+  of.numbers["instrument"].row(0) = of.numbers["position"].row(0);
+  EXPECT_THROW(Measurements(of, arm()), InvalidInput);
+}
+
 TEST(Orientation, IsTheTurnInTheAxesOfTheTool) {
   Random random(3);
   const Eigen::Vector3d turn(0.1, -0.2, 0.3);

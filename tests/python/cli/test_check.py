@@ -185,6 +185,29 @@ def test_a_folder_of_arms_is_checked_at_once(month, fastcal, tmp_path) -> None:
         assert (failed.code, sentence in failed.error) == (2, True), failed.error
 
 
+def test_a_tracker_says_how_sure_it_is(month, fastcal, tmp_path) -> None:
+    """The options are the columns: the same check either way, and another one than without."""
+    model = library.load_robot(month / "model.yaml")
+    data = library.load_measurements(month / "moved.csv", model)
+    library.write_measurements(tmp_path / "columns.csv", data.with_tracker(1e-5, 2e-5, [5.0, 0.0, 0.0]))
+    options = ("--sigma-range-mm", "0.01", "--sigma-angle-mrad", "0.02", "--instrument-at-mm", "5000,0,0")
+    found = []
+    for k, given in enumerate(((month / "moved.csv", *options), (tmp_path / "columns.csv",), (month / "moved.csv",))):
+        assert fastcal("check", month / "model.yaml", *given, "-o", tmp_path / f"{k}.json").code == 4
+        found.append(json.loads((tmp_path / f"{k}.json").read_text())["tests"][0]["std"])
+    assert found[0] == pytest.approx(found[1], rel=1e-6)
+    assert found[0] != pytest.approx(found[2], rel=0.01)
+    done = fastcal("update", month / "model.yaml", month / "moved.csv", *options, "-o", tmp_path / "new")
+    assert done.code == 0, done.error
+    for mistake, said in (
+        (("--sigma-range-mm", "0.01"), "go together"),
+        (("--sigma-range-mm", "0", "--sigma-angle-mrad", "0.02"), "sigma_range must be a standard deviation above 0"),
+        ((*options[:4], "--instrument-at-mm", "5000"), "takes three numbers"),
+    ):
+        failed = fastcal("check", month / "model.yaml", month / "moved.csv", *mistake)
+        assert (failed.code, said in failed.error) == (2, True), failed.error
+
+
 def test_a_killed_check_leaves_the_old_one_whole(month, tmp_path) -> None:
     """The history is these files: whenever a check is killed, each is there as it was or as it shall be."""
     out = tmp_path / "2026-02.json"
