@@ -73,6 +73,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         *(
             "calibration",
             "selection",
+            "ik",
             "compensation",
             "design",
             "diagnosis",

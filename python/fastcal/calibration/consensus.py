@@ -56,14 +56,13 @@ class Rows:
 
     def score(self, inside: FloatArray, outside: FloatArray, k: IntArray) -> FloatArray:
         """S by the sums of squares of k rows and of the others; infinite where too few degrees of freedom are left."""
-        from scipy import special  # see find_shift
-
         N, tiny = self.count, np.finfo(float).tiny
         freedom = 3 * k - self.rank
         n, m = np.maximum(freedom, 1), np.maximum(3 * (N - k), 1)
         total = 0.5 * n * np.log(np.maximum(inside, tiny) / n) + 0.5 * self.rank * np.log(k)
         total += np.where(k < N, 0.5 * m * np.log(np.maximum(outside, tiny) / m), 0.0)
-        total += special.gammaln(N + 1) - special.gammaln(k + 1) - special.gammaln(N - k + 1)
+        log_factorial = np.concatenate([[0.0], np.cumsum(np.log(np.arange(1, N + 1)))])
+        total += log_factorial[N] - log_factorial[k] - log_factorial[N - k]
         return np.where(freedom >= _FREEDOM * 3 * k, total, np.inf)
 
     def noise(self, chosen: BoolArray, held: float) -> float:

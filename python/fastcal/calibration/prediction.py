@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.calibration.extrapolation_notes import range_notes
+from fastcal.display.shown import Shown
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.given import DataLike, RobotLike, as_data, as_robot
 from fastcal.robot.robot import Robot
@@ -17,8 +18,8 @@ from fastcal.robot.robot import Robot
 FloatArray = NDArray[np.float64]
 
 
-@dataclass(frozen=True, eq=False)
-class Prediction:
+@dataclass(frozen=True, eq=False, repr=False)
+class Prediction(Shown):
     """Poses of the tool in the measuring frame.
 
     Attributes:

@@ -122,15 +122,8 @@ def _targets(path: Path, arm: Robot) -> Targets | Dataset:
 
 def _say(found: PoseDesign, separate: str | None) -> None:
     """The design in a few lines."""
-    from fastcal.units import from_si
-
-    refused = ", ".join(f"{number} {reason}" for reason, number in found.rejected.items())
-    say(f"{len(found)} poses of {found.candidate_count} candidates" + (f"; {refused}" if refused else ""))
-    sigma = from_si(found.sigma, "mm")
-    say(f"predicted standard deviation of a coordinate: {sigma:.4g} mm, RMS over the targets")
-    say(", ".join(f"{name} {value:.4g}" for name, value in found.observability.items()))
-    if found.efficiency is not None:
-        say(f"{found.criterion}: at least {found.efficiency:.1%} of what any choice of as many candidates reaches")
+    for line in found.summary().splitlines():
+        say(line)
     if found.separation is not None and separate is not None:
         names = [name.strip() for name in separate.split(",")]
         before, after = found.separation.power_before, found.separation.power_after

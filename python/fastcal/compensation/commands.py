@@ -16,6 +16,7 @@ from fastcal.calibration.extrapolation_notes import range_notes
 from fastcal.calibration.prediction import correction_notes
 from fastcal.compensation.following import follow
 from fastcal.compensation.one_step import one_step, pose_errors
+from fastcal.display.shown import Shown
 from fastcal.errors import InvalidInput
 from fastcal.ik.inverse_kinematics import InverseKinematics, inverse_kinematics
 from fastcal.measurements.dataset import Dataset
@@ -29,8 +30,8 @@ METHODS = ("full", "one-step")
 _MOST_TOLD = 5  # rows of a kind that get a sentence of their own
 
 
-@dataclass(frozen=True, eq=False)
-class Compensation:
+@dataclass(frozen=True, eq=False, repr=False)
+class Compensation(Shown):
     """Commands for N targets.
 
     Attributes:
@@ -46,6 +47,7 @@ class Compensation:
         nominal_q: (N, n) what the nominal robot would be sent to, NaN where it reaches nothing.
         jumps: Rows that no smooth way joins to the row before.
         notes: What a reader should know, a sentence each.
+        joint_types: `revolute` or `prismatic`, one a joint.
     """
 
     q: FloatArray
@@ -57,6 +59,7 @@ class Compensation:
     correction_weight: FloatArray | None = None
     jumps: tuple[int, ...] = ()
     notes: tuple[str, ...] = ()
+    joint_types: tuple[str, ...] = ()
 
     def __len__(self) -> int:
         return len(self.q)
@@ -134,6 +137,7 @@ def compensate(
         weight,
         tuple(jumps),
         tuple(notes),
+        tuple(model.joint_types),
     )
 
 

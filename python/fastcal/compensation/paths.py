@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,18 +20,23 @@ from numpy.typing import ArrayLike, NDArray
 from fastcal.compensation.commands import compensate
 from fastcal.compensation.curves import arc, between
 from fastcal.compensation.following import follow
+from fastcal.display import late
+from fastcal.display.shown import Shown
 from fastcal.errors import InvalidInput
 from fastcal.measurements.targets import Targets, targets_of
 from fastcal.robot.controller_robot import nominal_robot
 from fastcal.robot.robot import Robot
+
+if TYPE_CHECKING:
+    from plotly.graph_objects import Figure
 
 FloatArray = NDArray[np.float64]
 
 KINDS = ("line", "arc")
 
 
-@dataclass(frozen=True, eq=False)
-class PathAccuracy:
+@dataclass(frozen=True, eq=False, repr=False)
+class PathAccuracy(Shown):
     """A path of M poses; SI.
 
     Attributes:
@@ -52,6 +57,10 @@ class PathAccuracy:
     off_before: FloatArray
     off_after: FloatArray
     sigma: FloatArray
+
+    def plot_path(self) -> Figure:
+        """Error of the tool along the path, without and with compensation."""
+        return late.call("chart", self, "path")
 
 
 def path_accuracy(

@@ -165,6 +165,7 @@ def design_poses(
         enough=until_sigma is None or reached <= until_sigma,
         separation=separated,
         notes=notes,
+        joint_types=tuple(model.joint_types),
     )
 
 

@@ -12,14 +12,15 @@ from numpy.typing import NDArray
 from fastcal import _core
 from fastcal.design.candidates import Candidates, joint_ranges
 from fastcal.design.separation import Separation
+from fastcal.display.shown import Shown
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot
 
 FloatArray = NDArray[np.float64]
 
 
-@dataclass(frozen=True, eq=False)
-class PoseDesign:
+@dataclass(frozen=True, eq=False, repr=False)
+class PoseDesign(Shown):
     """What `design_poses` chose, SI; rows are in the order of visiting.
 
     Attributes:
@@ -40,6 +41,7 @@ class PoseDesign:
         candidate_count: Candidates that could be measured.
         rejected: Why how many others could not.
         notes: What a reader should know, a sentence each.
+        joint_types: `revolute` or `prismatic`, one a joint.
     """
 
     q: FloatArray
@@ -57,6 +59,7 @@ class PoseDesign:
     enough: bool = True
     separation: Separation | None = None
     notes: list[str] = field(default_factory=list)
+    joint_types: tuple[str, ...] = ()
 
     def __len__(self) -> int:
         return len(self.q)

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fastcal import _core
+from fastcal.display.shown import Shown
 from fastcal.effects.registered import find
 from fastcal.errors import InvalidInput
 from fastcal.ik.posture import configurations
@@ -28,8 +29,8 @@ _SAME_COMMAND = 1e-12  # [rad or m]
 _MAX_ROUNDS = 30
 
 
-@dataclass(frozen=True, eq=False)
-class InverseKinematics:
+@dataclass(frozen=True, eq=False, repr=False)
+class InverseKinematics(Shown):
     """Commands for N targets.
 
     Attributes:

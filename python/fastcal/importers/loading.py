@@ -9,6 +9,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from fastcal.errors import InvalidInput, ParseError, TooLarge
 from fastcal.io import measurements
@@ -19,7 +20,14 @@ _OWN = re.compile(r"\bq\d+(_read)?_(deg|rad|mrad|mm|m|um|in)\b", re.I)
 
 
 def load_measurements(
-    path: str | os.PathLike[str] | Sequence[str | os.PathLike[str]], robot: Robot, *, require_measured: bool = True
+    path: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
+    robot: Robot,
+    *,
+    require_measured: bool = True,
+    joints: str | os.PathLike[str] | None = None,
+    sheet: str | None = None,
+    orientation: str | None = None,
+    mapping: str | os.PathLike[str] | None = None,
 ) -> Dataset:
     """Reads measured poses into SI arrays.
 
@@ -32,16 +40,23 @@ def load_measurements(
         robot: The arm that was measured: its joints say which columns q must have, its limits and its reach what the
             numbers can mean.
         require_measured: Refuse a file without any measured number. Without it q and the conditions are enough.
+        joints: The controller's log or program, where the export holds points alone; the join is tried on the arm.
+        sheet: The sheet of a workbook.
+        orientation: What an export's angles are, as `--orientation` of `fastcal import`.
+        mapping: A mapping file, as `--map`.
 
     Raises:
         ParseError: The file or something in it can't be meant; one sentence with file, line and column.
         InvalidInput: Something can't be decided; the sentence names the option of `fastcal import` that decides it.
     """
-    if isinstance(path, str | os.PathLike):
-        return _load(path, robot, require_measured)
-    files = list(path)
+    files = [path] if isinstance(path, str | os.PathLike) else list(path)
     if not files:
         raise InvalidInput("expected at least one file of measurements")
+    if not (joints is None and sheet is None and orientation is None and mapping is None):
+        from fastcal.importers.mapping import read_map
+
+        answers = None if mapping is None else read_map(mapping)
+        return _imported(files, robot, joints=joints, sheet=sheet, orientation=orientation, mapping=answers)
     sets = [_load(file, robot, require_measured) for file in files]
     return sets[0] if len(sets) == 1 else Dataset.concatenate(sets, labels=_labels(files))
 
@@ -59,23 +74,29 @@ def _load(path: str | os.PathLike[str], robot: Robot, require_measured: bool) ->
         if not require_measured or not Path(path).is_file() or _is_own(path):
             raise
         own = error
-    from fastcal.importers.importing import import_measurements  # most files are measurement files
-    from fastcal.importers.writing import imported_dataset
-
     try:
-        reading = import_measurements([path], robot=robot)
+        return _imported([path], robot)
     except TooLarge as problem:
         raise (own or problem) from None
     except InvalidInput as problem:
         # What the file lacks as an export says more than what it lacks as a measurement file.
         raise _asking(problem) from own
+
+
+def _imported(paths: Sequence[str | os.PathLike[str]], robot: Robot, **answers: Any) -> Dataset:
+    """Exports as a data set, with what was recognized among its notes."""
+    from fastcal.importers.importing import import_measurements  # most files are measurement files
+    from fastcal.importers.writing import imported_dataset
+
+    reading = import_measurements(paths, robot=robot, **answers)
     return imported_dataset(replace(reading, notes=[f"read as {reading.dialect}", *reading.notes]), robot)
 
 
 def _asking(problem: InvalidInput) -> InvalidInput:
     """A question of the importer, with the command that takes the answer."""
     text = str(problem)
-    return InvalidInput(f"{text}; these are options of fastcal import") if " --" in text else problem
+    hint = "these are options of fastcal import, and arguments of load_measurements"
+    return InvalidInput(f"{text}; {hint}") if " --" in text else problem
 
 
 def _is_own(path: str | os.PathLike[str]) -> bool:

@@ -11,14 +11,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fastcal.display.shown import Shown
 from fastcal.errors import InvalidInput
 from fastcal.measurements.conditions import TABLES
 
 FloatArray = NDArray[np.float64]
 
 
-@dataclass(frozen=True, eq=False)
-class Targets:
+@dataclass(frozen=True, eq=False, repr=False)
+class Targets(Shown):
     """N poses of the tool in the measuring frame.
 
     Attributes:

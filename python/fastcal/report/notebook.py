@@ -24,6 +24,7 @@ from fastcal.report import (
     diagnosis_report,
     effect_figures,
     figures,
+    path_report,
     residual_figures,
     workspace,
 )
@@ -34,6 +35,7 @@ from fastcal.report.trends import trend
 from fastcal.report.view import Rows, rows_of
 
 if TYPE_CHECKING:
+    from fastcal.compensation import PathAccuracy
     from fastcal.report.figures import Figure
 
 _LEGEND = 46  # CSS pixels below a figure for the legend, which may take two lines
@@ -194,6 +196,10 @@ def _likeness(found: Diagnosis) -> list[Figure]:
     return [] if drawn is None else [drawn]
 
 
+def _path(found: PathAccuracy) -> list[Figure]:
+    return [path_report.path_figure(found)]
+
+
 _CHARTS: dict[str, Any] = {
     "errors": _errors,
     "histogram": _histogram,
@@ -203,4 +209,5 @@ _CHARTS: dict[str, Any] = {
     "gap": _gap,
     "effect": _effect,
     "likeness": _likeness,
+    "path": _path,
 }

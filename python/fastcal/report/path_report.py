@@ -41,7 +41,7 @@ def path_page(found: PathAccuracy, robot_name: str, targets_name: str = "") -> s
         points=len(found.points),
         length=f"{significant(from_si(float(found.along[-1]), 'mm'), 4)} mm",
         table=_table(found),
-        drawing=_drawing(found),
+        drawing=path_figure(found),
     )
 
 
@@ -84,7 +84,8 @@ def _sureness(found: PathAccuracy) -> str:
     )
 
 
-def _drawing(found: PathAccuracy) -> Figure:
+def path_figure(found: PathAccuracy) -> Figure:
+    """Error along the path, without and with compensation."""
     along = from_si(found.along, "mm")
     key = [Key("without compensation", figures.BEFORE, "dash"), Key("with compensation", figures.AFTER, "solid")]
     traces = []

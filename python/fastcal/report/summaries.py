@@ -37,9 +37,10 @@ def summary(shown: Any) -> list[str]:
 
 
 def _registered(shows: Any, shown: Any) -> Any:
-    """The function for a diagnosis or a check, whose rooms are entered only where there is one."""
+    """The function for a diagnosis, a check or a command, whose rooms are entered only where there is one."""
     import fastcal.report.diagnosis_summary
-    import fastcal.report.monitoring_summary  # noqa: F401  they register themselves
+    import fastcal.report.monitoring_summary
+    import fastcal.report.use_summary  # noqa: F401  they register themselves
 
     found = shows.dispatch(type(shown))
     if found is shows.dispatch(object):

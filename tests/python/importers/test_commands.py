@@ -5,6 +5,7 @@
 import json
 from pathlib import Path
 
+import numpy as np
 import openpyxl
 import pytest
 
@@ -108,7 +109,7 @@ def test_a_question_of_an_export_names_the_command_that_takes_the_answer(
     assert main(["calibrate", "ur5", "points.csv", "-o", "out"]) == 2
     said = capsys.readouterr().err
     assert said.count("\n") == 1
-    assert "--joints FILE; fastcal import points.csv takes it" in said
+    assert "--joints FILE; these are options of fastcal import" in said
 
 
 def test_errors_of_a_measurement_file_stay_its_own(here: Session, capsys: pytest.CaptureFixture[str]) -> None:
@@ -133,3 +134,12 @@ def test_several_files_are_calibrated_as_one(here: Session) -> None:
     assert data.station.tolist() == [0] * 15 + [1] * 15
     assert main(["evaluate", "one/model.yaml", "monday.csv", "tuesday.csv", "-o", "e.json"]) == 0
     assert json.loads(Path("e.json").read_text())["count"] == 30
+
+
+def test_a_list_of_points_is_joined_with_its_joints_in_python(here: Session) -> None:
+    robot = fastcal.load_robot("ur5")
+    data = fastcal.load_measurements("points.csv", robot, joints=here.joints())
+    assert data.position is not None
+    np.testing.assert_allclose(1e3 * data.position, here.points, atol=1e-9)
+    np.testing.assert_allclose(np.degrees(data.q), here.q, atol=1e-9)
+    assert any("joined" in note for note in data.notes)

@@ -76,6 +76,41 @@ def test_the_charts_of_the_report_are_plotly_figures(result: CalibrationResult, 
         assert drawn["layout"]["meta"]["alt"]
 
 
+def test_what_a_model_is_used_for_shows_itself_too(result: CalibrationResult) -> None:
+    model, data = result.model, result.train.data[:4]
+    poses = model.forward(data.q)
+    line = np.array([poses[0], poses[0]])
+    line[1, 2, 3] += 0.01
+    predicted = fastcal.predict(model, data)
+    solved = fastcal.inverse_kinematics(model, poses, seed=data.q)
+    commands = fastcal.compensate(model, poses, seed=data.q, along_path=False)
+    path = fastcal.path_accuracy(model, line, seed=data.q[0])
+    design = fastcal.design_poses(model, 10, candidate_count=64)
+    targets = fastcal.Targets(poses)
+    for shown in (predicted, solved, commands, path, design, targets):
+        assert len(repr(shown)) < 160
+        assert repr(shown).startswith(f"<{type(shown).__name__}: ")
+        assert repr(shown)[1:-1].partition(": ")[2].split(" ")[0] in shown.summary()
+        assert shown._repr_html_().count("<tr") > 1
+    np.testing.assert_allclose(predicted.to_frame()["x_mm"], 1e3 * predicted.position[:, 0])
+    for found in (solved, commands, design):
+        np.testing.assert_allclose(found.to_frame()["q2_deg"], np.degrees(found.q[:, 1]))
+    assert repr(solved) == "<InverseKinematics: 4 targets: 4 reached>"
+    assert list(commands.to_frame()["status"]) == ["reached"] * 4
+    assert path.to_frame()["error_after_mm"].max() == pytest.approx(1e3 * path.after.max())
+    assert json.loads(path.plot_path().to_json())["layout"]["meta"]["alt"]
+
+
+def test_targets_that_are_missed_are_named(result: CalibrationResult) -> None:
+    far = result.model.forward(result.train.data.q[:8])
+    far[:6, 0, 3] += 50.0
+    found = fastcal.inverse_kinematics(result.model, far, seed=result.train.data.q[:8], restarts=0)
+    lines = found.summary().splitlines()
+    assert lines[0] == "8 targets: 6 unreachable, 2 reached"
+    assert lines[1].startswith("row 0: the target is out of reach; the nearest pose is ")
+    assert lines[-1] == "and 1 row more"
+
+
 def test_residuals_over_a_variable(result: CalibrationResult) -> None:
     drawn = result.plot_residuals("q2")
     assert drawn.layout.xaxis.title.text == "joint 2 (°)"
