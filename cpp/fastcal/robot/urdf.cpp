@@ -11,6 +11,7 @@
 #include <cmath>
 #include <cstddef>
 #include <iterator>
+#include <map>
 #include <mutex>
 #include <numbers>
 #include <string>
@@ -215,33 +216,52 @@ UrdfJoint moving_joint(const urdf::Joint& joint) {
   return out;
 }
 
-/// What drives the joints of the chain that mimic others. A mimic of a mimic follows the first in the row; one whose
-/// driver lies beside the chain, or nowhere, moves by itself.
+/// The joint that moves `joint` in the end, and how: q = multiplier q_driver + offset. A mimic of a mimic follows the
+/// first in the row.
+struct Driver {
+  std::string name;
+  double multiplier = 1;
+  double offset = 0;
+};
+
+Driver driver_of(const urdf::ModelInterface& model, const std::string& joint) {
+  Driver out{joint};
+  const urdf::Joint* at = model.joints_.at(joint).get();
+  for (std::size_t steps = 0; at != nullptr && at->mimic; ++steps) {
+    FASTCAL_CHECK(steps < model.joints_.size()) << "joint '" << joint << "' in the end mimics itself";
+    out.name = at->mimic->joint_name;
+    out.offset += out.multiplier * at->mimic->offset;
+    out.multiplier *= at->mimic->multiplier;
+    const auto next = model.joints_.find(out.name);
+    at = next == model.joints_.end() ? nullptr : next->second.get();
+  }
+  FASTCAL_CHECK(std::isfinite(out.multiplier) && std::isfinite(out.offset))
+      << "joint '" << joint << "': expected a finite multiplier and offset of its mimic";
+  return out;
+}
+
+/// What drives the joints of the chain that mimic others. Where the driver lies beside the chain (a motor that is a
+/// joint of its own) or nowhere, the first joint that follows it moves by itself, and the others follow that one:
+/// with q_1 = m_1 d + o_1 of the driver's d, q_k = m_k / m_1 q_1 + o_k - m_k / m_1 o_1.
 void add_mimics(const urdf::ModelInterface& model, UrdfChain& chain) {
-  for (UrdfJoint& joint : chain.joints) {
-    std::string driver_name = joint.name;
-    Mimic mimic;
-    const urdf::Joint* at = model.joints_.at(joint.name).get();
-    for (std::size_t steps = 0; at != nullptr && at->mimic; ++steps) {
-      FASTCAL_CHECK(steps < model.joints_.size()) << "joint '" << joint.name << "' in the end mimics itself";
-      driver_name = at->mimic->joint_name;
-      mimic.offset += mimic.multiplier * at->mimic->offset;
-      mimic.multiplier *= at->mimic->multiplier;
-      const auto next = model.joints_.find(driver_name);
-      at = next == model.joints_.end() ? nullptr : next->second.get();
-    }
-    if (driver_name == joint.name) continue;
-    const auto driver = std::find_if(chain.joints.begin(), chain.joints.end(),
-                                     [&](const UrdfJoint& other) { return other.name == driver_name; });
-    if (driver == chain.joints.end()) {
-      chain.notes.push_back("joint '" + joint.name + "' mimics joint '" + driver_name +
+  std::map<std::string, std::pair<int, Driver>> leads;  // by the driver's name: the joint that stands for it
+  for (std::size_t i = 0; i < chain.joints.size(); ++i) {
+    leads.insert({chain.joints[i].name, {static_cast<int>(i), Driver{chain.joints[i].name}}});
+  }
+  for (std::size_t i = 0; i < chain.joints.size(); ++i) {
+    UrdfJoint& joint = chain.joints[i];
+    const Driver driver = driver_of(model, joint.name);
+    if (driver.name == joint.name) continue;
+    const auto lead = leads.find(driver.name);
+    if (lead == leads.end() || lead->second.second.multiplier == 0) {
+      chain.notes.push_back("joint '" + joint.name + "' mimics joint '" + driver.name +
                             "', which is not between the base and the tip: give its own position");
+      leads[driver.name] = {static_cast<int>(i), driver};
       continue;
     }
-    FASTCAL_CHECK(std::isfinite(mimic.multiplier) && std::isfinite(mimic.offset))
-        << "joint '" << joint.name << "': expected a finite multiplier and offset of its mimic";
-    mimic.driver = static_cast<int>(driver - chain.joints.begin());
-    joint.mimic = mimic;
+    const auto& [first, of_first] = lead->second;
+    const double multiplier = driver.multiplier / of_first.multiplier;
+    joint.mimic = Mimic{first, multiplier, driver.offset - multiplier * of_first.offset};
   }
 }
 

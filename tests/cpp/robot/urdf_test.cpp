@@ -215,6 +215,22 @@ TEST(Urdf, AMimicWithoutADriverOnTheChainMovesByItself) {
             std::string::npos);
 }
 
+TEST(Urdf, SlidesOfOneMotorBesideTheChainMoveTogether) {
+  // A column of two stages: motor d is a joint of its own that carries nothing.
+  const std::string xml =
+      robot(link("base") + link("reading") + link("middle") + link("top") + joint("d", "prismatic", "base", "reading") +
+            joint("m", "prismatic", "base", "middle", "<mimic joint='d' multiplier='0.5' offset='-0.706'/>") +
+            joint("t", "prismatic", "middle", "top", "<mimic joint='d' multiplier='0.25' offset='-0.736'/>"));
+  const UrdfChain chain = read_urdf(xml, "", "top");
+  EXPECT_FALSE(chain.joints[0].mimic.has_value());
+  EXPECT_EQ(chain.notes[0],
+            "joint 'm' mimics joint 'd', which is not between the base and the tip: give its own position");
+  const Mimic second = chain.joints[1].mimic.value_or(Mimic{});
+  EXPECT_EQ(second.driver, 0);
+  const double d = 1.98;
+  EXPECT_NEAR(second.multiplier * (0.5 * d - 0.706) + second.offset, 0.25 * d - 0.736, 1e-15);
+}
+
 TEST(Urdf, HostileTextEndsInASentence) {
   std::string deep;
   for (int i = 0; i < 100000; ++i) deep += "<a>";
