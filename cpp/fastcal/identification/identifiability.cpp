@@ -15,8 +15,8 @@ Gauge choose_gauge(const Eigen::MatrixXd& R, const Eigen::VectorXd& hold, const 
   const Eigen::Index p = R.cols();
   Gauge gauge;
   if (p == 0) return gauge;
-  const Eigen::BDCSVD<Eigen::MatrixXd> svd(R, Eigen::ComputeFullV);
-  gauge.singular_values = svd.singularValues();
+  const RightSvd svd = right_svd(R);
+  gauge.singular_values = svd.values;
   const double largest = gauge.singular_values[0];
   Eigen::Index kept = 0;
   for (Eigen::Index k = 0; k < p; ++k) {
@@ -31,7 +31,7 @@ Gauge choose_gauge(const Eigen::MatrixXd& R, const Eigen::VectorXd& hold, const 
     kept = p;
   }
   const Eigen::Index lost = p - kept;
-  const Eigen::MatrixXd null = svd.matrixV().rightCols(lost);
+  const Eigen::MatrixXd null = svd.V.rightCols(lost);
   std::vector<bool> is_held(static_cast<std::size_t>(p), false);
   if (lost > 0) {
     const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr((hold.asDiagonal() * null).transpose());

@@ -29,16 +29,16 @@ std::optional<LoadResponse> load_response(const Problem& problem, const Eigen::V
                                           const std::vector<int>& free, const Eigen::VectorXd& scale,
                                           const Eigen::MatrixXd& factor) {
   if (free.empty()) return std::nullopt;
-  const Eigen::BDCSVD<Eigen::MatrixXd> svd(factor, Eigen::ComputeFullV);
-  const Eigen::VectorXd& s = svd.singularValues();
+  const RightSvd svd = right_svd(factor);
+  const Eigen::VectorXd& s = svd.values;
   LoadResponse out{theta, {}, {}};
   for (Eigen::Index k = 0; k < s.size(); ++k) {
     if (s[k] >= kWeak || s[k] <= kUntold * s[0]) continue;
     Eigen::VectorXd along = Eigen::VectorXd::Zero(theta.size());  // y = along^T (theta - origin), in plausible sizes
     Eigen::VectorXd step = along;
     for (Eigen::Index i = 0; i < scale.size(); ++i) {
-      along[free[static_cast<std::size_t>(i)]] = svd.matrixV()(i, k) / scale[i];
-      step[free[static_cast<std::size_t>(i)]] = kStep * svd.matrixV()(i, k) * scale[i];
+      along[free[static_cast<std::size_t>(i)]] = svd.V(i, k) / scale[i];
+      step[free[static_cast<std::size_t>(i)]] = kStep * svd.V(i, k) * scale[i];
     }
     out.directions.conservativeResize(theta.size(), out.directions.cols() + 1);
     out.directions.rightCols(1) = along;

@@ -35,7 +35,7 @@ bool represents(const Eigen::MatrixXd& R_thinned, const Eigen::MatrixXd& R_whole
   // |R_thinned x|^2 >= kRepresented share |R_whole x|^2 for every x.
   const Eigen::MatrixXd ratio = R_whole.transpose().triangularView<Eigen::Lower>().solve(R_thinned.transpose());
   if (!ratio.allFinite()) return false;
-  const Eigen::VectorXd values = Eigen::BDCSVD<Eigen::MatrixXd>(ratio).singularValues();
+  const Eigen::VectorXd values = right_svd(ratio).values;
   return values.size() == 0 || values.minCoeff() * values.minCoeff() >= kRepresented * share;
 }
 

@@ -2,8 +2,28 @@
 // SPDX-License-Identifier: MIT
 #include "fastcal/math/decompositions.hpp"
 
+#include <algorithm>
+#include <limits>
+
 template class Eigen::HouseholderQR<Eigen::MatrixXd>;
 template class Eigen::ColPivHouseholderQR<Eigen::MatrixXd>;
 template class Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd>;
 template class Eigen::JacobiSVD<Eigen::MatrixXd>;
-template class Eigen::BDCSVD<Eigen::MatrixXd>;
+
+namespace fastcal {
+
+RightSvd right_svd(const Eigen::MatrixXd& A) {
+  if (!A.allFinite()) {
+    const Eigen::Index count = std::min(A.rows(), A.cols());
+    return {Eigen::VectorXd::Constant(count, std::numeric_limits<double>::quiet_NaN()),
+            Eigen::MatrixXd::Identity(A.cols(), A.cols())};
+  }
+  // A P = Q R and R^T = W S Z^T give A = (Q Z) S (P W)^T.
+  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(A);
+  const Eigen::Index rank = std::min(A.rows(), A.cols());
+  const Eigen::MatrixXd transposed = qr.matrixQR().topRows(rank).triangularView<Eigen::Upper>().transpose();
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(transposed, Eigen::ComputeFullU);
+  return {svd.singularValues(), qr.colsPermutation() * svd.matrixU()};
+}
+
+}  // namespace fastcal

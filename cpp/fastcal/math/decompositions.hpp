@@ -12,4 +12,18 @@ extern template class Eigen::HouseholderQR<Eigen::MatrixXd>;
 extern template class Eigen::ColPivHouseholderQR<Eigen::MatrixXd>;
 extern template class Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd>;
 extern template class Eigen::JacobiSVD<Eigen::MatrixXd>;
-extern template class Eigen::BDCSVD<Eigen::MatrixXd>;
+
+namespace fastcal {
+
+/// A = U diag(values) V^T, U left out.
+struct RightSvd {
+  Eigen::VectorXd values;  ///< (min(rows, cols)), the largest first
+  Eigen::MatrixXd V;       ///< (cols, cols), orthogonal
+};
+
+/// Two-sided Jacobi on the transposed factor of a pivoted QR, which converges in a few sweeps (Drmac and Veselic, SIAM
+/// J. Matrix Anal. Appl. 29, 2008). Not Eigen 3.4's BDCSVD: on a triangular factor with a null space it reads past the
+/// end of an array and returns NaN with Success. Where A is not finite, values are NaN.
+RightSvd right_svd(const Eigen::MatrixXd& A);
+
+}  // namespace fastcal

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from fastcal.calibration.parameter_table import unknowns_by_owner
 from fastcal.diagnosis.adaptation import Judge, gap_step, nominal
 from fastcal.diagnosis.fits import Fit
 from fastcal.diagnosis.result import AdaptedModel, GapStep, Unexplained
@@ -46,5 +47,5 @@ def with_surrogate(
     placed = Unexplained(found.owner, found.share, on, added, hints)
     if added is None:
         return None, None, None if rest is None else placed
-    model = judge.of(found.model, nominal(fit), fit.unknowns)
+    model = judge.of(found.model, nominal(fit), unknowns_by_owner(problem.measured, found.unknowns))
     return model, gap_step(added, model), placed

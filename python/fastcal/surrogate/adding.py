@@ -4,14 +4,15 @@
 
 Each block (a place and what it may depend on) is a Gaussian process beside the geometry, one amplitude by marginal
 likelihood; the block with the most evidence first, the next beside it. A block must have evidence, and the whole must
-predict poses that were left out: what is added where nothing is missing does harm on other poses. The function comes
-with the shift of the geometry that makes both together orthogonal to the geometry (`surrogate.cpp`).
+predict poses that were left out: what is added where nothing is missing does harm on other poses. The whole model must
+leave less than the one before, computed anew and not from the linearization. The function comes with the shift of the
+geometry that makes both together orthogonal to the geometry (`surrogate.cpp`).
 """
 
 from __future__ import annotations
 
 import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +23,7 @@ from fastcal.robot.robot import Robot, Spec
 from fastcal.surrogate.candidates import Candidate, candidates, directions
 from fastcal.surrogate.evidence import Beside, held_out_squares
 from fastcal.surrogate.features import Features, features
-from fastcal.surrogate.problem import RestProblem, rest_problem
+from fastcal.surrogate.problem import RestProblem, misfit, rest_problem
 
 FloatArray = NDArray[np.float64]
 
@@ -66,6 +67,7 @@ class AddedSurrogate:
         evidence: Of that block, twice a log ratio of likelihoods.
         held_out: RMS of poses left out with everything that was tried over that without; 1 where nothing was.
         inputs, curve: (N, inputs) and (N, directions) [rad, m]: the first block's function over the rows.
+        unknowns: (U,) of the observations, shifted as the geometry is.
     """
 
     model: Robot
@@ -77,6 +79,7 @@ class AddedSurrogate:
     held_out: float
     inputs: FloatArray
     curve: FloatArray
+    unknowns: FloatArray
 
 
 def add_surrogate(
@@ -104,7 +107,8 @@ def add_surrogate(
     few = data.select(_some(len(data), _ROWS))
     problem = rest_problem(model, few, noise, unknowns, owners, threads)
     blocks = _chosen(problem, open_ones)
-    nothing = AddedSurrogate(model, (), None, (), 0.0, 0.0, 1.0, np.zeros((0, 0)), np.zeros((0, 0)))
+    places = np.zeros(0) if unknowns is None else np.ravel(unknowns)
+    nothing = AddedSurrogate(model, (), None, (), 0.0, 0.0, 1.0, np.zeros((0, 0)), np.zeros((0, 0)), places)
     if not blocks:
         return nothing
     if len(data) > len(few):
@@ -116,7 +120,7 @@ def add_surrogate(
         blocks = blocks[:-1]
         ratio = _held_out(problem, blocks, open_ones)
     first = blocks[0]
-    entries, share = _entries(problem, blocks)
+    entries, share, moved = _entries(problem, blocks)
     found = AddedSurrogate(
         model=model,
         added=(),
@@ -127,13 +131,17 @@ def add_surrogate(
         held_out=ratio,
         inputs=problem.inputs(first.candidate.inputs),
         curve=_curve(problem, first, entries[0]),
+        unknowns=places,
     )
     if first.evidence < EVIDENCE or ratio >= HELD_OUT:
         return found
     spec = copy.deepcopy(model.spec)
     spec["effects"] = [*(spec.get("effects") or []), *entries]
+    extended, beside = Robot(spec), places + moved
+    if misfit(extended, data, noise, beside, threads) >= misfit(model, data, noise, places, threads):
+        return found  # the data leave so much of the geometry open that its shift goes past what is linear
     names = tuple(f"surrogate@{b.candidate.owner}" for b in blocks)
-    return AddedSurrogate(**{**vars(found), "model": Robot(spec), "added": names})
+    return replace(found, model=extended, added=names, unknowns=beside)
 
 
 def _some(rows: int, most: int) -> NDArray[np.int64]:
@@ -228,8 +236,12 @@ def _block(
     return Block(candidate, kernel, low, high, scale, size * columns, size, evidence)
 
 
-def _entries(problem: RestProblem, blocks: list[Block]) -> tuple[list[Spec], float]:
-    """The blocks as effects of a robot file, and what share of the rest the first explains."""
+def _entries(problem: RestProblem, blocks: list[Block]) -> tuple[list[Spec], float, FloatArray]:
+    """The blocks as effects of a robot file, what share of the rest the first explains, and how the unknowns move.
+
+    The shift that makes the blocks orthogonal to the geometry has a part in the observations' unknowns (U,), such as
+    the place of an anchor: it is no part of the robot, so whoever keeps them must move them.
+    """
     sizes = [b.columns.shape[1] for b in blocks]
     C = np.hstack([b.columns for b in blocks])
     beside = Beside(problem.A, problem.r)
@@ -266,7 +278,7 @@ def _entries(problem: RestProblem, blocks: list[Block]) -> tuple[list[Spec], flo
             ],
         }
         out.append(entry)
-    return out, _share(across[:, : sizes[0]], left)
+    return out, _share(across[:, : sizes[0]], left), -(back @ w)[problem.shifted < 0]
 
 
 def _share(across: FloatArray, left: FloatArray) -> float:

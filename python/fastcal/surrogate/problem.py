@@ -133,6 +133,16 @@ def rest_problem(
     )
 
 
+def misfit(model: Robot, data: Dataset, noise: tuple[float, float, float], unknowns: FloatArray, threads: int) -> float:
+    """Sum of squares of what a robot leaves, whitened; arguments as of `add_surrogate`."""
+    core = model.error_model
+    measured = measurements(data, model)
+    theta = np.concatenate([np.asarray(core.start), unknowns])
+    common = noise_by_observation(measured, noise)
+    r = np.asarray(_core.linearize(core, model.samples(data), measured, theta, common, threads).r)
+    return float(r @ r)
+
+
 def unit_motion(owner: str, direction: int) -> Spec:
     """A surrogate that moves a place by one unit along one of its directions, whatever the inputs."""
     weights = np.zeros(directions(owner))

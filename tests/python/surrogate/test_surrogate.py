@@ -147,6 +147,53 @@ def test_few_poses_choose_nothing_by_chance(arm: Robot, poses: Dataset) -> None:
     assert add_surrogate(found.model, measured, noise=(NOISE, 1e-4, NOISE)).added == ()
 
 
+@pytest.mark.parametrize("near", [True, False])
+def test_lengths_to_an_anchor_get_nearer_or_nothing_is_added(
+    hidden: tuple[CalibrationResult, Dataset, Dataset], arm: Robot, near: bool
+) -> None:
+    """Lengths leave much of the geometry open; the anchor moves with it, and what goes too far is not added."""
+    _, train, test = hidden
+    anchor = np.array([1.5, 0.8, 0.4]) if near else np.array([40.0, 9.0, 3.0])
+
+    def lengths(points: Dataset) -> Dataset:
+        assert points.position is not None
+        length = np.linalg.norm(points.position - anchor, axis=1)
+        return Dataset.from_arrays(
+            points.q, payload=points.payload, time=points.time, approach=points.approach, distance=length, robot=arm
+        )
+
+    measured, others = lengths(train), lengths(test)
+    found = calibrate(arm, measured)
+    assert found.status == "converged"  # a factor of these rows once broke a singular value decomposition
+    places = np.concatenate(list(found.unknowns.values()))
+    added = add_surrogate(found.model, measured, noise=(NOISE, 1e-4, NOISE), unknowns=places)
+    before = evaluate(found.model, others, unknowns=found.unknowns).after
+    owner = next(iter(found.unknowns))
+    after = evaluate(added.model, others, unknowns={owner: added.unknowns}).after
+    assert before is not None
+    assert after is not None
+    assert after.rms <= before.rms
+    if added.added:
+        stale = evaluate(added.model, others, unknowns=found.unknowns).after
+        assert stale is not None
+        assert stale.rms > after.rms  # what a caller that keeps the old place would get
+    else:
+        assert np.array_equal(added.unknowns, places)
+
+
+def test_a_surrogate_that_leaves_more_is_not_added(
+    hidden: tuple[CalibrationResult, Dataset, Dataset], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its shift comes from one linearization; what the whole model leaves decides."""
+    found, train, _ = hidden
+    sizes = iter([2.0, 1.0])  # with the surrogate, and without
+    monkeypatch.setattr("fastcal.surrogate.adding.misfit", lambda *_: next(sizes))
+    added = add_surrogate(found.model, train, noise=(found.sigma, 1e-4, found.sigma))
+    assert added.added == ()
+    assert added.owner == "joint3"
+    assert added.model is found.model
+
+
 def test_formulas_name_what_describes_the_curve() -> None:
     random = np.random.default_rng(0)
     side, load, q = random.choice([-1.0, 1.0], 300), random.normal(0, 50, 300), random.uniform(-3, 3, 300)
