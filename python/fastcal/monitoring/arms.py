@@ -26,6 +26,7 @@ from fastcal.robot.robot import Robot
 from fastcal.units import from_si
 
 MODELS = (".yaml", ".yml")
+NO_FILE, NOTHING_NEW = "no file has such a name", "nothing was measured since the model was made"
 MEASUREMENTS = (".csv", ".tsv", ".txt", ".xlsx", ".parquet")
 
 
@@ -174,7 +175,7 @@ def _measured(place: Path, robot: Robot, pattern: str | None) -> tuple[list[Path
     if pattern is not None:
         paths = [path for path in _files(place, MEASUREMENTS) if path.match(pattern)]
         if not paths:
-            raise InvalidInput(f"{place.name}: no file is called {pattern}")
+            raise InvalidInput(NO_FILE)
         return paths, late.call("load_measurements", paths, robot)
     origin = robot.spec.get("made_by") or {}
     newest = sorted(_files(place, MEASUREMENTS), key=lambda path: (path.stat().st_mtime_ns, path.name), reverse=True)
@@ -184,7 +185,7 @@ def _measured(place: Path, robot: Robot, pattern: str | None) -> tuple[list[Path
         data: Dataset = late.call("load_measurements", path, robot, require_measured=False)
         if data.measured.any():
             return [path], data
-    raise InvalidInput(f"{place.name}: nothing was measured since the model was made")
+    raise InvalidInput(NOTHING_NEW)
 
 
 def _files(place: Path, kinds: tuple[str, ...]) -> list[Path]:

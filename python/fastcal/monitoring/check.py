@@ -11,7 +11,7 @@ import numpy as np
 from fastcal.errors import InvalidInput
 from fastcal.monitoring import words
 from fastcal.monitoring.causes import LEVEL, explained
-from fastcal.monitoring.result import Cause, CheckResult
+from fastcal.monitoring.result import FEWEST_DEGREES, Cause, CheckResult
 from fastcal.monitoring.setting import given, prepared
 from fastcal.monitoring.setups import distances
 from fastcal.monitoring.single_changes import single_changes
@@ -19,7 +19,6 @@ from fastcal.monitoring.what_next import what_next
 from fastcal.robot.given import DataLike, RobotLike
 from fastcal.robot.made_by import made_by
 
-FEWEST_DEGREES = 6  # of freedom: with fewer a change hides in the base, four points have six
 GUARD = 2.0  # standard deviations of a coordinate beside the tolerance within which nothing is decided
 
 

@@ -27,12 +27,13 @@ _OWN = ("history.json",)
 
 @dataclass(frozen=True)
 class Alarm:
-    """What a chart or a check says is no chance: by "check", "ewma" or "cusum"."""
+    """What a chart or a check says is no chance: by "check", "ewma" or "cusum"; of a check its event."""
 
     arm: str
     date: str
     by: str
     what: str
+    event: Event | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,7 +153,7 @@ def _arm(name: str, events: list[Event]) -> ArmHistory:
     current = [e for e in checks if e.model == checks[-1].model] if checks else []
     charts = _charts(current)
     alarms = [
-        Alarm(name, e.date, "check", str(e.content.get("sentence") or "changed"))
+        Alarm(name, e.date, "check", str(e.content.get("sentence") or "changed"), e)
         for e in checks
         if e.verdict == "changed"
     ]

@@ -21,6 +21,7 @@ from fastcal.units import from_si
 FloatArray = NDArray[np.float64]
 
 VERDICTS = ("holds", "changed", "cannot_tell")
+FEWEST_DEGREES = 6  # of freedom: with fewer a change hides in the base, four points have six
 
 
 @dataclass(frozen=True)

@@ -6,15 +6,19 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import fields
 from typing import Any
 
 from fastcal.effects.entries import traits_of
-from fastcal.monitoring.result import Cause, Change
+from fastcal.errors import FastcalError
+from fastcal.monitoring.result import FEWEST_DEGREES, Cause, Change
 from fastcal.monitoring.setups import SetUp
-from fastcal.units import from_si
+from fastcal.units import from_si, to_si
 
 Translate = Callable[..., str]
+_CHANGE = tuple(field.name for field in fields(Change))
+LEAST_P = 1e-4  # a smaller p-value says no more
 
 
 def plain(message: str, /, **values: Any) -> str:
@@ -55,6 +59,33 @@ def sentence(
     return f"{text} {more}"
 
 
+def kept_sentence(content: Mapping[str, Any], _: Translate = plain) -> str:
+    """The verdict of a check.json in a sentence; as it was kept where the file says too little of what changed."""
+    try:
+        causes = [
+            Cause(
+                cause["kind"],
+                cause["label"],
+                cause["probability"],
+                tuple(cause["equivalents"]),
+                tuple(Change(**{key: change[key] for key in _CHANGE}) for change in cause["changes"]),
+            )
+            for cause in content["causes"]
+        ]
+        limit = content["tolerance_mm"]
+        return sentence(
+            content["verdict"],
+            causes,
+            content["within_tolerance"],
+            None if limit is None else to_si(limit, "mm"),
+            to_si(content["max_mm"], "mm"),
+            content["degrees_of_freedom"] >= FEWEST_DEGREES,
+            _,
+        )
+    except (FastcalError, KeyError, TypeError, ValueError, AttributeError):  # of another version, or damaged
+        return str(content.get("sentence") or "")
+
+
 def cause_text(cause: Cause, _: Translate = plain) -> str:
     """What changed and by how much, as in: joint 3 zero by +0.018 +- 0.002 deg."""
     if cause.kind == "noise":
@@ -73,36 +104,42 @@ def cause_text(cause: Cause, _: Translate = plain) -> str:
 
 
 def size_text(change: Change) -> str:
-    """As in: +0.018 +- 0.002 deg; what has no common unit also as a share of what it was."""
+    """As in: +0.018 +- 0.002 deg; what has no common unit as a share of what it was: +10.2 +- 0.6 %."""
+    if change.unit not in ("mm", "deg") and change.was != 0:
+        share, sure = (100 * size / abs(change.was) for size in (change.change, change.std))
+        return f"{share:+.1f} +- {sure:.1f} %"
     digits = max(0, 1 - math.floor(math.log10(change.std))) if 0 < change.std < math.inf else 3
     if digits <= 6:
         size = f"{change.change:+.{digits}f} +- {change.std:.{digits}f}"
     else:
         size = f"{change.change:+.3g} +- {change.std:.1g}"
-    text = size if change.unit == "1" else f"{size} {change.unit}"
-    if change.unit in ("mm", "deg") or change.was == 0:
-        return text
-    return f"{text} ({change.change / abs(change.was):+.0%})"
+    return size if change.unit == "1" else f"{size} {change.unit}"
 
 
 def spoken(label: str, _: Translate = plain) -> str:
     """A label as one says it: joint 3 zero, compliance of joint 2."""
     effect, at, owner = label.partition("@")
     if at:
-        phrase = traits_of(effect).phrase.partition(" (")[0]
-        return _("{effect} of {owner}", effect=phrase, owner=_spaced(owner))
+        return _("{effect} of {owner}", effect=_(phrase(effect)), owner=_place(owner, _))
     head, _space, kind = label.rpartition(" ")
     if kind == "zero":
-        return _("{joint} zero", joint=_spaced(head))
+        return _("{joint} zero", joint=_place(head, _))
     if kind == "geometry":
-        return _("{joint} geometry", joint=_spaced(head))
+        return _("{joint} geometry", joint=_place(head, _))
     if head == "row":
         return _("row {number}", number=kind)
     return _("noise") if label == "noise" else _("tool")
 
 
-def _spaced(owner: str) -> str:
-    return re.sub(r"\b(joint|link)(\d)", r"\1 \2", owner)
+def phrase(effect: str) -> str:
+    """An effect in words, without what explains it, as a message of the catalogue."""
+    return traits_of(effect).phrase.partition(" (")[0].replace("{", "{{").replace("}", "}}")
+
+
+def _place(owner: str, _: Translate) -> str:
+    """joint3 -> joint 3."""
+    known = {"joint": _("joint"), "link": _("link")}
+    return re.sub(r"\b(joint|link)(\d)", lambda found: f"{known[found[1]]} {found[2]}", owner)
 
 
 def reasons(
@@ -118,11 +155,11 @@ def reasons(
     out = [
         _(
             "RMS {found} mm after fitting the base, {wanted} mm expected from noise and the model's uncertainty "
-            "({degrees} degrees of freedom, p = {p})",
+            "({degrees} degrees of freedom, p {p})",
             found=f"{from_si(rms, 'mm'):.3f}",
             wanted=f"{from_si(expected, 'mm'):.3f}",
             degrees=degrees,
-            p=f"{p_value:.2g}",
+            p=f"= {p_value:.2g}" if p_value >= LEAST_P else f"< {LEAST_P:.4f}",
         )
     ]
     for place in places:

@@ -37,7 +37,7 @@ def odds_text(probability: float | None) -> str:
     if probability is None:
         return "\N{EN DASH}"
     said = min(max(probability, _SMALL), 1 - _SMALL)
-    sign = "" if said == probability else "< " if probability < said else "> "
+    sign = "" if said == probability else "<\N{NO-BREAK SPACE}" if probability < said else ">\N{NO-BREAK SPACE}"
     return f"{sign}{fixed(100 * said, 1)}\N{NARROW NO-BREAK SPACE}%"
 
 

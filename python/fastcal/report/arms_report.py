@@ -6,13 +6,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from fastcal.monitoring.arms import ArmCheck, ArmChecks
+from fastcal.monitoring.arms import NO_FILE, NOTHING_NEW, ArmCheck, ArmChecks
 from fastcal.report import figures, page
 from fastcal.report import monitoring_figures as drawings
 from fastcal.report.check_report import causes_section, check_sentence, next_poses_sections
 from fastcal.report.document import document_facts
 from fastcal.report.figures import Figure, Key
 from fastcal.report.formatting import plural, significant
+from fastcal.report.history_report import ON_PAPER
 from fastcal.report.language import _, in_language
 from fastcal.report.sections import Section, present, state_word
 from fastcal.report.tables import Cell, Column, Group, Table, number_cell
@@ -64,11 +65,14 @@ def _headline(found: ArmChecks, changed: list[ArmCheck]) -> str:
 
 
 def _sentence(arm: ArmCheck) -> str:
-    return arm.message if arm.found is None else check_sentence(arm.found)
+    if arm.found is not None:
+        return check_sentence(arm.found)
+    known = {NO_FILE: _("no file has such a name"), NOTHING_NEW: _("nothing was measured since the model was made")}
+    return known.get(arm.message, arm.message)
 
 
 def _table(found: ArmChecks) -> Table:
-    titles = (_("Arm"), _("Robot"), _("State"))
+    titles = (_("Arm"), _("Type"), _("State"))
     columns = [Column(title, numeric=False) for title in titles]
     columns += [Column(title) for title in (_("RMS (mm)"), _("Expected (mm)"), _("Largest (mm)"))]
     columns += [Column(_("Found"), numeric=False), Column(_("Data"), numeric=False)]
@@ -82,7 +86,7 @@ def _table(found: ArmChecks) -> Table:
                 Cell("" if each is None else each.model.name),
                 Cell(state_word(arm.state)),
                 *(number_cell("" if size is None else significant(size), size) for size in sizes),
-                Cell(_sentence(arm)),
+                Cell("" if arm.state == "holds" else _sentence(arm)),
                 Cell(", ".join(arm.files)),
             ]
         )
@@ -121,8 +125,9 @@ def _arm(k: int, arm: ArmCheck) -> Section:
     drawn = drawings.moved(arm.found, f"moved-{k}")
     causes = causes_section(arm.found)
     tables = [*causes.tables, *(table for section in next_poses_sections(arm.found) for table in section.tables)]
+    notes = [*causes.notes, *arm.found.notes]
     return Section(
-        f"arm-{k}", arm.name, check_sentence(arm.found), present(drawn), tables, notes=[*causes.notes, *arm.found.notes]
+        f"arm-{k}", arm.name, check_sentence(arm.found), present(drawn), tables, notes=notes, on_paper=k < ON_PAPER
     )
 
 

@@ -7,12 +7,11 @@ from __future__ import annotations
 from pathlib import PurePath
 
 from fastcal.monitoring import words
-from fastcal.monitoring.check import FEWEST_DEGREES
-from fastcal.monitoring.result import CheckResult
+from fastcal.monitoring.result import FEWEST_DEGREES, CheckResult
 from fastcal.report import monitoring_figures as drawings
 from fastcal.report import page
 from fastcal.report.document import document_facts
-from fastcal.report.formatting import plural, significant
+from fastcal.report.formatting import plural, significant, with_uncertainty
 from fastcal.report.language import _, in_language
 from fastcal.report.sections import (
     TONES,
@@ -25,7 +24,7 @@ from fastcal.report.sections import (
     translated,
     who_measured,
 )
-from fastcal.report.tables import Cell, Column, Group, Table, unit_text
+from fastcal.report.tables import Cell, Column, Group, Table, in_words, number_cell, unit_text
 from fastcal.report.words import Remark, Verdict
 from fastcal.units import from_si
 
@@ -50,6 +49,7 @@ def check_page(found: CheckResult, language: str = "en") -> str:
             Section("errors", _("Errors and changes"), drawings=present(drawings.errors(found), drawings.moved(found))),
             causes_section(found),
             *next_poses_sections(found),
+            _sought(found),
             _check_method(found),
         ]
         return page.render(
@@ -98,7 +98,7 @@ def causes_section(found: CheckResult) -> Section:
     rows = []
     for cause in found.causes:
         for change in cause.changes:
-            name = bare(change.name, change.unit)
+            name = in_words(bare(change.name, change.unit))
             rows.append(
                 [
                     Cell(words.spoken(cause.label, translated)),
@@ -140,6 +140,21 @@ def next_poses_sections(found: CheckResult) -> list[Section]:
     ]
 
 
+def _sought(found: CheckResult) -> Section:
+    """What an arm may lose in service, and how small a change of it these poses would have shown."""
+    shown = [test for test in found.tests if test.kind in ("zero", "tool", "effect")]
+    columns = [Column(_("What"), numeric=False), Column(_("Estimated change")), Column("±"), Column(_("Shown from"))]
+    columns.append(Column(_("Unit"), numeric=False))
+    rows = []
+    for test in shown:
+        texts = with_uncertainty(test.std, test.value, test.detectable)
+        cells = [number_cell(text, v) for text, v in zip(texts, (test.std, test.value, test.detectable), strict=True)]
+        name = in_words(f"{test.owner} {bare(test.name, test.unit)}")
+        rows.append([Cell(name), cells[1], cells[0], cells[2], Cell(unit_text(test.unit))])
+    lead = _("Each number alone. A change of the size in the column Shown from is found four times in five.")
+    return Section("sought", _("What would have shown"), lead, tables=[Table(_("Changes"), columns, [Group(rows)])])
+
+
 def _check_method(found: CheckResult) -> Section:
     facts = [
         (_("Degrees of freedom"), _("{count}: numbers less six for each set-up", count=found.degrees_of_freedom)),
@@ -150,6 +165,9 @@ def _check_method(found: CheckResult) -> Section:
         xyz, rpy = (", ".join(f"{v:.3f}" for v in block[key]) for key in ("xyz_mm", "rpy_deg"))
         name = _("Station {name}", name=place.name) if place.name else _("Instrument")
         facts.append(
-            (name, _("the base has moved by xyz {xyz} mm, rpy {rpy}° in the measuring frame", xyz=xyz, rpy=rpy))
+            (
+                name,
+                translated("the base has moved by xyz {xyz} mm, rpy {rpy}° in the measuring frame", xyz=xyz, rpy=rpy),
+            )
         )
     return Section("method", _("Method and data"), facts=facts, notes=found.notes)

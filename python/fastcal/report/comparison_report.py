@@ -14,9 +14,11 @@ from fastcal.report.figures import Figure
 from fastcal.report.formatting import fixed, significant, with_uncertainty
 from fastcal.report.language import _, in_language
 from fastcal.report.sections import Section, bare, p_text
-from fastcal.report.tables import Cell, Column, Group, Table, number_cell, spaced, unit_text
+from fastcal.report.tables import Cell, Column, Group, Table, in_words, number_cell, unit_text
 from fastcal.report.words import Remark, Verdict
 from fastcal.units import from_si
+
+_LEAST_MM = 1e-4  # of what no parameter explains: less is rounding
 
 
 def comparison_page(found: Comparison, language: str = "en") -> str:
@@ -28,10 +30,10 @@ def comparison_page(found: Comparison, language: str = "en") -> str:
                 "{count} of {all} parameters differ beyond noise: {size} mm at the tool on average.",
                 count=len(different),
                 all=len(found.parameters),
-                size=f"{sizes['mean']:.3f}",
+                size=fixed(sizes["mean"], 3),
             )
             if different
-            else _("No parameter differs beyond noise: {size} mm at the tool on average.", size=f"{sizes['mean']:.3f}")
+            else _("No parameter differs beyond noise: {size} mm at the tool on average.", size=fixed(sizes["mean"], 3))
         )
         columns = [Column(_("Parameter"), numeric=False), Column("A"), Column("B"), Column(_("B less A")), Column("±")]
         columns += [Column(_("Unit"), numeric=False), Column(_("p-value")), Column(_("Significant"), numeric=False)]
@@ -69,25 +71,35 @@ def comparison_page(found: Comparison, language: str = "en") -> str:
                 Section(
                     "method",
                     _("Method"),
-                    facts=[
-                        (_("Not explained by any parameter"), f"{fixed(from_si(found.unexplained, 'mm'), 4)} mm RMS")
-                    ],
+                    facts=[(_("Not explained by any parameter"), f"{_unexplained(found)} mm RMS")],
                 ),
             ],
             document=[],
         )
 
 
+def _unexplained(found: Comparison) -> str:
+    size = float(from_si(found.unexplained, "mm"))
+    return fixed(size, 4) if size >= _LEAST_MM else f"< {fixed(_LEAST_MM, 4)}"
+
+
 def _share(shares: list[tuple[str, np.ndarray, str, str]]) -> Figure:
     drawn = charts.cumulative(shares, "mm")
     alt = _("Share of postures within a distance between the two models.")
     return Figure(
-        "shares", _("Share of postures within a distance"), alt, drawn.traces, drawn.layout, columns=3, height=360
+        "shares",
+        _("Share of postures within a distance"),
+        alt,
+        drawn.traces,
+        drawn.layout,
+        columns=3,
+        height=360,
+        paper_height=210,
     )
 
 
 def _difference(d: Difference) -> list[Cell]:
-    name = spaced(f"{d.owner} {bare(d.name, d.unit)}")
+    name = in_words(f"{d.owner} {bare(d.name, d.unit)}")
     values = [v for v in (d.a, d.b, d.difference) if v is not None]
     shown = list(with_uncertainty(d.std, *values))
     std = shown.pop(0)

@@ -4,16 +4,18 @@
 
 from __future__ import annotations
 
-from fastcal.monitoring.history import ArmHistory, History
+from fastcal.monitoring.history import Alarm, ArmHistory, History
+from fastcal.monitoring.words import kept_sentence
 from fastcal.report import monitoring_figures as drawings
 from fastcal.report import page
 from fastcal.report.formatting import plural, significant
 from fastcal.report.language import _, in_language
-from fastcal.report.sections import Section, present, state_word
-from fastcal.report.tables import Cell, Column, Group, Table, number_cell, spaced
+from fastcal.report.sections import Section, present, state_word, translated
+from fastcal.report.tables import Cell, Column, Group, Table, in_words, number_cell
 from fastcal.report.words import Remark, Verdict
 
 MOST_ARMS = 40  # whose charts a page has; the table has all
+ON_PAPER = 3  # of them, those that ask for attention
 
 
 def history_page(found: History, language: str = "en") -> str:
@@ -37,15 +39,7 @@ def history_page(found: History, language: str = "en") -> str:
             Section("all", _("All arms"), drawings=present(drawings.ratio_chart(arms)), tables=[_fleet_table(arms)])
         ]
         for k, arm in enumerate(arms[:MOST_ARMS]):
-            sections.append(
-                Section(
-                    f"arm-{k}",
-                    arm.name,
-                    f"{arm.robot}: {state_word(arm.state)}",
-                    drawings=drawings.control_charts(arm, f"arm-{k}"),
-                    tables=[_event_table(arm)],
-                )
-            )
+            sections.append(_arm(k, arm, k < ON_PAPER and (arm in bad or len(arms) == 1)))
         if found.notes:
             sections.append(Section("notes", _("Notes"), notes=found.notes))
         title = arms[0].name if len(arms) == 1 else _("{count} arms", count=len(arms))
@@ -60,7 +54,7 @@ def history_page(found: History, language: str = "en") -> str:
                 tone,
                 _("Attention") if bad else _("All hold"),
                 headline,
-                [Remark(f"{a.arm}, {a.date}: {_alarm(a.by, a.what)}", True, "all") for a in found.alarms[-12:]],
+                [Remark(f"{a.arm}, {a.date}: {_alarm(a)}", True, "all") for a in found.alarms[-12:]],
             ),
             tiles=[
                 (_("Arms"), str(len(arms)), ""),
@@ -75,16 +69,28 @@ def history_page(found: History, language: str = "en") -> str:
 _ORDER = ["changed", "alarm", "cannot_tell", "unchecked", "holds"]
 
 
-def _alarm(by: str, what: str) -> str:
-    if by == "check":
-        return what
-    if by == "ewma":
+def _arm(k: int, arm: ArmHistory, on_paper: bool) -> Section:
+    """The charts and the files of an arm."""
+    return Section(
+        f"arm-{k}",
+        arm.name,
+        f"{arm.robot}: {state_word(arm.state)}",
+        drawings=drawings.control_charts(arm, f"arm-{k}"),
+        tables=[_event_table(arm)],
+        on_paper=on_paper,
+    )
+
+
+def _alarm(alarm: Alarm) -> str:
+    if alarm.event is not None:
+        return kept_sentence(alarm.event.content, translated)
+    if alarm.by == "ewma":
         return _("the misfit's EWMA is beyond its limit")
-    return _("the CUSUM of {name} is beyond its limit", name=spaced(what))
+    return _("the CUSUM of {name} is beyond its limit", name=in_words(alarm.what))
 
 
 def _fleet_table(arms: list[ArmHistory]) -> Table:
-    columns = [Column(_("Arm"), numeric=False), Column(_("Robot"), numeric=False), Column(_("State"), numeric=False)]
+    columns = [Column(_("Arm"), numeric=False), Column(_("Type"), numeric=False), Column(_("State"), numeric=False)]
     columns += [Column(_("Checks")), Column(_("Last check"), numeric=False), Column(_("RMS (mm)")), Column(_("Alarms"))]
     rows = []
     for arm in arms:
@@ -97,7 +103,7 @@ def _fleet_table(arms: list[ArmHistory]) -> Table:
                 Cell(arm.robot),
                 Cell(state_word(arm.state)),
                 Cell(str(count), count),
-                Cell("" if last is None else last.date),
+                Cell("" if last is None else _one_line(last.date)),
                 number_cell("" if rms is None else significant(rms), rms),
                 Cell(str(len(arm.alarms)), len(arm.alarms)),
             ]
@@ -114,7 +120,7 @@ def _event_table(arm: ArmHistory) -> Table:
             noise = float(e.content["sigma_mm"])
             rows.append(
                 [
-                    Cell(e.date),
+                    Cell(_one_line(e.date)),
                     Cell(_("model")),
                     Cell(""),
                     Cell(""),
@@ -126,12 +132,16 @@ def _event_table(arm: ArmHistory) -> Table:
         rms, expected = float(e.content["rms_mm"]), float(e.content["expected_rms_mm"])
         rows.append(
             [
-                Cell(e.date),
+                Cell(_one_line(e.date)),
                 Cell(_("check")),
                 number_cell(significant(rms), rms),
                 number_cell(significant(expected), expected),
-                Cell(str(e.content.get("sentence", ""))),
+                Cell(state_word("holds") if e.verdict == "holds" else kept_sentence(e.content, translated)),
                 Cell(e.file),
             ]
         )
     return Table(_("History of {name}", name=arm.name), columns, [Group(rows)])
+
+
+def _one_line(date: str) -> str:
+    return date.replace("-", "\N{NON-BREAKING HYPHEN}")

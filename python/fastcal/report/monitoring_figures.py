@@ -15,7 +15,7 @@ from fastcal.monitoring.result import CheckResult, Test
 from fastcal.report import figures
 from fastcal.report.figures import Figure, Key
 from fastcal.report.language import _
-from fastcal.report.tables import spaced
+from fastcal.report.tables import in_words
 from fastcal.units import from_si
 
 Array = NDArray[np.float64]
@@ -24,6 +24,7 @@ _MOST_TESTS = 14
 _CELLS = 14
 _HEAT = [[0.0, "#f2f6f9"], [0.5, "#6ba3c2"], [1.0, "#0b3f5e"]]
 _MOST_CHARTS = 4
+DATES = {"type": "date", "tickformat": "%Y-%m-%d", "nticks": 4}  # months have names of a language
 
 
 def errors(found: CheckResult) -> Figure:
@@ -43,7 +44,7 @@ def errors(found: CheckResult) -> Figure:
         key.append(Key(_("tolerance"), figures.ALERT, "solid"))
     drawn = figures.layout(_("data row"), _("distance from the model (mm)"), yaxis={"rangemode": "tozero"})
     alt = _("Distance of each measured pose from the model after fitting the base, with the expected RMS.")
-    return Figure("errors", _("Errors of the poses"), alt, traces, drawn, columns=3, key=key)
+    return Figure("errors", _("Errors of the poses"), alt, traces, drawn, columns=3, key=key, paper_height=190)
 
 
 def moved(found: CheckResult, name: str = "moved") -> Figure | None:
@@ -59,7 +60,7 @@ def moved(found: CheckResult, name: str = "moved") -> Figure | None:
     ends = [names[0], names[-1]]
     traces = [trace, *(figures.line([x, x], ends, figures.ALERT, "dot") for x in (-limit, limit))]
     drawn = figures.layout(
-        _("estimated change / its standard deviation"), "",
+        _("change / its standard deviation"), "",
         yaxis={"type": "category", "automargin": True, "nticks": 0, "dtick": 1}, margin={"l": 120},
     )  # fmt: skip
     alt = _(
@@ -68,12 +69,13 @@ def moved(found: CheckResult, name: str = "moved") -> Figure | None:
     note = _("One change of the arm shows in many of them; the verdict names the likeliest.")
     key = [Key(_("3 standard deviations"), figures.ALERT, "dot")]
     return Figure(
-        name, _("What may have moved"), alt, traces, drawn, note, columns=3, height=60 + 24 * len(shown), key=key
-    )
+        name, _("What may have moved"), alt, traces, drawn, note, columns=3, key=key,
+        height=60 + 24 * len(shown), paper_height=60 + 15 * len(shown),
+    )  # fmt: skip
 
 
 def _named(test: Test) -> str:
-    return spaced(f"{test.owner} {test.name.removesuffix(f'_{test.unit}')}")
+    return in_words(f"{test.owner} {test.name.removesuffix(f'_{test.unit}')}")
 
 
 def heat_map(found: Comparison) -> Figure:
@@ -100,7 +102,9 @@ def heat_map(found: Comparison) -> Figure:
         size=f"{mean[worst]:.3f}", radius=f"{x[worst[1]]:.0f}", height=f"{y[worst[0]]:.0f}",
     )  # fmt: skip
     note = _("Mean over the postures that reach a cell; bases and tools are aligned.")
-    return Figure("heat", _("Where the models differ"), alt, [trace], drawn, note, columns=3, height=360)
+    return Figure(
+        "heat", _("Where the models differ"), alt, [trace], drawn, note, columns=3, height=360, paper_height=210
+    )
 
 
 def control_charts(arm: ArmHistory, prefix: str) -> list[Figure]:
@@ -117,9 +121,9 @@ def control_charts(arm: ArmHistory, prefix: str) -> list[Figure]:
             traces.append(figures.line(when, -chart.limit, figures.ALERT, "dash"))
             key = [Key(_("upwards"), figures.AFTER, "solid"), Key(_("downwards"), figures.BEFORE, "solid"), *key]
         is_misfit = chart.low is None
-        name = _("Misfit") if is_misfit else spaced(chart.name)
+        name = _("Misfit") if is_misfit else in_words(chart.name)
         title = _("{name}, EWMA", name=name) if is_misfit else _("{name}, CUSUM", name=name)
-        drawn = figures.layout(_("date"), _("standard deviations"), xaxis={"type": "date"})
+        drawn = figures.layout(_("date"), "\N{GREEK SMALL LETTER SIGMA}", xaxis=DATES)
         state = _("{count} alarms", count=len(chart.alarms)) if chart.alarms else _("no alarm")
         alt = _("Control chart of {name} over {checks} checks: {state}.", name=name, checks=len(when), state=state)
         drawing = Figure(f"{prefix}-{k}", title, alt, traces, drawn, columns=3, height=260, key=key)
@@ -141,7 +145,7 @@ def ratio_chart(arms: Sequence[ArmHistory]) -> Figure | None:
             )
     if not traces:
         return None
-    drawn = figures.layout(_("date"), _("RMS found / expected"), xaxis={"type": "date"}, yaxis={"rangemode": "tozero"})
+    drawn = figures.layout(_("date"), _("RMS found / expected"), xaxis=DATES, yaxis={"rangemode": "tozero"})
     alt = _("RMS of every check over the expected RMS, a line an arm; 1 is what noise makes.")
     key = [Key(_("arm that holds"), figures.AFTER, "solid"), Key(_("arm that has changed"), figures.ALERT, "solid")]
     return Figure("ratio", _("All checks"), alt, traces, drawn, columns=6, height=300, key=key)

@@ -9,13 +9,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from fastcal.monitoring.words import LEAST_P
 from fastcal.report.figures import Figure
 from fastcal.report.formatting import fixed, significant, with_uncertainty
 from fastcal.report.language import _, decimal_sign
 from fastcal.report.tables import Cell, Table, number_cell
 
 TONES = {"holds": "good", "changed": "bad", "cannot_tell": "caution", "alarm": "caution", "unchecked": "caution"}
-LEAST_P = 1e-4  # a p-value that is not told more finely
 
 
 @dataclass(frozen=True)
@@ -29,6 +29,7 @@ class Section:
     tables: list[Table] = field(default_factory=list)
     facts: list[tuple[str, str]] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
+    on_paper: bool = True
 
     @property
     def place(self) -> tuple[str, str]:
@@ -48,9 +49,13 @@ def state_word(state: str) -> str:
 
 
 def translated(message: str, /, **values: Any) -> str:
-    """`_` with the decimal sign of the page in its values."""
-    sign = decimal_sign()
-    return _(message, **{k: re.sub(r"(?<=\d)\.(?=\d)", sign, str(v)) for k, v in values.items()})
+    """`_` with the signs of the page in its values: its decimal sign, ± and °."""
+    return _(message, **{name: _printed(str(value)) for name, value in values.items()})
+
+
+def _printed(text: str) -> str:
+    text = re.sub(r"(?<=\d)\.(?=\d)", decimal_sign(), text.replace(" +- ", " ± "))
+    return re.sub(r"(?<=\d) deg\b", "°", re.sub(r"(?<![\w.])-(?=\d)", "\N{MINUS SIGN}", text))
 
 
 def present(*drawn: Figure | None) -> list[Figure]:

@@ -105,6 +105,7 @@ def in_words(text: str) -> str:
         "link": _("link"),
         "base": _("base"),
         "tool": _("tool"),
+        "compliance": _("compliance"),
         "and": _("and"),
         "move together": _("move together"),
         "turn together": _("turn together"),

@@ -9,10 +9,10 @@ from fastcal.report import monitoring_figures as drawings
 from fastcal.report import page
 from fastcal.report.check_report import check_sentence
 from fastcal.report.document import document_facts
-from fastcal.report.formatting import plural, significant
+from fastcal.report.formatting import fixed, plural, significant
 from fastcal.report.language import _, in_language
 from fastcal.report.sections import Section, bare, before_and_now, present, who_measured
-from fastcal.report.tables import Cell, Column, Group, Table, spaced, unit_text
+from fastcal.report.tables import Cell, Column, Group, Table, in_words, unit_text
 from fastcal.report.words import Remark, Verdict
 from fastcal.units import from_si
 
@@ -26,9 +26,9 @@ def update_page(found: UpdateResult, language: str = "en") -> str:
         groups: dict[str, list[list[Cell]]] = {}
         for p in found.parameters:
             cells = before_and_now(p.nominal, p.value, p.value - p.nominal, p.std)
-            name = bare(p.name, p.unit)
+            name = in_words(bare(p.name, p.unit))
             groups.setdefault(p.owner, []).append([Cell(name), *cells, Cell(unit_text(p.unit))])
-        table = Table(_("Parameters"), columns, [Group(rows, spaced(owner)) for owner, rows in groups.items()], True)
+        table = Table(_("Parameters"), columns, [Group(rows, in_words(owner)) for owner, rows in groups.items()], True)
         return page.render(
             "monitoring.html",
             title=_("Update of {robot}", robot=found.model.name),
@@ -41,8 +41,8 @@ def update_page(found: UpdateResult, language: str = "en") -> str:
                 _("Up to date"),
                 _(
                     "The model's RMS error on the new poses is {after} mm; it was {before} mm.",
-                    after=f"{after:.3f}",
-                    before=f"{before:.3f}",
+                    after=fixed(after, 3),
+                    before=fixed(before, 3),
                 ),
                 [Remark(check_sentence(found.before), found.before.verdict != "holds", "before")],
             ),

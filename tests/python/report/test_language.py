@@ -13,6 +13,8 @@ import pytest
 from jinja2 import nodes
 from jinja2.ext import extract_from_ast
 
+from fastcal.effects.entries import effect_names
+from fastcal.monitoring.words import phrase
 from fastcal.report import language, page
 from fastcal.report.formatting import fixed, plural
 from fastcal.report.language import _, catalogue, in_language
@@ -42,7 +44,7 @@ def texts_of(node: ast.expr) -> Iterator[str]:
 def of_python(path: Path) -> Iterator[str]:
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
-            if node.func.id == "_":
+            if node.func.id in ("_", "translated"):
                 yield from texts_of(node.args[0])
             elif node.func.id == "plural" and len(node.args) == 2:
                 for noun in texts_of(node.args[1]):
@@ -63,7 +65,7 @@ def of_template(path: Path) -> Iterator[str]:
 
 def messages() -> set[str]:
     """Of the pages that speak more than one language: modules that import `_`, templates that call it."""
-    out = set(FROM_BELOW)
+    out = set(FROM_BELOW) | {phrase(effect) for effect in effect_names()}
     modules = [path for path in REPORT.glob("*.py") if TRANSLATED.search(path.read_text(encoding="utf-8"))]
     for path in [*modules, REPORT.parent / "monitoring" / "words.py"]:
         out |= set(of_python(path))

@@ -9,13 +9,15 @@ import numpy as np
 import pytest
 
 import fastcal
+from fastcal.monitoring.words import kept_sentence
+from fastcal.report.arms_report import arms_page
 from fastcal.report.check_report import check_page
 from fastcal.report.comparison_report import comparison_page
 from fastcal.report.history_report import history_page
 from fastcal.report.update_report import update_page
 from fastcal.robot.robot import Robot
 
-NAMES = ("check", "update", "comparison", "history")
+NAMES = ("check", "update", "comparison", "history", "arms")
 
 
 @pytest.fixture(scope="module")
@@ -35,11 +37,18 @@ def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[tuple[str, str], str
         found.append(fastcal.check(model, measured, tolerance=3e-4, who={"date": f"2026-0{month + 2}-05"}))
         found[-1].save(folder / f"{month}.json")
     updated = fastcal.update(model, measured)
+    arms = tmp_path_factory.mktemp("arms")
+    for arm, data in (("A", measured), ("B", fastcal.simulate(true, q, noise=3e-5, seed=9)), ("C", None)):
+        (arms / arm).mkdir()
+        model.save(arms / arm / "model.yaml")
+        if data is not None:
+            fastcal.write_measurements(arms / arm / "2026-11.csv", data)
     drawn = {
         "check": (check_page, found[-1]),
         "update": (update_page, updated),
         "comparison": (comparison_page, fastcal.compare(model, updated.model)),
         "history": (history_page, fastcal.history(folder)),
+        "arms": (arms_page, fastcal.check_arms(arms)),
     }
     return {(name, tongue): page(what, tongue) for name, (page, what) in drawn.items() for tongue in ("en", "de")}
 
@@ -52,14 +61,48 @@ def text(document: str) -> str:
 
 def test_pages_say_what_was_found_in_both_languages(pages) -> None:
     assert "The arm has changed: joint 3 zero by +0.0" in text(pages["check", "en"])
-    assert "Der Roboter hat sich verändert: Nullpunkt joint 3 um +0,0" in text(pages["check", "de"])
+    assert "Der Roboter hat sich verändert: Nullpunkt Gelenk 3 um +0,0" in text(pages["check", "de"])
     assert "beyond the tolerance of 0.3 mm" in text(pages["check", "en"])
     assert "1 of" in text(pages["comparison", "en"])
     assert "parameters differ beyond noise" in text(pages["comparison", "en"])
     assert "1 of 1 arms ask for attention" in text(pages["history", "en"])
+    assert "1 of 3 arms have changed: A." in text(pages["arms", "en"])
+    assert "seit das Modell entstand, wurde nichts gemessen" in text(pages["arms", "de"])
     for (name, tongue), document in pages.items():
         assert f'<html lang="{tongue}">' in document, name
         assert "<b>7</b>" not in document, name
+
+
+def test_a_german_page_has_no_english_names_and_signs(pages) -> None:
+    """Sentences kept in files among them; "joint" stands in no word but in file names, of which there are none here."""
+    for name in NAMES:
+        read = text(pages[name, "de"])
+        assert not re.findall(r"\b(joint|link|zero|compliance|holds|changed)\b", read), name
+        assert not re.findall(r"\d \+- |\d deg\b", read), name
+        assert not re.findall(r"\d\.\d+ mm", read), name
+
+
+def test_a_kept_sentence_is_that_of_the_check_and_damage_leaves_it_as_it_was() -> None:
+    kept = {
+        "verdict": "changed", "within_tolerance": False, "tolerance_mm": 0.3, "max_mm": 0.5, "degrees_of_freedom": 18,
+        "sentence": "as it was",
+        "causes": [{
+            "kind": "zero", "label": "joint3 zero", "probability": 1.0, "equivalents": ["tool"],
+            "changes": [{"name": "theta_deg", "owner": "joint3", "value": 90.02, "std": 0.002, "unit": "deg",
+                         "was": 90.0, "p_value": 1e-9, "change": 0.02}],
+        }],
+    }  # fmt: skip
+    assert kept_sentence(kept) == (
+        "The arm has changed: joint 3 zero by +0.0200 +- 0.0020 deg, or tool. "
+        "The largest error, 0.500 mm, is beyond the tolerance of 0.3 mm."
+    )
+    for damage in (
+        {"causes": [{"kind": "zero"}]},
+        {"causes": 3},
+        {"max_mm": "x"},
+        {"causes": [{**kept["causes"][0], "label": None}]},
+    ):
+        assert kept_sentence(kept | damage) == "as it was"
 
 
 def test_every_drawing_has_a_text_in_its_place(pages) -> None:
