@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: MIT
 """An installation whose compiled part does not load says so in one sentence, in the command and in Python."""
 
+import ast
 import os
 import shutil
 import subprocess
@@ -49,3 +50,35 @@ def test_another_missing_module_is_left_as_it_is(broken: dict[str, str]) -> None
 
     error = ImportError("No module named 'yaml'", name="yaml")
     assert unloaded(error) is None
+
+
+# Names of the standard library that Python 3.10, the oldest that is supported, does not have.
+NEWER = {
+    "asyncio": {"Runner", "TaskGroup", "timeout"},
+    "contextlib": {"chdir"},
+    "datetime": {"UTC"},
+    "enum": {"EnumCheck", "ReprEnum", "StrEnum", "global_enum", "member", "nonmember", "verify"},
+    "hashlib": {"file_digest"},
+    "inspect": {"getmembers_static"},
+    "itertools": {"batched"},
+    "math": {"cbrt", "exp2", "fma", "sumprod"},
+    "operator": {"call"},
+    "tomllib": {"load", "loads"},
+    "typing": {"LiteralString", "Never", "NotRequired", "Required", "Self", "TypeVarTuple", "Unpack", "assert_never"},
+    "warnings": {"deprecated"},
+}
+
+
+def test_nothing_that_python_3_10_lacks_is_used() -> None:
+    """The wheel for 3.10 failed once on `from datetime import UTC`, which no check of a newer Python sees."""
+    package = Path(fastcal.__file__).parent
+    found = []
+    for path in sorted(package.rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"), feature_version=(3, 10))):
+            names: set[tuple[str, str]] = set()
+            if isinstance(node, ast.ImportFrom) and node.module:
+                names = {(node.module, alias.name) for alias in node.names}
+            elif isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
+                names = {(node.value.id, node.attr)}
+            found += [f"{path.name}:{node.lineno}: {m}.{n}" for m, n in names if n in NEWER.get(m, ())]
+    assert found == []

@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -12,12 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.errors import ParseError
-from fastcal.importers.grid import NUMBER, Grid
+from fastcal.importers.grid import NUMBER, THOUSANDS, Grid
 from fastcal.importers.words import Title, meaning, unit_of
 
 FloatArray = NDArray[np.float64]
 NOT_MEASURED = frozenset({"", "nan", "na", "n/a", "#n/a", "-", "--", "---", "*", "****", "null", "none"})
-_THOUSANDS = re.compile(r"[-+]?\d{1,3}(\.\d{3})+,\d+|[-+]?\d{1,3}(,\d{3})+\.\d+")
 
 
 @dataclass(frozen=True)
@@ -96,7 +94,7 @@ def number(cell: str) -> float | None:
     """The number in a cell: 1.5, 1,5, 1.234,5 or 1,234.5; None where there is none."""
     if NUMBER.fullmatch(cell):
         return float(cell.replace(",", "."))
-    if _THOUSANDS.fullmatch(cell):
+    if THOUSANDS.fullmatch(cell):
         thousands = "." if cell.rindex(",") > cell.rindex(".") else ","
         return float(cell.replace(thousands, "").replace(",", "."))
     return None

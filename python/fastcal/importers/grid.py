@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from fastcal.errors import ParseError
 
 NUMBER = re.compile(r"[-+]?(\d+([.,]\d*)?|[.,]\d+)([eE][-+]?\d+)?")
+THOUSANDS = re.compile(r"[-+]?\d{1,3}(\.\d{3})+,\d+|[-+]?\d{1,3}(,\d{3})+\.\d+")
 COMMENT_MARKS = ("//", "#", "%", "!")
 _LONGEST = 2000  # characters of a row in which words are looked for
 _ENOUGH = 400  # lines that decide on the separator
@@ -110,12 +111,16 @@ def _separation(lines: Sequence[str]) -> tuple[Callable[[str], tuple[str, ...]],
     found = []
     for separator, split in ways:
         cells = [split(line) for line in sample]
-        numbers = sum(NUMBER.fullmatch(cell) is not None for row in cells for cell in row)
+        numbers = sum(_is_number(cell) for row in cells for cell in row)
         widths = Counter(map(len, cells))
         even = max(widths.values()) / len(cells) if cells else 0.0
         found.append((0 if separator == "  " and even < 0.9 else numbers, separator, split))
     most = max(count for count, _, _ in found)
     return next((split, separator) for count, separator, split in found if count >= _NEARLY * most)
+
+
+def _is_number(cell: str) -> bool:
+    return NUMBER.fullmatch(cell) is not None or THOUSANDS.fullmatch(cell) is not None
 
 
 def _by_mark(mark: str) -> Callable[[str], tuple[str, ...]]:

@@ -11,26 +11,31 @@ from dataclasses import replace
 from fastcal.importers.export import Export
 from fastcal.importers.words import Title, split_unit
 
+UR_PENDANT = ("base", "shoulder", "elbow", "wrist 1", "wrist 2", "wrist 3")  # Universal Robots' own names
+
 
 def with_joint_names(export: Export, names: Sequence[str]) -> Export:
-    """The export with its columns named after joints known as q1 ... qn; as it is unless every joint has one.
+    """The export with columns named after a robot's joints, or as on UR's pendant, known as q1 ... qn; else as it is.
 
     Args:
         export: The table.
         names: Of the robot's joints, from the base.
     """
-    if not names or export.mapped:
+    if export.mapped:
         return export
-    places = [next((k for k, title in enumerate(export.titles) if _is_of(title, name)), None) for name in names]
-    if any(place is None for place in places):
+    bare = [split_unit(title)[0].strip().lower() for title in export.titles]
+    if all(bare.count(name) == 1 for name in UR_PENDANT):
+        places = [bare.index(name) for name in UR_PENDANT]
+    else:
+        places = [next((k for k, title in enumerate(export.titles) if _is_of(title, name)), -1) for name in names]
+    if not places or min(places) < 0:
         return export
     meanings = list(export.meanings)
     for k, title in enumerate(meanings):
         if title is not None and re.fullmatch(r"q\d+", title.role):
             meanings[k] = None  # what a number in a name was taken for
     for joint, place in enumerate(places, start=1):
-        if place is not None:
-            meanings[place] = Title(f"q{joint}", "plain", split_unit(export.titles[place])[1], ("joint",))
+        meanings[place] = Title(f"q{joint}", "plain", split_unit(export.titles[place])[1], ("joint",))
     return replace(export, meanings=meanings)
 
 

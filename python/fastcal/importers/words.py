@@ -83,7 +83,7 @@ NAME = _words(
     """
 )
 NUMBERING = _words("no nr num number index idx id row n frame count pr lfd line sample seq zeile numero")
-TIME = _words("time timestamp zeit uhrzeit heure stamp hora ora zeitstempel t")
+TIME = _words("time timestamp zeit uhrzeit heure stamp hora ora zeitstempel epoch unix t")
 DATE = _words("date datum fecha data jour")
 VALID = _words("valid gultig valide enabled use used")
 STATISTICS = _words(

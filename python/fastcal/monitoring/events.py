@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from datetime import UTC, datetime
+from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any
 
@@ -88,4 +88,4 @@ def _name(origin: Mapping[str, Any], robot: Any, path: Path, root: Path) -> str:
 def _date(origin: Mapping[str, Any], path: Path) -> tuple[str, str]:
     if origin.get("date"):
         return str(origin["date"]), "made_by"
-    return datetime.fromtimestamp(path.stat().st_mtime, UTC).date().isoformat(), "file"
+    return datetime.fromtimestamp(path.stat().st_mtime, timezone.utc).date().isoformat(), "file"

@@ -230,3 +230,22 @@ def test_what_is_written_has_the_digits_of_the_export(session: Session) -> None:
     data = load_measurements(out, load_robot("ur5"))
     assert data.notes == ()
     assert data.extra_labels["name"] == session.names
+
+
+@pytest.mark.parametrize("german", [True, False])
+def test_thousands_are_separated_in_either_way(session: Session, german: bool) -> None:
+    def said(value: float) -> str:
+        text = f"{value:,.4f}"
+        return text.translate(str.maketrans(".,", ",.")) if german else text
+
+    far = session.points + np.array([5000.0, -3000.0, 2000.0])
+    lines = [";".join([n, *map(said, point)]) for n, point in zip(session.names, far, strict=True)]
+    path = session.write("far.csv", "\n".join(["Name;X (mm);Y (mm);Z (mm)", *lines]))
+    read = import_measurements([path], joints=session.joints())
+    np.testing.assert_allclose(np.column_stack([read.columns[f"{a}_mm"] for a in "xyz"]), far, atol=1e-9)
+
+
+def test_the_pendant_of_a_ur_names_its_joints(session: Session) -> None:
+    path = session.table("Base,Shoulder,Elbow,Wrist 1,Wrist 2,Wrist 3,X,Y,Z", Q + "," + P)
+    read = import_measurements([path])
+    np.testing.assert_allclose(np.column_stack([read.columns[f"q{j}_deg"] for j in range(1, 7)]), session.q, atol=1e-9)
