@@ -14,6 +14,7 @@ from fastcal.importers.words import STATISTICS, plain_words
 _MOST = 10  # rows of a footer that are looked at
 _FEWEST_ROWS = 5  # rows of a table before a statistics line can be recognized as one
 _AGREEING = 0.8  # of a row's numbers
+_LARGEST = 1e100  # whose square is a number as well
 _TOLERANCE = 2e-4  # of the greatest number of a column: as statistics are rounded
 
 
@@ -44,6 +45,8 @@ def _is_computed(rows: Sequence[Sequence[str]], row: Sequence[str]) -> bool:
     if not whole:
         return False
     table, given = np.array([values for values, _ in whole]), np.array([value for _, value in whole])
+    if not np.abs(table).max() < _LARGEST:
+        return False
     near = _TOLERANCE * np.abs(table).max(axis=1)
     statistics = (
         table.mean(axis=1),

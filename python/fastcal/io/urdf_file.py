@@ -42,7 +42,7 @@ def read_urdf(
     except ParseError:
         raise
     except InvalidInput as error:
-        raise ParseError(str(error), path) from None
+        raise ParseError(f"{' '.join(str(error).split()):.400}", path) from None
     return {
         "name": chain["name"] or "robot",
         "kinematics": "urdf",

@@ -14,6 +14,8 @@ from fastcal.display import late
 from fastcal.monitoring.result import VERDICTS
 from fastcal.robot.made_by import robot_hash
 
+_LARGEST = 1e100
+
 
 @dataclass(frozen=True)
 class Event:
@@ -44,9 +46,10 @@ def check_event(path: Path, root: Path) -> Event | None:
     if content.get("verdict") not in VERDICTS or not isinstance(content.get("tests"), list):
         return None
     numbers = ("rms_mm", "expected_rms_mm", "p_value", "misfit_p_value")
-    if not all(isinstance(content.get(key), int | float) for key in numbers):
+    if not all(is_number(content.get(key)) for key in numbers):
         return None
-    origin = content.get("made_by") or {}
+    origin = content.get("made_by")
+    origin = origin if isinstance(origin, Mapping) else {}
     return Event(
         _name(origin, content.get("robot"), path, root),
         "check",
@@ -56,6 +59,11 @@ def check_event(path: Path, root: Path) -> Event | None:
         content,
         origin.get("robot_sha256"),
     )
+
+
+def is_number(value: Any) -> bool:
+    """Whether a value of a file is a number whose square is one as well."""
+    return isinstance(value, int | float) and abs(value) < _LARGEST
 
 
 def model_event(path: Path, root: Path) -> Event | None:

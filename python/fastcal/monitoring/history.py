@@ -18,7 +18,7 @@ from fastcal.display import late
 from fastcal.display.shown import Shown
 from fastcal.errors import FastcalError, InvalidInput
 from fastcal.monitoring.control import Chart, misfit_chart, number_chart
-from fastcal.monitoring.events import Event, check_event, model_event
+from fastcal.monitoring.events import Event, check_event, is_number, model_event
 
 WATCHED = ("zero", "tool", "effect")  # kinds of numbers that are charted
 _MOST_FILES = 20_000
@@ -195,4 +195,4 @@ def _charts(checks: list[Event]) -> list[Chart]:
 
 
 def _is_whole(test: Mapping[str, Any]) -> bool:
-    return all(isinstance(test.get(key), int | float) for key in ("value", "std", "std_noise"))
+    return all(is_number(test.get(key)) for key in ("value", "std", "std_noise"))

@@ -30,10 +30,13 @@ def load_tool() -> ModuleType:
 
 tool: Any = load_tool()
 READERS = tool.NAMES
+NEEDS = {"robot, xacro": "xacro", "export, ROS bag": "rosbags"}
 
 
 @pytest.mark.parametrize("reader", READERS)
 def test_a_damaged_file_is_read_into_numbers_or_refused(reader: str, tmp_path: Path) -> None:
+    if reader in NEEDS:
+        pytest.importorskip(NEEDS[reader], reason="the extra [ros] is not installed")
     year, week, _ = datetime.datetime.now(datetime.UTC).isocalendar()
     found = tool.fuzz([reader], COUNT, 100 * year + week, tmp_path / "failed")
     failed = {kind: count for kind, count in found[reader].items() if kind not in ("read", "refused")}
@@ -46,6 +49,8 @@ def test_a_damaged_file_is_read_into_numbers_or_refused(reader: str, tmp_path: P
 @pytest.mark.parametrize("path", FAILED, ids=lambda path: path.name)
 def test_an_input_that_once_failed_is_read_or_refused(path: Path, tmp_path: Path) -> None:
     reader = next(name for name in READERS if path.name.startswith(tool.file_name(name)))
+    if reader in NEEDS:
+        pytest.importorskip(NEEDS[reader], reason="the extra [ros] is not installed")
     ending, _, read, _ = tool.corpus(tmp_path)[reader]
     assert tool.verdict(read, path.read_bytes(), tmp_path / f"input{ending}") in ("read", "refused")
 
