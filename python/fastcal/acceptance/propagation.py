@@ -136,8 +136,7 @@ def simulated_expanded(
     random = np.random.default_rng(seed)
     chosen = {i: figure.of_means for i, figure in enumerate(figures) if figure.of_means is not None}
     values: dict[int, list[FloatArray]] = {i: [] for i in chosen}
-    roots = np.linalg.cholesky(spreads.scatter + 1e-30 * np.eye(3))
-    turn_roots = np.linalg.cholesky(spreads.turn_scatter + 1e-30 * np.eye(3))
+    roots, turn_roots = lower_roots(spreads.scatter), lower_roots(spreads.turn_scatter)
     for start in range(0, draws, _BATCH):
         size = min(_BATCH, draws - start)
         # Student's t of each mean: its scatter is estimated from its own visits.
@@ -156,6 +155,15 @@ def simulated_expanded(
     return [
         _half_interval(np.concatenate(values[i]), spreads.level) if i in values else None for i in range(len(figures))
     ]
+
+
+def lower_roots(scatter: FloatArray) -> FloatArray:
+    """(K, 3, 3) lower triangular L with L L^T = scatter, which two or three visits leave singular."""
+    values, vectors = np.linalg.eigh(scatter)
+    half = vectors * np.sqrt(np.maximum(values, 0.0))[:, np.newaxis]
+    R = np.linalg.qr(half.transpose(0, 2, 1), mode="r")
+    sign = np.where(np.einsum("kii->ki", R) < 0, -1.0, 1.0)
+    return np.asarray((R * sign[..., np.newaxis]).transpose(0, 2, 1))
 
 
 def _half_interval(values: FloatArray, level: float) -> float:

@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 import fastcal
 from fastcal.acceptance import accept
 from fastcal.acceptance.acceptance import Acceptance
+from fastcal.acceptance.propagation import lower_roots
 from fastcal.measurements.dataset import Dataset
 
 Array = NDArray[np.float64]
@@ -137,3 +138,11 @@ def test_thirty_visits_of_five_poses_are_the_standards_plan() -> None:
     few = judged_visits([rng.normal(0, 0.01, (29, 3)) for _ in names], names, commanded=places)
     assert not few.is_iso_9283
     assert any("29 visits" in note for note in few.notes)
+
+
+def test_the_scatter_of_two_visits_has_a_root_though_it_is_singular() -> None:
+    one = np.array([[4.0, 2, 0], [2, 1, 0], [0, 0, 0]])  # of two visits apart along (2, 1, 0)
+    many = np.array([[4.0, 2, 0], [2, 5, 6], [0, 6, 25]])
+    one_root, many_root = lower_roots(np.array([one, many]))
+    np.testing.assert_allclose(one_root @ one_root.T, one, atol=1e-14)
+    np.testing.assert_allclose(many_root, [[2, 0, 0], [1, 2, 0], [0, 3, 4]], atol=1e-14)

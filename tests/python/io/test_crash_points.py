@@ -12,11 +12,13 @@ import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 import pytest
 
 import fastcal
+from fastcal.acceptance import accept, plan_acceptance
 from fastcal.calibration.calibrate import CalibrationResult, calibrate
 from fastcal.cli import main
 from fastcal.correction.applicability import Guard
@@ -25,7 +27,10 @@ from fastcal.correction.experts import Neighbours
 from fastcal.correction.inputs import Scaling
 from fastcal.correction.uncertainty import Uncertainty
 from fastcal.io import atomic, folder
-from fastcal.report import calibration_files
+from fastcal.io.acceptance_plan import load_plan, write_test
+from fastcal.monitoring.history import history
+from fastcal.monitoring.update import update
+from fastcal.report import acceptance_report, calibration_files, monitoring_files
 
 OPERATIONS = {
     *("open", "os.rename", "os.remove", "os.mkdir", "os.rmdir", "os.link", "os.symlink", "os.truncate", "os.chmod"),
@@ -148,9 +153,60 @@ def test_a_diagnosis_changes_as_a_whole(tmp_path: Path) -> None:
     assert new == {"model.yaml": b"new", "diagnosis.json": b"new"}
 
 
+def of_update(fitted: CalibrationResult, folder: Path) -> Work:
+    data = fastcal.simulate(fitted.model, np.random.default_rng(1).uniform(-1.5, 1.5, (12, 6)), noise=1e-5, seed=1)
+    found = update(fitted.model, data)
+    return lambda: monitoring_files.write_update(found, folder / "out")
+
+
+def of_history(fitted: CalibrationResult, folder: Path) -> Work:
+    (folder / "arms").mkdir()
+    fitted.model.save(folder / "arms/model.yaml")
+    found = history(folder / "arms")
+    return lambda: monitoring_files.write_history(found, folder / "out")
+
+
+def of_accept(fitted: CalibrationResult, folder: Path) -> Work:
+    plan = plan_acceptance(fitted.model, language="urscript", program="test.script", cycles=2)
+    (folder / "test").mkdir()
+    write_test(folder / "test/test.script", plan, fitted.model)
+    visits = load_plan(folder / "test/test_plan.csv", fitted.model)
+    found = accept(fitted.model, fastcal.simulate(fitted.model, visits.q, noise=1e-5, seed=2), plan=visits)
+    return lambda: acceptance_report.write_acceptance(found, folder / "out")
+
+
+@pytest.mark.parametrize(
+    ("made", "pages", "written"),
+    [
+        (of_update, {monitoring_files: "update_page"}, monitoring_files.UPDATE_FILES),
+        (of_history, {monitoring_files: "history_page"}, monitoring_files.HISTORY_FILES),
+        (of_accept, {acceptance_report: "acceptance_page"}, acceptance_report.FILES),
+    ],
+)
+def test_an_update_a_history_and_an_acceptance_change_as_a_whole(
+    made: Callable[[CalibrationResult, Path], Work],
+    pages: dict[ModuleType, str],
+    written: tuple[str, ...],
+    fitted: CalibrationResult,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    for module, page in pages.items():
+        monkeypatch.setattr(module, page, lambda *_, **__: "<html></html>")
+    old = dict.fromkeys(written, b"old") | {"mine.txt": b"mine"}
+    _, new = sweep(tmp_path / "out", old, made(fitted, tmp_path))
+    assert new.keys() == old.keys()
+    assert all(new[name] != b"old" for name in written)
+
+
 POSES = """q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,x_mm,y_mm,z_mm,qw,qx,qy,qz
 10,-50,60,20,70,30,400,300,500,1,0,0,0
 0,-40,50,0,60,10,300,200,400,0,1,0,0
+"""
+EXPORT = """Name;A1;A2;A3;A4;A5;A6;X [mm];Y [mm];Z [mm]
+P1;10;-50;60;20;70;30;400;300;500
+P2;0;-40;50;0;60;10;300;200;400
+P3;5;-45;55;10;65;20;350;250;450
 """
 COMMANDS = {
     "predict": ("predict", "ur5", "IN/poses.csv", "-o", "OUT/file.csv"),
@@ -159,6 +215,7 @@ COMMANDS = {
     "convert": ("convert", "ur5", "--to", "mdh", "-o", "OUT/file.yaml"),
     "convert to a URDF": ("convert", "ur5", "--to", "urdf", "-o", "OUT/file.urdf"),
     "compensate": ("compensate", "ur5", "IN/poses.csv", "-o", "OUT/file.csv"),
+    "import": ("import", "IN/export.csv", "-o", "OUT/file.csv"),
     "design": ("design", "ur5", "--count", "12", "--candidate-count", "64", "-o", "OUT/file.csv"),
 }
 
@@ -167,6 +224,7 @@ COMMANDS = {
 def test_a_command_s_file_changes_as_a_whole(command: str, tmp_path: Path) -> None:
     (tmp_path / "in").mkdir()
     (tmp_path / "in/poses.csv").write_text(POSES)
+    (tmp_path / "in/export.csv").write_text(EXPORT)
     place = tmp_path / "out"
     given = [word.replace("IN", str(tmp_path / "in")).replace("OUT", str(place)) for word in COMMANDS[command]]
     name = Path(given[-1]).name
