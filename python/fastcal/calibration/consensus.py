@@ -74,7 +74,7 @@ class Rows:
         """Are the rows that are not chosen off by GROSS times the noise of the others?"""
         squares = self.squares(chosen[np.newaxis].astype(float), held)[0]
         off = float(np.sqrt(squares[~chosen].sum() / max(3 * np.sum(~chosen), 1)))
-        return off >= GROSS * self.noise(chosen, held) > 0
+        return off >= GROSS * self.noise(chosen, held)
 
     def most_probable(self, squares: FloatArray) -> tuple[FloatArray, BoolArray]:
         """Of the sets of the k smallest `squares` (S, N) that with the least S: S (S,) and its rows (S, N)."""

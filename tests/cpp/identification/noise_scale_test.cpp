@@ -56,5 +56,22 @@ TEST(NoiseScale, OutlierLimitsAreThoseOfTablesOfChiSquared) {
   }
 }
 
+TEST(NoiseScale, TheVarianceUnderHubersLossIsThatOfHisBook) {
+  // P. Huber 1981, (7.10) and (6.13): K^2 (sum psi^2 / n) / m^2 with K = 1 + (p / n) (1 - m) / m, m the share of the
+  // residuals within c = 1.345. Ten of one number each, eight within; half of the degrees of freedom are left.
+  constexpr double kFreedom = 0.5;
+  constexpr double kTuning = 1.345;
+  const double squares[10] = {0.04, 0.25, 0.49, 1.0, 0.09, 0.36, 0.64, 0.81, 9.0, 16.0};
+  std::vector<RowWeight> rows;
+  double within = 0;
+  for (const double square : squares) {
+    rows.push_back({square * kFreedom, 1, 1});
+    if (square <= kTuning * kTuning) within += square;
+  }
+  const double K = 1 + 0.5 * 0.2 / 0.8;
+  const double expected = K * K * (within + 2 * kTuning * kTuning) / 10 / (0.8 * 0.8);
+  EXPECT_NEAR(variance_inflation(rows, LossKind::kHuber, kFreedom), expected, 1e-4 * expected);
+}
+
 }  // namespace
 }  // namespace fastcal

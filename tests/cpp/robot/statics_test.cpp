@@ -71,8 +71,8 @@ TEST_P(Statics, LoadsAreMinusTheTorquesOfKdl) {
     Eigen::VectorXd load(6 * chain.frame_count()), payload_load(6 * chain.frame_count());
     frame_loads(description, chain, frames, state, gravity, load.data(), payload_load.data());
 
-    KDL::ChainDynParam dynamics(to_kdl(chain, description, state.payload),
-                                KDL::Vector(gravity.x(), gravity.y(), gravity.z()));
+    const KDL::Chain same = to_kdl(chain, description, state.payload);  // the solver only refers to it
+    KDL::ChainDynParam dynamics(same, KDL::Vector(gravity.x(), gravity.y(), gravity.z()));
     KDL::JntArray positions(static_cast<unsigned>(n)), torques(static_cast<unsigned>(n));
     for (int i = 0; i < n; ++i) positions(static_cast<unsigned>(i)) = q[i];
     ASSERT_EQ(dynamics.JntToGravity(positions, torques), 0);

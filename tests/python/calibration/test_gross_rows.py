@@ -139,3 +139,11 @@ def test_rows_that_agree_are_found_in_a_plain_linear_problem() -> None:
     assert np.flatnonzero(found).tolist() == list(range(24))
     noise = -np.einsum("ncp,p->nc", J, truth) + rng.normal(0, 1.0, (60, 3))
     assert agreeing_rows(Rows(J, noise, 6), every, 1e-3) is None
+
+
+def test_rows_that_are_a_few_times_noisier_are_not_gross() -> None:
+    rng = np.random.default_rng(6)
+    J = rng.normal(size=(100, 3, 6))
+    noise = np.where(np.arange(100) < 60, 0.1, 0.4)[:, np.newaxis]
+    residual = -np.einsum("ncp,p->nc", J, rng.normal(size=6)) + noise * rng.normal(size=(100, 3))
+    assert agreeing_rows(Rows(J, residual, 6), np.ones(100, dtype=bool), 1e-3) is None

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from fastcal import _core
 from fastcal.calibration.calibrate import CalibrationResult, calibrate
 from fastcal.calibration.prediction import predict
-from fastcal.errors import InvalidInput
+from fastcal.errors import InvalidInput, ParseError
 from fastcal.io.robot_file import load_robot
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot
@@ -147,3 +147,20 @@ def test_gauge_directions_that_move_nothing_carry_no_deviation() -> None:
 def test_a_robot_refuses_a_frame_of_gravity_that_there_is_not() -> None:
     with pytest.raises(InvalidInput, match="gravity_frame must be one of base, measuring, got 'nonsense'"):
         Robot(arm().spec | {"gravity_frame": "nonsense"})
+
+
+def with_covariance_root(value: float) -> Robot:
+    record = {"parameters": ["joint1 d", "tool x"], "covariance_root": [[1e-5], [2e-6, value]], "sigma_mm": 0.03}
+    return load_robot(dict(load_robot("ur5").spec) | {"calibration": record | {"degrees_of_freedom": 12}})
+
+
+@pytest.mark.parametrize("value", [1e308, 1e200])
+def test_a_spoilt_covariance_is_refused(value: float) -> None:
+    with pytest.raises(ParseError, match=r"covariance_root\[1\]\[1\]"):
+        with_covariance_root(value)
+
+
+@pytest.mark.parametrize("value", [1e99, 1e-99, 0.0, -1.0])
+def test_a_covariance_that_is_read_gives_finite_deviations(value: float) -> None:
+    q = np.array([[0.1, -0.7, 0.9, 0.3, 0.8, -0.2]])
+    assert np.isfinite(with_covariance_root(value).position_deviation(q)).all()

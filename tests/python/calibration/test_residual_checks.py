@@ -93,6 +93,15 @@ def test_nearly_half_the_rows_may_be_gross(seed: int) -> None:
     assert found.sigma_mm == pytest.approx(0.05, rel=0.3)
 
 
+@pytest.mark.parametrize(("poses", "seed"), [(18, 4), (20, 3), (25, 2)])
+def test_few_rows_lose_their_gross_one_and_no_other(poses: int, seed: int) -> None:
+    """Few degrees of freedom are left: a noise that does not count them makes outliers of sound rows."""
+    data = Simulator(seed, Case(poses=poses)).measured()
+    position = np.array(data.position)
+    position[0] += 2e-3
+    assert calibrated(Dataset.from_arrays(data.q, position=position)).outliers == [0]
+
+
 @pytest.mark.parametrize("joint", range(6))
 def test_one_joint_alone_does_not_tell_the_tool(joint: int) -> None:
     """Points on a circle: a turned tool and a turned base make the same ones. The tool stays near the robot file's."""
