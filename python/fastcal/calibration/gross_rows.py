@@ -131,7 +131,10 @@ def _refitted(
 def _judged(
     problem: CalibrationProblem, found: _core.Identification, places: IntArray, gross: BoolArray
 ) -> tuple[str | None, list[str]]:
-    """Why the fit of the rows that are not gross is no answer; else what is to be said of those that are."""
+    """Why the fit of the rows that are not gross is no answer; else what is to be said of those that are.
+
+    Where labels of set-ups tell which rows belong together, no other set-up is looked for.
+    """
     near = near_fit(problem, found)
     if near is None or not gross.any():
         return None, []
@@ -145,7 +148,8 @@ def _judged(
         return text, []
     rows, _ = _points(near)
     far = gross & (np.mean(near.residual[rows] ** 2, axis=1) > GROSS**2)
-    if 3 * np.sum(far) - len(found.free) < np.sum(far):  # too few to agree on anything
+    labelled = problem.data.station is not None or problem.data.mount is not None
+    if labelled or 3 * np.sum(far) - len(found.free) < np.sum(far):  # too few to agree on anything
         return None, []
     others = _nominal(problem, near, rows[far], found)
     better = agreeing_rows(others, np.ones(others.count, dtype=bool), near.scale)
