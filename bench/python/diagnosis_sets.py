@@ -2,24 +2,23 @@
 # SPDX-License-Identifier: MIT
 """Simulated measurements whose missing cause is known: what `bench_diagnosis` asks `diagnose` about.
 
-A set is an arm as a workshop would build and measure it: geometry off by 0.5 mm and 0.5 mrad, links off by 6 % and
-10 mm, poses with payloads, directions of approach, side pulls, a temperature and a clock, an instrument's noise. A
-cause has the wanted SNR: the root of |P W d|^2, d what it moves the points by, W 1/sigma, P what geometry, base and
-tool leave.
+A set is an arm as a workshop would build and measure it (`diagnosis_arms`): geometry off by 0.5 mm and 0.5 mrad, links
+off by 6 % and 10 mm, poses with payloads, directions of approach, side pulls, a temperature and a clock, an
+instrument's noise. A cause has the wanted SNR: the root of |P W d|^2, d what it moves the points by, W 1/sigma, P what
+geometry, base and tool leave.
 """
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
 from typing import Any
 
 import numpy as np
+from diagnosis_arms import Setting, noise_of
 from numpy.typing import NDArray
 
-from fastcal import Robot, load_robot, perturbed, random_poses
+from fastcal import Robot
 from fastcal.diagnosis import Diagnosis
 from fastcal.diagnosis.library import Hypothesis, build_library
 from fastcal.effects.entries import build_effects, edge_name, edge_unit
@@ -30,13 +29,9 @@ from fastcal.units import to_si
 FloatArray = NDArray[np.float64]
 Random = np.random.Generator
 
-ARMS = {"kuka_kr500_3": 500.0, "pmc6va030": 30.0, "lbr_iiwa14": 14.0}  # payload_kg they carry
-REPEATABILITY, TRANSVERSE, PER_RANGE, RADIAL = 30e-6, 15e-6, 6e-6, 5e-6  # [m], [m], [m/m], [m]
-MASS_ERROR, COM_ERROR_MM = 0.06, 10.0
-OUTSIDE = ("cable", "cable_far", "field", "bump")
+OUTSIDE = ("cable", "cable_far", "field", "bump", "last_move", "sway")
 PLAUSIBLE = 60.0  # sizes: a cause that would have to be larger for its SNR is not drawn
 ABSORBED = ("measurement_scale", "payload_mass", "payload_com")  # nothing by themselves: geometry or no compliance
-_START_C = 20.0
 
 
 @dataclass(frozen=True)
@@ -53,91 +48,21 @@ class Truth:
     shift: FloatArray
 
 
-@dataclass(frozen=True)
-class Setting:
-    """A nominal arm, the arm as it is, and rows that nothing has been measured in yet."""
-
-    nominal: Robot
-    true: Robot
-    poses: Dataset
-    still: FloatArray  # (N, 3) points without a cause [m]
-    sigma: float  # of a coordinate [m]
-    leaves: FloatArray  # (3N, k) orthonormal: what geometry, base and tool take up
-
-
-@cache
-def nominal_arm(name: str) -> Robot:
-    """A shipped arm; poses and links as its file has them."""
-    return load_robot(name)
-
-
-def setting(random: Random, name: str | None = None, count: int | None = None) -> Setting:
-    """An arm and its rows, drawn where they are not given."""
-    name = name or str(random.choice(list(ARMS)))
-    nominal = nominal_arm(name)
-    true = _built(nominal, random)
-    count = count or int(random.integers(150, 301))
-    q = random_poses(nominal, count, seed=int(random.integers(2**31)))
-    poses = Dataset.from_arrays(q, robot=nominal, source="simulated", **_conditions(nominal, count, ARMS[name], random))
-    still = true.poses(poses)[:, :3, 3]
-    J = true.parameter_jacobian(q).reshape(3 * count, -1)
-    U, s, _ = np.linalg.svd(J / np.maximum(np.linalg.norm(J, axis=0), 1e-300), full_matrices=False)
-    spread = _noise(still, np.random.default_rng(0))[1]
-    return Setting(nominal, true, poses, still, float(np.sqrt(np.mean(spread**2))), U[:, s > 1e-9 * s[0]])
-
-
-def _built(nominal: Robot, random: Random) -> Robot:
-    spec = copy.deepcopy(perturbed(nominal, seed=int(random.integers(2**31))).spec)
-    for joint in spec["joints"]:
-        link = joint["link"]
-        link["mass_kg"] *= 1 + MASS_ERROR * random.standard_normal()
-        link["com_mm"] = (np.array(link["com_mm"]) + COM_ERROR_MM * random.standard_normal(3)).tolist()
-    spec["base"] = {
-        "xyz_mm": (np.array([3000.0, 500.0, -800.0]) + 100 * random.standard_normal(3)).tolist(),
-        "rpy_deg": [0.05 * random.standard_normal(), 0.05 * random.standard_normal(), float(random.uniform(-180, 180))],
-    }
-    return Robot(spec)
-
-
-def _conditions(nominal: Robot, count: int, most: float, random: Random) -> dict[str, Any]:
-    time = np.cumsum(random.uniform(20, 40, count))
-    walk = np.cumsum(random.standard_normal(count)) / np.sqrt(count)
-    warm = 12 * (1 - np.exp(-time / (0.4 * time[-1])))
-    loads = most * np.array([0.0, 0.5, 1.0])
-    out: dict[str, Any] = {
-        "time": time,
-        "temperature": 273.15 + _START_C + warm + 3 * walk,
-        "payload": random.choice(loads, count),
-        "approach": random.choice([-1.0, 1.0], (count, nominal.joint_count)),
-        "station": np.where(random.uniform(size=count) < 0.5, "s1", "s2").tolist(),
-        "mount": np.where(random.uniform(size=count) < 0.5, "m1", "m2").tolist(),
-    }
-    if random.uniform() < 0.5:  # pulled sideways, by up to half of what it carries
-        pull = 0.5 * 9.8 * most * random.uniform(-1, 1, (count, 3))
-        out["wrench"] = np.hstack([pull, np.zeros((count, 3))])
-    return out
-
-
-def _noise(points: FloatArray, random: Random) -> tuple[FloatArray, FloatArray]:
-    """Noise (N, 3) of a tracker at the origin and the arm's repeatability [m], and its RMS a row."""
-    ranges = np.linalg.norm(points, axis=1, keepdims=True)
-    along = points / ranges
-    across = TRANSVERSE + PER_RANGE * ranges
-    e = across * random.standard_normal(points.shape)
-    e += along * (RADIAL * random.standard_normal((len(points), 1)) - np.sum(e * along, axis=1, keepdims=True))
-    rms = np.sqrt((2 * across**2 + RADIAL**2) / 3 + REPEATABILITY**2)
-    return e + REPEATABILITY * random.standard_normal(points.shape), rms[:, 0]
+def points_of(at: Setting, truths: Sequence[Truth]) -> FloatArray:
+    """(N, 3) where the points are [m]; causes add up to first order beside the exact shift of each."""
+    return np.asarray(at.still + sum((t.shift for t in truths), np.zeros_like(at.still)))
 
 
 def measured(at: Setting, truths: Sequence[Truth], random: Random) -> Dataset:
-    """The rows with what the tracker says; causes add up to first order beside the exact shift of each."""
-    points = at.still + sum((t.shift for t in truths), np.zeros_like(at.still))
-    return replace(at.poses, position=points + _noise(points, random)[0])
+    """The rows that are diagnosed, with what the tracker says."""
+    points = points_of(at, truths)
+    seen = replace(at.poses, position=points + noise_of(at.noise, points, random))
+    return seen.select(np.arange(at.count))
 
 
 def snr(at: Setting, shift: FloatArray, also: FloatArray | None = None) -> float:
     """Root of the noncentrality of a shift (N, 3), after geometry and the columns `also` (3N, k)."""
-    d = _left(at, shift.reshape(-1, 1) / at.sigma)
+    d = _left(at, shift[: at.count].reshape(-1, 1) / at.sigma)
     if also is not None:
         d -= also @ np.linalg.lstsq(also, d, rcond=None)[0]
     return float(np.linalg.norm(d))
@@ -167,8 +92,14 @@ def named_truth(at: Setting, wanted: float, random: Random) -> Truth | None:
 
 def drawable(at: Setting, but: Collection[str] = ABSORBED) -> list[Hypothesis]:
     """Names of the library for these rows."""
-    known = build_library(at.nominal, replace(at.poses, position=at.still)).names
-    return [n for n in known if n.effect not in but]
+    known = build_library(at.complete, replace(at.poses, position=at.still)).names
+    return [n for n in known if n.effect not in but and (at.has_masses or not _is_hidden(n, at))]
+
+
+def _is_hidden(name: Hypothesis, at: Setting) -> bool:
+    """Does it take a table of masses to name it? Of what follows loads, only a joint that yields needs none."""
+    (effect,) = build_effects([{k: v for k, v in name.entry.items() if k != "corner"}], at.true.core)
+    return bool(effect.follows_loads) and name.effect != "joint_compliance"
 
 
 def scaled(at: Setting, name: Hypothesis, wanted: float, random: Random) -> Truth | None:
@@ -181,7 +112,7 @@ def scaled(at: Setting, name: Hypothesis, wanted: float, random: Random) -> Trut
     if bends:
         straight = {"effect": "joint_compliance", "owner": name.owner}
         unit = with_effect(at, straight, np.array([1e-3 * effect.parameters[0].sigma]))
-        also = _left(at, unit.reshape(-1, 1) / at.sigma)
+        also = _left(at, unit[: at.count].reshape(-1, 1) / at.sigma)
         low = effect.parameters[0].sigma
         direction = np.array([low, low * random.uniform(0.3, 0.6), _corner(at, name)])
     free = slice(0, 2) if bends else slice(None)
@@ -244,10 +175,16 @@ def outside_truth(at: Setting, wanted: float, random: Random) -> Truth:
     if kind == "bump":
         centre = np.quantile(q[:, joint], random.uniform(0.25, 0.75))
         curve = np.exp(-(((q[:, joint] - centre) / 0.25) ** 2))
+    elif kind == "last_move":  # the joint stops short of where it came from, the more the further it is bent
+        came = np.sign(np.diff(q[:, joint], prepend=q[0, joint]))
+        curve = came * (1 + np.sin(q[:, joint])) / 2
+    elif kind == "sway":  # a pedestal that leans to where the arm reaches
+        curve = np.sin(q[:, 0]) * np.cos(q[:, 1])
     else:
         a, b = (n - 3, n - 1) if kind == "cable" else (2, 3)
         curve = np.tanh(q[:, a] * q[:, b] / 2)
-    entry = {"effect": "regressor", "owner": f"joint{joint + 1}", "column": "hidden", "axis": "rz"}
+    owner = "base" if kind == "sway" else f"joint{joint + 1}"
+    entry = {"effect": "regressor", "owner": owner, "column": "hidden", "axis": "rx" if kind == "sway" else "rz"}
     hidden = replace(at, poses=replace(at.poses, extra={"hidden": curve}))
     unit = with_effect(hidden, entry, np.array([1e-4]))
-    return Truth(kind, f"joint{joint + 1}", wanted, {}, unit * wanted / snr(at, unit))
+    return Truth(kind, owner, wanted, {}, unit * wanted / snr(at, unit))

@@ -86,7 +86,7 @@ MIN_CURVE_VALUE = 1e-2
 
 # --- Search -----------------------------------------------------------------------------------------------------------
 # Chance to see something where nothing is missing, names and blocks without a name together. Level.
-ALPHA_DETECT = 0.01
+ALPHA_DETECT = 0.005
 # Chance to see one more where the set in the model is all there is. Level.
 ALPHA_FURTHER = 0.002
 # Chance to refuse a true name beside the best since another name, or a block without a name, is significant by chance.

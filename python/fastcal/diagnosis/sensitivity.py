@@ -78,13 +78,19 @@ def _limits(state: SearchNode) -> FloatArray:
 def _sizes(
     name: Hypothesis, length: FloatArray, root: FloatArray, core: _core.RobotModel
 ) -> Iterable[tuple[str, float]]:
-    """Parameter and size, of those that the fit does not absorb."""
+    """Parameter and size, of those that the fit does not absorb and that an arm may have.
+
+    A column that is nearly nothing, such as the compliance of an axis that only a tool's offset loads, promises
+    nothing: it would take a size that no arm has, and the real centres of mass make another column of it.
+    """
     if name.traits.is_wave:  # of any phase
         yield f"amplitude_rad of {name.variant or 'the wave'}", float(np.mean(root) / np.sqrt(np.mean(length**2)))
         return
     (effect,) = build_effects([name.entry], core)
     for parameter, own, at in zip(effect.parameters, length, root, strict=True):
-        if own * parameter.sigma > rules.MIN_SIGNAL and np.isfinite(at):
+        if not (own * parameter.sigma > rules.MIN_SIGNAL and np.isfinite(at)):
+            continue
+        if at <= rules.MAX_PLAUSIBLE_SIZE * parameter.sigma * own:
             value = from_si(float(at / own), edge_unit(parameter, geometry=False))
             yield edge_name(parameter, geometry=False), value
 

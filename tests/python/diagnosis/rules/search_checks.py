@@ -26,11 +26,11 @@ def state(p: list[float], names: int = 1, added: int = 0) -> SearchNode:
 
 @falls_with(ALPHA_DETECT=1e-9)
 @falls_with(ALPHA_DETECT=0.5)
-def one_of_a_hundred_complete_models_shows_something() -> None:
+def one_of_two_hundred_complete_models_shows_something() -> None:
     """Half of the level is spent on names, half on blocks without one."""
-    assert state([0.006, 0.006]).suffices
-    assert not state([0.004, 0.5]).suffices
-    assert not state([0.5, 0.004]).suffices
+    assert state([0.003, 0.003]).suffices
+    assert not state([0.002, 0.5]).suffices
+    assert not state([0.5, 0.002]).suffices
 
 
 @falls_with(ALPHA_FURTHER=1e-9)
