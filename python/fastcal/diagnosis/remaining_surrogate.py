@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from fastcal.calibration.parameter_table import unknowns_by_owner
@@ -48,4 +50,7 @@ def with_surrogate(
     if added is None:
         return None, None, None if rest is None else placed
     model = judge.of(found.model, nominal(fit), unknowns_by_owner(problem.measured, found.unknowns))
-    return model, gap_step(added, model), placed
+    step = gap_step(added, model)
+    if not step.train_rms_mm < gap_step(None, last).train_rms_mm:  # what was linear near the fit bends where it is added
+        return None, None, replace(placed, added=None)
+    return model, step, placed

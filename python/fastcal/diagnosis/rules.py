@@ -137,7 +137,8 @@ CURVE_SCALES = (0.07, 0.15, 0.35, 0.8)
 GRADE_A_SNR = 15.0
 # The same of what follows loads: neighbouring joints, bearings and links have correlations up to 0.993. Simulated.
 GRADE_A_SNR_LOADS = 40.0
-# Largest size of grade A [plausible sizes]: what is larger does the work of something else.
+# Largest size of grade A, and of an effect that could have been noticed [plausible sizes]: what is larger does the
+# work of something else.
 MAX_PLAUSIBLE_SIZE = 30.0
 # Standard errors by which held-out rows must be predicted better for grade A.
 GRADE_A_GAIN = 2.0
@@ -159,8 +160,6 @@ MAX_WAVES_LISTED = 4
 DETECTION_POWER = 0.8
 # Names in the ranking, and in the map of confusions.
 RANKING_LENGTH, CONFUSION_LENGTH = 12, 8
-# Signal-to-noise ratio of a parameter of its usual size below which it is absorbed by the others. Numerical.
-MIN_SIGNAL = 1e-6
 # Correlation of two signatures from which on poses confuse them.
 CONFUSED_CORRELATION = 0.95
 # Poses of a plan at most, and the power at which it asks for no more; below the other power it says so.

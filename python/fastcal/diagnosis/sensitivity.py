@@ -88,8 +88,6 @@ def _sizes(
         return
     (effect,) = build_effects([name.entry], core)
     for parameter, own, at in zip(effect.parameters, length, root, strict=True):
-        if not (own * parameter.sigma > rules.MIN_SIGNAL and np.isfinite(at)):
-            continue
         if at <= rules.MAX_PLAUSIBLE_SIZE * parameter.sigma * own:
             value = from_si(float(at / own), edge_unit(parameter, geometry=False))
             yield edge_name(parameter, geometry=False), value
