@@ -26,6 +26,7 @@ from fastcal.diagnosis.remaining_surrogate import with_surrogate
 from fastcal.diagnosis.result import AdaptedModel, Diagnosis, Finding, Unexplained
 from fastcal.diagnosis.robust_rows import studentized_residuals
 from fastcal.diagnosis.search import Search, SearchNode
+from fastcal.diagnosis.tail_probabilities import p_values
 from fastcal.diagnosis.words import sentence_of
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
@@ -105,7 +106,7 @@ def _diagnosed(
         profiles = unexplained.curved_joints(best) if curve is None else [rivals.profile(curve[0])]
         model = plain.best_predicting(best, profiles)
     level = level.calmer(model.noise) if model.profiles else level
-    found = _Found(robot, data, test, search, model.state, model, library, level, threads)
+    found = _Found(robot, data, test, search, model.state, model, library, level, sigma, threads)
     notify("adding what was found")
     return found.result()
 
@@ -189,6 +190,7 @@ class _Found:
     model: rivals.Model
     library: Library
     level: NoiseLevel
+    sigma: float | None
     threads: int
 
     def result(self) -> Diagnosis:
@@ -204,6 +206,8 @@ class _Found:
         judge = adaptation.Judge(self.data, self.test, self.threads)
         more, step, rest = with_surrogate(steps[-1], self.model.fit, judge, rest)
         findings = [self._finding(best.names[k], proofs[k], equivalents[k], steps[-1].model, rest) for k in order]
+        if findings and all(f.grade == "A" for f in findings) and not self._stands(steps[-1].model):
+            findings = [replace(f, grade="B", limits=(Because(Reason.OWN_MODEL),)) for f in findings]
         if any(f.grade != "A" for f in findings):
             findings = [_as_sure_as_the_least(f) for f in findings]
         findings += [_curve(steps[-1].model, entry) for entry in profiles]
@@ -231,6 +235,14 @@ class _Found:
             notes=list(self.data.notes),
         )
         return replace(said, sentence=sentence_of(said))
+
+    def _stands(self, model: Robot) -> bool:
+        """Does the diagnosis of the model that is written, from its first fit and noise on, find nothing new?"""
+        asked = {name.key for name in self.library.names}
+        names = [name for name in build_library(model, self.data).names if name.key in asked]
+        problem = prepared_problem(model, self.data, names, _claimed(self.data, self.sigma), self.threads)
+        problem, _level = with_estimated_noise(problem, fit(problem, []), self.sigma)
+        return Search(problem).start.suffices
 
     def _plan(self, equivalents: list[list[SearchNode]]) -> SeparatingPlan | None:
         """Poses that would tell the names of a set apart, where there is one and points were measured."""
@@ -261,7 +273,9 @@ class _Found:
     ) -> Finding:
         others = tuple(dict.fromkeys(_replacement(self.best, state).key for state in equivalents))
         grade, limits = grading.grade(proof, name, others, rest is not None or len(self.best.names) > self.search.most)
-        p = min(1.0, float(special.chdtrc(proof.rank, proof.statistic)) * self.search.start.family.named)
+        freedom = self.best.fit.problem.noise.freedom
+        alone = p_values(np.array([proof.statistic]), np.array([proof.rank], dtype=np.int32), freedom)[0]
+        p = min(1.0, float(alone) * self.search.start.family.named)
         values = adaptation.values(model, name.entry)
         if grading.is_turned(self.best.fit.effect(name).data_columns, values):
             grade, limits = "B", (*limits, Because(Reason.TURNED_DIRECTION))

@@ -89,8 +89,10 @@ def isolated_rows(wrong: IntArray, data: Dataset) -> IntArray:
     """Those of the rows `wrong` that do not stand in a run of OUTLIER_RUN or more, one measured after the other.
 
     Where every row of a stretch of time is off, something moved: that is an effect and no outliers. A run goes on over
-    single rows that happen to fit.
+    single rows that happen to fit. Nor are there any where all of them share a posture.
     """
+    if _share_a_posture(wrong, data.q):
+        return wrong[:0]
     order = np.argsort(data.time, kind="stable") if data.time is not None else np.arange(len(data))
     is_wrong = np.isin(order, wrong)
     padded = np.r_[False, is_wrong, False]
@@ -99,6 +101,19 @@ def isolated_rows(wrong: IntArray, data: Dataset) -> IntArray:
     runs = [slice(a, b) for a, b in zip(ends[::2], ends[1::2], strict=True)]
     moved = [order[run] for run in runs if rules.OUTLIER_RUN in np.convolve(is_wrong[run], np.ones(rules.OUTLIER_RUN))]
     return wrong[~np.isin(wrong, np.concatenate(moved))] if moved else wrong
+
+
+def _share_a_posture(wrong: IntArray, q: FloatArray) -> bool:
+    """Do OUTLIER_RUN rows or more lie within so small a part of a joint's way as chance puts them in one of a thousand?
+
+    k rows drawn from N lie in a window that holds a share f of them with a chance of k f^(k - 1) at most.
+    """
+    k = len(wrong)
+    if k < rules.OUTLIER_RUN:
+        return False
+    low, high = q[wrong].min(axis=0), q[wrong].max(axis=0)
+    share = np.mean((q >= low) & (q <= high), axis=0)
+    return bool(q.shape[1] * k * np.min(share) ** (k - 1) < rules.ALPHA_POSTURE)
 
 
 def _agreement(rich: RichFit) -> int:

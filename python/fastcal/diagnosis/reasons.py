@@ -26,6 +26,7 @@ class Reason(Enum):
     IMPLAUSIBLE = "its size is"
     NOT_HELD_OUT = "held-out poses are not predicted better"
     UNSTABLE = "parts of the data put another hypothesis first"
+    OWN_MODEL = "the diagnosis of its own model finds more"
     TURNED_DIRECTION = "its lost motion is negative"
     LOAD_MODIFIER = "a large effect of loads may have this form"
     UNSURE_COMPANION = "another effect of the set is not sure"

@@ -51,6 +51,6 @@ def with_surrogate(
         return None, None, None if rest is None else placed
     model = judge.of(found.model, nominal(fit), unknowns_by_owner(problem.measured, found.unknowns))
     step = gap_step(added, model)
-    if not step.train_rms_mm < gap_step(None, last).train_rms_mm:  # what was linear near the fit bends where it is added
+    if not step.train_rms_mm < gap_step(None, last).train_rms_mm:  # it bends what was linear
         return None, None, replace(placed, added=None)
     return model, step, placed

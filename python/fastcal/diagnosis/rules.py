@@ -41,6 +41,8 @@ MAX_OUTLIER_SHARE = 0.05
 # Rows, one measured after the other, that are no outliers if all of them are off: of 5 % outliers so many come in a row
 # in one of a thousand sets.
 OUTLIER_RUN = 4
+# Chance that outliers lie so near each other on one joint's way. Level.
+ALPHA_POSTURE = 1e-3
 # Two-sided level at which a claimed noise, or repeats against the rich model, are taken to be wrong. Level.
 ALPHA_NOISE = 0.01
 # Rows of one command are repeats of each other if their temperatures agree within [K].

@@ -46,6 +46,7 @@ _REASONS = {
     Reason.IMPLAUSIBLE: "it would have to be implausibly large",
     Reason.NOT_HELD_OUT: "poses that were held out are not predicted clearly better with it",
     Reason.UNSTABLE: "it comes first in only {value:.0%} of the parts of the data",
+    Reason.OWN_MODEL: "asked about the model that was written, the same data show something more",
     Reason.TURNED_DIRECTION: "its size is negative, which no gear has: its approach column probably has the other sign",
     Reason.LOAD_MODIFIER: "it may be the form of a large effect of loads rather than a cause of its own",
     Reason.UNSURE_COMPANION: "another effect of the set is not sure, and may make up for its form",

@@ -10,12 +10,15 @@ import pytest
 
 import fastcal
 from fastcal.calibration.simulation import perturbed, simulate
-from fastcal.diagnosis import Diagnosis, diagnose
+from fastcal.diagnosis import Diagnosis, diagnose, remaining_surrogate
+from fastcal.diagnosis.adaptation import Judge
+from fastcal.diagnosis.remaining_surrogate import with_surrogate
 from fastcal.effects import registered
 from fastcal.effects.registered import States
 from fastcal.io.robot_file import load_robot
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot
+from fastcal.surrogate.adding import AddedSurrogate
 from fastcal.units import to_si
 
 NOISE = to_si(0.03, "mm")
@@ -64,3 +67,18 @@ def test_it_closes_the_gap_on_other_poses_and_no_name_is_sure(found: Diagnosis) 
     floor = 0.03 * 3**0.5
     assert first**2 - last**2 > 0.9 * (first**2 - floor**2)
     assert all(f.grade != "A" for f in found.effects)
+
+
+def test_a_surrogate_that_fits_worse_is_not_given(found: Diagnosis, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What is linear near the fit need not be where it is added: the model itself is asked."""
+    assert found.unexplained is not None
+    spec = copy.deepcopy(found.model.spec)
+    spec["tool"]["xyz_mm"][0] += 5.0
+    off = AddedSurrogate(Robot(spec), ("surrogate@joint3",), "joint3", ("q3",), 0.9, 1e3, 0.1, *np.zeros((3, 9, 1)))
+    monkeypatch.setattr(remaining_surrogate, "add_surrogate", lambda *_, **__: off)
+    monkeypatch.setattr(remaining_surrogate, "formulas", lambda *_: [])
+    judge = Judge(found.final.fit.problem.data, None)
+    model, step, rest = with_surrogate(found.steps[-2], found.final.fit, judge, found.unexplained)
+    assert (model, step) == (None, None)
+    assert rest is not None
+    assert (rest.owner, rest.added) == ("joint3", None)

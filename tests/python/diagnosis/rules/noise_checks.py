@@ -73,9 +73,20 @@ def one_row_of_twenty_may_be_an_outlier() -> None:
 @falls_with(OUTLIER_RUN=1)
 @falls_with(OUTLIER_RUN=100)
 def rows_that_are_off_one_after_the_other_have_moved() -> None:
-    data = Dataset.from_arrays(np.zeros((POINTS, 1)), time=np.arange(POINTS) * 1.0)
+    q = np.random.default_rng(2).uniform(size=(POINTS, 1))
+    data = Dataset.from_arrays(q, time=np.arange(POINTS) * 1.0)
     wrong = np.array([3, 4, 5, 40, 41, 42, 43, 44, 80])
     assert list(noise.isolated_rows(wrong, data)) == [3, 4, 5, 80]
+
+
+@falls_with(ALPHA_POSTURE=1e-30)
+@falls_with(ALPHA_POSTURE=1e6)
+def rows_that_share_a_posture_are_no_outliers() -> None:
+    """Findings R5: five of 120 rows within a tenth of a joint's way are an effect; five anywhere are outliers."""
+    q = np.linspace(0.0, 1.0, POINTS)[:, np.newaxis]
+    data = Dataset.from_arrays(q)
+    assert list(noise.isolated_rows(np.array([40, 42, 44, 46, 49]), data)) == []
+    assert list(noise.isolated_rows(np.array([4, 32, 54, 76, 99]), data)) == [4, 32, 54, 76, 99]
 
 
 @falls_with(ALPHA_NOISE=1e-30)
