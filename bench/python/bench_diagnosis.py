@@ -3,7 +3,7 @@
 """How often `diagnose` is right: thousands of simulated sets whose cause is known, over arms that carry 6 to 500 kg.
 
     python bench/python/bench_diagnosis.py [--sets N] [--first K] [--jobs N] [--seed S] [--minutes M] [--out FILE]
-    python bench/python/bench_diagnosis.py --render FILE... > docs/diagnosis-performance.md
+    python bench/python/bench_diagnosis.py --render bench/python/bench_diagnosis.json > docs/diagnosis-performance.md
     python bench/python/bench_diagnosis.py --timing
 
 Kinds of sets: none (nothing hidden), single (one cause of the library), several (two or three), outside (a cause that
