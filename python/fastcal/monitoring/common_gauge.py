@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import linalg
 
 from fastcal.effects.entries import full_name, identity, traits_of
 from fastcal.errors import InvalidInput
@@ -25,6 +26,8 @@ FloatArray = NDArray[np.float64]
 POSTURES = 512
 _ROUNDS = 4
 _LOST = 1e-7  # least singular value, of columns of length 1: below, the postures don't tell the parameters apart
+_WITHIN = 1e-6  # of its length: a column beyond the span of others by less lies in it
+_APART = 1e-3  # least length, of 1, that the columns before leave of one: else they do what it does
 _SEED = 0
 
 
@@ -103,6 +106,47 @@ def identified(union: Robot, a: Robot, b: Robot) -> list[int]:
     known = set(a.record.parameters if a.record else a.parameter_names)
     others = set(b.record.parameters if b.record else b.parameter_names) - set(a.parameter_names)
     return [i for i, name in enumerate(names) if name in known | others]
+
+
+def readable(union: Robot, at: Postures, free: list[int]) -> list[int]:
+    """Parameters that move the points as `free` do, zeros of joints among them wherever they can be.
+
+    What a calibration holds is its own choice, and may leave a zero that moved to be told by three other numbers.
+    """
+    J = at.jacobian(union).reshape(3 * len(at.q), -1)
+    size = np.linalg.norm(J, axis=0)
+    J = J / np.where(size > 0, size, 1.0)
+    U, length, _ = np.linalg.svd(J[:, free], full_matrices=False)
+    span = U[:, length > _LOST]
+    zeros = [i for i in _zeros(union) if np.linalg.norm(J[:, i] - span @ (span.T @ J[:, i])) < _WITHIN]
+    chosen: list[int] = []
+    Q = np.zeros((len(J), 0))
+    for i in [*ends(union), *zeros]:
+        own = J[:, i] - Q @ (Q.T @ J[:, i])
+        if np.linalg.norm(own) > _APART:
+            chosen.append(i)
+            Q = np.linalg.qr(J[:, chosen])[0]
+    others = [i for i in free if i not in chosen]
+    left = J[:, others] - Q @ (Q.T @ J[:, others])
+    order = linalg.qr(left, mode="r", pivoting=True)[1][: span.shape[1] - len(chosen)]
+    return sorted([*chosen, *(others[k] for k in order)])
+
+
+def _zeros(robot: Robot) -> list[int]:
+    """Indices of the joints' zeros; of a URDF's joint only where its axis is x, y or z of its frame."""
+    names = []
+    for joint, kind in zip(robot.spec["joints"], robot.joint_types, strict=True):
+        turns = kind == "revolute"
+        if robot.kinematics != "urdf":
+            names.append("theta" if turns else "d")
+            continue
+        axis = np.abs(np.asarray(joint["axis"], dtype=float))
+        k = int(np.argmax(axis))
+        along = ("rx", "ry", "rz")[k] if turns else "xyz"[k]
+        names.append(along if np.count_nonzero(axis) == 1 else "")
+    known = {(f"joint{j + 1}", name) for j, name in enumerate(names)}
+    own = len(robot.core.parameters)
+    return [i for i, p in enumerate(robot.error_model.parameters[:own]) if (p.owner, p.name) in known]
 
 
 def fitted_to(start: Robot, at: Postures, points: FloatArray, free: list[int]) -> tuple[Robot, FloatArray]:

@@ -21,7 +21,7 @@ from fastcal.calibration.evaluation import ErrorStatistics
 from fastcal.display import late
 from fastcal.display.shown import Shown
 from fastcal.errors import InvalidInput
-from fastcal.monitoring.common_gauge import bare, base_of, ends, fitted_to, identified, postures, union_of
+from fastcal.monitoring.common_gauge import bare, base_of, ends, fitted_to, identified, postures, readable, union_of
 from fastcal.monitoring.differences import Difference, differences
 from fastcal.robot.given import RobotLike, as_robot
 from fastcal.robot.robot import Robot
@@ -100,7 +100,7 @@ def compare(first: RobotLike, second: RobotLike, *, threads: int = 1) -> Compari
     statistics = ErrorStatistics.of(distance)
     if statistics is None or statistics.rms > OTHER_ARM * a.reach:
         raise InvalidInput(f"{a.name} and {b.name} differ by more than a twentieth of their reach; expected one arm")
-    free = sorted({*ends(union), *identified(union, a, b)})
+    free = readable(union, at, sorted({*ends(union), *identified(union, a, b)}))
     fitted, change = fitted_to(union, at, x, free)
     left = at.points(fitted) - x
     inside = np.asarray(np.linalg.inv(base_of(a)) @ np.vstack([at.points(a).T, np.ones(len(x))]), dtype=np.float64)
