@@ -140,6 +140,42 @@ def test_a_result_folder_changes_as_a_whole(
     assert new["mine.txt"] == b"mine"
 
 
+@pytest.fixture(scope="module")
+def months(fitted: CalibrationResult, tmp_path_factory: pytest.TempPathFactory) -> dict[str, object]:
+    """What is found in the months after a calibration, by the function that writes it."""
+    arms = tmp_path_factory.mktemp("arms")
+    model = fitted.model
+    data = fastcal.simulate(model, fastcal.check_poses(model, 8).q, noise=1e-5, seed=1)
+    (arms / "A").mkdir()
+    model.save(arms / "A" / "model.yaml")
+    fastcal.write_measurements(arms / "A" / "november.csv", data, model.joint_types)
+    checks = fastcal.check_arms(arms)
+    checks.save(arms / "checks")
+    return {
+        "write_check": fastcal.check(model, data),
+        "write_comparison": fastcal.compare(model, fastcal.update(model, data).model),
+        "write_arm_checks": checks,
+    }
+
+
+@pytest.mark.parametrize("writer", ["write_check", "write_comparison", "write_arm_checks"])
+def test_what_the_months_after_write_changes_as_a_whole(
+    months: dict[str, object], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, writer: str
+) -> None:
+    """A check is a file, all else a folder; an older check of an arm beside them stays."""
+    for page in ("check_page", "comparison_page", "arms_page"):
+        monkeypatch.setattr(monitoring_files, page, lambda found, language: "<html></html>")
+    place = tmp_path / "out"
+    target = place / "check.json" if writer == "write_check" else place
+    old = {"A_october.json": b"older", "report.html": b"old", "check.json": b"old"}
+    write = getattr(monitoring_files, writer)
+    count, new = sweep(place, old, lambda: write(months[writer], target))
+    assert count > 2
+    assert new["A_october.json"] == b"older"
+    assert (new["check.json"] == b"old") == (writer != "write_check")
+    assert (new["report.html"] == b"old") == (writer == "write_check")
+
+
 def test_a_diagnosis_changes_as_a_whole(tmp_path: Path) -> None:
     """The same folder, written by a function of its own."""
 
