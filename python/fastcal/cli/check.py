@@ -72,7 +72,9 @@ def check(
         if tracker is not None:
             raise InvalidInput("--sigma-range-mm is of one file: those of many arms say how sure they are in columns")
         if data or plan is not None:
-            raise InvalidInput(f"{model} is a folder of arms, whose data are in it: leave out DATA and --plan")
+            raise InvalidInput(
+                f"{model} is a folder; for one arm name its model.yaml, for all arms in it leave out DATA and --plan"
+            )
         options = {"files": files, "tolerance": tolerance, "as_read": as_read, "who": who, "threads": threads}
         _check_arms(model, output, options, page_language)
         return
