@@ -19,6 +19,7 @@ from fastcal.diagnosis.fits import fit
 from fastcal.diagnosis.library import Hypothesis, Library, build_library, parse_exclusions
 from fastcal.diagnosis.noise import NoiseLevel, with_estimated_noise
 from fastcal.diagnosis.one_curve import waves_of_one_curve
+from fastcal.diagnosis.periodic import is_periodic
 from fastcal.diagnosis.plan import SeparatingPlan, separating_plan
 from fastcal.diagnosis.problem import Noise, Problem, prepared_problem
 from fastcal.diagnosis.reasons import Because, Reason
@@ -101,12 +102,15 @@ def _diagnosed(
     best = search.pruned(best) if curve is None else curve[1]
     best = grading.borne_out(search, best)
     notify("weighing what else it could be")
-    model = rivals.Model(best, [], best.fit, search.problem.noise)
-    if not best.suffices:
+    model = rivals.bare(best)
+    remains = unexplained.remains(best)
+    if remains or sum(map(is_periodic, best.names)) > 1:  # waves of several orders draw any curve
         profiles = unexplained.curved_joints(best) if curve is None else [rivals.profile(curve[0])]
         model = plain.best_predicting(best, profiles)
     level = level.calmer(model.noise) if model.profiles else level
-    found = _Found(robot, data, test, search, model.state, model, library, level, sigma, threads)
+    final = model.state if not model.profiles else SearchNode(model.fit, search.start.family)
+    remains = remains if final is best else unexplained.remains(final)
+    found = _Found(robot, data, test, search, model, final, remains, library, level, sigma, threads)
     notify("adding what was found")
     return found.result()
 
@@ -139,7 +143,7 @@ def _searched(
             again, level = _again(problem, best, sigma)
         if again is None or round_ == rules.MAX_SEARCHES - 1:
             break
-        plain = rivals.Rivals(Search(again, notify), plain.curves_leave if again.noise is problem.noise else None)
+        plain = plain.again(again)
         problem = again
     return plain, best, level
 
@@ -186,25 +190,34 @@ class _Found:
     data: Dataset
     test: Dataset | None
     search: Search
-    best: SearchNode
     model: rivals.Model
+    final: SearchNode  # the names with the curves beside them
+    remains: bool  # something beyond it
     library: Library
     level: NoiseLevel
     sigma: float | None
     threads: int
 
+    @property
+    def best(self) -> SearchNode:
+        """The names."""
+        return self.model.state
+
     def result(self) -> Diagnosis:
         """Calibrated models, grades, what remains, and everything else that a reader should know."""
         best, search = self.best, self.search
-        few = best.suffices and len(best.names) <= search.most
+        is_named = not self.remains and not self.model.profiles
+        few = is_named and len(best.names) <= search.most
         equivalents = search.alternatives(best) if few else [[] for _ in best.names]
         proofs = [grading.evidence(search, best, name) for name in best.names]
         order = sorted(range(len(best.names)), key=lambda k: -proofs[k].statistic)
         names = [best.names[k] for k in order]
-        steps, profiles, rest, final = self._adapted(names)
+        steps = self._adapted(names)
+        profiles = self.model.profiles
+        rest = unexplained.rest(search, self.final) if self.remains else None
         gap = adaptation.gap(steps, names, profiles)
         judge = adaptation.Judge(self.data, self.test, self.threads)
-        more, step, rest = with_surrogate(steps[-1], self.model.fit, judge, rest)
+        more, step, rest = with_surrogate(steps[-1], self.model.fit, self.model.reaches, judge, rest)
         findings = [self._finding(best.names[k], proofs[k], equivalents[k], steps[-1].model, rest) for k in order]
         if findings and all(f.grade == "A" for f in findings) and not self._stands(steps[-1].model):
             findings = [replace(f, grade="B", limits=(Because(Reason.OWN_MODEL),)) for f in findings]
@@ -219,7 +232,7 @@ class _Found:
             effects=findings,
             unexplained=rest,
             untestable=sensitivity.untestable(search, self.library),
-            outliers=_outliers(best, self.data) if best.suffices else _left_out(best, self.data),
+            outliers=_outliers(best, self.data) if is_named else _left_out(self.model, self.data),
             sigma_mm=from_si(self.level.sigma, "mm"),
             sigma_source=self.level.source,
             sigma_note=self.level.note,
@@ -230,7 +243,7 @@ class _Found:
             steps=steps,
             search=search,
             state=best,
-            final=final,
+            final=self.final,
             plan=self._plan(equivalents),
             notes=list(self.data.notes),
         )
@@ -251,17 +264,13 @@ class _Found:
         others = [[_replacement(self.best, state) for state in states] for states in equivalents]
         return separating_plan(self.best, others)
 
-    def _adapted(
-        self, names: Sequence[Hypothesis]
-    ) -> tuple[list[AdaptedModel], list[Spec], Unexplained | None, SearchNode]:
-        """The fits as robots, the joint profiles among what was added, what remains, and the node with all of it."""
+    def _adapted(self, names: Sequence[Hypothesis]) -> list[AdaptedModel]:
+        """The fits as robots: with each name, then with the curves."""
         judge = adaptation.Judge(self.data, self.test, self.threads)
         steps = adaptation.models(self.search, self.best, names, judge, self.level.sigma)
         if self.model.profiles:
             steps.append(judge.adapted(self.model.fit, self.level.sigma))
-        final = SearchNode(self.model.fit, self.search.start.family) if self.model.profiles else self.best
-        rest = None if final.suffices else unexplained.rest(self.search, final)
-        return steps, self.model.profiles, rest, final
+        return steps
 
     def _finding(
         self,
@@ -322,9 +331,9 @@ def _replacement(best: SearchNode, other: SearchNode) -> Hypothesis:
     return next(name for name in other.names if name.key not in there or name not in best.names)
 
 
-def _left_out(best: SearchNode, data: Dataset) -> list[int]:
+def _left_out(model: rivals.Model, data: Dataset) -> list[int]:
     """Rows that even the richest model can't reach: what is missing from a poorer one puts no row on the list."""
-    return [int(i) for i in np.flatnonzero(data.measured & ~best.fit.problem.used)]
+    return [int(i) for i in np.flatnonzero(data.measured & ~model.reaches)]
 
 
 def _outliers(best: SearchNode, data: Dataset) -> list[int]:

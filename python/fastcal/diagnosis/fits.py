@@ -105,6 +105,11 @@ class Fit:
             effect for entry, effect in zip(self.entries, self.model_effects, strict=True) if entry is name.entry
         )
 
+    def columns(self, name: Hypothesis) -> list[int]:
+        """Where the parameters of an added effect stand among the free ones."""
+        place = self.place(name)
+        return [self.free.index(i) for i in range(place.start, place.stop)]
+
     def place(self, name: Hypothesis) -> slice:
         """Where they stand."""
         at = self.problem.own
@@ -144,6 +149,8 @@ class Fit:
     @property
     def on_every_row(self) -> tuple[Problem, tuple[FloatArray, FloatArray, NDArray[np.intp]]]:
         """The problem of all measured rows, and `whitened` of these at the same parameters."""
+        if np.array_equal(self.problem.used, self.problem.data.measured):
+            return self.problem, self.whitened
         every = self.problem.with_rows(self.problem.data.measured)
         model, samples = every.model(self.entries, every.kept)
         near = _core.linearize(model, samples, every.measured, self.theta, every.common_noise, every.threads)

@@ -13,12 +13,12 @@ from scipy import linalg
 
 from fastcal import _core
 from fastcal.diagnosis import rules
+from fastcal.diagnosis.held_out import folds
 from fastcal.diagnosis.library import Hypothesis
 from fastcal.diagnosis.one_curve import is_one_curve
 from fastcal.diagnosis.periodic import is_periodic
 from fastcal.diagnosis.reasons import Because, BlockLabel, CauseLabel, Label, Reason
 from fastcal.diagnosis.result import NamedValue
-from fastcal.diagnosis.rivals import folds
 from fastcal.diagnosis.search import Search, SearchNode
 from fastcal.diagnosis.tail_probabilities import p_values
 
@@ -57,7 +57,7 @@ def evidence(search: Search, state: SearchNode, name: Hypothesis) -> Evidence:
     at = [state.fit.free.index(i) for i in range(place.start, place.stop)]
     own = inverse[np.ix_(at, at)]
     statistic = float(theta @ linalg.lstsq(own, theta)[0])
-    gain = _held_out(search, state, name)
+    gain = state.gains[state.names.index(name)]
     rivals: tuple[Label, ...] = ()
     stability = 1.0
     if len(state.names) <= search.most:
@@ -80,12 +80,24 @@ def borne_out(search: Search, state: SearchNode) -> SearchNode:
     Many waves were judged together, on rows held out of all of them.
     """
     while 0 < len(state.names) <= rules.MAX_EFFECTS_GROWN:
-        gains = [_held_out(search, state, name) for name in state.names]
-        worst = min(range(len(gains)), key=lambda k: gains[k][0] - rules.MIN_GAIN * gains[k][1])
-        if gains[worst][0] >= rules.MIN_GAIN * gains[worst][1]:
+        over = [
+            less - _least_gain(search, state, name) * e
+            for (less, e), name in zip(state.gains, state.names, strict=True)
+        ]
+        worst = int(np.argmin(over))
+        if over[worst] >= 0:
             break
         state = search.without(state, state.names[worst])
     return state
+
+
+def _least_gain(search: Search, state: SearchNode, name: Hypothesis) -> float:
+    """Standard errors by which a name must help."""
+    drop = np.array([search.without(state, name).fit.remaining - state.fit.remaining])
+    place = state.fit.place(name)
+    rank = np.array([place.stop - place.start], dtype=np.int32)
+    p = p_values(drop, rank, search.problem.noise.freedom)[0] * search.start.family.named
+    return rules.MIN_RIVAL_GAIN if p < rules.ALPHA_CERTAIN else rules.MIN_GAIN
 
 
 def grade(
@@ -177,34 +189,6 @@ def _leaves_nothing(search: Search, base: SearchNode, block: int) -> bool:
         np.arange(len(p)) < base.blocks.count, rules.ALPHA_NAMED / family.named, rules.ALPHA_GENERIC / family.generic
     )
     return not bool((p < limit).any())
-
-
-def _held_out(search: Search, state: SearchNode, name: Hypothesis) -> tuple[float, float]:
-    """Relative gain on held-out poses and its standard error.
-
-    On the problem linearized at the set: each fold is predicted by the others, with the name and without it; leaving
-    out its columns e changes the solution b of the fitted rows by  -P_e P_ee^-1 b_e,  P the inverse of their normal
-    matrix.
-    """
-    A, r, row = state.fit.whitened
-    length = np.linalg.norm(A, axis=0)
-    A = A / np.where(length > 0, length, 1.0)
-    place = state.fit.place(name)
-    own = np.array([state.fit.free.index(i) for i in range(place.start, place.stop)])
-    target = r + A[:, own] @ (state.fit.theta[place] * length[own])
-    fold = folds(search.problem)[row]
-    fold[row < 0] = -1
-    gains = []
-    for k in range(rules.FOLDS):
-        fitted, out = fold != k, fold == k
-        inverse = np.linalg.pinv(A[fitted].T @ A[fitted], rcond=1e-12, hermitian=True)
-        b = inverse @ (A[fitted].T @ target[fitted])
-        without = b - inverse[:, own] @ linalg.lstsq(inverse[np.ix_(own, own)], b[own])[0]
-        left = [np.bincount(row[out], (target[out] - A[out] @ x) ** 2) for x in (b, without)]
-        gains.append((left[1] - left[0])[np.unique(row[out])])
-    gain = np.concatenate(gains)
-    scale = float(np.sum(target**2)) / max(len(gain), 1)
-    return float(gain.mean()) / scale, float(gain.std(ddof=1) / np.sqrt(len(gain))) / scale
 
 
 def _stability(search: Search, state: SearchNode, base: SearchNode, name: Hypothesis) -> float:

@@ -7,6 +7,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fastcal.calibration.parameter_table import unknowns_by_owner
 from fastcal.diagnosis.adaptation import Judge, gap_step, nominal
@@ -20,13 +21,14 @@ _SLOW = frozenset(["time", "temperature"])  # over which noise with a memory is 
 
 
 def with_surrogate(
-    last: AdaptedModel, fit: Fit, judge: Judge, rest: Unexplained | None
+    last: AdaptedModel, fit: Fit, reached: NDArray[np.bool_], judge: Judge, rest: Unexplained | None
 ) -> tuple[AdaptedModel | None, GapStep | None, Unexplained | None]:
     """The last model with surrogates of what it leaves, its step of the gap, and the rest by its place.
 
     Args:
         last: The model with everything that was found.
-        fit: The fit behind it: its rows, noise and the unknowns of its observations.
+        fit: The fit behind it: its noise and the unknowns of its observations.
+        reached: (N,) rows that it reaches.
         judge: The rows on which models are judged.
         rest: What remains, as the score tests place it; None: nothing that they see. It is kept where no block has
             evidence; where it is None, only what poses left out confirm counts as a rest.
@@ -35,7 +37,7 @@ def with_surrogate(
     common = np.asarray(problem.noise.common, dtype=float) * problem.noise.factor
     found = add_surrogate(
         last.model,
-        problem.data.select(problem.used),
+        problem.data.select(reached),
         noise=(float(common[0]), float(common[1]), float(common[2])),
         unknowns=fit.theta[len(fit.model.parameters) :],
         exclude=_SLOW if problem.noise.memory > 0 else frozenset(),

@@ -2,9 +2,8 @@
 # SPDX-License-Identifier: MIT
 """Where something remains: what was found against the plain models that anyone would try, on rows held out of each.
 
-Each model is fitted to four fifths of the poses and judged on the others, linearized at its fit to all of them, its
-outliers, noise and options (orders, corners, curvatures) as there: of two models that differ in those only, this says
-little; between names and curves it says which predicts.
+Each model is judged by `held_out`, its options (orders, corners, curvatures) as its fit to all rows has them: of two
+models that differ in those only, this says little; between names and curves it says which predicts.
 """
 
 from __future__ import annotations
@@ -15,10 +14,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fastcal.calibration.evaluation import pose_groups
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.curves import with_curvatures
 from fastcal.diagnosis.fits import Fit, fit
+from fastcal.diagnosis.held_out import HeldOut, gain, is_better
 from fastcal.diagnosis.library import Hypothesis, without_masses
 from fastcal.diagnosis.noise import isolated_rows
 from fastcal.diagnosis.periodic import forward, many_waves
@@ -29,7 +28,7 @@ from fastcal.diagnosis.tail_probabilities import p_values
 from fastcal.effects.entries import curve_of
 from fastcal.robot.robot import Spec
 
-FloatArray = NDArray[np.float64]
+Key = tuple[tuple[str, ...], tuple[str, ...]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,12 +40,14 @@ class Model:
         profiles: Entries of the profiles; empty: none.
         fit: Of both together.
         noise: As the set shows it, or what the profiles leave where that is less.
+        reaches: (N,) rows of the data that it reaches; a fit of profiles may hold more.
     """
 
     state: SearchNode
     profiles: list[Spec]
     fit: Fit
     noise: Noise
+    reaches: NDArray[np.bool_]
 
 
 @dataclass(eq=False)
@@ -55,34 +56,69 @@ class Rivals:
 
     Attributes:
         search: Of the names.
-        curves_leave: Sum of squares that profiles of all joints alone leave of held-out rows; it does not depend on the
-            names, so that a search with more names takes over what is known of it.
+        fitted: Sets and profiles beside them that were fitted, by `_key`.
     """
 
     search: Search
-    curves_leave: float | None = None
-    fitted: dict[tuple[tuple[str, ...], ...], Model | None] = field(default_factory=dict)
+    fitted: dict[Key, Model | None] = field(default_factory=dict)
+
+    def again(self, problem: Problem) -> Rivals:
+        """Those of a search with more names or other noise; what only more names leave as it is needs no new fit."""
+        after = Rivals(self.search.again(problem))
+        plain = self.fitted.get(_key(self.search.start, self.every))
+        if plain is not None and problem.noise is self.search.problem.noise:
+            fit = replace(plain.fit, problem=replace(plain.fit.problem, names=problem.names))
+            after.fitted[_key(after.search.start, self.every)] = replace(plain, state=after.search.start, fit=fit)
+        return after
 
     def best_predicting(self, best: SearchNode, curved: Sequence[Spec]) -> Model:
-        """The set that was found, or the rival that predicts held-out rows better.
+        """The set that was found, or a rival that predicts held-out rows better, less what does not help it to.
+
+        The simpler rivals come first: each must be better than those before it.
 
         Args:
             best: The set.
             curved: Profiles of the joints that err by their own position beyond it.
         """
-        start = self.search.start
-        every = self.every
-        rivals = [(best, list(curved)), (start, every), *((s, every) for s in self.search.yielding_joints())]
-        chosen = Model(best, [], best.fit, best.fit.problem.noise)
-        least = held_out_squares(chosen.fit)
+        start, every, yielding = self.search.start, self.every, self.search.yielding_joints()
+        is_begun = _key(start, every) in self.fitted and best is start  # all profiles, less those that do not help
+        beside = [] if is_begun else [(best, list(curved))]
+        rivals = [*((s, []) for s in (start, *yielding)), *beside, *((s, every) for s in (start, *yielding))]
+        chosen = bare(best)
+        least = HeldOut(chosen.fit).squares()
         for state, profiles in rivals:
-            rival = self.with_profiles(state, profiles) if profiles else None
-            if rival is None:
+            rival = self.with_profiles(state, profiles) if profiles else bare(state)
+            if rival is None or rival.fit is chosen.fit:
                 continue
-            own = held_out_squares(rival.fit)
-            if _is_better(own, least):  # also than the smaller rivals before it
+            own = HeldOut(rival.fit).squares()
+            if is_better(own, least):
                 chosen, least = rival, own
-        return chosen
+        return self._with_what_helps(chosen) if chosen.profiles else chosen
+
+    def _with_what_helps(self, model: Model) -> Model:
+        """The model less the names and curves without which held-out rows are predicted as well, the least first."""
+        held, gone = HeldOut(model.fit), list[Hypothesis]()
+        left = held.squares()
+        names = model.state.names if len(model.state.names) <= rules.MAX_EFFECTS_GROWN else ()
+        members = [*names, *model.fit.added[len(model.state.names) :]]
+        alone = {id(m): gain(left, held.squares(model.fit.columns(m))) for m in members}
+        for member in sorted(members, key=lambda m: alone[id(m)][0]):
+            without = held.squares([i for m in (*gone, member) for i in model.fit.columns(m)])
+            less, error = gain(left, without)
+            if less < rules.MIN_RIVAL_GAIN * error:
+                gone, left = [*gone, member], without
+        if not gone:
+            return model
+        kept = [name for name in model.state.names if not any(name is m for m in gone)]
+        owners = {m.owner for m in gone if m not in model.state.names}
+        state = self.search.state(kept, model.state) if kept else self.search.start
+        curves = [entry for entry in model.profiles if entry["owner"] not in owners]
+        if not curves:
+            fewer = bare(state)
+        else:
+            found = _fitted(state, curves, model.fit.problem, model.fit)
+            fewer = model if found is None else replace(model, state=state, profiles=curves, fit=found)
+        return model if is_better(held.squares(), HeldOut(fewer.fit).squares()) else fewer
 
     @property
     def every(self) -> list[Spec]:
@@ -92,7 +128,7 @@ class Rivals:
 
     def with_profiles(self, state: SearchNode, profiles: Sequence[Spec]) -> Model | None:
         """A set and profiles beside it; None where they make no model."""
-        key = (state.key, tuple(p["owner"] for p in profiles))
+        key = _key(state, profiles)
         if key not in self.fitted:
             self.fitted[key] = _with_profiles(state, profiles)
         return self.fitted[key]
@@ -116,10 +152,13 @@ class Rivals:
         remaining = tests.remaining_with(names)[0]
         if remaining > rules.HOPELESS_SHARE * tests.remaining:
             return True
-        if self.curves_leave is None:
-            curves = self.with_profiles(start, self.every)
-            self.curves_leave = np.inf if curves is None else float(np.nansum(held_out_squares(curves.fit)))
         return bool(self.curves_leave < remaining * self.search.problem.noise.factor**2)
+
+    @property
+    def curves_leave(self) -> float:
+        """Sum of squares that profiles of all joints leave of held-out rows, of those that they reach."""
+        curves = self.with_profiles(self.search.start, self.every)
+        return np.inf if curves is None else float(np.sum(HeldOut(curves.fit).squares()[curves.reaches]))
 
 
 def profile(owner: str) -> Spec:
@@ -127,9 +166,13 @@ def profile(owner: str) -> Spec:
     return {"effect": curve_of("joint"), "owner": owner}
 
 
-def _is_better(rival: FloatArray, incumbent: FloatArray) -> bool:
-    gain = (incumbent - rival)[np.isfinite(incumbent) & np.isfinite(rival)]
-    return bool(gain.mean() > rules.MIN_RIVAL_GAIN * gain.std(ddof=1) / np.sqrt(len(gain)))
+def _key(state: SearchNode, profiles: Sequence[Spec]) -> Key:
+    return state.key, tuple(p["owner"] for p in profiles)
+
+
+def bare(state: SearchNode) -> Model:
+    """A set without profiles."""
+    return Model(state, [], state.fit, state.fit.problem.noise, state.fit.problem.used)
 
 
 def _with_profiles(state: SearchNode, profiles: Sequence[Spec]) -> Model | None:
@@ -139,17 +182,39 @@ def _with_profiles(state: SearchNode, profiles: Sequence[Spec]) -> Model | None:
     """
     q = state.fit.problem.kept.q
     moving = [p for p in profiles if np.ptp(q[:, int(p["owner"].removeprefix("joint")) - 1]) > 0]
-    at = state.fit
+    curves = with_curvatures(state.fit, moving)
+    at, problem = state.fit, state.fit.problem
     for _ in range(rules.MAX_REFITS):
-        curves = with_curvatures(at, moving)
-        found = fit(at.problem, [*state.names, *map(Hypothesis, curves)], at, pulled=True)
-        if not found.converged or any(not found.value(name).any() for name in state.names):
+        found = _fitted(state, curves, problem, at)
+        if found is None:
             return None
-        again = reached(found)
-        if np.array_equal(again.used, at.problem.used):
+        problem, at = reached(found), found
+        if np.array_equal(problem.used, found.problem.used):
             break
-        at = fit(again, state.names, at)
-    return Model(state, curves, found, again.noise)
+    return _on_more_rows(Model(state, curves, at, problem.noise, problem.used))
+
+
+def _fitted(state: SearchNode, curves: list[Spec], problem: Problem, near: Fit) -> Fit | None:
+    """The set and these curves beside it, on the rows of a problem; None as `_with_profiles`."""
+    names = near if near is state.fit else fit(problem, state.names, near)
+    found = fit(problem, [*state.names, *map(Hypothesis, curves)], names, pulled=True)
+    return found if found.converged and all(found.value(name).any() for name in state.names) else None
+
+
+def _on_more_rows(model: Model) -> Model:
+    """The model fitted to what it leaves out as well, but for gross rows, unless held-out rows are predicted worse.
+
+    Rows beside a step or a kink are hard to reach, and no outliers: without them the curve is drawn too smooth.
+    """
+    at = model.fit
+    before = HeldOut(at).squares()
+    more = at.problem.used | (before < rules.GROSS_SIZE**2 * np.nanmedian(before))
+    if np.array_equal(more, at.problem.used) or is_better(before, HeldOut(at, more).squares()):
+        return model
+    found = _fitted(model.state, model.profiles, at.problem.with_rows(more), at)
+    if found is None or is_better(before, HeldOut(found).squares()):
+        return model
+    return replace(model, fit=found)
 
 
 def reached(at: Fit) -> Problem:
@@ -165,29 +230,3 @@ def reached(at: Fit) -> Problem:
     noise = every.noise
     calmer = replace(noise, factor=noise.factor * float(np.sqrt(left.mean_square)), freedom=left.freedom)
     return replace(every, used=used, noise=calmer if left.mean_square < 1 else noise)
-
-
-def folds(problem: Problem) -> NDArray[np.intp]:
-    """(N,) fold of each fitted row: all visits of a pose in one."""
-    groups = pose_groups(problem.kept)
-    order = np.random.default_rng(0).permutation(groups.max() + 1)
-    return np.asarray(order[groups] % rules.FOLDS, dtype=np.intp)
-
-
-def held_out_squares(at: Fit) -> FloatArray:
-    """(N,) squared error of each row as the other folds predict it, whitened but for `factor`; NaN: not used."""
-    A, r, row = at.whitened
-    length = np.linalg.norm(A, axis=0)
-    A = A / length
-    fold = folds(at.problem)[row]
-    fold[row < 0] = -1
-    out = np.zeros(at.problem.kept.q.shape[0])
-    for k in range(rules.FOLDS):
-        fitted, left = fold != k, fold == k
-        R = np.asarray(np.linalg.qr(A[fitted], mode="r"))
-        step = np.linalg.lstsq(R.T @ R, A[fitted].T @ r[fitted], rcond=1e-14)[0]
-        out += np.bincount(row[left], (r[left] - A[left] @ step) ** 2, len(out))
-    whole = np.full(len(at.problem.data), np.nan)
-    rows = np.unique(row[row >= 0])
-    whole[at.problem.rows[rows]] = out[rows] * at.problem.noise.factor**2
-    return whole

@@ -110,10 +110,19 @@ REPLACEMENTS_PER_MEMBER = 8
 REPLACEMENT_SHARE = 0.5
 # Parts of the data, dealt by pose, of which each is held out once.
 FOLDS = 5
-# Standard errors by which a name must help to predict held-out rows to be given at all.
-MIN_GAIN = 1.0
-# Standard errors by which a rival with joint profiles must predict held-out rows better to take the place of a set.
+# Size from which on the loss of a held-out row grows with its size only [typical rows]: squares judge white noise.
+LOSS_SIZE = 3.0
+# Standard errors by which a name must help to predict held-out rows to be given at all. A signal of s standard
+# deviations gains about s / 2 of these, and the best of a hundred names seems to gain 1 where nothing is missing.
+MIN_GAIN = 2.0
+# Level, family-wise, below which something is no chance of noise that is not white: MIN_RIVAL_GAIN does for it, since
+# what shows in a few rows only, such as a step after five of them, never gains many standard errors. Level.
+ALPHA_CERTAIN = 1e-5
+# Standard errors by which a rival must predict held-out rows better to take the place of a set, and by which a curve
+# beside others must help.
 MIN_RIVAL_GAIN = 1.0
+# Size of a held-out row from which on it is wrong whatever is missing [typical rows]: no fit of curves holds it.
+GROSS_SIZE = 10.0
 # Share of the misfit that the most names leave, by their score tests, from which on no set is searched for: too little
 # explained to be given, with a margin for what fits add to score tests.
 HOPELESS_SHARE = 0.6

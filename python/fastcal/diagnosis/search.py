@@ -21,6 +21,7 @@ from fastcal.calibration.change_point import find_step
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.blocks import Blocks, blocks
 from fastcal.diagnosis.fits import Fit, fit
+from fastcal.diagnosis.held_out import HeldOut, gain
 from fastcal.diagnosis.library import Hypothesis, Key, without_masses
 from fastcal.diagnosis.periodic import forward, waves
 from fastcal.diagnosis.problem import Problem
@@ -60,6 +61,13 @@ class SearchNode:
         """Of all blocks, without correction for their number."""
         scores = self.blocks.tests.scores
         return p_values(np.asarray(scores.statistic), np.asarray(scores.rank), self.fit.problem.noise.freedom)
+
+    @cached_property
+    def gains(self) -> list[tuple[float, float]]:
+        """By how much each name helps to predict held-out rows, and its standard error (`held_out.gain`)."""
+        held = HeldOut(self.fit)
+        with_all = held.squares()
+        return [gain(with_all, held.squares(self.fit.columns(name))) for name in self.names]
 
     @property
     def bic(self) -> float:
@@ -113,12 +121,17 @@ class SearchNode:
 
 @dataclass(eq=False)
 class Search:
-    """Remembers every set that was fitted."""
+    """Remembers every set that was fitted; `earlier` are those of a search with other noise: where fits begin."""
 
     problem: Problem
     notify: Callable[[str], None] = lambda text: None
     most: int = field(default_factory=lambda: rules.MAX_EFFECTS)
     seen: dict[tuple[str, ...], SearchNode] = field(default_factory=dict)
+    earlier: dict[tuple[str, ...], SearchNode] = field(default_factory=dict)
+
+    def again(self, problem: Problem) -> Search:
+        """A search of the same robot and data with more names or other noise."""
+        return Search(problem, self.notify, self.most, earlier=self.earlier | self.seen)
 
     @cached_property
     def start(self) -> SearchNode:
@@ -256,7 +269,8 @@ class Search:
         """The fit of a set, from a fit of nearly the same."""
         key = tuple(sorted(map(repr, names)))
         if key not in self.seen:
-            self.seen[key] = SearchNode(fit(self.problem, names, near.fit), self.start.family)
+            begun = self.earlier.get(key, near)
+            self.seen[key] = SearchNode(fit(self.problem, names, begun.fit), self.start.family)
         return self.seen[key]
 
     def pruned(self, state: SearchNode) -> SearchNode:

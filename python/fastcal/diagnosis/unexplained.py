@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.diagnosis import rules
+from fastcal.diagnosis.held_out import HeldOut, gain
 from fastcal.diagnosis.result import Unexplained
 from fastcal.diagnosis.search import Search, SearchNode
 from fastcal.diagnosis.tail_probabilities import p_values
@@ -42,6 +43,25 @@ def curved_joints(best: SearchNode) -> list[Spec]:
         (found.generics[i - found.count].owner for i in chosen), key=lambda owner: int(owner.removeprefix("joint"))
     )
     return [{"effect": curve_of("joint"), "owner": owner} for owner in owners]
+
+
+def remains(state: SearchNode) -> bool:
+    """Is a set impossible, or is something beyond it certain, or significant and predicts rows held out of it?
+
+    The strongest of many blocks is significant by chance, or by noise that is not white, more often than it predicts.
+    """
+    if state.impossible or state.suffices:
+        return state.impossible
+    if state.significant(rules.ALPHA_CERTAIN, rules.ALPHA_CERTAIN):
+        return True
+    level = rules.ALPHA_FURTHER if state.names else rules.ALPHA_DETECT
+    own = len(state.fit.free)
+    for index in state.significant(level / 2, level / 2)[: rules.MAX_CONTENDERS]:
+        held = HeldOut(state.fit, more=state.blocks.columns_of(index))
+        less, error = gain(held.squares(), held.squares(range(own, own + state.blocks.sizes[index])))
+        if less >= rules.MIN_GAIN * error:
+            return True
+    return False
 
 
 def main_orders(model: Robot, entry: Spec) -> list[tuple[int, float]]:

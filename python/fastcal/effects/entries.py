@@ -52,6 +52,7 @@ def _core_traits(name: str) -> Traits:
     return Traits(**_core.effect_traits(name))
 
 
+@cache
 def curve_of(place: Place) -> str:
     """The effect of the core that stands for a shape without a cause: of a "joint" or of any "frame"."""
     return next(
@@ -67,9 +68,14 @@ def effect_owners(name: str, core: _core.RobotModel) -> list[str]:
     return list(_core.effect_owners(_known(name), core))
 
 
+@cache
+def _core_names() -> frozenset[str]:
+    return frozenset(_core.effect_names())
+
+
 def _known(name: str) -> str:
     """The name of an effect of the core; InvalidInput where it is none."""
-    if name not in _core.effect_names():
+    if name not in _core_names():
         there = ["geometry", *effect_names()]
         near = difflib.get_close_matches(name, there, n=1, cutoff=0.6)
         meant = f"did you mean '{near[0]}'? There" if near else "there"

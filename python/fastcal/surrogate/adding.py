@@ -115,12 +115,17 @@ def add_surrogate(
         rows = data.select(_some(len(data), _ROWS_FITTED))
         problem = rest_problem(model, rows, noise, unknowns, list({b.candidate.owner for b in blocks}), threads)
         blocks = [_block(problem, b.candidate, b.kernel, b.low, b.high, b.scale, b.size, b.evidence) for b in blocks]
-    ratio = _held_out(problem, blocks, open_ones)
-    while ratio >= HELD_OUT and len(blocks) > 1:
-        blocks = blocks[:-1]
-        ratio = _held_out(problem, blocks, open_ones)
-    first = blocks[0]
-    entries, share, moved = _entries(problem, blocks)
+    ratios = [_held_out(problem, blocks[: k + 1], open_ones) for k in range(len(blocks))]
+    blocks = blocks[: ratios.index(min(ratios)) + 1]  # a further block must help poses left out
+    before = misfit(model, data, noise, places, threads)
+    while True:
+        entries, share, moved = _entries(problem, blocks)
+        extended, beside = _with_effects(model, entries), places + moved
+        is_less = misfit(extended, data, noise, beside, threads) < before
+        if is_less or len(blocks) == 1:
+            break
+        blocks = blocks[:-1]  # the data leave so much of the geometry open that its shift goes past what is linear
+    first, ratio = blocks[0], ratios[len(blocks) - 1]
     found = AddedSurrogate(
         model=model,
         added=(),
@@ -133,15 +138,16 @@ def add_surrogate(
         curve=_curve(problem, first, entries[0]),
         unknowns=places,
     )
-    if first.evidence < EVIDENCE or ratio >= HELD_OUT:
+    if first.evidence < EVIDENCE or ratio >= HELD_OUT or not is_less:
         return found
-    spec = copy.deepcopy(model.spec)
-    spec["effects"] = [*(spec.get("effects") or []), *entries]
-    extended, beside = Robot(spec), places + moved
-    if misfit(extended, data, noise, beside, threads) >= misfit(model, data, noise, places, threads):
-        return found  # the data leave so much of the geometry open that its shift goes past what is linear
     names = tuple(f"surrogate@{b.candidate.owner}" for b in blocks)
     return replace(found, model=extended, added=names, unknowns=beside)
+
+
+def _with_effects(model: Robot, entries: list[Spec]) -> Robot:
+    spec = copy.deepcopy(model.spec)
+    spec["effects"] = [*(spec.get("effects") or []), *entries]
+    return Robot(spec)
 
 
 def _some(rows: int, most: int) -> NDArray[np.int64]:
@@ -172,6 +178,7 @@ def _held_out(problem: RestProblem, blocks: list[Block], open_ones: list[Candida
 def _chosen(problem: RestProblem, open_ones: list[Candidate], most: int = MOST_BLOCKS) -> list[Block]:
     """Blocks by evidence, each beside those before it."""
     blocks: list[Block] = []
+    problem.find(name for candidate in open_ones for name in candidate.inputs)
     A, r = problem.A, problem.r
     while len(blocks) < most:
         beside = Beside(A, r)

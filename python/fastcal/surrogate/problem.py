@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import copy
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -54,7 +55,7 @@ class RestProblem:
     fold: IntArray
     shifted: IntArray
     place: dict[str, FloatArray]
-    cached: dict[tuple[str, ...], FloatArray] = field(default_factory=dict)
+    cached: dict[str, FloatArray] = field(default_factory=dict)
 
     def without(self, held: NDArray[np.bool_]) -> RestProblem:
         """The problem without some numbers (m,)."""
@@ -70,19 +71,20 @@ class RestProblem:
 
     def inputs(self, names: tuple[str, ...]) -> FloatArray:
         """(N, inputs) in the used rows."""
-        core = self.model.error_model
-        if names in self.cached:
-            return self.cached[names]
+        self.find(names)
+        return np.column_stack([self.cached[name] for name in names])
+
+    def find(self, names: Iterable[str]) -> None:
+        """Keeps inputs that were not asked for before: many at once cost the core no more than one."""
+        names = [name for name in dict.fromkeys(names) if name not in self.cached]
         moves = [name for name in names if name.startswith("move")]
-        others = " ".join(name for name in names if name not in moves)
-        found = iter(np.asarray(_core.surrogate_inputs(core, self.samples, core.start, others)).T)
-        move = self.data.move
-        columns = [
-            move[:, int(name.removeprefix("move")) - 1] if name in moves and move is not None else next(found)
-            for name in names
-        ]
-        self.cached[names] = np.column_stack(columns)
-        return self.cached[names]
+        others = [name for name in names if name not in moves]
+        core = self.model.error_model
+        if others:
+            found = np.asarray(_core.surrogate_inputs(core, self.samples, core.start, " ".join(others)))
+            self.cached.update(zip(others, found.T, strict=True))
+        if self.data.move is not None:
+            self.cached.update((name, self.data.move[:, int(name.removeprefix("move")) - 1]) for name in moves)
 
 
 def rest_problem(

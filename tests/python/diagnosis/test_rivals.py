@@ -10,10 +10,10 @@ from fastcal import _core, load_robot, perturbed, random_poses, simulate
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.fits import fit
 from fastcal.diagnosis.grading import borne_out
+from fastcal.diagnosis.held_out import HeldOut, folds
 from fastcal.diagnosis.library import build_library
 from fastcal.diagnosis.noise import with_estimated_noise
 from fastcal.diagnosis.problem import Noise, Problem, prepared_problem
-from fastcal.diagnosis.rivals import folds, held_out_squares
 from fastcal.diagnosis.search import Search
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot
@@ -47,7 +47,7 @@ def problem(rows: Dataset, noise: float = SIGMA) -> Problem:
 def test_held_out_errors_are_those_of_fits_to_the_other_folds() -> None:
     given = problem(data())
     whole = fit(given, [])
-    squares = held_out_squares(whole)
+    squares = HeldOut(whole).squares()
     fold = folds(given)
     for k in range(rules.FOLDS):
         other = fit(given.with_rows(fold != k), [], whole)

@@ -3,6 +3,7 @@
 """What is missing without a name is placed and added, what is not missing is not, and a model keeps it."""
 
 import copy
+from itertools import chain, repeat
 from typing import Any
 
 import numpy as np
@@ -186,7 +187,7 @@ def test_a_surrogate_that_leaves_more_is_not_added(
 ) -> None:
     """Its shift comes from one linearization; what the whole model leaves decides."""
     found, train, _ = hidden
-    sizes = iter([2.0, 1.0])  # with the surrogate, and without
+    sizes = chain([1.0], repeat(2.0))  # without surrogates, and with however many
     monkeypatch.setattr("fastcal.surrogate.adding.misfit", lambda *_: next(sizes))
     added = add_surrogate(found.model, train, noise=(found.sigma, 1e-4, found.sigma))
     assert added.added == ()
