@@ -75,6 +75,7 @@ def test_a_cause_is_found_beside_slow_noise() -> None:
     (found,) = diagnose(arm(), rows(RHO, gap=2e-4)).effects
     assert found.label == "backlash@joint2"
     size = found.parameters["gap_rad"]
+    assert size.std is not None
     assert abs(size.value - 2e-4) < 4 * size.std
 
 
@@ -88,7 +89,7 @@ def test_fits_are_generalized_least_squares() -> None:
     at = fit(problem, [])
     assert data.time is not None
     place = np.argsort(np.argsort(data.time))[np.flatnonzero(used)]
-    row = np.asarray(at.near.row)
+    row = np.asarray(at.near.row, dtype=np.intp)
     apart = np.abs(place[row][:, np.newaxis] - place[row])
     same = np.arange(len(row)) % 3
     Omega = np.where(same[:, np.newaxis] == same, 0.7**apart, 0.0)
