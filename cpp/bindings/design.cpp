@@ -80,7 +80,7 @@ void bind_design(py::module_& m) {
         FASTCAL_CHECK(parameters.size() == static_cast<std::size_t>(R.cols()))
             << "R must have a column for each of " << parameters.size() << " parameters, got " << R.cols();
         for (Eigen::Index i = 0; i < hold.size(); ++i) {
-          hold[i] = hold_preference(parameters[static_cast<std::size_t>(i)]);
+          hold[i] = fixing_priority(parameters[static_cast<std::size_t>(i)]);
         }
         const Gauge gauge = choose_gauge(R, hold);
         return py::make_tuple(gauge.free, describe_directions(gauge, parameters));

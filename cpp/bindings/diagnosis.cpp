@@ -40,9 +40,7 @@ void bind_diagnosis(py::module_& m) {
            "(of, with_) share of a block's fitted signature that another block explains as well.")
       .def("detectable", &ScoreTests::detectable, py::arg("columns"), py::arg("limits"), py::arg("power") = 0.8,
            py::arg("draws") = 256, py::arg("seed") = 0, Release(),
-           "Root of the noncentrality at which each column alone lets some block pass its limit.")
-      .def("effective_tests", &ScoreTests::effective_tests, py::arg("blocks"), py::arg("draws") = 512,
-           py::arg("seed") = 0, Release(), "How many independent tests the blocks are worth.");
+           "Root of the noncentrality at which each column alone lets some block pass its limit.");
 }
 
 }  // namespace fastcal

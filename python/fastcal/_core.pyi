@@ -637,10 +637,6 @@ class ScoreTests:
         """
         Root of the noncentrality at which each column alone lets some block pass its limit.
         """
-    def effective_tests(self, blocks: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], draws: typing.SupportsInt | typing.SupportsIndex = 512, seed: typing.SupportsInt | typing.SupportsIndex = 0) -> float:
-        """
-        How many independent tests the blocks are worth.
-        """
     def given(self, added: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex]) -> BlockScores:
         """
         Scores of all once the blocks `added` are in.

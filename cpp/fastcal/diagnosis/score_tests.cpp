@@ -193,31 +193,6 @@ MatrixXd ScoreTests::shared(const std::vector<int>& of, const std::vector<int>& 
   return out;
 }
 
-double ScoreTests::effective_tests(const std::vector<int>& blocks, int draws, std::uint64_t seed) const {
-  check(blocks);
-  FASTCAL_CHECK(draws >= 1) << "draws must be at least 1, got " << draws;
-  std::mt19937_64 engine(seed);
-  std::normal_distribution<double> normal;
-  constexpr int kAtOnce = 64;
-  double sum = 0;
-  for (int done = 0; done < draws; done += kAtOnce) {
-    const int now = std::min(kAtOnce, draws - done);
-    MatrixXd noise(B_.rows(), now);
-    for (Index j = 0; j < now; ++j)
-      for (Index i = 0; i < noise.rows(); ++i) noise(i, j) = normal(engine);
-    const MatrixXd z = B_.transpose() * noise;
-    for (Index j = 0; j < now; ++j) {
-      double least = 1;
-      for (const int k : blocks)
-        if (scores_.rank[k] > 0)
-          least = std::min(
-              least, chi_square_tail(z.col(j).segment(first_[k], scores_.rank[k]).squaredNorm(), scores_.rank[k]));
-      sum += least;
-    }
-  }
-  return draws / sum - 1;
-}
-
 VectorXd ScoreTests::detectable(const std::vector<int>& columns, const VectorXd& limits, double power, int draws,
                                 std::uint64_t seed) const {
   FASTCAL_CHECK(limits.size() == block_count())

@@ -54,9 +54,6 @@ class ScoreTests {
   /// (of, with) share of a block's explained square that another block explains as well: |B_k B_k^T s_i|^2 / |s_i|^2,
   /// s_i = B_i B_i^T r its fitted signature.
   Eigen::MatrixXd shared(const std::vector<int>& of, const std::vector<int>& with) const;
-  /// How many independent tests the blocks are worth: M with P(smallest p of all < x) = 1 - (1 - x)^M under noise
-  /// alone, from the mean 1 / (1 + M) of the smallest p over `draws` of noise.
-  double effective_tests(const std::vector<int>& blocks, int draws, std::uint64_t seed) const;
   /// (columns) root of the noncentrality at which a column alone, in all that A leaves of it, lets some block's
   /// statistic pass its limit with probability `power`: over `draws` of noise, the same for all columns. Infinite where
   /// A absorbs the column. `limits` (blocks): of the statistics; infinite: a block that is not tested.

@@ -59,7 +59,7 @@ FitState::FitState(const Problem& given, std::vector<int> asked_of_model, const 
   for (Eigen::Index k = 0; k < scale.size(); ++k) {
     const Parameter& parameter = parameters[asked[k]];
     scale[k] = parameter.sigma;
-    const double readily = asked[k] < given.model.parameter_count() ? hold_preference(parameter) : kHoldUnknown;
+    const double readily = asked[k] < given.model.parameter_count() ? fixing_priority(parameter) : kHoldUnknown;
     // Ties (two parallel axes) fall to the first in the chain, the same on every machine.
     hold[k] = readily * (1 - 1e-3 * static_cast<double>(k) / static_cast<double>(scale.size()));
   }
@@ -102,8 +102,8 @@ void FitState::forget() {
   factor_.resize(0, 0);
 }
 
-Solution FitState::refit(LossKind with) {
-  Solution solution = solve(problem, theta, free, free_scale, {tau, with}, limits, options.solver);
+Solution FitState::refit(LossKind with, const SolverOptions& solver) {
+  Solution solution = solve(problem, theta, free, free_scale, {tau, with}, limits, solver);
   theta = solution.theta;
   return solution;
 }

@@ -42,7 +42,7 @@ class FitState {
   void forget();
 
   /// Minimizes over the free parameters at the present noise.
-  Solution refit(LossKind with);
+  Solution refit(LossKind with, const SolverOptions& solver);
 
  private:
   Samples settled_;     // the conditions with loads at the last outer iteration; empty where no effect needs any

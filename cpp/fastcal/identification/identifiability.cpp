@@ -48,7 +48,7 @@ Gauge choose_gauge(const Eigen::MatrixXd& R, const Eigen::VectorXd& hold, const 
   return gauge;
 }
 
-double hold_preference(const Parameter& parameter) {
+double fixing_priority(const Parameter& parameter) {
   const bool turns = parameter.unit == "rad";
   if (parameter.owner == "base") return 2e-5;  // nothing is known of where the instrument stood
   if (parameter.owner == "tool") return turns ? 1e-2 : 1e-3;

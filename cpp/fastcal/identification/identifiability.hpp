@@ -37,7 +37,7 @@ Gauge choose_gauge(const Eigen::MatrixXd& R, const Eigen::VectorXd& hold, const 
 
 /// Priority of holding a parameter: base, tool and set-ups last (no arm is measured without them), beta first (it
 /// serves only where the axes are so nearly parallel that d would run away), an effect rather than the geometry.
-double hold_preference(const Parameter& parameter);
+double fixing_priority(const Parameter& parameter);
 
 /// "joint1 d and base z move together", "joint6 theta changes nothing that was measured": one sentence a column of
 /// gauge.directions.

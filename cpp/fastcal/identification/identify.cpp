@@ -21,10 +21,11 @@ constexpr int kMaxRounds = 30;
 constexpr int kMaxOuterRounds = 30;
 constexpr double kLoadsSettled = 1e-8;     // of a plausible size
 constexpr double kLeastFreedom = 1.0 / 3;  // of the degrees of freedom must stay when outliers are dropped
-constexpr double kNoiseStands = 0.01;      // relative, of the rows that are kept
+constexpr double kNoiseTolerance = 0.01;   // relative, of the rows that are kept
 constexpr int kRoundsOfReturn = 10;        // in which a dropped row may come back; later, some would for ever
-constexpr double kNoiseFell = 0.5;      // relative: another noise than the one by which the free parameters were chosen
-constexpr double kNothingMoved = 3e-5;  // standard deviations: as far as a solve comes
+constexpr double kNoiseFell = 0.5;  // relative: another noise than the one by which the free parameters were chosen
+constexpr double kStepConverged = 3e-5;  // standard deviations: as far as a solve comes
+constexpr double kAtTheMinimum = 1e-10;  // standard deviations: the last step of all
 constexpr double kNoiseSettled =
     1e-4;  // relative; the parameters move by far less than their deviation when the noise moves by this
 
@@ -51,6 +52,7 @@ class Identifier {
 
   Identification run() {
     if (!solve()) return std::move(out_);
+    if (converged_) polish();
     return finish();
   }
 
@@ -110,7 +112,7 @@ class Identifier {
       fit_.bring_to_equilibrium();
       refit(fit_.loss);
       const Eigen::VectorXd moved = (at(fit_.theta, fit_.free) - before).cwiseQuotient(fit_.free_scale);
-      if (moved.cwiseAbs().maxCoeff() < kLoadsSettled || deviations(moved) < kNothingMoved) return true;
+      if (moved.cwiseAbs().maxCoeff() < kLoadsSettled || deviations(moved) < kStepConverged) return true;
     }
     converged_ = false;
     out_.message = "loads and deflections did not settle in " + std::to_string(kMaxOuterRounds) + " outer iterations";
@@ -122,6 +124,15 @@ class Identifier {
     const NormalEquations near =
         normal_equations(fit_.problem, fit_.theta, fit_.free, fit_.free_scale, {fit_.tau, fit_.loss}, true);
     return std::sqrt(std::max(0.0, step.dot(near.A * step)));
+  }
+
+  /// At the noise and the loads that were found, to the minimum itself: what rounding has made of the way there
+  /// (another instruction set, say) is forgotten.
+  void polish() {
+    SolverOptions solver = fit_.options.solver;
+    if (solver.method != Method::kLeastSquares) return;
+    solver.settled = kAtTheMinimum;
+    refit(fit_.loss, solver);
   }
 
   /// Did the thinned rows show what all rows do?
@@ -140,8 +151,10 @@ class Identifier {
     coarse_fit(fit_);
   }
 
-  void refit(LossKind loss) {
-    const Solution solution = fit_.refit(loss);
+  void refit(LossKind loss) { refit(loss, fit_.options.solver); }
+
+  void refit(LossKind loss, const SolverOptions& solver) {
+    const Solution solution = fit_.refit(loss, solver);
     converged_ = solution.converged;
     count_freedom(fit_);
     out_.iterations += solution.iterations;
@@ -186,7 +199,7 @@ class Identifier {
       std::vector<bool> kept = explained_rows(fit_);
       for (std::size_t i = 0; round >= kRoundsOfReturn && i < kept.size(); ++i) kept[i] = kept[i] && fit_.kept[i];
       if (round > 0 && kept == fit_.kept &&
-          largest_change(fit_.tau, noise(fit_, NoiseRule::kKept, fit_.loss)) < kNoiseStands) {
+          largest_change(fit_.tau, noise(fit_, NoiseRule::kKept, fit_.loss)) < kNoiseTolerance) {
         return;
       }
       keep_rows(fit_, std::move(kept));

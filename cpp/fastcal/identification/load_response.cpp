@@ -8,9 +8,9 @@
 namespace fastcal {
 namespace {
 
-constexpr double kWeak = 1;       // singular value: a deviation of one plausible size
-constexpr double kUntold = 1e-9;  // of the largest: the data tell nothing of it, however loads move
-constexpr double kStep = 0.1;     // plausible sizes
+constexpr double kWeak = 1;                  // singular value: a deviation of one plausible size
+constexpr double kNullSingularRatio = 1e-9;  // of the largest: the data tell nothing of it, however loads move
+constexpr double kStep = 0.1;                // plausible sizes
 
 /// r(theta + step) - r(theta - step), with loads that follow or loads that stand.
 RowMatrixXd difference(const Problem& problem, const Eigen::VectorXd& theta, const Eigen::VectorXd& step, bool follow) {
@@ -33,7 +33,7 @@ std::optional<LoadResponse> load_response(const Problem& problem, const Eigen::V
   const Eigen::VectorXd& s = svd.values;
   LoadResponse out{theta, {}, {}};
   for (Eigen::Index k = 0; k < s.size(); ++k) {
-    if (s[k] >= kWeak || s[k] <= kUntold * s[0]) continue;
+    if (s[k] >= kWeak || s[k] <= kNullSingularRatio * s[0]) continue;
     Eigen::VectorXd along = Eigen::VectorXd::Zero(theta.size());  // y = along^T (theta - origin), in plausible sizes
     Eigen::VectorXd step = along;
     for (Eigen::Index i = 0; i < scale.size(); ++i) {

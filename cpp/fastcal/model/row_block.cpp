@@ -51,7 +51,7 @@ void RowBlock::forward(const Samples& samples, Eigen::Index begin, Eigen::Index 
   stride_ = (rows_ + kernels::kGroup - 1) / kernels::kGroup * kernels::kGroup;
   std::fill(moved_.begin(), moved_.end(), false);
   std::fill(general_.begin(), general_.end(), false);
-  if (!linear_.empty()) ask_linear(samples, begin, memory);
+  if (!linear_.empty()) evaluate_linear_effects(samples, begin, memory);
   if (!others_.empty()) ask_others(samples, begin);
   for (int f = 0; f < frame_count(); ++f) {
     const auto k = static_cast<std::size_t>(f);
@@ -86,7 +86,7 @@ double* RowBlock::move(int frame) {
   return xi;
 }
 
-void RowBlock::ask_linear(const Samples& samples, Eigen::Index begin, TwistMemory* memory) {
+void RowBlock::evaluate_linear_effects(const Samples& samples, Eigen::Index begin, TwistMemory* memory) {
   TwistMemory::Chunk* known = memory == nullptr ? nullptr : &memory->chunk(begin);
   table_ = known != nullptr && known->known ? &known->table : &own_table_;
   if (table_ == &own_table_) {
@@ -148,7 +148,7 @@ void RowBlock::general_motion(int frame) {
   for (int i = 0; i < stride_; ++i) write(i < rows_ ? exp_se3(frame_twist(frame, i)) : none, motion + i, stride_);
 }
 
-void RowBlock::turn_twists(int frame, std::vector<kernels::TwistRows*>& twists) {
+void RowBlock::rotate_twists(int frame, std::vector<kernels::TwistRows*>& twists) {
   std::vector<double*> to;
   for (kernels::TwistRows* twist : twists) {
     turned_.emplace_back();
@@ -218,7 +218,7 @@ void RowBlock::jacobian(const kernels::NumberRows& numbers, double* block, int l
       if (twists[t].frame == f && (general_[k] || std::any_of(part, part + 5, [](const double* x) { return x; })))
         here.push_back(&twists[t]);
     }
-    if (!here.empty()) turn_twists(f, here);
+    if (!here.empty()) rotate_twists(f, here);
   }
   std::stable_sort(twists.begin(), twists.end(), [](const auto& a, const auto& b) { return a.frame < b.frame; });
   std::vector<bool> written(free_count_);

@@ -65,7 +65,7 @@ class RowBlock {
                          i % kernels::kGroup];
   }
   /// The tables of these rows, and the sums of the twists by frame.
-  void ask_linear(const Samples& samples, Eigen::Index begin, TwistMemory* memory);
+  void evaluate_linear_effects(const Samples& samples, Eigen::Index begin, TwistMemory* memory);
   void ask_others(const Samples& samples, Eigen::Index begin);
   /// Sum of the twists of a frame, (6, stride); marks it as moved.
   double* move(int frame);
@@ -76,7 +76,7 @@ class RowBlock {
   /// exp of the twists of a frame that does not only turn about z.
   void general_motion(int frame);
   /// Puts the right Jacobian before the twists of a frame: exp(xi + d) = exp(xi) exp(J_r d), exact at any size.
-  void turn_twists(int frame, std::vector<kernels::TwistRows*>& twists);
+  void rotate_twists(int frame, std::vector<kernels::TwistRows*>& twists);
 
   const ErrorModel& model_;
   Eigen::VectorXd theta_;

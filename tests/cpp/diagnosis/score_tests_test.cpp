@@ -233,25 +233,11 @@ TEST(ScoreTests, APriorIsARowWithItsOwnEquation) {
     EXPECT_NEAR(tests.scores().statistic[i], penalized(c.A) - penalized(beside(c.A, c.block(i))), 1e-9);
 }
 
-TEST(ScoreTests, IndependentBlocksAreWorthTheirNumberAndTwinsOneTest) {
-  // The mean of 1 / (1 + M) over n draws has a relative deviation of about 1 / sqrt(n): five of them are allowed.
-  constexpr int kDraws = 6000;
-  const double allowed = 5 / std::sqrt(static_cast<double>(kDraws));
-  const MatrixXd apart = MatrixXd::Identity(40, 12);
-  const MatrixXd none(40, 0);
-  const VectorXd r = VectorXd::Zero(40);
-  const ScoreTests tests(none, apart, r, {1, 2, 1, 3, 1, 1, 2, 1});
-  EXPECT_NEAR(tests.effective_tests({0, 1, 2, 3, 4, 5, 6, 7}, kDraws, 1) / 8, 1, 9.0 / 8 * allowed);
-  EXPECT_NEAR(tests.effective_tests({3}, kDraws, 2), 1, 2 * allowed);
-  const ScoreTests twins(none, apart.col(0).replicate(1, 8), r, std::vector<int>(8, 1));
-  EXPECT_NEAR(twins.effective_tests({0, 1, 2, 3, 4, 5, 6, 7}, kDraws, 3), 1, 2 * allowed);
-}
-
 TEST(ScoreTests, TheSameSeedGivesTheSameNumber) {
   const ScoreTests tests = Case().tests();
-  const std::vector<int> all{0, 1, 2, 3};
-  EXPECT_EQ(tests.effective_tests(all, 100, 7), Case().tests().effective_tests(all, 100, 7));
-  EXPECT_NE(tests.effective_tests(all, 100, 7), tests.effective_tests(all, 100, 8));
+  const VectorXd limits = VectorXd::Constant(4, 20);
+  EXPECT_EQ(tests.detectable({0, 1}, limits, 0.8, 100, 7), Case().tests().detectable({0, 1}, limits, 0.8, 100, 7));
+  EXPECT_NE(tests.detectable({0, 1}, limits, 0.8, 100, 7), tests.detectable({0, 1}, limits, 0.8, 100, 8));
   EXPECT_EQ(tests.scores().statistic, Case().tests().scores().statistic);
 }
 
@@ -283,7 +269,7 @@ TEST(ScoreTests, RefusesWhatDoesNotFitTogether) {
   EXPECT_THROW(tests.given({4}), InvalidInput);
   EXPECT_THROW(tests.correlation({-1}, {0}), InvalidInput);
   EXPECT_THROW(tests.shared({0}, {9}), InvalidInput);
-  EXPECT_THROW(tests.effective_tests({0}, 0, 0), InvalidInput);
+  EXPECT_THROW(tests.detectable({0}, VectorXd::Constant(4, 20), 0.8, 0, 0), InvalidInput);
 }
 
 }  // namespace

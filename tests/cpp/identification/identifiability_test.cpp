@@ -45,7 +45,7 @@ Seen look(const RobotModel& robot, What what, std::uint64_t seed = 1, Eigen::Ind
     seen.parameters.push_back(
         seen.model.parameters()[static_cast<std::size_t>(seen.asked[static_cast<std::size_t>(k)])]);
     scale[k] = seen.parameters.back().sigma;
-    hold[k] = hold_preference(seen.parameters.back()) *
+    hold[k] = fixing_priority(seen.parameters.back()) *
               (1 - 1e-3 * static_cast<double>(k) / static_cast<double>(scale.size()));
   }
   seen.R = triangular_factor({seen.model, samples, measured}, seen.model.start(), seen.asked, scale, {1e-4, 1e-4, 1e-4},
@@ -183,7 +183,7 @@ TEST(Gauge, AnEffectIsHeldRatherThanTheGeometry) {
   for (const char* name : {"joint1 a", "joint1 ", "joint1 gap"}) {
     std::vector<Parameter> parameters = named({"joint1 a", name}, "rad");
     parameters[1].of_effect = true;
-    EXPECT_GT(hold_preference(parameters[1]), hold_preference(parameters[0])) << name;
+    EXPECT_GT(fixing_priority(parameters[1]), fixing_priority(parameters[0])) << name;
   }
 }
 
@@ -191,7 +191,7 @@ TEST(Gauge, AnEffectIsHeldRatherThanTheGeometry) {
 TEST(Gauge, ASetUpIsKeptRatherThanTheGeometry) {
   std::vector<Parameter> parameters = named({"joint1 a", "base station2_x"}, "m");
   parameters[1].of_effect = true;
-  EXPECT_LT(hold_preference(parameters[1]), hold_preference(parameters[0]));
+  EXPECT_LT(fixing_priority(parameters[1]), fixing_priority(parameters[0]));
 }
 
 TEST(Gauge, TheModelMarksTheParametersOfEffects) {

@@ -1,0 +1,120 @@
+// SPDX-FileCopyrightText: 2026 The fastcal authors
+// SPDX-License-Identifier: MIT
+//
+// The problem in the free parameters alone, x = (theta - theta_0) / scale, priors included, and the steps that its
+// normal equations give.
+#pragma once
+
+#include <Eigen/Cholesky>
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "fastcal/identification/solver.hpp"
+
+namespace fastcal {
+
+/// The problem in x, priors included; remembers the last x, since Ceres asks for cost and Jacobian apart.
+class Reduced {
+ public:
+  Reduced(const Problem& problem, const Eigen::VectorXd& theta_0, const std::vector<int>& free,
+          const Eigen::VectorXd& scale, const Weighting& weighting, const Limits& limits)
+      : problem_(problem), theta_0_(theta_0), free_(free), scale_(scale), weighting_(weighting), limits_(limits) {}
+
+  Eigen::Index size() const { return static_cast<Eigen::Index>(free_.size()); }
+
+  Eigen::VectorXd theta(const double* x) const {
+    Eigen::VectorXd out = theta_0_;
+    for (Eigen::Index k = 0; k < size(); ++k) out[free_[static_cast<std::size_t>(k)]] += scale_[k] * x[k];
+    return out;
+  }
+
+  const NormalEquations& at(const double* x, bool with_jacobian) const {
+    const Eigen::Map<const Eigen::VectorXd> here(x, size());
+    if (known_ && last_x_ == here && (!with_jacobian || last_.A.size() > 0 || size() == 0)) return last_;
+    const Eigen::VectorXd theta_here = theta(x);
+    last_ = normal_equations(problem_, theta_here, free_, scale_, weighting_, with_jacobian);
+    of_priors_ = Eigen::VectorXd::Zero(size());
+    add(limits_.prior_mean, limits_.prior_sigma, theta_here, with_jacobian);
+    add(limits_.pull_mean, limits_.pull_sigma, theta_here, with_jacobian);
+    last_x_ = here;
+    known_ = true;
+    return last_;
+  }
+
+  /// A of the last x with the data's part as flat as the robust cost is on average: steps of Newton, not Gauss-Newton,
+  /// which come nearer by a tenth only where a loss redescends.
+  Eigen::MatrixXd hessian() const {
+    Eigen::MatrixXd out = last_.bend * last_.A;
+    out.diagonal() += (1 - last_.bend) * of_priors_;
+    return out;
+  }
+
+ private:
+  /// A Gaussian's part of the sums.
+  void add(const Eigen::VectorXd& mean, const Eigen::VectorXd& sigma, const Eigen::VectorXd& theta_here,
+           bool with_jacobian) const {
+    for (Eigen::Index k = 0; sigma.size() > 0 && k < size(); ++k) {
+      const int index = free_[static_cast<std::size_t>(k)];
+      if (!std::isfinite(sigma[index])) continue;
+      const double u = (theta_here[index] - mean[index]) / sigma[index];
+      const double slope = scale_[k] / sigma[index];
+      last_.cost += 0.5 * u * u;
+      if (with_jacobian) {
+        last_.A(k, k) += slope * slope;
+        of_priors_[k] += slope * slope;
+        last_.g[k] += slope * u;
+      }
+    }
+  }
+
+  const Problem& problem_;
+  const Eigen::VectorXd& theta_0_;
+  const std::vector<int>& free_;
+  const Eigen::VectorXd& scale_;
+  const Weighting& weighting_;
+  const Limits& limits_;
+  mutable bool known_ = false;
+  mutable Eigen::VectorXd last_x_;
+  mutable NormalEquations last_;
+  mutable Eigen::VectorXd of_priors_;  // their part of the diagonal of A
+};
+
+/// P^T L D L^T P = A; pivots that are nothing beside the largest are left out.
+struct Root {
+  Root(const Eigen::MatrixXd& A, const Eigen::VectorXd& g) : factor(A), turned(factor.transpositionsP() * g) {
+    const double floor = 1e-13 * std::max(factor.vectorD().maxCoeff(), 0.0);
+    diagonal = factor.vectorD().unaryExpr([floor](double d) { return d > floor ? std::sqrt(d) : 0.0; });
+    factor.matrixL().solveInPlace(turned);
+    turned = (diagonal.array() > 0).select(turned.array() / diagonal.array(), 0);
+  }
+
+  /// To where the quadratic has its minimum.
+  Eigen::VectorXd step() const {
+    Eigen::VectorXd x = (diagonal.array() > 0).select(-turned.array() / diagonal.array(), 0);
+    factor.matrixU().solveInPlace(x);
+    return factor.transpositionsP().transpose() * x;
+  }
+
+  Eigen::LDLT<Eigen::MatrixXd> factor;
+  Eigen::VectorXd diagonal;  // root of D, 0 for what is left out
+  Eigen::VectorXd turned;    // D^-1/2 L^-1 P g: as long as the step, in standard deviations
+};
+
+/// At the last x; far away, where the flatter quadratic would lie below zero, that of Gauss and Newton.
+inline Root root_at(const Reduced& reduced, const NormalEquations& sums) {
+  if (sums.bend < 1) {
+    Root flat(reduced.hessian(), sums.g);
+    if (flat.turned.squaredNorm() < sums.cost) return flat;
+  }
+  return {sums.A, sums.g};
+}
+
+/// Length of the Gauss-Newton step that is left at x, in standard deviations at whitened noise 1.
+inline double step_left(const Reduced& reduced, const double* x) {
+  const NormalEquations& sums = reduced.at(x, true);
+  return std::sqrt(std::abs(sums.g.dot(sums.A.completeOrthogonalDecomposition().solve(sums.g))));
+}
+
+}  // namespace fastcal
