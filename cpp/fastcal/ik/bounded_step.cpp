@@ -2,9 +2,10 @@
 // SPDX-License-Identifier: MIT
 #include "fastcal/ik/bounded_step.hpp"
 
-#include <Eigen/Cholesky>
+#include <Eigen/QR>
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "fastcal/math/se3.hpp"
 
@@ -32,16 +33,31 @@ Vector6d pose_error(const Pose& target, const Pose& tool) {
 
 namespace {
 
-/// The smaller of the two ways to write it, which is the one whose matrix has full rank.
+constexpr int kMostRows = kMaxIkJoints + 6;
+
+/// By orthogonal triangles, since the squares in J J^T drown the direction in which a nearly singular arm still moves.
+/// Of two ways the one whose matrix has full rank: with six joints and more the shortest (dq, s) with
+/// J dq + sqrt(damping) s = e, with fewer the least squares of [J; sqrt(damping) 1] dq = [e; 0].
 JointVector damped_step(const ToolJacobian& J, const Vector6d& e, double damping, std::ptrdiff_t moving) {
+  const Eigen::Index n = J.cols();
+  const double root = std::sqrt(damping);
   if (moving >= 6) {
-    Matrix6d A = J * J.transpose();
-    A.diagonal().array() += damping;
-    return J.transpose() * A.ldlt().solve(e);
+    Eigen::Matrix<double, Eigen::Dynamic, 6, 0, kMostRows, 6> B(n + 6, 6);
+    B.topRows(n) = J.transpose();
+    B.bottomRows<6>() = root * Matrix6d::Identity();
+    const Eigen::HouseholderQR<decltype(B)> qr(B);
+    Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostRows, 1> z(n + 6);
+    z.setZero();
+    z.head<6>() = qr.matrixQR().topRows<6>().triangularView<Eigen::Upper>().transpose().solve(e);
+    z.applyOnTheLeft(qr.householderQ());
+    return z.head(n);
   }
-  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxIkJoints, kMaxIkJoints> A = J.transpose() * J;
-  A.diagonal().array() += damping;
-  return A.ldlt().solve(J.transpose() * e);
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostRows, kMaxIkJoints> B(n + 6, n);
+  B.topRows<6>() = J;
+  B.bottomRows(n) = root * Eigen::MatrixXd::Identity(n, n);
+  Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostRows, 1> rhs(n + 6);
+  rhs << e, Eigen::VectorXd::Zero(n);
+  return B.householderQr().solve(rhs);
 }
 
 }  // namespace

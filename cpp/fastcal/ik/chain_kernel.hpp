@@ -26,6 +26,7 @@ struct ChainPlan {
   double from[kMaxJoints], span[kMaxJoints];  ///< where restarts are drawn from
   double ratio[kMaxJoints];                   ///< of the Kronecker sequence of restarts
   double tolerance_position, tolerance_rotation;
+  double close;  ///< squared error at which an attempt that is stuck ends the search, a solution being next to it; or 0
   int restarts;
   int iterations;  ///< of one attempt at most
   std::uint64_t random_seed;

@@ -58,7 +58,7 @@ JointVector ChainSolver::restart(Eigen::Index row, int k) const {
 }
 
 std::vector<ChainSolution> ChainSolver::solve(std::span<const Eigen::Index> rows, std::span<const Pose> targets,
-                                              std::span<const JointVector> seeds, int restarts) const {
+                                              std::span<const JointVector> seeds, int restarts, double close) const {
   const std::size_t count = rows.size();
   const int n = plan_.joint_count;
   const auto width = static_cast<std::size_t>(n);
@@ -75,6 +75,7 @@ std::vector<ChainSolution> ChainSolver::solve(std::span<const Eigen::Index> rows
   }
   ik::ChainPlan plan = plan_;
   plan.restarts = restarts;
+  plan.close = close * close;
   ik::solve_chain(plan, {static_cast<int>(count), rows.data(), target, seed, q, found, found + count, found + 2 * count,
                          reached.get(), evaluations.data()});
   std::vector<ChainSolution> out(count);

@@ -33,9 +33,11 @@ class ChainSolver {
  public:
   ChainSolver(const Chain& chain, const JointLimits& limits, const ChainSettings& settings);
 
-  /// Solves targets[i] from seeds[i]; rows[i] chooses the postures of its restarts.
+  /// Solves targets[i] from seeds[i]; rows[i] chooses the postures of its restarts. An attempt that is stuck within an
+  /// error of `close` (in units of the kernel) of its target ends the search: near a singular posture the kernel's
+  /// squares drown the last steps, and bounded_step() has to take them.
   std::vector<ChainSolution> solve(std::span<const Eigen::Index> rows, std::span<const Pose> targets,
-                                   std::span<const JointVector> seeds, int restarts) const;
+                                   std::span<const JointVector> seeds, int restarts, double close = 0) const;
 
   /// Posture k of a row's quasi-random sequence.
   JointVector restart(Eigen::Index row, int k) const;

@@ -8,10 +8,13 @@
 #include <span>
 #include <utility>
 
+#include "fastcal/ik/singular_walk.hpp"
+
 namespace fastcal {
 namespace {
 
 constexpr int kEvaluations = 60;       // of one search; most that succeed need 10
+constexpr int kFirstEvaluations = 20;  // of them before a walk along the postures of a singular arm
 constexpr int kLastEvaluations = 400;  // of the search for the nearest pose
 constexpr int kApproach = 12;          // steps of all rows together
 constexpr double kHelped = 0.1;        // of the squared error that a good step leaves
@@ -20,7 +23,8 @@ constexpr int kOthers = 24;            // further solutions of the chain to begi
 constexpr int kPersistence = 20;       // times the restarts, where the limits alone are in the way
 constexpr double kRough = 1e-6;        // [m], [rad] how well the chain is solved where effects follow
 constexpr double kSingular = 1e-6;     // least singular value, lengths over the reach
-constexpr double kFinest = 1e-15;      // [rad], of the reach
+constexpr double kPerRoot = 10;        // it is at most so many times the root of the error at a singular posture
+constexpr double kClose = 1e-5;        // [rad], of the reach: a solution is next to where an attempt got stuck
 constexpr double kNotRotation = 1e-6;  // R R^T - 1
 
 /// Of the chain alone, to what comes after it.
@@ -63,7 +67,7 @@ void RowSolver::solve_chain(std::vector<IkRow>& rows, int restarts) const {
     targets.push_back(row.target);
     seeds.push_back(row.seed);
   }
-  std::vector<ChainSolution> found = within_.solve(indices, targets, seeds, restarts);
+  std::vector<ChainSolution> found = within_.solve(indices, targets, seeds, restarts, kClose);
   for (std::size_t i = 0; i < rows.size(); ++i) {
     rows[i].chain = std::move(found[i]);
     unwind(rows[i].seed, limits_, rows[i].chain.q);
@@ -114,7 +118,8 @@ void RowSolver::approach(std::vector<IkRow>& rows, const Samples& samples) const
 }
 
 IkStatus RowSolver::finish(const IkRow& row, ModelFrames& frames, bool may_jump, SearchPoint& best) const {
-  if (bare_ && row.chain.reached && row.chain.least_singular_value > near_singular()) {
+  if (bare_ && row.chain.reached &&
+      row.chain.least_singular_value > near_singular(row.chain.position_error, row.chain.rotation_error)) {
     best.q = row.chain.q;
     best.position_error = row.chain.position_error;
     best.rotation_error = row.chain.rotation_error;
@@ -128,11 +133,11 @@ IkStatus RowSolver::finish(const IkRow& row, ModelFrames& frames, bool may_jump,
   if (row.model.reached)
     best = row.model;
   else
-    best = search_pose(chain_, frames_at, goal, box, row.chain.q, kLastEvaluations);
+    best = search(frames_at, goal, box, row.chain.q, kLastEvaluations);
   int evaluations = row.chain.evaluations + best.evaluations;
   const auto try_others = [&](const JointLimits& limits, int seeds, int restarts) {
     for (const JointVector& from : chain_solutions(row, limits, seeds, restarts, evaluations)) {
-      SearchPoint found = search_pose(chain_, frames_at, goal, held_at(row.seed, limits), from, kEvaluations);
+      SearchPoint found = search(frames_at, goal, held_at(row.seed, limits), from, kEvaluations);
       evaluations += found.evaluations;
       if (found.reached) return found;
     }
@@ -142,6 +147,8 @@ IkStatus RowSolver::finish(const IkRow& row, ModelFrames& frames, bool may_jump,
     if (found.reached) best = std::move(found);
   };
   if (!best.reached && !bare_ && may_jump && row.chain.reached) take(try_others(limits_, kOthers, 0));
+  if (!best.reached && may_jump && !row.chain.reached && is_close(row.chain))
+    take(try_others(limits_, kOthers, options_.restarts));
   IkStatus status = IkStatus::kReached;
   if (!best.reached) {
     if (bare_) unwind(row.seed, limits_, best.q);
@@ -170,12 +177,51 @@ JointLimits RowSolver::held_at(const JointVector& seed, const JointLimits& limit
   return out;
 }
 
-double RowSolver::near_singular() const {
-  return 10 * std::sqrt(std::max(options_.tolerance_position / options_.reach, options_.tolerance_rotation));
+SearchPoint RowSolver::search(const FramesAt& frames_at, const Goal& goal, const JointLimits& limits,
+                              const JointVector& from, int max_evaluations) const {
+  SearchPoint found = search_pose(chain_, frames_at, goal, limits, from, kFirstEvaluations);
+  if (found.reached) return found;
+  int evaluations = found.evaluations;
+  const auto take = [&](SearchPoint point) {
+    evaluations += point.evaluations;
+    if (point.reached) found = std::move(point);
+  };
+  const bool free = (limits.col(0).array() < limits.col(1).array()).count() >= 6;
+  if (free && found.cost <= kClose * kClose &&
+      least_singular_value(chain_, found.J, options_.reach) <
+          near_singular(found.position_error, found.rotation_error)) {
+    take(walk_singular(chain_, frames_at, goal, limits, found.q));
+    // A limit that stood in the way may be a whole turn from where the way leads.
+    const JointVector middle = limits.rowwise().mean();
+    if (!found.reached && middle.allFinite()) {
+      SearchPoint beyond = walk_singular(chain_, frames_at, goal, held_at(from, unlimited_), found.q);
+      unwind(middle, limits, beyond.q);
+      evaluations += beyond.evaluations;
+      if (beyond.reached) take(search_pose(chain_, frames_at, goal, limits, beyond.q, kFirstEvaluations));
+    }
+  }
+  if (!found.reached) {
+    found = search_pose(chain_, frames_at, goal, limits, found.q, max_evaluations - kFirstEvaluations);
+    evaluations += found.evaluations;
+  }
+  found.evaluations = evaluations;
+  return found;
+}
+
+bool RowSolver::is_close(const ChainSolution& found) const {
+  return std::hypot(found.position_error / options_.reach, found.rotation_error) <= kClose;
+}
+
+double RowSolver::near_singular(double position_error, double rotation_error) const {
+  return kPerRoot * std::sqrt(std::max(position_error / options_.reach, rotation_error));
 }
 
 bool RowSolver::is_singular(const IkRow& row, const FramesAt& frames_at, const SearchPoint& point) const {
-  if (least_singular_value(chain_, point.J, options_.reach) >= near_singular()) return false;
+  const double least = least_singular_value(chain_, point.J, options_.reach);
+  if (least < kSingular) return true;
+  if (least >= near_singular(point.position_error, point.rotation_error)) return false;
+  constexpr double kFinest =
+      (kSingular / kPerRoot) * (kSingular / kPerRoot);  // [rad], of the reach: tells the two apart
   Goal goal = goal_of(row);
   goal.tolerance_position = kFinest * options_.reach;
   goal.tolerance_rotation = kFinest;
@@ -196,9 +242,9 @@ std::vector<JointVector> RowSolver::chain_solutions(const IkRow& row, const Join
     }
   }
   std::vector<JointVector> out;
-  for (ChainSolution& found : solver.solve(indices, targets, seeds, restarts)) {
+  for (ChainSolution& found : solver.solve(indices, targets, seeds, restarts, kClose)) {
     evaluations += found.evaluations;
-    if (!found.reached) continue;
+    if (!found.reached && !is_close(found)) continue;
     unwind(row.seed, limits, found.q);
     out.push_back(std::move(found.q));
   }

@@ -47,11 +47,17 @@ class RowSolver {
   bool is_held(Eigen::Index joint) const;
   /// The limits, of joints that are held the seed (as far as the limits have it).
   JointLimits held_at(const JointVector& seed, const JointLimits& limits) const;
-  /// A singular posture found to a tolerance has a least singular value of about its root.
-  double near_singular() const;
-  /// Does the posture stay singular where the pose is reached to the last digit?
+  /// search_pose; where that creeps along the postures of a nearly singular arm, by walk_singular.
+  SearchPoint search(const FramesAt& frames_at, const Goal& goal, const JointLimits& limits, const JointVector& from,
+                     int max_evaluations) const;
+  /// Is the chain at a solution or stuck next to one?
+  bool is_close(const ChainSolution& found) const;
+  /// The least singular value below which a posture with these errors [m], [rad] may be that of a singular one: where
+  /// the arm stretches, the error grows as the square of the distance.
+  double near_singular(double position_error, double rotation_error) const;
+  /// Is the posture singular, there or where the pose is reached to the last digit?
   bool is_singular(const IkRow& row, const FramesAt& frames_at, const SearchPoint& point) const;
-  /// Solutions of the chain alone from the first postures of the row's sequence.
+  /// Solutions of the chain alone, or postures next to one, from the first postures of the row's sequence.
   std::vector<JointVector> chain_solutions(const IkRow& row, const JointLimits& limits, int count, int restarts,
                                            int& evaluations) const;
   /// Takes whole turns out of revolute joints, as far as the limits let them come nearer to the seed.

@@ -114,6 +114,26 @@ def test_every_kind_of_target_gets_its_status_and_a_sentence() -> None:
     assert f"{found.position_error[2] * 1000:.3g} mm" in found.message(2)
 
 
+@pytest.mark.parametrize("name", ["staubli_rx160l", "ur5"])  # a wrist that meets in a point, and one that does not
+@pytest.mark.parametrize("q5", [1e-8, -1e-6])
+def test_next_to_a_singular_wrist_every_target_is_reached(name: str, q5: float) -> None:
+    """There the tool turns in one direction by no more than q5, and which way depends on where the wrist's axes point:
+    on an arm like the UR5 the posture that has it may be half a turn away."""
+    robot = load_robot(name)
+    q = random_poses(robot, 1000, seed=3)
+    q[:, 4] = q5
+    assert least_singular_value(robot, q).max() < 1e-5
+    targets = robot.forward(q)
+    for seeds in (q + np.random.default_rng(4).normal(0, 0.02, q.shape), random_poses(robot, 1000, seed=5)):
+        found = inverse_kinematics(robot, targets, seeds)
+        assert found.reached.all()
+        assert within(robot, found.q)
+        assert max(left(robot, found.q, targets)) < 1.5e-9
+    near = inverse_kinematics(robot, targets, q + np.random.default_rng(4).normal(0, 0.02, q.shape), restarts=0)
+    assert near.reached.mean() > 0.99
+    assert near.iterations.mean() < 10  # 4 far from singular postures; the restarts cost a thousand
+
+
 def test_a_target_beyond_the_limits_is_told_from_one_beyond_the_arm() -> None:
     robot = load_robot("staubli_rx160l")
     q = np.array([0.3, 0.4, 0.5, 0.6, 0.7, 0.8])
