@@ -36,7 +36,7 @@ from fastcal import (
     regularized_least_squares,
 )
 from fastcal.errors import InvalidInput
-from fastcal.robot.robot import pose
+from fastcal.robot.core_model import pose
 from fastcal.units import from_si
 
 FloatArray = NDArray[np.float64]

@@ -27,7 +27,7 @@ from scipy.optimize import least_squares
 
 import fastcal
 from fastcal import _core
-from fastcal.robot.robot import ROW_KEYS, pose
+from fastcal.robot.core_model import ROW_KEYS, pose
 from fastcal.units import to_si
 
 FloatArray = NDArray[np.float64]

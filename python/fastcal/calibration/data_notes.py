@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from fastcal import _core
 from fastcal.effects.entries import full_name
 from fastcal.measurements.dataset import Dataset
-from fastcal.robot.robot import Robot, length_or_angle_unit
+from fastcal.robot.core_model import length_or_angle_unit
+from fastcal.robot.robot import Robot
 from fastcal.units import from_si, to_si
 
 FloatArray = NDArray[np.float64]

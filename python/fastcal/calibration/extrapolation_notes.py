@@ -7,7 +7,8 @@ from __future__ import annotations
 from fastcal.calibration.data_notes import ranges
 from fastcal.effects.entries import core_options, traits_of
 from fastcal.measurements.dataset import Dataset
-from fastcal.robot.robot import Robot, length_or_angle_unit
+from fastcal.robot.core_model import length_or_angle_unit
+from fastcal.robot.robot import Robot
 from fastcal.units import from_si
 
 # A quantity whose range in the measurements is no larger stood still.

@@ -20,9 +20,10 @@ from numpy.typing import NDArray
 from fastcal import _core
 from fastcal.effects.entries import parse_effects
 from fastcal.measurements.dataset import Dataset
+from fastcal.robot.core_model import pose
 from fastcal.robot.identified_spec import with_frames
 from fastcal.robot.plain_copy import plain_copy
-from fastcal.robot.robot import Robot, Spec, pose
+from fastcal.robot.robot import Robot, Spec
 from fastcal.units import from_si
 
 FloatArray = NDArray[np.float64]

@@ -18,7 +18,8 @@ from fastcal.calibration.prediction import quaternions
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.observations import kinds_of
-from fastcal.robot.robot import Robot, Spec, pose
+from fastcal.robot.core_model import pose
+from fastcal.robot.robot import Robot, Spec
 from fastcal.units import from_si
 
 FloatArray = NDArray[np.float64]

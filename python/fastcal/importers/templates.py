@@ -12,7 +12,8 @@ from pathlib import Path
 from fastcal.errors import InvalidInput
 from fastcal.io.atomic import write_bytes, write_text
 from fastcal.io.excel import EXPLANATIONS
-from fastcal.robot.robot import Robot, length_or_angle_unit
+from fastcal.robot.core_model import length_or_angle_unit
+from fastcal.robot.robot import Robot
 from fastcal.units import from_si
 
 _OPTIONAL = (

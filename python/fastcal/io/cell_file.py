@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from fastcal.io.fields import Fields
 from fastcal.io.yaml_file import read_yaml
 from fastcal.programs import Cell
-from fastcal.robot.robot import pose
+from fastcal.robot.core_model import pose
 
 _ZERO = [0.0, 0.0, 0.0]
 

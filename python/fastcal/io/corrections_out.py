@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.io.tables import write_csv
-from fastcal.robot.robot import Robot, length_or_angle_unit
+from fastcal.robot.core_model import length_or_angle_unit
+from fastcal.robot.robot import Robot
 from fastcal.units import from_si
 
 FloatArray = NDArray[np.float64]

@@ -11,7 +11,8 @@ import numpy as np
 from fastcal.design.candidates import Candidates
 from fastcal.design.result import PoseDesign
 from fastcal.io.tables import write_csv
-from fastcal.robot.robot import Robot, length_or_angle_unit
+from fastcal.robot.core_model import length_or_angle_unit
+from fastcal.robot.robot import Robot
 from fastcal.units import from_si
 
 

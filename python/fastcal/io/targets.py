@@ -17,7 +17,8 @@ from fastcal.measurements.checks import QUATERNION_TOLERANCE, SCALE_LIMIT, BadRo
 from fastcal.measurements.conditions import condition_columns
 from fastcal.measurements.dataset import Dataset, FloatArray
 from fastcal.measurements.targets import Targets
-from fastcal.robot.robot import Robot, length_or_angle_unit
+from fastcal.robot.core_model import length_or_angle_unit
+from fastcal.robot.robot import Robot
 from fastcal.units import from_si
 
 

@@ -24,7 +24,7 @@ from fastcal import units
 from fastcal.errors import InvalidInput, ParseError
 from fastcal.io.fields import Fields
 from fastcal.io.yaml_file import read_text
-from fastcal.robot.robot import pose
+from fastcal.robot.core_model import pose
 from fastcal.robot.se3 import Array, rotation_to_rpy
 
 Spec = dict[str, Any]

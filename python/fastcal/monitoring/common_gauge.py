@@ -17,8 +17,9 @@ from scipy import linalg
 from fastcal.effects.entries import full_name, identity, traits_of
 from fastcal.errors import InvalidInput
 from fastcal.monitoring.setups import rigid, with_base
+from fastcal.robot.core_model import length_or_angle_unit
 from fastcal.robot.identified_spec import Values, identified_spec
-from fastcal.robot.robot import Robot, length_or_angle_unit
+from fastcal.robot.robot import Robot
 from fastcal.units import to_si
 
 FloatArray = NDArray[np.float64]

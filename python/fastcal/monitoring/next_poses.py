@@ -17,7 +17,8 @@ from fastcal.monitoring.hypotheses import Hypothesis
 from fastcal.monitoring.linear import LinearRows
 from fastcal.monitoring.result import NextPose
 from fastcal.robot.calibration_record import CalibrationRecord
-from fastcal.robot.robot import Robot, length_or_angle_unit
+from fastcal.robot.core_model import length_or_angle_unit
+from fastcal.robot.robot import Robot
 from fastcal.units import from_si, to_si
 
 FloatArray = NDArray[np.float64]

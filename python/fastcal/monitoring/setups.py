@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 from fastcal.effects.entries import traits_of
 from fastcal.errors import InvalidInput, Undetermined
 from fastcal.measurements.dataset import Dataset
+from fastcal.robot.core_model import pose
 from fastcal.robot.identified_spec import frame_spec
-from fastcal.robot.robot import Robot, Spec, pose
+from fastcal.robot.robot import Robot, Spec
 from fastcal.robot.se3 import rotation_to_rpy
 from fastcal.units import from_si
 

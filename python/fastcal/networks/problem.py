@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from fastcal.correction import Inputs
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
-from fastcal.robot.robot import Robot, pose
+from fastcal.robot.core_model import pose
+from fastcal.robot.robot import Robot
 from fastcal.units import from_si
 
 FloatArray = NDArray[np.float64]

@@ -18,7 +18,8 @@ from fastcal.correction.trees import Trees
 from fastcal.effects.entries import curve_of
 from fastcal.networks.options import Options
 from fastcal.networks.problem import Problem
-from fastcal.robot.robot import Robot, pose
+from fastcal.robot.core_model import pose
+from fastcal.robot.robot import Robot
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from fastcal.calibration.evaluation import evaluate
 from fastcal.calibration.simulation import simulate
 from fastcal.measurements.dataset import Dataset
-from fastcal.robot.robot import Robot, pose
+from fastcal.robot.core_model import pose
+from fastcal.robot.robot import Robot
 
 FloatArray = NDArray[np.float64]
 

@@ -23,7 +23,8 @@ from fastcal.networks.problem import Problem, problem_of
 from fastcal.papers.exhibits import MM, lengths_mm
 from fastcal.papers.simulated import FloatArray, left
 from fastcal.papers.study import Run
-from fastcal.robot.robot import Robot, pose
+from fastcal.robot.core_model import pose
+from fastcal.robot.robot import Robot
 
 RATE, ENSEMBLE = 1e-2, 3
 SHORTER = (100, 200)

@@ -7,8 +7,9 @@ from __future__ import annotations
 from typing import Any
 
 from fastcal.errors import InvalidInput
+from fastcal.robot.core_model import ROW_KEYS
 from fastcal.robot.plain_copy import plain_copy
-from fastcal.robot.robot import ROW_KEYS, Robot, Spec
+from fastcal.robot.robot import Robot, Spec
 
 _GEOMETRY = (*ROW_KEYS.values(), "omega", "point_mm", "v", "v_mm", "origin", "axis")  # keys of a joint
 _ENDS = ("home", "flange")  # keys of the robot

@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 from fastcal import _core
 from fastcal.effects.entries import traits_of
 from fastcal.effects.values import written_parameters
+from fastcal.robot.core_model import ROW_KEYS, pose, screw
 from fastcal.robot.plain_copy import plain_copy
-from fastcal.robot.robot import ROW_KEYS, Robot, Spec, pose, screw
+from fastcal.robot.robot import Robot, Spec
 from fastcal.units import from_si
 
 FloatArray = NDArray[np.float64]

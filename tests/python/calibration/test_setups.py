@@ -15,7 +15,8 @@ from fastcal.calibration.simulation import perturbed, simulate
 from fastcal.diagnosis import diagnose
 from fastcal.io.robot_file import load_robot
 from fastcal.measurements.dataset import Dataset
-from fastcal.robot.robot import Robot, pose
+from fastcal.robot.core_model import pose
+from fastcal.robot.robot import Robot
 from fastcal.units import to_si
 
 NOISE = to_si(0.03, "mm")

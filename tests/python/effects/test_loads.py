@@ -12,7 +12,8 @@ import pytest
 import fastcal
 from fastcal.io.robot_file import read_spec
 from fastcal.io.urdf_file import urdf_text
-from fastcal.robot.robot import Robot, pose
+from fastcal.robot.core_model import pose
+from fastcal.robot.robot import Robot
 
 ARMS = ["kuka_kr500_3", "staubli_rx160l", "siasun_sr210d", "spray_7dof", "lbr_iiwa14"]  # mdh, dh, poe, prismatic, 7R
 

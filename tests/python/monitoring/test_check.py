@@ -11,7 +11,8 @@ from scipy import stats
 import fastcal
 from fastcal.errors import InvalidInput, Undetermined
 from fastcal.monitoring.evidence import Evidence
-from fastcal.robot.robot import Robot, pose
+from fastcal.robot.core_model import pose
+from fastcal.robot.robot import Robot
 
 NOISE = 3e-5  # as conftest.py has it
 
