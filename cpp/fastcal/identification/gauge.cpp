@@ -23,7 +23,12 @@ Eigen::VectorXd unbent(const FitState& fit) {
   return theta;
 }
 
-/// Finds along which directions the loads' own change counts, from here on.
+}  // namespace
+
+Eigen::MatrixXd gauge_factor(FitState& fit) {
+  return with_priors(fit.asked_factor(unbent(fit)), fit.asked, fit.scale, fit.options.limits);
+}
+
 void follow_loads(FitState& fit) {
   if ((fit.problem.model.needs() & kLoads) == 0) return;
   fit.problem.response = nullptr;
@@ -31,12 +36,6 @@ void follow_loads(FitState& fit) {
   fit.response = load_response(fit.problem, fit.theta, fit.asked, fit.scale, gauge_factor(fit));
   if (fit.response) fit.problem.response = &*fit.response;
   fit.forget();
-}
-
-}  // namespace
-
-Eigen::MatrixXd gauge_factor(FitState& fit) {
-  return with_priors(fit.asked_factor(unbent(fit)), fit.asked, fit.scale, fit.options.limits);
 }
 
 void choose_free(FitState& fit) {

@@ -11,6 +11,9 @@ namespace fastcal {
 /// What the gauge is chosen by: the triangular factor of the asked parameters on the unbent arm, priors included.
 Eigen::MatrixXd gauge_factor(FitState& fit);
 
+/// Finds along which directions the loads' own change counts, from here on.
+void follow_loads(FitState& fit);
+
 /// The gauge at theta, and theta moved along the null directions so that the held parameters come back to where they
 /// started.
 void choose_free(FitState& fit);

@@ -25,6 +25,7 @@ constexpr double kNoiseTolerance = 0.01;   // relative, of the rows that are kep
 constexpr int kRoundsOfReturn = 10;        // in which a dropped row may come back; later, some would for ever
 constexpr double kNoiseFell = 0.5;  // relative: another noise than the one by which the free parameters were chosen
 constexpr double kStepConverged = 3e-5;  // standard deviations: as far as a solve comes
+constexpr int kMaxPolishing = 10;
 constexpr double kAtTheMinimum = 1e-10;  // standard deviations: the last step of all
 constexpr double kNoiseSettled =
     1e-4;  // relative; the parameters move by far less than their deviation when the noise moves by this
@@ -126,13 +127,29 @@ class Identifier {
     return std::sqrt(std::max(0.0, step.dot(near.A * step)));
   }
 
-  /// At the noise and the loads that were found, to the minimum itself: what rounding has made of the way there
-  /// (another instruction set, say) is forgotten.
+  /// To the minimum itself, in turn with its noise and its loads: what rounding made of the way there (another
+  /// instruction set, say) is forgotten.
   void polish() {
     SolverOptions solver = fit_.options.solver;
     if (solver.method != Method::kLeastSquares) return;
     solver.settled = kAtTheMinimum;
     refit(fit_.loss, solver);
+    for (int round = 0; round < kMaxPolishing; ++round) {
+      fit_.tau = noise(fit_, rule_, fit_.loss);
+      if (fit_.problem.model.needs() == kNothing && (round > 0 || noise_is_a_factor())) return;
+      const Eigen::VectorXd before = at(fit_.theta, fit_.free);
+      if (round < 2) follow_loads(fit_);  // the loads' response is part of the slope, and was taken far from here
+      fit_.bring_to_equilibrium();
+      refit(fit_.loss, solver);
+      const Eigen::VectorXd moved = (at(fit_.theta, fit_.free) - before).cwiseQuotient(fit_.free_scale);
+      if (deviations(moved) < kAtTheMinimum) return;
+    }
+  }
+
+  /// Where all numbers are of one observation, without a loss, claims of the rows' own or priors, the noise scales the
+  /// cost and nothing else.
+  bool noise_is_a_factor() const {
+    return fit_.loss == LossKind::kNone && observed_ == 1 && !fit_.claims && !fit_.has_priors();
   }
 
   /// Did the thinned rows show what all rows do?
@@ -165,6 +182,7 @@ class Identifier {
   /// the M-scale of the noise until neither moves; then at the noise of the rows that are no outliers.
   void fine_fit() {
     keep_rows(fit_, {});
+    rule_ = NoiseRule::kMean;
     const LossKind loss = fit_.loss = shows_outliers(fit_) ? fit_.options.loss : LossKind::kNone;
     if (loss != LossKind::kNone && !begun_) {
       for (int round = 0; round < 3; ++round) {
@@ -177,9 +195,7 @@ class Identifier {
       if (round > 0 || !begun_) fit_.tau = noise(fit_, NoiseRule::kMean, loss);
       if (round > 0 && largest_change(before, fit_.tau) < kNoiseSettled) break;
       refit(loss);
-      // Where all numbers are of one observation, without a loss, claims of the rows' own or priors, the noise scales
-      // the cost and nothing else.
-      if (loss == LossKind::kNone && observed_ == 1 && !fit_.claims && !fit_.has_priors()) {
+      if (noise_is_a_factor()) {
         tuned_ = fit_.tau = noise(fit_, NoiseRule::kMean, loss);
         return;
       }
@@ -204,11 +220,13 @@ class Identifier {
       }
       keep_rows(fit_, std::move(kept));
       if (fit_.freedom * fit_.measured_count < least) break;
+      rule_ = NoiseRule::kKept;
       fit_.tau = noise(fit_, NoiseRule::kKept, fit_.loss);
       refit(fit_.loss);
     }
     // No set of rows holds together: none is dropped.
     keep_rows(fit_, {});
+    rule_ = NoiseRule::kMean;
     fit_.tau = tuned_;
     refit(fit_.loss);
   }
@@ -245,7 +263,8 @@ class Identifier {
   }
 
   FitState fit_;
-  CommonNoise tuned_;  // the noise before the last step of fine_fit, which leaves the outliers out
+  NoiseRule rule_ = NoiseRule::kMean;  // by which the noise was found last
+  CommonNoise tuned_;                  // the noise before the last step of fine_fit, which leaves the outliers out
   std::ptrdiff_t observed_ = 0;
   bool converged_ = false;
   bool begun_ = false;  // at the solution of the thinned problem

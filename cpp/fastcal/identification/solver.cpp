@@ -16,6 +16,8 @@
 namespace fastcal {
 namespace {
 
+constexpr double kCostTells = 1e-4;  // standard deviations: of shorter steps rounding decides whether they help
+
 /// Bounds in x, and which parameters they hold.
 struct Box {
   Box(const Limits& limits, const std::vector<int>& free, const Eigen::VectorXd& theta_0, const Eigen::VectorXd& scale)
@@ -133,7 +135,7 @@ double take_last_steps(const Reduced& reduced, const Box& box, double settled, E
 bool solve_least_squares(const Reduced& reduced, const Box& box, const SolverOptions& asked, Eigen::VectorXd& x,
                          Solution& out) {
   RootCost cost(reduced, box);
-  Ending ending(cost, asked.settled);
+  Ending ending(cost, std::max(asked.settled, kCostTells));
   ceres::Problem::Options ownership;
   ownership.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   ceres::Problem problem(ownership);
@@ -163,7 +165,7 @@ bool solve_least_squares(const Reduced& reduced, const Box& box, const SolverOpt
   const bool near = ending.settled() || step_left(reduced, x.data()) < kNothingLeft;
   out.cost = near ? take_last_steps(reduced, box, asked.settled, x) : reduced.at(x.data(), true).cost;
   out.converged = near || summary.termination_type == ceres::CONVERGENCE;
-  out.message = near ? "the step that is left is below " + std::string(ending.settled() ? "0.00001" : "0.001") +
+  out.message = near ? "the step that is left is below " + std::string(ending.settled() ? "0.0001" : "0.001") +
                            " standard deviations"
                      : summary.message;
   return false;
