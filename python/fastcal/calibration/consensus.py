@@ -27,9 +27,11 @@ BoolArray = NDArray[np.bool_]
 
 MARGIN = 10.0  # of S, by which a set of rows must be better than that of the fit
 GROSS = 8.0  # times the noise of those that agree, RMS: rows less far off are noisy, or the model lacks an effect
-_STARTS = 300
+_STARTS = 500
 _START_ROWS = 5  # 15 numbers: base and tool, and a little of the arm
-_FOLLOWED = 40  # sets after the first step
+_FOLLOWED = 80  # sets after the first step
+_FEWEST = 0.25  # of the rows may agree
+_CONCENTRATIONS = 4  # steps to the fit of as many rows as are nearest
 _ROUNDS = 12
 _MOST_ROWS = 200  # of more, every k-th is searched
 _FREEDOM = 1 / 3  # of a set's numbers must be left by its fit: with fewer it bends to each row
@@ -100,7 +102,14 @@ def agreeing_rows(rows: Rows, kept: BoolArray, noise: float) -> BoolArray | None
     start = np.zeros((_STARTS, some.count))
     picked = np.argsort(rng.random(start.shape), axis=1)[:, :_START_ROWS]
     np.put_along_axis(start, picked, 1.0, axis=1)
-    scores, sets = some.most_probable(some.squares(start, (_START_NOISE / noise) ** 2))
+    squares = some.squares(start, (_START_NOISE / noise) ** 2)
+    scores, sets = some.most_probable(squares)
+    few = min(some.count, max(round(_FEWEST * some.count), rows.rank // 2 + 1))
+    nearest = squares
+    for _ in range(_CONCENTRATIONS):
+        nearest = some.squares((nearest <= np.sort(nearest, axis=1)[:, few - 1 : few]).astype(float), loose)
+    more_scores, more = some.most_probable(nearest)
+    scores, sets = np.concatenate([scores, more_scores]), np.concatenate([sets, more])
     for _ in range(_ROUNDS):
         best = np.argsort(scores, kind="stable")[:_FOLLOWED]
         scores, sets = some.most_probable(some.squares(np.unique(sets[best], axis=0).astype(float), loose))
