@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -30,10 +31,15 @@ TEST(Decompositions, RightSvdOfTriangularFactorsWithNullSpaces) {
     EXPECT_TRUE((found.V.transpose() * found.V).isIdentity(1e-12));
     for (Eigen::Index k = 0; k < columns; ++k) {
       EXPECT_NEAR((R * found.V.col(k)).norm(), found.values[k], 1e-13 * largest);
-      if (k > 0) EXPECT_LE(found.values[k], found.values[k - 1]);
-      if (k >= rank) EXPECT_LT(found.values[k], 1e-13 * largest);
+      if (k > 0) {
+        EXPECT_LE(found.values[k], found.values[k - 1]);
+      }
+      if (k >= rank) {
+        EXPECT_LT(found.values[k], 1e-13 * largest);
+      }
     }
-    const Eigen::VectorXd squares = (R.transpose() * R).selfadjointView<Eigen::Lower>().eigenvalues().reverse();
+    const Eigen::VectorXd squares =
+        Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(R.transpose() * R).eigenvalues().reverse();
     for (Eigen::Index k = 0; k < rank; ++k)
       EXPECT_NEAR(found.values[k] * found.values[k], squares[k], 1e-12 * largest * largest);
   }
