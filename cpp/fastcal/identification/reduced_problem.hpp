@@ -6,7 +6,6 @@
 #pragma once
 
 #include <Eigen/Cholesky>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -81,11 +80,17 @@ class Reduced {
   mutable Eigen::VectorXd of_priors_;  // their part of the diagonal of A
 };
 
-/// P^T L D L^T P = A; pivots that are nothing beside the largest are left out.
+/// P^T L D L^T P = S A S, S = diag(A)^-1/2: a parameter that a prior holds to 1e-10 of its size leaves the others their
+/// digits. Pivots that are nothing beside 1 are left out.
 struct Root {
-  Root(const Eigen::MatrixXd& A, const Eigen::VectorXd& g) : factor(A), turned(factor.transpositionsP() * g) {
-    const double floor = 1e-13 * std::max(factor.vectorD().maxCoeff(), 0.0);
-    diagonal = factor.vectorD().unaryExpr([floor](double d) { return d > floor ? std::sqrt(d) : 0.0; });
+  Root(const Eigen::MatrixXd& A, const Eigen::VectorXd& g) : scale(g.size()) {
+    for (Eigen::Index k = 0; k < g.size(); ++k) scale[k] = A(k, k) > 0 ? 1 / std::sqrt(A(k, k)) : 1.0;
+    const Eigen::MatrixXd scaled = scale.asDiagonal() * A * scale.asDiagonal();
+    factor.compute(scaled);
+    turned = scale.cwiseProduct(g);
+    turned = factor.transpositionsP() * turned;
+    constexpr double kFloor = 1e-13;
+    diagonal = factor.vectorD().unaryExpr([](double d) { return d > kFloor ? std::sqrt(d) : 0.0; });
     factor.matrixL().solveInPlace(turned);
     turned = (diagonal.array() > 0).select(turned.array() / diagonal.array(), 0);
   }
@@ -94,12 +99,22 @@ struct Root {
   Eigen::VectorXd step() const {
     Eigen::VectorXd x = (diagonal.array() > 0).select(-turned.array() / diagonal.array(), 0);
     factor.matrixU().solveInPlace(x);
-    return factor.transpositionsP().transpose() * x;
+    Eigen::VectorXd out = factor.transpositionsP().transpose() * x;
+    out.array() *= scale.array();
+    return out;
   }
 
+  /// R with R^T R = A.
+  Eigen::MatrixXd upper() const {
+    const Eigen::MatrixXd L = factor.matrixL();
+    const Eigen::MatrixXd unpivoted = factor.transpositionsP().transpose() * (L * diagonal.asDiagonal()).eval();
+    return unpivoted.transpose() * scale.cwiseInverse().asDiagonal();
+  }
+
+  Eigen::VectorXd scale;
   Eigen::LDLT<Eigen::MatrixXd> factor;
   Eigen::VectorXd diagonal;  // root of D, 0 for what is left out
-  Eigen::VectorXd turned;    // D^-1/2 L^-1 P g: as long as the step, in standard deviations
+  Eigen::VectorXd turned;    // D^-1/2 L^-1 P S g: as long as the step, in standard deviations
 };
 
 /// At the last x; far away, where the flatter quadratic would lie below zero, that of Gauss and Newton.
@@ -114,7 +129,7 @@ inline Root root_at(const Reduced& reduced, const NormalEquations& sums) {
 /// Length of the Gauss-Newton step that is left at x, in standard deviations at whitened noise 1.
 inline double step_left(const Reduced& reduced, const double* x) {
   const NormalEquations& sums = reduced.at(x, true);
-  return std::sqrt(std::abs(sums.g.dot(sums.A.completeOrthogonalDecomposition().solve(sums.g))));
+  return Root(sums.A, sums.g).turned.norm();
 }
 
 }  // namespace fastcal

@@ -67,8 +67,7 @@ class RootCost : public ceres::CostFunction {
     r[p] = std::sqrt(std::max(0.0, 2 * sums.cost - left_));
     if (jacobians != nullptr && jacobians[0] != nullptr) {
       Eigen::Map<RowMatrixXd> J(jacobians[0], p + 1, p);
-      const Eigen::MatrixXd L = root.factor.matrixL();
-      J.topRows(p) = (root.factor.transpositionsP().transpose() * (L * root.diagonal.asDiagonal()).eval()).transpose();
+      J.topRows(p) = root.upper();
       J.row(p).setZero();
     }
     return true;
