@@ -182,8 +182,8 @@ TEST(Identify, LengthsAloneIdentifyTheArmAndTheirAnchors) {
     s.measured.anchor[i] = static_cast<int>(i % 3);
     s.measured.distance[i] = (rows.pose(s.samples.row(i)).p - anchors.col(i % 3)).norm() + random.normal(2e-5);
   }
-  std::vector<int> asked = test::asked(model, What::kPositions);
-  asked.erase(asked.begin(), asked.begin() + 6);
+  const std::vector<int> with_base = test::asked(model, What::kPositions);
+  const std::vector<int> asked(with_base.begin() + 6, with_base.end());
   const Eigen::VectorXd start = anchors.reshaped() + Eigen::VectorXd::Constant(9, 2e-3);
   const Identification result = identify({model, s.samples, s.measured}, asked, start, {});
   EXPECT_EQ(result.status, Status::kConverged) << result.message;
