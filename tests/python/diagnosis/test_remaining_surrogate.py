@@ -74,11 +74,15 @@ def test_a_surrogate_that_fits_worse_is_not_given(found: Diagnosis, monkeypatch:
     assert found.unexplained is not None
     spec = copy.deepcopy(found.model.spec)
     spec["tool"]["xyz_mm"][0] += 5.0
-    off = AddedSurrogate(Robot(spec), ("surrogate@joint3",), "joint3", ("q3",), 0.9, 1e3, 0.1, *np.zeros((3, 9, 1)))
+    off = AddedSurrogate(
+        Robot(spec), ("surrogate@joint3",), "joint3", ("q3",), 0.9, 1e3, 0.1, *np.zeros((2, 9, 1)), np.zeros(0)
+    )
     monkeypatch.setattr(remaining_surrogate, "add_surrogate", lambda *_, **__: off)
     monkeypatch.setattr(remaining_surrogate, "formulas", lambda *_: [])
     judge = Judge(found.final.fit.problem.data, None)
-    model, step, rest = with_surrogate(found.steps[-2], found.final.fit, judge, found.unexplained)
+    model, step, rest = with_surrogate(
+        found.steps[-2], found.final.fit, found.final.fit.problem.used, judge, found.unexplained
+    )
     assert (model, step) == (None, None)
     assert rest is not None
     assert (rest.owner, rest.added) == ("joint3", None)
