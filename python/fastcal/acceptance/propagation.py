@@ -161,7 +161,7 @@ def lower_roots(scatter: FloatArray) -> FloatArray:
     """(K, 3, 3) lower triangular L with L L^T = scatter, which two or three visits leave singular."""
     values, vectors = np.linalg.eigh(scatter)
     half = vectors * np.sqrt(np.maximum(values, 0.0))[:, np.newaxis]
-    R = np.linalg.qr(half.transpose(0, 2, 1), mode="r")
+    R = np.asarray(np.linalg.qr(half.transpose(0, 2, 1), mode="r"))
     sign = np.where(np.einsum("kii->ki", R) < 0, -1.0, 1.0)
     return np.asarray((R * sign[..., np.newaxis]).transpose(0, 2, 1))
 

@@ -15,7 +15,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -141,9 +141,9 @@ def _compensated(
             continue
         own = {name: _row(value, i, len(q)) for name, value in conditions.items()}
         near = command_by_small_moves(places.robot, places.nominal, poses[i : i + 1], q_nominal[i : i + 1], **own)
-        if near is None and found.reached[i]:
-            continue
         if near is None:
+            if found.reached[i]:
+                continue
             _refuse(places.program, target, found.message(i))
         q[i], left = near[0][0], near[1]
         far, turned = from_si(float(np.linalg.norm(left[:3])), "mm"), from_si(float(np.linalg.norm(left[3:])), "deg")
@@ -323,6 +323,6 @@ def _row(value: Any, row: int, count: int) -> Any:
     return array[row : row + 1] if array.ndim == 2 and len(array) == count else value
 
 
-def _refuse(program: Program, target: Target, sentence: str) -> None:
+def _refuse(program: Program, target: Target, sentence: str) -> NoReturn:
     document = program.documents[target.numbers[0].document]
     raise ParseError(f"{target.name}: {sentence}", document.name, target.line)
