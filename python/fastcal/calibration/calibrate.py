@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -139,6 +140,8 @@ def calibrate(
     seen = Checks()
     if checks and found.status == "converged" and len(data) <= MOST_ROWS:
         found, seen = checked(problem, found, identify)
+    if suspected and seen.refusal is not None:  # rows of columns taken as they are agree on nothing: no gross points
+        seen = replace(seen, notes=[*seen.notes, seen.refusal], refusal=None)
 
     say("reporting")
     start, model, alignment, names = problem.robot, problem.model, problem.alignment, problem.names

@@ -82,9 +82,9 @@ def _read_quickly(text: str, separator: str, path: str, header: str, exact: part
     from fastcal.io.arrow import column_from_arrow
 
     quoted = '"' in text
-    inside = rf'(?<=[^{separator}\r\n])"(?=[^{separator}\r\n])'
-    if quoted and re.search(inside, text.replace('""', "")):
-        return None  # a single quote within a cell: the exact way refuses it, or knows better
+    cell = rf'(?<![^{separator}\r\n])"(?:[^"\r\n]|"")*"(?![^{separator}\r\n])'
+    if quoted and '"' in re.sub(cell, "", text):
+        return None  # a quote that opens or ends no cell: the exact way refuses it, or knows better
     names = next(csv.reader([header], delimiter=separator)) if quoted else header.split(separator)
     comma = separator != "," and "," in text
     try:

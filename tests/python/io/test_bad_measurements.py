@@ -45,9 +45,13 @@ BAD: list[tuple[list[str], int | None, str]] = [
     (
         [HEADER, "600,20,30,40,50"],
         2,
-        r"at most 360 deg outside joint 1's limits of -171.887 to 171.887 deg, got '600'$",
+        r"at most 360 deg outside joint 1's limits of -171.887 to 171.887 deg \(is its unit right\?\), got '600'$",
     ),
-    ([HEADER, "10,-1501,30,40,50"], 2, r"at most 1500 mm outside joint 2's limits of 0 to 1000 mm, got '-1501'$"),
+    (
+        [HEADER, "10,-1501,30,40,50"],
+        2,
+        r"at most 1500 mm outside joint 2's limits of 0 to 1000 mm \(is its unit right\?\), got '-1501'$",
+    ),
     (columns("q3_deg", "1"), None, r"column 'q3_deg' names no joint of this robot; its joints are numbered 1 to 2$"),
     (columns("q0_deg", "1"), None, r"column 'q0_deg' names no joint"),
     (columns("approach3", "1"), None, r"column 'approach3' names no joint"),

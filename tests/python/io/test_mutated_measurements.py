@@ -13,7 +13,7 @@ import openpyxl
 import pyarrow as pa
 import pyarrow.parquet
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from fastcal.errors import FastcalError
@@ -112,6 +112,7 @@ def test_damaged_csv_is_read_or_refused(tmp_path: Path, content: bytes) -> None:
 
 @MANY
 @given(content=mutants(SEEDS))
+@example(content=b'"q1_deg","q2_mm","x_mm","y_mm","z_mm"\n"1","2","3","";,"5"\n')  # an empty cell, then more
 def test_both_ways_through_a_csv_read_the_same(content: bytes) -> None:
     try:
         table = read_text_table(content, "data.csv")

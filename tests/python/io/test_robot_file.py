@@ -124,7 +124,9 @@ def test_shared_sets_load_and_their_arms_are_the_shipped_ones(shared_data: Path)
 
 
 def test_a_name_that_is_no_arm_is_told_the_arms_there_are() -> None:
-    with pytest.raises(ParseError, match=r"no shipped arm has that name; shipped are abb_irb1200_5_90, .*, ur5, ur5e"):
+    with pytest.raises(
+        ParseError, match=r"no shipped arm has that name; did you mean ur5 or ur5e\? \(fastcal robots lists them\)$"
+    ):
         read_spec("ur55")
 
 
