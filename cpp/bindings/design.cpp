@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The fastcal authors
 // SPDX-License-Identifier: MIT
+#include <limits>
+
 #include "convert.hpp"
 #include "fastcal/design/observability.hpp"
 #include "fastcal/design/route.hpp"
@@ -88,6 +90,20 @@ void bind_design(py::module_& m) {
       py::arg("R"), py::arg("parameters"),
       "(indices, sentences): what data with the triangular factor R, whitened and scaled, can tell, and what they "
       "cannot.");
+
+  m.def(
+      "choose_gauge",
+      [](const Eigen::MatrixXd& R, const Eigen::VectorXd& hold, double relative_tolerance) {
+        FASTCAL_CHECK(hold.size() == R.cols()) << "hold must have " << R.cols() << " numbers, got " << hold.size();
+        GaugeOptions options;
+        options.relative_tolerance = relative_tolerance;
+        options.practical_limit = std::numeric_limits<double>::infinity();
+        const Gauge gauge = choose_gauge(R, hold, options);
+        return py::make_tuple(gauge.held, gauge.directions, gauge.singular_values);
+      },
+      py::arg("R"), py::arg("hold"), py::arg("relative_tolerance"),
+      "(held, directions (p, held), singular values): what a triangular factor R (p, p) does not fix to "
+      "relative_tolerance of its largest singular value; of the columns that could be held those of large `hold`.");
 
   py::class_<design::Tracker>(m, "Tracker", "An instrument that looks at the tool; SI, measuring frame.")
       .def(py::init([](const Eigen::Vector3d& position, double nearest, double farthest,

@@ -8,7 +8,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['Alignment', 'ArmBending', 'ArmStructure', 'BeamSolver', 'BlockScores', 'Candidates', 'Choice', 'Compensator', 'Effect', 'ErrorModel', 'Field', 'FoldErrors', 'Identification', 'Linearization', 'Measurements', 'Observation', 'ObservationEntry', 'Parameter', 'PoseSolver', 'RobotDescription', 'RobotModel', 'SHOWN_BY_LOADS', 'SHOWN_BY_MOTION', 'Samples', 'ScoreTests', 'Separation', 'StiffnessTable', 'StructureElement', 'StructureNode', 'SubsetSearch', 'Tracker', 'align', 'build_dh', 'build_mdh', 'build_poe', 'build_urdf', 'draw_design', 'effect_names', 'effect_owners', 'effect_traits', 'exchange_design', 'exp_so3', 'free_parameters', 'grow_design', 'identify', 'instruction_set', 'inverse_kinematics', 'joint_jacobian', 'linearize', 'log_so3', 'make_effect', 'mass_matrix', 'observability_index', 'observation_entry', 'observation_names', 'posture_obstacles', 'quaternion_to_rotation', 'read_urdf', 'residuals', 'rotation_about', 'rotation_to_axis', 'rotation_to_rpy', 'rpy_to_rotation', 'separate', 'surrogate_inputs', 'tabulated_effect', 'visiting_order']
+__all__: list[str] = ['Alignment', 'ArmBending', 'ArmStructure', 'BeamSolver', 'BlockScores', 'Candidates', 'Choice', 'Compensator', 'Effect', 'ErrorModel', 'Field', 'FoldErrors', 'Identification', 'Linearization', 'Measurements', 'Observation', 'ObservationEntry', 'Parameter', 'PoseSolver', 'RobotDescription', 'RobotModel', 'SHOWN_BY_LOADS', 'SHOWN_BY_MOTION', 'Samples', 'ScoreTests', 'Separation', 'StiffnessTable', 'StructureElement', 'StructureNode', 'SubsetSearch', 'Tracker', 'align', 'build_dh', 'build_mdh', 'build_poe', 'build_urdf', 'choose_gauge', 'draw_design', 'effect_names', 'effect_owners', 'effect_traits', 'exchange_design', 'exp_so3', 'free_parameters', 'grow_design', 'identify', 'instruction_set', 'inverse_kinematics', 'joint_jacobian', 'linearize', 'log_so3', 'make_effect', 'mass_matrix', 'observability_index', 'observation_entry', 'observation_names', 'posture_obstacles', 'quaternion_to_rotation', 'read_urdf', 'residuals', 'rotation_about', 'rotation_to_axis', 'rotation_to_rpy', 'rpy_to_rotation', 'separate', 'surrogate_inputs', 'tabulated_effect', 'visiting_order']
 class Parameter:
     """
     A named number of a model, in SI.
@@ -699,6 +699,10 @@ def build_poe(description: RobotDescription, screws: typing.Annotated[numpy.typi
 def build_urdf(description: RobotDescription, origins: collections.abc.Sequence[typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"]], axes: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], flange: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"]) -> RobotModel:
     """
     URDF chain; origins n of (4, 4), axes (n, 3), flange (4, 4).
+    """
+def choose_gauge(R: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], hold: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], relative_tolerance: typing.SupportsFloat | typing.SupportsIndex) -> tuple[list[int], typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"], typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]]:
+    """
+    (held, directions (p, held), singular values): what a triangular factor R (p, p) does not fix to relative_tolerance of its largest singular value; of the columns that could be held those of large `hold`.
     """
 def draw_design(candidates: typing.SupportsInt | typing.SupportsIndex, count: typing.SupportsInt | typing.SupportsIndex, seed: typing.SupportsInt | typing.SupportsIndex) -> list[int]:
     """

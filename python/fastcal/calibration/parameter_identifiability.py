@@ -3,9 +3,8 @@
 """Which errors of an arm's geometry are identifiable at all: independent, correlated with others, or without effect.
 
 From the null space of the Jacobian over the workspace, J N = 0 (the spray-painting paper 2022, section 4.2, finds its
-five rules by hand from special cases of one pair of rows). Held parameters are chosen by QR with column pivoting of N^T
-(G. Golub, C. Van Loan, "Matrix Computations", 4th ed., 5.5.7); the column of each is then a combination of kept ones,
-J_h = sum_k c_hk J_k.
+five rules by hand from special cases of one pair of rows). Held parameters are chosen as an identification chooses its
+gauge (`identifiability.hpp`); the column of each is then a combination of kept ones, J_h = sum_k c_hk J_k.
 """
 
 from __future__ import annotations
@@ -16,8 +15,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.linalg import qr
 
+from fastcal import _core
 from fastcal.calibration.simulation import random_poses
 from fastcal.errors import InvalidInput
 from fastcal.robot.robot import Robot
@@ -137,27 +136,24 @@ def redundancy(
 
 
 def _classed(names: list[str], J: FloatArray, sizes: FloatArray, keep: Sequence[str]) -> Redundancy:
-    R = np.linalg.qr(J * (sizes / np.sqrt(max(len(J), 1))), mode="r")
-    values, V = np.linalg.svd(R)[1:] if len(R) else (np.zeros(0), np.eye(len(names)))
-    values = np.concatenate([values, np.zeros(len(names) - len(values))])
-    rank = int((values > NOTHING * values[0]).sum()) if values[0] > 0 else 0
-    null = V[rank:].T
-    moved = np.linalg.norm(null, axis=1)
-    silent = np.linalg.norm(R, axis=0) <= NOTHING * values[0]
+    rows = np.zeros((max(len(J), len(names)), len(names)))
+    rows[: len(J)] = J * (sizes / np.sqrt(max(len(J), 1)))
+    R = np.linalg.qr(rows, mode="r")
     # Large: held first. Ties fall to the first in the chain.
     priority = np.array([1e-3 if any(name.startswith(k) for k in keep) else _fixing_priority(name) for name in names])
     priority *= 1 - _TIE * np.arange(len(names)) / len(names)
-    lost = len(names) - rank
-    held = np.sort(qr((priority[:, None] * null).T, mode="r", pivoting=True)[1][:lost]) if lost else np.zeros(0, int)
+    held, directions, values = _core.choose_gauge(R, priority, NOTHING)
+    rank = len(names) - len(held)
+    moved = np.linalg.norm(np.linalg.qr(directions)[0], axis=1)  # rows of an orthonormal null basis
+    silent = np.linalg.norm(R, axis=0) <= NOTHING * values[0]
     free = np.setdiff1d(np.arange(len(names)), held)
-    directions = null @ np.linalg.inv(null[held]) if lost else null  # held one by 1, the kept ones by this: nothing
     coefficients = -directions * sizes[:, None] / sizes[held]
     parameters = []
     for i, name in enumerate(names):
         kind = "without_effect" if silent[i] else "correlated" if moved[i] > NOTHING**0.5 else "independent"
         combination = {}
         if i in held and not silent[i]:
-            column = coefficients[:, list(held).index(i)]
+            column = coefficients[:, held.index(i)]
             visible = np.abs(column) > IN_COMBINATION * np.abs(column[free]).max(initial=0)
             combination = {names[k]: float(column[k]) for k in free if visible[k]}
         parameters.append((name, kind, bool(i in held), combination))

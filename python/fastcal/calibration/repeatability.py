@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from fastcal import _core
 from fastcal.calibration.prediction import rotations
 from fastcal.measurements.dataset import Dataset
+from fastcal.measurements.splits import deal
 from fastcal.units import from_si
 
 FloatArray = NDArray[np.float64]
@@ -115,6 +116,12 @@ def pose_groups(data: Dataset) -> GroupArray:
     # 1e-6 rad or m: commands are rounded in files, and nobody commands two poses that close
     keys = np.round(np.column_stack([data.q, data.payload]) / 1e-6).astype(np.int64)
     return np.unique(keys, axis=0, return_inverse=True)[1].ravel()
+
+
+def pose_folds(data: Dataset, folds: int, random: np.random.Generator) -> GroupArray:
+    """(N,) fold 0 ... folds - 1 of each row: poses are dealt out at random, all visits of one to one fold."""
+    groups = pose_groups(data)
+    return np.asarray(deal(int(groups.max()) + 1, folds, random)[groups])
 
 
 def visit_groups(data: Dataset) -> GroupArray:

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.calibration.row_weights import huber_weights
+from fastcal.measurements.splits import deal
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -69,7 +70,7 @@ class _Search:
         self._problem = problem
         rows = np.unique(problem.row)
         fold_of = np.empty(int(rows.max()) + 1, dtype=np.int64)
-        fold_of[rows] = np.random.default_rng(_SEED).permutation(len(rows)) % FOLDS
+        fold_of[rows] = deal(len(rows), FOLDS, np.random.default_rng(_SEED))
         self._fold = fold_of[problem.row]
         self.weigh(np.ones(len(problem.residual)))
 

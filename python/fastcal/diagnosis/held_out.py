@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
-from fastcal.calibration.evaluation import pose_groups
+from fastcal.calibration.repeatability import pose_folds
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.fits import Fit
 from fastcal.diagnosis.problem import Problem
@@ -31,10 +31,8 @@ _RIDGE = 1e-10  # on unit columns: for those that the others span
 def folds(problem: Problem) -> NDArray[np.intp]:
     """(N,) fold of each fitted row: all visits of a pose in one, whichever rows are fitted."""
     measured = problem.data.measured
-    groups = pose_groups(problem.data.select(measured))
-    order = np.random.default_rng(0).permutation(groups.max() + 1)
     out = np.full(len(measured), -1, dtype=np.intp)
-    out[measured] = order[groups] % rules.FOLDS
+    out[measured] = pose_folds(problem.data.select(measured), rules.FOLDS, np.random.default_rng(0))
     return out[problem.used]
 
 

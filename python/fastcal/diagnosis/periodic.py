@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
-from fastcal.calibration.evaluation import pose_groups
+from fastcal.calibration.repeatability import pose_folds
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.library import Hypothesis, harmonics
 from fastcal.diagnosis.memory import without_memory
@@ -121,8 +121,7 @@ def forward(state: SearchNode, among: list[int], most: int) -> list[int]:
 def _held_out_share(state: SearchNode, chosen: list[int]) -> float:
     """Mean square of held-out poses with the blocks, over that without."""
     A, r, row = state.fit.whitened
-    groups = pose_groups(state.fit.problem.kept)
-    fold = (np.random.default_rng(0).permutation(groups.max() + 1)[groups] % rules.FOLDS).astype(np.int32)[row]
+    fold = pose_folds(state.fit.problem.kept, rules.FOLDS, np.random.default_rng(0)).astype(np.int32)[row]
     fold[row < 0] = -1
     C = np.hstack([state.blocks.columns_of(i) for i in chosen])
     sets = np.array([np.zeros(C.shape[1], dtype=bool), np.ones(C.shape[1], dtype=bool)])

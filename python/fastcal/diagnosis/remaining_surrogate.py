@@ -10,11 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.calibration.parameter_table import unknowns_by_owner
+from fastcal.diagnosis import rules
 from fastcal.diagnosis.adaptation import Judge, gap_step, nominal
 from fastcal.diagnosis.fits import Fit
 from fastcal.diagnosis.result import AdaptedModel, GapStep, Unexplained
 from fastcal.surrogate import add_surrogate, formulas
-from fastcal.surrogate.adding import EVIDENCE
+from fastcal.surrogate.adding import Gates
 
 _COLUMNS = {"time": "time_s", "temperature": "temperature_c", "payload": "payload_kg"}
 _SLOW = frozenset(["time", "temperature"])  # over which noise with a memory is a curve too
@@ -42,8 +43,11 @@ def with_surrogate(
         unknowns=fit.theta[len(fit.model.parameters) :],
         exclude=_SLOW if problem.noise.memory > 0 else frozenset(),
         threads=judge.threads,
+        gates=Gates(
+            rules.SURROGATE_EVIDENCE, rules.FURTHER_SURROGATE_EVIDENCE, rules.SURROGATE_HELD_OUT, rules.MAX_SURROGATES
+        ),
     )
-    if found.owner is None or found.evidence < EVIDENCE:
+    if found.owner is None or found.evidence < rules.SURROGATE_EVIDENCE:
         return None, None, rest
     on = tuple(_COLUMNS.get(name, name) for name in found.depends_on)
     hints = tuple(f.text for f in formulas(found.depends_on, found.inputs, found.curve))

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg, special
 
+from fastcal.calibration.row_weights import huber
 from fastcal.diagnosis import rules
 
 FloatArray = NDArray[np.float64]
@@ -133,7 +134,7 @@ def _suspects(Z: FloatArray, r: FloatArray, row: IntArray) -> IntArray:
         scale = float(np.median(size[rows >= 0]))
         u = size / max(scale, 1e-300)
         if round_ < rules.NOISE_ROUNDS // 2:
-            weight = np.minimum(1.0, rules.HUBER_SIZE / np.maximum(u, 1e-300))
+            weight = huber(u, rules.HUBER_SIZE)
         else:
             weight = np.where(u < rules.TUKEY_SIZE, (1 - (u / rules.TUKEY_SIZE) ** 2) ** 2, 0.0)
         weight[rows < 0] = 1.0

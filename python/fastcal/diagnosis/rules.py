@@ -165,6 +165,13 @@ CONTRAST = 5.0
 # --- What remains, what could have been seen, what to measure next ----------------------------------------------------
 # Orders that are looked for in a joint's curve, and the share of its square from which on one is stated.
 PROFILE_ORDERS, MAIN_ORDER_SHARE = 6, 0.25
+# Evidence of a surrogate of what remains, and of a further one [twice a log of likelihoods]; with the next rule none on
+# 14 of 14 sets where nothing is missing. Simulated.
+SURROGATE_EVIDENCE, FURTHER_SURROGATE_EVIDENCE = 60.0, 30.0
+# RMS of poses left out with the surrogates over that without, from which on none is added.
+SURROGATE_HELD_OUT = 0.95
+# Surrogates at most.
+MAX_SURROGATES = 3
 # Waves that the sentence lists one by one.
 MAX_WAVES_LISTED = 4
 # Probability with which the smallest effect that could have been seen is seen.

@@ -52,3 +52,8 @@ def _count(available: int, share: float) -> int:
     if available < 2:
         raise InvalidInput("a split needs at least two different postures")
     return int(np.clip(round(share * available), 1, available - 1))
+
+
+def deal(count: int, folds: int, random: np.random.Generator) -> NDArray[np.intp]:
+    """(count,) the fold, 0 ... folds - 1, of each of `count` things: at random, sizes differ by one at most."""
+    return np.asarray(random.permutation(count) % folds, dtype=np.intp)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from fastcal.correction import Inputs
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
+from fastcal.measurements.splits import deal
 from fastcal.robot.core_model import pose
 from fastcal.robot.robot import Robot
 from fastcal.units import from_si
@@ -103,8 +104,7 @@ def problem_of(
     count = int(regions.max()) + 1
     if count < folds:
         raise InvalidInput(f"{data.source}: {len(kept)} rows are {count} regions, too few for {folds} folds")
-    dealt = np.empty(count, dtype=np.intp)
-    dealt[np.random.default_rng((seed, 0)).permutation(count)] = np.arange(count) % folds
+    dealt = deal(count, folds, np.random.default_rng((seed, 0)))
     return Problem(
         bare,
         rows,

@@ -23,6 +23,7 @@ from fastcal.calibration.problem import CalibrationProblem
 from fastcal.calibration.unset_options import fill_unset_options
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
+from fastcal.measurements.splits import deal
 from fastcal.selection.set_search import Sets
 
 FloatArray = NDArray[np.float64]
@@ -146,5 +147,5 @@ def fold_of_rows(data: Dataset, used: NDArray[np.bool_], folds: int, random: np.
     if not 2 <= folds <= len(poses):
         raise InvalidInput(f"there must be at least 2 folds and at most one a pose, {len(poses)}; got {folds}")
     fold = np.full(group.max() + 1, -1, dtype=np.int32)
-    fold[random.permutation(poses)] = np.arange(len(poses)) % folds
+    fold[poses] = deal(len(poses), folds, random)
     return np.where(used, fold[group], np.int32(-1))

@@ -27,10 +27,6 @@ from fastcal.surrogate.problem import RestProblem, misfit, rest_problem
 
 FloatArray = NDArray[np.float64]
 
-EVIDENCE = 60.0  # twice the log of likelihoods: nothing on 14 of 14 sets where nothing is missing (with HELD_OUT)
-MORE = 30.0  # of a further block
-HELD_OUT = 0.95  # RMS of poses left out with the surrogate over that without
-MOST_BLOCKS = 3
 _WIDTHS = {1: (0.07, 0.15, 0.35, 0.8), 2: (0.25, 0.6), 3: (0.4, 0.8)}  # of an input's range, by the number of inputs
 _NODES = {1: 24, 2: 40, 3: 60}
 _FEWER = 12  # nodes of a place that moves in six directions
@@ -39,6 +35,23 @@ _ROWS = 1200  # that blocks are chosen on: more tell no more of a smooth curve
 _ROWS_FITTED = 6000
 _FEW_ROWS = 100  # where the choice of blocks itself is part of what poses left out must confirm
 _COMPONENTS = 8  # of the function's uncertainty that a model keeps
+
+
+@dataclass(frozen=True)
+class Gates:
+    """What a surrogate must show to be added; the defaults are those of the diagnosis (`fastcal.diagnosis.rules`).
+
+    Attributes:
+        evidence: Of the first block, twice the log of a ratio of likelihoods.
+        more_evidence: Of a further block.
+        held_out: RMS of poses left out with everything that is added over that without.
+        blocks: At most.
+    """
+
+    evidence: float = 60.0
+    more_evidence: float = 30.0
+    held_out: float = 0.95
+    blocks: int = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,6 +103,7 @@ def add_surrogate(
     unknowns: FloatArray | None = None,
     exclude: frozenset[str] = frozenset(),
     threads: int = 1,
+    gates: Gates = Gates(),
 ) -> AddedSurrogate:
     """Places what a calibrated model leaves and adds a surrogate of it, if evidence and poses left out both agree.
 
@@ -101,12 +115,13 @@ def add_surrogate(
         unknowns: (U,) of the observations: places of anchors, planes ...
         exclude: Places and inputs to leave out, such as "workspace", "time".
         threads: Cores; the result does not depend on it.
+        gates: What it must show to be added.
     """
     open_ones = [c for c in candidates(model, data) if not exclude & {c.owner, *c.inputs}]
     owners = list(dict.fromkeys(c.owner for c in open_ones))
     few = data.select(_some(len(data), _ROWS))
     problem = rest_problem(model, few, noise, unknowns, owners, threads)
-    blocks = _chosen(problem, open_ones)
+    blocks = _chosen(problem, open_ones, gates)
     places = np.zeros(0) if unknowns is None else np.ravel(unknowns)
     nothing = AddedSurrogate(model, (), None, (), 0.0, 0.0, 1.0, np.zeros((0, 0)), np.zeros((0, 0)), places)
     if not blocks:
@@ -115,7 +130,7 @@ def add_surrogate(
         rows = data.select(_some(len(data), _ROWS_FITTED))
         problem = rest_problem(model, rows, noise, unknowns, list({b.candidate.owner for b in blocks}), threads)
         blocks = [_block(problem, b.candidate, b.kernel, b.low, b.high, b.scale, b.size, b.evidence) for b in blocks]
-    ratios = [_held_out(problem, blocks[: k + 1], open_ones) for k in range(len(blocks))]
+    ratios = [_held_out(problem, blocks[: k + 1], open_ones, gates) for k in range(len(blocks))]
     blocks = blocks[: ratios.index(min(ratios)) + 1]  # a further block must help poses left out
     before = misfit(model, data, noise, places, threads)
     while True:
@@ -138,7 +153,7 @@ def add_surrogate(
         curve=_curve(problem, first, entries[0]),
         unknowns=places,
     )
-    if first.evidence < EVIDENCE or ratio >= HELD_OUT or not is_less:
+    if first.evidence < gates.evidence or ratio >= gates.held_out or not is_less:
         return found
     names = tuple(f"surrogate@{b.candidate.owner}" for b in blocks)
     return replace(found, model=extended, added=names, unknowns=beside)
@@ -155,7 +170,7 @@ def _some(rows: int, most: int) -> NDArray[np.int64]:
     return np.unique(np.linspace(0, rows - 1, min(rows, most)).round().astype(np.int64))
 
 
-def _held_out(problem: RestProblem, blocks: list[Block], open_ones: list[Candidate]) -> float:
+def _held_out(problem: RestProblem, blocks: list[Block], open_ones: list[Candidate], gates: Gates) -> float:
     """RMS of poses left out with the blocks over that without.
 
     Few rows choose blocks by chance: there the choice is made anew without each fold.
@@ -168,19 +183,19 @@ def _held_out(problem: RestProblem, blocks: list[Block], open_ones: list[Candida
             continue
         own = blocks
         if again:
-            kernels = _chosen(problem.without(held), open_ones, len(blocks))
+            kernels = _chosen(problem.without(held), open_ones, replace(gates, blocks=len(blocks)))
             own = [_block(problem, b.candidate, b.kernel, b.low, b.high, b.scale, b.size, b.evidence) for b in kernels]
         C = np.hstack([b.columns for b in own]) if own else np.zeros((len(problem.r), 0))
         squares += held_out_squares(problem.A, C, problem.r, held)
     return float(np.sqrt(squares[1] / squares[0])) if squares[0] > 0 else 1.0
 
 
-def _chosen(problem: RestProblem, open_ones: list[Candidate], most: int = MOST_BLOCKS) -> list[Block]:
+def _chosen(problem: RestProblem, open_ones: list[Candidate], gates: Gates) -> list[Block]:
     """Blocks by evidence, each beside those before it."""
     blocks: list[Block] = []
     problem.find(name for candidate in open_ones for name in candidate.inputs)
     A, r = problem.A, problem.r
-    while len(blocks) < most:
+    while len(blocks) < gates.blocks:
         beside = Beside(A, r)
         best: Block | None = None
         worth: dict[Candidate, float] = {}
@@ -196,7 +211,7 @@ def _chosen(problem: RestProblem, open_ones: list[Candidate], most: int = MOST_B
                 worth[candidate] = max(found.evidence, worth.get(candidate, 0.0))
                 if found.evidence > (0.0 if best is None else best.evidence):
                     best = Block(**{**vars(block), "size": found.size, "evidence": found.evidence})
-        if best is None or best.evidence < (MORE if blocks else 1e-9):
+        if best is None or best.evidence < (gates.more_evidence if blocks else 1e-9):
             break
         best = Block(**{**vars(best), "columns": best.columns * best.size})
         blocks.append(best)

@@ -7,15 +7,14 @@ from __future__ import annotations
 import copy
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
 from fastcal.calibration.alignment import measurements, noise_by_observation
-from fastcal.calibration.evaluation import pose_groups
 from fastcal.calibration.problem import asked_parameters
+from fastcal.calibration.repeatability import pose_folds
 from fastcal.calibration.row_weights import huber_weights
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot, Spec
@@ -129,7 +128,7 @@ def rest_problem(
         A=A,
         r=np.append(weight[:, 0] * r, np.zeros(len(columns))),
         row=np.append(row, pad),
-        fold=np.append(_folds(data)[row], pad),
+        fold=np.append(pose_folds(data, FOLDS, np.random.default_rng(_SEED))[row], pad),
         shifted=np.array([*geometry, *([-1] * len(places))], dtype=np.int64),
         place=place,
     )
@@ -154,9 +153,3 @@ def unit_motion(owner: str, direction: int) -> Spec:
 
 def _padded(values: FloatArray, count: int) -> FloatArray:
     return np.vstack([values, np.zeros((count, values.shape[1]))])
-
-
-def _folds(data: Dataset) -> IntArray:
-    """(N,) 0 ... FOLDS - 1, the same for all visits of a pose."""
-    group: NDArray[Any] = pose_groups(data)
-    return np.asarray(np.random.default_rng(_SEED).permutation(int(group.max()) + 1)[group] % FOLDS, dtype=np.int64)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fastcal import Dataset, InvalidInput, load_robot
-from fastcal.measurements.splits import random_rows, region_rows
+from fastcal.measurements.splits import deal, random_rows, region_rows
 
 
 @pytest.fixture(scope="module")
@@ -100,6 +100,13 @@ def test_a_held_out_region_is_a_ball_of_joint_space() -> None:
     assert (np.array(far) < np.array(near)).any()
     with pytest.raises(InvalidInput, match="one place of joint space"):
         region_rows(np.zeros((9, 3)), 0.3, 0)
+
+
+def test_folds_differ_by_one_at_most_and_the_seed_decides_who_is_in_which() -> None:
+    fold = deal(23, 5, np.random.default_rng(1))
+    assert sorted(np.bincount(fold)) == [4, 4, 5, 5, 5]
+    np.testing.assert_array_equal(fold, deal(23, 5, np.random.default_rng(1)))
+    assert (fold != deal(23, 5, np.random.default_rng(2))).any()
 
 
 @pytest.mark.parametrize("share", [0.0, 1.0, -1.0, float("nan")])

@@ -64,7 +64,8 @@ def test_torchscript_and_onnx_agree_with_the_correction(
 
 
 def test_what_is_no_network_is_refused(arm: Robot, data: Dataset) -> None:
-    found = train(arm, data.select(slice(90)), network="gp", rivals=[], folds=2)
+    # Four regions: in two folds one of the three ways to deal them leaves half of a joint's range unseen.
+    found = train(arm, data.select(slice(90)), network="gp", rivals=[], folds=4)
     assert found.model.correction is not None
     with pytest.raises(InvalidInput, match="kind gp is no network"):
         export(found.model.correction)

@@ -255,12 +255,13 @@ def test_global_compensation_keeps_the_network_under_any_load(arm: Robot, data: 
     from fastcal.networks import train
 
     own = data.select(data.payload == 0.0)
-    found = train(arm, own, network="mlp", rivals=[], folds=2, any_load=True)
+    # Each of the four regions by itself: two folds may leave half of a joint's range unseen.
+    found = train(arm, own, network="mlp", rivals=[], folds=4, any_load=True)
     assert found.used == "mlp"
     q = own.q[:5]
     light, heavy = (found.model.correct(q, load) for load in (0.0, 40.0))
     assert np.array_equal(light.displacement, heavy.displacement)
     assert heavy.weight.min() > 0.5
-    plain_model = train(arm, own, network="mlp", rivals=[], folds=2)
+    plain_model = train(arm, own, network="mlp", rivals=[], folds=4)
     assert plain_model.model.correct(q, 40.0).weight.max() == 0.0
     assert fastcal.predict(found.model, Dataset.from_arrays(q, payload=40.0)).correction_weight is not None

@@ -7,6 +7,7 @@ from unittest import mock
 
 import numpy as np
 
+from fastcal.calibration import repeatability
 from fastcal.diagnosis import diagnosis, grading, held_out, rivals, unexplained
 from fastcal.diagnosis.search import Family, SearchNode
 
@@ -319,7 +320,7 @@ def each_fold_holds_out_a_fifth_and_every_visit_of_a_pose() -> None:
     q = np.repeat(np.random.default_rng(3).uniform(-1, 1, (ROWS // 2, 3)), 2, axis=0)
     every = np.ones(ROWS, dtype=bool)
     problem = SimpleNamespace(data=SimpleNamespace(measured=every, select=lambda rows: q), used=every)
-    with mock.patch.object(held_out, "pose_groups", return_value=np.repeat(np.arange(ROWS // 2), 2)):
+    with mock.patch.object(repeatability, "pose_groups", return_value=np.repeat(np.arange(ROWS // 2), 2)):
         fold = held_out.folds(problem)
     np.testing.assert_array_equal(fold[::2], fold[1::2])
     np.testing.assert_array_equal(np.bincount(fold), np.full(5, ROWS // 5))

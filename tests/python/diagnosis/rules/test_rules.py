@@ -12,6 +12,7 @@ from . import (  # noqa: F401
     noise_checks,
     outcome_checks,
     search_checks,
+    surrogate_checks,
     tested_checks,
     wave_checks,
 )

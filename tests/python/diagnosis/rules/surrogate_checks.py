@@ -1,0 +1,73 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""When what remains is added to the model as a function without a name."""
+
+from functools import cache
+from types import SimpleNamespace
+from typing import Any
+from unittest import mock
+
+import numpy as np
+
+from fastcal import calibrate
+from fastcal.diagnosis import remaining_surrogate
+from fastcal.diagnosis.remaining_surrogate import with_surrogate
+from fastcal.diagnosis.result import Unexplained
+from fastcal.measurements.dataset import Dataset
+
+from .mutants import falls_with
+from .small_arm import SIGMA, arm, measured
+
+REST = Unexplained("joint1", 0.1, (), None, ())
+
+
+@cache
+def calibrated(curves: bool) -> tuple[Any, Dataset]:
+    """The arm's geometry, fitted where joints 2 and 3 err along curves, and where nothing is missing."""
+    data = measured([], rows=120)
+    if curves:
+        J = arm().joint_jacobian(data.q)[:, :3]
+        turned = 5e-4 * np.exp(np.sin(data.q[:, 1])), 3e-4 * np.exp(np.sin(2 * data.q[:, 2]))
+        assert data.position is not None
+        data.position[:] += J[:, :, 1] * turned[0][:, None] + J[:, :, 2] * turned[1][:, None]
+    return calibrate(arm(), data, loss="none").model, data
+
+
+def added(curves: bool) -> tuple[str, Unexplained | None]:
+    """The surrogates that are added, and what remains."""
+    model, data = calibrated(curves)
+    noise = SimpleNamespace(common=(SIGMA, 1e-4, SIGMA), factor=1.0, memory=0.0)
+    fit: Any = SimpleNamespace(
+        problem=SimpleNamespace(noise=noise, data=data, measured=None),
+        theta=np.zeros(0),
+        model=SimpleNamespace(parameters=[]),
+    )
+    judge: Any = SimpleNamespace(threads=1, of=lambda model, *_: model)
+    last: Any = SimpleNamespace(model=model)
+    with (
+        mock.patch.object(remaining_surrogate, "nominal", return_value=None),
+        mock.patch.object(remaining_surrogate, "unknowns_by_owner", return_value={}),
+        mock.patch.object(remaining_surrogate, "gap_step", _step),
+    ):
+        _, step, rest = with_surrogate(last, fit, np.ones(len(data), dtype=bool), judge, REST)
+    return "" if step is None else step.added or "", rest
+
+
+def _step(added: str | None, _: Any) -> Any:
+    """A surrogate halves what is left."""
+    return SimpleNamespace(added=added, train_rms_mm=1.0 if added is None else 0.5)
+
+
+@falls_with(SURROGATE_EVIDENCE=1e9)
+@falls_with(FURTHER_SURROGATE_EVIDENCE=1e9)
+@falls_with(SURROGATE_HELD_OUT=0.0)
+@falls_with(MAX_SURROGATES=1)
+def curves_of_two_joints_are_added() -> None:
+    assert set(added(True)[0].split(",")) == {"surrogate@joint2", "surrogate@joint3"}
+
+
+@falls_with(SURROGATE_EVIDENCE=-1.0)
+def noise_is_no_rest() -> None:
+    names, rest = added(False)
+    assert names == ""
+    assert rest is REST
