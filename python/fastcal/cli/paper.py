@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from fastcal.cli.console import emit, progress, say
-from fastcal.cli.options import OutFolder, Threads
+from fastcal.cli.options import OutFolder
 
 FILES = ("paper.json", "report.html")
 
@@ -19,13 +19,17 @@ def paper(
     output: OutFolder,
     arms: Annotated[int, typer.Option(min=1, help="Simulated arms, each with its own errors and noise.")] = 3,
     full: Annotated[bool, typer.Option("--full", help="The paper's whole search budgets.")] = False,
-    threads: Threads = 1,
+    threads: Annotated[
+        int | None, typer.Option(min=1, help="Arms at a time, by default one a core; the numbers do not depend on it.")
+    ] = None,
     cluster: Annotated[str | None, typer.Option(metavar="ADDRESS", help="Run the arms on this Dask scheduler.")] = None,
 ) -> None:
     """Run a paper's study on simulated arms.
 
     A page shows the paper's figures, its method's and fastcal's best.
     """
+    import joblib
+
     from fastcal.io.atomic import write_text
     from fastcal.io.folder import atomic_folder, check_folder
     from fastcal.io.results import write_json
@@ -35,7 +39,9 @@ def paper(
     check_folder(output, FILES)
     with progress() as show:
         show("simulating and calibrating")
-        content = run_study(name, arms=arms, full=full, threads=threads, cluster=cluster, progress=show)
+        content = run_study(
+            name, arms=arms, full=full, threads=threads or joblib.cpu_count(), cluster=cluster, progress=show
+        )
     with atomic_folder(output, owned=FILES) as folder:
         write_json(folder / "paper.json", content)
         write_text(folder / "report.html", paper_page(content))
