@@ -4,34 +4,16 @@
 
 from __future__ import annotations
 
+import importlib
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Annotated, cast
 
 import typer
 
-from fastcal.cli import (
-    accept,
-    calibrate,
-    check,
-    compensate,
-    convert,
-    demo,
-    design,
-    diagnose,
-    fleet,
-    history,
-    imports,
-    lists,
-    models,
-    paper,
-    simulate,
-    train,
-    update,
-)
 from fastcal.cli.arm_links import with_links
-from fastcal.cli.console import fail, manner
+from fastcal.cli.console import NOT_CONVERGED, fail, manner
 from fastcal.cli.manners import examples, with_manners
 from fastcal.cli.own_inputs import keeps_its_inputs
 from fastcal.cli.tracker import with_tracker
@@ -43,40 +25,50 @@ OK, INTERNAL, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 # The base of what typer raises over usage, for which it has no name of its own in every version.
 _UsageError = cast("type[Exception]", typer.BadParameter.__mro__[2])
 
-COMMANDS = (
-    calibrate.calibrate,
-    diagnose.diagnose,
-    check.check,
-    update.update,
-    update.compare,
-    history.history,
-    train.train,
-    models.predict,
-    compensate.compensate,
-    models.evaluate,
-    accept.accept,
-    design.design,
-    simulate.simulate,
-    convert.convert,
-    imports.import_,
-    imports.template,
-    lists.robots,
-    lists.effects,
-    fleet.fleet,
-    paper.paper,
-    demo.demo,
-)
+# The commands as `fastcal --help` lists them, and the module and function of each.
+COMMANDS = {
+    "calibrate": "calibrate:calibrate",
+    "diagnose": "diagnose:diagnose",
+    "check": "check:check",
+    "update": "update:update",
+    "compare": "update:compare",
+    "history": "history:history",
+    "train": "train:train",
+    "predict": "models:predict",
+    "compensate": "compensate:compensate",
+    "evaluate": "models:evaluate",
+    "accept": "accept:accept",
+    "design": "design:design",
+    "simulate": "simulate:simulate",
+    "convert": "convert:convert",
+    "import": "imports:import_",
+    "template": "imports:template",
+    "robots": "lists:robots",
+    "effects": "lists:effects",
+    "fleet": "fleet:fleet",
+    "paper": "paper:paper",
+    "demo": "demo:demo",
+}
 
-app = typer.Typer(
-    add_completion=True,
-    rich_markup_mode=None,
-    pretty_exceptions_enable=False,
-    context_settings={"help_option_names": ["-h", "--help"]},
-)
-for command in COMMANDS:
-    name = command.__name__.rstrip("_")
-    whole = with_who(with_tracker(with_links(keeps_its_inputs(command))))
-    app.command(name, epilog=examples(name))(with_manners(name, whole))
+
+def application(names: Iterable[str] = COMMANDS) -> typer.Typer:
+    """`fastcal` with these of its commands; only their modules are imported."""
+    app = typer.Typer(
+        add_completion=True,
+        rich_markup_mode=None,
+        pretty_exceptions_enable=False,
+        context_settings={"help_option_names": ["-h", "--help"]},
+    )
+    app.callback(
+        epilog="Exit code 0: done. 2: bad input or usage. 3: not converged, too few equations, undecided. "
+        "4: over, changed."
+    )(_fastcal)
+    for name in names:
+        module, _, function = COMMANDS[name].partition(":")
+        command = getattr(importlib.import_module(f"fastcal.cli.{module}"), function)
+        whole = with_who(with_tracker(with_links(keeps_its_inputs(command))))
+        app.command(name, epilog=examples(name))(with_manners(name, whole))
+    return app
 
 
 def _show_version(wanted: bool) -> None:
@@ -87,9 +79,6 @@ def _show_version(wanted: bool) -> None:
         raise typer.Exit
 
 
-@app.callback(
-    epilog="Exit code 0: done. 2: bad input or usage. 3: not converged, too few equations, undecided. 4: over, changed."
-)
 def _fastcal(
     version: Annotated[
         bool, typer.Option("--version", help="Show the version.", callback=_show_version, is_eager=True)
@@ -104,11 +93,13 @@ def _fastcal(
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs `fastcal` with the given arguments, or with those of the process; returns the exit code."""
     manner.set("text")
+    first = (sys.argv[1:] if arguments is None else arguments)[:1]
     try:
+        app = application(first if first and first[0] in COMMANDS else COMMANDS)
         code = typer.main.get_command(app).main(arguments, prog_name="fastcal", standalone_mode=False)
         sys.stdout.flush()
     except Undetermined as error:
-        return _failed(str(error), calibrate.NOT_CONVERGED)
+        return _failed(str(error), NOT_CONVERGED)
     except FastcalError as error:
         return _failed(str(error), BAD_INPUT)
     except _UsageError as error:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from fastcal.cli.console import emit, fail, progress, say, warn
+from fastcal.cli.console import NOT_CONVERGED, emit, fail, progress, say, warn
 from fastcal.cli.options import (
     AsRead,
     DataFiles,
@@ -30,8 +30,6 @@ from fastcal.cli.who import Who
 if TYPE_CHECKING:
     from fastcal.calibration.calibrate import CalibrationResult
     from fastcal.selection.choose_parameters import Selection
-
-NOT_CONVERGED = 3
 
 
 def calibrate(

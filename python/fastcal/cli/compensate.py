@@ -7,7 +7,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-import numpy as np
 import typer
 
 from fastcal.cli.compensate_programs import compensate_programs
@@ -157,6 +156,8 @@ def _table(
 
 def _corrections(robot: Robot, path: Path, wanted: Targets, found: Compensation, nominal: Robot | None) -> None:
     """By how much the commanded pose of each reached row differs from the target, along the measuring frame's axes."""
+    import numpy as np
+
     from fastcal.compensation.commands import shifts
     from fastcal.io.corrections_out import write_corrections
 
@@ -178,6 +179,8 @@ def _figures(found: Compensation) -> dict[str, Any]:
 
 def _say(found: Compensation) -> None:
     """The result in a line or two."""
+    import numpy as np
+
     from fastcal.units import from_si
 
     counts = {status: int((found.status == status).sum()) for status in dict.fromkeys(found.status.tolist())}

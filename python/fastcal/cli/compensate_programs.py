@@ -7,8 +7,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from fastcal.cli.console import emit, progress, say, warn
 
 if TYPE_CHECKING:
@@ -57,6 +55,8 @@ def _changed(
 
 
 def _write_corrections(robot: Robot, path: Path, done: Done) -> None:
+    import numpy as np
+
     from fastcal.io.corrections_out import write_corrections
 
     rows = [(program, found) for _, program, found in done if found is not None]
@@ -90,6 +90,8 @@ def _say(done: Done, *, inverse: bool) -> None:
 
 
 def _emit(done: Done, written: list[Path]) -> None:
+    import numpy as np
+
     from fastcal.units import from_si
 
     error = np.concatenate([np.zeros(0), *(found.error for _, _, found in done if found is not None)])

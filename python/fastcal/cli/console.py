@@ -13,6 +13,7 @@ from typing import Any, Literal
 
 import typer
 
+NOT_CONVERGED = 3  # the exit code of a fit that is no answer
 # What moves a terminal's cursor, colours it, names its window or turns the direction of writing.
 _CONTROL = re.compile("[\x00-\x08\x0a-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fastcal.cli import calibrate
-from fastcal.cli.console import progress, say
+from fastcal.cli.console import NOT_CONVERGED, progress, say
 from fastcal.cli.options import Seed, Threads
 
 if TYPE_CHECKING:
@@ -59,7 +59,7 @@ def demo(output: Folder = Path("fastcal-demo"), seed: Seed = 1, threads: Threads
         write_calibration(found, output, simulated=True)
     calibrate.say_result(found, output, [str(output / "robot.yaml"), str(output / "measurements.csv")])
     if found.status != "converged":
-        raise typer.Exit(calibrate.NOT_CONVERGED)
+        raise typer.Exit(NOT_CONVERGED)
 
 
 def _check_ours(output: Path) -> None:

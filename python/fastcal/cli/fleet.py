@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fastcal.cli.calibrate import NOT_CONVERGED
-from fastcal.cli.console import emit, progress, say
+from fastcal.cli.console import NOT_CONVERGED, emit, progress, say
 from fastcal.cli.options import Loss, OutFolder
 
 if TYPE_CHECKING:

@@ -8,7 +8,6 @@ import re
 from collections.abc import Mapping
 from typing import NamedTuple
 from xml.parsers import expat
-from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
@@ -79,7 +78,7 @@ def with_origins(xml: str, origins: Mapping[str, Array]) -> str:
         joint = joints[name]
         values = {"xyz": _numbers(T[:3, 3]), "rpy": _numbers(rotation_to_rpy(T[:3, :3]))}
         if joint.origin is None:
-            line = f"<origin xyz={quoteattr(values['xyz'])} rpy={quoteattr(values['rpy'])}/>".encode()
+            line = f'<origin xyz="{values["xyz"]}" rpy="{values["rpy"]}"/>'.encode()
             edits.append((joint.tag.end, joint.tag.end, _indent(content, joint.tag.end) + line))
         else:
             text = content[joint.origin.start : joint.origin.end].decode()

@@ -13,7 +13,6 @@ import os
 import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from unittest import mock
 
 from fastcal.errors import ParseError
 from fastcal.io.yaml_file import read_text
@@ -30,6 +29,8 @@ def expanded(path: str | os.PathLike[str], arguments: Mapping[str, str] | None =
         ParseError: xacro is not installed, a package or argument is missing, or the file can't be expanded.
     """
     read_text(path)  # refuses what is no text, before macros run
+    from unittest import mock  # imports asyncio
+
     try:
         import xacro
     except ImportError:

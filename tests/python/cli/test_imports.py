@@ -60,6 +60,13 @@ def test_a_command_loads_only_what_it_needs(folder: Path, arguments: list[str]) 
     assert loaded(folder, *arguments) & HEAVY == set()
 
 
+def test_the_help_loads_no_arrays_and_a_command_no_other_command(folder: Path) -> None:
+    assert "numpy" not in loaded(folder, "--help")
+    seen = loaded(folder, "predict", "model.yaml", "data.csv", "-o", "predicted.csv")
+    assert "fastcal.cli.models" in seen
+    assert not seen & {"fastcal.cli.calibrate", "fastcal.cli.compensate", "fastcal.report", "asyncio"}
+
+
 def test_the_probe_sees_a_heavy_module(folder: Path) -> None:
     rivals = "joint_compliance@joint2,joint_compliance@joint3"
     chosen = ["--count", "12", "--candidate-count", "64", "--separate", rivals, "--payload-kg", "0,10", "-o", "p.csv"]

@@ -15,7 +15,7 @@ from fastcal import _core, robots
 from fastcal.cli.app import COMMANDS
 from fastcal.cli.manners import EXAMPLES, SUMMARIES
 
-NAMES = [command.__name__.rstrip("_") for command in COMMANDS]
+NAMES = list(COMMANDS)
 
 
 def help_of(fastcal, *arguments: str) -> str:
