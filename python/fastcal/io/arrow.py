@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.parquet
 from numpy.typing import NDArray
 
 from fastcal.errors import TooLarge
@@ -45,6 +44,8 @@ def read_parquet_table(content: bytes, path: str) -> Table:
         TooLarge: It holds more cells than a table of measurements could.
         ParseError: It is damaged.
     """
+    import pyarrow.parquet  # a third of a large CSV's time, which needs `column_from_arrow` alone
+
     found: pa.Table | None = None
     try:
         size = pyarrow.parquet.ParquetFile(pa.BufferReader(content)).metadata

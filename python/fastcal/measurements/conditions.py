@@ -15,7 +15,6 @@ from fastcal.effects import registered
 from fastcal.effects.entries import LAGGED, MOVE, Spec, extra_columns, label, options_of, traits_of
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
-from fastcal.measurements.last_moves import directions
 from fastcal.measurements.thermal_lag import lagged
 
 FloatArray = NDArray[np.float64]
@@ -75,7 +74,7 @@ def condition_columns(data: Dataset) -> dict[str, Any]:
         "time": data.time,
         "station": None if data.station is None else np.array(data.station_names)[data.station],
         "mount": None if data.mount is None else np.array(data.mount_names)[data.mount],
-        "approach": directions(data.move) if data.approach is None and data.move is not None else data.approach,
+        "approach": data.directions if data.approach is None else data.approach,
         "move": data.move,
         "current": data.current,
         "extra": data.extra,

@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,7 +18,7 @@ from fastcal.display.shown import Shown
 from fastcal.errors import InvalidInput
 from fastcal.measurements.checks import BadRow, RobotFacts, check_values
 from fastcal.measurements.instrument import with_tracker
-from fastcal.measurements.last_moves import last_moves
+from fastcal.measurements.last_moves import directions, last_moves
 from fastcal.measurements.observations import measured_rows, tables_of
 from fastcal.measurements.splits import random_rows, region_rows
 
@@ -102,6 +103,11 @@ class Dataset(Shown):
     def measured(self) -> NDArray[np.bool_]:
         """(N,) true in rows that hold at least one measured number."""
         return measured_rows(self)
+
+    @cached_property
+    def directions(self) -> FloatArray | None:
+        """(N, n) +1 or -1 of each joint's last known move, from `move`; None where no moves are known."""
+        return None if self.move is None else directions(self.move)
 
     def table(self, field: str) -> FloatArray | None:
         """A field of numbers as (N, k), one of the data set's own or of `observed`; None where there is none."""

@@ -17,7 +17,6 @@ from fastcal.report.document import document_facts
 from fastcal.report.formatting import alike, count, percent, plural, significant
 from fastcal.report.language import _, decimal_sign, in_language, mid_sentence
 from fastcal.report.tables import capitalised, in_words
-from fastcal.report.trends import trend
 from fastcal.report.view import Rows, rows_of
 from fastcal.report.words import listed, verdict
 from fastcal.units import from_si
@@ -50,7 +49,7 @@ def _page(result: CalibrationResult, simulated: bool, limit: LimitJudged | None)
     train = rows_of(_("Training"), result.train, result.model.joint_types)
     test = rows_of(_("Test"), result.test, result.model.joint_types)
     sets = [rows for rows in (train, test) if rows is not None]
-    trends = {v.name: trend(v.values, train.residual) for v in train.variables} if train else {}
+    trends = train.trends if train else {}
     base = np.asarray(result.model.spec["base"]["xyz_mm"], float)
     arrows = residual_figures.arrows(sets)
     return page.render(

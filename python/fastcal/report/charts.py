@@ -14,7 +14,7 @@ from fastcal.report import figures
 from fastcal.report.figures import Figure, Key, Trace
 from fastcal.report.formatting import plural, significant
 from fastcal.report.language import _, decimal_sign
-from fastcal.report.trends import binned_median
+from fastcal.report.trends import binned_medians
 
 Array = NDArray[np.float64]
 
@@ -99,8 +99,7 @@ def trend_panel(
     traces = [
         figures.points(x[shown], y[shown], entry.colour, 3, 0.22) for entry, y in zip(key, residual.T, strict=True)
     ]
-    for entry, y in zip(key, residual.T, strict=True):
-        bins = binned_median(x, y)
+    for entry, bins in zip(key, binned_medians(x, residual), strict=True):
         if len(bins.x) == 0:
             continue
         around = np.concatenate([bins.x, bins.x[::-1]]), np.concatenate([bins.low, bins.high[::-1]])

@@ -43,7 +43,6 @@ from fastcal.report.figures import Figure
 from fastcal.report.formatting import alike, percent, significant
 from fastcal.report.model_patches import PATTERN, patch_name, removal_patches
 from fastcal.report.tables import Table, capitalised
-from fastcal.report.trends import trend
 from fastcal.report.view import Rows, rows_of
 
 if TYPE_CHECKING:
@@ -277,9 +276,7 @@ def _pairs(train: Rows | None, geometry: Rows | None, *, changed: bool) -> list[
     if train is None or geometry is None:
         return []
     named = {"geometry alone": geometry, "with what was found": train} if changed else {"calibrated geometry": train}
-    states = {
-        name: (rows, {v.name: trend(v.values, rows.residual) for v in rows.variables}) for name, rows in named.items()
-    }
+    states = {name: (rows, rows.trends) for name, rows in named.items()}
     return residual_figures.trend_pairs(states)
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fastcal.report.formatting import significant
-from fastcal.report.trends import Trend, trend
+from fastcal.report.trends import Trend
 from fastcal.report.view import Rows, rows_of
 from fastcal.report.words import listed
 from fastcal.units import from_si
@@ -30,8 +30,7 @@ def next_step(result: CalibrationResult, arguments: Sequence[str] = ()) -> str:
     rows = rows_of("Training", result.train, result.model.joint_types)
     if rows is None:
         return "next: nothing was measured that shows how large the remaining error is"
-    trends = {v.name: trend(v.values, rows.residual) for v in rows.variables}
-    more = what_remains(result, rows, trends)
+    more = what_remains(result, rows, rows.trends)
     if more is None:
         if result.test is None:
             return "next: what remains looks like noise; check the model on other poses (--test, or fastcal evaluate)"

@@ -31,7 +31,6 @@ from fastcal.report import (
 from fastcal.report.frames import frame
 from fastcal.report.summaries import summary
 from fastcal.report.tables import capitalised
-from fastcal.report.trends import trend
 from fastcal.report.view import Rows, rows_of
 
 if TYPE_CHECKING:
@@ -158,8 +157,7 @@ def _residuals(shown: Any, over: str | None = None) -> list[Figure]:
     names = [variable.name for variable in rows.variables]
     if over is not None and over not in names:
         raise InvalidInput(f"the residuals can be drawn over {', '.join(names)}, got '{over}'")
-    trends = {v.name: trend(v.values, rows.residual) for v in rows.variables}
-    panels = residual_figures.trend_panels(rows, trends)
+    panels = residual_figures.trend_panels(rows, rows.trends)
     panel = next(panel for panel in panels if over is None or panel.id == f"trend-{over}")
     return [replace(panel, key=charts.component_key(rows.components))]
 

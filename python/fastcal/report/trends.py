@@ -11,6 +11,7 @@ the share of the variance of ranks that the bins explain, adjusted for the numbe
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -55,23 +56,45 @@ class Trend:
 NO_TREND = Trend(share=0.0, p_value=1.0)
 
 
-def bin_rows(x: Array, bin_count: int = BIN_COUNT) -> list[NDArray[np.intp]]:
-    """Rows of x (N,) in bins of about equal count, in the order of x; equal x share a bin, thin bins are left out."""
+def bins_of(x: Array, bin_count: int = BIN_COUNT) -> NDArray[np.intp]:
+    """(N,) the bin of each row of x (N,), in the order of x and of about equal count; -1 in thin bins.
+
+    Equal x share a bin.
+    """
     bin_count = min(bin_count, max(1, len(x) // ROWS_PER_BIN))
-    edges = np.unique(np.quantile(x, np.linspace(0.0, 1.0, bin_count + 1))) if len(x) else np.zeros(0)
+    ordered = np.sort(x)
+    edges = np.unique(np.quantile(ordered, np.linspace(0.0, 1.0, bin_count + 1))) if len(x) else np.zeros(0)
     if len(edges) < 2:
-        return []
-    distinct = np.unique(x)
+        return np.full(len(x), -1)
+    distinct = ordered[np.diff(ordered, prepend=-np.inf) > 0]
     starts = distinct[1:] if len(distinct) <= bin_count else edges[1:-1]
     bins = np.searchsorted(starts, x, side="right")
-    return [rows for k in range(int(bins.max()) + 1) if len(rows := np.flatnonzero(bins == k)) >= ROWS_PER_BIN]
+    is_full = np.bincount(bins) >= ROWS_PER_BIN
+    return np.where(is_full, np.cumsum(is_full) - 1, -1)[bins]
+
+
+def binned_medians(x: Array, columns: Array) -> list[BinnedMedian]:
+    """Medians of each column (N, m) in bins of x (N,); rows where either is NaN are left out."""
+    whole = _rows_by_bin(x) if np.isfinite(x).all() and np.isfinite(columns).all() else None
+    found = []
+    for y in columns.T:
+        known = np.isfinite(x) & np.isfinite(y)
+        bins = whole if whole is not None else _rows_by_bin(x[known])
+        found.append(_medians(x[known], y[known], bins))
+    return found
 
 
 def binned_median(x: Array, y: Array) -> BinnedMedian:
-    """Median of y (N,) in bins of x (N,); rows where either is NaN are left out."""
-    known = np.isfinite(x) & np.isfinite(y)
-    x, y = x[known], y[known]
-    bins = bin_rows(x)
+    """The same of one column (N,)."""
+    return binned_medians(x, y[:, np.newaxis])[0]
+
+
+def _rows_by_bin(x: Array) -> list[NDArray[np.intp]]:
+    bins = bins_of(x)
+    return [np.flatnonzero(bins == k) for k in range(bins.max(initial=-1) + 1)]
+
+
+def _medians(x: Array, y: Array, bins: list[NDArray[np.intp]]) -> BinnedMedian:
     median = np.array([np.median(y[rows]) for rows in bins])
     spread = np.array([_MAD_TO_SIGMA * np.median(np.abs(y[rows] - m)) for rows, m in zip(bins, median, strict=True)])
     error = _COVERAGE * _MEDIAN_ERROR * spread / np.sqrt([len(rows) for rows in bins])
@@ -79,34 +102,68 @@ def binned_median(x: Array, y: Array) -> BinnedMedian:
     return BinnedMedian(centre, median, median - error, median + error)
 
 
-def kruskal_wallis(groups: list[Array]) -> float:
-    """H of Kruskal and Wallis (1952) with their correction for ties; SciPy's own takes half a second to import."""
-    _, places, counts = np.unique(np.concatenate(groups), return_inverse=True, return_counts=True)
-    ranks = (np.cumsum(counts) - (counts - 1) / 2)[places]
-    n = len(ranks)
-    sums = [part.sum() ** 2 / len(part) for part in np.split(ranks, np.cumsum([len(group) for group in groups])[:-1])]
-    ties = 1 - float(np.sum(counts.astype(float) ** 3 - counts)) / (n**3 - n)
-    return float((12 / (n * (n + 1)) * np.sum(sums) - 3 * (n + 1)) / ties)
+class Ranks:
+    """Ranks of numbers from 1, equal numbers sharing the mean of theirs, and what Kruskal and Wallis need of them."""
+
+    def __init__(self, y: Array) -> None:
+        """Of finite y (N,)."""
+        _, places, counts = np.unique(y, return_inverse=True, return_counts=True)
+        n = len(y)
+        self.ranks = (np.cumsum(counts) - (counts - 1) / 2)[places]
+        self.ties = 1 - float(np.sum(counts.astype(float) ** 3 - counts)) / max(n**3 - n, 1)
+
+    def kruskal_wallis(self, group: NDArray[np.intp]) -> float:
+        """H of Kruskal and Wallis (1952), corrected for ties, of groups 0 ... K - 1 (N,), none of them empty.
+
+        SciPy's own takes half a second to import.
+        """
+        n = len(self.ranks)
+        sums = np.bincount(group, weights=self.ranks) ** 2 / np.bincount(group)
+        return float((12 / (n * (n + 1)) * sums.sum() - 3 * (n + 1)) / self.ties)
 
 
-def trend(x: Array, residual: Array) -> Trend:
-    """Score of x (N,) against the columns of residual (N, m); NaN in either leaves that one number out.
+def trends(variables: Mapping[str, Array], residual: Array) -> dict[str, Trend]:
+    """Score of each variable (N,), by its name, against the columns of residual (N, m).
 
-    The share is the mean over the columns, each weighted with its robust variance: it speaks of the whole error.
+    NaN in a variable or a column leaves that one number out. The share is the mean over the columns, each weighted with
+    its robust variance: it speaks of the whole error.
     """
+    columns = [_Column(y) for y in residual.T]
+    return {name: _trend(x, columns) for name, x in variables.items()}
+
+
+class _Column:
+    """The finite numbers of a column: the rows they stand in, and their ranks."""
+
+    def __init__(self, y: Array) -> None:
+        self.is_known = np.isfinite(y)
+        self.y = y[self.is_known]
+        self.ranks = Ranks(self.y)
+        self.variance = _variance(self.y)
+
+
+def _variance(y: Array) -> float:
+    return float(np.median(np.abs(y - np.median(y)))) ** 2 if len(y) else 0.0
+
+
+def _trend(x: Array, columns: list[_Column]) -> Trend:
     statistic, freedom = 0.0, 0
     shares, variances = [], []
-    for y in residual.T:
-        known = np.isfinite(x) & np.isfinite(y)
-        y = y[known]
-        bins = bin_rows(x[known])
-        row_count = sum(len(rows) for rows in bins)
-        if len(bins) < 2 or row_count <= len(bins) or np.ptp(y) == 0.0:
+    of_all = bins_of(x) if np.isfinite(x).all() else None
+    for column in columns:
+        beside = x[column.is_known]
+        known = np.isfinite(beside)
+        y, variance = (column.y, column.variance) if known.all() else (column.y[known], _variance(column.y[known]))
+        bins = of_all if of_all is not None and column.is_known.all() else bins_of(beside[known])
+        binned = bins >= 0
+        count, row_count = int(bins.max(initial=-1)) + 1, int(np.count_nonzero(binned))
+        if count < 2 or row_count <= count or np.ptp(y) == 0.0:
             continue
-        h = kruskal_wallis([y[rows] for rows in bins])
-        statistic, freedom = statistic + h, freedom + len(bins) - 1
-        shares.append(max(0.0, (h - len(bins) + 1) / (row_count - len(bins))))
-        variances.append(float(np.median(np.abs(y - np.median(y)))) ** 2)
+        ranks = column.ranks if row_count == len(column.y) else Ranks(y[binned])
+        h = ranks.kruskal_wallis(bins[binned])
+        statistic, freedom = statistic + h, freedom + count - 1
+        shares.append(max(0.0, (h - count + 1) / (row_count - count)))
+        variances.append(variance)
     if freedom == 0:
         return NO_TREND
     weights = variances if sum(variances) > 0.0 else None

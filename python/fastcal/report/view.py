@@ -9,6 +9,7 @@ were measured. The error of a row is the distance of its whole point, or the siz
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,6 +17,7 @@ from numpy.typing import NDArray
 
 from fastcal import units
 from fastcal.report.language import _
+from fastcal.report.trends import Trend, trends
 
 if TYPE_CHECKING:
     from fastcal.calibration.evaluation import ErrorStatistics, Evaluation
@@ -89,6 +91,11 @@ class Rows:
     def variables(self) -> list[Variable]:
         """Joints and conditions that differ between the rows."""
         return [variable for variable in (*self.joints, *self.conditions) if _varies(variable.values)]
+
+    @cached_property
+    def trends(self) -> dict[str, Trend]:
+        """How much of the residual each variable explains, by its name."""
+        return trends({variable.name: variable.values for variable in self.variables}, self.residual)
 
     @property
     def with_arrows(self) -> NDArray[np.bool_]:

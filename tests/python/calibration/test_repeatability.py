@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from fastcal.calibration.evaluation import realigned
-from fastcal.calibration.repeatability import repeatability, repeated_rows, spread
+from fastcal.calibration.repeatability import numbered, repeatability, repeated_rows, spread
 from fastcal.measurements.dataset import Dataset
 
 Array = NDArray[np.float64]
@@ -38,6 +38,14 @@ def test_rp_of_five_visits_is_what_paper_gives() -> None:
     assert (found.rp_visits, found.is_iso_9283) == (5, False)
     assert found.note is not None
     assert "30 visits" in found.note
+
+
+@pytest.mark.parametrize("spread_of_keys", [2, 9, 10**13])
+def test_rows_are_numbered_as_numpy_numbers_them(spread_of_keys: int) -> None:
+    keys = np.random.default_rng(0).integers(-spread_of_keys, spread_of_keys, size=(300, 5))
+    keys = np.vstack([keys, keys[::7]])
+    np.testing.assert_array_equal(numbered(keys), np.unique(keys, axis=0, return_inverse=True)[1].ravel())
+    assert len(numbered(keys[:0])) == 0
 
 
 def test_both_sides_of_a_joint_are_two_poses_and_their_distance_is_vap() -> None:

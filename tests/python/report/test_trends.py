@@ -4,17 +4,30 @@ import itertools
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from scipy import stats
 
 from fastcal.report.trends import (
     BIN_COUNT,
     NO_TREND,
     ROWS_PER_BIN,
-    bin_rows,
+    Ranks,
+    Trend,
     binned_median,
-    kruskal_wallis,
-    trend,
+    bins_of,
+    trends,
 )
+
+Array = NDArray[np.float64]
+
+
+def bin_rows(x: Array) -> list[NDArray[np.intp]]:
+    bins = bins_of(x)
+    return [np.flatnonzero(bins == k) for k in range(bins.max() + 1)]
+
+
+def trend(x: Array, residual: Array) -> Trend:
+    return trends({"x": x}, residual)["x"]
 
 
 def test_bins_hold_equally_many_rows_in_the_order_of_x() -> None:
@@ -100,4 +113,20 @@ def test_nothing_measured_has_no_trend() -> None:
 def test_the_rank_test_is_scipys_also_with_ties() -> None:
     random = np.random.default_rng(3)
     groups = [np.round(random.normal(shift, 1.0, size), 1) for shift, size in ((0.0, 30), (0.3, 45), (0.0, 12))]
-    assert kruskal_wallis(groups) == pytest.approx(stats.kruskal(*groups).statistic, rel=1e-12)
+    of = np.repeat(np.arange(3), [len(group) for group in groups])
+    found = Ranks(np.concatenate(groups)).kruskal_wallis(of)
+    assert found == pytest.approx(stats.kruskal(*groups).statistic, rel=1e-12)
+
+
+def test_numbers_that_are_missing_or_in_thin_bins_are_left_out() -> None:
+    random = np.random.default_rng(6)
+    x, residual = random.normal(size=400), random.normal(size=(400, 2))
+    residual[:, 0] += x
+    whole = trends({"x": x}, residual[:, :1])["x"]
+    padded = np.pad(residual, ((0, 60), (0, 0)), constant_values=np.nan), np.append(x, random.normal(size=60))
+    assert trends({"x": padded[1]}, padded[0][:, :1])["x"] == whole
+    unknown = trends({"x": np.append(x, np.full(60, np.nan))}, np.vstack([residual, random.normal(size=(60, 2))]))
+    assert unknown["x"] == trend(x, residual)
+    few = np.append(np.repeat([1.0, 2.0], 200), np.full(ROWS_PER_BIN - 1, 3.0))
+    gross = np.append(residual[:, 0], np.full(ROWS_PER_BIN - 1, 1e3))
+    assert trend(few, gross[:, None]).share == trend(few[:400], residual[:, :1]).share
