@@ -21,9 +21,9 @@ LINK = re.compile(r"\]\(([^)\s#]*)(#[^)\s]*)?\)")
 def on_files(files: Files, config: MkDocsConfig) -> Files:
     """Adds the pages from outside docs/ and a list for each folder of pages."""
     for source, place in OUTSIDE.items():
-        text = (
-            (ROOT / source).read_text(encoding="utf-8").replace("](docs/", "](").replace("](CHANGELOG", "](changelog")
-        )
+        text = (ROOT / source).read_text(encoding="utf-8").replace("](docs/", "](")
+        for other, page in OUTSIDE.items():
+            text = text.replace(f"]({other}", f"]({page}")
         files.append(File.generated(config, place, content=text))
     for folder, title in FOLDERS.items():
         pages = sorted(path for path in (ROOT / "docs" / folder).glob("*.md"))

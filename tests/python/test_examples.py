@@ -8,6 +8,7 @@ controller's log; and a public set once a block uses it.
 """
 
 import csv
+import itertools
 import re
 import shlex
 import shutil
@@ -100,6 +101,23 @@ def test_the_examples_of_a_page_run(
             exec(compile("\n" * block.line + block.text, str(page), "exec"), names)  # noqa: S102 - our own pages
         for command in block.commands():
             assert main(shlex.split(command)[1:]) == 0, f"{page.relative_to(ROOT)}:{block.line}: {command}"
+
+
+def test_the_readme_quotes_what_the_commands_print(
+    readers_files: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A text block after a command holds words of its output in their order; lines may be left out, none changed."""
+    monkeypatch.chdir(readers_files)
+    found = blocks(ROOT / "README.md")
+    quotes = [(a, b) for a, b in itertools.pairwise(found) if a.commands() and b.language == "text"]
+    assert len(quotes) == 2
+    for console, text in quotes:
+        capsys.readouterr()
+        for command in console.commands():
+            assert main(shlex.split(command)[1:]) == 0
+        printed = iter(capsys.readouterr().out.split())
+        missing = [word for word in text.text.split() if word not in printed]  # advances through what was printed
+        assert missing == []
 
 
 def test_the_readme_shows_the_main_job_in_both_languages() -> None:
