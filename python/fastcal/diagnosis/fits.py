@@ -217,12 +217,10 @@ def fit(problem: Problem, added: Sequence[Hypothesis], start: Fit | None = None,
     def stepped(theta: FloatArray, near: _core.Linearization, reach: float) -> tuple[FloatArray, float]:
         """The next point, and by how much chi square would fall there if the rows were linear."""
         scale = size[free]
-        J = white(near, np.asarray(near.J)[:, free])
-        A = np.vstack([J * (scale / factor), np.diag(np.hypot(scale / deviation, 1 / reach))])
-        b = np.concatenate([-white(near, np.asarray(near.r)) / factor, np.zeros(len(free))])
-        g = A.T @ b - (theta - centre)[free] * scale / deviation**2
+        J, r = white(near, np.asarray(near.J)[:, free]), white(near, np.asarray(near.r))
+        g = -(J.T @ r) * scale / factor**2 - (theta - centre)[free] * scale / deviation**2
+        step = _solve(J, scale / factor, np.hypot(scale / deviation, 1 / reach), g)
         out = theta.copy()
-        step = _solve(A, g)
         out[free] += step * scale
         index = np.array(free)[critical]
         out[index] = np.maximum(out[index], lower[critical])
@@ -294,10 +292,18 @@ def _given_sizes(problem: Problem, model: _core.ErrorModel) -> FloatArray:
     return np.where(np.isfinite(given), given, 1.0)
 
 
-def _solve(A: FloatArray, g: FloatArray) -> FloatArray:
-    """The solution x of A^T A x = g by the triangle of A (m, p), which has full rank: its columns have a prior each."""
-    R = linalg.qr(A, mode="r", check_finite=False)[0][: A.shape[1]]
-    return np.asarray(linalg.cho_solve((R, False), g, check_finite=False))
+def _solve(J: FloatArray, scale: FloatArray, hold: FloatArray, g: FloatArray) -> FloatArray:
+    """The solution x of (S J^T J S + H^2) x = g, S and H diagonal: each column has a prior, so it has full rank.
+
+    By Cholesky, a tenth of the work of a QR of the rows; by that where rounding makes the squares indefinite.
+    """
+    normal = (J.T @ J) * np.outer(scale, scale)
+    normal[np.diag_indices_from(normal)] += hold**2
+    try:
+        return np.asarray(linalg.cho_solve(linalg.cho_factor(normal, overwrite_a=True, check_finite=False), g))
+    except linalg.LinAlgError:
+        R = linalg.qr(np.vstack([J * scale, np.diag(hold)]), mode="r", check_finite=False)[0][: len(g)]
+        return np.asarray(linalg.cho_solve((R, False), g, check_finite=False))
 
 
 def _priors(problem: Problem, entries: Sequence[Spec], model: _core.ErrorModel) -> FloatArray:
