@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The fastcal authors
 // SPDX-License-Identifier: MIT
+#include <utility>
+
 #include "convert.hpp"
 #include "fastcal/diagnosis/score_tests.hpp"
 
@@ -18,6 +20,14 @@ void bind_diagnosis(py::module_& m) {
           py::arg("A"), py::arg("C"), py::arg("r"), py::arg("sizes"), py::arg("least") = 3e-3, Release(),
           "A (m, p) whitened Jacobian of the fit, C (m, c) columns of the blocks, r (m) whitened, J dtheta ~ r; sizes: "
           "columns of each block.")
+      .def_static(
+          "projected",
+          [](Eigen::MatrixXd R, Eigen::VectorXd r, Eigen::VectorXd length, int null_rank,
+             const std::vector<int>& sizes) {
+            return ScoreTests({std::move(R), std::move(r), std::move(length), null_rank}, sizes);
+          },
+          py::arg("R"), py::arg("r"), py::arg("length"), py::arg("null_rank"), py::arg("sizes"), Release(),
+          "The same from what A leaves: R (k, c) of C with columns of length 1, r (k), and the lengths (c) of C.")
       .def_property_readonly("null_rank", &ScoreTests::null_rank)
       .def_property_readonly("remaining", &ScoreTests::remaining, "|r|^2 of what A leaves")
       .def_property_readonly("scores", &ScoreTests::scores)

@@ -625,6 +625,11 @@ class ScoreTests:
     """
     Score tests of blocks of columns that a least-squares fit lacks.
     """
+    @staticmethod
+    def projected(R: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], r: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], length: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], null_rank: typing.SupportsInt | typing.SupportsIndex, sizes: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex]) -> ScoreTests:
+        """
+        The same from what A leaves: R (k, c) of C with columns of length 1, r (k), and the lengths (c) of C.
+        """
     def __init__(self, A: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]", "flags.f_contiguous"], C: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]", "flags.f_contiguous"], r: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"], sizes: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], least: typing.SupportsFloat | typing.SupportsIndex = 0.003) -> None:
         """
         A (m, p) whitened Jacobian of the fit, C (m, c) columns of the blocks, r (m) whitened, J dtheta ~ r; sizes: columns of each block.

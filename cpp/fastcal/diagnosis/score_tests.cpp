@@ -8,6 +8,7 @@
 #include <limits>
 #include <numeric>
 #include <random>
+#include <utility>
 
 #include "fastcal/diagnosis/chi_square.hpp"
 #include "fastcal/math/check.hpp"
@@ -16,6 +17,7 @@
 namespace fastcal {
 namespace {
 
+using Eigen::ArrayXd;
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
@@ -28,7 +30,8 @@ MatrixXd scaled(const Eigen::Ref<const MatrixXd>& X, VectorXd& length) {
   return X * (length.array() > 0).select(length.array().inverse(), 0).matrix().asDiagonal();
 }
 
-constexpr int kHalvings = 9;  // of 4 root of noncentrality: to 0.01
+constexpr double kSmallest = 1e-20;  // share of a signature in a block below which it is none
+constexpr int kHalvings = 9;         // of 4 root of noncentrality: to 0.01
 
 /// (rows, columns) of independent normal numbers.
 MatrixXd standard_normal(Index rows, Index columns, std::uint64_t seed) {
@@ -37,42 +40,57 @@ MatrixXd standard_normal(Index rows, Index columns, std::uint64_t seed) {
   return MatrixXd::NullaryExpr(rows, columns, [&] { return normal(engine); });
 }
 
-}  // namespace
-
-ScoreTests::ScoreTests(const Eigen::Ref<const MatrixXd>& A, const Eigen::Ref<const MatrixXd>& C,
-                       const Eigen::Ref<const VectorXd>& r, const std::vector<int>& sizes, double least) {
+/// [C r] projected by a QR of A.
+ProjectedBlocks projected(const Eigen::Ref<const MatrixXd>& A, const Eigen::Ref<const MatrixXd>& C,
+                          const Eigen::Ref<const VectorXd>& r) {
   const Index m = r.size();
   FASTCAL_CHECK(A.rows() == m && C.rows() == m)
       << "A, C and r must have as many rows, got " << A.rows() << ", " << C.rows() << " and " << m;
-  FASTCAL_CHECK(std::accumulate(sizes.begin(), sizes.end(), 0) == C.cols())
-      << "the sizes of the blocks must add up to the " << C.cols() << " columns of C";
-  for (const int size : sizes) FASTCAL_CHECK(size >= 1) << "a block has at least one column, got " << size;
   FASTCAL_CHECK(A.allFinite() && C.allFinite() && r.allFinite()) << "A, C and r must be finite";
-
-  VectorXd length;
+  ProjectedBlocks out;
   Eigen::ColPivHouseholderQR<MatrixXd> qr;
   if (A.cols() > 0) {  // Eigen's QR reads beyond a matrix without columns
-    qr.compute(scaled(A, length));
+    qr.compute(scaled(A, out.length));
     qr.setThreshold(kRank);
-    null_rank_ = static_cast<int>(qr.rank());
+    out.null_rank = static_cast<int>(qr.rank());
   }
   const auto project = [&](const MatrixXd& X) {
-    if (null_rank_ == 0) return X;
-    MatrixXd turned = qr.householderQ().setLength(null_rank_).transpose() * X;
-    return MatrixXd(turned.bottomRows(m - null_rank_));
+    if (out.null_rank == 0) return X;
+    MatrixXd turned = qr.householderQ().setLength(out.null_rank).transpose() * X;
+    return MatrixXd(turned.bottomRows(m - out.null_rank));
   };
-  r_ = project(r);
-  const MatrixXd R = project(scaled(C, length));
+  out.r = project(r);
+  out.R = project(scaled(C, out.length));
+  return out;
+}
+
+}  // namespace
+
+ScoreTests::ScoreTests(const Eigen::Ref<const MatrixXd>& A, const Eigen::Ref<const MatrixXd>& C,
+                       const Eigen::Ref<const VectorXd>& r, const std::vector<int>& sizes, double least)
+    : ScoreTests(projected(A, C, r), sizes, least) {}
+
+ScoreTests::ScoreTests(ProjectedBlocks projected, const std::vector<int>& sizes, double least)
+    : r_(std::move(projected.r)), null_rank_(projected.null_rank) {
+  const MatrixXd& R = projected.R;
+  const VectorXd& length = projected.length;
+  FASTCAL_CHECK(R.rows() == r_.size() && length.size() == R.cols())
+      << "R, r and length must fit together, got " << R.rows() << " by " << R.cols() << ", " << r_.size() << " and "
+      << length.size();
+  FASTCAL_CHECK(std::accumulate(sizes.begin(), sizes.end(), 0) == R.cols())
+      << "the sizes of the blocks must add up to the " << R.cols() << " columns of C";
+  for (const int size : sizes) FASTCAL_CHECK(size >= 1) << "a block has at least one column, got " << size;
+  FASTCAL_CHECK(R.allFinite() && r_.allFinite() && length.allFinite()) << "R, r and length must be finite";
 
   length_ = R.colwise().norm().transpose().cwiseProduct(length);
 
   const auto count = static_cast<Index>(sizes.size());
-  B_.resize(m - null_rank_, C.cols());
+  B_.resize(R.rows(), R.cols());
   first_.resize(count);
   scores_ = {Eigen::VectorXi::Zero(count), VectorXd::Zero(count)};
   surviving_ = VectorXd::Zero(count);
-  estimate_ = VectorXd::Zero(C.cols());
-  deviation_ = VectorXd::Constant(C.cols(), std::numeric_limits<double>::infinity());
+  estimate_ = VectorXd::Zero(R.cols());
+  deviation_ = VectorXd::Constant(R.cols(), std::numeric_limits<double>::infinity());
   Index used = 0;
   Index column = 0;
   for (Index i = 0; i < count; ++i) {
@@ -199,28 +217,38 @@ VectorXd ScoreTests::detectable(const std::vector<int>& columns, const VectorXd&
       << "limits must hold " << block_count() << " numbers, got " << limits.size();
   FASTCAL_CHECK(power > 0 && power < 1 && draws >= 1)
       << "power must lie between 0 and 1 and draws be at least 1, got " << power << " and " << draws;
-  const MatrixXd noise = B_.transpose() * standard_normal(B_.rows(), draws, seed);
-  VectorXd out = VectorXd::Constant(static_cast<Index>(columns.size()), std::numeric_limits<double>::infinity());
+  const MatrixXd noise = standard_normal(B_.rows(), draws, seed).transpose() * B_;  // (draws, used)
+  MatrixXd square(draws, block_count());
+  for (int k = 0; k < block_count(); ++k)
+    square.col(k) = noise.middleCols(first_[k], scores_.rank[k]).rowwise().squaredNorm();
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  VectorXd out = VectorXd::Constant(static_cast<Index>(columns.size()), kInfinity);
+  MatrixXd shape = MatrixXd::Zero(B_.rows(), static_cast<Index>(columns.size()));
   for (std::size_t c = 0; c < columns.size(); ++c) {
     FASTCAL_CHECK(columns[c] >= 0 && columns[c] < static_cast<int>(within_.size()))
         << "there is no column " << columns[c];
-    const VectorXd& place = within_[static_cast<std::size_t>(columns[c])];
-    if (place.size() == 0) continue;
-    const VectorXd signature = B_.transpose() * (basis(block_of_[static_cast<std::size_t>(columns[c])]) * place);
+    const auto column = static_cast<std::size_t>(columns[c]);
+    if (within_[column].size() > 0) shape.col(static_cast<Index>(c)) = basis(block_of_[column]) * within_[column];
+  }
+  const MatrixXd signatures = B_.transpose() * shape;  // (used, columns)
+  for (std::size_t c = 0; c < columns.size(); ++c) {
+    if (within_[static_cast<std::size_t>(columns[c])].size() == 0) continue;
+    const auto signature = signatures.col(static_cast<Index>(c));
+    // |n + root s|^2 <= limit holds for the roots of an interval, in all blocks for those of their intersection.
+    ArrayXd from = ArrayXd::Constant(draws, -kInfinity);
+    ArrayXd to = ArrayXd::Constant(draws, kInfinity);
+    for (int k = 0; k < block_count(); ++k) {
+      const Index size = scores_.rank[k];
+      if (size == 0 || std::isinf(limits[k])) continue;
+      const auto own = signature.segment(first_[k], size);
+      const double s2 = std::max(own.squaredNorm(), kSmallest);
+      const ArrayXd middle = -(noise.middleCols(first_[k], size) * own).array() / s2;
+      const ArrayXd half = middle.square() - (square.col(k).array() - limits[k]) / s2;
+      from = from.max((half < 0).select(kInfinity, middle - half.max(0).sqrt()));
+      to = to.min((half < 0).select(-kInfinity, middle + half.max(0).sqrt()));
+    }
     const auto seen = [&](double root) {
-      int count = 0;
-      for (Index draw = 0; draw < draws; ++draw) {
-        for (int k = 0; k < block_count(); ++k) {
-          const Index at = first_[k];
-          const Index size = scores_.rank[k];
-          if (size > 0 &&
-              (noise.col(draw).segment(at, size) + root * signature.segment(at, size)).squaredNorm() > limits[k]) {
-            ++count;
-            break;
-          }
-        }
-      }
-      return count >= power * draws;
+      return static_cast<double>((root < from || root > to).count()) >= power * draws;
     };
     double low = 0;
     double high = 4;

@@ -22,13 +22,23 @@ struct BlockScores {
   Eigen::VectorXd statistic;  ///< T_i
 };
 
+/// C and r without what the fitted parameters A can do, as a caller with another way to project them has them.
+struct ProjectedBlocks {
+  Eigen::MatrixXd R;       ///< (k, c) of C, its columns scaled to length 1; any k rows with the right inner products
+  Eigen::VectorXd r;       ///< (k)
+  Eigen::VectorXd length;  ///< (c) of the columns of C before that
+  int null_rank = 0;       ///< rank of A
+};
+
 class ScoreTests {
  public:
   /// `A` (m, p), `C` (m, c), `r` (m); `sizes`: columns of each block, in order. A prior is a row with its own equation.
   /// A direction of a block, its columns scaled to length 1, of which A leaves less than `least` is "absorbed".
   /// Throws InvalidInput where sizes differ or a number is not finite.
   ScoreTests(const Eigen::Ref<const Eigen::MatrixXd>& A, const Eigen::Ref<const Eigen::MatrixXd>& C,
-             const Eigen::Ref<const Eigen::VectorXd>& r, const std::vector<int>& sizes, double least = 3e-3);
+             const Eigen::Ref<const Eigen::VectorXd>& r, const std::vector<int>& sizes, double least = kLeast);
+  /// The same from what A leaves of C and r.
+  explicit ScoreTests(ProjectedBlocks projected, const std::vector<int>& sizes, double least = kLeast);
 
   int block_count() const { return static_cast<int>(scores_.rank.size()); }
   /// Rank of A.
@@ -61,6 +71,8 @@ class ScoreTests {
                              std::uint64_t seed) const;
 
  private:
+  static constexpr double kLeast = 3e-3;
+
   /// Columns of B_ of a block.
   auto basis(int block) const { return B_.middleCols(first_[block], scores_.rank[block]); }
   Eigen::MatrixXd joint_basis(const std::vector<int>& added) const;

@@ -16,32 +16,52 @@ from fastcal.diagnosis.fits import Fit, corner_start, identity_of, moves_nothing
 from fastcal.diagnosis.generic import Curves, Generic
 from fastcal.diagnosis.library import Hypothesis
 from fastcal.diagnosis.memory import without_memory
-from fastcal.diagnosis.problem import ONE, Problem, core_entry
+from fastcal.diagnosis.problem import ONE, Problem
+from fastcal.diagnosis.projection import score_tests
 from fastcal.diagnosis.reasons import Label
-from fastcal.effects.entries import build_effects, curve_of
+from fastcal.effects.entries import curve_of
 from fastcal.robot.robot import Robot, Spec
 
 FloatArray = NDArray[np.float64]
 
-_MANY = 3  # times as many rows as columns: from there on a triangle is worth its making
+
+@dataclass(frozen=True, eq=False)
+class Columns:
+    """What could be added to a fit, as columns: names first, then blocks without a name.
+
+    Attributes:
+        values: (m, c) over the numbers and priors of the fit, as `Fit.whitened` has them; 0 in the rows of priors.
+        sizes: Columns of each block.
+        frames: (m', k) columns of a motion of base, joints, tool, as `Fit.standardized` has them, without the priors.
+    """
+
+    names: list[Hypothesis]
+    generics: list[Generic]
+    values: FloatArray
+    sizes: list[int]
+    frames: dict[str, FloatArray]
+
+    def of(self, index: int) -> FloatArray:
+        """(m, k) of one block."""
+        first = sum(self.sizes[:index])
+        return self.values[:, first : first + self.sizes[index]]
 
 
 @dataclass(frozen=True, eq=False)
 class Blocks:
     """What could be added to a fit: names first, then blocks without a name, and their score tests."""
 
+    at: Fit
     names: list[Hypothesis]
     generics: list[Generic]
     tests: _core.ScoreTests
-    columns: FloatArray
     sizes: list[int]
-    # (m, k) columns of a motion of base, joints, tool, as `Fit.standardized` has them; rows of priors are not in them
     frames: dict[str, FloatArray]
 
-    def columns_of(self, index: int) -> FloatArray:
-        """(m, k) of one block."""
-        first = sum(self.sizes[:index])
-        return self.columns[:, first : first + self.sizes[index]]
+    @property
+    def columns(self) -> Columns:
+        """Of all blocks; worked out anew, since a search looks at many fits and these take most of the memory."""
+        return columns_at(self.at)
 
     def label(self, index: int) -> Label:
         """What a block is."""
@@ -50,7 +70,8 @@ class Blocks:
     def worth(self, statistic: FloatArray, rank: NDArray[np.int32], among: NDArray[np.intp]) -> FloatArray:
         """BIC's: what blocks `among` all explain less log m a parameter; -inf where the fit absorbs them."""
         searched = np.array([self.names[i].searched if i < self.count else 0 for i in among])
-        return np.where(rank > 0, statistic - (rank + searched) * np.log(len(self.columns)), -np.inf)
+        m = len(self.at.near.r) + len(self.at.free)
+        return np.where(rank > 0, statistic - (rank + searched) * np.log(m), -np.inf)
 
     @property
     def count(self) -> int:
@@ -58,19 +79,27 @@ class Blocks:
         return len(self.names)
 
 
-def blocks(at: Fit) -> Blocks:
-    """Columns and score tests of all names and generic blocks at a fit."""
+def blocks(at: Fit, columns: Columns | None = None) -> Blocks:
+    """Score tests of all names and generic blocks at a fit; `columns` where they are known."""
+    found = columns_at(at) if columns is None else columns
+    A, r, _row = at.whitened
+    tests = score_tests(A, found.values, r, found.sizes)
+    return Blocks(at, found.names, found.generics, tests, found.sizes, found.frames)
+
+
+def columns_at(at: Fit) -> Columns:
+    """Columns of all names and generic blocks at a fit."""
     problem = at.problem
     there = {name.cause for name in at.added}
     names = [n for n in problem.names if n.cause not in there]
     frames = _frames(problem)
     entries = [*at.entries, *(n.entry for n in names), *frames]
-    model, samples = problem.model(entries, problem.kept)
+    effects = problem.effects(entries)
+    model, samples = problem.model(entries, problem.kept, effects)
     count = len(at.model.parameters)
     theta = np.concatenate([at.theta[:count], np.zeros(len(model.parameters) - count), at.theta[count:]])
-    effects = build_effects([core_entry(e) for e in entries], model.robot)
-    sizes = [len(e.parameters) for e in effects]
-    first = problem.own + np.concatenate([[0], np.cumsum(sizes)]).astype(int)
+    width = [len(e.parameters) for e in effects]
+    first = problem.own + np.concatenate([[0], np.cumsum(width)]).astype(int)
     offset = len(at.entries)
     for k, name in enumerate(names):
         if "corner" in name.entry:
@@ -80,38 +109,34 @@ def blocks(at: Fit) -> Blocks:
                 for n in at.added
                 if n.effect in name.traits.generalizes
             }
-            theta[part] = corner_start(name.entry, effects[offset + k], at, known)
+            theta[part] = corner_start(name.entry, at, known)
             theta[part.start : part.start + 2] = 0.0
     near = _core.linearize(model, samples, problem.measured, theta, problem.common_noise, problem.threads)
-    J = np.where(moves_nothing(problem, model, near), 0.0, np.asarray(near.J) / problem.noise.factor)
-    A, r, _row = at.whitened
-    n_measured = len(near.row)
-    columns = [J[:, first[offset + k] : first[offset + k + 1]] for k in range(len(names))]
-    frame_columns = {
-        entry["owner"]: J[:, first[offset + len(names) + k] : first[offset + len(names) + k + 1]]
-        for k, entry in enumerate(frames)
-    }
-    generics, generic_columns = _generic_columns(at, frame_columns, np.asarray(near.row))
-    columns += generic_columns
-    C = np.zeros((len(r), sum(c.shape[1] for c in columns)))
-    C[:n_measured] = without_memory(problem, np.hstack(columns), np.asarray(near.row, dtype=np.intp))
-    sizes = [c.shape[1] for c in columns]
-    return Blocks(names, generics, _core.ScoreTests(*triangle(A, C, r), sizes), C, sizes, frame_columns)
-
-
-def triangle(A: FloatArray, C: FloatArray, r: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """The same problem turned into as many rows as it has columns: no test of sums of squares sees the difference.
-
-    [A C r] = Q R, part by part; what has few rows stays as it is.
-    """
-    width = A.shape[1] + C.shape[1] + 1
-    if len(r) < _MANY * width:
-        return A, C, r
-    R: FloatArray = np.zeros((0, width))
-    for k in range(0, len(r), _MANY * width):
-        part = slice(k, k + _MANY * width)
-        R = np.asarray(np.linalg.qr(np.vstack([R, np.column_stack([A[part], C[part], r[part]])]), mode="r"))
-    return np.asfortranarray(R[:, : A.shape[1]]), np.asfortranarray(R[:, A.shape[1] : -1]), R[:, -1].copy()
+    row = np.asarray(near.row, dtype=np.intp)
+    J = np.asarray(near.J)
+    last = first[offset + len(names)]
+    still = moves_nothing(problem, model, near)
+    frame = np.where(still[last:], 0.0, J[:, last:] / problem.noise.factor)
+    ends = first[offset + len(names) :] - last
+    frame_columns = {entry["owner"]: frame[:, ends[k] : ends[k + 1]] for k, entry in enumerate(frames)}
+    generics, directions = _generic_blocks(at, frame_columns, row)
+    named = last - first[offset]
+    sizes = width[offset : offset + len(names)] + [
+        d.shape[1] * g.curves.count for g, d in zip(generics, directions, strict=True)
+    ]
+    values = np.zeros((len(row) + len(at.free), sum(sizes)), order="F")
+    measured = values[: len(row)]
+    np.divide(J[:, first[offset] : last], problem.noise.factor, out=measured[:, :named])
+    measured[:, :named][:, still[first[offset] : last]] = 0.0
+    at_column = named
+    for block, direction in zip(generics, directions, strict=True):
+        curves = np.asfortranarray(block.curves.values[row])
+        for way in direction.T:  # one direction after the other, the curves within
+            np.multiply(curves, way[:, np.newaxis], out=measured[:, at_column : at_column + curves.shape[1]])
+            at_column += curves.shape[1]
+    if problem.noise.memory:
+        measured[...] = without_memory(problem, measured, row)
+    return Columns(names, generics, values, sizes, frame_columns)
 
 
 def _down(robot: Robot, base: FloatArray) -> FloatArray:
@@ -132,27 +157,24 @@ def _frames(problem: Problem) -> list[Spec]:
     return [*out, {**moved, "owner": "tool"}]
 
 
-def _generic_columns(
-    at: Fit, frame: dict[str, FloatArray], row: NDArray[Any]
-) -> tuple[list[Generic], list[FloatArray]]:
+def _generic_blocks(at: Fit, frame: dict[str, FloatArray], row: NDArray[Any]) -> tuple[list[Generic], list[FloatArray]]:
+    """Blocks without a name and, of each, the directions (m, d) that are multiplied by its curves."""
     problem, data = at.problem, at.problem.kept
     robot = problem.start.robot
     turns = [kind == "revolute" for kind in robot.joint_types]
     found: list[Generic] = []
-    columns: list[FloatArray] = []
+    directions: list[FloatArray] = []
 
     def add(owner: str, curves: Curves, direction: FloatArray) -> None:
-        if curves.values.shape[1] == 0:
-            return
-        values = curves.values[row]
-        block = (direction[:, :, np.newaxis] * values[:, np.newaxis, :]).reshape(len(row), -1)
-        found.append(Generic(owner, curves))
-        columns.append(block)
+        if curves.count:
+            found.append(Generic(owner, curves))
+            directions.append(direction)
 
+    known = problem.curves
     for joint in range(robot.joint_count):
-        for curves in generic.joint_curves(joint, data, at.loads, turns):
+        for curves in generic.joint_curves(joint, data, at.loads, turns, known):
             add(f"joint{joint + 1}", curves, frame[f"joint{joint + 1}"])
-    for curves in generic.frame_curves(data):
+    for curves in generic.frame_curves(data, known):
         add("base", curves, frame["base"])
         add("tool", curves, frame["tool"])
     if data.position is not None:
@@ -168,4 +190,4 @@ def _generic_columns(
         away = point / np.maximum(np.linalg.norm(point, axis=1), 1e-12)[:, np.newaxis]
         add("tool", generic.tool_curves(np.einsum("nji,j->ni", turn, down), "gravity"), frame["tool"])
         add("tool", generic.tool_curves(np.einsum("nji,nj->ni", turn, away), "sight"), frame["tool"][:, :3])
-    return found, columns
+    return found, directions

@@ -183,6 +183,16 @@ class Fit:
         axis = [5 if kind == "revolute" else 2 for kind in core.joint_types]
         return np.column_stack([loads[:, 2 * i + 1, axis[i]] for i in range(core.joint_count)])
 
+    def corner_loads(self, share: float) -> FloatArray:
+        """(n,) size of each joint's load below which this share of the rows stays."""
+        if share not in self._corner_loads:
+            self._corner_loads[share] = np.quantile(np.abs(self.loads), share, axis=0)
+        return self._corner_loads[share]
+
+    @cached_property
+    def _corner_loads(self) -> dict[float, FloatArray]:
+        return {}
+
 
 def fit(problem: Problem, added: Sequence[Hypothesis], start: Fit | None = None, *, pulled: bool = False) -> Fit:
     """Levenberg-Marquardt from a fit of some of the same effects; each round brings the loads to equilibrium.
@@ -349,7 +359,7 @@ def _carried(
         if identity_of(entry) in known:
             theta[at : at + count] = known[identity_of(entry)]
         elif "corner" in entry:
-            theta[at : at + count] = corner_start(entry, effect, corners or start, known)
+            theta[at : at + count] = corner_start(entry, corners or start, known)
         at += count
     return theta
 
@@ -367,11 +377,11 @@ def identity_of(entry: Spec) -> Any:
     )
 
 
-def corner_start(entry: Spec, effect: _core.Effect, start: Fit | None, known: dict[Any, FloatArray]) -> FloatArray:
+def corner_start(entry: Spec, start: Fit | None, known: dict[Any, FloatArray]) -> FloatArray:
     """low, high, critical of a compliance that bends at a quantile of the loads that are met."""
     if start is None:
         raise InvalidInput(f"{entry['effect']}@{entry['owner']}: a corner follows from the loads of a fit")
     joint = int(entry["owner"].removeprefix("joint")) - 1
     simpler = [{"effect": e, "owner": entry["owner"]} for e in traits_of(entry["effect"]).generalizes]
     slope = next((float(known[key][0]) for key in map(identity_of, simpler) if key in known), 0.0)
-    return np.array([slope, slope, np.quantile(np.abs(start.loads[:, joint]), entry["corner"])])
+    return np.array([slope, slope, start.corner_loads(entry["corner"])[joint]])

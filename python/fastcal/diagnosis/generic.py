@@ -8,7 +8,7 @@ row, orthonormal over the rows. In finite terms they are the orthogonal, embedde
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations, product
 
@@ -36,6 +36,11 @@ class Curves:
 
     depends_on: tuple[str, ...]
     values: FloatArray
+
+    @property
+    def count(self) -> int:
+        """Of functions."""
+        return self.values.shape[1]
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,50 +92,83 @@ def waves(q: FloatArray, orders: int) -> FloatArray:
     return np.column_stack([q, np.sin(np.outer(q, n)), np.cos(np.outer(q, n))])
 
 
-def joint_curves(joint: int, data: Dataset, loads: FloatArray, turns: Sequence[bool]) -> Iterator[Curves]:
-    """What the error of a joint may depend on: its position, its load, time, temperature, two positions at once."""
+Known = dict[tuple[str, ...], Curves]
+
+
+def joint_curves(
+    joint: int, data: Dataset, loads: FloatArray, turns: Sequence[bool], known: Known | None = None
+) -> Iterator[Curves]:
+    """What the error of a joint may depend on: its position, its load, time, temperature, two positions at once.
+
+    Args:
+        joint: From 0.
+        data: The rows (N).
+        loads: (N, n) about or along the joints' axes.
+        turns: Of each joint, whether it is revolute.
+        known: Curves over the same rows that no load enters, by what they depend on: what is there is taken.
+    """
     q = data.q
-    own = waves(q[:, joint], rules.CURVE_ORDERS) if turns[joint] else polynomials(q[:, joint], 2 * rules.CURVE_ORDERS)
-    yield Curves((f"q{joint + 1}",), orthonormal(own))
+    known = {} if known is None else known
+    yield _once(known, (f"q{joint + 1}",), lambda: _own_curve(q[:, joint], turns[joint]))
     load = loads[:, joint] if np.ptp(loads[:, joint]) > _ROUNDING * np.abs(loads).max() else np.zeros(len(loads))
     if load.any():
         signed = np.column_stack([polynomials(load, rules.CURVE_ORDERS), np.sign(load)])
         yield Curves(("torque",), orthonormal(signed))
-    for name, values, degree in _conditions(data):
-        yield Curves((name,), orthonormal(polynomials(values, degree)))
-    yield from _friction_curves(joint, data, load)
-    yield from _history_curves(joint, data)
+    yield from _condition_curves(data, known)
+    yield from _friction_curves(joint, data, load, known)
+    yield from _history_curves(joint, data, known)
     scaled = [_unit(q[:, i]) for i in range(q.shape[1])]
     for a, b in combinations(range(q.shape[1]), 2):
         if joint in (a, b) or abs(a - b) <= 2:
-            pair = np.column_stack(
-                [scaled[a] * scaled[b], *(f(q[:, a]) * g(q[:, b]) for f in (np.sin, np.cos) for g in (np.sin, np.cos))]
+            yield _once(
+                known, (f"q{a + 1}", f"q{b + 1}"), lambda a=a, b=b: _pair(scaled[a], scaled[b], q[:, a], q[:, b])
             )
-            yield Curves((f"q{a + 1}", f"q{b + 1}"), orthonormal(pair))
 
 
-def _friction_curves(joint: int, data: Dataset, load: FloatArray) -> Iterator[Curves]:
+def _once(known: Known, depends_on: tuple[str, ...], values: Callable[[], FloatArray]) -> Curves:
+    """Orthonormal curves of these values, unless they are known."""
+    if depends_on not in known:
+        known[depends_on] = Curves(depends_on, orthonormal(values()))
+    return known[depends_on]
+
+
+def _own_curve(q: FloatArray, turns: bool) -> FloatArray:
+    return waves(q, rules.CURVE_ORDERS) if turns else polynomials(q, 2 * rules.CURVE_ORDERS)
+
+
+def _pair(x: FloatArray, y: FloatArray, a: FloatArray, b: FloatArray) -> FloatArray:
+    """(N, 5) products of two positions, scaled (x, y) and as they are (a, b)."""
+    return np.column_stack([x * y, *(f(a) * g(b) for f in (np.sin, np.cos) for g in (np.sin, np.cos))])
+
+
+def _condition_curves(data: Dataset, known: Known) -> Iterator[Curves]:
+    """Curves over what varies beside the pose."""
+    for name, values, degree in _conditions(data):
+        yield _once(known, (name,), lambda v=values, d=degree: polynomials(v, d))
+
+
+def _friction_curves(joint: int, data: Dataset, load: FloatArray, known: Known) -> Iterator[Curves]:
     """What lost motion may depend on: the joint's own approach, that with its load, and its neighbours' approach."""
-    if data.approach is None:
+    approach = data.approach
+    if approach is None:
         return
-    own = data.approach[:, joint]
-    yield Curves((f"approach{joint + 1}",), orthonormal(own[:, np.newaxis]))
+    yield _once(known, (f"approach{joint + 1}",), lambda: approach[:, [joint]])
     if load.any():
         loaded = _scaled_to_one(np.column_stack([np.abs(load), load]))
-        yield Curves((f"approach{joint + 1}", "torque"), orthonormal(own[:, np.newaxis] * loaded))
+        yield Curves((f"approach{joint + 1}", "torque"), orthonormal(approach[:, [joint]] * loaded))
     for other in (joint - 1, joint + 1):
         if 0 <= other < data.q.shape[1]:
-            yield Curves((f"approach{other + 1}",), orthonormal(data.approach[:, [other]]))
+            yield _once(known, (f"approach{other + 1}",), lambda other=other: approach[:, [other]])
 
 
-def _history_curves(joint: int, data: Dataset) -> Iterator[Curves]:
+def _history_curves(joint: int, data: Dataset, known: Known) -> Iterator[Curves]:
     """The joint's last move, its way and its length, where the rows have times and so an order."""
     if data.time is None:
         return
     order = np.argsort(data.time, kind="stable")
     moved = np.zeros(len(data))
     moved[order[1:]] = np.diff(data.q[order, joint])
-    yield Curves((f"last move of joint {joint + 1}",), orthonormal(np.column_stack([np.sign(moved), moved])))
+    yield _once(known, (f"last move of joint {joint + 1}",), lambda: np.column_stack([np.sign(moved), moved]))
 
 
 def _scaled_to_one(x: FloatArray) -> FloatArray:
@@ -167,10 +205,9 @@ def _circles(angle: FloatArray) -> FloatArray:
     return orthonormal(np.column_stack([np.sin(np.outer(angle, n)), np.cos(np.outer(angle, n))]))
 
 
-def frame_curves(data: Dataset) -> Iterator[Curves]:
-    """What a motion of base or tool may depend on."""
-    for name, values, degree in _conditions(data):
-        yield Curves((name,), orthonormal(polynomials(values, degree)))
+def frame_curves(data: Dataset, known: Known | None = None) -> Iterator[Curves]:
+    """What a motion of base or tool may depend on; `known` as in `joint_curves`."""
+    yield from _condition_curves(data, {} if known is None else known)
     for name, labels in (("station", data.station), ("mount", data.mount)):
         if labels is not None:
             yield Curves((name,), orthonormal((labels[:, np.newaxis] == np.unique(labels)).astype(float)))

@@ -17,6 +17,7 @@ from fastcal.diagnosis.held_out import folds
 from fastcal.diagnosis.library import Hypothesis
 from fastcal.diagnosis.one_curve import is_one_curve
 from fastcal.diagnosis.periodic import is_periodic
+from fastcal.diagnosis.projection import score_tests
 from fastcal.diagnosis.reasons import Because, BlockLabel, CauseLabel, Label, Reason
 from fastcal.diagnosis.result import NamedValue
 from fastcal.diagnosis.search import Search, SearchNode
@@ -63,7 +64,7 @@ def evidence(search: Search, state: SearchNode, name: Hypothesis) -> Evidence:
     if len(state.names) <= search.most:
         base = search.without(state, name)
         statistic = max(base.fit.remaining - state.fit.remaining, 0.0)  # Wald's stops at what is unsure of a load
-        rivals, stability = _rivals(search, base, name), _stability(search, state, base, name)
+        rivals, stability = _rivals(search, base, name), _stability(search, base, name)
         together = [n for n in state.names if n.owner == name.owner and is_periodic(n)]
         if name in together and is_one_curve(search, state, together):
             rivals += (BlockLabel(name.owner, (f"q{name.owner.removeprefix('joint')}",)),)
@@ -191,24 +192,26 @@ def _leaves_nothing(search: Search, base: SearchNode, block: int) -> bool:
     return not bool((p < limit).any())
 
 
-def _stability(search: Search, state: SearchNode, base: SearchNode, name: Hypothesis) -> float:
+def _stability(search: Search, base: SearchNode, name: Hypothesis) -> float:
     """Share of the folds without which the name still comes first, by the score tests from the set without it."""
-    row = state.fit.whitened[2]
-    fold = folds(search.problem)
-    rows = np.unique(row[row >= 0])
-    return float(np.mean([_comes_first(base, rows[fold[rows] != k], name) for k in range(rules.FOLDS)]))
-
-
-def _comes_first(base: SearchNode, fitted_rows: NDArray[np.intp], name: Hypothesis) -> bool:
     blocks = base.blocks
     statistic = np.asarray(blocks.tests.scores.statistic)[: blocks.count]
     likely = [int(i) for i in np.argsort(-statistic, kind="stable")[: rules.MAX_CONTENDERS]]
+    columns = blocks.columns
+    C = np.hstack([columns.of(i) for i in likely])
     A, r, row = base.fit.whitened
-    kept = np.isin(row, fitted_rows) | (row < 0)
-    C = np.hstack([blocks.columns_of(i)[kept] for i in likely])
-    tests = _core.ScoreTests(A[kept], C, r[kept], [blocks.sizes[i] for i in likely])
-    worth = blocks.worth(np.asarray(tests.scores.statistic), np.asarray(tests.scores.rank), np.array(likely))
-    best = blocks.names[likely[int(np.argmax(worth))]]
+    fold = np.where(row >= 0, folds(search.problem)[row], -1)
+    first = 0
+    for k in range(rules.FOLDS):
+        kept = fold != k
+        tests = score_tests(A[kept], C[kept], r[kept], [blocks.sizes[i] for i in likely])
+        worth = blocks.worth(np.asarray(tests.scores.statistic), np.asarray(tests.scores.rank), np.array(likely))
+        first += _is_of_one_kind(blocks.names[likely[int(np.argmax(worth))]], name)
+    return first / rules.FOLDS
+
+
+def _is_of_one_kind(best: Hypothesis, name: Hypothesis) -> bool:
+    """Are these the same effect, or one and a richer form of it?"""
     return best.owner == name.owner and (
         best.effect == name.effect or name.effect in best.traits.generalizes or best.effect in name.traits.generalizes
     )

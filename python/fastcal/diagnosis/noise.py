@@ -17,7 +17,7 @@ from scipy import special
 
 from fastcal.calibration.repeatability import visit_groups
 from fastcal.diagnosis import rules
-from fastcal.diagnosis.blocks import Blocks, blocks
+from fastcal.diagnosis.blocks import Blocks, blocks, columns_at
 from fastcal.diagnosis.fits import Fit, fit
 from fastcal.diagnosis.memory import memory, remembering
 from fastcal.diagnosis.problem import Noise, Problem
@@ -60,14 +60,14 @@ def with_estimated_noise(problem: Problem, at: Fit, option: float | None) -> tup
     """
     every = problem.with_rows(problem.data.measured)
     whole = at if at.problem is every else fit(every, at.added, at)
-    X = rich_columns(whole, blocks(whole))
+    X = _rich_columns(whole)
     _A, r, row = whole.whitened
     rich = without_outliers(X, r, row)
     rho = memory(every, X, r, row, rich.wrong)
     if rho > 0:
         every = remembering(every, rho)
         whole = fit(every, at.added, whole)
-        rich = rich_fit(whole, blocks(whole))
+        rich = rich_fit(whole)
     known = _from_repeats(every, rich, problem.data, option)
     if known is None and problem.data.sigma_position is not None and _agreement(rich) > 0:
         more = _rms_sigma(every, problem.data) * np.sqrt(max(rich.mean_square - 1.0, 0.0))
@@ -75,7 +75,7 @@ def with_estimated_noise(problem: Problem, at: Fit, option: float | None) -> tup
         common = (float(np.hypot(position, more)), turn, float(np.hypot(length, more)))
         every = every.with_noise(replace(every.noise, common=common))
         whole = fit(every, at.added, whole)
-        rich = rich_fit(whole, blocks(whole))
+        rich = rich_fit(whole)
     level = known or noise_level(every, rich, problem.data, option)
     used = every.used.copy()
     used[every.rows[isolated_rows(rich.wrong, every.kept)]] = False
@@ -125,21 +125,23 @@ def _agreement(rich: RichFit) -> int:
     return int(rich.mean_square > high) - int(rich.mean_square < low)
 
 
-def rich_fit(at: Fit, blocks: Blocks) -> RichFit:
+def rich_fit(at: Fit) -> RichFit:
     """A robust fit of the rich model."""
     _A, r, row = at.whitened
-    return without_outliers(rich_columns(at, blocks), r, row)
+    return without_outliers(_rich_columns(at), r, row)
 
 
-def rich_columns(at: Fit, blocks: Blocks) -> FloatArray:
+def _rich_columns(at: Fit) -> FloatArray:
     """Unit columns of the parameters and as many blocks as RICH_MODEL_SHARE allows, those that are clear first."""
+    known = columns_at(at)
+    tested = blocks(at, known)
     A = at.whitened[0]
-    ranks = np.asarray(blocks.tests.scores.rank)
+    ranks = np.asarray(tested.tests.scores.rank)
     budget = rules.RICH_MODEL_SHARE * at.freedom
     columns = [A]
-    for index in dict.fromkeys([*_clear(blocks), *_order(blocks)]):
+    for index in dict.fromkeys([*_clear(tested), *_order(tested)]):
         if 0 < ranks[index] <= budget:
-            columns.append(blocks.columns_of(index))
+            columns.append(known.of(index))
             budget -= ranks[index]
     X = np.hstack(columns)
     length = np.linalg.norm(X, axis=0)

@@ -71,7 +71,7 @@ def of_rest(state: SearchNode, owner: str, depends_on: tuple[str, ...]) -> Parti
     at = [k for k, g in enumerate(blocks.generics) if (g.owner, g.curves.depends_on) == (owner, depends_on)]
     if not at:
         return None
-    effect = Effect.added(fit, blocks.columns_of(blocks.count + at[0]))
+    effect = Effect.added(fit, blocks.columns.of(blocks.count + at[0]))
     found = [_variable(name, owner, fit) for name in depends_on]
     columns = [column for column in found if column is not None]
     if owner.startswith("joint"):

@@ -19,6 +19,7 @@ from fastcal.calibration.repeatability import pose_folds
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.library import Hypothesis, harmonics
 from fastcal.diagnosis.memory import without_memory
+from fastcal.diagnosis.projection import score_tests
 from fastcal.diagnosis.tail_probabilities import p_values
 from fastcal.effects.entries import curve_of, effect_names, traits_of
 
@@ -52,7 +53,7 @@ def scan(state: SearchNode) -> list[Hypothesis]:
         C = np.zeros((len(r), 2 * len(orders)))
         C[measured, 0::2], C[measured, 1::2] = turn * np.sin(angle), turn * np.cos(angle)
         C[measured] = without_memory(problem, C[measured], row[measured])
-        scores = _core.ScoreTests(A, C, r, [2] * len(orders)).scores
+        scores = score_tests(A, C, r, [2] * len(orders)).scores
         trials = len(orders) * problem.start.robot.joint_count / 2
         peaks = _peaks(orders, np.asarray(scores.statistic), np.asarray(scores.rank), problem.noise.freedom, trials)
         new = [order for order in peaks if order not in rules.WAVE_ORDERS]
@@ -123,7 +124,8 @@ def _held_out_share(state: SearchNode, chosen: list[int]) -> float:
     A, r, row = state.fit.whitened
     fold = pose_folds(state.fit.problem.kept, rules.FOLDS, np.random.default_rng(0)).astype(np.int32)[row]
     fold[row < 0] = -1
-    C = np.hstack([state.blocks.columns_of(i) for i in chosen])
+    columns = state.blocks.columns
+    C = np.hstack([columns.of(i) for i in chosen])
     sets = np.array([np.zeros(C.shape[1], dtype=bool), np.ones(C.shape[1], dtype=bool)])
     scale = [np.where(norm > 0, norm, 1.0) for norm in (np.linalg.norm(A, axis=0), np.linalg.norm(C, axis=0))]
     errors = _core.SubsetSearch(A / scale[0], C / scale[1], r, fold, least_norm=1e-6).of(sets).mean

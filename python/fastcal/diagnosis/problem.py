@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from fastcal import _core
 from fastcal.calibration.alignment import measurements, noise_by_observation
 from fastcal.calibration.problem import CalibrationProblem, prepare
+from fastcal.diagnosis.generic import Known
 from fastcal.diagnosis.library import Hypothesis, without_masses
 from fastcal.effects.entries import build_effects, effect_names, effect_owners, traits_of
 from fastcal.measurements.conditions import build_samples, condition_columns
@@ -47,6 +48,7 @@ class Problem:
         data: All rows; `used` (N,) marks those that are fitted.
         names: What may be added.
         noise: Of a measured number.
+        known: Curves by the rows that they are over; problems with other noise or names share them.
     """
 
     start: CalibrationProblem
@@ -55,6 +57,12 @@ class Problem:
     names: list[Hypothesis]
     noise: Noise
     threads: int = 1
+    known: dict[bytes, Known] = field(default_factory=dict)
+
+    @property
+    def curves(self) -> Known:
+        """Curves over the fitted rows, for whoever looks for them again: each is worked out once."""
+        return self.known.setdefault(self.used.tobytes(), {})
 
     @cached_property
     def kept(self) -> Dataset:
@@ -108,10 +116,16 @@ class Problem:
         """Effects that the robot file has."""
         return list(self.start.robot.spec.get("effects") or [])
 
-    def model(self, entries: Sequence[Spec], data: Dataset) -> tuple[_core.ErrorModel, _core.Samples]:
-        """The robot with these effects at 0, and the conditions of the rows of `data`."""
+    def effects(self, entries: Sequence[Spec]) -> list[_core.Effect]:
+        """The entries as the core has them."""
+        return build_effects([core_entry(entry) for entry in entries], self.start.model.robot)
+
+    def model(
+        self, entries: Sequence[Spec], data: Dataset, effects: Sequence[_core.Effect] | None = None
+    ) -> tuple[_core.ErrorModel, _core.Samples]:
+        """The robot with these effects at 0, and the conditions of the rows of `data`; `effects` where known."""
         core = self.start.model.robot
-        effects = build_effects([core_entry(entry) for entry in entries], core)
+        effects = self.effects(entries) if effects is None else list(effects)
         model = _core.ErrorModel(core, effects).with_equilibrium(self.start.model.at_equilibrium)
         return model, build_samples([core_entry(e) for e in entries], effects, core, data.q, condition_columns(data))
 

@@ -56,6 +56,11 @@ class SearchNode:
         """Score tests of everything else."""
         return blocks(self.fit)
 
+    @property
+    def is_tested(self) -> bool:
+        """Was anything asked about what is beyond it? Many sets of a search are fitted and left at that."""
+        return "blocks" in self.__dict__
+
     @cached_property
     def p_values(self) -> FloatArray:
         """Of all blocks, without correction for their number."""

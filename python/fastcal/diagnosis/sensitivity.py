@@ -130,10 +130,10 @@ def _because(search: Search, index: int, given: set[tuple[str, str]]) -> Because
     if name.key in given:
         return Because(Reason.GIVEN)
     known = search.seen.get((repr(name),))
-    if known is not None:
+    if known is not None and known.impossible:
+        return Because(Reason.IMPOSSIBLE)
+    if known is not None and known.is_tested:
         p, found = known.p_values, known.blocks
-        if known.impossible:
-            return Because(Reason.IMPOSSIBLE)
     else:
         left = start.blocks.tests.given([index])
         p = p_values(np.asarray(left.statistic), np.asarray(left.rank), start.fit.problem.noise.freedom)

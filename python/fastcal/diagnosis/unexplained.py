@@ -55,9 +55,9 @@ def remains(state: SearchNode) -> bool:
     if state.significant(rules.ALPHA_CERTAIN, rules.ALPHA_CERTAIN):
         return True
     level = rules.ALPHA_FURTHER if state.names else rules.ALPHA_DETECT
-    own = len(state.fit.free)
+    own, columns = len(state.fit.free), state.blocks.columns
     for index in state.significant(level / 2, level / 2)[: rules.MAX_CONTENDERS]:
-        held = HeldOut(state.fit, more=state.blocks.columns_of(index))
+        held = HeldOut(state.fit, more=columns.of(index))
         less, error = gain(held.squares(), held.squares(range(own, own + state.blocks.sizes[index])))
         if less >= rules.MIN_GAIN * error:
             return True

@@ -58,10 +58,10 @@ class Beside:
 
     def weigh(self, C: FloatArray) -> Weighed:
         """Evidence of columns C (m, k)."""
-        across = self.across(C)
-        d2, V = np.linalg.eigh(across.T @ across)
+        held = self._Q.T @ C
+        d2, V = np.linalg.eigh(C.T @ C - held.T @ held)
         d2 = np.maximum(d2, 0.0)
-        along = (V.T @ (across.T @ self._left)) ** 2  # d^2 (U^T r')^2
+        along = (V.T @ (C.T @ self._left)) ** 2  # d^2 (U^T r')^2
         a2 = _SIZES[:, np.newaxis] ** 2
         square = float(self._left @ self._left)
         left = np.maximum(square - (along * a2 / (1 + a2 * d2)).sum(axis=1), 1e-12 * square)

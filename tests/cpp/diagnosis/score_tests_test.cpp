@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
+#include <Eigen/QR>
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
@@ -253,6 +254,25 @@ TEST(ScoreTests, UnderNoiseAloneAStatisticIsChiSquareOfItsRank) {
     const double k = c.sizes[static_cast<std::size_t>(i)];
     EXPECT_NEAR(mean[i], k, 5 * std::sqrt(2 * k / kDraws));
   }
+}
+
+TEST(ScoreTests, ProjectedColumnsInFewerRowsGiveTheSame) {
+  Case at;
+  const ScoreTests rows = at.tests();
+  const VectorXd length = at.C.colwise().norm();
+  MatrixXd both(60, 13);
+  both << beyond(at.A, at.C * length.cwiseInverse().asDiagonal()), beyond(at.A, at.r);
+  const MatrixXd R = Eigen::HouseholderQR<MatrixXd>(both).matrixQR().topRows(13).triangularView<Eigen::Upper>();
+  const ScoreTests few({R.leftCols(12), R.col(12), length, 5}, at.sizes);
+  EXPECT_EQ(few.null_rank(), rows.null_rank());
+  EXPECT_EQ(few.scores().rank, rows.scores().rank);
+  EXPECT_TRUE(few.scores().statistic.isApprox(rows.scores().statistic, 1e-9));
+  EXPECT_TRUE(few.estimate().isApprox(rows.estimate(), 1e-9));
+  EXPECT_TRUE(few.deviation().isApprox(rows.deviation(), 1e-9));
+  EXPECT_TRUE(few.length().isApprox(rows.length(), 1e-9));
+  EXPECT_TRUE(few.given({1}).statistic.isApprox(rows.given({1}).statistic, 1e-9));
+  EXPECT_NEAR(few.remaining(), rows.remaining(), 1e-9 * rows.remaining());
+  EXPECT_THROW(ScoreTests({R.leftCols(11), R.col(12), length, 5}, at.sizes), InvalidInput);
 }
 
 TEST(ScoreTests, RefusesWhatDoesNotFitTogether) {

@@ -11,9 +11,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from fastcal import _core, calibrate, diagnose, load_robot, perturbed, random_poses, simulate
+from fastcal import calibrate, diagnose, load_robot, perturbed, random_poses, simulate
 from fastcal.diagnosis import Diagnosis, rivals
-from fastcal.diagnosis.blocks import triangle
 from fastcal.diagnosis.library import build_library
 from fastcal.diagnosis.problem import Noise, prepared_problem
 from fastcal.diagnosis.reasons import Reason
@@ -143,16 +142,6 @@ def test_the_pull_on_the_geometry_is_no_knowledge() -> None:
     np.testing.assert_array_less(
         pulled.whitened[0][-len(pulled.free) :].diagonal() ** -1, pulled.prior[pulled.free] * 1.001
     )
-
-
-def test_a_triangle_has_the_same_tests_as_its_rows() -> None:
-    random = np.random.default_rng(3)
-    A, C, r = random.normal(size=(400, 6)), random.normal(size=(400, 9)), random.normal(size=400)
-    rows, few = _core.ScoreTests(A, C, r, [4, 5]), _core.ScoreTests(*triangle(A, C, r), [4, 5])
-    assert len(triangle(A, C, r)[2]) == 16
-    np.testing.assert_allclose(few.scores.statistic, rows.scores.statistic, rtol=1e-9)
-    np.testing.assert_allclose(few.remaining, rows.remaining, rtol=1e-9)
-    np.testing.assert_allclose(few.given([0]).statistic, rows.given([0]).statistic, rtol=1e-9)
 
 
 def test_rows_left_out_change_the_fit_as_if_they_had_never_been_there() -> None:

@@ -58,7 +58,7 @@ def a_missing_effect_is_no_noise_and_enough_is_left_to_estimate_it() -> None:
     names = [name(k + 1) for k in range(200)]
     world = World(dict(zip(names, C.T, strict=True)), 40.0 * C[:, 150])
     start = world.fit(world.problem, [])
-    rich = noise.rich_fit(start, world.blocks(start))
+    rich = noise.rich_fit(start)
     assert abs(rich.mean_square - 1) < 0.25
     assert rich.freedom > ROWS / 2
 

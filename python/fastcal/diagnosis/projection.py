@@ -1,0 +1,61 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Score tests by matrix products: what the fitted parameters leave of all blocks at once, in as few rows as do.
+
+With Q an orthonormal basis of A's columns, R = C - Q Q^T C and r' = r - Q Q^T r. The tests read inner products of
+[R r'] only, so where there are more rows than columns the triangle T of a pivoted Cholesky factorization of
+R^T R = T^T T takes the place of R: a tenth of the work of a QR of the rows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg
+from scipy.linalg import blas, lapack
+
+from fastcal import _core
+
+FloatArray = NDArray[np.float64]
+
+_RANK = 1e-9  # of A, columns scaled to length 1
+_MANY = 1.5  # times as many rows as columns: from there on a triangle is worth its making
+
+
+def score_tests(A: FloatArray, C: FloatArray, r: FloatArray, sizes: Sequence[int]) -> _core.ScoreTests:
+    """Tests of the blocks of C (m, c), `sizes` columns each, beside the fitted columns A (m, p), of r (m,)."""
+    length = np.sqrt(np.einsum("ij,ij->j", C, C))
+    R = np.asfortranarray(C / np.where(length > 0, length, 1.0))
+    Q = basis(A)
+    R = blas.dgemm(-1.0, Q, Q.T @ R, 1.0, R, overwrite_c=True)
+    left = r - Q @ (Q.T @ r)
+    if len(r) > _MANY * C.shape[1]:
+        R, left = _triangle(R, left)
+    return _core.ScoreTests.projected(R, left, length, Q.shape[1], list(sizes))
+
+
+def basis(A: FloatArray) -> FloatArray:
+    """(m, rank) an orthonormal basis of the columns of A (m, p), in whatever units they are."""
+    length = np.linalg.norm(A, axis=0)
+    A = A / np.where(length > 0, length, 1.0)
+    if A.shape[1] == 0:
+        return A
+    Q, R = linalg.qr(A, mode="economic", check_finite=False)
+    diagonal = np.abs(np.diag(R))
+    if diagonal.min() < _RANK * diagonal.max():
+        Q, R, _ = linalg.qr(A, mode="economic", pivoting=True, check_finite=False)
+        diagonal = np.abs(np.diag(R))
+    return np.asarray(Q[:, diagonal >= _RANK * diagonal[0]])
+
+
+def _triangle(R: FloatArray, r: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """T (k, c) and t (k,) with T^T T = R^T R, T^T t = R^T r and t^T t = r^T r, k <= c + 1."""
+    factor, pivot, rank, _ = lapack.dpstrf(R.T @ R)
+    order = pivot - 1
+    T = np.zeros((rank + 1, R.shape[1]), order="F")
+    T[:rank, order] = np.triu(factor[:rank])
+    own = (R.T @ r)[order[:rank]]
+    t = linalg.solve_triangular(factor[:rank, :rank], own, trans="T", check_finite=False)
+    return T, np.append(t, np.sqrt(max(float(r @ r) - float(t @ t), 0.0)))

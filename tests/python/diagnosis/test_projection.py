@@ -1,0 +1,45 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Score tests by matrix products against the core's own projection by a QR of the rows."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from fastcal import _core
+from fastcal.diagnosis.projection import basis, score_tests
+
+SIZES = [4, 5, 1, 2]
+
+
+@pytest.mark.parametrize("rows", [14, 400], ids=["more columns than rows", "a triangle"])
+def test_the_tests_are_those_of_the_rows(rows: int) -> None:
+    random = np.random.default_rng(3)
+    A, C, r = random.normal(size=(rows, 6)), random.normal(size=(rows, 12)), random.normal(size=rows)
+    A[:, 5] = 1e3 * (A[:, 0] - A[:, 1])  # dependent, in another unit
+    C[:, 9] = A[:, 2]  # absorbed
+    C[:, 10:] = C[:, :2]  # a twin: the columns have no full rank
+    C[:, 3] = 0.0
+    C *= np.logspace(-6, 6, 12)
+    expected, found = _core.ScoreTests(A, C, r, SIZES), score_tests(A, C, r, SIZES)
+    assert found.null_rank == expected.null_rank == 5
+    np.testing.assert_array_equal(found.scores.rank, expected.scores.rank)
+    for name in ("surviving", "estimate"):
+        np.testing.assert_allclose(getattr(found, name), getattr(expected, name), rtol=1e-6, atol=1e-12)
+    rounding = 1e-12 * np.linalg.norm(C, axis=0)
+    assert (np.abs(np.asarray(found.length) - expected.length) <= rounding + 1e-6 * np.asarray(expected.length)).all()
+    np.testing.assert_allclose(found.scores.statistic, expected.scores.statistic, rtol=1e-8, atol=1e-12)
+    np.testing.assert_allclose(found.remaining, expected.remaining, rtol=1e-9)
+    np.testing.assert_allclose(found.given([0]).statistic, expected.given([0]).statistic, rtol=1e-7, atol=1e-9)
+    np.testing.assert_allclose(found.correlation([0, 1], [1, 3]), expected.correlation([0, 1], [1, 3]), rtol=1e-7)
+
+
+def test_a_basis_spans_what_the_columns_do() -> None:
+    random = np.random.default_rng(4)
+    A = random.normal(size=(30, 4)) * [1e-9, 1.0, 1e6, 1.0]
+    A[:, 3] = A[:, 1]
+    Q = basis(A)
+    assert Q.shape == (30, 3)
+    np.testing.assert_allclose(Q.T @ Q, np.eye(3), atol=1e-12)
+    np.testing.assert_allclose(Q @ (Q.T @ A), A, rtol=1e-9, atol=1e-15)
