@@ -115,8 +115,10 @@ def _plan(robot: Robot, output: Path, options: dict[str, Any]) -> None:
     """The program and, beside it, the plan."""
     from fastcal.acceptance import plan_acceptance
     from fastcal.io.acceptance_plan import write_test
+    from fastcal.programs.measuring import check_axes
     from fastcal.units import from_si
 
+    check_axes(robot.joint_count)  # before the search for the cube, which may take long
     with progress() as show:
         show("placing the cube")
         made = plan_acceptance(robot, program=output.name, **options)

@@ -31,10 +31,11 @@ def one_step(
     The other arguments are the conditions of `Robot.forward`.
     """
     e = pose_errors(poses, model.forward(q, **conditions))
-    J = np.asarray(_core.joint_jacobian(nominal.error_model, nominal.conditions(q)))
+    J = nominal.joint_jacobian(q)
     J[:, :, [joint - 1 for joint in hold]] = 0
     scale = np.array([1.0, 1.0, 1.0, *[nominal.reach] * 3])  # radians count as they move a point at the reach
-    return np.asarray(q + np.einsum("nij,nj->ni", np.linalg.pinv(scale[:, None] * J, rcond=_RANK), scale * e))
+    step = np.einsum("nij,nj->ni", np.linalg.pinv(scale[:, None] * J, rcond=_RANK), scale * e)
+    return nominal.follow(np.asarray(q + step))
 
 
 def pose_errors(wanted: FloatArray, got: FloatArray) -> FloatArray:

@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fastcal import _core
 from fastcal.compensation.one_step import pose_errors
 from fastcal.robot.robot import Robot
 
@@ -46,9 +45,10 @@ def command_by_small_moves(
     Returns:
         The command (1, n) and what is left, (6,) [m, rad]; None where the posture is not singular.
     """
-    J = np.asarray(_core.joint_jacobian(nominal.error_model, nominal.conditions(q)))[0]
+    J = nominal.joint_jacobian(q)[0]
     scale = np.array([1.0, 1.0, 1.0, *[nominal.reach] * 3])
-    sizes = np.linalg.svd(scale[:, None] * J, compute_uv=False)
+    motors = [joint for joint in range(nominal.joint_count) if joint not in {mimic[0] for mimic in nominal.mimics}]
+    sizes = np.linalg.svd(scale[:, None] * J[:, motors], compute_uv=False)
     if sizes[-1] >= SINGULAR_SHARE * sizes[0]:
         return None
     inverse = _position_first(J)
@@ -58,7 +58,7 @@ def command_by_small_moves(
         command = command + step
         if np.abs(step).max() < _DONE:
             break
-    command = np.clip(command, *np.transpose(model.limits))
+    command = model.follow(np.clip(command, *np.transpose(model.limits)))
     return command, pose_errors(pose, model.forward(command, **conditions))[0]
 
 

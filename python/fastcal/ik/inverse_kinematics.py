@@ -16,6 +16,7 @@ from fastcal import _core
 from fastcal.display.shown import Shown
 from fastcal.effects.registered import find
 from fastcal.errors import InvalidInput
+from fastcal.ik.driven_joints import solve_driven
 from fastcal.ik.posture import configurations
 from fastcal.ik.same_configuration import in_its_configuration
 from fastcal.robot.robot import Robot
@@ -135,6 +136,7 @@ def inverse_kinematics(
     q = _seeds(model, seed, box, len(T))
     solve = partial(_solve, options=options)
     if keep_configuration:
+        refuse_driven(model, "configurations are known")
         return in_its_configuration(model, T, q, box, restarts=restarts, solve=solve, **conditions)
     return solve(model, T, q, restarts=restarts, **conditions)
 
@@ -168,12 +170,6 @@ def solver_options(
     for name, size in (("tolerance_m", tolerance_m), ("tolerance_rad", tolerance_rad)):
         if not size > 0:
             raise InvalidInput(f"{name} must be above 0, got {size}")
-    if model.mimics:
-        joint, driver = model.mimics[0][:2]
-        raise InvalidInput(
-            "inverse kinematics moves every joint by itself, and "
-            f"joint {joint + 1} of {model.name} follows joint {driver + 1}"
-        )
     if restarts < 0:
         raise InvalidInput(f"restarts must be at least 0, got {restarts}")
     if not set(hold) <= set(range(1, model.joint_count + 1)):
@@ -196,6 +192,8 @@ def _solve(
     What belongs to the q that it was made for, the basis of an effect written in Python and a trained correction, is
     taken once more at the new one until nothing moves.
     """
+    if model.mimics:
+        return InverseKinematics(*solve_driven(model, T, q, restarts=restarts, options=options, **conditions), model)
     moving = model.correction is not None or any(find(entry["effect"]) for entry in model.spec.get("effects") or [])
     aimed = T.copy()
     for _ in range(_MAX_ROUNDS):
@@ -223,6 +221,16 @@ def _solve(
         beyond = (left > options["tolerance_position"]) | (turned > options["tolerance_rotation"])
         status = np.where(moved & beyond, STATUSES.index("unreachable"), status)
     return InverseKinematics(q, np.array(STATUSES)[status], iterations, position, rotation, model)
+
+
+def refuse_driven(model: Robot, what: str) -> None:
+    """InvalidInput where a joint of the model follows another; `what` is for arms whose joints all have a motor."""
+    if model.mimics:
+        joint, driver = model.mimics[0][:2]
+        raise InvalidInput(
+            f"{what} of arms whose joints all have a motor, and joint {joint + 1} of {model.name} follows joint "
+            f"{driver + 1}"
+        )
 
 
 def _seeds(model: Robot, seed: ArrayLike | None, box: FloatArray, count: int) -> FloatArray:

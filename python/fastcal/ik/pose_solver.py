@@ -25,8 +25,8 @@ class PoseSolver:
     are those of `inverse_kinematics` and `Robot.forward`. Not for several threads at a time.
 
     Args:
-        model: A robot with its effects, nominal or identified. One with a trained correction or an effect written in
-            Python goes the way of the batch functions, and takes as long.
+        model: A robot with its effects, nominal or identified. One with a trained correction, an effect written in
+            Python or mimic joints goes the way of the batch functions, and takes as long.
         limits, tolerance_m, tolerance_rad, restarts, hold, random_seed: As `inverse_kinematics` has them.
         **conditions: payload [kg], approach ... of every call, as `Robot.forward` takes them.
 
@@ -54,6 +54,7 @@ class PoseSolver:
         self._conditions = conditions
         rows = model.conditions(np.zeros(model.joint_count), **conditions)
         follows = model.correction is not None or any(find(e["effect"]) for e in model.spec.get("effects") or [])
+        follows = follows or bool(model.mimics)
         self._core = None if follows else _core.PoseSolver(model.error_model, rows, reach=model.reach, **options)
 
     def inverse(self, target: ArrayLike, seed: ArrayLike) -> tuple[FloatArray, str]:

@@ -55,6 +55,12 @@ class Cycles:
     comment: Sequence[str] = ()
 
 
+def check_axes(joint_count: int) -> None:
+    """InvalidInput unless a program can be written for an arm of so many joints."""
+    if joint_count != AXES:
+        raise InvalidInput(f"a program of {AXES} axes can be written, and this robot has {joint_count} joints")
+
+
 def write_cycles(language: str, name: str, cycles: Cycles) -> tuple[Document, ...]:
     """The program's files, named after `name`, which may be a path with or without the language's ending.
 
@@ -63,8 +69,7 @@ def write_cycles(language: str, name: str, cycles: Cycles) -> tuple[Document, ..
     """
     if language not in LANGUAGES:
         raise InvalidInput(f"language must be one of {', '.join(LANGUAGES)}, got '{language}'")
-    if cycles.q.shape[1] != AXES:
-        raise InvalidInput(f"a program of {AXES} axes can be written, and this robot has {cycles.q.shape[1]} joints")
+    check_axes(cycles.q.shape[1])
     suffix, write = LANGUAGES[language]
     path = PurePath(name)
     if path.suffix.lower() != suffix:

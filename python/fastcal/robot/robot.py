@@ -248,9 +248,14 @@ class Robot(Shown):
     def joint_jacobian(self, q: ArrayLike, *, threads: int = 1, **conditions: Any) -> FloatArray:
         """(N, 6, n): motion of the tool [v; w] by every joint, SI, axes of the measuring frame.
 
-        The joints turn about the axes of the deflected arm, and the deflection is held.
+        The joints turn about the axes of the deflected arm, and the deflection is held. A joint takes those that follow
+        it along; a mimic joint moves nothing by itself.
         """
-        return np.asarray(_core.joint_jacobian(self.error_model, self.conditions(q, **conditions), threads))
+        J = np.asarray(_core.joint_jacobian(self.error_model, self.conditions(q, **conditions), threads))
+        for joint, driver, multiplier, _ in self.mimics:
+            J[:, :, driver] += multiplier * J[:, :, joint]
+            J[:, :, joint] = 0
+        return J
 
     def position_deviation(self, q: ArrayLike, **conditions: Any) -> FloatArray:
         """(N, 3) standard deviation [m] of the predicted points that comes from the parameters.

@@ -151,3 +151,22 @@ def test_a_page_is_a_document_in_the_language_that_was_asked_for(shop, tmp_path,
     assert said.code == 2
     said = fastcal("accept", shop / "arm.yaml", shop / "measured.csv", *options, "--date", "20.11.2026")
     assert "date must be YYYY-MM-DD" in said.error
+
+
+def test_an_arm_without_six_axes_is_refused_before_the_search(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from fastcal.cli import main
+
+    monkeypatch.setattr("fastcal.acceptance.plan_acceptance", lambda *_, **__: pytest.fail("the cube was searched for"))
+    assert main(["accept", "lbr_iiwa14", "--plan", "--language", "krl", "-o", str(tmp_path / "iso.src")]) == 2
+    assert "a program of 6 axes can be written, and this robot has 7 joints" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_plan_is_simulated_without_warnings(shop: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    from fastcal.cli import main
+
+    arguments = ["simulate", str(shop / "arm.yaml"), str(shop / "iso_plan.csv"), "--noise-mm", "0.02"]
+    assert main([*arguments, "-o", str(tmp_path / "measured.csv")]) == 0
+    assert "warning" not in capsys.readouterr().err

@@ -7,7 +7,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fastcal import calibrate, inverse_kinematics, load_measurements, load_robot, simulate
+from fastcal import (
+    PoseSolver,
+    calibrate,
+    choose_posture,
+    compensate,
+    inverse_kinematics,
+    load_measurements,
+    load_robot,
+    simulate,
+)
 from fastcal.conversion import convert
 from fastcal.design import design_poses
 from fastcal.errors import InvalidInput, ParseError
@@ -28,16 +37,19 @@ STAGES = (  # name, kind, origin, axis, limits, mimic
 )
 
 
-@pytest.fixture
-def lift(tmp_path: Path) -> Path:
-    text = '<robot name="lift"><link name="base"/>'
-    parent = "base"
-    for name, kind, xyz, axis, limits, mimic in STAGES:
+def urdf(robot: str, joints: tuple[tuple[str, str, str, str, tuple[float, float], str], ...]) -> str:
+    text, parent = f'<robot name="{robot}"><link name="base"/>', "base"
+    for name, kind, xyz, axis, limits, mimic in joints:
         text += f'<link name="{name}_link"/><joint name="{name}" type="{kind}"><origin xyz="{xyz}"/>'
         text += f'<parent link="{parent}"/><child link="{name}_link"/><axis xyz="{axis}"/>'
         text += f"{LIMIT.format(*limits)}{mimic}</joint>"
         parent = f"{name}_link"
-    (tmp_path / "lift.urdf").write_text(text + "</robot>")
+    return text + "</robot>"
+
+
+@pytest.fixture
+def lift(tmp_path: Path) -> Path:
+    (tmp_path / "lift.urdf").write_text(urdf("lift", STAGES))
     return tmp_path / "lift.urdf"
 
 
@@ -107,8 +119,97 @@ def test_what_is_written_for_a_driven_arm(lift: Path, tmp_path: Path) -> None:
     assert (tmp_path / "empty.csv").read_text().startswith("q1_mm,q3_deg,q5_deg,q6_deg,x_mm")
     poses = design_poses(robot, 8)
     np.testing.assert_allclose(poses.q, robot.follow(poses.q), atol=0)
-    with pytest.raises(InvalidInput, match="joint 2 of lift follows joint 1"):
-        inverse_kinematics(robot, np.eye(4))
+
+
+PALLETIZER = (  # six motors; the fourth joint keeps the hand level, as a parallelogram does
+    ("turn", "revolute", "0 0 0.8", "0 0 1", (-3, 3), ""),
+    ("lower", "revolute", "0.3 0 0", "0 1 0", (-1.5, 1.5), ""),
+    ("upper", "revolute", "0 0 1.1", "0 1 0", (-2, 2), ""),
+    ("level", "revolute", "1.2 0 0.1", "0 1 0", (-4, 4), '<mimic joint="lower" multiplier="-1" offset="0.1"/>'),
+    ("roll", "revolute", "0.1 0 0", "1 0 0", (-3, 3), ""),
+    ("tilt", "revolute", "0.1 0 0", "0 1 0", (-2, 2), ""),
+    ("spin", "revolute", "0 0 -0.2", "0 0 1", (-3, 3), ""),
+)
+
+
+@pytest.fixture
+def palletizer(tmp_path: Path) -> Robot:
+    (tmp_path / "palletizer.urdf").write_text(urdf("palletizer", PALLETIZER))
+    return load_robot(tmp_path / "palletizer.urdf")
+
+
+def built(robot: Robot) -> Robot:
+    """The arm that there is: origins off, and a lower arm that yields."""
+    spec = Robot(robot.spec).spec
+    for joint, (axis, by) in zip(spec["joints"], ((0, 0.4), (2, -0.5), (1, 0.3), (0, 0.6), (2, 0.2)), strict=False):
+        joint["origin"]["xyz_mm"][axis] += by
+    spec["effects"] = [
+        {"effect": "joint_compliance", "owner": "joint2", "parameters": {"compliance_rad_nm": {"value": 2e-6}}}
+    ]
+    return Robot(spec)
+
+
+def test_inverse_kinematics_moves_the_motors_and_the_driven_joint_follows(palletizer: Robot) -> None:
+    model = built(palletizer)
+    low, high = palletizer.limits.T
+    q = palletizer.follow(np.random.default_rng(1).uniform(0.7 * low, 0.7 * high, (30, 7)))
+    targets = model.forward(q, payload=20.0)
+    near = inverse_kinematics(model, targets, q + 0.05, restarts=0, payload=20.0)
+    assert near.reached.all()
+    np.testing.assert_allclose(near.q, q, atol=1e-6)
+    assert np.abs(near.q[:, 3] - (0.1 - near.q[:, 1])).max() < 1e-14
+    assert np.abs(model.forward(near.q, payload=20.0) - targets).max() < 2e-9
+    anywhere = inverse_kinematics(model, targets[:6], payload=np.full(6, 20.0))
+    assert anywhere.reached.all()
+    assert ((anywhere.q >= low) & (anywhere.q <= high)).all()
+    again = inverse_kinematics(model, targets[:6], payload=20.0)
+    np.testing.assert_array_equal(again.q, anywhere.q)  # the same input, the same output
+    command, status = PoseSolver(model, payload=20.0).inverse(targets[0], q[0] + 0.05)
+    assert status == "reached"
+    np.testing.assert_allclose(command, near.q[0], atol=1e-8)
+
+
+def test_a_path_keeps_the_way_that_it_began_with(palletizer: Robot) -> None:
+    q = np.linspace([0.2, 0.3, 0.4, 0, 0.5, 0.6, -0.2], [0.6, 0.1, 0.7, 0, 0.2, 0.8, 0.4], 20)
+    q = palletizer.follow(q)
+    found = inverse_kinematics(palletizer, palletizer.forward(q), q[0] + 0.02, along_path=True)
+    assert found.reached.all()
+    np.testing.assert_allclose(found.q, q, atol=1e-7)
+
+
+def test_what_a_driven_arm_can_not_reach_is_said(palletizer: Robot) -> None:
+    far, lost = np.eye(4), np.full((4, 4), np.nan)
+    far[0, 3] = 20
+    inside = palletizer.follow(np.array([[0.1, 0.2, 0.3, 0, 0.4, 0.5, 0.6]]))
+    beyond = inside + np.array([0, 0, 0, 0, 0, 0, 0.6])
+    narrow = palletizer.limits.copy()
+    narrow[6] = -0.5, 0.8
+    targets = np.concatenate([[far, lost], palletizer.forward(beyond)])
+    found = inverse_kinematics(palletizer, targets, inside[0], limits=narrow, restarts=3)
+    assert found.status.tolist() == ["unreachable", "bad_target", "limit"]
+    assert found.q[2, 6] == pytest.approx(0.8)
+    assert found.position_error[0] > 17
+    np.testing.assert_array_equal(found.q[1], inside[0])
+    narrow[3] = 2, 3  # the level joint would need the lower arm below its limits
+    with pytest.raises(InvalidInput, match="joint 4 of palletizer follows joint 2, and no position of joint 2 keeps"):
+        inverse_kinematics(palletizer, targets[:1], limits=narrow)
+    with pytest.raises(InvalidInput, match="configurations are known of arms whose joints all have a motor"):
+        inverse_kinematics(palletizer, targets, inside[0], keep_configuration=True)
+    with pytest.raises(InvalidInput, match="postures are chosen of arms whose joints all have a motor"):
+        choose_posture(palletizer, targets, inside[0])
+
+
+@pytest.mark.parametrize("method", ["full", "one-step"])
+def test_compensation_of_an_arm_with_a_driven_joint(palletizer: Robot, method: str) -> None:
+    model = built(palletizer)
+    q = palletizer.follow(np.linspace([0.2, 0.3, 0.4, 0, 0.5, 0.6, -0.2], [0.6, 0.1, 0.7, 0, 0.2, 0.8, 0.4], 6))
+    wanted = palletizer.forward(q)
+    found = compensate(model, wanted, nominal=palletizer, method=method, payload=20.0)
+    before = np.linalg.norm((model.forward(q, payload=20.0) - wanted)[:, :3, 3], axis=1)
+    after = np.linalg.norm((model.forward(found.q, payload=20.0) - wanted)[:, :3, 3], axis=1)
+    assert before.min() > 3e-4
+    assert after.max() < (1e-8 if method == "full" else 1e-5)
+    np.testing.assert_allclose(found.q, palletizer.follow(found.q), atol=1e-14)
 
 
 @pytest.mark.parametrize(
