@@ -15,7 +15,7 @@
 namespace fastcal::design {
 
 constexpr int kLanes = 4;
-constexpr int kMostRows = 6;  ///< k: a point has 3, a pose 6
+constexpr int kMostRows = 24;  ///< k: a point has 3, a pose 6, each level 2 more, a touch 1
 
 /// One number of each of four candidates.
 using Lane __attribute__((vector_size(kLanes * sizeof(double)), aligned(sizeof(double)), may_alias)) = double;

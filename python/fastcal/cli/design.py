@@ -40,6 +40,9 @@ def design(
     surroundings: Annotated[
         Path | None, typer.Option(metavar="FILE", help="YAML: keep_out, region, tracker, link_radius_mm.")
     ] = None,
+    instruments: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="YAML: points, levels, sigma_tilt_mrad, planes.")
+    ] = None,
     payload_kg: Annotated[str, typer.Option(metavar="LIST", help="Payloads at hand, such as 0,6,12.")] = "0",
     measured: Annotated[
         Path | None, typer.Option(metavar="DATA", help="Poses measured already; they count as known.")
@@ -62,6 +65,7 @@ def design(
     """Choose the poses to measure, into a CSV file."""
     from fastcal.design import design_poses
     from fastcal.io.design_out import write_design
+    from fastcal.io.instruments_file import load_instruments
     from fastcal.io.measurements import load_measurements
     from fastcal.io.robot_file import load_robot
     from fastcal.io.surroundings_file import load_surroundings
@@ -78,6 +82,7 @@ def design(
             candidates=candidates,
             candidate_count=candidate_count,
             surroundings=None if surroundings is None else load_surroundings(surroundings),
+            instruments=None if instruments is None else load_instruments(instruments),
             payloads=_masses(payload_kg),
             separate=[] if separate is None else [name.strip() for name in separate.split(",")],
             measured=None if measured is None else load_measurements(measured, arm, require_measured=False),

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from fastcal.design.instruments import Instruments
 from fastcal.design.observability import observability_indices
 from fastcal.design.poses import design_poses
 from fastcal.design.result import PoseDesign
@@ -11,6 +12,7 @@ from fastcal.design.separation import Separation, separating_poses
 from fastcal.design.surroundings import Surroundings, Tracker
 
 __all__ = [
+    "Instruments",
     "PoseDesign",
     "Separation",
     "Surroundings",

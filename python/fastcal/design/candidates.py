@@ -27,14 +27,21 @@ class Candidates:
         q: (N, n) joint positions [rad or m].
         payload: (N,) [kg].
         approach: (N, n) +1 or -1, 0 where the direction does not matter; None: nowhere.
+        plane: (N,) label of the plane that the tool touches, "" where it touches none; None: nowhere.
     """
 
     q: FloatArray
     payload: FloatArray
     approach: FloatArray | None = None
+    plane: NDArray[Any] | None = None
 
     def __len__(self) -> int:
         return len(self.q)
+
+    @property
+    def touching(self) -> NDArray[np.bool_]:
+        """(N,) where the tool touches a plane."""
+        return np.zeros(len(self), dtype=bool) if self.plane is None else np.asarray(self.plane != "", dtype=bool)
 
     def select(self, rows: Any) -> Candidates:
         """Those rows alone."""
@@ -42,11 +49,24 @@ class Candidates:
             self.q[rows],
             self.payload[rows],
             None if self.approach is None else np.ascontiguousarray(self.approach[rows]),
+            None if self.plane is None else self.plane[rows],
         )
 
     def conditions(self) -> dict[str, FloatArray]:
         """As `Robot.conditions` takes them."""
         return {"payload": self.payload} | ({} if self.approach is None else {"approach": self.approach})
+
+
+def joined(parts: Sequence[Candidates]) -> Candidates:
+    """All of them, one part after the other; each has the same conditions."""
+    approaches = [part.approach for part in parts if part.approach is not None]
+    planes = [part.plane for part in parts if part.plane is not None]
+    return Candidates(
+        np.concatenate([part.q for part in parts]),
+        np.concatenate([part.payload for part in parts]),
+        np.concatenate(approaches) if approaches else None,
+        np.concatenate(planes) if planes else None,
+    )
 
 
 def joint_ranges(robot: Robot) -> FloatArray:

@@ -8,15 +8,18 @@ of a calibration takes it: a parameter that data can't determine better than tha
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
-from fastcal.calibration.problem import asked_parameters, parameter_names
+from fastcal.calibration.problem import asked_parameters
 from fastcal.design.candidates import Candidates
-from fastcal.effects.entries import Spec, identity
+from fastcal.design.instruments import Instruments
+from fastcal.design.readings import Readings
+from fastcal.effects.entries import Spec, full_name, identity
+from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot
 
 FloatArray = NDArray[np.float64]
@@ -37,6 +40,8 @@ class LinearProblem:
         free: Indices of the model's parameters that are identified.
         unidentifiable: What all candidates together can't determine, in words.
         threads: Cores to use.
+        points: Whether points (and orientations) are measured, except in touches.
+        readings: Levels and touches; None: there are none.
     """
 
     model: Robot
@@ -45,22 +50,35 @@ class LinearProblem:
     free: list[int]
     unidentifiable: list[str]
     threads: int
+    points: bool = True
+    readings: Readings | None = None
+
+    @property
+    def point_rows(self) -> int:
+        """Numbers of a posture that are of its point and orientation."""
+        return 0 if not self.points else 3 if self.sigma_rotation is None else 6
 
     @property
     def row_count(self) -> int:
         """Numbers that a posture gives, k."""
-        return 3 if self.sigma_rotation is None else 6
+        return self.point_rows + (0 if self.readings is None else self.readings.count)
+
+    @property
+    def parameters(self) -> list[_core.Parameter]:
+        """Those of the model, then the unknowns of the instruments."""
+        return [*self.model.error_model.parameters, *([] if self.readings is None else self.readings.parameters)]
 
     @property
     def names(self) -> list[str]:
         """Of the free parameters."""
-        every = parameter_names(self.model.error_model)
+        every = [full_name(parameter) for parameter in self.parameters]
         return [every[i] for i in self.free]
 
     @property
     def sizes(self) -> FloatArray:
         """Plausible sizes of the free parameters, SI."""
-        return np.array([self.model.error_model.parameters[i].sigma for i in self.free])
+        parameters = self.parameters
+        return np.array([parameters[i].sigma for i in self.free])
 
     @property
     def known_before(self) -> FloatArray:
@@ -77,25 +95,60 @@ class LinearProblem:
 
     def rows(self, candidates: Candidates, columns: list[int] | None = None) -> FloatArray:
         """(N k, p) derivatives of what is measured, whitened and scaled, by the free parameters or by `columns`."""
-        return self._rows(candidates, self.free if columns is None else columns, self.row_count)
+        wanted = self.free if columns is None else columns
+        if self.readings is None:
+            return self._points(candidates, wanted, self.point_rows)
+        scale = np.array([parameter.sigma for parameter in self.parameters])[wanted]
+        k = self.point_rows
+        out = np.zeros((len(candidates), self.row_count, len(wanted)))
+        for first in range(0, len(candidates), _CHUNK):
+            part = candidates.select(slice(first, first + _CHUNK))
+            own = out[first : first + len(part)]
+            own[:, k:] = self.readings.rows(part)[:, :, wanted] * scale
+            if k:
+                own[:, :k] = self._points(part, wanted, k).reshape(len(part), k, -1)
+                own[part.touching, :k] = 0.0  # a touch is no measured point
+        return out.reshape(-1, len(wanted))
+
+    def rows_of(self, data: Dataset) -> FloatArray:
+        """(N k, p) the same of poses measured already; numbers that the data lack are 0. A plan counts as measured."""
+        if self.readings is None:
+            return self.rows(Candidates(data.q, data.payload, data.approach))
+        codes, names = data.label_codes("plane")
+        plane = np.full(len(data), "", dtype=object)
+        for label in self.readings.planes:
+            if label in names:
+                plane[codes == names.index(label)] = label
+        rows = self.rows(Candidates(data.q, data.payload, data.approach, plane))
+        known = np.ones((len(data), self.row_count), dtype=bool)
+        if data.position is not None or self.readings.any_tilt(data):
+            known[:, : self.point_rows] = (
+                False if data.position is None else ~np.isnan(data.position).any(axis=1)[:, np.newaxis]
+            )
+            known[:, self.point_rows :] = self.readings.known(data)
+        return np.asarray(rows * known.reshape(-1, 1))
 
     def target_information(self, targets: Candidates) -> FloatArray:
         """B (p, p) with tr(C B) the mean variance of a predicted coordinate over targets [m^2], C = M^-1."""
         B = np.zeros((len(self.free), len(self.free)))
         for first in range(0, len(targets), _CHUNK):
-            J = self._rows(targets.select(slice(first, first + _CHUNK)), self.free, 3)
+            J = self._points(targets.select(slice(first, first + _CHUNK)), self.free, 3)
             B += J.T @ J
         return np.asarray(B * self.sigma**2 / (3 * len(targets)))
 
-    def _rows(self, candidates: Candidates, columns: list[int], rows: int) -> FloatArray:
-        parameters = self.model.error_model.parameters
-        scale = np.array([parameters[i].sigma for i in columns])
+    def _points(self, candidates: Candidates, columns: list[int], rows: int) -> FloatArray:
+        """(N rows, len(columns)) of points, and of orientations where `rows` is 6; 0 by what only readings have."""
+        parameters = self.parameters
+        own = len(self.model.error_model.parameters)
+        known = np.array([i < own for i in columns], dtype=bool)
+        scale = np.array([parameters[i].sigma for i in columns]) * known
+        at = np.where(known, columns, 0)
         noise = np.repeat([self.sigma, self.sigma_rotation or 1.0], 3)[:rows, None]
         out = np.empty((len(candidates), rows, len(columns)))
         for first in range(0, len(candidates), _CHUNK):
             part = candidates.select(slice(first, first + _CHUNK))
             J = self.model.parameter_jacobian(part.q, rows=rows, threads=self.threads, **part.conditions())
-            out[first : first + len(part)] = J[:, :, columns] * (scale / noise)
+            out[first : first + len(part)] = J[:, :, at] * (scale / noise)
         return out.reshape(-1, len(columns))
 
 
@@ -109,14 +162,18 @@ def linear_problem(
     sigma_rotation: float | None,
     seed: int,
     threads: int,
+    instruments: Instruments,
 ) -> LinearProblem:
     """The problem of choosing `count` candidates; the gauge is that of as many average ones."""
     asked = asked_parameters(model.error_model, geometry, turned=sigma_rotation is not None, placed=True)
-    whole = LinearProblem(model, sigma, sigma_rotation, asked, [], threads)
+    readings = None if instruments.only_points else Readings(model, instruments, sigma, threads)
+    whole = LinearProblem(model, sigma, sigma_rotation, asked, [], threads, instruments.points, readings)
+    own = len(model.error_model.parameters)
+    asked = [*asked, *range(own, len(whole.parameters))]
+    whole = replace(whole, free=asked)
     some = _core.draw_design(len(candidates), min(_SAMPLE, len(candidates)), seed)
     R = np.asarray(np.linalg.qr(whole.rows(candidates.select(some)) * np.sqrt(count / len(some)), mode="r"))
     if len(R) < len(asked):
         R = np.vstack([R, np.zeros((len(asked) - len(R), len(asked)))])
-    parameters = model.error_model.parameters
-    free, directions = _core.free_parameters(R, [parameters[i] for i in asked])
-    return LinearProblem(model, sigma, sigma_rotation, [asked[i] for i in free], list(directions), threads)
+    free, directions = _core.free_parameters(R, [whole.parameters[i] for i in asked])
+    return replace(whole, free=[asked[i] for i in free], unidentifiable=list(directions))

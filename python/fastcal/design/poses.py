@@ -14,13 +14,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from fastcal import _core
 from fastcal.design.candidates import MOST, Candidates, postures, with_conditions
+from fastcal.design.instruments import Instruments, touches
 from fastcal.design.linear import LinearProblem, linear_problem
 from fastcal.design.observability import INDICES, observability_indices
 from fastcal.design.planned import approached, planned_model, rival_entries, target_postures
 from fastcal.design.result import PoseDesign, in_order
 from fastcal.design.search import Found, Search
 from fastcal.design.separation import Separation, separating_poses
-from fastcal.design.surroundings import REASONS, Surroundings
+from fastcal.design.surroundings import REASONS, UNSEEN, Surroundings
 from fastcal.effects.entries import Spec
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
@@ -33,6 +34,7 @@ Progress = Callable[[str], None]
 
 CRITERIA = (*INDICES, "variance")
 SIGMA = 5e-5  # [m] of a measured coordinate where nothing better is known: a tracker's and an arm's repeatability
+FEWEST_TOUCHES = 4  # of a plane: with fewer an identification has no start
 _SEPARATING = 0.5  # share of the poses that are left to telling effects apart, where that is asked for
 
 
@@ -52,6 +54,7 @@ def design_poses(
     until_sigma: float | None = None,
     sigma: float | None = None,
     sigma_rotation: float | None = None,
+    instruments: Instruments | None = None,
     exchange: bool = True,
     restarts: int = 0,
     seed: int = 0,
@@ -77,6 +80,7 @@ def design_poses(
             the mean square over the targets, is at most this [m].
         sigma: Standard deviation of a measured coordinate [m]; None: that of the robot's calibration, or 0.05 mm.
         sigma_rotation: Of a measured orientation about each axis [rad]; None: positions alone are measured.
+        instruments: Levels on links, planes to touch, and whether points are measured; None: points only.
         exchange: False: sequential growth alone.
         restarts: Further exchanges from designs drawn at random; the best counts.
         seed: The same seed gives the same poses.
@@ -97,10 +101,12 @@ def design_poses(
     progress = progress or (lambda text: None)
     rivals = rival_entries(separate, robot)
     model, geometry = planned_model(robot, effects, rivals)
+    instruments = Instruments() if instruments is None else instruments
+    instruments.check(model)
 
     progress("gathering candidates")
     everywhere, obstacle = _candidates(
-        model, candidates, candidate_count, surroundings or Surroundings(), payloads, seed, threads
+        model, candidates, candidate_count, surroundings or Surroundings(), payloads, seed, threads, instruments
     )
     pool = everywhere.select(obstacle == 0)
     rejected = {why: int(np.sum(obstacle == key)) for key, why in REASONS.items() if (obstacle == key).any()}
@@ -110,14 +116,22 @@ def design_poses(
 
     progress("linearizing")
     problem = linear_problem(
-        model, pool, count, geometry=geometry, sigma=noise, sigma_rotation=sigma_rotation, seed=seed, threads=threads
+        model,
+        pool,
+        count,
+        geometry=geometry,
+        sigma=noise,
+        sigma_rotation=sigma_rotation,
+        seed=seed,
+        threads=threads,
+        instruments=instruments,
     )
     if not problem.free:
         raise InvalidInput("no parameter asked for is identifiable from the candidates")
     rows = problem.rows(pool)
     known = problem.known_before
     if measured is not None:
-        done = problem.rows(Candidates(measured.q, measured.payload, measured.approach))
+        done = problem.rows_of(measured)
         known = known + done.T @ done
     goal, notes = target_postures(model, targets, everywhere.select(obstacle != 1), threads=threads)
     search = Search(
@@ -142,6 +156,7 @@ def design_poses(
     else:
         found = search.run(count)
     ordered = in_order(model, pool.select(found.members))
+    notes += _too_few_touches(ordered)
     reached = float(np.sqrt(search.variance(found.members)))
     k = problem.row_count
     measured_rows = rows.reshape(-1, k, rows.shape[1])[found.members].reshape(-1, rows.shape[1])
@@ -153,6 +168,7 @@ def design_poses(
         q=ordered.q,
         payload=ordered.payload,
         approach=np.asarray(ordered.approach),
+        plane=None if ordered.plane is None else [str(name) for name in ordered.plane],
         criterion=criterion,
         observability=indices,
         sigma=reached,
@@ -177,12 +193,32 @@ def _candidates(
     payloads: Sequence[float],
     seed: int,
     threads: int,
+    instruments: Instruments,
 ) -> tuple[Candidates, NDArray[np.int64]]:
     """All candidates, and for each 0 or why it cannot be measured."""
+    if instruments.planes and isinstance(how, str):
+        count = max(count // (1 + len(instruments.planes)), 2)
     q = postures(model, how, count, seed)
-    obstacle = surroundings.obstacles(model, q, threads=threads)
     out = with_conditions(q, payloads, approached(model), count, seed)
-    return out, np.repeat(obstacle, len(out) // len(q))
+    if not instruments.planes:
+        obstacle = surroundings.obstacles(model, q, threads=threads)
+        return out, np.repeat(obstacle, len(out) // len(q))
+    out = touches(model, out, instruments, threads)
+    obstacle = surroundings.obstacles(model, out.q, threads=threads)
+    obstacle[out.touching & np.isin(obstacle, UNSEEN)] = 0  # a touch needs no tracker
+    return out, obstacle
+
+
+def _too_few_touches(poses: Candidates) -> list[str]:
+    """A sentence for each plane whose touches are too few to find where it lies."""
+    if poses.plane is None:
+        return []
+    labels, counts = np.unique(poses.plane[poses.touching].astype(str), return_counts=True)
+    return [
+        f"plane {label} is touched {count} times; a calibration needs at least {FEWEST_TOUCHES} touches of a plane"
+        for label, count in zip(labels, counts, strict=True)
+        if count < FEWEST_TOUCHES
+    ]
 
 
 def _separated(

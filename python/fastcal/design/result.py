@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,6 +42,7 @@ class PoseDesign(Shown):
         candidate_count: Candidates that could be measured.
         rejected: Why how many others could not.
         notes: What a reader should know, a sentence each.
+        plane: The plane that the tool touches in each pose, "" where it touches none; None: no planes were given.
         joint_types: `revolute` or `prismatic`, one a joint.
     """
 
@@ -59,6 +61,7 @@ class PoseDesign(Shown):
     enough: bool = True
     separation: Separation | None = None
     notes: list[str] = field(default_factory=list)
+    plane: list[str] | None = None
     joint_types: tuple[str, ...] = ()
 
     def __len__(self) -> int:
@@ -66,7 +69,8 @@ class PoseDesign(Shown):
 
     def dataset(self) -> Dataset:
         """The poses as `simulate` and `predict` take them."""
-        return Dataset.from_arrays(self.q, payload=self.payload, approach=self.approach, source="design")
+        labels: dict[str, Any] = {} if self.plane is None else {"observed_labels": {"plane": self.plane}}
+        return Dataset.from_arrays(self.q, payload=self.payload, approach=self.approach, source="design", **labels)
 
 
 def in_order(robot: Robot, chosen: Candidates) -> Candidates:
@@ -88,7 +92,7 @@ def in_order(robot: Robot, chosen: Candidates) -> Candidates:
     ordered = chosen.select(rows)
     direct = _directions(np.vstack([ranges.mean(axis=1), ordered.q]))
     approach = direct if ordered.approach is None else np.where(ordered.approach == 0, direct, ordered.approach)
-    return Candidates(ordered.q, ordered.payload, approach)
+    return Candidates(ordered.q, ordered.payload, approach, ordered.plane)
 
 
 def _directions(q: FloatArray) -> FloatArray:

@@ -24,6 +24,7 @@ REASONS = {
     4: "turn the reflector away",
     5: "are hidden from the tracker",
 }
+UNSEEN = (3, 4, 5)  # the reasons that concern the tracker alone
 
 
 @dataclass(frozen=True)

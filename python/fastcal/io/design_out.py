@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""A design as a table: order, qN_deg (qN_mm), payload_kg, approachN."""
+"""A design as a table: order, qN_deg (qN_mm), payload_kg, approachN, plane."""
 
 from __future__ import annotations
 
@@ -22,12 +22,13 @@ def write_design(path: str | os.PathLike[str], design: PoseDesign, robot: Robot)
     Raises:
         InvalidInput: The file cannot be written.
     """
-    write_poses(path, Candidates(design.q, design.payload, design.approach), robot)
+    planes = None if design.plane is None else np.array(design.plane, dtype=object)
+    write_poses(path, Candidates(design.q, design.payload, design.approach, planes), robot)
 
 
 def write_poses(path: str | os.PathLike[str], poses: Candidates, robot: Robot) -> None:
     """The same for poses that no design stands behind."""
-    columns: dict[str, list[float] | list[int]] = {"order": list(range(1, len(poses) + 1))}
+    columns: dict[str, list[float] | list[int] | list[str]] = {"order": list(range(1, len(poses) + 1))}
     for joint, spec in enumerate(robot.spec["joints"], start=1):
         unit = length_or_angle_unit(spec)
         columns[f"q{joint}_{unit}"] = np.round(from_si(poses.q[:, joint - 1], unit), 6).tolist()
@@ -35,4 +36,6 @@ def write_poses(path: str | os.PathLike[str], poses: Candidates, robot: Robot) -
     if poses.approach is not None:
         for index in np.flatnonzero(poses.approach.any(axis=0)):
             columns[f"approach{index + 1}"] = poses.approach[:, index].astype(int).tolist()
+    if poses.plane is not None:
+        columns["plane"] = [str(name) for name in poses.plane]
     write_csv(path, columns)

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
@@ -135,6 +136,9 @@ def _(found: PoseDesign) -> list[str]:
     lines = [
         f"{plural(len(found), 'pose')} of {found.candidate_count} candidates" + (f"; {refused}" if refused else "")
     ]
+    touches = Counter(label for label in found.plane or [] if label)
+    if touches:
+        lines.append("touches: " + ", ".join(f"{count} of plane {label}" for label, count in sorted(touches.items())))
     sigma = from_si(found.sigma, "mm")
     lines.append(f"predicted standard deviation of a coordinate: {sigma:.4g} mm, RMS over the targets")
     lines.append(", ".join(f"{name} {value:.4g}" for name, value in found.observability.items()))
@@ -149,6 +153,7 @@ def _(found: PoseDesign) -> pd.DataFrame:
     """A row a pose in the order of visiting, as `fastcal design` writes it."""
     columns = _joints(found.q, found.joint_types) | {"payload_kg": found.payload}
     columns |= {f"approach{joint}": column for joint, column in enumerate(found.approach.T.astype(int), start=1)}
+    columns |= {} if found.plane is None else {"plane": found.plane}
     return pd.DataFrame(columns, index=pd.RangeIndex(1, len(found) + 1, name="order"))
 
 

@@ -83,3 +83,46 @@ def test_one_line_where_it_cannot_be_meant(tmp_path, fastcal, options, said, mon
     assert said in found.err
     assert len(found.err.splitlines()) == 1
     assert not (tmp_path / "out.csv").exists()
+
+
+INSTRUMENTS = """
+points: true
+levels: [link3]
+sigma_tilt_mrad: 0.05
+planes: {table: {point_mm: [900, 0, 300], normal: [0, 0, 1]}}
+"""
+
+
+def test_levels_and_planes_come_from_a_file(tmp_path, fastcal) -> None:
+    (tmp_path / "shop.yaml").write_text(INSTRUMENTS)
+    options = ("--count", 30, "--instruments", tmp_path / "shop.yaml", *FEW, "-o", tmp_path / "out.csv")
+    said = fastcal("design", "staubli_rx160l", *options)
+    assert said.code == 0
+    assert "of plane table" in said.out
+    arm = library.load_robot("staubli_rx160l")
+    poses = library.load_measurements(tmp_path / "out.csv", arm, require_measured=False)
+    touching = poses.label_codes("plane")[0] >= 0
+    assert 0 < touching.sum() < 30
+    np.testing.assert_allclose(arm.forward(poses.q[touching])[:, 2, 3], 0.3, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        ("levels: link2", "levels: expected a list of links, such as [link2, link3], got 'link2'"),
+        ("levels: [link9]", "levels must be on link1 to link6, got 'link9'"),
+        ("points: 2", "points: expected true or false, got 2"),
+        ("sigma_tilt_mrad: -1", "sigma_tilt_mrad: expected an angle above 0, got -1"),
+        ("planes: {top: {point_mm: [0, 0, 0], normal: [0, 0, 0]}}", "planes.top.normal: expected a direction"),
+        ("planes: {top: {point: [0, 0, 0], normal: [0, 0, 1]}}", "planes.top.point: "),
+        ("planes: [top]", "planes: expected a mapping of labels to planes"),
+        ("level: [link2]", "level"),
+    ],
+)
+def test_an_instruments_file_that_cannot_be_meant_is_refused(tmp_path, fastcal, content, said) -> None:
+    (tmp_path / "shop.yaml").write_text(content)
+    options = ("--count", 10, "--instruments", tmp_path / "shop.yaml", *FEW, "-o", tmp_path / "out.csv")
+    found = fastcal("design", "ur5", *options)
+    assert found.code == 2
+    assert said in found.err
+    assert len(found.err.splitlines()) == 1
