@@ -124,6 +124,13 @@ def pose_folds(data: Dataset, folds: int, random: np.random.Generator) -> GroupA
     return np.asarray(deal(int(groups.max()) + 1, folds, random)[groups])
 
 
+def place_groups(values: NDArray[np.float64], bins: int) -> GroupArray:
+    """(N,) group of each row: those whose `values` (N, k) all lie in the same one of `bins` parts of their range."""
+    low, span = values.min(axis=0), np.ptp(values, axis=0)
+    part = np.floor((values - low) / np.where(span > 0, span, 1.0) * bins)
+    return np.unique(np.minimum(part, bins - 1), axis=0, return_inverse=True)[1].ravel()
+
+
 def visit_groups(data: Dataset) -> GroupArray:
     """(N,) the same for rows that were also approached from the same direction in the same set-up."""
     keys = [pose_groups(data)]

@@ -96,7 +96,7 @@ def _diagnosed(
     problem, level = with_estimated_noise(problem, fit(problem, []), sigma)
     plain, best, level = _searched(problem, level, sigma, notify)
     search = plain.search
-    if not best.suffices and (_explains_little(search, best) or unexplained.one_block_does_better(search, best)):
+    if not best.suffices and (search.explains_little(best) or unexplained.one_block_does_better(search, best)):
         best = search.start  # what explains so little is no name
     curve = waves_of_one_curve(search, best)
     best = search.pruned(best) if curve is None else curve[1]
@@ -146,11 +146,6 @@ def _searched(
         plain = plain.again(again)
         problem = again
     return plain, best, level
-
-
-def _explains_little(search: Search, best: SearchNode) -> bool:
-    """Do the names of a set explain too small a share of the misfit?"""
-    return best.fit.remaining > (1 - rules.MIN_EXPLAINED_SHARE) * search.start.fit.remaining
 
 
 def _again(problem: Problem, best: SearchNode, sigma: float | None) -> tuple[Problem | None, NoiseLevel]:
@@ -282,6 +277,8 @@ class _Found:
     ) -> Finding:
         others = tuple(dict.fromkeys(_replacement(self.best, state).key for state in equivalents))
         grade, limits = grading.grade(proof, name, others, rest is not None or len(self.best.names) > self.search.most)
+        if rest is not None and grading.is_shadow(self.search, self.best, proof):
+            grade, limits = "C", (Because(Reason.SHADOW), *limits)
         freedom = self.best.fit.problem.noise.freedom
         alone = p_values(np.array([proof.statistic]), np.array([proof.rank], dtype=np.int32), freedom)[0]
         p = min(1.0, float(alone) * self.search.start.family.named)

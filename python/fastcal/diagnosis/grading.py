@@ -78,22 +78,41 @@ def evidence(search: Search, state: SearchNode, name: Hypothesis) -> Evidence:
 def borne_out(search: Search, state: SearchNode) -> SearchNode:
     """The set without the names that do not help to predict held-out rows, the least helpful first.
 
-    Many waves were judged together, on rows held out of all of them.
+    Of many, the less helpful half of those that do not help at once. Beside something that remains, no wave stays that
+    is implausibly large: it does the work of the rest.
     """
-    while 0 < len(state.names) <= rules.MAX_EFFECTS_GROWN:
-        over = [
-            less - _least_gain(search, state, name) * e
-            for (less, e), name in zip(state.gains, state.names, strict=True)
-        ]
-        worst = int(np.argmin(over))
-        if over[worst] >= 0:
+    while state.names:
+        over = np.array(
+            [
+                -np.inf if _is_bent(state, name) else less - _least_gain(search, state, name) * e
+                for (less, e), name in zip(state.gains, state.names, strict=True)
+            ]
+        )
+        worst = np.argsort(over, kind="stable")[: np.sum(over < 0)]
+        if len(worst) == 0:
             break
-        state = search.without(state, state.names[worst])
+        at_once = 1 if len(state.names) <= rules.MAX_EFFECTS_GROWN else (len(worst) + 1) // 2
+        gone = [state.names[i] for i in worst[:at_once]]
+        rest = [name for name in state.names if not any(name is g for g in gone)]
+        state = search.state(rest, state) if rest else search.start
     return state
 
 
+def _is_bent(state: SearchNode, name: Hypothesis) -> bool:
+    """Is it a wave larger than gears have, where something remains?"""
+    if not name.traits.is_wave:
+        return False
+    place = state.fit.place(name)
+    return not _is_plausible(state.fit.model.parameters[place], state.fit.theta[place]) and not state.suffices
+
+
 def _least_gain(search: Search, state: SearchNode, name: Hypothesis) -> float:
-    """Standard errors by which a name must help."""
+    """Standard errors by which a name must help: of one that is certain less, but beside a rest of no wave.
+
+    Which waves, of thousands, is chosen by what remains, and that is no noise.
+    """
+    if len(state.names) > rules.MAX_EFFECTS_GROWN or (is_periodic(name) and not state.suffices):
+        return rules.MIN_GAIN
     drop = np.array([search.without(state, name).fit.remaining - state.fit.remaining])
     place = state.fit.place(name)
     rank = np.array([place.stop - place.start], dtype=np.int32)
@@ -124,6 +143,15 @@ def grade(
     ]
     met = tuple(because for is_met, because in limits if is_met)
     return ("B" if met else "A"), met
+
+
+def is_shadow(search: Search, state: SearchNode, found: Evidence) -> bool:
+    """May a name, beside something that remains, do no more than the work of it?
+
+    So where it is weak, or where all names of its set leave most of the misfit: a plain model, such as all joints that
+    yield, may predict better than none, whatever the cause is.
+    """
+    return found.statistic < rules.MIN_SNR_BESIDE_REST**2 or search.explains_little(state)
 
 
 def is_turned(columns: Sequence[str], values: Mapping[str, NamedValue]) -> bool:

@@ -4,6 +4,8 @@
 
 With A the whitened rows with their priors, F the fitted rows of the other folds and r what the fit leaves,
     b = (A_F^T A_F)^-1 A_F^T r_F,   e = r - A b   in the rows of the fold.
+Geometry that is pulled beside curves is pulled to what the other folds alone make of it without the curves: its fit to
+all rows has seen the fold.
 Every measured row is predicted, also those that the fit leaves out: a model may not win by leaving out what it misses.
 A gross row counts, but decides nothing: beyond LOSS_SIZE typical rows its loss grows with its size and no more with the
 square (P. Huber 1964).
@@ -17,10 +19,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
-from fastcal.calibration.repeatability import pose_folds
+from fastcal.calibration.repeatability import place_groups, pose_folds
 from fastcal.diagnosis import rules
-from fastcal.diagnosis.fits import Fit
+from fastcal.diagnosis.fits import Fit, held
 from fastcal.diagnosis.problem import Problem
+from fastcal.measurements.dataset import Dataset
+from fastcal.measurements.splits import deal
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -28,12 +32,31 @@ BoolArray = NDArray[np.bool_]
 _RIDGE = 1e-10  # on unit columns: for those that the others span
 
 
-def folds(problem: Problem) -> NDArray[np.intp]:
-    """(N,) fold of each fitted row: all visits of a pose in one, whichever rows are fitted."""
+def folds(problem: Problem, owner: str | None = None) -> NDArray[np.intp]:
+    """(N,) fold of each fitted row: all visits of a pose in one, whichever rows are fitted.
+
+    With an `owner`, a joint: all rows near one of its positions in one. What errs by a joint's own position must be
+    predicted where the joint has not been; rows of a grid share positions, and other folds of poses hold them all.
+    """
     measured = problem.data.measured
     out = np.full(len(measured), -1, dtype=np.intp)
-    out[measured] = pose_folds(problem.data.select(measured), rules.FOLDS, np.random.default_rng(0))
+    out[measured] = fold_of(problem.data.select(measured), owner)
     return out[problem.used]
+
+
+def fold_of(data: Dataset, owner: str | None = None) -> NDArray[np.intp]:
+    """(N,) fold of each row, by its pose, or by the position of a joint."""
+    random = np.random.default_rng(0)
+    if owner is None:
+        return np.asarray(pose_folds(data, rules.FOLDS, random))
+    place = positions(data, owner)
+    return np.asarray(deal(int(place.max()) + 1, rules.FOLDS, random)[place])
+
+
+def positions(data: Dataset, owner: str) -> NDArray[np.intp]:
+    """(N,) position of a joint as one of POSITION_BINS, in each row."""
+    joint = int(owner.removeprefix("joint")) - 1
+    return place_groups(data.q[:, [joint]], rules.POSITION_BINS)
 
 
 class HeldOut:
@@ -44,9 +67,12 @@ class HeldOut:
         fitted: (N,) rows of the data that the predictions are fitted to; None: those of the fit.
         more: (m, k) further columns over the numbers and priors of the fit, after its own; the rows that it leaves out
             are not predicted then.
+        owner: A joint: the folds hold out its positions.
     """
 
-    def __init__(self, at: Fit, fitted: BoolArray | None = None, more: FloatArray | None = None) -> None:
+    def __init__(
+        self, at: Fit, fitted: BoolArray | None = None, more: FloatArray | None = None, owner: str | None = None
+    ) -> None:
         every, (A, self._r, row) = at.on_every_row if more is None else (at.problem, at.whitened)
         value = at.theta[at.free]
         if more is not None:
@@ -58,7 +84,7 @@ class HeldOut:
         self._rows = every.rows
         self._row = row
         self._count = len(at.problem.data)
-        fold = folds(every)
+        fold = folds(every, owner)
         used = (at.problem.used if fitted is None else fitted)[every.rows]
         self._numbers = [np.flatnonzero((row >= 0) & (fold[row] == k)) for k in range(rules.FOLDS)]
         self._fitted = [n[used[row[n]]] for n in self._numbers]
@@ -67,6 +93,13 @@ class HeldOut:
         self._normal = [part.T @ part for part in parts]
         prior = self._A[self._priors]
         self._whole = np.sum(self._normal, axis=0) + prior.T @ prior
+        self._prior = np.linalg.norm(prior, axis=0)  # one row a parameter
+        self._is_pulled = np.zeros(A.shape[1], dtype=bool)
+        self._is_pulled[: len(at.free)] = np.isfinite(at.pull[at.free])
+        self._beside = [i for name in at.added if name.traits.role == "curve" for i in at.columns(name)]
+        self._beside += range(len(at.free), A.shape[1])
+        self._slack = np.ones(A.shape[1])  # of a prior and a pull, the prior's part
+        self._slack[: len(at.free)] = (held(at.prior, at.pull) / at.prior)[at.free]
 
     def squares(self, without: Sequence[int] = ()) -> FloatArray:
         """(N,) squared error of each measured row in units of its claimed noise; NaN where nothing was measured.
@@ -80,21 +113,50 @@ class HeldOut:
         g = [A[n].T @ r[n] for n in self._fitted]
         whole = np.sum(g, axis=0) + A[self._priors].T @ r[self._priors]
         square = np.zeros(len(self._rows))
+        centres = self._centres(own)
         for k, out in enumerate(self._numbers):
-            normal = (self._whole - self._normal[k])[np.ix_(kept, kept)]
-            normal[np.diag_indices_from(normal)] += _RIDGE
             step = np.zeros(A.shape[1])
-            step[kept] = linalg.solve(normal, (whole - g[k])[kept], assume_a="pos", check_finite=False)
+            right = whole - g[k] + self._prior**2 * centres[k]
+            step[kept] = _solved(self._whole - self._normal[k], right, kept)
             square += np.bincount(self._row[out], (r[out] - A[out] @ step) ** 2, len(square))
         found = np.full(self._count, np.nan)
         found[self._rows] = square * self._factor**2
         return found
 
+    def _centres(self, without: Sequence[int]) -> list[FloatArray]:
+        """By fold, how far what is pulled moves from its centre in the fit of the other folds, curves left out."""
+        if not self._is_pulled.any():
+            return [np.zeros(self._A.shape[1])] * rules.FOLDS
+        out = sorted({*self._beside, *without})
+        kept = np.setdiff1d(np.arange(self._A.shape[1]), out)
+        r = self._r + self._A[:, out] @ self._value[out]
+        g = [self._A[n].T @ r[n] for n in self._fitted]
+        weak = self._slack**2
+        right = np.sum(g, axis=0) + weak * (self._A[self._priors].T @ r[self._priors])
+        normal = self._whole - np.diag((1 - weak) * self._prior**2)
+        pulled = np.flatnonzero(self._is_pulled)
+        before = self._r[self._priors[pulled]] / self._prior[pulled]
+        found = []
+        for k in range(rules.FOLDS):
+            step, moved = np.zeros(self._A.shape[1]), np.zeros(self._A.shape[1])
+            step[kept] = _solved(normal - self._normal[k], right - g[k], kept)
+            moved[pulled] = step[pulled] - before
+            found.append(moved)
+        return found
 
-def gain(rival: FloatArray, incumbent: FloatArray) -> tuple[float, float]:
+
+def _solved(normal: FloatArray, right: FloatArray, kept: NDArray[np.intp]) -> FloatArray:
+    """The solution of the normal equations of some columns."""
+    part = normal[np.ix_(kept, kept)]
+    part[np.diag_indices_from(part)] += _RIDGE
+    return np.asarray(linalg.solve(part, right[kept], assume_a="pos", check_finite=False))
+
+
+def gain(rival: FloatArray, incumbent: FloatArray, group: NDArray[np.intp] | None = None) -> tuple[float, float]:
     """By how much a rival's squares (N,) are less than another one's, a row, and its standard error.
 
-    Both as a share of what the other one leaves. A row's loss is its square up to LOSS_SIZE typical rows.
+    Both as a share of what the other one leaves. A row's loss is its square up to LOSS_SIZE typical rows. Rows of one
+    `group` (N,) may err alike: the standard error is that of independent groups.
     """
     known = np.isfinite(incumbent) & np.isfinite(rival)
     limit = rules.LOSS_SIZE * float(np.sqrt(np.median(np.concatenate([incumbent[known], rival[known]]))))
@@ -105,7 +167,21 @@ def gain(rival: FloatArray, incumbent: FloatArray) -> tuple[float, float]:
     before = loss(incumbent[known])
     less = before - loss(rival[known])
     scale = max(float(before.mean()), 1e-300)
-    return float(less.mean()) / scale, float(less.std(ddof=1) / np.sqrt(len(less))) / scale
+    away = less - less.mean()
+    sums = away if group is None else np.bincount(np.unique(group[known], return_inverse=True)[1], away)
+    error = np.sqrt(np.sum(sums**2) * len(sums) / max(len(sums) - 1, 1)) / len(less)
+    return float(less.mean()) / scale, float(error) / scale
+
+
+def wins(rival: FloatArray, incumbent: FloatArray, group: NDArray[np.intp]) -> bool:
+    """Are most groups of rows (N,) predicted better, by MIN_GAIN standard deviations of a sign test?
+
+    Of curves that are held out at a joint's positions: beyond the last of them any curve may be far off.
+    """
+    known = np.isfinite(incumbent) & np.isfinite(rival)
+    each = np.unique(group[known], return_inverse=True)[1]
+    sign = np.sign(np.bincount(each, incumbent[known] - rival[known]))
+    return bool(sign.sum() > rules.MIN_GAIN * np.sqrt(len(sign)))
 
 
 def is_better(rival: FloatArray, incumbent: FloatArray) -> bool:

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
-from fastcal.calibration.repeatability import pose_folds
 from fastcal.diagnosis import rules
+from fastcal.diagnosis.held_out import fold_of
 from fastcal.diagnosis.library import Hypothesis, harmonics
 from fastcal.diagnosis.memory import without_memory
 from fastcal.diagnosis.projection import score_tests
@@ -120,13 +120,16 @@ def forward(state: SearchNode, among: list[int], most: int) -> list[int]:
 
 
 def _held_out_share(state: SearchNode, chosen: list[int]) -> float:
-    """Mean square of held-out poses with the blocks, over that without."""
+    """Mean square of rows at held-out positions of a joint with the blocks, over that without: of the worst joint."""
     A, r, row = state.fit.whitened
-    fold = pose_folds(state.fit.problem.kept, rules.FOLDS, np.random.default_rng(0)).astype(np.int32)[row]
-    fold[row < 0] = -1
     columns = state.blocks.columns
     C = np.hstack([columns.of(i) for i in chosen])
     sets = np.array([np.zeros(C.shape[1], dtype=bool), np.ones(C.shape[1], dtype=bool)])
     scale = [np.where(norm > 0, norm, 1.0) for norm in (np.linalg.norm(A, axis=0), np.linalg.norm(C, axis=0))]
-    errors = _core.SubsetSearch(A / scale[0], C / scale[1], r, fold, least_norm=1e-6).of(sets).mean
-    return float(errors[1] / errors[0])
+    shares = []
+    for owner in sorted({state.blocks.names[i].owner for i in chosen}):
+        fold = fold_of(state.fit.problem.kept, owner).astype(np.int32)[row]
+        fold[row < 0] = -1
+        errors = _core.SubsetSearch(A / scale[0], C / scale[1], r, fold, least_norm=1e-6).of(sets).mean
+        shares.append(float(errors[1] / errors[0]))
+    return max(shares)

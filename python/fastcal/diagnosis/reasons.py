@@ -19,6 +19,7 @@ class Reason(Enum):
     LEAVES_MORE = "something else stays significant with it in the model"
 
     SOMETHING_REMAINS = "something has no name"
+    SHADOW = "it does the work of what has no name"
     EQUIVALENTS = "other hypotheses do as well"
     WEAK_SIGNAL = "its signal-to-noise ratio is below that of grade A"
     UNNAMED_RIVALS = "blocks without a name do as well"

@@ -44,7 +44,11 @@ def with_surrogate(
         exclude=_SLOW if problem.noise.memory > 0 else frozenset(),
         threads=judge.threads,
         gates=Gates(
-            rules.SURROGATE_EVIDENCE, rules.FURTHER_SURROGATE_EVIDENCE, rules.SURROGATE_HELD_OUT, rules.MAX_SURROGATES
+            rules.SURROGATE_EVIDENCE,
+            rules.FURTHER_SURROGATE_EVIDENCE,
+            rules.SURROGATE_HELD_OUT,
+            rules.MAX_SURROGATES,
+            rules.POSITION_BINS,
         ),
     )
     if found.owner is None or found.evidence < rules.SURROGATE_EVIDENCE:

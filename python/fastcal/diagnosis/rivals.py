@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.curves import with_curvatures
 from fastcal.diagnosis.fits import Fit, fit
-from fastcal.diagnosis.held_out import HeldOut, gain, is_better
+from fastcal.diagnosis.held_out import HeldOut, gain, is_better, positions, wins
 from fastcal.diagnosis.library import Hypothesis, without_masses
 from fastcal.diagnosis.noise import isolated_rows
 from fastcal.diagnosis.periodic import forward, many_waves
@@ -74,7 +74,8 @@ class Rivals:
     def best_predicting(self, best: SearchNode, curved: Sequence[Spec]) -> Model:
         """The set that was found, or a rival that predicts held-out rows better, less what does not help it to.
 
-        The simpler rivals come first: each must be better than those before it.
+        The simpler rivals come first: each must be better than those before it, and one with curves at most positions
+        of their joints as well.
 
         Args:
             best: The set.
@@ -84,7 +85,7 @@ class Rivals:
         is_begun = _key(start, every) in self.fitted and best is start  # all profiles, less those that do not help
         beside = [] if is_begun else [(best, list(curved))]
         rivals = [*((s, []) for s in (start, *yielding)), *beside, *((s, every) for s in (start, *yielding))]
-        chosen = bare(best)
+        chosen = plain = bare(best)
         least = HeldOut(chosen.fit).squares()
         for state, profiles in rivals:
             rival = self.with_profiles(state, profiles) if profiles else bare(state)
@@ -93,7 +94,11 @@ class Rivals:
             own = HeldOut(rival.fit).squares()
             if is_better(own, least):
                 chosen, least = rival, own
-        return self._with_what_helps(chosen) if chosen.profiles else chosen
+                plain = plain if rival.profiles else rival
+        if not chosen.profiles:
+            return chosen
+        fewer = self._with_what_helps(chosen)
+        return fewer if _holds_elsewhere(fewer, plain) else plain
 
     def _with_what_helps(self, model: Model) -> Model:
         """The model less the names and curves without which held-out rows are predicted as well, the least first."""
@@ -159,6 +164,19 @@ class Rivals:
         """Sum of squares that profiles of all joints leave of held-out rows, of those that they reach."""
         curves = self.with_profiles(self.search.start, self.every)
         return np.inf if curves is None else float(np.sum(HeldOut(curves.fit).squares()[curves.reaches]))
+
+
+def _holds_elsewhere(rival: Model, other: Model) -> bool:
+    """Does a rival predict better at most positions where the joints that it has curves of have not been?
+
+    Rows that share positions of a joint share what is wrong with them: a curve that repeats it predicts other poses
+    of the same positions, and nothing else.
+    """
+    for entry in rival.profiles:
+        own, its = (HeldOut(model.fit, owner=entry["owner"]).squares() for model in (rival, other))
+        if not wins(own, its, positions(rival.fit.problem.data, entry["owner"])):
+            return False
+    return True
 
 
 def profile(owner: str) -> Spec:

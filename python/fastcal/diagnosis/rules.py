@@ -110,6 +110,9 @@ REPLACEMENTS_PER_MEMBER = 8
 REPLACEMENT_SHARE = 0.5
 # Parts of the data, dealt by pose, of which each is held out once.
 FOLDS = 5
+# Parts of a joint's range that are held out as one, where what errs by its position is judged: rows near each other
+# share what is wrong with them, and many more would leave neighbours of each.
+POSITION_BINS = 40
 # Size from which on the loss of a held-out row grows with its size only [typical rows]: squares judge white noise.
 LOSS_SIZE = 3.0
 # Standard errors by which a name must help to predict held-out rows to be given at all. A signal of s standard

@@ -21,9 +21,9 @@ from fastcal.calibration.change_point import find_step
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.blocks import Blocks, blocks
 from fastcal.diagnosis.fits import Fit, fit
-from fastcal.diagnosis.held_out import HeldOut, gain
+from fastcal.diagnosis.held_out import HeldOut, gain, positions
 from fastcal.diagnosis.library import Hypothesis, Key, without_masses
-from fastcal.diagnosis.periodic import forward, waves
+from fastcal.diagnosis.periodic import forward, is_periodic, waves
 from fastcal.diagnosis.problem import Problem
 from fastcal.diagnosis.tail_probabilities import p_values
 from fastcal.effects.entries import traits_of
@@ -69,10 +69,24 @@ class SearchNode:
 
     @cached_property
     def gains(self) -> list[tuple[float, float]]:
-        """By how much each name helps to predict held-out rows, and its standard error (`held_out.gain`)."""
-        held = HeldOut(self.fit)
-        with_all = held.squares()
-        return [gain(with_all, held.squares(self.fit.columns(name))) for name in self.names]
+        """By how much each name helps to predict held-out rows, and its standard error (`held_out.gain`).
+
+        Of what errs by its joint's own position, rows at positions that were held out.
+        """
+        owners = [name.owner if is_periodic(name) else None for name in self.names]
+        held = {owner: HeldOut(self.fit, owner=owner) for owner in dict.fromkeys(owners)}
+        whole = {owner: part.squares() for owner, part in held.items()}
+        group = {owner: None if owner is None else positions(self.fit.problem.data, owner) for owner in held}
+        return [
+            gain(whole[owner], held[owner].squares(self.fit.columns(name)), group[owner])
+            for name, owner in zip(self.names, owners, strict=True)
+        ]
+
+    def wald(self, name: Hypothesis) -> float:
+        """Wald's chi square of one name: b^T S^-1 b, S the covariance of its parameters b."""
+        at = self.fit.columns(name)
+        value = self.fit.value(name)
+        return float(value @ np.linalg.lstsq(self.fit.covariance[np.ix_(at, at)], value)[0])
 
     @property
     def bic(self) -> float:
@@ -175,6 +189,10 @@ class Search:
             seeds = [min(levels[-1], key=lambda s: s.bic), *self.yielding_joints()]
             levels.append([self.grown_on(seed) for seed in seeds])
         return levels
+
+    def explains_little(self, state: SearchNode) -> bool:
+        """Do the names of a set explain too small a share of the misfit?"""
+        return state.fit.remaining > (1 - rules.MIN_EXPLAINED_SHARE) * self.start.fit.remaining
 
     def yielding_joints(self) -> list[SearchNode]:
         """The set of all joints that give under load, each of which explains more beyond the others; at most one."""
@@ -282,8 +300,16 @@ class Search:
         """A set without the names that it can do without.
 
         Where it suffices, those without which it does too; where something remains, those below
-        MIN_SNR_BESIDE_REST: they may be shadows of what has no name.
+        MIN_SNR_BESIDE_REST: they may be shadows of what has no name. Of many, the weaker half of these at once.
         """
+        while len(state.names) > self.most and not state.suffices:
+            worth = [state.wald(name) for name in state.names]
+            weak = [i for i in np.argsort(worth, kind="stable") if worth[i] <= rules.MIN_SNR_BESIDE_REST**2]
+            if not weak:
+                return state
+            gone = weak[: (len(weak) + 1) // 2]
+            rest = [name for i, name in enumerate(state.names) if i not in gone]
+            state = self.state(rest, state) if rest else self.start
         while state.names and len(state.names) <= self.most:
             fewer = min((self.without(state, name) for name in state.names), key=lambda s: s.fit.remaining)
             if state.suffices and not (fewer.suffices and fewer.bic < state.bic):

@@ -46,20 +46,20 @@ def curved_joints(best: SearchNode) -> list[Spec]:
 
 
 def remains(state: SearchNode) -> bool:
-    """Is a set impossible, or is something beyond it certain, or significant and predicts rows held out of it?
+    """Is a set impossible, or does something significant beyond it predict rows held out of it?
 
     The strongest of many blocks is significant by chance, or by noise that is not white, more often than it predicts.
+    What is certain need predict them by MIN_RIVAL_GAIN only, as a name.
     """
     if state.impossible or state.suffices:
         return state.impossible
-    if state.significant(rules.ALPHA_CERTAIN, rules.ALPHA_CERTAIN):
-        return True
     level = rules.ALPHA_FURTHER if state.names else rules.ALPHA_DETECT
     own, columns = len(state.fit.free), state.blocks.columns
+    certain = set(state.significant(rules.ALPHA_CERTAIN, rules.ALPHA_CERTAIN))
     for index in state.significant(level / 2, level / 2)[: rules.MAX_CONTENDERS]:
         held = HeldOut(state.fit, more=columns.of(index))
         less, error = gain(held.squares(), held.squares(range(own, own + state.blocks.sizes[index])))
-        if less >= rules.MIN_GAIN * error:
+        if less >= (rules.MIN_RIVAL_GAIN if index in certain else rules.MIN_GAIN) * error:
             return True
     return False
 

@@ -38,6 +38,7 @@ _REASONS = {
     Reason.NOT_NEEDED: "it fits equally well, or is not needed",
     Reason.LEAVES_MORE: "it leaves {subjects} at p = {value:.1e}",
     Reason.SOMETHING_REMAINS: "something else remains unexplained, and it may take this one's place",
+    Reason.SHADOW: "poses are predicted better with it, and most of the misfit has another cause",
     Reason.EQUIVALENTS: "other causes explain the data as well",
     Reason.WEAK_SIGNAL: "its signal is {value:.1f} times the noise; a cause that looks alike and is not in the library "
     "would show from {limit:g} on",
@@ -101,7 +102,7 @@ def _causes(found: Diagnosis) -> str:
         if found.unexplained:
             return "Something is missing in the model, and no effect of the library explains it."
         return f"Nothing is missing that these data could show above their noise of {found.sigma_mm:.3f} mm."
-    waves = [f for f in found.effects if traits_of(f.effect).is_wave]
+    waves = [f for f in found.effects if traits_of(f.effect).is_wave and f.grade != "C"]
     many = len(waves) > rules.MAX_WAVES_LISTED
     sentences = [_many_waves(waves)] if many else []
     sentences += [_cause(f) for f in found.effects if traits_of(f.effect).role != "curve" and not (many and f in waves)]
@@ -132,6 +133,8 @@ def _cause(f: Finding) -> str:
         return f"{capital}, or {others}: these data can't tell which."
     if f.grade == "A":
         return f"{capital}, {f.snr:.0f} times the noise; every other cause was refused."
+    if f.grade == "C":
+        return f"{capital}, is in the model because poses are predicted better with it; the cause is another one."
     return f"The data are consistent with {what}, but do not prove it."
 
 

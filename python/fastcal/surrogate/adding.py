@@ -18,12 +18,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
+from fastcal.calibration.repeatability import place_groups
 from fastcal.measurements.dataset import Dataset
+from fastcal.measurements.splits import deal
 from fastcal.robot.robot import Robot, Spec
 from fastcal.surrogate.candidates import Candidate, candidates, directions
 from fastcal.surrogate.evidence import Beside, held_out_squares
 from fastcal.surrogate.features import Features, features
-from fastcal.surrogate.problem import RestProblem, misfit, rest_problem
+from fastcal.surrogate.problem import FOLDS, RestProblem, misfit, rest_problem
 
 FloatArray = NDArray[np.float64]
 
@@ -46,12 +48,14 @@ class Gates:
         more_evidence: Of a further block.
         held_out: RMS of poses left out with everything that is added over that without.
         blocks: At most.
+        bins: Parts of an input's range: rows in the same parts of all inputs are left out together.
     """
 
     evidence: float = 60.0
     more_evidence: float = 30.0
     held_out: float = 0.95
     blocks: int = 3
+    bins: int = 40
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,7 +144,8 @@ def add_surrogate(
         if is_less or len(blocks) == 1:
             break
         blocks = blocks[:-1]  # the data leave so much of the geometry open that its shift goes past what is linear
-    first, ratio = blocks[0], ratios[len(blocks) - 1]
+    first = blocks[0]
+    ratio = max(ratios[len(blocks) - 1], *(_elsewhere(problem, blocks, b, gates) for b in blocks))
     found = AddedSurrogate(
         model=model,
         added=(),
@@ -187,6 +192,22 @@ def _held_out(problem: RestProblem, blocks: list[Block], open_ones: list[Candida
             own = [_block(problem, b.candidate, b.kernel, b.low, b.high, b.scale, b.size, b.evidence) for b in kernels]
         C = np.hstack([b.columns for b in own]) if own else np.zeros((len(problem.r), 0))
         squares += held_out_squares(problem.A, C, problem.r, held)
+    return float(np.sqrt(squares[1] / squares[0])) if squares[0] > 0 else 1.0
+
+
+def _elsewhere(problem: RestProblem, blocks: list[Block], block: Block, gates: Gates) -> float:
+    """The same of all rows at values of a block's inputs: poses of a grid share them, and what is wrong there.
+
+    0 where the inputs have few values, such as a direction of approach.
+    """
+    place = place_groups(problem.inputs(block.candidate.inputs), gates.bins)
+    if place.max() < 2 * FOLDS:
+        return 0.0
+    fold = deal(int(place.max()) + 1, FOLDS, np.random.default_rng(0))[place]
+    squares = np.zeros(2)
+    C = np.hstack([b.columns for b in blocks])
+    for k in range(FOLDS):
+        squares += held_out_squares(problem.A, C, problem.r, (problem.row >= 0) & (fold[problem.row] == k))
     return float(np.sqrt(squares[1] / squares[0])) if squares[0] > 0 else 1.0
 
 

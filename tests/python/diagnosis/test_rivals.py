@@ -8,12 +8,14 @@ import numpy as np
 
 from fastcal import _core, load_robot, perturbed, random_poses, simulate
 from fastcal.diagnosis import rules
+from fastcal.diagnosis.curves import with_curvatures
 from fastcal.diagnosis.fits import fit
 from fastcal.diagnosis.grading import borne_out
 from fastcal.diagnosis.held_out import HeldOut, folds
-from fastcal.diagnosis.library import build_library
+from fastcal.diagnosis.library import Hypothesis, build_library
 from fastcal.diagnosis.noise import with_estimated_noise
 from fastcal.diagnosis.problem import Noise, Problem, prepared_problem
+from fastcal.diagnosis.rivals import Rivals
 from fastcal.diagnosis.search import Search
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot
@@ -54,6 +56,23 @@ def test_held_out_errors_are_those_of_fits_to_the_other_folds() -> None:
         near = _core.linearize(whole.model, whole.samples, given.measured, other.theta, list(given.noise.common), 1)
         by_refit = np.bincount(np.asarray(near.row), np.asarray(near.r) ** 2)[fold == k]
         np.testing.assert_allclose(squares[fold == k].sum(), by_refit.sum(), rtol=2e-2)
+
+
+def test_geometry_beside_curves_is_pulled_to_what_the_other_folds_say() -> None:
+    """It was pulled to the fit of all rows, the held-out ones among them: curves that did nothing seemed to predict."""
+    given = problem(data(gap=0.0))
+    start = fit(given, [])
+    plain = Rivals(Search(given))
+    curves = [Hypothesis(entry) for entry in with_curvatures(start, plain.every)]
+    whole = fit(given, curves, start, pulled=True)
+    squares, fold = HeldOut(whole).squares(), folds(given)
+    by_refit = np.zeros(ROWS)
+    for k in range(rules.FOLDS):
+        part = given.with_rows(fold != k)
+        other = fit(part, curves, fit(part, [], start), pulled=True)
+        near = _core.linearize(whole.model, whole.samples, given.measured, other.theta, list(given.noise.common), 1)
+        by_refit[fold == k] = np.bincount(np.asarray(near.row), np.asarray(near.r) ** 2)[fold == k]
+    np.testing.assert_allclose(squares.sum(), by_refit.sum(), rtol=1e-3)
 
 
 def test_a_name_that_held_out_rows_do_not_bear_out_goes() -> None:

@@ -10,6 +10,7 @@ import numpy as np
 from fastcal.diagnosis import grading
 from fastcal.diagnosis.grading import Evidence
 from fastcal.diagnosis.reasons import BlockLabel, Label
+from fastcal.diagnosis.search import Search
 
 from .linear_world import ROWS, World, columns, name
 from .mutants import falls_with
@@ -65,6 +66,20 @@ def a_size_that_no_arm_has_does_the_work_of_something_else() -> None:
     assert grading._is_plausible([gap], np.array([1e-3]))
     assert not grading._is_plausible([gap], np.array([-5e-3]))
     assert grading._is_plausible([SimpleNamespace(name="critical", sigma=1.0)], np.array([500.0]))
+
+
+@falls_with(MIN_SNR_BESIDE_REST=0.0)
+@falls_with(MIN_EXPLAINED_SHARE=0.0)
+def beside_something_without_a_name_a_weak_name_or_one_of_little_weight_is_a_shadow() -> None:
+    def is_shadow(snr: float, left: float) -> bool:
+        search = SimpleNamespace(start=SimpleNamespace(fit=SimpleNamespace(remaining=1000.0)))
+        search.explains_little = lambda state: Search.explains_little(search, state)
+        found = replace(SURE, statistic=snr**2)
+        return grading.is_shadow(search, SimpleNamespace(fit=SimpleNamespace(remaining=left)), found)
+
+    assert not is_shadow(20.0, 300.0)
+    assert is_shadow(9.0, 300.0)
+    assert is_shadow(20.0, 700.0)
 
 
 @falls_with(CONTRAST=0.0)

@@ -78,6 +78,9 @@ class World:
             near=SimpleNamespace(r=left, row=np.arange(ROWS)),
             whitened=(X, left, np.arange(ROWS)),
             place=lambda n: places[id(n)],
+            columns=lambda n: list(range(places[id(n)].start, places[id(n)].stop)),
+            value=lambda n: theta[places[id(n)]],
+            covariance=np.linalg.inv(X.T @ X),
             model=SimpleNamespace(parameters=parameters),
         )
 

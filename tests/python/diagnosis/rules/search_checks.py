@@ -9,7 +9,7 @@ import numpy as np
 
 from fastcal.calibration import repeatability
 from fastcal.diagnosis import diagnosis, grading, held_out, rivals, unexplained
-from fastcal.diagnosis.search import Family, SearchNode
+from fastcal.diagnosis.search import Family, Search, SearchNode
 
 from .linear_world import ROWS, World, columns, name
 from .mutants import falls_with
@@ -101,6 +101,49 @@ def beside_something_without_a_name_only_loud_names_stay() -> None:
     assert found.names == (loud,)
 
 
+@falls_with(MIN_SNR_BESIDE_REST=0.0)
+@falls_with(MIN_SNR_BESIDE_REST=1e3)
+def so_do_those_of_a_longer_list() -> None:
+    C = columns(7)
+    names = [name(k + 1) for k in range(6)]
+    sizes = np.array([60.0, 7.0, 5.0, 30.0, 6.0, 3.0])
+    world = World(dict(zip(names, C.T, strict=False)), C @ [*sizes, 80.0], {"joint9": C[:, 6]})
+    with world.search() as search:
+        assert search.pruned(search.state(names, search.start)).names == (names[0], names[3])
+
+
+@falls_with(MIN_GAIN=-1e9)
+@falls_with(MIN_GAIN=1e9)
+def of_ten_names_those_that_help_held_out_rows_stay() -> None:
+    C = columns(10)
+    names = [name(k + 1, "gear_harmonic", order=2.0) for k in range(10)]
+    world = World(dict(zip(names, C.T, strict=True)), 20.0 * C.sum(axis=1))
+    helps = {repr(member): 3.0 if k < 6 else 1.0 for k, member in enumerate(names)}
+    with (
+        world.search() as search,
+        mock.patch.object(
+            SearchNode, "gains", property(lambda self: [(0.1 * helps[repr(n)], 0.1) for n in self.names])
+        ),
+    ):
+        assert set(grading.borne_out(search, search.state(names, search.start)).names) == set(names[:6])
+
+
+@falls_with(MAX_PLAUSIBLE_SIZE=np.inf)
+def beside_something_without_a_name_no_wave_is_larger_than_gears_have() -> None:
+    wave = name(1, "gear_harmonic", order=2.0)
+    parameters = [SimpleNamespace(name=n, sigma=3e-4) for n in ("sine_2x", "cosine_2x")]
+
+    def is_bent(amplitude: float, suffices: bool) -> bool:
+        fit = SimpleNamespace(
+            place=lambda n: slice(0, 2), theta=np.array([amplitude, 0.0]), model=SimpleNamespace(parameters=parameters)
+        )
+        return grading._is_bent(SimpleNamespace(fit=fit, suffices=suffices), wave)
+
+    assert is_bent(0.3, suffices=False)
+    assert not is_bent(3e-3, suffices=False)
+    assert not is_bent(0.3, suffices=True)
+
+
 def likeness_world(alike: float) -> tuple[World, list]:
     """A cause of 25 times the noise, another that looks alike, and one that does not."""
     C = columns(3)
@@ -141,8 +184,8 @@ def a_set_that_leaves_something_is_given_where_it_is_likelier_by_150_to_1() -> N
 def names_that_explain_less_than_half_of_the_misfit_are_not_given() -> None:
     start = SimpleNamespace(fit=SimpleNamespace(remaining=1000.0))
     search = SimpleNamespace(start=start)
-    assert diagnosis._explains_little(search, SimpleNamespace(fit=SimpleNamespace(remaining=600.0)))
-    assert not diagnosis._explains_little(search, SimpleNamespace(fit=SimpleNamespace(remaining=400.0)))
+    assert Search.explains_little(search, SimpleNamespace(fit=SimpleNamespace(remaining=600.0)))
+    assert not Search.explains_little(search, SimpleNamespace(fit=SimpleNamespace(remaining=400.0)))
 
 
 @falls_with(MAX_SEARCHES=1)
@@ -232,6 +275,24 @@ def what_is_significant_and_predicts_nothing_is_no_rest() -> None:
     assert not remains(0.05)
 
 
+@falls_with(MIN_RIVAL_GAIN=-1e9)
+@falls_with(MIN_RIVAL_GAIN=1e9)
+def what_is_certain_need_predict_less() -> None:
+    noise = np.random.default_rng(1).chisquare(3, 400)
+    jitter = np.random.default_rng(2).standard_normal(400)
+
+    def remains(helps: float) -> bool:
+        held = SimpleNamespace(squares=lambda without=(): noise + (helps + jitter - jitter.mean() if without else 0.0))
+        blocks = SimpleNamespace(columns_of=lambda index: None, sizes=[1])
+        node = SimpleNamespace(impossible=False, suffices=False, names=(), fit=SimpleNamespace(free=[0, 1]))
+        node.blocks, node.significant = blocks, lambda named, generic: [0]
+        with mock.patch.object(unexplained, "HeldOut", return_value=held):
+            return unexplained.remains(node)
+
+    assert remains(0.08)  # 1.6 standard errors
+    assert not remains(0.01)
+
+
 @falls_with(LOSS_SIZE=0.0)
 @falls_with(LOSS_SIZE=1e9)
 def a_gross_row_counts_and_does_not_decide() -> None:
@@ -312,6 +373,29 @@ def a_rival_is_fitted_again_to_the_rows_that_it_reaches() -> None:
         model = rivals._with_profiles(SimpleNamespace(fit=at, names=[]), [])
     assert model.fit.problem.used is rows[1]
     assert len(fitted) == 3  # to the first rows, the names to those that this reaches, and both again
+
+
+@falls_with(MIN_GAIN=-1e9)
+@falls_with(MIN_GAIN=1e9)
+def a_curve_must_predict_most_positions_better() -> None:
+    """One of them, beyond the last, may be far off."""
+    group = np.repeat(np.arange(40), 5)
+    before = np.full(200, 1.0)
+    for better, is_won in ((28, True), (24, False)):
+        after = np.where(group < better, 0.9, 1.1)
+        after[group == 39] = 1e6
+        assert held_out.wins(after, before, group) == is_won
+
+
+@falls_with(POSITION_BINS=1)
+@falls_with(POSITION_BINS=10**7)
+def rows_near_one_position_of_a_joint_are_held_out_together() -> None:
+    random = np.random.default_rng(4)
+    place = np.repeat(np.arange(20), 12)
+    q = np.column_stack([random.uniform(-1, 1, ROWS), 0.1 * place + 1e-4 * random.uniform(size=ROWS)])
+    fold = held_out.fold_of(SimpleNamespace(q=q), "joint2")
+    assert all(len(set(fold[place == k])) == 1 for k in range(20))
+    np.testing.assert_array_equal(np.bincount(fold), np.full(5, ROWS // 5))
 
 
 @falls_with(FOLDS=2)

@@ -73,6 +73,21 @@ def many_waves_must_predict_held_out_rows() -> None:
             assert (periodic.waves(search) is not None) == is_found
 
 
+@falls_with(MAX_WAVES_SHARE=1e9)
+def waves_that_repeat_what_rows_of_one_position_share_are_not_the_cause() -> None:
+    """Joint 1 holds still in each of 30 batches of rows, which err alike: some orders meet 30 positions well."""
+    random = np.random.default_rng(3)
+    q = np.repeat(random.uniform(-np.pi, np.pi, ROWS // 8), 8)
+    shared = np.repeat(10.0 * random.standard_normal(ROWS // 8), 8)
+    orders = range(1, 25)
+    waves = {name(1, "gear_harmonic", order=float(o)): np.column_stack([np.sin(o * q), np.cos(o * q)]) for o in orders}
+    true = 10.0 * (np.sin(2 * q) + np.cos(5 * q + 1) + np.sin(7 * q) + np.cos(11 * q) + np.sin(16 * q))
+    for measured, is_found in ((shared, False), (true, True)):
+        with World(waves, measured, q=q[:, np.newaxis]).search() as search:
+            assert len(periodic.forward(search.start, list(range(len(orders))), 5)) == 5
+            assert (periodic.waves(search) is not None) == is_found
+
+
 def is_one_curve(curve: np.ndarray, orders: tuple[int, ...]) -> bool:
     """Of waves of these orders that a set names, where joint 1 errs by a curve over q."""
     waves = {o: name(1, "gear_harmonic", order=float(o)) for o in range(1, 7)}
