@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from fastcal.diagnosis import diagnosis, fits, noise, periodic
+from fastcal.diagnosis import blocks, diagnosis, fits, noise, periodic
 from fastcal.diagnosis.fits import fit
 from fastcal.diagnosis.search import Search
 
@@ -58,7 +58,8 @@ def a_missing_effect_is_no_noise_and_enough_is_left_to_estimate_it() -> None:
     names = [name(k + 1) for k in range(200)]
     world = World(dict(zip(names, C.T, strict=True)), 40.0 * C[:, 150])
     start = world.fit(world.problem, [])
-    rich = noise.rich_fit(start)
+    with world.looked_at():
+        rich = noise.rich_fit(start)
     assert abs(rich.mean_square - 1) < 0.25
     assert rich.freedom > ROWS / 2
 
@@ -70,7 +71,8 @@ def what_is_clearly_missing_comes_first_in_the_rich_model() -> None:
     C = columns(20)
     names = [name(k + 1) for k in range(20)]
     world = World(dict(zip(names, C.T, strict=True)), 40.0 * C[:, 15] + 30.0 * C[:, 7])
-    assert noise._clear(world.blocks(world.fit(world.problem, []))) == [15, 7]
+    with world.looked_at():
+        assert noise._clear(blocks.blocks(world.fit(world.problem, []))) == [15, 7]
 
 
 @falls_with(NOISE_GUESS=1e3)

@@ -14,9 +14,9 @@ from unittest import mock
 
 import numpy as np
 
-from fastcal import _core
+from fastcal.diagnosis import blocks, noise
 from fastcal.diagnosis import search as search_module
-from fastcal.diagnosis.blocks import Blocks
+from fastcal.diagnosis.blocks import Columns
 from fastcal.diagnosis.generic import Curves, Generic
 from fastcal.diagnosis.library import Hypothesis
 from fastcal.diagnosis.problem import Noise
@@ -84,22 +84,27 @@ class World:
             model=SimpleNamespace(parameters=parameters),
         )
 
-    def blocks(self, fit: Any) -> Blocks:
-        """Score tests of everything that is not in the fit."""
+    def columns_at(self, fit: Any) -> Columns:
+        """Of everything that is not in the fit."""
         names = [n for n in self.names if n not in fit.added]
         generics = [
             Generic(owner, Curves((f"q{owner.removeprefix('joint')}",), c)) for owner, c in self.generics.items()
         ]
         parts = [*(self.names[n] for n in names), *self.generics.values()]
-        C, sizes = np.hstack(parts), [part.shape[1] for part in parts]
-        X, left, _ = fit.whitened
-        return Blocks(names, generics, _core.ScoreTests(X, C, left, sizes), C, sizes, {"joint1": np.ones((ROWS, 1))})
+        sizes = [part.shape[1] for part in parts]
+        return Columns(names, generics, np.hstack(parts), sizes, {"joint1": np.ones((ROWS, 1))})
+
+    @contextmanager
+    def looked_at(self) -> Iterator[None]:
+        """What could be added to fits is what this world has."""
+        with (
+            mock.patch.object(blocks, "columns_at", self.columns_at),
+            mock.patch.object(noise, "columns_at", self.columns_at),
+        ):
+            yield
 
     @contextmanager
     def search(self) -> Iterator[Search]:
         """The real search in this world."""
-        with (
-            mock.patch.object(search_module, "fit", self.fit),
-            mock.patch.object(search_module, "blocks", self.blocks),
-        ):
+        with mock.patch.object(search_module, "fit", self.fit), self.looked_at():
             yield Search(self.problem)  # type: ignore[arg-type]

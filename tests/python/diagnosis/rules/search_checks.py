@@ -264,7 +264,7 @@ def what_is_significant_and_predicts_nothing_is_no_rest() -> None:
     def remains(helps: float) -> bool:
         jitter = np.random.default_rng(2).standard_normal(400)
         held = SimpleNamespace(squares=lambda without=(): noise + (helps + jitter - jitter.mean() if without else 0.0))
-        blocks = SimpleNamespace(columns_of=lambda index: None, sizes=[1])
+        blocks = SimpleNamespace(columns=SimpleNamespace(of=lambda index: None), sizes=[1])
         fit = SimpleNamespace(free=[0, 1])
         node = SimpleNamespace(impossible=False, suffices=False, names=(), fit=fit, blocks=blocks)
         node.significant = lambda named, generic: [0] if named > 1e-4 else []
@@ -283,7 +283,7 @@ def what_is_certain_need_predict_less() -> None:
 
     def remains(helps: float) -> bool:
         held = SimpleNamespace(squares=lambda without=(): noise + (helps + jitter - jitter.mean() if without else 0.0))
-        blocks = SimpleNamespace(columns_of=lambda index: None, sizes=[1])
+        blocks = SimpleNamespace(columns=SimpleNamespace(of=lambda index: None), sizes=[1])
         node = SimpleNamespace(impossible=False, suffices=False, names=(), fit=SimpleNamespace(free=[0, 1]))
         node.blocks, node.significant = blocks, lambda named, generic: [0]
         with mock.patch.object(unexplained, "HeldOut", return_value=held):
