@@ -28,6 +28,7 @@ from fastcal.surrogate.features import Features, features
 from fastcal.surrogate.problem import FOLDS, RestProblem, misfit, rest_problem
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 
 _WIDTHS = {1: (0.07, 0.15, 0.35, 0.8), 2: (0.25, 0.6), 3: (0.4, 0.8)}  # of an input's range, by the number of inputs
 _NODES = {1: 24, 2: 40, 3: 60}
@@ -145,7 +146,10 @@ def add_surrogate(
             break
         blocks = blocks[:-1]  # the data leave so much of the geometry open that its shift goes past what is linear
     first = blocks[0]
-    ratio = max(ratios[len(blocks) - 1], *(_elsewhere(problem, blocks, b, gates) for b in blocks))
+    ratio = ratios[len(blocks) - 1]
+    for block in blocks:
+        if ratio < gates.held_out:  # one that fails is enough
+            ratio = max(ratio, _elsewhere(problem, blocks, block, open_ones, gates))
     found = AddedSurrogate(
         model=model,
         added=(),
@@ -176,38 +180,47 @@ def _some(rows: int, most: int) -> NDArray[np.int64]:
 
 
 def _held_out(problem: RestProblem, blocks: list[Block], open_ones: list[Candidate], gates: Gates) -> float:
-    """RMS of poses left out with the blocks over that without.
-
-    Few rows choose blocks by chance: there the choice is made anew without each fold.
-    """
-    squares = np.zeros(2)
-    again = len(problem.data) < _FEW_ROWS
-    for k in range(int(problem.fold.max()) + 1):
-        held = problem.fold == k
-        if not held.any():
-            continue
-        own = blocks
-        if again:
-            kernels = _chosen(problem.without(held), open_ones, replace(gates, blocks=len(blocks)))
-            own = [_block(problem, b.candidate, b.kernel, b.low, b.high, b.scale, b.size, b.evidence) for b in kernels]
-        C = np.hstack([b.columns for b in own]) if own else np.zeros((len(problem.r), 0))
-        squares += held_out_squares(problem.A, C, problem.r, held)
-    return float(np.sqrt(squares[1] / squares[0])) if squares[0] > 0 else 1.0
+    """RMS of poses left out with the blocks over that without."""
+    few = len(problem.data) < _FEW_ROWS
+    return _without_folds(problem, problem.fold, blocks, open_ones if few else [], gates)
 
 
-def _elsewhere(problem: RestProblem, blocks: list[Block], block: Block, gates: Gates) -> float:
+def _elsewhere(
+    problem: RestProblem, blocks: list[Block], block: Block, open_ones: list[Candidate], gates: Gates
+) -> float:
     """The same of all rows at values of a block's inputs: poses of a grid share them, and what is wrong there.
 
     0 where the inputs have few values, such as a direction of approach.
     """
-    place = place_groups(problem.inputs(block.candidate.inputs), gates.bins)
+    values = problem.inputs(block.candidate.inputs)
+    place = place_groups(values, gates.bins)
     if place.max() < 2 * FOLDS:
         return 0.0
     fold = deal(int(place.max()) + 1, FOLDS, np.random.default_rng(0))[place]
+    few = len(np.unique(values, axis=0)) < _FEW_ROWS
+    return _without_folds(
+        problem, np.where(problem.row >= 0, fold[problem.row], -1), blocks, open_ones if few else [], gates
+    )
+
+
+def _without_folds(
+    problem: RestProblem, fold: IntArray, blocks: list[Block], open_ones: list[Candidate], gates: Gates
+) -> float:
+    """RMS of what is left out with the blocks over that without, fold by fold.
+
+    Few rows choose blocks by chance: with `open_ones` the choice is made anew without each fold.
+    """
     squares = np.zeros(2)
-    C = np.hstack([b.columns for b in blocks])
-    for k in range(FOLDS):
-        squares += held_out_squares(problem.A, C, problem.r, (problem.row >= 0) & (fold[problem.row] == k))
+    for k in range(int(fold.max()) + 1):
+        held = fold == k
+        if not held.any():
+            continue
+        own = blocks
+        if open_ones:
+            kernels = _chosen(problem.without(held), open_ones, replace(gates, blocks=len(blocks)))
+            own = [_block(problem, b.candidate, b.kernel, b.low, b.high, b.scale, b.size, b.evidence) for b in kernels]
+        C = np.hstack([b.columns for b in own]) if own else np.zeros((len(problem.r), 0))
+        squares += held_out_squares(problem.A, C, problem.r, held)
     return float(np.sqrt(squares[1] / squares[0])) if squares[0] > 0 else 1.0
 
 
