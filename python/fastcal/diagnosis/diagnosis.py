@@ -18,7 +18,7 @@ from fastcal.diagnosis import adaptation, grading, periodic, rivals, rules, sens
 from fastcal.diagnosis.fits import fit
 from fastcal.diagnosis.library import Hypothesis, Library, build_library, parse_exclusions
 from fastcal.diagnosis.noise import NoiseLevel, with_estimated_noise
-from fastcal.diagnosis.one_curve import waves_of_one_curve
+from fastcal.diagnosis.one_curve import waves_of_one_curve, with_orders_between
 from fastcal.diagnosis.periodic import is_periodic
 from fastcal.diagnosis.plan import SeparatingPlan, separating_plan
 from fastcal.diagnosis.problem import Noise, Problem, prepared_problem
@@ -98,6 +98,7 @@ def _diagnosed(
     search = plain.search
     if not best.suffices and (search.explains_little(best) or unexplained.one_block_does_better(search, best)):
         best = search.start  # what explains so little is no name
+    best = with_orders_between(search, best)
     curve = waves_of_one_curve(search, best)
     best = search.pruned(best) if curve is None else curve[1]
     best = grading.borne_out(search, best)

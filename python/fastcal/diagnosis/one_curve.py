@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.library import Hypothesis
 from fastcal.diagnosis.memory import without_memory
-from fastcal.diagnosis.periodic import is_periodic
+from fastcal.diagnosis.periodic import is_periodic, scan
 from fastcal.diagnosis.search import Search, SearchNode
 from fastcal.surrogate.evidence import Beside
 from fastcal.surrogate.features import features
@@ -40,9 +40,26 @@ def waves_of_one_curve(search: Search, state: SearchNode) -> tuple[str, SearchNo
     return None
 
 
+def with_orders_between(search: Search, state: SearchNode) -> SearchNode:
+    """The set with one wave in place of several waves of a joint, where that is likelier.
+
+    Over less than a few turns two whole orders draw a wave of an order between them, and suffice.
+    """
+    for owner in sorted({name.owner for name in state.names}):
+        waves = [name for name in state.names if name.owner == owner and is_periodic(name)]
+        if not 1 < len(waves) <= len(state.names) <= rules.MAX_EFFECTS_GROWN:
+            continue
+        base = without(search, state, waves)
+        one = [search.state([*base.names, name], base) for name in scan(base) if name.owner == owner]
+        better = [s for s in one if s.bic < state.bic and not s.impossible and s.suffices >= state.suffices]
+        state = min(better, key=lambda s: s.bic, default=state)
+    return state
+
+
 def is_one_curve(search: Search, state: SearchNode, waves: Sequence[Hypothesis]) -> bool:
-    """Is one curve over their joint's position likelier than these waves of a set? One wave is no curve."""
-    if len(waves) < 2:
+    """Is one curve over their joint's position likelier than these waves of a set? One of a whole order is no curve."""
+    scanned = sum(name.searched for name in waves)
+    if len(waves) + scanned < 2:
         return False
     owner = waves[0].owner
     base = without(search, state, waves)
@@ -58,9 +75,8 @@ def is_one_curve(search: Search, state: SearchNode, waves: Sequence[Hypothesis])
         return beside.weigh(columns / np.sqrt(np.mean(turn**2))).evidence
 
     tried = {name.cause for name in search.problem.names if name.owner == owner and is_periodic(name)}
-    of_waves = evidence(np.column_stack([_functions(name, q) for name in waves])) - 2 * log(
-        comb(len(tried), len(waves))
-    )
+    choices = comb(len(tried), len(waves) - scanned) * (2 * rules.MAX_ORDER * float(np.ptp(q)) / np.pi) ** scanned
+    of_waves = evidence(np.column_stack([_functions(name, q) for name in waves])) - 2 * log(choices)
     scales = rules.CURVE_SCALES
     of_curve = max(evidence(_smooth(q, scale)) for scale in scales) - 2 * log(len(scales))
     return of_curve > of_waves

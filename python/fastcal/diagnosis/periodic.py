@@ -9,6 +9,7 @@ effect", 2010).
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -49,14 +50,20 @@ def scan(state: SearchNode) -> list[Hypothesis]:
         orders = np.arange(1.0, rules.MAX_ORDER, np.pi / (2 * span))
         orders = orders[orders * span > np.pi]
         turn = state.blocks.frames[f"joint{joint + 1}"]
-        angle = np.outer(q, orders)[row[measured]]
-        C = np.zeros((len(r), 2 * len(orders)))
-        C[measured, 0::2], C[measured, 1::2] = turn * np.sin(angle), turn * np.cos(angle)
-        C[measured] = without_memory(problem, C[measured], row[measured])
-        scores = score_tests(A, C, r, [2] * len(orders)).scores
+
+        def scored(orders: FloatArray, turn: FloatArray = turn, q: FloatArray = q) -> _core.BlockScores:
+            angle = np.outer(q, orders)[row[measured]]
+            C = np.zeros((len(r), 2 * len(orders)))
+            C[measured, 0::2], C[measured, 1::2] = turn * np.sin(angle), turn * np.cos(angle)
+            C[measured] = without_memory(problem, C[measured], row[measured])
+            return score_tests(A, C, r, [2] * len(orders)).scores
+
+        scores = scored(orders)
         trials = len(orders) * problem.start.robot.joint_count / 2
         peaks = _peaks(orders, np.asarray(scores.statistic), np.asarray(scores.rank), problem.noise.freedom, trials)
-        new = [order for order in peaks if order not in rules.WAVE_ORDERS]
+        step = float(orders[1] - orders[0]) if len(orders) > 1 else 0.0
+        exact = [order if order == round(order) else _refined(order, step, scored) for order in peaks]
+        new = [order for order in dict.fromkeys(exact) if order not in rules.WAVE_ORDERS]
         for effect in waves_of_a_joint:
             bare = {"effect": effect, "owner": f"joint{joint + 1}"}
             found += harmonics(bare, problem.start.robot, problem.kept, new)
@@ -81,6 +88,13 @@ def _peaks(
         if chosen not in out:
             out.append(chosen)
     return out
+
+
+def _refined(order: float, step: float, scored: Callable[[FloatArray], _core.BlockScores]) -> float:
+    """The order of the highest statistic within a step of the scan about a peak, whole where it is nearly so."""
+    near = np.linspace(max(order - step, 1.0), order + step, rules.ORDERS_OF_A_STEP)
+    best = float(near[int(np.argmax(np.asarray(scored(near).statistic)))])
+    return float(round(best)) if abs(best - round(best)) < rules.WHOLE_ORDER_WITHIN else round(best, 2)
 
 
 def waves(search: Search) -> SearchNode | None:

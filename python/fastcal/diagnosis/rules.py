@@ -139,6 +139,8 @@ MAX_ORDER = 40.0
 PEAKS_PER_JOINT, ALPHA_WAVE = 3, 1e-3
 # An order this near to a whole one is whole, and any other unless it explains so much more chi square.
 WHOLE_ORDER_WITHIN, BROKEN_ORDER_GAIN = 0.15, 6.0
+# Orders that are tried from one step of the scan before a peak to one behind it. Numerical.
+ORDERS_OF_A_STEP = 41
 # Waves of a model that errs by many.
 MAX_WAVES = 24
 # Share of the mean square of held-out rows that many waves may leave to be the cause.

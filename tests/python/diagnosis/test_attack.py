@@ -70,6 +70,38 @@ def test_p_values_of_an_estimated_noise_are_those_of_f() -> None:
     assert effect.p_value == pytest.approx(expected, rel=1e-6)
 
 
+@pytest.mark.parametrize(("name", "joint"), [("pmc6va030", 2), ("kuka_kr6_r900", 1)])
+def test_a_wave_of_two_and_a_half_cycles_a_turn_is_one_wave(name: str, joint: int) -> None:
+    """D9: orders were never refined: 2.5 ended as the orders 2 and 3, both at grade A, or as a curve without a name."""
+    wave = {"order": 2.5, "amplitude_rad": 4e-4, "phase_rad": 0.7}
+    robot = load_robot(name)
+    true = dict(perturbed(robot, seed=7).spec)
+    true["effects"] = [{"effect": "gear_harmonic", "owner": f"joint{joint}", "parameters": wave}]
+    poses = Dataset.from_arrays(random_poses(robot, ROWS, seed=7), robot=robot)
+    (found,) = diagnose(robot, simulate(Robot(true), poses, noise=SIGMA, seed=7)).effects
+    assert found.label == f"gear_harmonic@joint{joint}"
+    assert found.parameters["order"].value == pytest.approx(2.5, abs=0.04)
+    assert found.parameters["amplitude_rad"].value == pytest.approx(4e-4, rel=0.1)
+
+
+def test_measuring_the_poses_that_are_asked_for_tells_the_names_apart() -> None:
+    """D10: the loop of asking, measuring and asking again ends where it promised to."""
+    effect = {"effect": "joint_compliance", "owner": "joint3", "parameters": {"compliance_rad_nm": 4e-7}}
+    true = Robot(dict(perturbed(arm(), seed=2).spec) | {"effects": [effect]})
+    payload = np.random.default_rng(2).choice([0.0, 15.0, 30.0], 100)
+    data = simulate(true, random_poses(arm(), 100, seed=3), noise=4e-5, seed=4, payload=payload)
+    first = diagnose(arm(), data)
+    assert first.verdict == "one_of"
+    assert ("joint_compliance", "joint3") in {(first.effects[0].effect, first.effects[0].owner)}
+    plan = first.plan
+    assert plan is not None
+    assert plan.power_after > max(0.8, plan.power_before + 0.1)
+    more = simulate(true, plan.poses.q, noise=4e-5, seed=12, payload=plan.poses.payload)
+    second = diagnose(arm(), Dataset.concatenate([data, more]))
+    assert second.verdict == "named"
+    assert [f.label for f in second.effects] == ["joint_compliance@joint3"]
+
+
 def test_a_posture_that_fits_badly_is_no_crowd_of_outliers() -> None:
     """R5: the rows that called for an effect were thrown out until the rest fitted."""
     q = random_poses(arm(), ROWS, seed=6)

@@ -84,6 +84,14 @@ def the_noise_is_found_from_a_guess() -> None:
     assert abs(level.sigma / SIGMA - 1) < 0.25
 
 
+@falls_with(ORDERS_OF_A_STEP=1)
+def an_order_between_two_of_the_scan_is_found() -> None:
+    wave = {"order": 7.4, "amplitude_rad": 3e-4, "phase_rad": 0.4}
+    given = problem(measured([{"effect": "gear_harmonic", "owner": "joint2", "parameters": wave}], rows=90))
+    orders = [n.entry["order"] for n in periodic.scan(Search(given).start) if n.owner == "joint2"]
+    assert min(abs(order - 7.4) for order in orders) < 0.05
+
+
 @falls_with(MAX_ORDER=20.0)
 def an_order_of_33_is_scanned_for() -> None:
     wave = {"order": 33.0, "amplitude_rad": 3e-4, "phase_rad": 0.4}

@@ -88,9 +88,9 @@ def waves_that_repeat_what_rows_of_one_position_share_are_not_the_cause() -> Non
             assert (periodic.waves(search) is not None) == is_found
 
 
-def is_one_curve(curve: np.ndarray, orders: tuple[int, ...]) -> bool:
+def is_one_curve(curve: np.ndarray, orders: tuple[float, ...]) -> bool:
     """Of waves of these orders that a set names, where joint 1 errs by a curve over q."""
-    waves = {o: name(1, "gear_harmonic", order=float(o)) for o in range(1, 7)}
+    waves = {o: name(1, "gear_harmonic", order=float(o)) for o in (1, 1.7, 2, 2.5, 3, 4, 5, 6)}
     named = {waves[o]: np.column_stack([np.sin(o * q), np.cos(o * q)]) for o in waves}
     with World(named, curve, q=q[:, np.newaxis]).search() as search:
         found = search.state([waves[o] for o in orders], search.start)
@@ -109,3 +109,5 @@ def waves_that_stand_in_for_a_bump_are_one_curve() -> None:
     assert not is_one_curve(5.0 * np.sin(2 * q + 1.0) + 3.0 * np.sin(5 * q), (2, 5))
     assert not is_one_curve(5.0 * np.sin(q) + 3.0 * np.sin(3 * q) + 3.0 * np.cos(6 * q), (1, 3, 6))
     assert not is_one_curve(5.0 * np.sin(2 * q), (2,))
+    assert is_one_curve(12.0 * bump, (1.7,))
+    assert not is_one_curve(5.0 * np.sin(2.5 * q + 1.0), (2.5,))
