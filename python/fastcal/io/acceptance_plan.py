@@ -11,10 +11,10 @@ from pathlib import Path
 from fastcal.acceptance.plan import AcceptancePlan
 from fastcal.acceptance.visits import TARGET_COLUMNS
 from fastcal.calibration.prediction import quaternions
-from fastcal.io.atomic import atomic_path
+from fastcal.io.atomic import atomic_paths
 from fastcal.io.measurements import load_measurements
 from fastcal.io.measurements_out import file_columns
-from fastcal.io.programs import write_program
+from fastcal.io.programs import program_files, write_documents
 from fastcal.io.tables import csv_text
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot
@@ -25,14 +25,17 @@ def write_test(path: str | os.PathLike[str], plan: AcceptancePlan, robot: Robot)
     """Writes the program and, beside it, its visits as NAME_plan.csv, all or none; returns the files.
 
     The visits have pose, direction, cycle, qN_deg, payload_kg, approachN and the commanded pose in the base (target_).
+    A program never lies beside the visits of another: killed amid its work, this leaves the visits alone.
 
     Raises:
         InvalidInput: A file cannot be written.
     """
+    programs = program_files(Path(path), plan.documents)
     visits = Path(path).with_name(f"{Path(path).stem}_plan.csv")
-    with atomic_path(visits) as temporary:
+    with atomic_paths([visits, *programs]) as (temporary, *temporaries):
         temporary.write_text(_visits_text(plan, robot), encoding="utf-8", newline="\n")
-        return [*write_program(path, plan.documents), visits]
+        write_documents(temporaries, plan.documents)
+    return [*programs, visits]
 
 
 def _visits_text(plan: AcceptancePlan, robot: Robot) -> str:

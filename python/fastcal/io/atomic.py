@@ -12,8 +12,8 @@ import fcntl
 import os
 import secrets
 import shutil
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 from fastcal.errors import InvalidInput
@@ -30,19 +30,43 @@ def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
     Raises:
         InvalidInput: The file cannot be written there.
     """
+    with atomic_paths([path]) as (temporary,):
+        yield temporary
+
+
+@contextmanager
+def atomic_paths(paths: Sequence[str | os.PathLike[str]]) -> Iterator[list[Path]]:
+    """`atomic_path` of files that belong together, such as a program and the plan that it follows.
+
+    At any moment the files that are there are of one result, the old or the new: before the first is replaced the older
+    others are removed. Killed in between, some are missing; none stands beside a file of another result.
+
+    Raises:
+        InvalidInput: A file cannot be written there.
+    """
     # A link is followed, as a plain write would, so that it stays a link.
-    target = Path(path).resolve()
+    targets = [Path(path).resolve() for path in paths]
     try:
-        # A move onto /dev/null would replace the device.
-        if target.exists() and not target.is_file():
-            raise InvalidInput(f"{path}: cannot be written: it is not a regular file")
-        with temporary_place(target.parent, f".{target.name}", folder=False) as temporary:
-            yield temporary
-            sync(temporary)
-            temporary.replace(target)
-            sync(target.parent)
+        with ExitStack() as stack:
+            temporaries = []
+            for path, target in zip(paths, targets, strict=True):
+                # A move onto /dev/null would replace the device.
+                if target.exists() and not target.is_file():
+                    raise InvalidInput(f"{path}: cannot be written: it is not a regular file")
+                place = temporary_place(target.parent, f".{target.name}", folder=False)
+                temporaries.append(stack.enter_context(place))
+            yield temporaries
+            for temporary in temporaries:
+                sync(temporary)
+            for target in targets[1:]:
+                target.unlink(missing_ok=True)
+                sync(target.parent)
+            for temporary, target in zip(temporaries, targets, strict=True):
+                temporary.replace(target)
+                sync(target.parent)
     except (OSError, UnicodeEncodeError) as error:
-        raise InvalidInput(f"{path}: cannot be written: {getattr(error, 'strerror', None) or error}") from error
+        names = " and ".join(map(str, paths))
+        raise InvalidInput(f"{names}: cannot be written: {getattr(error, 'strerror', None) or error}") from error
 
 
 def write_text(path: str | os.PathLike[str], text: str) -> None:

@@ -10,7 +10,7 @@ from contextlib import ExitStack
 from pathlib import Path
 
 from fastcal.errors import InvalidInput
-from fastcal.io.atomic import atomic_path
+from fastcal.io.atomic import atomic_paths
 from fastcal.io.regular_file import read_bytes
 from fastcal.programs import SUFFIXES, Document, Program, language_of, read_program
 
@@ -67,18 +67,29 @@ def write_programs(programs: Sequence[tuple[Path, Sequence[Document]]], *, make_
     Raises:
         InvalidInput: A file cannot be written, or a path has the ending of another language.
     """
-    places: list[tuple[Path, Document]] = []
-    for path, documents in programs:
-        suffixes = [Path(document.name).suffix for document in documents]
-        if path.suffix.lower() != suffixes[0].lower():
-            raise InvalidInput(f"{path}: a {suffixes[0]} program stays one; give a name that ends in {suffixes[0]}")
-        paths = [path, *(path.with_suffix(suffix) for suffix in suffixes[1:])]
-        places += zip(paths, documents, strict=True)
+    places = [program_files(path, documents) for path, documents in programs]
     if make_folders:
-        for path, _ in places:
+        for path, _ in programs:
             path.parent.mkdir(parents=True, exist_ok=True)
     with ExitStack() as stack:
-        for path, document in places:
-            temporary = stack.enter_context(atomic_path(path))
-            temporary.write_bytes(document.text.encode("latin-1"))
-    return [path for path, _ in places]
+        for files, (_, documents) in zip(places, programs, strict=True):
+            write_documents(stack.enter_context(atomic_paths(files)), documents)
+    return [file for files in places for file in files]
+
+
+def program_files(path: Path, documents: Sequence[Document]) -> list[Path]:
+    """The files of one program, the first at `path`.
+
+    Raises:
+        InvalidInput: `path` has the ending of another language.
+    """
+    suffixes = [Path(document.name).suffix for document in documents]
+    if path.suffix.lower() != suffixes[0].lower():
+        raise InvalidInput(f"{path}: a {suffixes[0]} program stays one; give a name that ends in {suffixes[0]}")
+    return [path, *(path.with_suffix(suffix) for suffix in suffixes[1:])]
+
+
+def write_documents(files: Sequence[Path], documents: Sequence[Document]) -> None:
+    """Writes each document into its file, as the controllers read them."""
+    for file, document in zip(files, documents, strict=True):
+        file.write_bytes(document.text.encode("latin-1"))

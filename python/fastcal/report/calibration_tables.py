@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 OUTLIER_LIMIT = 25
 PAIR_LIMIT = 15
 
+_POSE = ("x", "y", "z", "rx", "ry", "rz")
 _STATISTICS = ("mean", "std", "rms", "max")
 
 
@@ -98,6 +99,12 @@ def outlier_table(rows: Rows, outliers: list[int], weights: NDArray[np.float64])
     return Table(_("Rows that fit badly"), columns, [Group(lines)], is_sortable=True)
 
 
+def _is_placed(parameter: IdentifiedParameter) -> bool:
+    """Whether it places a frame, an anchor or a plane, which every fit finds from nothing: no deviation is expected."""
+    quantity = parameter.name.split("_")[0]
+    return " " in parameter.owner or (parameter.owner in ("base", "tool") and quantity in _POSE)
+
+
 def _parameter_row(parameter: IdentifiedParameter) -> list[Cell]:
     name, _ = units.parse_name(parameter.name)
     std = parameter.std
@@ -105,7 +112,7 @@ def _parameter_row(parameter: IdentifiedParameter) -> list[Cell]:
         std = None
     change = parameter.value - parameter.nominal
     texts = with_uncertainty(std, parameter.nominal, parameter.value, change)
-    ratio = abs(change) / std if std else None
+    ratio = abs(change) / std if std and not _is_placed(parameter) else None
     return [
         Cell(name),
         Cell(unit_text(parameter.unit)),

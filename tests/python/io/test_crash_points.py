@@ -235,6 +235,29 @@ def test_an_update_a_history_and_an_acceptance_change_as_a_whole(
     assert all(new[name] != b"old" for name in written)
 
 
+def test_a_program_never_lies_beside_the_plan_of_another(fitted: CalibrationResult, tmp_path: Path) -> None:
+    """Killed anywhere, what is there is of one test: a KRL program has two files, its plan is the third."""
+    plan = plan_acceptance(fitted.model, language="krl", program="iso.src", cycles=2)
+    place, old = tmp_path / "test", {"iso.src": b"old", "iso.dat": b"old", "iso_plan.csv": b"old", "mine.txt": b"mine"}
+
+    def work() -> object:
+        return write_test(place / "iso.src", plan, fitted.model)
+
+    fill(place, old)
+    work()
+    new = files(place)
+    assert new.keys() == old.keys()
+    fill(place, old)
+    count = count_operations(work, place)
+    for k in range(count):
+        fill(place, old)
+        killed_before(k, work, place)
+        now = files(place).items()
+        assert now <= old.items() or now <= new.items(), f"killed before operation {k} of {count}: {sorted(dict(now))}"
+    work()
+    assert files(place) == new
+
+
 POSES = """q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,x_mm,y_mm,z_mm,qw,qx,qy,qz
 10,-50,60,20,70,30,400,300,500,1,0,0,0
 0,-40,50,0,60,10,300,200,400,0,1,0,0

@@ -21,6 +21,7 @@ import pytest
 
 from fastcal.calibration.calibrate import CalibrationResult
 from fastcal.report import calibration_page, write_report
+from fastcal.report.calibration_tables import parameter_table
 from fastcal.report.page import to_script_json
 
 MakeResult = Callable[..., CalibrationResult]
@@ -209,3 +210,17 @@ def test_the_same_result_gives_the_same_file_or_none(make_result: MakeResult, tm
     with pytest.raises(AttributeError):
         write_report(dataclasses.replace(result, parameters=[object()]), tmp_path / "c.html")  # type: ignore[list-item]
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.html", "b.html"]
+
+
+def test_what_every_fit_places_has_no_change_in_standard_deviations(make_result: MakeResult) -> None:
+    """The robot file expects nothing of where base and tool are; of an effect of the base it expects none."""
+    parameters = make_result().parameters
+    drift = dataclasses.replace(parameters[-1], name="rate_x_mm_s", owner="base")
+    plane = dataclasses.replace(parameters[-1], name="offset_mm", owner="plane A")
+    ratios = {
+        (parameter.owner, parameter.name): row[-1].text
+        for parameter in [*parameters, drift, plane]
+        for row in parameter_table([parameter]).groups[0].rows
+    }
+    for (owner, name), ratio in ratios.items():
+        assert (ratio == "") == (owner in ("base", "tool", "plane A") and name != "rate_x_mm_s"), (owner, name)
