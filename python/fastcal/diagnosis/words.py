@@ -105,7 +105,11 @@ def _causes(found: Diagnosis) -> str:
     waves = [f for f in found.effects if traits_of(f.effect).is_wave and f.grade != "C"]
     many = len(waves) > rules.MAX_WAVES_LISTED
     sentences = [_many_waves(waves)] if many else []
-    sentences += [_cause(f) for f in found.effects if traits_of(f.effect).role != "curve" and not (many and f in waves)]
+    named = [f for f in found.effects if traits_of(f.effect).role != "curve" and not (many and f in waves)]
+    unproven = [f for f in named if f.grade == "B" and not f.equivalents]
+    sentences += [_cause(f) for f in named if f not in unproven]
+    if unproven:
+        sentences.append(_unproven(unproven))
     curves = [owner_in_words(f.owner) for f in found.effects if traits_of(f.effect).role == "curve"]
     if curves:
         first, *others = curves
@@ -131,11 +135,20 @@ def _cause(f: Finding) -> str:
     if f.equivalents:
         others = " or ".join(cause_in_words(*other) for other in f.equivalents)
         return f"{capital}, or {others}: these data can't tell which."
-    if f.grade == "A":
-        return f"{capital}, {f.snr:.0f} times the noise; every other cause was refused."
     if f.grade == "C":
         return f"{capital}, is in the model because poses are predicted better with it; the cause is another one."
-    return f"The data are consistent with {what}, but do not prove it."
+    return f"{capital}, {f.snr:.0f} times the noise; every other cause was refused."
+
+
+def _unproven(found: list[Finding]) -> str:
+    """Those of grade B in one sentence, the places of one effect together."""
+    if len(found) == 1:
+        return f"The data are consistent with {cause_in_words(found[0].effect, found[0].owner)}, but do not prove it."
+    places: dict[str, list[str]] = {}
+    for f in found:
+        places.setdefault(traits_of(f.effect).phrase, []).append(owner_in_words(f.owner))
+    told = "; ".join(f"{phrase} at {', '.join(owners)}" for phrase, owners in places.items())
+    return f"The data are consistent with the following, but prove none of them: {told}."
 
 
 def _rest(rest: Unexplained | None) -> str:

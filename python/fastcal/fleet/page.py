@@ -17,6 +17,8 @@ from fastcal.report.formatting import significant
 from fastcal.report.tables import Cell, Column, Group, Table, number_cell
 
 _MOST_ROWS = 2000  # of the page's table, the worst first; fleet.csv has all
+_MOST_NOTES = 50
+_EACH_TICKED = 12  # arms: with more, Plotly finds whole numbers by itself
 
 
 def write_fleet(found: Fleet, folder: str | os.PathLike[str]) -> None:
@@ -36,6 +38,7 @@ def fleet_page(found: Fleet) -> str:
         calibrated=len(found) - len(found.failed),
         failed=[(arm.name, arm.status.replace("_", " "), arm.message) for arm in found.failed[:_MOST_ROWS]],
         table=_table(found),
+        notes=_notes(found)[:_MOST_NOTES],
         left_out=max(0, len(found) - _MOST_ROWS),
         drawing=_drawing(found),
     )
@@ -47,18 +50,20 @@ def _worst_first(found: Fleet) -> list[ArmResult]:
 
 def _table(found: Fleet) -> Table:
     titles = ("poses", "nominal (mm)", "calibrated (mm)", "other poses (mm)", "noise (mm)", "outliers", "undetermined")
-    columns = [Column("arm", numeric=False), *map(Column, titles), Column("", numeric=False)]
+    columns = [Column("arm", numeric=False), *map(Column, titles)]
     rows = []
     for arm in _worst_first(found)[:_MOST_ROWS]:
         lengths = [arm.before_mm, arm.after_mm, arm.test_mm, arm.sigma_mm]
         cells = [number_cell("" if mm is None else significant(mm, 3), mm) for mm in lengths]
         counts = [Cell(str(count), float(count)) for count in (arm.outliers, arm.unidentifiable)]
-        rows.append([Cell(arm.name), Cell(str(arm.rows), float(arm.rows)), *cells, *counts, Cell(_note(arm))])
-    return Table("Root mean square of the error of every arm.", columns, [Group(rows)], is_sortable=True)
+        rows.append([Cell(arm.name), Cell(str(arm.rows), float(arm.rows)), *cells, *counts])
+    caption = "Root mean square of the error of every arm."
+    return Table(caption, columns, [Group(rows)], is_sortable=True)
 
 
-def _note(arm: ArmResult) -> str:
-    return arm.message if arm.status == "converged" else f"{arm.status.replace('_', ' ')}: {arm.message}"
+def _notes(found: Fleet) -> list[tuple[str, str]]:
+    """What was noticed of arms that have a model."""
+    return [(arm.name, arm.message) for arm in _worst_first(found) if arm.status == "converged" and arm.message]
 
 
 def _drawing(found: Fleet) -> Figure:
@@ -71,8 +76,12 @@ def _drawing(found: Fleet) -> Figure:
         values = [getattr(arm, field) for arm in arms]
         trace = figures.points(place, values, entry.colour, 5, hover=f"{entry.label}: %{{y:.3g}} mm, %{{text}}")
         traces.append(trace | {"text": names})
+    steps = {"dtick": 1} if len(arms) <= _EACH_TICKED else {}
     drawn = figures.layout(
-        "arms, the best first", "RMS error (mm), logarithmic", yaxis={"type": "log", "exponentformat": "power"}
+        "arms, the best first",
+        "RMS error (mm), logarithmic",
+        xaxis=steps,
+        yaxis={"type": "log", "exponentformat": "power"},
     )
     alt = "Root mean square error of every arm, nominal and calibrated, sorted by the latter."
     return Figure("fleet", "Error of every arm", alt, traces, drawn, columns=6, height=380, key=key)

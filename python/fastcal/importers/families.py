@@ -43,6 +43,15 @@ def grouped(export: Export) -> dict[Family, dict[str, int]]:
     for place, title in enumerate(export.meanings):
         if title is not None and title.sense != "own":
             found[title.sense, title.group].setdefault(title.role, place)
+    return _with_scalar_first(found)
+
+
+def _with_scalar_first(found: dict[Family, dict[str, int]]) -> dict[Family, dict[str, int]]:
+    """Q0 beside Qx, Qy and Qz is the scalar of a quaternion and no joint."""
+    for (sense, group), roles in found.items():
+        joints = found.get((sense, ("q", *group)), {})
+        if {"qx", "qy", "qz"} <= roles.keys() and "qw" not in roles and joints.keys() == {"q0"}:
+            roles["qw"] = joints.pop("q0")
     return found
 
 

@@ -12,10 +12,13 @@ from fastcal.importers.export import Export
 from fastcal.importers.words import Title, split_unit
 
 UR_PENDANT = ("base", "shoulder", "elbow", "wrist 1", "wrist 2", "wrist 3")  # Universal Robots' own names
+YASKAWA = (("s", "l", "e", "u", "r", "b", "t"), ("s", "l", "u", "r", "b", "t"))  # of seven axes, of six
 
 
 def with_joint_names(export: Export, names: Sequence[str]) -> Export:
-    """The export with columns named after a robot's joints, or as on UR's pendant, known as q1 ... qn; else as it is.
+    """The export with columns named after a robot's joints known as q1 ... qn; else as it is.
+
+    The names are the robot's own, or those on the pendants of Universal Robots and Yaskawa.
 
     Args:
         export: The table.
@@ -24,8 +27,9 @@ def with_joint_names(export: Export, names: Sequence[str]) -> Export:
     if export.mapped:
         return export
     bare = [split_unit(title)[0].strip().lower() for title in export.titles]
-    if all(bare.count(name) == 1 for name in UR_PENDANT):
-        places = [bare.index(name) for name in UR_PENDANT]
+    makers = next((each for each in (UR_PENDANT, *YASKAWA) if all(bare.count(name) == 1 for name in each)), None)
+    if makers is not None:
+        places = [bare.index(name) for name in makers]
     else:
         places = [next((k for k, title in enumerate(export.titles) if _is_of(title, name)), -1) for name in names]
     if not places or min(places) < 0:

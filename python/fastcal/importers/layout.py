@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from fastcal.importers.export import Export, number, with_units
 from fastcal.importers.footers import footer_start
 from fastcal.importers.grid import Grid, Row
-from fastcal.importers.words import ANGLES, LENGTHS, UNIT_WORDS, Title, meaning, unit_of
+from fastcal.importers.words import ANGLES, LENGTHS, POLAR, UNIT_WORDS, Title, meaning, plain_words, unit_of
 
 _SEARCHED = 200  # rows in which the header is looked for
 _FEWEST_TITLES = 3
@@ -127,8 +127,22 @@ def _without_header(grid: Grid, dialect: str) -> Export:
     body = [row for row in body if sum(number(cell) is not None for cell in row.cells) >= _FEWEST_TITLES]
     if not body:
         raise grid.error("holds no table: no row names columns that are known, and no row holds three numbers")
+    _refuse_polar(grid, body[0])
     width = max(len(row.cells) for row in body)
     none: list[Title | None] = [None] * width
     rows = [_padded(row.cells, width) for row in body]
     units = stated_units(grid, len(grid.rows) - 1)
     return Export(grid, dialect, [""] * width, none, rows, [row.line for row in body], units, headed=False)
+
+
+def _refuse_polar(grid: Grid, first: Row) -> None:
+    """Refuses the angles of an instrument, which by their order alone would pass for coordinates.
+
+    Raises:
+        ParseError: A row above the first of the numbers titles two or more of its columns so.
+    """
+    for row in grid.rows[: grid.rows.index(first)]:
+        titles = [cell for cell in row.cells if POLAR & set(plain_words(cell))]
+        if len(titles) > 1 and len(row.cells) == len(first.cells):
+            named = ", ".join(f"'{title}'" for title in titles)
+            raise grid.error(f"{named} are angles of the instrument: export Cartesian coordinates, X, Y and Z")

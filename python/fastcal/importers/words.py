@@ -73,8 +73,24 @@ NEUTRAL = _words(
     val data field msg message pose transform translation the of in states state joint angle winkel angles
     """
 )
+POLAR = _words("azimuth azimut acimut elevation elevacion zenith zenit cenit horizontal vertical hz v")
 ROTATION = _words("rotation rot orientation ori quaternion quat q")
-JOINT = _words("q j joint axis achse axe asse eje gelenk theta jnt ax jointangle")
+JOINT = _words(
+    """
+    q j joint axis achse axe asse eje gelenk theta jnt jt ax rax jointangle articulation articulacion articulacao
+    giunto junta eixo osa os
+    """
+)
+# Chinese and Japanese titles have no blanks between their words.
+_IDEOGRAMS = {
+    **dict.fromkeys(("关节", "關節", "関節"), "joint"),
+    **dict.fromkeys(("轴", "軸"), "axis"),
+    **dict.fromkeys(("角度", "坐标", "座標", "位置"), "position"),
+    **dict.fromkeys(("测量", "測量", "实测", "測定"), "measured"),
+    **dict.fromkeys(("理论", "理論", "名义"), "nominal"),
+    **dict.fromkeys(("点名", "点号", "点", "名称"), "point"),
+}
+_IDEOGRAM = re.compile("|".join(sorted(_IDEOGRAMS, key=len, reverse=True)))
 _UR_ORDER = {"pan": 1, "lift": 2, "elbow": 3}
 NAME = _words(
     """
@@ -140,9 +156,10 @@ def split_unit(title: str) -> tuple[str, tuple[str, float] | None]:
 
 def plain_words(text: str) -> list[str]:
     """The words of a title in small letters without accents; J1 is j and 1, but r11 of a matrix stays."""
+    spoken = _IDEOGRAM.sub(lambda found: f" {_IDEOGRAMS[found[0]]} ", text.lower())
     bare = "".join(
         c
-        for c in unicodedata.normalize("NFKD", text.lower().replace("ß", "ss").replace("θ", "theta"))
+        for c in unicodedata.normalize("NFKD", spoken.replace("ß", "ss").replace("θ", "theta"))
         if not unicodedata.combining(c)
     )
     return re.findall(r"[a-z]+|\d+", bare.replace("ecart type", "ecarttype"))
@@ -227,7 +244,19 @@ def _own_word(words: list[str]) -> tuple[str | None, list[str]]:
     """The word of a title that names a component, and the others."""
     if words[-1].isdigit() and len(words) > 2 and words[-2] == "pose" and 0 <= int(words[-1]) < 6:
         return ("x", "y", "z", "rx", "ry", "rz")[int(words[-1])], words[:-1]  # actual_TCP_pose_0
-    alike = {"tx": "x", "ty": "y", "tz": "z", "px": "x", "py": "y", "pz": "z", "rotx": "rx", "roty": "ry", "rotz": "rz"}
+    alike = {f"{at}{axis}": axis for axis in "xyz" for at in ("pos", "coord")}
+    alike |= {f"{axis}{at}": axis for axis in "xyz" for at in ("pos", "coord")}
+    alike |= {
+        "tx": "x",
+        "ty": "y",
+        "tz": "z",
+        "px": "x",
+        "py": "y",
+        "pz": "z",
+        "rotx": "rx",
+        "roty": "ry",
+        "rotz": "rz",
+    }
     alike |= {
         "quatw": "qw",
         "quatx": "qx",

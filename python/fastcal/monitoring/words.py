@@ -164,8 +164,9 @@ def reasons(
     ]
     for place in places:
         motion = place.to_json_dict()
-        xyz = ", ".join(f"{v:.2f}" for v in motion["xyz_mm"])
-        rpy = ", ".join(f"{v:.3f}" for v in motion["rpy_deg"])
+        # Added to 0, a number that rounds to it has no sign.
+        xyz = ", ".join(f"{round(v, 2) + 0.0:.2f}" for v in motion["xyz_mm"])
+        rpy = ", ".join(f"{round(v, 3) + 0.0:.3f}" for v in motion["rpy_deg"])
         where = _("station {name}", name=place.name) if place.name else _("the instrument")
         out.append(
             _(

@@ -58,6 +58,8 @@ def arms_page(found: ArmChecks, language: str = "en") -> str:
 def _headline(found: ArmChecks, changed: list[ArmCheck]) -> str:
     if changed:
         names = ", ".join(arm.name for arm in changed[:_MOST_NAMES])
+        if len(changed) == 1:
+            return _("1 of {all} arms has changed: {names}.", all=len(found.arms), names=names)
         return _("{count} of {all} arms have changed: {names}.", count=len(changed), all=len(found.arms), names=names)
     if found.of("cannot_tell", "unchecked"):
         return _("No arm is known to have changed; of some that is not known.")

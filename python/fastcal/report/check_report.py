@@ -11,7 +11,7 @@ from fastcal.monitoring.result import FEWEST_DEGREES, CheckResult
 from fastcal.report import monitoring_figures as drawings
 from fastcal.report import page
 from fastcal.report.document import document_facts
-from fastcal.report.formatting import plural, significant, with_uncertainty
+from fastcal.report.formatting import fixed, plural, significant, with_uncertainty
 from fastcal.report.language import _, in_language
 from fastcal.report.sections import (
     TONES,
@@ -129,7 +129,7 @@ def next_poses_sections(found: CheckResult) -> list[Section]:
         return []
     units = ["°" if kind == "revolute" else "mm" for kind in found.model.joint_types]
     columns = [Column(f"q{i + 1} ({unit})") for i, unit in enumerate(units)] + [Column(_("payload (kg)"))]
-    rows = [[Cell(f"{v:.2f}", v) for v in (*pose.q, pose.payload_kg)] for pose in found.next_poses]
+    rows = [[number_cell(fixed(v, 2), v) for v in (*pose.q, pose.payload_kg)] for pose in found.next_poses]
     return [
         Section(
             "next",
@@ -162,7 +162,7 @@ def _check_method(found: CheckResult) -> Section:
     ]
     for place in found.places:
         block = place.to_json_dict()
-        xyz, rpy = (", ".join(f"{v:.3f}" for v in block[key]) for key in ("xyz_mm", "rpy_deg"))
+        xyz, rpy = (", ".join(f"{round(v, 3) + 0.0:.3f}" for v in block[key]) for key in ("xyz_mm", "rpy_deg"))
         name = _("Station {name}", name=place.name) if place.name else _("Instrument")
         facts.append(
             (

@@ -25,16 +25,7 @@ def comparison_page(found: Comparison, language: str = "en") -> str:
     """The HTML text of a comparison's page."""
     with in_language(language):
         sizes, different = found.at_tool.to_mm(), found.significant
-        headline = (
-            _(
-                "{count} of {all} parameters differ beyond noise: {size} mm at the tool on average.",
-                count=len(different),
-                all=len(found.parameters),
-                size=fixed(sizes["mean"], 3),
-            )
-            if different
-            else _("No parameter differs beyond noise: {size} mm at the tool on average.", size=fixed(sizes["mean"], 3))
-        )
+        headline = _headline(found)
         columns = [Column(_("Parameter"), numeric=False), Column("A"), Column("B"), Column(_("B less A")), Column("±")]
         columns += [Column(_("Unit"), numeric=False), Column(_("p-value")), Column(_("Significant"), numeric=False)]
         rows = [_difference(d) for d in found.parameters]
@@ -76,6 +67,22 @@ def comparison_page(found: Comparison, language: str = "en") -> str:
             ],
             document=[],
         )
+
+
+def _headline(found: Comparison) -> str:
+    """How many parameters differ, and what that is at the tool."""
+    count, every = len(found.significant), len(found.parameters)
+    size = fixed(found.at_tool.to_mm()["mean"], 3)
+    if count == 0:
+        return _("No parameter differs beyond noise: {size} mm at the tool on average.", size=size)
+    if count == 1:
+        return _("1 of {all} parameters differs beyond noise: {size} mm at the tool on average.", all=every, size=size)
+    return _(
+        "{count} of {all} parameters differ beyond noise: {size} mm at the tool on average.",
+        count=count,
+        all=every,
+        size=size,
+    )
 
 
 def _unexplained(found: Comparison) -> str:

@@ -25,16 +25,7 @@ def history_page(found: History, language: str = "en") -> str:
         bad = [a for a in arms if a.state in ("changed", "alarm")]
         checks = sum(e.kind == "check" for a in arms for e in a.events)
         tone = "bad" if any(a.state == "changed" for a in arms) else "caution" if bad else "good"
-        headline = (
-            _(
-                "{count} of {all} arms ask for attention: {names}.",
-                count=len(bad),
-                all=len(arms),
-                names=", ".join(a.name for a in bad[:8]),
-            )
-            if bad
-            else _("No arm asks for attention.")
-        )
+        headline = _headline(arms, bad)
         sections = [
             Section("all", _("All arms"), drawings=present(drawings.ratio_chart(arms)), tables=[_fleet_table(arms)])
         ]
@@ -67,6 +58,18 @@ def history_page(found: History, language: str = "en") -> str:
 
 
 _ORDER = ["changed", "alarm", "cannot_tell", "unchecked", "holds"]
+
+
+def _headline(arms: list[ArmHistory], bad: list[ArmHistory]) -> str:
+    """How many arms ask for attention, and which."""
+    if not bad:
+        return _("No arm asks for attention.")
+    if len(arms) == 1:
+        return _("This arm asks for attention.")
+    names = ", ".join(a.name for a in bad[:8])
+    if len(bad) == 1:
+        return _("1 of {all} arms asks for attention: {names}.", all=len(arms), names=names)
+    return _("{count} of {all} arms ask for attention: {names}.", count=len(bad), all=len(arms), names=names)
 
 
 def _arm(k: int, arm: ArmHistory, on_paper: bool) -> Section:

@@ -14,6 +14,7 @@ from fastcal.monitoring.history import ArmHistory
 from fastcal.monitoring.result import CheckResult, Test
 from fastcal.report import figures
 from fastcal.report.figures import Figure, Key
+from fastcal.report.formatting import plural
 from fastcal.report.language import _
 from fastcal.report.tables import in_words
 from fastcal.units import from_si
@@ -124,7 +125,7 @@ def control_charts(arm: ArmHistory, prefix: str) -> list[Figure]:
         name = _("Misfit") if is_misfit else in_words(chart.name)
         title = _("{name}, EWMA", name=name) if is_misfit else _("{name}, CUSUM", name=name)
         drawn = figures.layout(_("date"), "\N{GREEK SMALL LETTER SIGMA}", xaxis=DATES)
-        state = _("{count} alarms", count=len(chart.alarms)) if chart.alarms else _("no alarm")
+        state = plural(len(chart.alarms), "alarm") if chart.alarms else _("no alarm")
         alt = _("Control chart of {name} over {checks} checks: {state}.", name=name, checks=len(when), state=state)
         drawing = Figure(f"{prefix}-{k}", title, alt, traces, drawn, columns=3, height=260, key=key)
         out.append(figures.marked(drawing, state, 3) if chart.alarms else drawing)

@@ -29,7 +29,12 @@ def _(found: CheckResult) -> list[str]:
     if found.blind:
         lines.append(f"not shown by any pose before an instrument that was set up anew: {', '.join(found.blind)}")
     if found.next_poses:
-        lines.append(f"next poses to measure: {len(found.next_poses)}, joint positions in check.json")
+        units = ", ".join(dict.fromkeys("deg" if kind == "revolute" else "mm" for kind in found.model.joint_types))
+        lines.append(f"next poses to measure: {len(found.next_poses)}; payload and joint positions:")
+        lines += [
+            f"  {pose.payload_kg:g} kg, {' '.join(f'{value:.1f}' for value in pose.q)} {units}"
+            for pose in found.next_poses
+        ]
     return lines
 
 

@@ -84,8 +84,8 @@ class Table:
 
     @property
     def is_wordy(self) -> bool:
-        """Do texts fill it? On a narrow screen its cells then stand below each other."""
-        return sum(not column.numeric for column in self.columns) > 2
+        """Is it too wide for a narrow screen, or do texts fill it? There its cells then stand below each other."""
+        return len(self.columns) > 7 or sum(not column.numeric for column in self.columns) > 2
 
 
 def unit_text(unit: str) -> str:

@@ -3,6 +3,7 @@
 """A fleet: each arm as `calibrate` alone has it, one table, and an arm that can't be calibrated stops no other."""
 
 import csv
+import html
 import json
 import shutil
 from collections.abc import Iterator
@@ -133,6 +134,8 @@ def test_the_command_writes_table_and_page(folder: Path, fleet: Fleet, capfd: py
     page = (folder / "out" / "report.html").read_text(encoding="utf-8")
     assert "6 of 7 arms calibrated" in page
     assert "arm 6</strong>: refused" in page
+    noted = next(row for row in table if row["status"] == "converged" and row["message"])
+    assert f"<strong>{noted['name']}</strong>: {noted['message'][:20]}" in html.unescape(page)
     result = json.loads((folder / "out" / "arm 0" / "result.json").read_text(encoding="utf-8"))
     assert result["fleet"]["row"] == fleet["arm 0"].to_row()
 

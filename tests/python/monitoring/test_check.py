@@ -83,6 +83,9 @@ def test_one_wrong_row_is_no_change_of_the_arm(calibrated) -> None:
     assert found.changed[0].p_value < 1e-3
     assert found.to_json_dict()["changed"] == []
     assert found.next_poses[0].q == pytest.approx(np.degrees(data.q[5]), abs=1e-3)
+    *_, title, row = found.summary().splitlines()
+    assert title == "next poses to measure: 1; payload and joint positions:"
+    assert row == f"  {data.payload[5]:g} kg, {' '.join(f'{value:.1f}' for value in found.next_poses[0].q)} deg"
 
 
 def test_noise_that_has_grown_is_no_change_of_a_parameter(calibrated) -> None:

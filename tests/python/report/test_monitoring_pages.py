@@ -63,10 +63,11 @@ def test_pages_say_what_was_found_in_both_languages(pages) -> None:
     assert "The arm has changed: joint 3 zero by +0.0" in text(pages["check", "en"])
     assert "Der Roboter hat sich verändert: Nullpunkt Gelenk 3 um +0,0" in text(pages["check", "de"])
     assert "beyond the tolerance of 0.3 mm" in text(pages["check", "en"])
-    assert "1 of" in text(pages["comparison", "en"])
-    assert "parameters differ beyond noise" in text(pages["comparison", "en"])
-    assert "1 of 1 arms ask for attention" in text(pages["history", "en"])
-    assert "1 of 3 arms have changed: A." in text(pages["arms", "en"])
+    assert "1 of 18 parameters differs beyond noise" in text(pages["comparison", "en"])
+    assert "This arm asks for attention." in text(pages["history", "en"])
+    assert "1 of 3 arms has changed: A." in text(pages["arms", "en"])
+    assert "1 von 3 Robotern hat sich verändert: A." in text(pages["arms", "de"])
+    assert "1 Alarm " in text(pages["history", "de"])
     assert "seit das Modell entstand, wurde nichts gemessen" in text(pages["arms", "de"])
     for (name, tongue), document in pages.items():
         assert f'<html lang="{tongue}">' in document, name
@@ -80,6 +81,12 @@ def test_a_german_page_has_no_english_names_and_signs(pages) -> None:
         assert not re.findall(r"\b(joint|link|zero|compliance|holds|changed)\b", read), name
         assert not re.findall(r"\d \+- |\d deg\b", read), name
         assert not re.findall(r"\d\.\d+ mm", read), name
+        assert not re.findall(r">[^<]*\d\.\d[^<]*</td>", pages[name, "de"]), name
+
+
+def test_a_number_that_rounds_to_zero_has_no_sign(pages) -> None:
+    for (name, tongue), document in pages.items():
+        assert not re.findall(r"[-\N{MINUS SIGN}]0[.,]0+(?![\d.,])", text(document)), (name, tongue)
 
 
 def test_a_kept_sentence_is_that_of_the_check_and_damage_leaves_it_as_it_was() -> None:
