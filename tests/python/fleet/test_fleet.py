@@ -3,7 +3,6 @@
 """A fleet: each arm as `calibrate` alone has it, one table, and an arm that can't be calibrated stops no other."""
 
 import csv
-import html
 import json
 import shutil
 from collections.abc import Iterator
@@ -16,6 +15,7 @@ import pytest
 import fastcal
 from fastcal.fleet import calibrate_many, read_list
 from fastcal.fleet.arms import Arm
+from fastcal.fleet.page import fleet_page
 from fastcal.fleet.result import Fleet
 from fastcal.fleet.side_by_side import suspects
 
@@ -134,10 +134,16 @@ def test_the_command_writes_table_and_page(folder: Path, fleet: Fleet, capfd: py
     page = (folder / "out" / "report.html").read_text(encoding="utf-8")
     assert "6 of 7 arms calibrated" in page
     assert "arm 6</strong>: refused" in page
-    noted = next(row for row in table if row["status"] == "converged" and row["message"])
-    assert f"<strong>{noted['name']}</strong>: {noted['message'][:20]}" in html.unescape(page)
     result = json.loads((folder / "out" / "arm 0" / "result.json").read_text(encoding="utf-8"))
     assert result["fleet"]["row"] == fleet["arm 0"].to_row()
+
+
+def test_what_was_noticed_of_an_arm_is_on_the_page(fleet: Fleet) -> None:
+    """Below the table, where a sentence has room, of arms that have a model; the others have a list of their own."""
+    arms = [replace(arm, message="the residuals depend on the posture") for arm in fleet]
+    notes = fleet_page(Fleet(arms)).split("<h2>Notes</h2>")[1].split("</section>")[0]
+    assert notes.count("the residuals depend on the posture") == sum(arm.status == "converged" for arm in arms)
+    assert "<h2>Notes</h2>" not in fleet_page(Fleet([replace(arm, message="") for arm in arms]))
 
 
 @pytest.mark.parametrize(

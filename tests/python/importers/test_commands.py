@@ -136,6 +136,31 @@ def test_several_files_are_calibrated_as_one(here: Session) -> None:
     assert json.loads(Path("e.json").read_text())["count"] == 30
 
 
+def test_several_files_are_diagnosed_and_trained_on_as_one(here: Session) -> None:
+    """Each file is a set-up of its own, here of the same tracker; a table of both says the same."""
+    head = "q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,x_mm,y_mm,z_mm"
+    path = here.table(head, Q + "," + P, "all.csv")
+    lines = path.read_text().splitlines()
+    for name, rows in (("monday", lines[1:16]), ("tuesday", lines[16:])):
+        Path(f"{name}.csv").write_text("\n".join([head, *rows]))
+    labels = [*["monday"] * 15, *["tuesday"] * 15]
+    labelled = [f"{row},{day},{day}" for row, day in zip(lines[1:], labels, strict=True)]
+    Path("labelled.csv").write_text("\n".join([f"{head},station,mount", *labelled]))
+    for out, files in (("one", ["labelled.csv"]), ("two", ["monday.csv", "tuesday.csv"])):
+        assert main(["diagnose", "ur5", *files, "-o", out]) == 0
+    one, two = (json.loads(Path(name, "diagnosis.json").read_text()) for name in ("one", "two"))
+    for found in (one, two):
+        found.pop("made_by")
+    assert one == two
+    pytest.importorskip("torch")
+    trained = {}
+    for out, files in (("a", ["labelled.csv"]), ("b", ["monday.csv", "tuesday.csv"])):
+        assert main(["train", "ur5", *files, "--network", "gp", "--rivals", "none", "--folds", "2", "-o", out]) == 0
+        trained[out] = json.loads(Path(out, "training.json").read_text())
+    assert trained["a"] == trained["b"]
+    assert trained["b"]["rows"] == 30
+
+
 def test_a_list_of_points_is_joined_with_its_joints_in_python(here: Session) -> None:
     robot = fastcal.load_robot("ur5")
     data = fastcal.load_measurements("points.csv", robot, joints=here.joints())

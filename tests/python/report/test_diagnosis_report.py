@@ -150,6 +150,28 @@ def test_in_a_browser_every_figure_is_drawn_and_the_console_is_quiet(found: Diag
     assert 'data-state="ready"' in done.stdout
 
 
+def test_many_causes_print_on_four_sheets(browser, found: Diagnosis, tmp_path: Path) -> None:
+    """The first eight with their names and sizes, the first one's figure; the screen has all."""
+    (finding,) = found.effects
+    several = replace(found, verdict="several", effects=[replace(finding, grade="B")] * 10)
+    target = tmp_path / "page.pdf"
+    browser.run(diagnosis_page(several), "--no-pdf-header-footer", f"--print-to-pdf={target}", *browser.no_gl)
+    assert len(re.findall(rb"/Type /Page\b", target.read_bytes())) <= 4
+
+
+def test_causes_that_are_not_proved_share_a_sentence(found: Diagnosis) -> None:
+    (finding,) = found.effects
+    unproven = [replace(finding, grade="B", owner=f"joint{k}") for k in (2, 5)]
+    tilt = replace(finding, grade="B", effect="bearing_tilt", owner="joint1")
+    said = sentence_of(replace(found, effects=[finding, *unproven, tilt]))
+    assert said.count("The data are consistent with") == 1
+    assert "backlash (lost motion) at joint 2, joint 5; " in said
+    assert said.startswith("Joint 3: backlash (lost motion), ")
+    assert "consistent with joint 2: backlash (lost motion), but do not prove it." in sentence_of(
+        replace(found, effects=unproven[:1])
+    )
+
+
 def test_the_waterfall_adds_up() -> None:
     figure = waterfall([("geometry alone", 0.5), ("a", 0.3), ("b", 0.35)], 0.1, "test poses")
     bars = figure.traces[0]
