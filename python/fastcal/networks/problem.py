@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.calibration.evaluation import realigned
 from fastcal.correction import Inputs
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
@@ -90,7 +91,9 @@ def problem_of(
     if data.position is None:
         raise InvalidInput(f"{data.source}: training needs measured points, x_mm y_mm z_mm")
     R = pose(bare.spec["base"])[:3, :3]
-    residuals = (data.position - bare.poses(data)[:, :3, 3]) @ R
+    predicted = bare.poses(data)[:, :3, 3]
+    _refuse_other_places(data, predicted)
+    residuals = (data.position - predicted) @ R
     whole = ~np.isnan(residuals).any(axis=1)
     length = np.linalg.norm(residuals, axis=1)
     typical = np.median(length[whole]) / _MEDIAN_LENGTH if whole.any() else 0.0
@@ -116,6 +119,25 @@ def problem_of(
         int(gross.sum()),
         any_load,
     )
+
+
+def _refuse_other_places(data: Dataset, predicted: FloatArray) -> None:
+    """Refuses points (N, 3) [m] of a tracker that stood where the model knows nothing of: a network would learn that.
+
+    Raises:
+        InvalidInput: A rigid motion makes those of one station fit the predicted ones several times better.
+    """
+    station = np.zeros(len(data), dtype=int) if data.station is None else data.station
+    for k in np.unique(station):
+        own = station == k
+        found = realigned(predicted[own], predicted[own] - np.asarray(data.position)[own])
+        if found is not None:
+            name = f"the rows of station {data.station_names[k]}" if data.station_names else "its rows"
+            away = from_si(float(np.linalg.norm(found.motion[:3, 3])), "mm")
+            raise InvalidInput(
+                f"{data.source}: {name} fit the model with the tracker moved by {away:.1f} mm: calibrate on these "
+                "files first, which finds where it stood, and train that model"
+            )
 
 
 def cells(q: FloatArray, rows: int) -> IntArray:

@@ -17,7 +17,7 @@ from fastcal.cli import main
 
 pytest.importorskip("torch")
 
-FEW = ("--rivals", "knn", "--folds", "2")
+FEW = ("--rivals", "knn", "--folds", "4")
 
 
 @pytest.fixture(scope="module")
@@ -128,3 +128,19 @@ def test_nothing_is_written_where_it_cannot_be_trained(
     assert said.error.startswith("expected rivals of gp, knn, boosting, joint-profiles")
     assert not out.exists()
     assert fastcal("train", files / "robot.yaml", files / "data.csv", "--network", "magic", "-o", out).code == 2
+
+
+def test_a_tracker_that_stood_elsewhere_is_no_error_to_learn(files: Path, tmp_path: Path, fastcal) -> None:
+    """Of two files the second is of another place; calibrated on both, the model has a base for each."""
+    arm, true = (fc.load_robot(files / f"{name}.yaml") for name in ("robot", "true"))
+    moved = fc.Robot(true.spec | {"base": {"xyz_mm": [1500, 300, -200], "rpy_deg": [1, 2, 60]}})
+    q = np.random.default_rng(3).uniform(-1, 1, (60, 6))
+    fc.write_measurements(tmp_path / "later.csv", fc.simulate(moved, q, noise=1e-5, seed=4), arm.joint_types)
+    both = (files / "data.csv", tmp_path / "later.csv")
+    said = fastcal("train", files / "robot.yaml", *both, *FEW, "-o", tmp_path / "out")
+    assert said.code == 2
+    assert "the rows of station later fit the model with the tracker moved by" in said.error
+    assert not (tmp_path / "out").exists()
+    assert fastcal("calibrate", files / "robot.yaml", *both, "-o", tmp_path / "both").code == 0
+    options = ("--network", "gp", "--rivals", "none", "--folds", "2")
+    assert fastcal("train", tmp_path / "both" / "model.yaml", *both, *options, "-o", tmp_path / "out").code == 0
