@@ -31,7 +31,7 @@ class Figure:
     """One figure.
 
     Attributes:
-        symbol: AP, RP, vAP, AD, RD, dAP, dRP; with a subscript: AP_x, AP_rx ... about the tool's x.
+        symbol: AP, RP, vAP, AD, RD, dAP, dRP; with a subscript: AP_x along the base's x, AP_rx about the tool's x.
         where: The pose or poses.
         unit: m or rad.
         value: What was found.
@@ -63,11 +63,13 @@ def figures_of(found: Campaign) -> list[Figure]:
             out += [_of_means(f"AP_r{name}", found.stations[k].pose, "rad", turned, _component(k, axis)) for k in cycle]
             out += [
                 _of_spread(
-                    f"RP_r{name}", found.stations[k].pose, lambda t: float(3 * t.std(ddof=1)),
-                    found.turn_errors(k)[:, axis], "rad",
+                    f"RP_r{name}", found.stations[k].pose, three_deviations, found.turn_errors(k)[:, axis], "rad"
                 )
                 for k in enough
-            ]  # fmt: skip
+            ]
+            out += _turned_distances(found, turned, enough, axis)
+            out += _turned_directions(found, turned, axis)
+            out += [figure for k in enough for figure in _turned_drift(found, k, axis)]
     for k in enough:
         out += _drift(found, k)
     return out
@@ -88,13 +90,22 @@ def _accuracy(found: Campaign, means: FloatArray, k: int) -> list[Figure]:
     return out + [_of_means(f"AP_{name}", pose, "m", means, _component(k, i)) for i, name in enumerate(AXES)]
 
 
-def _distances(found: Campaign, means: FloatArray, enough: list[int]) -> list[Figure]:
-    """AD and RD between P2 and P4 where both are, as the standard has it, else between poses that follow each other."""
+def three_deviations(values: FloatArray) -> float:
+    """3 S of (n,) values, S with n - 1."""
+    return float(3 * values.std(ddof=1))
+
+
+def _pairs(found: Campaign, enough: list[int]) -> list[tuple[str, int, int]]:
+    """P2 and P4 where both are, as the standard has it, else poses that follow each other: name and stations."""
     at = {found.stations[k].pose: k for k in enough}
     pairs = [(at["P2"], at["P4"])] if {"P2", "P4"} <= at.keys() else list(pairwise(enough))
+    return [(f"{found.stations[a].pose}\N{EN DASH}{found.stations[b].pose}", a, b) for a, b in pairs]
+
+
+def _distances(found: Campaign, means: FloatArray, enough: list[int]) -> list[Figure]:
+    """AD and RD, and along the base's axes: the distance there, from the lower to the higher commanded coordinate."""
     out = []
-    for a, b in pairs:
-        name = f"{found.stations[a].pose}\N{EN DASH}{found.stations[b].pose}"
+    for name, a, b in _pairs(found, enough):
         apart = found.stations[a].commanded[:3, 3] - found.stations[b].commanded[:3, 3]
 
         def of(e: FloatArray, a: int = a, b: int = b, apart: FloatArray = apart) -> FloatArray:
@@ -106,42 +117,94 @@ def _distances(found: Campaign, means: FloatArray, enough: list[int]) -> list[Fi
         mean_distance, _ = distance_figures(between, apart)
         out.append(Figure("AD", name, "m", mean_distance, of))
         out.append(_of_spread("RD", name, lambda x, apart=apart: distance_figures(x, apart)[1], between))  # type: ignore[misc]
+        for i, axis in enumerate(AXES):
+            sign = -1.0 if apart[i] < 0 else 1.0
+            out.append(_of_means(f"AD_{axis}", name, "m", means, _difference(a, b, i, sign)))
+            out.append(_of_spread(f"RD_{axis}", name, three_deviations, between[:, i]))
+    return out
+
+
+def _difference(a: int, b: int, axis: int, sign: float = 1.0) -> OfMeans:
+    return lambda e: np.asarray(sign * (e[..., a, axis] - e[..., b, axis]))
+
+
+def _turned_distances(found: Campaign, turned: FloatArray, enough: list[int], axis: int) -> list[Figure]:
+    """AD and RD of the turn about one axis of the tool, the first pose less the second."""
+    out = []
+    for name, a, b in _pairs(found, enough):
+        count = min(len(found.stations[a].rows), len(found.stations[b].rows))
+        between = found.turn_errors(a)[:count, axis] - found.turn_errors(b)[:count, axis]
+        out.append(_of_means(f"AD_r{AXES[axis]}", name, "rad", turned, _difference(a, b, axis)))
+        out.append(_of_spread(f"RD_r{AXES[axis]}", name, three_deviations, between, "rad"))
     return out
 
 
 def _directions(found: Campaign, means: FloatArray) -> list[Figure]:
     """VAP of the poses that were approached from several sides."""
+    out = []
+    for pose, places in _sides(found).items():
+
+        def of(e: FloatArray, places: Sequence[int] = tuple(places)) -> FloatArray:
+            apart = e[..., places, np.newaxis, :] - e[..., np.newaxis, places, :]
+            return np.asarray(np.linalg.norm(apart, axis=-1).max(axis=(-1, -2)))
+
+        out.append(_of_means("vAP", pose, "m", means, of))
+    return out
+
+
+def _sides(found: Campaign) -> dict[str, list[int]]:
+    """The stations of each pose that was approached from several sides."""
     sides: dict[str, list[int]] = {}
     for k, station in enumerate(found.stations):
         if station.direction:
             sides.setdefault(station.pose, []).append(k)
+    return {pose: places for pose, places in sides.items() if len(places) > 1}
+
+
+def _turned_directions(found: Campaign, turned: FloatArray, axis: int) -> list[Figure]:
+    """VAP of the turn about one axis of the tool."""
     out = []
-    for pose, places in sides.items():
-        if len(places) > 1:
+    for pose, places in _sides(found).items():
 
-            def of(e: FloatArray, places: Sequence[int] = tuple(places)) -> FloatArray:
-                apart = e[..., places, np.newaxis, :] - e[..., np.newaxis, places, :]
-                return np.asarray(np.linalg.norm(apart, axis=-1).max(axis=(-1, -2)))
+        def of(e: FloatArray, places: Sequence[int] = tuple(places)) -> FloatArray:
+            return np.asarray(np.ptp(e[..., places, axis], axis=-1))
 
-            out.append(_of_means("vAP", pose, "m", means, of))
+        out.append(_of_means(f"vAP_r{AXES[axis]}", pose, "rad", turned, of))
     return out
 
 
 def _drift(found: Campaign, k: int) -> list[Figure]:
     """DAP and dRP: the largest change of AP and RP from the first block of visits to a later one."""
-    blocks = [
-        found.points[rows] - found.stations[k].commanded[:3, 3]
-        for rows in blocks_of_visits(found.data.time, found.stations[k].rows)
-    ]
+    errors = found.points - found.stations[k].commanded[:3, 3]
+    return _changes(found, k, errors, (("dAP", accuracy), ("dRP", spread)), "m")
+
+
+def _turned_drift(found: Campaign, k: int, axis: int) -> list[Figure]:
+    """The same of the turn about one axis of the tool."""
+    turns = np.full(len(found.points), np.nan)
+    turns[found.stations[k].rows] = found.turn_errors(k)[:, axis]
+    of = ((f"dAP_r{AXES[axis]}", lambda t: float(t.mean())), (f"dRP_r{AXES[axis]}", three_deviations))
+    return _changes(found, k, turns, of, "rad")
+
+
+def _changes(
+    found: Campaign,
+    k: int,
+    errors: FloatArray,
+    of_block: Sequence[tuple[str, Callable[[FloatArray], float]]],
+    unit: str,
+) -> list[Figure]:
+    """The largest change of statistics of the errors (N, ...) of all rows over the blocks of a station's visits."""
+    blocks = [errors[rows] for rows in blocks_of_visits(found.data.time, found.stations[k].rows)]
     out = []
-    for symbol, of in (("dAP", accuracy), ("dRP", spread)):
+    for symbol, of in of_block:
         if len(blocks) > 1:
             changes = [abs(of(block) - of(blocks[0])) for block in blocks]
             last = int(np.argmax(changes))
             ends = [jackknife(of, blocks[0]), jackknife(of, blocks[last])]
             freedom = min(len(blocks[0]), len(blocks[last])) - 1
             pose = found.stations[k].pose
-            out.append(Figure(symbol, pose, "m", changes[last], None, math.hypot(*ends), freedom))
+            out.append(Figure(symbol, pose, unit, changes[last], None, math.hypot(*ends), freedom))
     return out
 
 

@@ -22,12 +22,15 @@ MM = 1e-3
 VISITS = np.array([[3.0, 0, 0], [-1, 0, 0], [1, 1, 0], [1, -1, 0], [1, 0, 0]])
 L_MEAN = 1.2
 S_L = math.sqrt((0.8**2 * 2 + 0.2**2 * 2 + 1.2**2) / 4)
+UPRIGHT = Rotation.identity()
+# The tool's x, y, z along the base's y, z, x: what turns about the base's x, y, z turns about the tool's z, x, y.
+LYING = Rotation.from_matrix([[0, 0, 1], [1, 0, 0], [0, 1, 0]])
 COMMANDED = np.array([[0.0, 0, 0], [600, 0, 0], [0, 800, 0]])  # mm; P1, P2, P4: apart by 600, 800 and 1000
 
 
-def rotation_z(angles: Array) -> Array:
-    half = np.atleast_1d(angles) / 2
-    return np.column_stack([np.cos(half), 0 * half, 0 * half, np.sin(half)])
+def about(axis: str, angles: Array) -> Rotation:
+    """Turns [rad] about an axis of the base."""
+    return Rotation.from_euler(axis, np.atleast_1d(angles)[:, np.newaxis])
 
 
 def judged_visits(
@@ -35,24 +38,26 @@ def judged_visits(
     names: list[str],
     *,
     directions: list[str] | None = None,
-    turns: list[Array] | None = None,
+    attained: list[Rotation] | None = None,
+    orientation: Rotation = UPRIGHT,
     times: list[Array] | None = None,
     commanded: Array = COMMANDED,
 ) -> Acceptance:
-    """An acceptance without alignment: errors [mm] of the visits of each station, turns about z [rad]."""
+    """An acceptance without alignment: errors [mm] and attained orientations of the visits of each station."""
     robot = fastcal.load_robot("ur5")
     counts = [len(e) for e in errors]
     at = {name: commanded[i] for i, name in enumerate(dict.fromkeys(names))}
     targets = np.repeat([at[name] for name in names], counts, axis=0)
     extra = {f"target_{axis}_mm": targets[:, i] for i, axis in enumerate("xyz")}
-    extra |= {"target_qw": np.ones(sum(counts))} | {f"target_q{a}": np.zeros(sum(counts)) for a in "xyz"}
+    turned = orientation.as_quat(scalar_first=True)
+    extra |= {f"target_q{a}": np.full(sum(counts), turned[i]) for i, a in enumerate("wxyz")}
     labels = {"pose": np.repeat(names, counts).tolist()}
     if directions:
         labels["direction"] = np.repeat(directions, counts).tolist()
     data = Dataset.from_arrays(
         np.repeat(0.1 * np.arange(len(names))[:, np.newaxis] * np.ones(6), counts, axis=0),
         position=MM * (targets + np.concatenate(errors)),
-        rotation=None if turns is None else rotation_z(np.concatenate(turns)),
+        rotation=None if attained is None else Rotation.concatenate(attained).as_quat(scalar_first=True),
         time=None if times is None else np.concatenate(times),
         extra=extra,
         extra_labels=labels,
@@ -94,12 +99,55 @@ def test_ad_and_rd_are_of_the_distances_between_p2_and_p4() -> None:
     assert value(found, "RD", "P2\N{EN DASH}P4") == pytest.approx(3 * MM * math.sqrt(2.5), rel=1e-9)
 
 
-def test_orientation_has_a_mean_and_three_deviations() -> None:
-    """Turns about z of 1, 2, 3, 4, 5 mrad: mean 3, S^2 = 10 / 4."""
-    found = judged_visits([VISITS], ["P1"], turns=[1e-3 * np.arange(1.0, 6)])
-    assert value(found, "AP_rz", "P1") == pytest.approx(3e-3, rel=1e-9)
-    assert value(found, "RP_rz", "P1") == pytest.approx(3e-3 * math.sqrt(2.5), rel=1e-9)
-    assert value(found, "AP_rx", "P1") == pytest.approx(0, abs=1e-12)
+TURNS = 1e-3 * np.arange(1.0, 6)  # rad: mean 3 mrad, S^2 = 10 / 4
+
+
+@pytest.mark.parametrize(("of_the_base", "of_the_tool"), [("x", "z"), ("y", "x"), ("z", "y")])
+def test_orientation_has_a_mean_and_three_deviations_about_each_axis(of_the_base: str, of_the_tool: str) -> None:
+    """A tool that lies, turned about one axis of the base: about one of its own axes, and none of the others."""
+    found = judged_visits([VISITS], ["P1"], attained=[about(of_the_base, TURNS) * LYING], orientation=LYING)
+    for axis in "xyz":
+        share = float(axis == of_the_tool)
+        assert value(found, f"AP_r{axis}", "P1") == pytest.approx(share * 3e-3, rel=1e-9, abs=1e-12)
+        assert value(found, f"RP_r{axis}", "P1") == pytest.approx(share * 3e-3 * math.sqrt(2.5), rel=1e-9, abs=1e-12)
+
+
+def test_a_turn_about_a_slanting_axis_has_a_part_about_each() -> None:
+    """4 mrad about (2, 1, 2) / 3."""
+    slanting = Rotation.from_rotvec(np.tile(4e-3 * np.array([2.0, 1, 2]) / 3, (5, 1)))
+    found = judged_visits([VISITS], ["P1"], attained=[slanting])
+    parts = [value(found, f"AP_r{axis}", "P1") for axis in "xyz"]
+    assert parts == pytest.approx([8e-3 / 3, 4e-3 / 3, 8e-3 / 3], rel=1e-9)
+
+
+@pytest.mark.parametrize("axis", "xyz")
+def test_orientations_differ_by_side_by_pose_and_in_time(axis: str) -> None:
+    """Means from three sides of 3, 4 and 1 mrad: vAP 3. P2 less P4: mean 3 - 0 mrad. Blocks of 3 and 5 mrad: dAP 2."""
+    sides = [about(axis, TURNS), about(axis, TURNS + 1e-3), about(axis, TURNS - 2e-3)]
+    found = judged_visits([VISITS] * 3, ["P1"] * 3, directions=["x", "y", "z"], attained=sides)
+    assert value(found, f"vAP_r{axis}", "P1") == pytest.approx(3e-3, rel=1e-9)
+    still = about(axis, np.zeros(5))
+    found = judged_visits([VISITS] * 3, ["P1", "P2", "P4"], attained=[still, about(axis, TURNS), still])
+    assert value(found, f"AD_r{axis}", "P2\N{EN DASH}P4") == pytest.approx(3e-3, rel=1e-9)
+    assert value(found, f"RD_r{axis}", "P2\N{EN DASH}P4") == pytest.approx(3e-3 * math.sqrt(2.5), rel=1e-9)
+    times = np.concatenate([10 * np.arange(5.0), 3600 + 10 * np.arange(5.0)])
+    blocks = about(axis, np.concatenate([TURNS, 2 * TURNS - 1e-3]))
+    found = judged_visits([np.vstack([VISITS, VISITS])], ["P1"], attained=[blocks], times=[times])
+    assert value(found, f"dAP_r{axis}", "P1") == pytest.approx(2e-3, rel=1e-9)
+    assert value(found, f"dRP_r{axis}", "P1") == pytest.approx(3e-3 * math.sqrt(2.5), rel=1e-9)
+
+
+def test_ad_and_rd_have_parts_along_the_base() -> None:
+    """P2 is commanded at x 600, y 0, P4 at x 0, y 800. P2 lies 0, 1, 2, 3, 4 mm further out along x, and 1 along y.
+
+    Distances along x are too long by 2 mm on average with S^2 = 10 / 4, along y too short by 1 mm.
+    """
+    out = np.column_stack([np.arange(5.0), np.ones(5), np.zeros(5)])
+    found = judged_visits([VISITS, out, np.zeros((5, 3))], ["P1", "P2", "P4"])
+    pair = "P2\N{EN DASH}P4"
+    assert [value(found, f"AD_{axis}", pair) for axis in "xyz"] == pytest.approx([2 * MM, -MM, 0], abs=1e-15)
+    deviations = [value(found, f"RD_{axis}", pair) for axis in "xyz"]
+    assert deviations == pytest.approx([3 * MM * math.sqrt(2.5), 0, 0], abs=1e-15)
 
 
 def test_drift_is_the_largest_change_from_the_first_block() -> None:
