@@ -4,25 +4,12 @@
 // Rows that lack parts, too few rows, and none.
 #include <gtest/gtest.h>
 
-#include <limits>
-
 #include "fastcal/identification/identify.hpp"
 #include "fastcal/math/check.hpp"
 #include "identification/scene.hpp"
 
-namespace fastcal {
+namespace fastcal::test {
 namespace {
-
-using test::expect_finite;
-using test::is_free;
-using test::Random;
-using test::Scene;
-using test::scene;
-using test::What;
-using test::with;
-
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 TEST(Identify, TooFewNumbersAreAStatusAndNoCertainty) {
   for (const Eigen::Index rows : {1, 2, 5, 9}) {
@@ -83,4 +70,4 @@ TEST(Identify, NothingMeasuredInAnyRowOrNothingAskedIsSaid) {
 }
 
 }  // namespace
-}  // namespace fastcal
+}  // namespace fastcal::test

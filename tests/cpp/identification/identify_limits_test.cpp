@@ -4,25 +4,12 @@
 // Bounds, priors, pulls and a gauge that is off.
 #include <gtest/gtest.h>
 
-#include <limits>
-
 #include "fastcal/identification/identify.hpp"
 #include "fastcal/math/check.hpp"
 #include "identification/scene.hpp"
 
-namespace fastcal {
+namespace fastcal::test {
 namespace {
-
-using test::expect_finite;
-using test::is_free;
-using test::Random;
-using test::Scene;
-using test::scene;
-using test::What;
-using test::with;
-
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 TEST(Identify, BoundsAreKept) {
   const Scene s = scene(20, What::kPositions, 80, {5e-5, 0});
@@ -114,4 +101,4 @@ TEST(Identify, WithoutAGaugePriorsHoldWhatTheDataDoNotShow) {
 }
 
 }  // namespace
-}  // namespace fastcal
+}  // namespace fastcal::test

@@ -5,14 +5,8 @@
 #include "fastcal/identification/identify.hpp"
 #include "identification/scene.hpp"
 
-namespace fastcal {
+namespace fastcal::test {
 namespace {
-
-using test::Random;
-using test::Scene;
-using test::scene;
-using test::What;
-using test::with;
 
 TEST(Identify, NoiseIsFoundForEveryKindOfNumberOnItsOwn) {
   for (const LossKind loss : {LossKind::kNone, LossKind::kTukey, LossKind::kHuber, LossKind::kCauchy}) {
@@ -98,4 +92,4 @@ TEST(Identify, GrossPointsLoseTheirWeightAndMoveNothing) {
 }
 
 }  // namespace
-}  // namespace fastcal
+}  // namespace fastcal::test

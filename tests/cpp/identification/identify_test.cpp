@@ -4,24 +4,11 @@
 
 #include <gtest/gtest.h>
 
-#include <limits>
-
 #include "fastcal/math/check.hpp"
 #include "identification/scene.hpp"
 
-namespace fastcal {
+namespace fastcal::test {
 namespace {
-
-using test::expect_finite;
-using test::is_free;
-using test::Random;
-using test::Scene;
-using test::scene;
-using test::What;
-using test::with;
-
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 TEST(Identify, ExactDataGiveAnExactRobot) {
   for (const LossKind loss : {LossKind::kNone, LossKind::kTukey, LossKind::kHuber, LossKind::kCauchy}) {
@@ -272,4 +259,4 @@ TEST(Identify, BadOptionsAreRefusedInASentence) {
 }
 
 }  // namespace
-}  // namespace fastcal
+}  // namespace fastcal::test

@@ -8,11 +8,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "fastcal/identification/identify.hpp"
 #include "support/simulation.hpp"
 
 namespace fastcal::test {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 /// A disturbed arm and its data.
 struct Scene {
