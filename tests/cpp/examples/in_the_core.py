@@ -1,0 +1,33 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Runs the tests of an own effect on the package with another core: one that was compiled with the effect's one file.
+
+usage: in_the_core.py MODULE
+"""
+
+import os
+import subprocess
+import sys
+import sysconfig
+import tempfile
+from pathlib import Path
+
+ROOT = Path(__file__).parents[3]
+TESTS = ROOT / "tests" / "python" / "diagnosis" / "test_own_effect.py"
+
+
+def main(module: Path) -> int:
+    with tempfile.TemporaryDirectory() as folder:
+        package = Path(folder) / "fastcal"
+        package.mkdir()
+        for path in (ROOT / "python" / "fastcal").iterdir():
+            if path.suffix != ".so" and path.name != "__pycache__":
+                (package / path.name).symlink_to(path)
+        (package / f"_core{sysconfig.get_config_var('EXT_SUFFIX')}").symlink_to(module)
+        paths = {"PYTHONPATH": folder, "FASTCAL_OWN_EFFECT": "core"}
+        run = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", TESTS]
+        return subprocess.run(run, cwd=ROOT, env=os.environ | paths, check=False).returncode
+
+
+if __name__ == "__main__":
+    sys.exit(main(Path(sys.argv[1]).resolve()))
