@@ -122,9 +122,9 @@ class LinearProblem:
         rows = self.rows(Candidates(data.q, data.payload, data.approach, plane))
         known = np.ones((len(data), self.row_count), dtype=bool)
         if data.position is not None or self.readings.any_tilt(data):
-            known[:, : self.point_rows] = (
-                False if data.position is None else ~np.isnan(data.position).any(axis=1)[:, np.newaxis]
-            )
+            known[:, : self.point_rows] = False
+            if data.position is not None:
+                known[~np.isnan(data.position).any(axis=1), : self.point_rows] = True
             known[:, self.point_rows :] = self.readings.known(data)
         return np.asarray(rows * known.reshape(-1, 1))
 

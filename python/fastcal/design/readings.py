@@ -100,4 +100,4 @@ class Readings:
             source="candidates",
         )
         read = other_readings(self._robot, tilted, {}, np.random.default_rng(0), self._threads)
-        return replace(read, observed_labels={"plane": tuple(labels)} if any(labels) else {})
+        return replace(read, observed_labels={"plane": labels} if any(labels) else {})
