@@ -12,7 +12,7 @@ class FastcalError(Exception):
 
 
 class InvalidInput(FastcalError, ValueError):  # noqa: N818 - the same name on both sides of the bindings
-    """An argument or a file holds something that cannot be meant."""
+    """An argument or a file holds an invalid value."""
 
 
 class Undetermined(FastcalError):  # noqa: N818 - a state of the problem, not a fault of the caller

@@ -114,7 +114,7 @@ def largest_cube(
 
 
 def _is_before(cube: Cube, reach: float) -> bool:
-    """Is the cube above the foot of the arm and before it? Where nobody says, a floor and a column are there."""
+    """Is the cube above the foot of the arm and before it? Where nothing is given, a floor and a column are assumed."""
     low = cube.corners.min(axis=0)
     return bool(low[2] >= 0 and low[0] >= _COLUMN * reach)
 

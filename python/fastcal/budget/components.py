@@ -5,7 +5,7 @@
 With b the beam from the instrument o to the point p, L = |p - o|, u and v across it: range moves p by b (b L where it
 is per length), angle by u and by v (u L, v L per length or angle); a target's centring by R_tool e_k; a temperature by
 alpha (p - p_base); payload and masses by the model's own derivative. Each is a field (K, 3) over the K poses, or, where
-an input is drawn anew at each pose, one field a pose.
+an input is drawn again at each pose, one field a pose.
 """
 
 from __future__ import annotations

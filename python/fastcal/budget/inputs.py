@@ -27,7 +27,7 @@ KINDS: dict[str, tuple[str, ...]] = {
 # Half width of a distribution in standard deviations: GUM 4.3.7, 4.3.9 and, for the arcsine, H.1.3.4.
 HALF_WIDTHS = {"rectangular": math.sqrt(3), "triangular": math.sqrt(6), "arcsine": math.sqrt(2)}
 DISTRIBUTIONS = ("normal", *HALF_WIDTHS)
-OF_EACH_POSE = ("angle", "position", "orientation")  # unless said otherwise, drawn anew at each pose
+OF_EACH_POSE = ("angle", "position", "orientation")  # unless stated otherwise, drawn again at each pose
 
 _DRAWS: dict[str, Callable[[np.random.Generator, tuple[int, ...]], FloatArray]] = {
     "normal": lambda random, shape: random.standard_normal(shape),
@@ -48,7 +48,7 @@ class Input:
         standard: Its standard uncertainty: SI, [1] per length or as a share.
         distribution: normal, rectangular, triangular or arcsine.
         freedom: Degrees of freedom of `standard`; infinite where it is known well.
-        common: The same at all poses, or drawn anew at each?
+        common: The same at all poses, or drawn again at each?
         expansion: Of the arm, for a temperature [1/K].
     """
 

@@ -26,7 +26,7 @@ Verdict = Literal["pass", "fail", "cannot_tell"]
 
 @dataclass(frozen=True)
 class LimitJudged:
-    """What poses say of a limit.
+    """What poses show about a limit.
 
     Attributes:
         limit: [m].

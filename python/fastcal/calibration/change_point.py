@@ -30,7 +30,7 @@ def find_step(
         others: (m, p) whitened columns of the other parameters.
         step: (m, 6) columns of the step as if it were before every row.
         residual: (m,) whitened, predicted less measured.
-        row: (m,) the row of the data that each number stands in.
+        row: (m,) the row of the data that each number belongs to.
         time: (N,) of the rows [s].
     """
     moments = np.unique(time[row])

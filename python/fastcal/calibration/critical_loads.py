@@ -25,7 +25,7 @@ FloatArray = NDArray[np.float64]
 
 _GRID = np.linspace(0.05, 0.95, 19)  # quantiles of the loads in the data: a corner outside them is not identifiable
 _SWEEPS = 3
-_RIDGE = 1e-10  # of a column's own square: a direction that the data do not tell explains nothing
+_RIDGE = 1e-10  # of a column's own square: a direction that the data do not determine explains nothing
 
 
 @dataclass(frozen=True, eq=False)

@@ -85,5 +85,5 @@ def thin_data_notes(found: _core.Identification, loss: str) -> list[str]:
     freedom = max(found.degrees_of_freedom, 0)
     text = f"{parameters} parameters from {numbers} numbers: {freedom} degrees of freedom are left"
     if loss != "none" and found.loss == "none":
-        text += " to judge the noise by, too few to tell an outlier from the rest"
+        text += " to judge the noise by, too few to distinguish outliers from the other rows"
     return [f"{text}; measure more poses"]

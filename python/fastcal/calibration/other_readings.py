@@ -21,7 +21,7 @@ FloatArray = NDArray[np.float64]
 
 _STEP = 1e-6  # [rad, m] of a joint in a difference
 _ROUNDS = 20
-_ON = 1e-12  # [m] nearer nobody touches
+_ON = 1e-12  # [m] as exact as a touch is made
 
 
 def other_readings(

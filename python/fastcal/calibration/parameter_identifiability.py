@@ -55,7 +55,7 @@ class Redundancy:
 
     Attributes:
         parameters: All that were asked for, in the order of the robot.
-        rank: How many directions measurements can tell; as many parameters are kept.
+        rank: How many directions measurements can determine; as many parameters are kept.
         singular_values: (P,) of the Jacobian, descending; scaled by plausible sizes, per root of the rows.
     """
 
@@ -104,7 +104,7 @@ def redundancy(
     count: int = 200,
     seed: int = 0,
 ) -> Redundancy:
-    """Classes every parameter of an arm's geometry by what measurements over its workspace can tell of it.
+    """Classes every parameter of an arm's geometry by what measurements over its workspace can determine of it.
 
     The arm is taken rigid, at its present numbers: what the deflections of a flexible arm add to J is of second order
     and makes redundant errors look identifiable.
@@ -119,7 +119,7 @@ def redundancy(
         seed: The same seed gives the same ones.
 
     Raises:
-        InvalidInput: A name is unknown, or a shape or word can't be meant.
+        InvalidInput: A name is unknown, or a shape or word is invalid.
     """
     if measured not in MEASURED:
         raise InvalidInput(f"measured must be one of {', '.join(MEASURED)}, got '{measured}'")

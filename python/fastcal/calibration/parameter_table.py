@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""What the core identified, as a result tells it: the table of parameters, what moves together, outliers, the noise."""
+"""What the core identified, for a result: the table of parameters, what moves together, outliers, the noise."""
 
 from __future__ import annotations
 

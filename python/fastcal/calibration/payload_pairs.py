@@ -35,7 +35,7 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 SAME_POSTURE = 1e-6  # [rad, m] joint positions that agree to this are one posture
-_UNTOLD = 1e-9  # of the largest singular value: a direction that the differences do not tell
+_UNTOLD = 1e-9  # of the largest singular value: a direction that the differences do not determine
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,7 +81,7 @@ def from_payload_pairs(
 
     Raises:
         InvalidInput: No posture has two payloads, no point was measured, geometry is among the effects, or the
-            differences do not tell a parameter.
+            differences do not determine a parameter.
     """
     if data.position is None:
         raise InvalidInput(f"{data.source}: payload pairs need measured points x_mm y_mm z_mm")
@@ -232,7 +232,7 @@ def _solve(problem: _Differences, corners: list[Corners]) -> tuple[FloatArray, F
     _, singular, directions = np.linalg.svd(J, full_matrices=False)
     if singular[-1] <= _UNTOLD * singular[0]:
         parameter = effects[int(np.argmax(np.abs(directions[-1])))]
-        raise InvalidInput(f"the payloads do not tell {full_name(parameter)}: leave its effect out")
+        raise InvalidInput(f"the payloads do not determine {full_name(parameter)}: leave its effect out")
     r = problem.residuals(theta)
     sigma = float(np.sqrt(r @ r / problem.freedom()))
     root = (directions.T / singular) * scale[:, None] * sigma

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Where a model says that its tool is, and how sure it is of that."""
+"""Where a model predicts its tool, and with what uncertainty."""
 
 from __future__ import annotations
 

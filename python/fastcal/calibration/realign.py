@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""A calibrated model before another instrument: base and tool fitted anew, all that was identified or trained kept."""
+"""A calibrated model before another instrument: base and tool refitted, all that was identified or trained kept."""
 
 from __future__ import annotations
 

@@ -55,7 +55,7 @@ def regularized_least_squares(
         sizes: Plausible sizes of x, one number or (P,).
 
     Raises:
-        InvalidInput: Shapes do not fit, a number is not finite, or the method or strength can't be meant.
+        InvalidInput: Shapes do not fit, a number is not finite, or the method or strength is invalid.
     """
     matrix, right = np.asarray(J, dtype=float), np.asarray(r, dtype=float)
     if matrix.ndim != 2 or right.shape != matrix.shape[:1] or not matrix.size:

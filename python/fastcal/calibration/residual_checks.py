@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""What residuals say against the fit that left them: noise with memory, a part that moved, a missing effect."""
+"""Signs in the residuals that the fit is wrong: noise with memory, a part that moved, a missing effect."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class Checks:
 def checked(
     problem: CalibrationProblem, found: _core.Identification, refit: Refit
 ) -> tuple[_core.Identification, Checks]:
-    """The fit, or a better one without a part of the data that moved or gross rows, and what its residuals say.
+    """The fit, or a better one without a part of the data that moved or gross rows, and what its residuals show.
 
     Args:
         problem: Its rows are in the order of measuring; with the loss "none" no row is set aside.

@@ -23,7 +23,7 @@ class Residuals:
     Attributes:
         J: (m, P) whitened columns of all parameters.
         residual: (m,) whitened, predicted less measured.
-        row: (m,) the row that each number stands in, ascending.
+        row: (m,) the row that each number belongs to, ascending.
         free: Columns of the identified parameters.
         kept: (m,) is its row no outlier?
         number: (m,) which number of its row; 0 to 2 are the point where points were measured.

@@ -50,7 +50,7 @@ def serial_correlation(J: FloatArray, residual: FloatArray, row: IntArray, count
     Args:
         J: (m, p) whitened columns of the free parameters, of full rank.
         residual: (m,) whitened.
-        row: (m,) the row that each number stands in, 0 ... count - 1 in the order of measuring, ascending.
+        row: (m,) the row that each number belongs to, 0 ... count - 1 in the order of measuring, ascending.
         count: Rows, those without a number included.
     """
     numbers = np.bincount(row, minlength=count)

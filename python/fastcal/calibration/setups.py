@@ -147,7 +147,7 @@ def _fit(
         for s in range(len(bases)):
             bases[s] = _kabsch(at[station == s], p[station == s])
         left = p - np.einsum("nij,nj->ni", bases[station, :3, :3], at) - bases[station, :3, 3]
-        error = float(np.median(np.linalg.norm(left, axis=1)))  # gross points have no say
+        error = float(np.median(np.linalg.norm(left, axis=1)))  # gross points have no influence
         if abs(before - error) < _PATIENCE:
             break
         before = error

@@ -48,7 +48,7 @@ def find_shift(
         J: (m, p) whitened columns of the fit's parameters.
         motions: (m, 6 or 3) columns of motions of the base and of the target.
         residual: (m,) whitened, predicted less measured.
-        row: (m,) the row of the data that each number stands in, ascending.
+        row: (m,) the row of the data that each number belongs to, ascending.
         scale: [m] the standard deviation that a whitened 1 stands for.
     """
     rows = np.unique(row)

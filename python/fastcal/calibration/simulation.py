@@ -58,10 +58,10 @@ def simulate(
         **conditions: payload [kg] and other fields of a `Dataset`, where `poses` is an array.
 
     Returns:
-        The poses with what an instrument would have said; q is as commanded.
+        The poses with what an instrument would have read; q is as commanded.
 
     Raises:
-        InvalidInput: A shape or a number can't be meant.
+        InvalidInput: A shape or a number is invalid.
     """
     if isinstance(poses, Dataset):
         if conditions:

@@ -57,7 +57,7 @@ def check(
 ) -> None:
     """Check whether a calibrated model still holds.
 
-    The base is fitted anew, as the instrument stands elsewhere. Says what changed and by how much, or what to measure
+    The base is refitted, as the instrument stands elsewhere. Says what changed and by how much, or what to measure
     to find out.
     """
     from fastcal.errors import InvalidInput
@@ -70,7 +70,7 @@ def check(
     tolerance = None if tolerance_mm is None else to_si(tolerance_mm, "mm")
     if Path(model).is_dir():
         if tracker is not None:
-            raise InvalidInput("--sigma-range-mm is of one file: those of many arms say how sure they are in columns")
+            raise InvalidInput("--sigma-range-mm is for one file: for many arms, give the uncertainties in columns")
         if data or plan is not None:
             raise InvalidInput(
                 f"{model} is a folder; for one arm name its model.yaml, for all arms in it leave out DATA and --plan"

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""`fastcal demo`: a shipped arm, measured by simulation, calibrated for real, and said to be so."""
+"""`fastcal demo`: a shipped arm, measured by simulation, calibrated for real, and marked as simulated."""
 
 from __future__ import annotations
 

@@ -94,7 +94,7 @@ def with_manners(name: str, command: Callable[..., None]) -> Callable[..., None]
 
 
 def examples(name: str) -> str | None:
-    """What stands at the end of a command's help."""
+    """The end of a command's help."""
     if name not in EXAMPLES:
         return None
     return "\b\nExamples:\n" + "\n".join(f"  {line}" for line in EXAMPLES[name])

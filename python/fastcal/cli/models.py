@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""`fastcal predict` and `fastcal evaluate`: what a model says of other poses, and how far that is from measurements."""
+"""`fastcal predict` and `fastcal evaluate`: predictions for other poses, and how far they are from measurements."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""--sigma-range-mm, --sigma-angle-mrad and --instrument-at-mm: a tracker whose file does not say how sure it is."""
+"""--sigma-range-mm, --sigma-angle-mrad and --instrument-at-mm: a tracker whose file gives no uncertainty."""
 
 from __future__ import annotations
 

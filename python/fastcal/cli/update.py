@@ -27,7 +27,7 @@ def update(
 ) -> None:
     """Bring a calibrated model up to date.
 
-    Twelve new poses do, before an instrument that was set up anew; what the model knows is kept as far as it holds.
+    Twelve new poses do, before an instrument that was set up again; what the model knows is kept as far as it holds.
     """
     from fastcal.importers import load_measurements
     from fastcal.io.folder import check_folder

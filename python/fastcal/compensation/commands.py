@@ -101,7 +101,7 @@ def compensate(
         **conditions: payload [kg], approach ... as `Robot.forward` takes them.
 
     Raises:
-        InvalidInput: A shape does not fit, a number can't be meant, or a condition that an effect needs is missing.
+        InvalidInput: A shape does not fit, a number is invalid, or a condition that an effect needs is missing.
     """
     if method not in METHODS:
         raise InvalidInput(f"method must be {' or '.join(METHODS)}, got '{method}'")

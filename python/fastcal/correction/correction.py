@@ -41,7 +41,7 @@ class Correction:
         members: The ensemble; its mean is added.
         guard: Where it may speak.
         limit: No displacement is longer [m].
-        uncertainty: What held-out rows said of its errors.
+        uncertainty: What held-out rows show of its errors.
         record: How it came about, for people: plain data.
         any_load: The load is not looked at: the model's compliances answer for it (RX160L, 14).
     """

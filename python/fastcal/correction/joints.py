@@ -3,7 +3,7 @@
 """Residual models that speak in errors of the joints: d = J_tool_q(q) e(q, load) + r(q, load), in the base's axes.
 
 Most of what geometry leaves is turned into the tool's error by the arm itself, so that a curve over one joint explains
-residuals all over the workspace; learnt as three coordinates, each place has to be learnt anew.
+residuals all over the workspace; learnt as three coordinates, each place has to be learnt again.
 """
 
 from __future__ import annotations

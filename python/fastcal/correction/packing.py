@@ -27,7 +27,7 @@ class Packed(NamedTuple):
 
 
 class Tensors:
-    """Arrays of a file, taken one by one; `done` refuses what nobody took.
+    """Arrays of a file, taken one by one; `done` refuses what was not taken.
 
     Args:
         values: Arrays by name.

@@ -44,7 +44,7 @@ def from_plain(settings: Any, values: Mapping[str, NDArray[Any]]) -> Correction:
     """The correction.
 
     Raises:
-        InvalidInput: Something is missing, unknown or can't be meant.
+        InvalidInput: Something is missing, unknown or invalid.
     """
     if not isinstance(settings, dict) or settings.get("format") != FORMAT:
         raise InvalidInput("it holds arrays, but no correction that fastcal has trained")

@@ -104,7 +104,7 @@ def postures(robot: Robot, how: str | ArrayLike, count: int, seed: int) -> Float
         levels = int(count ** (1 / n) + 1e-9)
         if levels < 2:
             raise InvalidInput(
-                f"a grid of two steps of {n} joints has {2**n} postures, and at most {count} are asked for"
+                f"a grid of two steps of {n} joints has {2**n} postures, and at most {count} are allowed"
             )
         steps = [np.linspace(low, high, levels) for low, high in ranges]
         return robot.follow(np.stack(np.meshgrid(*steps, indexing="ij"), axis=-1).reshape(-1, n))

@@ -87,7 +87,7 @@ def robot_of(fit: Fit, sigma: float) -> Robot:
 
 
 def groups(names: Sequence[Hypothesis]) -> list[list[Hypothesis]]:
-    """The names one by one; where there are many, all at once: nobody reads the fifth step of a waterfall."""
+    """The names one by one; where there are many, all at once: a waterfall of many steps is hard to read."""
     return [[name] for name in names] if len(names) <= rules.MAX_EFFECTS else [list(names)]
 
 

@@ -60,7 +60,7 @@ class Blocks:
 
     @property
     def columns(self) -> Columns:
-        """Of all blocks; worked out anew, since a search looks at many fits and these take most of the memory."""
+        """Of all blocks; recomputed, since a search looks at many fits and these take most of the memory."""
         return columns_at(self.at)
 
     def label(self, index: int) -> Label:

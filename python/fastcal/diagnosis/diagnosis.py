@@ -47,7 +47,7 @@ def diagnose(
     threads: int = 1,
     progress: Callable[[str], None] | None = None,
 ) -> Diagnosis:
-    """Finds what a robot's model is missing, names it or says that it can't tell, and adds it.
+    """Finds what a robot's model is missing, names it or reports that the data cannot decide, and adds it.
 
     Args:
         robot: Nominal, or identified with effects: those stay and are identified again. A path, the name of a shipped
@@ -180,7 +180,7 @@ def _best(levels: list[list[SearchNode]]) -> SearchNode:
 
 @dataclass(frozen=True, eq=False)
 class _Found:
-    """The set that was found, on its way to what is said of it."""
+    """The set that was found, before its result is made."""
 
     robot: Robot
     data: Dataset

@@ -106,12 +106,12 @@ class Fit:
         )
 
     def columns(self, name: Hypothesis) -> list[int]:
-        """Where the parameters of an added effect stand among the free ones."""
+        """Indices of the parameters of an added effect among the free ones."""
         place = self.place(name)
         return [self.free.index(i) for i in range(place.start, place.stop)]
 
     def place(self, name: Hypothesis) -> slice:
-        """Where they stand."""
+        """Their indices."""
         at = self.problem.own
         for entry, effect in zip(self.entries, self.model_effects, strict=True):
             if entry is name.entry:

@@ -28,7 +28,7 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Evidence:
-    """What stands for one name of a set.
+    """The evidence for one name of a set.
 
     Attributes:
         statistic: Chi square of leaving it out, `rank` its degrees of freedom.
@@ -79,7 +79,7 @@ def borne_out(search: Search, state: SearchNode) -> SearchNode:
     """The set without the names that do not help to predict held-out rows, the least helpful first.
 
     Of many, the less helpful half of those that do not help at once. Beside something that remains, no wave stays that
-    is implausibly large: it does the work of the rest.
+    is implausibly large: it makes up for what is unexplained.
     """
     while state.names:
         over = np.array(
@@ -107,7 +107,7 @@ def _is_bent(state: SearchNode, name: Hypothesis) -> bool:
 
 
 def _least_gain(search: Search, state: SearchNode, name: Hypothesis) -> float:
-    """Standard errors by which a name must help: of one that is certain less, but beside a rest of no wave.
+    """Standard errors by which a name must help: fewer for a certain one, unless a part that is no wave is unexplained.
 
     Which waves, of thousands, is chosen by what remains, and that is no noise.
     """

@@ -57,7 +57,7 @@ class Hypothesis:
 
     @property
     def traits(self) -> Traits:
-        """What its effect tells about itself."""
+        """What its effect states about itself."""
         return traits_of(self.effect)
 
     @property

@@ -56,7 +56,7 @@ def memory(problem: Problem, X: FloatArray, r: FloatArray, row: IntArray, wrong:
 def without_memory(problem: Problem, values: FloatArray, row: IntArray) -> FloatArray:
     """Numbers (m, ...) of measured rows, decorrelated; the same where the noise has no memory.
 
-    A row that holds as many numbers as the one before it follows on that one; any other begins anew.
+    A row that holds as many numbers as the one before it follows on that one; any other starts again.
     """
     rho = problem.noise.memory
     if rho == 0:

@@ -179,7 +179,7 @@ def _order(blocks: Blocks) -> list[int]:
 
 
 def noise_level(problem: Problem, rich: RichFit, data: Dataset, option: float | None) -> NoiseLevel:
-    """The noise to test with where no repeats tell it: a claim that the rich fit bears out, else what this leaves.
+    """The noise to test with where no repeats show it: a claim that the rich fit bears out, else what this leaves.
 
     Args:
         problem: Whose noise `rich` was whitened with.

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Partial residuals: what the data say of one effect, pose by pose, against the variable that it depends on.
+"""Partial residuals: what the data show of one effect, pose by pose, against the variable that it depends on.
 
 The residual with the effect put back, r + C theta (component-plus-residual plot, Ezekiel 1924; Larsen and McCleary
 1972). An effect of a joint is read as that joint's error, a motion of the base where the tool works, the growth of an
@@ -39,13 +39,13 @@ class PartialResidual:
     Attributes:
         depends_on: "q4", "torque", "time_s", "temperature_c", "approach4", "station", "itself", a column's name ...
         x: (K, 1) or, of what depends on two variables, (K, 2) or (K, 3), SI.
-        x_units: "m" for the position of a slider, "rad" for that of any other joint, "" for what its name tells.
+        x_units: "m" for the position of a slider, "rad" for that of any other joint, "" where its name implies it.
         quantity: What y is: "joint", "growth", "motion" (of the base where the tool works), "shift" (of the target),
             "displacement" (of the measured point, along the effect's signature where it depends on "itself").
         unit: Of y: "rad", "m" or "1".
         reading: y before and after with the fitted curve.
         labels: What the numbers x count, where they stand for words.
-        left_out: Poses that say nothing of it.
+        left_out: Poses that show nothing of it.
     """
 
     depends_on: tuple[str, ...]
@@ -87,7 +87,7 @@ def of_rest(state: SearchNode, owner: str, depends_on: tuple[str, ...]) -> Parti
 
 
 def _entry(fit: Fit, finding: Finding) -> tuple[Spec, slice]:
-    """The entry of a finding and where its parameters stand."""
+    """The entry of a finding and the indices of its parameters."""
     at = fit.problem.own
     order = finding.parameters.get("order")
     for entry, effect in zip(fit.entries, fit.model_effects, strict=True):

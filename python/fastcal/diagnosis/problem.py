@@ -61,7 +61,7 @@ class Problem:
 
     @property
     def curves(self) -> Known:
-        """Curves over the fitted rows, for whoever looks for them again: each is worked out once."""
+        """Curves over the fitted rows, kept for later searches: each is computed once."""
         return self.known.setdefault(self.used.tobytes(), {})
 
     @cached_property
@@ -174,7 +174,7 @@ def with_nuisances(entries: Sequence[Spec], robot: Robot) -> list[Spec]:
 
 
 def _has_mass(robot: Robot, owner: str) -> bool:
-    """Is the mass of a link known? Of what is no link nobody asks."""
+    """Is the mass of a link known? True for what is not a link."""
     if not owner.startswith("link"):
         return True
     link = robot.spec["joints"][int(owner.removeprefix("link")) - 1].get("link") or {}

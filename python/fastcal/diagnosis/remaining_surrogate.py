@@ -24,7 +24,7 @@ _SLOW = frozenset(["time", "temperature"])  # over which noise with a memory is 
 def with_surrogate(
     last: AdaptedModel, fit: Fit, reached: NDArray[np.bool_], judge: Judge, rest: Unexplained | None
 ) -> tuple[AdaptedModel | None, GapStep | None, Unexplained | None]:
-    """The last model with surrogates of what it leaves, its step of the gap, and the rest by its place.
+    """The last model with surrogates of what it leaves, its step of the gap, and what is unexplained by its place.
 
     Args:
         last: The model with everything that was found.
@@ -32,7 +32,7 @@ def with_surrogate(
         reached: (N,) rows that it reaches.
         judge: The rows on which models are judged.
         rest: What remains, as the score tests place it; None: nothing that they see. It is kept where no block has
-            evidence; where it is None, only what poses left out confirm counts as a rest.
+            evidence; where it is None, only what poses left out confirm counts as unexplained.
     """
     problem = fit.problem
     common = np.asarray(problem.noise.common, dtype=float) * problem.noise.factor

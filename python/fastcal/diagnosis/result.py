@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""What a diagnosis says, as a program reads it: the content of diagnosis.json."""
+"""The result of a diagnosis as a program reads it: the content of diagnosis.json."""
 
 from __future__ import annotations
 

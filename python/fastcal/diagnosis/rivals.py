@@ -194,7 +194,7 @@ def bare(state: SearchNode) -> Model:
 
 
 def _with_profiles(state: SearchNode, profiles: Sequence[Spec]) -> Model | None:
-    """The set and profiles of the joints that move, refitted until the rows that it reaches stand still.
+    """The set and profiles of the joints that move, refitted until the rows that it reaches no longer change.
 
     None where the fit does not converge, or where an effect of the set has size zero beside the profiles.
     """

@@ -22,10 +22,10 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Reading:
-    """What each of K poses says of an effect, component by component.
+    """What each of K poses contributes to an effect, component by component.
 
     Attributes:
-        kept: (K,) fitted rows that say something of it.
+        kept: (K,) fitted rows that show it.
         after: (K, d) what the data leave with the effect in the model.
         fitted: (K, d) the effect's own share; before is the sum of the two.
         deviation: (K, d) standard deviation of `fitted`.

@@ -65,7 +65,7 @@ def owner_in_words(owner: str) -> str:
 
 
 def cause_in_words(effect: str, owner: str) -> str:
-    """A name as a person says it: "joint 4: backlash (lost motion)"."""
+    """A name in words: "joint 4: backlash (lost motion)"."""
     return f"{owner_in_words(owner)}: {traits_of(effect).phrase}"
 
 
@@ -81,7 +81,7 @@ def plan_text(plan: SeparatingPlan, speak: Speak = str) -> str:
     """What poses would tell apart, and with which probability."""
     carried = " and ".join(f"{p:g}" for p in sorted({float(p) for p in plan.poses.payload}))
     text = (
-        f"{len(plan.poses)} more poses with {carried} kg tell {', '.join(map(speak, plan.causes))} apart: "
+        f"{len(plan.poses)} more poses with {carried} kg would distinguish {', '.join(map(speak, plan.causes))}: "
         f"power {plan.power_before:.0%} before, {plan.power_after:.0%} with them."
     )
     if plan.power_after >= rules.MIN_PLAN_POWER:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Effects as they stand in a robot file or on the command line, and as the core builds them.
+"""Effects as written in a robot file or on the command line, and as the core builds them.
 
 An entry of a robot file's `effects` is `{effect, owner, parameters, OPTION: VALUE ...}`. Options carry their unit at
 the end of their name (`t0_c`, `at_s`, `low_rad`) and reach the core in SI without it; of lists of labels (`stations`,
@@ -42,7 +42,7 @@ def effect_names() -> list[str]:
 
 
 def traits_of(name: str) -> Traits:
-    """What an effect tells about itself; InvalidInput where the name is not known."""
+    """What an effect states about itself; InvalidInput where the name is not known."""
     known = registered.find(name)
     return known.traits if known is not None else _core_traits(_known(name))
 
@@ -126,7 +126,7 @@ def without_repeats(entries: Sequence[Spec]) -> list[Spec]:
 
 
 def options_of(entry: Spec) -> Spec:
-    """The options of an entry as they are written, those that stand among the parameters too."""
+    """The options of an entry as they are written, those that are listed among the parameters too."""
     options = {key: value for key, value in entry.items() if key not in ("effect", "owner", "parameters")}
     given = entry.get("parameters") or {}
     for key in traits_of(entry["effect"]).among_parameters:

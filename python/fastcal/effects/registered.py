@@ -61,7 +61,7 @@ class States:
     def load_on(self, frame: str) -> FloatArray:
         """(N, 6) `load` of a frame by its name, "base", "joint3", "link3" or "tool"."""
         if self.load is None:
-            raise InvalidInput(f"the load on {frame} is asked for by an effect that was not registered to follow loads")
+            raise InvalidInput(f"an effect asks for the load on {frame} and was not registered with follows_loads=True")
         names = [self.robot.frame_name(k) for k in range(self.load.shape[1])]
         if frame not in names:
             raise InvalidInput(f"no frame is called '{frame}'; there are {', '.join(names)}")
@@ -148,11 +148,11 @@ def register_effect(
 ) -> None:
     """Makes an effect of one's own known by name, to be used as those that come with fastcal.
 
-    It must be registered again in every program that loads a model with it. Registering a name anew replaces it.
+    It must be registered again in every program that loads a model with it. Registering a name again replaces it.
 
     Args:
-        name: As it will stand in files and effect lists.
-        owners: Where it can act, such as ["joint1", "joint2"], or a function that tells them of a robot.
+        name: As it will be written in files and effect lists.
+        owners: Where it can act, such as ["joint1", "joint2"], or a function that lists them for a robot.
         parameters: (name, unit, plausible size, one line on it) of each; units are SI: "rad", "m", "rad_nm", "1" ...
         basis: From `States` of N rows to the body twists [v; w] that one unit of each parameter causes,
             (N, 6, parameters).
@@ -176,7 +176,7 @@ def register_effect(
             it is proved at the signal that effects of loads take.
 
     Raises:
-        InvalidInput: The name is taken by the core, or a parameter can't be meant.
+        InvalidInput: The name is taken by the core, or a parameter is invalid.
     """
     if name in _core.effect_names() or name == "geometry" or not name.replace("_", "").isalnum():
         raise InvalidInput(f"an effect needs a name of letters, digits and _ that is not taken, got '{name}'")

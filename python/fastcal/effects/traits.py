@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""What an effect tells about itself beside its equation: the same for those of the core and those written in Python."""
+"""What an effect states about itself besides its equation; the same for effects of the core and of Python."""
 
 from __future__ import annotations
 

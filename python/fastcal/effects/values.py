@@ -36,7 +36,7 @@ class EdgeValue:
 
 
 def edge_values(entry: Spec, effect: _core.Effect, values: FloatArray) -> list[EdgeValue]:
-    """An effect's parameters (p,) in SI as they stand in a file."""
+    """An effect's parameters (p,) in SI as written in a file."""
     if traits_of(entry["effect"]).is_wave:
         return [EdgeValue(name, "rad", float(value)) for name, value in zip(_POLAR, _polar(values), strict=True)]
     out = []

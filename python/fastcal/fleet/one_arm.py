@@ -35,7 +35,7 @@ def calibrate_arm(
     Args:
         arm: The arm.
         options: Further arguments of `calibrate`.
-        checks: Look at the columns and at what residuals say against the fit, which takes ten times as long.
+        checks: Look at the columns and for signs in the residuals that the fit is wrong, which takes ten times as long.
         folder: Of this arm; None: nothing is written.
         report: Write its page too.
     """

@@ -23,7 +23,7 @@ class ArmResult:
 
     Attributes:
         name: Of the arm.
-        status: converged, not_converged, too_few_equations, or refused: its files can't be meant.
+        status: converged, not_converged, too_few_equations, or refused: its files are invalid.
         rows: Measured poses.
         before_mm, after_mm, test_mm: Of the nominal arm, of the model, and of the model on other poses.
         sigma_mm: Noise of a measured coordinate.

@@ -76,7 +76,7 @@ def inertia_load(robot: Robot, *, points: int = 512, scrambles: int = 8, seed: i
         seed: The same seed gives the same numbers.
 
     Raises:
-        InvalidInput: A joint has no limits, no link has a mass, or a count can't be meant.
+        InvalidInput: A joint has no limits, no link has a mass, or a count is invalid.
     """
     if not np.isfinite(robot.limits).all():
         joint = int(np.argmin(np.isfinite(robot.limits).all(axis=1))) + 1

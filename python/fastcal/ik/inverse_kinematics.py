@@ -121,7 +121,7 @@ def inverse_kinematics(
         **conditions: payload [kg], approach ... as `Robot.forward` takes them.
 
     Raises:
-        InvalidInput: A shape does not fit, a number can't be meant, or an arm without configurations is to keep one.
+        InvalidInput: A shape does not fit, a number is invalid, or an arm without configurations is to keep one.
     """
     T = np.ascontiguousarray(targets, dtype=float)
     T = T[np.newaxis] if T.shape == (4, 4) else T
@@ -165,7 +165,7 @@ def solver_options(
     """The options of `inverse_kinematics` as the core has them.
 
     Raises:
-        InvalidInput: A number can't be meant.
+        InvalidInput: A number is invalid.
     """
     for name, size in (("tolerance_m", tolerance_m), ("tolerance_rad", tolerance_rad)):
         if not size > 0:

@@ -27,7 +27,7 @@ class Times:
     """When each row was taken.
 
     Attributes:
-        seconds: (N,) since 1970, since midnight, or since whenever; NaN where a row says nothing.
+        seconds: (N,) since 1970, since midnight, or since whenever; NaN where a row has none.
         kind: date, day or counter, accordingly. Counters of two devices have nothing in common.
     """
 

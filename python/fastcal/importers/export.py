@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""An export as a table of texts: titles, units and rows as the file has them, with what its dialect says of them."""
+"""An export as a table of texts: titles, units and rows as the file has them, with what its dialect knows of them."""
 
 from __future__ import annotations
 
@@ -15,10 +15,7 @@ from fastcal.importers.grid import NUMBER, THOUSANDS, Grid
 from fastcal.importers.words import Title, meaning, unit_of
 
 FloatArray = NDArray[np.float64]
-NOT_MEASURED = frozenset({"", "nan", "na", "n/a", "#n/a", "#nv", "-", "--", "---", "*", "****", "null", "none"}) | {
-    *("not measured", "missing", "invalid", "no target", "#value!", "#div/0!", "#ref!"),
-    *("nicht gemessen", "n. gemessen", "n. gem.", "n.g.", "fehlt", "ungültig", "#wert!", "#bezug!"),
-}
+NOT_MEASURED = frozenset({"", "nan", "na", "n/a", "#n/a", "-", "--", "---", "*", "****", "null", "none"})
 
 
 @dataclass(frozen=True)

@@ -177,7 +177,7 @@ def orientation(export: Export, beside: Family) -> Orientation | None:
 
 
 def _unnamed_quaternion(export: Export) -> Orientation | None:
-    """q1 to q4, or q0 to q3, beside joints of another name: a quaternion whose order nobody says."""
+    """q1 to q4, or q0 to q3, beside joints of another name: a quaternion of unknown order."""
     sets: list[dict[int, int]] = []
     for roles in grouped(export).values():
         found = {int(role[1:]): place for role, place in roles.items() if _is_joint(role)}

@@ -23,7 +23,7 @@ _NEARLY = 0.7  # of the numbers that the best separator finds: a rarer separator
 
 @dataclass(frozen=True)
 class Row:
-    """A row of cells and the line, from 1, where it stands; comments lose their mark."""
+    """A row of cells and its line, from 1; comments lose their mark."""
 
     line: int
     cells: tuple[str, ...]

@@ -117,10 +117,9 @@ def read(
     names = [] if robot is None else [str(joint["name"]) for joint in robot.spec["joints"] if "name" in joint]
     found: list[tuple[Grid, Reading]] = []
     problems: list[InvalidInput] = []
-    without_table: list[InvalidInput] = []
     for export in open_exports(path, mapping, sheet, wanted):
         if isinstance(export, InvalidInput):
-            without_table.append(export)
+            problems.append(export)
             continue
         try:
             export = with_joint_names(export, names)
@@ -137,14 +136,13 @@ def read(
             )
         else:
             problems.append(InvalidInput(_without_points(reading)))
-    problems += without_table
     if not found:
-        raise _best(problems)
+        raise problems[0] if len(problems) == 1 else _best(problems)
     return _chosen(os.fspath(path), found, several=len(found) + len(problems) > 1)
 
 
 def _best(problems: list[InvalidInput]) -> InvalidInput:
-    """The problem of the sheet that came farthest: one that asks, then one with a table, as they come first."""
+    """The problem of the sheet that came farthest: one that asks before one that has no table."""
     return next((problem for problem in problems if "--" in str(problem)), problems[0])
 
 
@@ -179,7 +177,7 @@ def _chosen(path: str, found: list[tuple[Grid, Reading]], *, several: bool) -> l
             return [points[0], joints[0]]
     if len(fits) > 1:
         names = ", ".join(f"'{grid.sheet}'" for grid, _ in fits)
-        raise InvalidInput(f"{path}: the sheets {names} could each be it; say which with --sheet NAME")
+        raise InvalidInput(f"{path}: the sheets {names} could each hold the data; choose one with --sheet NAME")
     grid, reading = fits[0]
     if several and grid.sheet is not None:
         reading = replace(reading, notes=[f"sheet '{grid.sheet}' is read", *reading.notes])

@@ -123,8 +123,8 @@ def _by_order(join: _Join) -> tuple[list[Pair] | None, str]:
         return [(k, k) for k in range(len(points))], "by order"
     if join.robot is None:
         raise InvalidInput(
-            f"{points.path}: {len(points)} points and {len(poses)} poses, and neither names nor times say which belong "
-            "together: give the arm with --robot ROBOT, which can"
+            f"{points.path}: {len(points)} points and {len(poses)} poses, and neither names nor times show which "
+            "belong together: give the arm with --robot ROBOT, which can"
         )
     return None, "by order"
 

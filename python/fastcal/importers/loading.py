@@ -33,7 +33,7 @@ def load_measurements(
 
     A measurement file (CSV, Parquet, Excel) is read as it is; an export of an instrument or a controller that holds
     joints and points is imported. Of several files, one after the other, each is a station and a mount of its own
-    where no column says otherwise.
+    unless a column gives another one.
 
     Args:
         path: The file, or several.
@@ -46,7 +46,7 @@ def load_measurements(
         mapping: A mapping file, as `--map`.
 
     Raises:
-        ParseError: The file or something in it can't be meant; one sentence with file, line and column.
+        ParseError: The file or something in it is invalid; one sentence with file, line and column.
         InvalidInput: Something can't be decided; the sentence names the option of `fastcal import` that decides it.
     """
     files = [path] if isinstance(path, str | os.PathLike) else list(path)

@@ -35,7 +35,7 @@ class Mapping:
         path: Its file, for messages.
         columns: A column of the contract, with the export's unit: the header of the export's column, or its number
             from 1.
-        orientation: What three angles or nine numbers are; None: as the export says.
+        orientation: What three angles or nine numbers are; None: as the export gives it.
         sheet: The sheet of a workbook.
         skip_rows: Lines above the table that are passed over.
     """
@@ -100,7 +100,7 @@ def read_map(path: str | os.PathLike[str]) -> Mapping:
     """Reads a map.
 
     Raises:
-        ParseError: A key or a value can't be meant; one sentence with what would do.
+        ParseError: A key or a value is invalid; one sentence with what would do.
     """
     name = os.fspath(path)
     fields = Fields(read_yaml(name), "", name)

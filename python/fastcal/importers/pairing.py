@@ -59,8 +59,8 @@ def pair_by_robot(robot: Robot, q: FloatArray, points: FloatArray, expected: Seq
     Args:
         robot: The nominal arm; its effects are left out.
         q: In the order in which the poses were visited.
-        points: In the order in which they were measured; where names say the order, in that of the poses.
-        expected: The pairs as names, times or the order have them; None where the counts differ and nothing else says.
+        points: In the order in which they were measured; where names give the order, in that of the poses.
+        expected: The pairs as names, times or the order have them; None where counts differ and nothing else decides.
     """
     bare = Robot(copy.deepcopy(robot.spec) | {"effects": []})
     start = _start(bare, q, points, expected)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""What an export holds, in columns of the contract; what it does not say is asked for, never guessed."""
+"""What an export holds, in columns of the contract; what it leaves open is asked for, never guessed."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from fastcal.importers.words import ANGLES, LENGTHS, Title
 Column = FloatArray | list[str]
 FULL_TURN = 6.3  # joints in degrees of a calibration go farther than this number, those in radians don't
 SMALL_LENGTH = 10.0  # an arm's points in millimetres go farther than this number, those in metres don't
-_ENOUGH = 6  # rows that can tell
+_ENOUGH = 6  # rows that are enough to decide
 _FALSE = frozenset({"0", "no", "false", "n", "nein", "non", "invalid", "falsch"})
 _LABELS = frozenset({"station", "mount", "plane", "anchor"})
 
@@ -36,7 +36,7 @@ class Reading:
         measured: Whether it holds points (or lengths) that were measured.
         names: A name a row; None where it has none.
         counted: Whether the names are mere numbers.
-        times: When; None where it does not say.
+        times: None where it has none.
         lines: The line of each row.
         computed: The title of a pose that a controller computed, which is never taken.
         mapped: Columns of the contract that a map named.
@@ -85,9 +85,9 @@ def interpret(
 
     Args:
         export: The table.
-        convention: What its angles are (`orientation.CONVENTIONS`), where the user says it.
+        convention: What its angles are (`orientation.CONVENTIONS`), where the user gives it.
         joint_kinds: revolute or prismatic, of the robot; None: not known.
-        wanted: `joints` or `points` where the user has said which it is, else `any`.
+        wanted: `joints` or `points` where the user has chosen it, else `any`.
 
     Raises:
         InvalidInput, ParseError: Something can't be decided or read; one sentence with the option that decides.
@@ -247,7 +247,7 @@ def _point_columns(export: Export, places: Sequence[int], rows: Sequence[int], n
 def _orientation_columns(
     export: Export, found: families.Orientation, rows: Sequence[int], asked: str | None, notes: list[str]
 ) -> dict[str, Column]:
-    """The orientation in columns of the contract; asks for the convention where nobody says it."""
+    """The orientation in columns of the contract; asks for the convention where it is not given."""
     titles = [export.title(place) for place in found.places]
     ours = [f"{role}_{unit}" for role in found.roles for unit in ANGLES]
     literal = all(export.titles[place].lower() in ours for place in found.places)

@@ -59,7 +59,7 @@ def _read(grid: Grid) -> Export:
 
 
 def _renamed(grid: Grid) -> Grid:
-    """Rostopic echo -p: the columns position0 ... by the names that stand in name0 ..."""
+    """Rostopic echo -p: the columns position0 ... by the names in name0 ..."""
     header = next((k for k, row in enumerate(grid.rows) if any(_FIELDS.match(cell) for cell in row.cells)), None)
     if header is None or header + 1 >= len(grid.rows):
         return grid

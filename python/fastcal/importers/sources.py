@@ -67,7 +67,7 @@ def _sheets(content: bytes, path: str) -> list[Grid]:
     cells = 0
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # about styles and extensions, which nobody reads here
+            warnings.simplefilter("ignore")  # about styles and extensions, which are not read here
             import openpyxl  # takes longer to import than a CSV to read
 
             book = openpyxl.load_workbook(io.BytesIO(content), read_only=True, data_only=True)

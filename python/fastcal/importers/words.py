@@ -120,7 +120,7 @@ _OWN = re.compile(
 
 @dataclass(frozen=True)
 class Title:
-    """What a title says.
+    """What a title means.
 
     Attributes:
         role: x, y, z; rx, ry, rz, rw (of an unknown convention); roll, pitch, yaw; a, b, c; w, p, r; qw ... qz;
@@ -167,7 +167,7 @@ def plain_words(text: str) -> list[str]:
 
 @lru_cache(maxsize=4096)
 def meaning(title: str) -> Title | None:
-    """What a title of an export says; None where it says nothing that is known here."""
+    """What a title of an export means; None where it is not known here."""
     base, unit = split_unit(" ".join(title.split()))
     words = plain_words(base)
     if not words:
@@ -189,7 +189,7 @@ def _contract_name(title: str) -> Title | None:
 
 
 def sense_of(words: list[str]) -> tuple[str, tuple[str, ...]]:
-    """In which sense a coordinate is meant, and the words that say nothing about it."""
+    """In which sense a coordinate is meant, and the words that do not concern it."""
     left = tuple(word for word in words if word not in NEUTRAL)
     for sense, known in (("deviation", DEVIATION), ("controller", CONTROLLER), ("measured", MEASURED)):
         if any(word in known for word in left):

@@ -58,7 +58,7 @@ def imported_dataset(reading: Reading, robot: RobotFacts | None) -> Dataset:
     """The rows as a data set in SI, checked as a measurement file is.
 
     Raises:
-        ParseError: A value can't be meant; names file, line and column.
+        ParseError: A value is invalid; names file, line and column.
     """
     if robot is None:
         units = [next(n for n in reading.columns if n.startswith(f"q{j}_")) for j in range(1, reading.joints + 1)]
@@ -71,7 +71,7 @@ def write_imported(path: str | os.PathLike[str], reading: Reading, robot: RobotF
     """Writes a measurement file with the numbers and units of the export, whole or not at all; returns its rows.
 
     Raises:
-        ParseError: A value can't be meant. InvalidInput: The file can't be written.
+        ParseError: A value is invalid. InvalidInput: The file can't be written.
     """
     imported_dataset(reading, robot)
     table = table_of(reading)

@@ -46,7 +46,7 @@ def load_budget(path: str | os.PathLike[str]) -> Budget:
     """Reads such a file; `inputs` must be there.
 
     Raises:
-        ParseError: Something is unknown or can't be meant; one sentence with file and key.
+        ParseError: Something is unknown or invalid; one sentence with file and key.
     """
     top = Fields(read_yaml(path), "", path)
     level = top.number("level", 0.95)

@@ -30,7 +30,7 @@ def kinds_of_columns(joint_count: int) -> dict[str, str | None]:
 
 @dataclass(frozen=True)
 class Column:
-    """Where a quantity stands in its table, and its unit there; None for plain numbers and labels."""
+    """The columns of a quantity in its table, and its unit there; None for plain numbers and labels."""
 
     place: int
     unit: str | None

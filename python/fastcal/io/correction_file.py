@@ -65,7 +65,7 @@ def read_correction(path: str | os.PathLike[str], sha256: str | None = None) -> 
         tensors = load(content)
         settings = _settings(content)
     except Exception as error:  # noqa: BLE001 - a damaged header makes the decoder raise what it happens to meet
-        raise ParseError(f"expected a correction as safetensors, and it is none: {str(error)[:100]}", path) from None
+        raise ParseError(f"expected a correction as safetensors: {str(error)[:100]}", path) from None
     try:
         return from_plain(settings, tensors)
     except InvalidInput as error:
@@ -77,7 +77,7 @@ def read_correction(path: str | os.PathLike[str], sha256: str | None = None) -> 
 
 
 def _settings(content: bytes) -> Any:
-    """The JSON line in the header, whose length stands in the first eight bytes; `load` has checked both."""
+    """The JSON line in the header, whose length is in the first eight bytes; `load` has checked both."""
     (size,) = struct.unpack("<Q", content[:8])
     header = json.loads(content[8 : 8 + size])
     return json.loads(header["__metadata__"][_KEY])

@@ -27,7 +27,7 @@ def write_design(path: str | os.PathLike[str], design: PoseDesign, robot: Robot)
 
 
 def write_poses(path: str | os.PathLike[str], poses: Candidates, robot: Robot) -> None:
-    """The same for poses that no design stands behind."""
+    """The same for poses that do not come from a design."""
     columns: dict[str, list[float] | list[int] | list[str]] = {"order": list(range(1, len(poses) + 1))}
     for joint, spec in enumerate(robot.spec["joints"], start=1):
         unit = length_or_angle_unit(spec)

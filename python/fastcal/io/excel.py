@@ -28,7 +28,7 @@ def read_excel_table(content: bytes, path: str) -> Table:
     check_archive(content, path)
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # about styles and extensions, which nobody reads here
+            warnings.simplefilter("ignore")  # about styles and extensions, which are not read here
             book = openpyxl.load_workbook(io.BytesIO(content), read_only=True, data_only=True)
             sheet = book.worksheets[0]
             sheet.reset_dimensions()  # some writers state them wrongly

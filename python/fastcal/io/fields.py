@@ -20,10 +20,10 @@ REQUIRED: Any = object()  # the default of a key that must be given
 
 
 class Fields:
-    """One mapping of a file whose keys are taken one by one; `done` refuses what nobody took.
+    """One mapping of a file whose keys are taken one by one; `done` refuses what was not taken.
 
     Args:
-        value: What stands in the file.
+        value: The value in the file.
         where: Its key path there, such as `joints[2].link`; empty at the top.
         path: The file, for messages.
     """
@@ -54,7 +54,7 @@ class Fields:
         if key not in self._left:
             if default is REQUIRED:
                 near = difflib.get_close_matches(key, self._left, n=1, cutoff=0.8)
-                self.refuse("", f"{key} is missing" + (f"; is it meant by '{near[0]:.60}'?" if near else ""))
+                self.refuse("", f"{key} is missing" + (f"; did you mean '{near[0]:.60}'?" if near else ""))
             return default
         return self._left.pop(key)
 
@@ -120,7 +120,7 @@ class Fields:
         return self._plain(key, self.take(key, default))
 
     def done(self) -> None:
-        """Refuses the first key that nobody took, with the nearest one that is known."""
+        """Refuses the first key that was not taken, with the nearest one that is known."""
         for key in self._left:
             near = difflib.get_close_matches(key, self._known, n=1, cutoff=0.6)
             hint = f"did you mean '{near[0]}'?" if near else f"known here are {', '.join(dict.fromkeys(self._known))}"
@@ -135,7 +135,7 @@ class Fields:
         if not given:
             return None, unit
         if len(given) > 1:
-            self.refuse("", f"{' and '.join(given)} say the same thing twice")
+            self.refuse("", f"{' and '.join(given)} give the same value twice")
         key = given[0]
         suffix = units.parse_name(key)[1]
         if key not in fitting or suffix is None:

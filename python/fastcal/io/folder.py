@@ -92,7 +92,7 @@ def _put(temporary: Path, target: Path, owned: tuple[str, ...]) -> None:
 
 
 def _link_others(source: Path, place: Path, left_out: set[str]) -> None:
-    """Gives every other file of `source` a second name in `place`; folders in it are made anew.
+    """Gives every other file of `source` a second name in `place`; folders in it are made again.
 
     Raises:
         OSError: Something can't have one; `place` is then as it was.

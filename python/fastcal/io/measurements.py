@@ -28,9 +28,8 @@ if TYPE_CHECKING:
 
 
 # Which fastcal writes beside what it reads: designs, predictions, and the plan of an acceptance test.
-OWN_COLUMNS = frozenset({"order", "row", "status", "name", "pose", "direction", "cycle"}) | {
-    f"target_{name}" for name in ("x_mm", "y_mm", "z_mm", "qw", "qx", "qy", "qz")
-}
+OWN_COLUMNS = ("order", "row", "status", "name", "pose", "direction", "cycle")
+OWN_COLUMNS += tuple(f"target_{name}" for name in ("x_mm", "y_mm", "z_mm", "qw", "qx", "qy", "qz"))
 ROUNDING = 1e-8  # [rad, m] beyond a limit: of a number that went through a file, of six decimals of a degree
 
 
@@ -44,7 +43,7 @@ def load_measurements(path: str | os.PathLike[str], robot: RobotFacts, *, requir
         require_measured: Refuse a file without any measured number. Without it q and the conditions are enough.
 
     Raises:
-        ParseError: The file or something in it cannot be meant; one sentence with file, line and column.
+        ParseError: The file or something in it is invalid; one sentence with file, line and column.
     """
     table = read_table(path)
     try:
@@ -72,7 +71,7 @@ def dataset_from_table(table: Table, robot: RobotFacts, require_measured: bool =
     """The data set of a table whose columns are those of a measurement file.
 
     Raises:
-        ParseError: Something in it cannot be meant; one sentence with file, line and column.
+        ParseError: Something in it is invalid; one sentence with file, line and column.
     """
     known, unknown = match_columns(table, robot.joint_types)
     columns = Columns(table, known)

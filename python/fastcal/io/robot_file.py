@@ -48,7 +48,7 @@ def load_robot(
         xacro: Values of the arguments of a xacro file, by name.
 
     Raises:
-        ParseError: The file is not there or holds something that can't be meant.
+        ParseError: The file is not there or holds an invalid value.
     """
     return Robot(read_spec(source, base_link=base_link, tip_link=tip_link, xacro=xacro))
 
@@ -93,7 +93,7 @@ def read_spec(
     elif isinstance(value, dict) and value.get("kinematics") == "urdf" and "urdf" in value:
         value = _with_urdf(value | links, path, xacro)
     elif links:
-        raise ParseError(f"{' and '.join(links)} choose an arm in a URDF, and this robot is none", path)
+        raise ParseError(f"{' and '.join(links)} choose an arm in a URDF, and this robot is not one", path)
     if isinstance(value, dict):
         value.setdefault("name", path.stem)
     return _with_correction(check_spec(value, path), path)
@@ -164,7 +164,7 @@ def write_spec(
     Args:
         spec: A canonical spec; of kind `urdf` for a .urdf file.
         path: The file.
-        comment: Lines to stand at the top of a YAML file.
+        comment: Lines to put at the top of a YAML file.
         drop_effects: Write a .urdf though it can't hold the effects of the spec.
 
     Returns:

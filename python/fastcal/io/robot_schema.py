@@ -33,7 +33,7 @@ def check_spec(value: Any, path: str | os.PathLike[str] = "robot") -> Spec:
         path: Named in messages.
 
     Raises:
-        ParseError: Something is missing, unknown or can't be meant; the sentence names the key.
+        ParseError: Something is missing, unknown or invalid; the sentence names the key.
     """
     top = Fields(value, "", path)
     spec: Spec = {"name": top.text("name"), "kinematics": top.choice("kinematics", KINDS)}
@@ -117,7 +117,7 @@ def _correction(value: Any, path: str | os.PathLike[str]) -> Correction | Spec:
     fields = Fields(value, "correction", path)
     found = {"file": fields.text("file"), "sha256": fields.text("sha256")}
     if found["file"] in (".", "..") or set(found["file"]) & set("/\\:"):
-        fields.fail("file", "the name of a file beside this one", found["file"])
+        fields.fail("file", "the name of a file in the same folder", found["file"])
     fields.done()
     return found
 

@@ -8,11 +8,11 @@ from collections.abc import Sequence
 
 
 class RobotSource(str):
-    """The name of a robot file, with what else is said about it.
+    """The name of a robot file, with the options given with it.
 
     Attributes:
-        base_link: Where the arm in a URDF begins; empty: not said.
-        tip_link: Where it ends; empty: not said.
+        base_link: Where the arm in a URDF begins; empty: not given.
+        tip_link: Where it ends; empty: not given.
         xacro: The arguments of a xacro file, `name:=value` each.
     """
 
@@ -27,7 +27,7 @@ class RobotSource(str):
         return source
 
     def words(self) -> list[str]:
-        """The words of a command line that say the same."""
+        """The same as words of a command line."""
         links = (("--base-link", self.base_link), ("--tip-link", self.tip_link))
         given = [(option, link) for option, link in links if link] + [("--xacro", argument) for argument in self.xacro]
         return [str(self), *(word for pair in given for word in pair)]

@@ -33,7 +33,7 @@ def check_structure(value: Any, joint_types: list[str], path: Any) -> Spec:
     """The canonical form of a structure; an empty one stays empty.
 
     Raises:
-        ParseError: A key is missing, unknown or can't be meant; the sentence names it.
+        ParseError: A key is missing, unknown or invalid; the sentence names it.
     """
     top = Fields(value, "structure", path)
     if not value:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""What stands around an arm that is measured, as a YAML file; points in the measuring frame.
+"""What surrounds an arm that is measured, as a YAML file; points in the measuring frame.
 
 keep_out: [{min_mm: [-2000, 600, 0], max_mm: [2000, 900, 2500]}]
 region: {min_mm: [400, -800, 200], max_mm: [1500, 800, 1600]}
@@ -23,7 +23,7 @@ def load_surroundings(path: str | os.PathLike[str]) -> Surroundings:
     """Reads such a file; every key may be left out.
 
     Raises:
-        ParseError: Something is unknown or can't be meant; one sentence with file and key.
+        ParseError: Something is unknown or invalid; one sentence with file and key.
     """
     top = Fields(read_yaml(path), "", path)
     boxes = top.take("keep_out", [])

@@ -27,7 +27,7 @@ class Table:
         path: The file it came from.
         names: A name a column, no two the same.
         columns: Numbers (NaN where empty), or the texts of the cells.
-        lines: The line of the file, from 1, in which each row stands; None where unknown or where it has no lines.
+        lines: The line of the file, from 1, of each row; None where unknown or where it has no lines.
         exact: Reads the same file by the slow way that knows the lines; None where this is that way. A table that
             has it gives numbers only of columns that hold numbers.
         notes: What a reader should know, a sentence each.

@@ -28,7 +28,7 @@ def load_targets(path: str | os.PathLike[str], robot: Robot) -> Targets:
     A row whose pose is not one (an empty cell, a quaternion of another length than 1) is kept and becomes a bad target.
 
     Raises:
-        ParseError: The file or something in it cannot be meant; one sentence with file, line and column.
+        ParseError: The file or something in it is invalid; one sentence with file, line and column.
     """
     table = read_table(path)
     return _targets(table.exact() if table.exact is not None else table, robot)

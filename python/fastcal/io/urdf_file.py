@@ -9,10 +9,9 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 from xml.etree import ElementTree as ET
 
-from fastcal import units
+from fastcal import _core, units
 from fastcal.errors import InvalidInput, ParseError
 from fastcal.io.robot_schema import Spec
-from fastcal.io.urdf_chain import read_chain
 from fastcal.io.xacro_file import expanded
 from fastcal.io.yaml_file import read_text
 from fastcal.robot.se3 import Array, rotation_to_rpy
@@ -39,7 +38,7 @@ def read_urdf(
     """
     xml = expanded(path, xacro) if str(path).lower().endswith(".xacro") else read_text(path)
     try:
-        chain = read_chain(xml, base_link, tip_link)
+        chain = _core.read_urdf(xml, base_link, tip_link)
     except ParseError:
         raise
     except InvalidInput as error:
@@ -55,7 +54,7 @@ def read_urdf(
 
 
 def urdf_text(spec: Spec) -> str:
-    """A spec of kind `urdf` as XML; base and tool stand in it as fixed joints.
+    """A spec of kind `urdf` as XML; base and tool become fixed joints.
 
     Numbers have the digits that load back to the same double. `what_urdf_loses` names what it can't hold.
     """

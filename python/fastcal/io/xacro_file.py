@@ -64,7 +64,7 @@ def _package(name: str, file: Path) -> str:
         if folder.is_dir() and (folder.name == name or _named(folder) == name):
             return str(folder)
     raise ParseError(
-        f"needs the ROS package '{name}', which lies neither beside the file's folders nor in AMENT_PREFIX_PATH or "
+        f"needs the ROS package '{name}', which is neither in the folders around the file nor in AMENT_PREFIX_PATH or "
         "ROS_PACKAGE_PATH",
         file,
     )

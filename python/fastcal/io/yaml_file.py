@@ -115,7 +115,7 @@ class _Builder:
             case yaml.AliasEvent():
                 name = str(event.anchor)
                 if name not in self._anchors:
-                    self._fail(f"the alias *{name} stands for nothing that is complete before it", event)
+                    self._fail(f"the alias *{name} refers to nothing that is complete before it", event)
                 self._add(self._anchors[name], event, None)
 
     def _add(self, built: _Built, event: Any, anchor: str | None) -> None:
@@ -136,7 +136,7 @@ class _Builder:
         elif not isinstance(built.value, str):
             self._fail(f"expected a name as key, got {built.value!r:.40}", event)
         elif built.value in top.value:
-            self._fail(f"the key '{built.value}' stands twice in one mapping", event)
+            self._fail(f"the key '{built.value}' is given twice in one mapping", event)
         else:
             top.key = built.value
 

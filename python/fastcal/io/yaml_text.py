@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 """Plain data as YAML that a person likes to read and that loads back bit for bit, under YAML 1.1 and 1.2.
 
-What fits stands on one line; longer mappings of short values are wrapped, the rest is a block.
+What fits is written on one line; longer mappings of short values are wrapped, the rest is a block.
 """
 
 from __future__ import annotations

@@ -46,7 +46,7 @@ class RobotFacts(Protocol):
 
 
 class BadRow(InvalidInput):
-    """A value that cannot be meant, with its place, so that a reader of files can name line and column.
+    """An invalid value, with its place, so that a reader of files can name line and column.
 
     Attributes:
         field, row, index: The place: dataset.field[row, index].
@@ -62,7 +62,7 @@ class BadRow(InvalidInput):
 
 
 def check_values(data: Dataset, robot: RobotFacts | None) -> None:
-    """Raises BadRow for the first value of each kind that cannot be meant."""
+    """Raises BadRow for the first invalid value of each kind."""
     _require("q", data.q, np.isfinite(data.q), "a finite number")
     if robot is not None:
         _check_limits(data.q, robot)

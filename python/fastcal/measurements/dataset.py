@@ -200,7 +200,7 @@ class Dataset(Shown):
             require_measured: Refuse a table without any measured number.
 
         Raises:
-            ParseError: Something in it cannot be meant; names the column and the row.
+            ParseError: Something in it is invalid; names the column and the row.
         """
         data: Dataset = late.call("dataset_of_frame", frame, robot, require_measured=require_measured)
         return data
@@ -263,7 +263,7 @@ class Dataset(Shown):
             robot: Where given, q is held against its joints and limits and the points against its reach.
 
         Raises:
-            InvalidInput: A shape, a type or a value cannot be meant; names the field, the row and the value.
+            InvalidInput: A shape, a type or a value is invalid; names the field, the row and the value.
         """
         joints = _array("q", q, (None, None if robot is None else len(robot.joint_types)))
         rows, count = joints.shape

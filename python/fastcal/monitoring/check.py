@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Does a calibrated model still hold? A few poses, the instrument set up anew."""
+"""Does a calibrated model still hold? A few poses, the instrument set up again."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def check(
     who: Mapping[str, str | None] | None = None,
     threads: int = 1,
 ) -> CheckResult:
-    """Holds a calibrated model against a few new poses; the base of each set-up of the instrument is fitted anew.
+    """Holds a calibrated model against a few new poses; the base of each set-up of the instrument is refitted.
 
     Args:
         model: A calibrated robot, which keeps its covariance: model.yaml.

@@ -112,7 +112,7 @@ def identified(union: Robot, a: Robot, b: Robot) -> list[int]:
 def readable(union: Robot, at: Postures, free: list[int]) -> list[int]:
     """Parameters that move the points as `free` do, zeros of joints among them wherever they can be.
 
-    What a calibration holds is its own choice, and may leave a zero that moved to be told by three other numbers.
+    What a calibration holds is its own choice, and may leave a zero that moved to be taken up by three other numbers.
     """
     J = at.jacobian(union).reshape(3 * len(at.q), -1)
     size = np.linalg.norm(J, axis=0)
@@ -169,7 +169,7 @@ def fitted_to(start: Robot, at: Postures, points: FloatArray, free: list[int]) -
 
 
 def pseudo_inverse(J: FloatArray) -> FloatArray:
-    """J^+ (p, m), without directions that the rows don't tell."""
+    """J^+ (p, m), without directions that the rows do not determine."""
     size = np.linalg.norm(J, axis=0)
     size = np.where(size > 0, size, 1.0)
     return np.asarray(np.linalg.pinv(J / size, rcond=_LOST) / size[:, None])

@@ -3,7 +3,7 @@
 """How far a parameter moves between two measurements of an arm: quietly, and by an event such as a collision.
 
 The sizes are those of industrial arms in service: a zero that was set again or slipped by a tooth of noise, a gear that
-wears, a bent tool. A check asks for changes of any size; these only say what is likely beforehand.
+wears, a bent tool. A check asks for changes of any size; these only give what is likely beforehand.
 """
 
 from __future__ import annotations

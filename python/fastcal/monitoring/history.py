@@ -27,7 +27,7 @@ _OWN = ("history.json",)
 
 @dataclass(frozen=True)
 class Alarm:
-    """What a chart or a check says is no chance: by "check", "ewma" or "cusum"; of a check its event."""
+    """What a chart or a check finds beyond chance: by "check", "ewma" or "cusum"; of a check its event."""
 
     arm: str
     date: str
@@ -142,7 +142,7 @@ def history(folder: str | os.PathLike[str]) -> History:
         raise InvalidInput(f"{folder}: neither a check.json nor a calibrated model in it")
     undated = sum(event.dated_by == "file" for event in events)
     if undated:
-        notes.append(f"{undated} of {len(events)} files say no date (--date): the time of the file stands for it")
+        notes.append(f"{undated} of {len(events)} files have no date (--date): the file's own time is used")
     names = dict.fromkeys(event.arm for event in events)
     return History(str(folder), [_arm(name, [e for e in events if e.arm == name]) for name in sorted(names)], notes)
 

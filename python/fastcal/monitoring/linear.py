@@ -50,7 +50,9 @@ def as_known(data: Dataset, record: CalibrationRecord) -> tuple[Dataset, list[st
     """The points, and the orientations where their noise is known; notes on what is left out."""
     notes = []
     if data.rotation is not None and record.sigma_deg is None and data.sigma_rotation is None:
-        notes.append("orientations are not used: neither the model nor a sigma_rot_deg column says how sure they are")
+        notes.append(
+            "orientations are not used: neither the model nor a sigma_rot_deg column gives their standard deviation"
+        )
         data = replace(data, rotation=None, rotation_angles=None)
     if data.distance is not None or data.observed or data.observed_labels:
         notes.append("only points and orientations are used")

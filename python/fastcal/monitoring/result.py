@@ -55,7 +55,7 @@ class Cause:
         kind: zero, tool, effect, new effect, link, row or noise.
         label: "joint3 zero", "tool", "joint_compliance@joint2".
         probability: Among all that were tried, given that one of them happened.
-        equivalents: Labels of others that the poses do not tell from it, the likeliest first.
+        equivalents: Labels of others that the poses cannot distinguish from it, the likeliest first.
         changes: Its numbers.
     """
 
@@ -114,7 +114,7 @@ class CheckResult(Shown):
         degrees_of_freedom: Numbers less the bases' motions.
         causes: What changed, where the verdict is `changed`; what may explain it where it is `cannot_tell`.
         tests: Every change that was looked for.
-        blind: Labels of changes that no pose shows, such as joint 1's zero where the base was set up anew.
+        blind: Labels of changes that no pose shows, such as joint 1's zero where the base was set up again.
         next_poses: What to measure next, where that decides something.
         made_by: Version, hashes and what is known of who measured what.
     """

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""A calibrated model before instruments that were set up anew: the base of each station fitted, all else as it is.
+"""A calibrated model before instruments that were set up again: the base of each station fitted, all else as it is.
 
 A set-up's motion: measured = motion * predicted in closed form (W. Kabsch 1976), over its rows with a whole point.
 """

@@ -81,7 +81,7 @@ def update(
     who: Mapping[str, str | None] | None = None,
     threads: int = 1,
 ) -> UpdateResult:
-    """Brings a calibrated model up to date with a few new poses, twelve or so; the base is fitted anew.
+    """Brings a calibrated model up to date with a few new poses, twelve or so; the base is refitted.
 
     Args:
         model: A calibrated robot, which keeps its covariance: model.yaml.

@@ -18,7 +18,7 @@ from fastcal.units import from_si, to_si
 
 Translate = Callable[..., str]
 _CHANGE = tuple(field.name for field in fields(Change))
-LEAST_P = 1e-4  # a smaller p-value says no more
+LEAST_P = 1e-4  # smaller p-values are shown as less than this
 
 
 def plain(message: str, /, **values: Any) -> str:
@@ -117,7 +117,7 @@ def size_text(change: Change) -> str:
 
 
 def spoken(label: str, _: Translate = plain) -> str:
-    """A label as one says it: joint 3 zero, compliance of joint 2."""
+    """A label as spoken: joint 3 zero, compliance of joint 2."""
     effect, at, owner = label.partition("@")
     if at:
         return _("{effect} of {owner}", effect=_(phrase(effect)), owner=_place(owner, _))
@@ -177,5 +177,7 @@ def reasons(
     for cause in causes:
         if cause.equivalents:
             names = ", ".join(spoken(label, _) for label in cause.equivalents)
-            out.append(_("these poses do not tell {cause} from {names}", cause=spoken(cause.label, _), names=names))
+            out.append(
+                _("these poses cannot distinguish {cause} from {names}", cause=spoken(cause.label, _), names=names)
+            )
     return out

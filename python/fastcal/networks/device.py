@@ -22,7 +22,7 @@ def device_of(name: str) -> torch.device:
     if name not in ("auto", "cpu", "cuda"):
         raise InvalidInput(f"expected the device auto, cpu or cuda, got {name!r}")
     if name == "cuda" and not torch.cuda.is_available():
-        raise InvalidInput("the device cuda was asked for, and torch finds no GPU here")
+        raise InvalidInput("the device cuda was requested, and torch finds no GPU here")
     return torch.device("cuda" if name != "cpu" and torch.cuda.is_available() else "cpu")
 
 

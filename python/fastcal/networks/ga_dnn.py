@@ -30,7 +30,7 @@ IntArray = NDArray[np.intp]
 
 DEEPEST, NARROWEST, WIDEST = 12, 4, 32
 RATES = (3e-4, 3e-2)
-SPLITS = (0.1, 0.15, 0.2, 0.25, 0.3)  # share of the rows for validation, drawn anew for each split's number
+SPLITS = (0.1, 0.15, 0.2, 0.25, 0.3)  # share of the rows for validation, drawn again for each split's number
 GENES = 5 + DEEPEST
 EPOCHS = 400
 BATCH = 200

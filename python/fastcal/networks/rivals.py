@@ -87,7 +87,7 @@ def trees_of(boosted: Any) -> Trees:
 
 
 def with_profiles(robot: Robot, problem: Problem, own: IntArray, threads: int) -> Robot:
-    """The model identified anew on some rows, with a profile of every joint besides what it has."""
+    """The model identified again on some rows, with a profile of every joint besides what it has."""
     effects = f"geometry,{curve_of('joint')}"
     return calibrate(robot, problem.data.select(own), effects=effects, checks=False, threads=threads).model
 

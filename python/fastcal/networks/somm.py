@@ -77,7 +77,7 @@ def _searched(
 ) -> AxisSizes:
     """Depth, widths, activation, decay and rate of least loss on the first fold, by a tree of Parzen estimators.
 
-    Some are asked at a time and trained as one. The sampler begins anew each time, seeded by how many there are, so
+    Some are asked at a time and trained as one. The sampler starts again each time, seeded by how many there are, so
     that a search taken up again asks what it would have asked.
     """
     study = study_of(f"somm axis {axis}", options.storage, options.seed)

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 UNITS = {"m": "mm", "rad": "deg"}  # in which the figures are written
 _IN_POSES = ("AP_x", "AP_y", "AP_z")  # they stand in the table of the poses
 _LEAST_MM = 1e-7  # what rounding leaves of a contribution that an alignment takes away
-_SMALL = 0.001  # a probability that is not told more finely
+_SMALL = 0.001  # smaller probabilities are shown as less than this
 
 
 def shown(each: Judged) -> tuple[str, str, str]:

@@ -123,7 +123,7 @@ def limit_sentence(limit: LimitJudged) -> str:
 
 
 def _sources(result: CalibrationResult) -> list[tuple[str, str, int]]:
-    """Name, file and row count of the sets; the file without its folder, which is nobody's business."""
+    """Name, file and row count of the sets; the file without its folder, which is private."""
     sets = ((_("Training"), result.train), (_("Test"), result.test))
     return [(name, PurePath(part.data.source).name, len(part.data)) for name, part in sets if part is not None]
 

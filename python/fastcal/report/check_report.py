@@ -117,7 +117,7 @@ def causes_section(found: CheckResult) -> Section:
     ]
     if found.blind:
         names = ", ".join(words.spoken(label, translated) for label in found.blind)
-        notes.append(_("Before an instrument that was set up anew no pose shows: {names}.", names=names))
+        notes.append(_("After an instrument is set up again, no pose can show: {names}.", names=names))
     if not rows:
         return Section("causes", _("What has changed"), _("Nothing that these poses show."), notes=notes)
     return Section("causes", _("What has changed"), tables=[Table(_("Changes"), columns, [Group(rows)])], notes=notes)

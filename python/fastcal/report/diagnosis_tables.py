@@ -79,7 +79,7 @@ def _kind(found: DetectableEffect) -> tuple[str, str]:
 
 
 def _usual_sizes(found: Diagnosis) -> dict[tuple[str, str, str], float]:
-    """The plausible size of each parameter in the unit of its name, as the effects tell it."""
+    """The plausible size of each parameter in the unit of its name, as the effects state it."""
     problem = found.state.fit.problem
     out: dict[tuple[str, str, str], float] = {}
     for name in problem.names:

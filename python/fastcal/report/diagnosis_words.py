@@ -31,9 +31,9 @@ GRADES = {
     "D": "something remains",
 }
 
-_SMALL = 0.01  # share of the misfit below which a rest is not worth a search
+_SMALL = 0.01  # share of the misfit below which the unexplained part is not worth a search
 
-_VARIANTS = {"order": "order {}", "at_s": "at {} s"}  # what else tells two of one name apart is no one's business
+_VARIANTS = {"order": "order {}", "at_s": "at {} s"}  # other options are not shown
 _VARIABLES = {
     "torque": "the load on it",
     "time_s": "time",
@@ -110,7 +110,7 @@ def sureness(finding: Finding) -> list[str]:
 
 
 def rest_sentence(rest: Unexplained, names: int) -> str:
-    """Where the rest is best placed, and how large it is."""
+    """Where the unexplained part is best located, and how large it is."""
     share = "less than 1\N{NARROW NO-BREAK SPACE}%" if rest.share < _SMALL else percent(rest.share)
     where = f"{'in' if rest.owner == 'workspace' else 'at'} {place(rest.owner)}"
     return (

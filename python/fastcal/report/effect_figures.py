@@ -160,7 +160,7 @@ def _axis(found: PartialResidual, owner: str) -> Axis:
 
 
 def _axis_of(name: str, x: Array, unit: str, owner: str) -> Axis:
-    """A variable in the unit in which people say it; `unit` is that of x."""
+    """A variable in the unit in common use; `unit` is that of x."""
     number = "".join(c for c in name if c.isdigit())
     if name == f"q{number}":
         turns = unit == "rad"

@@ -44,7 +44,7 @@ class Figure:
         title: Its heading.
         alt: What a reader who can't see it should know.
         traces, layout: What plotly.js draws; every axis has a title with its unit.
-        note: What stands under it.
+        note: The text under it.
         badge: A word beside the heading.
         weight: How loud the badge is: 0 quiet, 1 slight, 2 clear, 3 strong.
         columns: How many of the page's six columns it takes.

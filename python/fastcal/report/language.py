@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 """The language of a page: English sentences in code and templates, their translations in catalogues (messages/).
 
-A catalogue is a YAML mapping of the English message to the other; placeholders {name} stand in both. What a catalogue
+A catalogue is a YAML mapping of the English message to the other; placeholders {name} appear in both. What a catalogue
 does not have stays English; a test holds that nothing is missing.
 """
 
@@ -37,7 +37,7 @@ def _(message: str, /, **values: Any) -> str:
 
 
 def mid_sentence(name: str) -> str:
-    """A heading's noun as it stands within a sentence: small in English, as it is in German."""
+    """A heading's noun as written within a sentence: small in English, as it is in German."""
     return name.lower() if language.get() == "en" else name
 
 

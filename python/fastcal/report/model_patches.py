@@ -19,10 +19,10 @@ PATTERN = "without_*.patch"
 def removal_patches(text: str, spec: Spec, findings: Iterable[Finding], model_file: str) -> dict[str, str]:
     """Name and content of a patch for each finding: `patch model.yaml NAME` takes its entry out of the model.
 
-    Geometry stays as it was identified with the effect; calibrating anew lets it take up what it can.
+    Geometry stays as it was identified with the effect; recalibrating lets it take up what it can.
 
     Args:
-        text: The model file; `spec` as it stands there.
+        text: The model file; `spec` as written there.
         spec: What `text` holds.
         findings: Effects that are in it.
         model_file: Its name.

@@ -39,7 +39,7 @@ def next_step(result: CalibrationResult, arguments: Sequence[str] = ()) -> str:
 
 
 def what_remains(result: CalibrationResult, rows: Rows, trends: dict[str, Trend]) -> str | None:
-    """Why what remains is more than noise; None where nothing says so.
+    """Why what remains is more than noise; None where nothing indicates that.
 
     It is more where the residuals follow a recorded variable, or where they exceed a noise that is known without the
     model: from repeated poses, else from the data's sigma column.

@@ -68,7 +68,7 @@ def _sigma_mm(found: PathAccuracy) -> float | None:
 
 
 def _no_finer(value: float, sigma: float | None) -> str:
-    """A predicted error; one smaller than a tenth of what the model is sure of is said to be that."""
+    """A predicted error; one below a tenth of the model's own uncertainty is shown as that."""
     least = 0.0 if sigma is None else sigma / 10
     return f"< {significant(least, 1)}" if value < least else significant(value, 3)
 

@@ -80,7 +80,7 @@ def before_and_now(was: float, now: float, change: float, std: float | None) -> 
 
 
 def p_text(p: float) -> str:
-    """A p-value; what is smaller than a ten-thousandth says no more."""
+    """A p-value; below a ten-thousandth only the bound is shown."""
     return significant(p, 2) if p >= LEAST_P else f"< {fixed(LEAST_P, 4)}"
 
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Parameters of effects as people on the floor say them: arcmin of lost motion, µm/(m K), N m per arcmin."""
+"""Parameters of effects in the units used on the shop floor: arcmin of lost motion, µm/(m K), N m per arcmin."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def number_in_words(name: str) -> str:
 
 
 def kind_in_words(effect: str, name: str) -> str:
-    """The same without the axis, for what is said of all axes at once."""
+    """The same without the axis, for statements about all axes at once."""
     return re.sub(r" (along|about) [xyz]$", "", number_in_words(name)) or (traits_of(effect).number or "size")
 
 
@@ -71,7 +71,7 @@ def value_text(name: str, value: float, std: float | None) -> str:
 
 
 def size_text(unit: str, size: float) -> str:
-    """A size [in `unit`] with two digits and the unit in which people say it."""
+    """A size [in `unit`] with two digits and the unit in common use."""
     si = in_si(size, unit)
     spoken = spoken_unit(unit, si)
     return f"{significant(spoken.of(si), 2)} {spoken.text}".strip()

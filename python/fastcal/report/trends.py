@@ -133,7 +133,7 @@ def trends(variables: Mapping[str, Array], residual: Array) -> dict[str, Trend]:
 
 
 class _Column:
-    """The finite numbers of a column: the rows they stand in, and their ranks."""
+    """The finite numbers of a column: their rows, and their ranks."""
 
     def __init__(self, y: Array) -> None:
         self.is_known = np.isfinite(y)

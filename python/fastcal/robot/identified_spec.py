@@ -39,7 +39,7 @@ class Solution(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Values:
-    """A solution: theta (P,), and which of it has a covariance; none where nothing is said."""
+    """A solution: theta (P,), and which of it has a covariance; none where it is unknown."""
 
     theta: FloatArray
     free: list[int] = field(default_factory=list)

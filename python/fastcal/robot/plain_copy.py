@@ -13,7 +13,7 @@ _SHARED = (str, float, int, bool, type(None))
 
 
 def plain_copy(value: Plain) -> Plain:
-    """The value with mappings and lists made anew, at any depth; what is neither they nor immutable, by `deepcopy`."""
+    """The value with mappings and lists made again, at any depth; what is neither they nor immutable, by `deepcopy`."""
     kind = type(value)
     if kind is dict:
         return {key: plain_copy(entry) for key, entry in value.items()}  # type: ignore[attr-defined,return-value]

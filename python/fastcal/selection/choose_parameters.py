@@ -5,7 +5,7 @@
     EV_K = 1/K sum_k MSE_k      (X. Chen, Q. Zhang, Y. Sun 2020, equations 4 and 5)
 
 The paper fits every set K times and takes the least EV_K. Here the problem is linearized once, at the fit of all
-parameters, where all 2^m sets take a fraction of a second (`_core.SubsetSearch`); the best are identified anew, each
+parameters, where all 2^m sets take a fraction of a second (`_core.SubsetSearch`); the best are identified again, each
 judged by a linearization at its own solution, which differs from K nonlinear fits by the square of what folds change.
 """
 
@@ -137,13 +137,13 @@ def choose_parameters(
         always: Names that are in every set; base and tool always are.
         test: Other poses, only reported on.
         folds: K.
-        deals: How often the poses are dealt anew into folds; the mean is compared. The paper deals once.
+        deals: How often the poses are dealt again into folds; the mean is compared. The paper deals once.
         effects: Names as on the command line.
         search: exhaustive tries every set; stepwise adds or drops one at a time, from none and from all; auto is
             exhaustive up to 20 optional parameters.
         rule: least takes the least error, as the paper does; one_standard_error the smallest set whose error is within
             one standard error of the least.
-        refits: How many of the best sets are identified anew.
+        refits: How many of the best sets are identified again.
         loss: As in `calibrate`.
         as_read: As in `calibrate`.
         who: As in `calibrate`.

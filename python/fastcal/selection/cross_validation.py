@@ -39,7 +39,7 @@ class CrossValidation:
         data: What was measured.
         always: Names in every set; base, tool and anchors are.
         folds: K.
-        deals: How often the rows are dealt anew into folds.
+        deals: How often the rows are dealt again into folds.
         seed: Of the deals.
         loss: As in `calibrate`.
         threads: Cores; the result does not depend on it.

@@ -5,7 +5,7 @@
 Each block (a place and what it may depend on) is a Gaussian process beside the geometry, one amplitude by marginal
 likelihood; the block with the most evidence first, the next beside it. A block must have evidence, and the whole must
 predict poses that were left out: what is added where nothing is missing does harm on other poses. The whole model must
-leave less than the one before, computed anew and not from the linearization. The function comes with the shift of the
+leave less than the one before, recomputed and not from the linearization. The function comes with the shift of the
 geometry that makes both together orthogonal to the geometry (`surrogate.cpp`).
 """
 
@@ -34,7 +34,7 @@ _WIDTHS = {1: (0.07, 0.15, 0.35, 0.8), 2: (0.25, 0.6), 3: (0.4, 0.8)}  # of an i
 _NODES = {1: 24, 2: 40, 3: 60}
 _FEWER = 12  # nodes of a place that moves in six directions
 _PROMISING = 40  # candidates that are weighed again beside the first: what has no evidence alone has none beside it
-_ROWS = 1200  # that blocks are chosen on: more tell no more of a smooth curve
+_ROWS = 1200  # that blocks are chosen on: more add nothing about a smooth curve
 _ROWS_FITTED = 6000
 _FEW_ROWS = 100  # where the choice of blocks itself is part of what poses left out must confirm
 _COMPONENTS = 8  # of the function's uncertainty that a model keeps
@@ -208,7 +208,7 @@ def _without_folds(
 ) -> float:
     """RMS of what is left out with the blocks over that without, fold by fold.
 
-    Few rows choose blocks by chance: with `open_ones` the choice is made anew without each fold.
+    Few rows choose blocks by chance: with `open_ones` the choice is made again without each fold.
     """
     squares = np.zeros(2)
     for k in range(int(fold.max()) + 1):
@@ -293,7 +293,7 @@ def _block(
 
 
 def _entries(problem: RestProblem, blocks: list[Block]) -> tuple[list[Spec], float, FloatArray]:
-    """The blocks as effects of a robot file, what share of the rest the first explains, and how the unknowns move.
+    """The blocks as effects of a robot file, the share of the error that the first explains, and the unknowns' shift.
 
     The shift that makes the blocks orthogonal to the geometry has a part in the observations' unknowns (U,), such as
     the place of an anchor: it is no part of the robot, so whoever keeps them must move them.

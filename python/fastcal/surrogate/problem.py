@@ -24,7 +24,7 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 FOLDS = 8
-_WEAK = 30.0  # plausible sizes: a prior that only keeps what the data hardly tell from running away
+_WEAK = 30.0  # plausible sizes: a weak prior that only keeps poorly determined parameters from running away
 _SEED = 0
 
 

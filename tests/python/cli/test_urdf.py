@@ -96,7 +96,7 @@ def test_several_arms_are_asked_about_in_one_sentence(fastcal, folder: Path, tmp
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
-        (["ur5", "--tip-link", "tool0"], "tip_link choose an arm in a URDF, and this robot is none"),
+        (["ur5", "--tip-link", "tool0"], "tip_link choose an arm in a URDF, and this robot is not one"),
         (["five.urdf", "--tip-link", "tool1"], "the URDF has no link 'tool1' for tip_link"),
         (["five.urdf", "--base-link", "hand", "--tip-link", "fore"], "base_link 'hand' does not carry tip_link 'fore'"),
         (["five.urdf.xacro", "--xacro", "size"], "expected a xacro argument as NAME:=VALUE, got 'size'"),

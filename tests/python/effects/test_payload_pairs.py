@@ -104,7 +104,7 @@ def test_what_payloads_cannot_tell_is_said() -> None:
     data = measured(paper_arm(), postures=10)
     with pytest.raises(fastcal.InvalidInput, match="geometry cancels"):
         from_payload_pairs(nominal(), data, effects="geometry,joint_compliance@joint2")
-    with pytest.raises(fastcal.InvalidInput, match="do not tell joint1 compliance"):
+    with pytest.raises(fastcal.InvalidInput, match="do not determine joint1 compliance"):
         from_payload_pairs(nominal(), data, effects="joint_compliance@joint1,joint_compliance@joint2")
     with pytest.raises(fastcal.InvalidInput, match="no posture was measured with two payloads"):
         from_payload_pairs(nominal(), data.select(np.arange(0, len(data), len(PAYLOADS))))

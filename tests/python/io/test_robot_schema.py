@@ -61,7 +61,7 @@ WRONG = [
     ("dh", "joints.0.d_mm", -math.inf, "joints[0].d_mm: expected a finite number, got -inf"),
     ("dh", "joints.0.d_mm", [1], "joints[0].d_mm: expected a finite number, got a list of 1"),
     ("dh", "joints.0.d_mm", ..., "joints[0]: d_mm is missing"),
-    ("dh", "joints.0.d_kg", 1, "joints[0]: d_mm and d_kg say the same thing twice"),
+    ("dh", "joints.0.d_kg", 1, "joints[0]: d_mm and d_kg give the same value twice"),
     ("dh", "joints.0.motor_ration", 1, "joints[0]: the key 'motor_ration' is not known; did you mean 'motor_ratio'?"),
     ("dh", "joints.0.type", "hinge", "joints[0].type: expected revolute or prismatic, got 'hinge'"),
     ("dh", "joints.0.min_deg", 90, "joints[0]: min_deg must be below max_deg, got 90.0 and 90.0"),
@@ -132,7 +132,7 @@ def test_a_wrong_unit_says_which_would_do() -> None:
 
 def test_a_misspelt_key_that_is_needed_is_recognised() -> None:
     spec = changed(changed(plain(), "joints.0.theta_deg", ...), "joints.0.tetha_deg", 1)
-    assert refusal(spec) == "joints[0]: theta_deg is missing; is it meant by 'tetha_deg'?"
+    assert refusal(spec) == "joints[0]: theta_deg is missing; did you mean 'tetha_deg'?"
 
 
 def test_other_units_of_the_kind_are_read() -> None:

@@ -19,13 +19,13 @@ def read(text: str, tmp_path: Path) -> object:
 HOSTILE = {
     "empty": ("", "is empty"),
     "two documents": ("a: 1\n---\nb: 2\n", "expected one document, got a second one"),
-    "a duplicate": ("name: a\nname: b\n", "the key 'name' stands twice in one mapping"),
+    "a duplicate": ("name: a\nname: b\n", "the key 'name' is given twice in one mapping"),
     "an object": ("name: !!python/object/apply:os.system [ls]\n", "is not read: robot files hold plain data only"),
     "a timestamp": ("name: !!timestamp 2020-01-01\n", "is not read: robot files hold plain data only"),
     "a broken line": ("name: [1, 2\n", "is no YAML"),
     "a tab": ("a:\n\t- b\n", "is no YAML"),
     "a control character": ("name: a\x01b\n", "is no YAML"),
-    "a ring": ("name: &a [*a]\n", "the alias *a stands for nothing that is complete before it"),
+    "a ring": ("name: &a [*a]\n", "the alias *a refers to nothing that is complete before it"),
     "a number as key": ("1: 2\n", "expected a name as key, got 1"),
     "a list as key": ("[1]: 2\n", "expected a name as key, got [1]"),
     "depth": ("[" * 100_000, "is nested more than 32 deep"),
@@ -54,7 +54,7 @@ def test_hostile_yaml_ends_in_a_sentence(case: str, tmp_path: Path) -> None:
 def test_an_error_names_file_and_line(tmp_path: Path) -> None:
     with pytest.raises(ParseError) as caught:
         read("name: a\nkinematics: dh\nname: b\n", tmp_path)
-    assert str(caught.value) == f"{tmp_path / 'file.yaml'}:3: the key 'name' stands twice in one mapping"
+    assert str(caught.value) == f"{tmp_path / 'file.yaml'}:3: the key 'name' is given twice in one mapping"
     assert caught.value.line == 3
 
 

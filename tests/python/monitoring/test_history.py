@@ -69,7 +69,7 @@ def test_files_without_a_date_take_their_own_time(calibrated, tmp_path) -> None:
     calibrated.model.save(tmp_path / "model.yaml")
     found = fastcal.history(tmp_path)
     assert [event.kind for event in found.arms[0].events] == ["model", "check"]
-    assert found.notes[0].startswith("1 of 2 files say no date")
+    assert found.notes[0].startswith("1 of 2 files have no date")
 
 
 def test_what_history_refuses(tmp_path) -> None:

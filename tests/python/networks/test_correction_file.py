@@ -106,7 +106,7 @@ def test_a_missing_file_is_named(copied: Path) -> None:
 def test_a_file_elsewhere_is_refused(copied: Path, name: str) -> None:
     path = copied / "model.yaml"
     path.write_text(path.read_text().replace(network_of(copied).name, json.dumps(name)))
-    with pytest.raises(ParseError, match="the name of a file beside this one"):
+    with pytest.raises(ParseError, match="the name of a file in the same folder"):
         fastcal.load_robot(path)
 
 
