@@ -94,8 +94,8 @@ def calibrate(
         notes = [*found.notes, *inspection.readback_notes(nominal, measured)]
         if found.degrees_of_freedom <= 0:
             notes.append(
-                "as many parameters as measured numbers: nothing is left to estimate the noise or any standard deviation "
-                "from"
+                "as many parameters as measured numbers: nothing is left to estimate the noise or any standard "
+                "deviation from"
             )
         found = replace(found, notes=notes)
         show("writing the report")
