@@ -102,7 +102,7 @@ def test_several_arms_are_asked_about_in_one_sentence(fastcal, folder: Path, tmp
         (["five.urdf.xacro", "--xacro", "size"], "expected a xacro argument as NAME:=VALUE, got 'size'"),
         (["five.urdf.xacro"], "needs the argument size: give it as --xacro size:=VALUE"),
         (["none.xacro"], "there is no such file"),
-        (["lost.xacro"], "needs the ROS package 'nowhere', which lies neither beside the file's folders nor"),
+        (["lost.xacro"], "needs the ROS package 'nowhere', which is neither in the folders around the file nor"),
         (["broken.xacro"], "xacro can't expand it: "),
         (["loop.xacro"], "xacro can't expand it: "),
     ],
