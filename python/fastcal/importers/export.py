@@ -15,7 +15,10 @@ from fastcal.importers.grid import NUMBER, THOUSANDS, Grid
 from fastcal.importers.words import Title, meaning, unit_of
 
 FloatArray = NDArray[np.float64]
-NOT_MEASURED = frozenset({"", "nan", "na", "n/a", "#n/a", "-", "--", "---", "*", "****", "null", "none"})
+NOT_MEASURED = frozenset({"", "nan", "na", "n/a", "#n/a", "#nv", "-", "--", "---", "*", "****", "null", "none"}) | {
+    *("not measured", "missing", "invalid", "no target", "#value!", "#div/0!", "#ref!"),
+    *("nicht gemessen", "n. gemessen", "n. gem.", "n.g.", "fehlt", "ungültig", "#wert!", "#bezug!"),
+}
 
 
 @dataclass(frozen=True)

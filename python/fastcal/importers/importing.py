@@ -117,9 +117,10 @@ def read(
     names = [] if robot is None else [str(joint["name"]) for joint in robot.spec["joints"] if "name" in joint]
     found: list[tuple[Grid, Reading]] = []
     problems: list[InvalidInput] = []
+    without_table: list[InvalidInput] = []
     for export in open_exports(path, mapping, sheet, wanted):
         if isinstance(export, InvalidInput):
-            problems.append(export)
+            without_table.append(export)
             continue
         try:
             export = with_joint_names(export, names)
@@ -136,13 +137,14 @@ def read(
             )
         else:
             problems.append(InvalidInput(_without_points(reading)))
+    problems += without_table
     if not found:
-        raise problems[0] if len(problems) == 1 else _best(problems)
+        raise _best(problems)
     return _chosen(os.fspath(path), found, several=len(found) + len(problems) > 1)
 
 
 def _best(problems: list[InvalidInput]) -> InvalidInput:
-    """The problem of the sheet that came farthest: one that asks before one that has no table."""
+    """The problem of the sheet that came farthest: one that asks, then one with a table, as they come first."""
     return next((problem for problem in problems if "--" in str(problem)), problems[0])
 
 

@@ -95,8 +95,7 @@ def _read(path: str) -> tuple[list[str], _Stream, dict[str, _Stream]]:
         from rosbags.typesys import Stores, get_typestore
     except ImportError:
         raise ParseError("reading a ROS bag needs the package rosbags: pip install fastcal[ros]", path) from None
-    names: list[str] = []
-    joints, poses = _Stream(), dict[str, _Stream]()
+    devices, poses = dict[tuple[str, ...], _Stream](), dict[str, _Stream]()
     try:
         with AnyReader([Path(path)], default_typestore=get_typestore(Stores.LATEST)) as reader:
             wanted = [c for c in reader.connections if c.msgtype in _POSES or c.msgtype == _JOINTS]
@@ -105,7 +104,7 @@ def _read(path: str) -> tuple[list[str], _Stream, dict[str, _Stream]]:
                     raise TooLarge(f"expected a bag of at most {MAX_MESSAGES} joint states and poses", path)
                 message: Any = reader.deserialize(raw, connection.msgtype)
                 if connection.msgtype == _JOINTS:
-                    _add_joints(path, connection.topic, message, received, names, joints)
+                    _add_joints(path, connection.topic, message, received, devices)
                     continue
                 for source, header, values in _POSES[connection.msgtype](connection.topic, message):
                     stream = poses.setdefault(source, _Stream())
@@ -115,23 +114,25 @@ def _read(path: str) -> tuple[list[str], _Stream, dict[str, _Stream]]:
         raise
     except Exception as error:  # noqa: BLE001 - a damaged bag makes its reader raise what it happens to meet
         raise ParseError(f"is no ROS bag that can be read: {' '.join(str(error).split()):.200}", path) from None
-    return names, joints, poses
+    # A gripper or a rail beside the arm has fewer joints, whichever of them spoke first.
+    names = max(devices, key=len, default=())
+    return list(names), devices.get(names, _Stream()), poses
 
 
-def _add_joints(path: str, topic: str, message: Any, received: int, names: list[str], joints: _Stream) -> None:
-    """A message of joint states; those of a gripper, which come by themselves, are passed over."""
+def _add_joints(path: str, topic: str, message: Any, received: int, devices: dict[tuple[str, ...], _Stream]) -> None:
+    """A message of joint states, to the device all of whose joints it names."""
     listed = list(message.name)
     if len(listed) != len(message.position) or not listed:
         return
-    if not names:
-        names.extend(listed)
     place = {name: k for k, name in enumerate(listed)}
-    if not set(names) <= set(place):
-        if set(names) & set(place):
-            raise ParseError(f"{topic}: a message names only some of the joints of the first one", path)
-        return
-    joints.times.append(_time(message.header, received))
-    joints.values.append([float(message.position[place[name]]) for name in names])
+    names = next((known for known in devices if set(known) <= set(place)), None)
+    if names is None:
+        if any(set(known) & set(place) for known in devices):
+            raise ParseError(f"{topic}: a message names only some of the joints of an earlier one", path)
+        names = tuple(listed)
+        devices[names] = _Stream()
+    devices[names].times.append(_time(message.header, received))
+    devices[names].values.append([float(message.position[place[name]]) for name in names])
 
 
 def _time(header: Any, received: int) -> float:

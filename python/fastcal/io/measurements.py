@@ -28,8 +28,9 @@ if TYPE_CHECKING:
 
 
 # Which fastcal writes beside what it reads: designs, predictions, and the plan of an acceptance test.
-OWN_COLUMNS = ("order", "row", "status", "name", "pose", "direction", "cycle")
-OWN_COLUMNS += tuple(f"target_{name}" for name in ("x_mm", "y_mm", "z_mm", "qw", "qx", "qy", "qz"))
+OWN_COLUMNS = frozenset({"order", "row", "status", "name", "pose", "direction", "cycle"}) | {
+    f"target_{name}" for name in ("x_mm", "y_mm", "z_mm", "qw", "qx", "qy", "qz")
+}
 ROUNDING = 1e-8  # [rad, m] beyond a limit: of a number that went through a file, of six decimals of a degree
 
 

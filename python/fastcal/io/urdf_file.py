@@ -9,9 +9,10 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 from xml.etree import ElementTree as ET
 
-from fastcal import _core, units
+from fastcal import units
 from fastcal.errors import InvalidInput, ParseError
 from fastcal.io.robot_schema import Spec
+from fastcal.io.urdf_chain import read_chain
 from fastcal.io.xacro_file import expanded
 from fastcal.io.yaml_file import read_text
 from fastcal.robot.se3 import Array, rotation_to_rpy
@@ -38,7 +39,7 @@ def read_urdf(
     """
     xml = expanded(path, xacro) if str(path).lower().endswith(".xacro") else read_text(path)
     try:
-        chain = _core.read_urdf(xml, base_link, tip_link)
+        chain = read_chain(xml, base_link, tip_link)
     except ParseError:
         raise
     except InvalidInput as error:

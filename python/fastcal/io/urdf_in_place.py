@@ -11,9 +11,10 @@ from xml.parsers import expat
 
 import numpy as np
 
-from fastcal import _core, units
+from fastcal import units
 from fastcal.errors import InvalidInput
 from fastcal.io.robot_schema import Spec
+from fastcal.io.urdf_chain import read_chain
 from fastcal.robot.se3 import Array, inverse, pose, rotation_to_rpy, rpy_to_rotation
 
 SAME = 1e-13  # [m], and on the entries of a rotation: what conversion between units may leave
@@ -41,7 +42,7 @@ def first_mount(spec: Spec) -> Array:
     if not is_from_urdf(spec):
         return np.eye(4)
     source = spec["source"]
-    return np.asarray(_core.read_urdf(source["xml"], source["base_link"], source["tip_link"])["joints"][0]["mount"])
+    return np.asarray(read_chain(source["xml"], source["base_link"], source["tip_link"])["joints"][0]["mount"])
 
 
 def in_place(spec: Spec) -> str:
@@ -54,7 +55,7 @@ def in_place(spec: Spec) -> str:
         InvalidInput: The spec is no longer of that file: other joints, axes or another flange.
     """
     source = spec["source"]
-    chain = _core.read_urdf(source["xml"], source["base_link"], source["tip_link"])
+    chain = read_chain(source["xml"], source["base_link"], source["tip_link"])
     if [joint["name"] for joint in chain["joints"]] != [joint["name"] for joint in spec["joints"]]:
         raise InvalidInput("the joints of the robot are no longer those of the URDF that it was read from")
     moved: dict[str, Array] = {}

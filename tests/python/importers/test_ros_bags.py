@@ -82,6 +82,16 @@ def joints_at(q: np.ndarray, time: float) -> np.ndarray:
     return here + share * (there - here)
 
 
+def test_a_gripper_that_speaks_first_is_not_the_arm(arm, tmp_path: Path) -> None:
+    """Its joint states came before the arm's, and the arm was passed over: "holds no joints of this robot"."""
+    robot, true, q = arm
+    with Bag(tmp_path / "early") as bag:
+        bag.add("/joint_states", START - 1, joint_state(START - 1, ["left_finger", "right_finger"], [0.01, 0.01]))
+        record(bag, true, q)
+    found = import_measurements([tmp_path / "early"], robot=robot)
+    assert (found.joints, len(found)) == (6, len(q))
+
+
 def record(bag: Bag, true, q, *, topic="/tracker/pose", kind="pose") -> None:
     end = len(q) * (STILL + MOVE)
     rng = np.random.default_rng(1)

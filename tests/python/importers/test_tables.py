@@ -249,3 +249,27 @@ def test_the_pendant_of_a_ur_names_its_joints(session: Session) -> None:
     path = session.table("Base,Shoulder,Elbow,Wrist 1,Wrist 2,Wrist 3,X,Y,Z", Q + "," + P)
     read = import_measurements([path])
     np.testing.assert_allclose(np.column_stack([read.columns[f"q{j}_deg"] for j in range(1, 7)]), session.q, atol=1e-9)
+
+
+def test_the_sheet_with_the_table_says_what_is_wrong_and_not_the_cover(session: Session) -> None:
+    path = session.folder / "book.xlsx"
+    book = openpyxl.Workbook()
+    book.active.append(["Vermessung Roboter 4711"])  # a cover sheet, which holds no table
+    sheet = book.create_sheet("Messwerte")
+    sheet.append(HEAD.split(","))
+    for name, q, point in zip(session.names, session.q, session.points, strict=True):
+        sheet.append([name, *map(float, q), *map(float, point)])
+    sheet["C5"] = "zehn"
+    book.save(path)
+    with pytest.raises(ParseError, match=r":5: sheet 'Messwerte': column 'J2': expected a number, got 'zehn'"):
+        import_measurements([path])
+
+
+@pytest.mark.parametrize("word", ["n. gemessen", "not measured", "#NV", "fehlt"])
+def test_words_in_place_of_a_point_leave_its_row_out(session: Session, word: str) -> None:
+    path = session.table(HEAD, ROW)
+    lines = path.read_text().splitlines()
+    path.write_text("\n".join([*lines[:4], ",".join([*lines[4].split(",")[:7], word, "", ""]), *lines[5:]]))
+    found = import_measurements([path])
+    assert len(found) == len(session.q) - 1
+    assert any("a measured point" in note and "5" in note for note in found.notes)

@@ -13,6 +13,7 @@ from fastcal import robots
 from fastcal.conversion import convert
 from fastcal.errors import InvalidInput, ParseError
 from fastcal.io.robot_file import load_robot, read_spec, write_spec
+from fastcal.io.urdf_chain import read_chain
 from fastcal.io.urdf_file import urdf_text, what_urdf_loses
 from fastcal.robot import se3
 from fastcal.robot.se3 import Array
@@ -150,3 +151,25 @@ def test_what_a_urdf_cannot_hold_is_named_and_effects_are_not_lost_in_silence(tm
     assert "gravity_m_s2" in what_urdf_loses(tilted)
     with pytest.raises(InvalidInput, match="from a robot of kind urdf, got dh: convert it first"):
         urdf_text(read_spec("ur5"))
+
+
+def test_tabs_and_line_ends_between_numbers_are_blanks() -> None:
+    """As any XML parser hands attributes over; urdfdom alone refuses them. Comments and their quotes are no markup."""
+    odd = XML.replace('"0 0 0.5"', "'0\n  0\t0.5'").replace(
+        '<link name="base"/>', '<link\r\n name="base"/><!-- a "b -->'
+    )
+    assert odd.count("\t") == 1
+    plain, read = (read_chain(text) for text in (XML, odd))
+    for one, other in zip(plain["joints"], read["joints"], strict=True):
+        np.testing.assert_array_equal(one["origin"], other["origin"])
+
+
+def test_an_origin_over_several_lines_is_written_in_place(tmp_path: Path) -> None:
+    odd = XML.replace('<origin xyz="0 0 0.5" rpy="0 0 0"/>', "<origin\n\txyz='0\t0 0.5'\n\trpy='0 0 0'/>")
+    (tmp_path / "odd.urdf").write_text(odd)
+    spec = read_spec(tmp_path / "odd.urdf")
+    spec["joints"][0]["origin"]["xyz_mm"][2] += 1
+    write_spec(spec, tmp_path / "out.urdf")
+    moved = odd.replace("'0\t0 0.5'", "'0.0 0.0 0.501'").replace("='0 0 0'", "='0.0 0.0 0.0'")
+    assert (tmp_path / "out.urdf").read_text() == moved
+    assert load_robot(tmp_path / "out.urdf").joint_count == 2
