@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: MIT
 """The documentation builds as a site without a warning, a dead link being one, and lists every public name."""
 
+import html
 import re
 import subprocess
 from pathlib import Path
@@ -11,12 +12,27 @@ import fastcal
 ROOT = Path(__file__).parents[2]
 
 
+# Markup that became text: a fence, an item of a list, bold letters, a row of a table, a link.
+MARKUP = re.compile(r"```|^\d+\. \*?\w.*$|^- .*$|\*\*[^*\n]+\*\*|^\|.*\|$|\]\(", re.MULTILINE)
+
+
+def visible(page: str) -> str:
+    """The text of a page's article without its code and headings."""
+    article = page.split("<article", 1)[-1].split("</article>")[0]
+    prose = re.sub(r"<(pre|code|h\d)\b.*?</\1>", "", article, flags=re.DOTALL)
+    return html.unescape(re.sub(r"<[^>]+>", "", prose))
+
+
 def test_the_site_builds_without_a_warning() -> None:
     built = subprocess.run([ROOT / "tools" / "site"], capture_output=True, text=True, check=False)
     assert built.returncode == 0, built.stderr
     assert "WARNING" not in built.stderr
     home = Path(built.stdout.strip().splitlines()[-1])
     assert "fastcal" in home.read_text(encoding="utf-8")
+    pages = [page for page in home.parent.rglob("*.html") if page.name != "404.html"]
+    assert len(pages) > 70
+    unread = {page.name: MARKUP.findall(visible(page.read_text(encoding="utf-8"))) for page in pages}
+    assert {name: found for name, found in unread.items() if found} == {}
 
 
 def test_the_reference_lists_every_public_name() -> None:
