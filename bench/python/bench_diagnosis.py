@@ -175,7 +175,7 @@ def _right_names(at: Setting, said: Diagnosis, truth: Truth) -> set[tuple[str, s
     d[row >= 0] = truth.shift[start.fit.problem.rows[row[row >= 0][::3]]].ravel()
     problem = start.fit.problem
     d[row >= 0] = without_memory(problem, d[row >= 0] / problem.noise.factor, row[row >= 0])
-    tests = _core.ScoreTests(A, blocks.columns, d, blocks.sizes)
+    tests = _core.ScoreTests(A, blocks.columns.values, d, blocks.sizes)
     share = np.asarray(tests.scores.statistic) / tests.remaining
     rank = np.asarray(tests.scores.rank)
     out: set[tuple[str, str]] = set()
@@ -363,10 +363,10 @@ def timing() -> str:
         out.append(f"{rows} rows: {time.process_time() - start:.2f} s, {found.verdict}: {found.effects[0].label}")
         A, r, _row = found.search.start.fit.whitened
         blocks = found.search.start.blocks
-        named = sum(blocks.sizes[: blocks.count])
+        named, columns = sum(blocks.sizes[: blocks.count]), blocks.columns.values
         start = time.process_time()
         for _ in range(10):
-            _core.ScoreTests(A, blocks.columns[:, :named], r, blocks.sizes[: blocks.count])
+            _core.ScoreTests(A, columns[:, :named], r, blocks.sizes[: blocks.count])
         taken = (time.process_time() - start) / 10
         out.append(f"{rows} rows: screening of {blocks.count} names {1e3 * taken:.1f} ms")
     return "\n".join(out)
