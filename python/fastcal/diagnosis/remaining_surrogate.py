@@ -54,7 +54,8 @@ def with_surrogate(
     if found.owner is None or found.evidence < rules.SURROGATE_EVIDENCE:
         return None, None, rest
     on = tuple(_COLUMNS.get(name, name) for name in found.depends_on)
-    hints = tuple(f.text for f in formulas(found.depends_on, found.inputs, found.curve))
+    is_borne_out = found.held_out < rules.SURROGATE_HELD_OUT
+    hints = tuple(f.text for f in formulas(found.depends_on, found.inputs, found.curve)) if is_borne_out else ()
     added = ",".join(dict.fromkeys(found.added)) or None
     placed = Unexplained(found.owner, found.share, on, added, hints)
     if added is None:

@@ -38,6 +38,8 @@ def test_what_batches_of_rows_share_is_not_named_and_makes_nothing_worse(batches
     found = diagnose(ARM, data, test=lengths(20, 5, seed + 1000, 0.0, 0.0))
     assert found.verdict == "unexplained"
     assert [f for f in found.effects if f.grade in "AB"] == []
+    assert found.unexplained is not None
+    assert found.unexplained.formulas == ()
     before, after = found.gap[0].test_rms_mm, found.gap[-1].test_rms_mm
     assert before is not None
     assert after is not None
