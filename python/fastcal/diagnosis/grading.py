@@ -84,7 +84,7 @@ def borne_out(search: Search, state: SearchNode) -> SearchNode:
     while state.names:
         over = np.array(
             [
-                -np.inf if _is_bent(state, name) else less - _least_gain(search, state, name) * e
+                -np.inf if _is_oversized_wave(state, name) else less - _least_gain(search, state, name) * e
                 for (less, e), name in zip(state.gains, state.names, strict=True)
             ]
         )
@@ -98,7 +98,7 @@ def borne_out(search: Search, state: SearchNode) -> SearchNode:
     return state
 
 
-def _is_bent(state: SearchNode, name: Hypothesis) -> bool:
+def _is_oversized_wave(state: SearchNode, name: Hypothesis) -> bool:
     """Is it a wave larger than gears have, where something remains?"""
     if not name.traits.is_wave:
         return False
@@ -107,9 +107,9 @@ def _is_bent(state: SearchNode, name: Hypothesis) -> bool:
 
 
 def _least_gain(search: Search, state: SearchNode, name: Hypothesis) -> float:
-    """Standard errors by which a name must help: fewer for a certain one, unless a part that is no wave is unexplained.
+    """Standard errors by which a name must help: fewer for a certain one, but not for a wave where something remains.
 
-    Which waves, of thousands, is chosen by what remains, and that is no noise.
+    Waves are picked out of thousands, there by a misfit that is no noise, whatever their level against noise.
     """
     if len(state.names) > rules.MAX_EFFECTS_GROWN or (is_periodic(name) and not state.suffices):
         return rules.MIN_GAIN

@@ -47,7 +47,7 @@ def with_orders_between(search: Search, state: SearchNode) -> SearchNode:
     """
     for owner in sorted({name.owner for name in state.names}):
         waves = [name for name in state.names if name.owner == owner and is_periodic(name)]
-        if not 1 < len(waves) <= len(state.names) <= rules.MAX_EFFECTS_GROWN:
+        if len(waves) < 2 or len(state.names) > rules.MAX_EFFECTS_GROWN:
             continue
         base = without(search, state, waves)
         one = [search.state([*base.names, name], base) for name in scan(base) if name.owner == owner]

@@ -37,6 +37,7 @@ _PROMISING = 40  # candidates that are weighed again beside the first: what has 
 _ROWS = 1200  # that blocks are chosen on: more add nothing about a smooth curve
 _ROWS_FITTED = 6000
 _FEW_ROWS = 100  # where the choice of blocks itself is part of what poses left out must confirm
+_SHARED = 0.8  # distinct places over rows, from which on poses are as good as places
 _COMPONENTS = 8  # of the function's uncertainty that a model keeps
 
 
@@ -190,11 +191,12 @@ def _elsewhere(
 ) -> float:
     """The same of all rows at values of a block's inputs: poses of a grid share them, and what is wrong there.
 
-    0 where the inputs have few values, such as a direction of approach.
+    0 where the inputs have few values, such as a direction of approach, or hardly any that rows share: poses left out
+    test these.
     """
     values = problem.inputs(block.candidate.inputs)
     place = place_groups(values, gates.bins)
-    if place.max() < 2 * FOLDS:
+    if not 2 * FOLDS <= place.max() < _SHARED * len(place):
         return 0.0
     fold = deal(int(place.max()) + 1, FOLDS, np.random.default_rng(0))[place]
     few = len(np.unique(values, axis=0)) < _FEW_ROWS

@@ -133,15 +133,15 @@ def beside_something_without_a_name_no_wave_is_larger_than_gears_have() -> None:
     wave = name(1, "gear_harmonic", order=2.0)
     parameters = [SimpleNamespace(name=n, sigma=3e-4) for n in ("sine_2x", "cosine_2x")]
 
-    def is_bent(amplitude: float, suffices: bool) -> bool:
+    def is_oversized(amplitude: float, suffices: bool) -> bool:
         fit = SimpleNamespace(
             place=lambda n: slice(0, 2), theta=np.array([amplitude, 0.0]), model=SimpleNamespace(parameters=parameters)
         )
-        return grading._is_bent(SimpleNamespace(fit=fit, suffices=suffices), wave)
+        return grading._is_oversized_wave(SimpleNamespace(fit=fit, suffices=suffices), wave)
 
-    assert is_bent(0.3, suffices=False)
-    assert not is_bent(3e-3, suffices=False)
-    assert not is_bent(0.3, suffices=True)
+    assert is_oversized(0.3, suffices=False)
+    assert not is_oversized(3e-3, suffices=False)
+    assert not is_oversized(0.3, suffices=True)
 
 
 def likeness_world(alike: float) -> tuple[World, list]:
