@@ -36,6 +36,7 @@ _ROUNDS = 12
 _MOST_ROWS = 200  # of more, every k-th is searched
 _FREEDOM = 1 / 3  # of a set's numbers must be left by its fit: with fewer it bends to each row
 _START_NOISE = 1e-4  # [m] the noise at which a start holds its parameters to their plausible sizes
+_NOTHING = 1e-12  # of the largest singular value: rounding
 _LOOSE = 1e-6  # weight that holds what the rows do not show, beside that of a start
 
 
@@ -45,16 +46,40 @@ class Rows:
     def __init__(self, J: FloatArray, residual: FloatArray, rank: int) -> None:
         """J (N, 3, P) by plausible sizes, residual (N, 3) predicted less measured, rank: parameters that show."""
         self.J, self.residual, self.rank = J, residual, rank
-        self.count, _, self.columns = J.shape
-        self.normal = np.einsum("nci,ncj->nij", J, J).reshape(self.count, -1)
-        self.pull = np.einsum("nci,nc->ni", J, residual)
+        self.count = len(J)
+        # A fit held at 0 stays in the space of the rows of J: with it as the basis there are fewer parameters.
+        _, s, V = np.linalg.svd(J.reshape(-1, J.shape[2]), full_matrices=False)
+        self.reduced = J @ V[s > _NOTHING * s[0]].T
+        self.columns = self.reduced.shape[2]
+        self.above = np.triu_indices(self.columns)
+        first, second = self.above
+        self.normal = (self.reduced.transpose(0, 2, 1) @ self.reduced)[:, first, second]
+        self.pull = np.einsum("nci,nc->ni", self.reduced, residual)
 
-    def squares(self, weight: FloatArray, held: float) -> FloatArray:
-        """(S, N) squared residual lengths about the fits of rows with weights (S, N), parameters held at 0."""
-        A = (weight @ self.normal).reshape(-1, self.columns, self.columns) + held * np.eye(self.columns)
+    def squares(self, chosen: BoolArray, held: float) -> FloatArray:
+        """(S, N) squared residual lengths about the fits of the rows chosen (S, N), parameters held at 0."""
+        weight = chosen.astype(np.float64)
+        A = np.empty((len(weight), self.columns, self.columns))
+        A[:, self.above[0], self.above[1]] = A[:, self.above[1], self.above[0]] = weight @ self.normal
+        A[:, range(self.columns), range(self.columns)] += held
         x = -np.linalg.solve(A, (weight @ self.pull)[..., np.newaxis])[..., 0]
-        left = self.residual + np.tensordot(x, self.J, axes=(1, 2))
-        return np.asarray(np.einsum("snc,snc->sn", left, left))
+        left = x @ self.reduced.reshape(-1, self.columns).T + self.residual.ravel()
+        return np.asarray(np.square(left, out=left).reshape(-1, self.count, 3).sum(axis=2))
+
+    def squares_of_few(self, picked: IntArray, held: float) -> FloatArray:
+        """The same of a few rows each, by their numbers picked (S, k).
+
+        From the dual: x = -J_k' (J_k J_k' + held 1)^-1 r_k for the 3 k numbers r_k of the picked rows, so that a set is
+        a system of 3 k equations and no parameter appears.
+        """
+        J = self.reduced.reshape(-1, self.columns)
+        K, r = J @ J.T, self.residual.ravel()
+        numbers = (3 * picked[:, :, np.newaxis] + np.arange(3)).reshape(len(picked), -1)
+        A = K[numbers[:, :, np.newaxis], numbers[:, np.newaxis]] + held * np.eye(numbers.shape[1])
+        pulled = np.linalg.solve(A, r[numbers][..., np.newaxis])[..., 0]
+        x = -(pulled[:, np.newaxis] @ J[numbers])[:, 0]
+        left = x @ J.T + r
+        return np.asarray(np.square(left, out=left).reshape(-1, self.count, 3).sum(axis=2))
 
     def score(self, inside: FloatArray, outside: FloatArray, k: IntArray) -> FloatArray:
         """S by the sums of squares of k rows and of the others; infinite where too few degrees of freedom are left."""
@@ -68,15 +93,17 @@ class Rows:
         return np.where(freedom >= _FREEDOM * 3 * k, total, np.inf)
 
     def noise(self, chosen: BoolArray, held: float) -> float:
-        """Root mean square of the numbers of some rows about their fit, over its degrees of freedom."""
-        squares = self.squares(chosen[np.newaxis].astype(float), held)[0]
-        return float(np.sqrt(squares[chosen].sum() / max(3 * chosen.sum() - self.rank, 1)))
+        """Root mean square of the numbers of the rows chosen (N,) about their fit, over its degrees of freedom."""
+        return float(self._noise(chosen[np.newaxis], self.squares(chosen[np.newaxis], held))[0])
 
-    def are_gross(self, chosen: BoolArray, held: float) -> bool:
-        """Are the rows that are not chosen off by GROSS times the noise of the others?"""
-        squares = self.squares(chosen[np.newaxis].astype(float), held)[0]
-        off = float(np.sqrt(squares[~chosen].sum() / max(3 * np.sum(~chosen), 1)))
-        return off >= GROSS * self.noise(chosen, held)
+    def _noise(self, chosen: BoolArray, squares: FloatArray) -> FloatArray:
+        return np.sqrt((squares * chosen).sum(axis=1) / np.maximum(3 * chosen.sum(axis=1) - self.rank, 1))
+
+    def are_gross(self, chosen: BoolArray, held: float) -> BoolArray:
+        """(S,) are the rows that are not chosen (S, N) off by GROSS times the noise of the others?"""
+        squares = self.squares(chosen, held)
+        off = np.sqrt((squares * ~chosen).sum(axis=1) / np.maximum(3 * (~chosen).sum(axis=1), 1))
+        return np.asarray(off >= GROSS * self._noise(chosen, squares))
 
     def most_probable(self, squares: FloatArray) -> tuple[FloatArray, BoolArray]:
         """Of the sets of the k smallest `squares` (S, N) that with the least S: S (S,) and its rows (S, N)."""
@@ -99,27 +126,31 @@ def agreeing_rows(rows: Rows, kept: BoolArray, noise: float) -> BoolArray | None
     chosen = np.linspace(0, rows.count - 1, min(rows.count, _MOST_ROWS)).round().astype(int)
     some = Rows(rows.J[chosen], rows.residual[chosen], rows.rank)
     rng = np.random.default_rng(0)
-    start = np.zeros((_STARTS, some.count))
-    picked = np.argsort(rng.random(start.shape), axis=1)[:, :_START_ROWS]
-    np.put_along_axis(start, picked, 1.0, axis=1)
-    squares = some.squares(start, (_START_NOISE / noise) ** 2)
+    picked = np.argsort(rng.random((_STARTS, some.count)), axis=1)[:, :_START_ROWS]
+    squares = some.squares_of_few(picked, (_START_NOISE / noise) ** 2)
     scores, sets = some.most_probable(squares)
     few = min(some.count, max(round(_FEWEST * some.count), rows.rank // 2 + 1))
     nearest = squares
     for _ in range(_CONCENTRATIONS):
-        nearest = some.squares((nearest <= np.sort(nearest, axis=1)[:, few - 1 : few]).astype(float), loose)
+        nearest = some.squares(nearest <= np.partition(nearest, few - 1, axis=1)[:, few - 1 : few], loose)
     more_scores, more = some.most_probable(nearest)
     scores, sets = np.concatenate([scores, more_scores]), np.concatenate([sets, more])
+    followed = np.zeros((0, some.count), dtype=bool)
     for _ in range(_ROUNDS):
-        best = np.argsort(scores, kind="stable")[:_FOLLOWED]
-        scores, sets = some.most_probable(some.squares(np.unique(sets[best], axis=0).astype(float), loose))
-    gross = np.array([some.are_gross(sets[k], loose) for k in range(len(sets))])
+        before, followed = followed, np.unique(sets[np.argsort(scores, kind="stable")[:_FOLLOWED]], axis=0)
+        if np.array_equal(followed, before):
+            break
+        scores, sets = some.most_probable(some.squares(followed, loose))
+    gross = some.are_gross(sets, loose)
     if not gross.any():
         return None
     found = np.zeros(rows.count, dtype=bool)
     found[chosen] = sets[np.argmin(np.where(gross, scores, np.inf))]
     for _ in range(_ROUNDS):
-        (score,), (found,) = rows.most_probable(rows.squares(found[np.newaxis].astype(float), loose))
-    left = rows.squares(kept[np.newaxis].astype(float), loose)[0]
+        last = found
+        (score,), (found,) = rows.most_probable(rows.squares(found[np.newaxis], loose))
+        if np.array_equal(found, last):
+            break
+    left = rows.squares(kept[np.newaxis], loose)[0]
     own = rows.score(left[kept].sum(), left[~kept].sum(), np.asarray(kept.sum()))
-    return found if rows.are_gross(found, loose) and score < own - MARGIN else None
+    return found if rows.are_gross(found[np.newaxis], loose)[0] and score < own - MARGIN else None

@@ -141,6 +141,23 @@ def test_rows_that_agree_are_found_in_a_plain_linear_problem() -> None:
     assert agreeing_rows(Rows(J, noise, 6), every, 1e-3) is None
 
 
+def test_squares_are_those_of_a_least_squares_fit_that_is_held() -> None:
+    """Both ways, beside `lstsq` with a row for each parameter; the last column shows nothing that is new."""
+    rng = np.random.default_rng(7)
+    J, residual = rng.normal(size=(30, 3, 5)), rng.normal(size=(30, 3))
+    J = np.concatenate([J, J @ rng.normal(size=(5, 1))], axis=2)
+    rows, held = Rows(J, residual, 5), 0.3
+    picked = np.array([[0, 7, 19, 28], [3, 4, 5, 29]])
+    chosen = np.zeros((2, 30), dtype=bool)
+    np.put_along_axis(chosen, picked, True, axis=1)
+    for each, squares, few in zip(chosen, rows.squares(chosen, held), rows.squares_of_few(picked, held), strict=True):
+        system = np.vstack([J[each].reshape(-1, 6), np.sqrt(held) * np.eye(6)])
+        x = np.linalg.lstsq(system, -np.concatenate([residual[each].ravel(), np.zeros(6)]), rcond=None)[0]
+        expected = np.sum((residual + J @ x) ** 2, axis=1)
+        np.testing.assert_allclose(squares, expected, rtol=1e-9)
+        np.testing.assert_allclose(few, expected, rtol=1e-9)
+
+
 def test_rows_that_are_a_few_times_noisier_are_not_gross() -> None:
     rng = np.random.default_rng(6)
     J = rng.normal(size=(100, 3, 6))
