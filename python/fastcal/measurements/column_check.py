@@ -8,7 +8,7 @@ given with both figures, and nothing is changed. Points are judged first; orient
 
 Readings of points are compared by RMS misfit / RMS spread of the points, which units of length leave as it is, so that
 shrinking the points explains nothing; a ratio above 1 counts as 1, for the mean of the points does as well. Bounds that
-cost little (`least_misfit`) leave few readings to be fitted.
+cost little (`_least_misfits`) leave few readings to be fitted.
 """
 
 from __future__ import annotations
@@ -90,44 +90,66 @@ def _points(dataset: Dataset, robot: RobotFacts, misfit: Misfit, poses: Poses) -
     if as_read <= NEGLIGIBLE_SHARE * robot.reach:
         return None
     to_beat = min(1.0, as_read / _spread(position)) / BETTER_BY
-    _, G = _least_misfit(poses(q), position)
-    scale = float(np.sign(np.linalg.det(G)) * np.abs(np.linalg.det(G)) ** (1 / 3))
+    scale = _scale(poses(q), position)
+    readings = [each for each in other_readings(dataset, rows, list(robot.joint_types)) if len(each.q) >= FEWEST_ROWS]
     found = []
-    for reading in other_readings(dataset, rows, list(robot.joint_types)):
-        if len(reading.rows) < FEWEST_ROWS or not _worth_fitting(reading, scale, to_beat, poses):
-            continue
+    for reading in _worth_fitting(readings, scale, to_beat, poses):
         rms = misfit(reading.q, reading.position)
         found.append((reading.rank, rms / _spread(reading.position), rms, reading.words))
     return _best(found, to_beat, robot, lambda rms: f"{from_si(rms, 'mm'):.4g} mm", as_read, "points")
 
 
-def _worth_fitting(reading: Reading, scale: float, to_beat: float, poses: Poses) -> bool:
-    """Whether a bound leaves it possible that a reading beats, or is similar to, one that beats what is read.
+def _worth_fitting(readings: list[Reading], scale: float, to_beat: float, poses: Poses) -> list[Reading]:
+    """Those of which bounds leave it possible that they beat, or are similar to, one that beats what is read.
 
     `scale` is that of the points as read: a slip of the unit shows in it, and the bound can't see it.
     """
-    if reading.scale == 1.0:
-        least, _ = _least_misfit(poses(reading.q), reading.position)
-        return least < SIMILAR * to_beat * _spread(reading.position)
+    worth = [each for each in readings if each.scale != 1.0 and _may_have_scale(each, scale)]
+    unscaled = [each for each in readings if each.scale == 1.0]
+    for count in sorted({len(each.q) for each in unscaled}):  # all of one length at once
+        alike = [each for each in unscaled if len(each.q) == count]
+        T = poses(np.concatenate([each.q for each in alike])).reshape(len(alike), count, 4, 4)
+        least = _least_misfits(T, np.stack([each.position for each in alike]))
+        worth += [
+            each for each, bound in zip(alike, least, strict=True) if bound < SIMILAR * to_beat * _spread(each.position)
+        ]
+    return worth
+
+
+def _may_have_scale(reading: Reading, scale: float) -> bool:
     if reading.scale < 0.0:
         return scale <= 0.0 or abs(scale) < 1.0 / SCALE_BAND
     return not SCALE_BAND**-1 < abs(scale) < SCALE_BAND
 
 
-def _least_misfit(T: FloatArray, position: FloatArray) -> tuple[float, FloatArray]:
-    """A bound [m] that the misfit is not below, and the matrix G (3, 3) that takes points into the robot's base.
+def _least_misfits(T: FloatArray, position: FloatArray) -> FloatArray:
+    """(S,) bounds [m] that the misfits of S readings are not below, of poses (S, N, 4, 4) and points (S, N, 3)."""
+    system, origin = _linear_in_frames(T, position)
+    Q = np.linalg.qr(system)[0]
+    left = origin - (Q @ (Q.transpose(0, 2, 1) @ origin[..., np.newaxis]))[..., 0]
+    return np.asarray(np.sqrt(np.sum(left**2, axis=1) / T.shape[1]))
+
+
+def _scale(T: FloatArray, position: FloatArray) -> float:
+    """How many times larger the arm (N, 4, 4) is than the points (N, 3); negative where these are mirrored."""
+    system, origin = _linear_in_frames(T[np.newaxis], position[np.newaxis])
+    solution = np.linalg.lstsq(system[0], origin[0], rcond=None)[0]
+    volume = float(np.linalg.det(solution[:9].reshape(3, 3)))
+    return float(np.sign(volume) * np.abs(volume) ** (1 / 3))
+
+
+def _linear_in_frames(T: FloatArray, position: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Equations (S, 3 N, 15) and right sides (S, 3 N) of a base that may be any matrix G (3, 3), and a tool.
 
     p = A (t + R x) + b is t = G p - c - R x with G = A'; any G in place of a rotation makes it linear in G, c and x.
     """
-    N = len(T)
-    system = np.zeros((N, 3, 15))
+    S, N = T.shape[:2]
+    system = np.zeros((S, N, 3, 15))
     for axis in range(3):
-        system[:, axis, 3 * axis : 3 * axis + 3] = position - position.mean(axis=0)
-        system[:, axis, 9 + axis] = 1.0
-    system[:, :, 12:] = T[:, :3, :3]
-    solution, *_ = np.linalg.lstsq(system.reshape(3 * N, 15), T[:, :3, 3].reshape(-1), rcond=None)
-    left = T[:, :3, 3].reshape(-1) - system.reshape(3 * N, 15) @ solution
-    return float(np.sqrt(left @ left / N)), np.asarray(solution[:9].reshape(3, 3), dtype=np.float64)
+        system[:, :, axis, 3 * axis : 3 * axis + 3] = position - position.mean(axis=1, keepdims=True)
+        system[:, :, axis, 9 + axis] = 1.0
+    system[..., 12:] = T[..., :3, :3]
+    return system.reshape(S, 3 * N, 15), np.ascontiguousarray(T[..., :3, 3]).reshape(S, 3 * N)
 
 
 def _orientations(dataset: Dataset, robot: RobotFacts, poses: Poses) -> Suspicion | None:
