@@ -25,6 +25,7 @@ _FEWEST_ROWS = 12
 _MOST = 0.98
 _STEPS = 20
 _FADED = 1e-18
+_RIDGE = 1e-9  # on unit columns
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,13 +68,14 @@ def serial_correlation(J: FloatArray, residual: FloatArray, row: IntArray, count
         out[used] = values.reshape(-1, width, *values.shape[1:])
         return out
 
+    pairs = width * int(np.sum(used[1:] & used[:-1]))
+    e = table(_left(J, residual))
+    if pairs == 0 or _neighbours(e, e) * np.sqrt(pairs) < _DEVIATIONS * float(np.sum(e * e)):
+        return None
     Q, R = np.linalg.qr(J)
     r = residual - Q @ (Q.T @ residual)
     e = table(r)
-    pairs = width * int(np.sum(used[1:] & used[:-1]))
     found = _neighbours(e, e) / float(r @ r)
-    if pairs == 0 or found * np.sqrt(pairs) < _DEVIATIONS:
-        return None
     q, here = table(Q), used[:, np.newaxis, np.newaxis]
 
     def at(rho: float) -> tuple[float, float, FloatArray, FloatArray]:
@@ -97,6 +99,15 @@ def serial_correlation(J: FloatArray, residual: FloatArray, row: IntArray, count
     inverse = np.linalg.inv(R)
     covariance = inverse @ inner @ inverse.T * (float(r @ r) / trace)
     return SerialCorrelation(low, covariance, float(np.sqrt(white / trace)), trace**2 / squares)
+
+
+def _left(J: FloatArray, residual: FloatArray) -> FloatArray:
+    """(m,) what J leaves, by normal equations: a tenth of the work of a QR, which few fits need after all."""
+    length = np.linalg.norm(J, axis=0)
+    J = J / np.where(length > 0, length, 1.0)
+    normal = J.T @ J
+    normal[np.diag_indices_from(normal)] += _RIDGE
+    return np.asarray(residual - J @ np.linalg.solve(normal, J.T @ residual))
 
 
 def _neighbours(a: FloatArray, b: FloatArray) -> float:

@@ -50,17 +50,15 @@ class Judge:
         return AdaptedModel(model, evaluate(model, self.data, **frame), test)
 
 
-def models(
-    search: Search, best: SearchNode, names: Sequence[Hypothesis], judge: Judge, sigma: float
-) -> list[AdaptedModel]:
+def fits(search: Search, best: SearchNode, names: Sequence[Hypothesis]) -> list[Fit]:
     """The fitted geometry, then the fits with one effect of `names` more each time."""
-    fits, near = [search.start.fit], search.start
+    out, near = [search.start.fit], search.start
     added: list[Hypothesis] = []
     for group in groups(names):
         added = [*added, *group]
         near = best if len(added) == len(best.names) else search.state(added, near)
-        fits.append(near.fit)
-    return [judge.adapted(fit, sigma) for fit in fits]
+        out.append(near.fit)
+    return out
 
 
 def nominal(fit: Fit) -> Robot:

@@ -6,8 +6,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import special
 from threadpoolctl import threadpool_limits
 
@@ -15,8 +17,9 @@ from fastcal import _core
 from fastcal.calibration.data_notes import shared_row_notes
 from fastcal.calibration.inspection import check_columns, check_fit
 from fastcal.diagnosis import adaptation, grading, periodic, rivals, rules, sensitivity, unexplained
-from fastcal.diagnosis.fits import fit
+from fastcal.diagnosis.fits import Fit, fit
 from fastcal.diagnosis.library import Hypothesis, Library, build_library, parse_exclusions
+from fastcal.diagnosis.many_rows import on_all_rows, searched_rows
 from fastcal.diagnosis.noise import NoiseLevel, with_estimated_noise
 from fastcal.diagnosis.one_curve import waves_of_one_curve, with_orders_between
 from fastcal.diagnosis.periodic import is_periodic
@@ -91,7 +94,9 @@ def _diagnosed(
 ) -> Diagnosis:
     """`diagnose`, its arguments checked."""
     notify("fitting the geometry")
-    problem = prepared_problem(robot, data, library.names, _claimed(data, sigma), threads)
+    rows = searched_rows(data)
+    looked_at = data if rows is None else data.select(rows)
+    problem = prepared_problem(robot, looked_at, library.names, _claimed(looked_at, sigma), threads)
     notify("how large the noise is")
     problem, level = with_estimated_noise(problem, fit(problem, []), sigma)
     plain, best, level = _searched(problem, level, sigma, notify)
@@ -111,7 +116,7 @@ def _diagnosed(
     level = level.calmer(model.noise) if model.profiles else level
     final = model.state if not model.profiles else SearchNode(model.fit, search.start.family)
     remains = remains if final is best else unexplained.remains(final)
-    found = _Found(robot, data, test, search, model, final, remains, library, level, sigma, threads)
+    found = _Found(robot, data, rows, test, search, model, final, remains, library, level, sigma, threads)
     notify("adding what was found")
     return found.result()
 
@@ -142,6 +147,7 @@ def _searched(
         else:
             best = _best(plain.search.grow())
             again, level = _again(problem, best, sigma)
+            again = None if plain.search.is_cut_short else again
         if again is None or round_ == rules.MAX_SEARCHES - 1:
             break
         plain = plain.again(again)
@@ -184,6 +190,7 @@ class _Found:
 
     robot: Robot
     data: Dataset
+    rows: NDArray[np.intp] | None  # that were searched; None: all
     test: Dataset | None
     search: Search
     model: rivals.Model
@@ -199,6 +206,21 @@ class _Found:
         """The names."""
         return self.model.state
 
+    @cached_property
+    def whole(self) -> Problem:
+        """All rows but for those out of reach."""
+        return self.search.problem if self.rows is None else on_all_rows(self.model.fit, self.data)
+
+    @cached_property
+    def fit(self) -> Fit:
+        """The model, fitted to all rows."""
+        return self.model.fit if self.rows is None else rivals.refitted(self.model, self.whole)
+
+    @property
+    def reaches(self) -> NDArray[np.bool_]:
+        """(N,) rows of all that the model reaches."""
+        return self.model.reaches if self.rows is None else self.whole.used
+
     def result(self) -> Diagnosis:
         """Calibrated models, grades, what remains, and everything else that a reader should know."""
         best, search = self.best, self.search
@@ -213,7 +235,7 @@ class _Found:
         rest = unexplained.rest(search, self.final) if self.remains else None
         gap = adaptation.gap(steps, names, profiles)
         judge = adaptation.Judge(self.data, self.test, self.threads)
-        more, step, rest = with_surrogate(steps[-1], self.model.fit, self.model.reaches, judge, rest)
+        more, step, rest = with_surrogate(steps[-1], self.fit, self.reaches, judge, rest)
         findings = [self._finding(best.names[k], proofs[k], equivalents[k], steps[-1].model, rest) for k in order]
         if findings and all(f.grade == "A" for f in findings) and not self._stands(steps[-1].model):
             findings = [replace(f, grade="B", limits=(Because(Reason.OWN_MODEL),)) for f in findings]
@@ -228,7 +250,7 @@ class _Found:
             effects=findings,
             unexplained=rest,
             untestable=sensitivity.untestable(search, self.library),
-            outliers=_outliers(best, self.data) if is_named else _left_out(self.model, self.data),
+            outliers=self._outliers(is_named),
             sigma_mm=from_si(self.level.sigma, "mm"),
             sigma_source=self.level.source,
             sigma_note=self.level.note,
@@ -241,15 +263,29 @@ class _Found:
             state=best,
             final=self.final,
             plan=self._plan(equivalents),
-            notes=list(self.data.notes),
+            notes=[*self.data.notes, *self._limits()],
         )
         return replace(said, sentence=sentence_of(said))
+
+    def _limits(self) -> list[str]:
+        """What the search did not look at, in sentences."""
+        out = []
+        if self.rows is not None:
+            share = f"{len(self.rows)} of {int(self.data.measured.sum())} measured rows"
+            out.append(f"causes were searched for in {share}, spread evenly; the models are fitted to all of them")
+        if self.search.is_cut_short:
+            out.append(
+                f"the search for causes was cut short after {len(self.search.seen)} sets of effects: larger sets and "
+                "exchanges of their members were left untried; with effects excluded it goes further"
+            )
+        return out
 
     def _stands(self, model: Robot) -> bool:
         """Does the diagnosis of the model that is written, from its first fit and noise on, find nothing new?"""
         asked = {name.key for name in self.library.names}
         names = [name for name in build_library(model, self.data).names if name.key in asked]
-        problem = prepared_problem(model, self.data, names, _claimed(self.data, self.sigma), self.threads)
+        data = self.search.problem.data
+        problem = prepared_problem(model, data, names, _claimed(data, self.sigma), self.threads)
         problem, _level = with_estimated_noise(problem, fit(problem, []), self.sigma)
         return Search(problem).start.suffices
 
@@ -263,10 +299,19 @@ class _Found:
     def _adapted(self, names: Sequence[Hypothesis]) -> list[AdaptedModel]:
         """The fits as robots: with each name, then with the curves."""
         judge = adaptation.Judge(self.data, self.test, self.threads)
-        steps = adaptation.models(self.search, self.best, names, judge, self.level.sigma)
+        fits = adaptation.fits(self.search, self.best, names)
+        if self.rows is not None:
+            fits = [self.fit if at is self.model.fit else fit(self.whole, at.added, at) for at in fits]
         if self.model.profiles:
-            steps.append(judge.adapted(self.model.fit, self.level.sigma))
-        return steps
+            fits.append(self.fit)
+        return [judge.adapted(at, self.level.sigma) for at in fits]
+
+    def _outliers(self, is_named: bool) -> list[int]:
+        """Rows that the model can't reach."""
+        if self.rows is None and is_named:
+            return _outliers(self.best)
+        # What is missing from a poorer model puts no row on the list.
+        return [int(i) for i in np.flatnonzero(self.data.measured & ~self.reaches)]
 
     def _finding(
         self,
@@ -329,15 +374,10 @@ def _replacement(best: SearchNode, other: SearchNode) -> Hypothesis:
     return next(name for name in other.names if name.key not in there or name not in best.names)
 
 
-def _left_out(model: rivals.Model, data: Dataset) -> list[int]:
-    """Rows that even the richest model can't reach: what is missing from a poorer one puts no row on the list."""
-    return [int(i) for i in np.flatnonzero(data.measured & ~model.reaches)]
-
-
-def _outliers(best: SearchNode, data: Dataset) -> list[int]:
+def _outliers(best: SearchNode) -> list[int]:
     """Rows that the set can't reach: where noise alone makes one row so large in one of a hundred such sets."""
     problem = best.fit.problem
-    every = problem.with_rows(data.measured)
+    every = problem.with_rows(problem.data.measured)
     model, samples = every.model(best.fit.entries, every.kept)
     near = _core.linearize(model, samples, every.measured, best.fit.theta, every.common_noise, every.threads)
     A, r, row = replace(best.fit, problem=every, model=model, samples=samples, near=near).whitened

@@ -40,6 +40,8 @@ from fastcal.robot.robot import Spec
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
+_WIDER = 1.3  # by which the longest reach grows with each step that succeeds, once one has failed
+
 
 @dataclass(frozen=True, eq=False)
 class Fit:
@@ -55,6 +57,7 @@ class Fit:
         remaining: |whitened residual|^2, priors and pulls included.
         near: Whitened Jacobian and residual at theta.
         converged: Would a further step change nothing?
+        work: Numbers of Jacobians that it took.
     """
 
     problem: Problem
@@ -70,6 +73,7 @@ class Fit:
     remaining: float
     near: _core.Linearization
     converged: bool = True
+    work: int = 0
 
     @cached_property
     def covariance(self) -> FloatArray:
@@ -166,13 +170,13 @@ class Fit:
     def freedom(self) -> float:
         """Degrees of freedom of the measured numbers: their count less the parameters that they determine.
 
-        m - tr(H) over the measured rows, H = Q Q^T of the rows with their priors.
+        m - tr(J (J^T J + D^-2)^-1 J^T), D the deviations of priors and pulls.
         """
-        A = self.whitened[0]
-        length = np.linalg.norm(A, axis=0)
-        Q = np.linalg.qr(A / length)[0]
-        m = len(self.near.r)
-        return max(m - float(np.sum(Q[:m] ** 2)), 1.0)
+        hold = held(self.prior, self.pull)[self.free]
+        J = self._measured * hold
+        inverse = linalg.inv(J.T @ J + np.eye(len(hold)), check_finite=False)
+        determined = len(hold) - float(np.trace(inverse))
+        return max(len(self.near.r) - determined, 1.0)
 
     @cached_property
     def loads(self) -> FloatArray:
@@ -237,6 +241,7 @@ def fit(problem: Problem, added: Sequence[Hypothesis], start: Fit | None = None,
         return out, float(step @ g)
 
     near = linearized(theta)
+    work = near.J.size
     size = _sizes(problem, model, near)
     prior = np.concatenate([_priors(problem, entries, model), no_bound])
     centre[np.isfinite(prior)] = 0.0
@@ -248,7 +253,7 @@ def fit(problem: Problem, added: Sequence[Hypothesis], start: Fit | None = None,
         centre[own] = np.where(np.isfinite(pull[own]), start.theta[own], centre[own])
     deviation = held(prior, pull)[free]
     best = remaining(theta, near), theta, near
-    reach = rules.MAX_STEP
+    reach = most = rules.MAX_STEP
     converged = False
     for _ in range(rules.MAX_ITERATIONS):
         there, gain = stepped(best[1], best[2], reach)
@@ -256,16 +261,19 @@ def fit(problem: Problem, added: Sequence[Hypothesis], start: Fit | None = None,
         if converged:
             break
         near = linearized(there)
+        work += near.J.size
         now = remaining(there, near), there, near
         if now[0] > best[0] * (1 + rules.CHI_SQUARE_SHARE) + rules.CHI_SQUARE_TOLERANCE:
+            most = reach / 2
             reach /= 4  # shortens the step along what the data hardly show, such as a wrist's gauge, and nothing else
             continue
         converged = best[0] - now[0] < rules.CHI_SQUARE_TOLERANCE + rules.CHI_SQUARE_SHARE * now[0]
-        best, reach = now, min(2 * reach, rules.MAX_STEP)
+        best, reach = now, min(2 * reach, most)
+        most = min(_WIDER * most, rules.MAX_STEP)  # a reach that failed is not tried again at once
         if converged:
             break
     left, at = best[0], best[2]
-    return Fit(problem, added, entries, model, samples, best[1], free, prior, pull, centre, left, at, converged)
+    return Fit(problem, added, entries, model, samples, best[1], free, prior, pull, centre, left, at, converged, work)
 
 
 def held(prior: FloatArray, pull: FloatArray) -> FloatArray:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import combinations, product
 
 import numpy as np
@@ -40,7 +41,7 @@ class Curves:
     @property
     def count(self) -> int:
         """Of functions."""
-        return self.values.shape[1]
+        return int(self.values.shape[1])
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,7 +110,7 @@ def joint_curves(
     """
     q = data.q
     known = {} if known is None else known
-    yield _once(known, (f"q{joint + 1}",), lambda: _own_curve(q[:, joint], turns[joint]))
+    yield _once(known, (f"q{joint + 1}",), partial(_own_curve, q[:, joint], turns[joint]))
     load = loads[:, joint] if np.ptp(loads[:, joint]) > _ROUNDING * np.abs(loads).max() else np.zeros(len(loads))
     if load.any():
         signed = np.column_stack([polynomials(load, rules.CURVE_ORDERS), np.sign(load)])
@@ -120,9 +121,7 @@ def joint_curves(
     scaled = [_unit(q[:, i]) for i in range(q.shape[1])]
     for a, b in combinations(range(q.shape[1]), 2):
         if joint in (a, b) or abs(a - b) <= 2:
-            yield _once(
-                known, (f"q{a + 1}", f"q{b + 1}"), lambda a=a, b=b: _pair(scaled[a], scaled[b], q[:, a], q[:, b])
-            )
+            yield _once(known, (f"q{a + 1}", f"q{b + 1}"), partial(_pair, scaled[a], scaled[b], q[:, a], q[:, b]))
 
 
 def _once(known: Known, depends_on: tuple[str, ...], values: Callable[[], FloatArray]) -> Curves:
@@ -136,6 +135,11 @@ def _own_curve(q: FloatArray, turns: bool) -> FloatArray:
     return waves(q, rules.CURVE_ORDERS) if turns else polynomials(q, 2 * rules.CURVE_ORDERS)
 
 
+def _column(values: FloatArray, k: int) -> FloatArray:
+    """(N, 1) of (N, n)."""
+    return values[:, [k]]
+
+
 def _pair(x: FloatArray, y: FloatArray, a: FloatArray, b: FloatArray) -> FloatArray:
     """(N, 5) products of two positions, scaled (x, y) and as they are (a, b)."""
     return np.column_stack([x * y, *(f(a) * g(b) for f in (np.sin, np.cos) for g in (np.sin, np.cos))])
@@ -144,7 +148,7 @@ def _pair(x: FloatArray, y: FloatArray, a: FloatArray, b: FloatArray) -> FloatAr
 def _condition_curves(data: Dataset, known: Known) -> Iterator[Curves]:
     """Curves over what varies beside the pose."""
     for name, values, degree in _conditions(data):
-        yield _once(known, (name,), lambda v=values, d=degree: polynomials(v, d))
+        yield _once(known, (name,), partial(polynomials, values, degree))
 
 
 def _friction_curves(joint: int, data: Dataset, load: FloatArray, known: Known) -> Iterator[Curves]:
@@ -152,13 +156,13 @@ def _friction_curves(joint: int, data: Dataset, load: FloatArray, known: Known) 
     approach = data.approach
     if approach is None:
         return
-    yield _once(known, (f"approach{joint + 1}",), lambda: approach[:, [joint]])
+    yield _once(known, (f"approach{joint + 1}",), partial(_column, approach, joint))
     if load.any():
         loaded = _scaled_to_one(np.column_stack([np.abs(load), load]))
         yield Curves((f"approach{joint + 1}", "torque"), orthonormal(approach[:, [joint]] * loaded))
     for other in (joint - 1, joint + 1):
         if 0 <= other < data.q.shape[1]:
-            yield _once(known, (f"approach{other + 1}",), lambda other=other: approach[:, [other]])
+            yield _once(known, (f"approach{other + 1}",), partial(_column, approach, other))
 
 
 def _history_curves(joint: int, data: Dataset, known: Known) -> Iterator[Curves]:

@@ -67,7 +67,7 @@ def with_estimated_noise(problem: Problem, at: Fit, option: float | None) -> tup
     if rho > 0:
         every = remembering(every, rho)
         whole = fit(every, at.added, whole)
-        rich = rich_fit(whole)
+        rich = rich_fit(whole, rich.wrong)
     known = _from_repeats(every, rich, problem.data, option)
     if known is None and problem.data.sigma_position is not None and _agreement(rich) > 0:
         more = _rms_sigma(every, problem.data) * np.sqrt(max(rich.mean_square - 1.0, 0.0))
@@ -75,7 +75,7 @@ def with_estimated_noise(problem: Problem, at: Fit, option: float | None) -> tup
         common = (float(np.hypot(position, more)), turn, float(np.hypot(length, more)))
         every = every.with_noise(replace(every.noise, common=common))
         whole = fit(every, at.added, whole)
-        rich = rich_fit(whole)
+        rich = rich_fit(whole, rich.wrong)
     level = known or noise_level(every, rich, problem.data, option)
     used = every.used.copy()
     used[every.rows[isolated_rows(rich.wrong, every.kept)]] = False
@@ -125,10 +125,10 @@ def _agreement(rich: RichFit) -> int:
     return int(rich.mean_square > high) - int(rich.mean_square < low)
 
 
-def rich_fit(at: Fit) -> RichFit:
-    """A robust fit of the rich model."""
+def rich_fit(at: Fit, begun: IntArray | None = None) -> RichFit:
+    """A robust fit of the rich model; `begun` as in `without_outliers`."""
     _A, r, row = at.whitened
-    return without_outliers(_rich_columns(at), r, row)
+    return without_outliers(_rich_columns(at), r, row, begun)
 
 
 def _rich_columns(at: Fit) -> FloatArray:

@@ -193,6 +193,14 @@ def bare(state: SearchNode) -> Model:
     return Model(state, [], state.fit, state.fit.problem.noise, state.fit.problem.used)
 
 
+def refitted(model: Model, problem: Problem) -> Fit:
+    """The fit of a model to the rows of a problem; its own where that does not converge."""
+    if not model.profiles:
+        return fit(problem, model.state.names, model.fit)
+    found = _fitted(model.state, model.profiles, problem, model.fit)
+    return model.fit if found is None else found
+
+
 def _with_profiles(state: SearchNode, profiles: Sequence[Spec]) -> Model | None:
     """The set and profiles of the joints that move, refitted until the rows that it reaches no longer change.
 

@@ -22,7 +22,7 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.intp]
 
-_ITERATIONS, _ENOUGH = 60, 1e-4  # of conjugate gradients between two sets of weights, and their residual
+_ITERATIONS, _ENOUGH = 60, 1e-3  # of conjugate gradients between two sets of weights, and their residual
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,10 +48,13 @@ class _Solved:
     Z: FloatArray
 
 
-def without_outliers(X: FloatArray, r: FloatArray, row: IntArray) -> RichFit:
-    """A fit of X (m, p), about unit columns, to the rows that it reaches; `row` (m,) of each number, -1 a prior's."""
+def without_outliers(X: FloatArray, r: FloatArray, row: IntArray, begun: IntArray | None = None) -> RichFit:
+    """A fit of X (m, p), about unit columns, to the rows that it reaches; `row` (m,) of each number, -1 a prior's.
+
+    `begun`: rows that nearly the same model did not reach, to begin with; None: the suspects.
+    """
     Z = _basis(X)
-    wrong = _largest(_suspects(Z, r, row), None, row)
+    wrong = _largest(_suspects(Z, r, row) if begun is None else begun, None, row)
     for _ in range(rules.NOISE_ROUNDS):
         is_out = np.isin(row, wrong)
         solved = _without(Z, r, is_out)

@@ -140,13 +140,24 @@ class SearchNode:
 
 @dataclass(eq=False)
 class Search:
-    """Remembers every set that was fitted; `earlier` are those of a search with other noise: where fits begin."""
+    """Remembers every set that was fitted; `earlier` are those of a search with other noise: where fits begin.
+
+    `work` counts the numbers of Jacobians that its fits took; beyond MAX_WORK no larger sets and no exchanges are
+    tried, and `is_cut_short` says that some were left untried.
+    """
 
     problem: Problem
     notify: Callable[[str], None] = lambda text: None
     most: int = field(default_factory=lambda: rules.MAX_EFFECTS)
     seen: dict[tuple[str, ...], SearchNode] = field(default_factory=dict)
     earlier: dict[tuple[str, ...], SearchNode] = field(default_factory=dict)
+    work: int = 0
+    is_cut_short: bool = False
+
+    def may_go_on(self) -> bool:
+        """Is there work left for what a search would try next? Where not, it was cut short."""
+        self.is_cut_short |= self.work > rules.MAX_WORK
+        return not self.is_cut_short
 
     def again(self, problem: Problem) -> Search:
         """A search of the same robot and data with more names or other noise."""
@@ -168,9 +179,11 @@ class Search:
         levels = [[self.start]]
         if not self.start.suffices and (many := waves(self)) is not None:
             return [*levels, [many]]
-        while not any(state.suffices for state in levels[-1]) and len(levels) <= self.most:
+        while not any(state.suffices for state in levels[-1]) and len(levels) <= self.most and self.may_go_on():
             children: dict[tuple[str, ...], SearchNode] = {}
             for state in levels[-1][: rules.BEAM_WIDTH]:
+                if children and not self.may_go_on():
+                    break
                 for names in self.next_sets(state, rules.CHILDREN_PER_NODE):
                     child = self.state(names, state)
                     if self._is_earned(child, state):
@@ -210,7 +223,7 @@ class Search:
 
         A wrong first name, such as a link that bends where two joints yield, gives way once the others are in.
         """
-        while not state.suffices and len(state.names) < rules.MAX_EFFECTS_GROWN:
+        while not state.suffices and len(state.names) < rules.MAX_EFFECTS_GROWN and self.may_go_on():
             children = [self.state(names, state) for names in self.next_sets(state, rules.CHILDREN_PER_NODE)]
             earned = [c for c in children if not c.impossible and self._is_earned(c, state)]
             if not earned:
@@ -227,6 +240,7 @@ class Search:
             others = [
                 self.state(names, state)
                 for member in state.names
+                if self.may_go_on()
                 for names in self.next_sets(self.without(state, member), rules.EXCHANGES_PER_MEMBER)
             ]
             best = min((s for s in others if not s.impossible), key=lambda s: s.bic, default=state)
@@ -294,6 +308,7 @@ class Search:
         if key not in self.seen:
             begun = self.earlier.get(key, near)
             self.seen[key] = SearchNode(fit(self.problem, names, begun.fit), self.start.family)
+            self.work += self.seen[key].fit.work
         return self.seen[key]
 
     def pruned(self, state: SearchNode) -> SearchNode:

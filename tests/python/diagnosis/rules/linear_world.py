@@ -82,6 +82,7 @@ class World:
             value=lambda n: theta[places[id(n)]],
             covariance=np.linalg.inv(X.T @ X),
             model=SimpleNamespace(parameters=parameters),
+            work=X.size,
         )
 
     def columns_at(self, fit: Any) -> Columns:

@@ -3,13 +3,16 @@
 """Detection and identification: levels, the search over sets, what may replace a member, held-out rows."""
 
 from types import SimpleNamespace
+from typing import Any
 from unittest import mock
 
 import numpy as np
 
 from fastcal.calibration import repeatability
-from fastcal.diagnosis import diagnosis, grading, held_out, rivals, unexplained
+from fastcal.diagnosis import diagnosis, grading, held_out, rivals, rules, unexplained
+from fastcal.diagnosis.many_rows import searched_rows
 from fastcal.diagnosis.search import Family, Search, SearchNode
+from fastcal.measurements.dataset import Dataset
 
 from .linear_world import ROWS, World, columns, name
 from .mutants import falls_with
@@ -88,6 +91,36 @@ def six_causes_are_found() -> None:
     with world.search() as search:
         best = min(search.grow()[-1], key=lambda s: s.bic)
     assert set(best.names) == set(names[:6])
+
+
+@falls_with(MAX_WORK=0.0)
+@falls_with(MAX_WORK=1e12)
+def a_search_ends_where_its_work_is_done() -> None:
+    C = columns(9)
+    names = [name(k + 1) for k in range(9)]
+    world = World(dict(zip(names, C.T, strict=True)), C[:, :6] @ np.linspace(40.0, 60.0, 6))
+    plain, fitted = world.fit, []
+
+    def dear(*arguments: Any) -> Any:
+        fitted.append(arguments)
+        return SimpleNamespace(**{**vars(plain(*arguments)), "work": 1e7})
+
+    world.fit = dear  # type: ignore[method-assign]
+    with world.search() as search:
+        search.grow()
+    assert search.is_cut_short
+    assert 10 <= len(fitted) <= 10 + rules.CHILDREN_PER_NODE + 2
+
+
+@falls_with(SEARCHED_ROWS=500)
+@falls_with(SEARCHED_ROWS=1e9)
+def names_are_searched_for_in_three_thousand_rows() -> None:
+    q = np.random.default_rng(0).uniform(-1, 1, (20_000, 6))
+    data = Dataset(q=q, payload=np.zeros(len(q)), position=q[:, :3])
+    assert searched_rows(data.select(slice(0, 3000))) is None
+    chosen = searched_rows(data)
+    assert chosen is not None
+    assert 3000 <= len(chosen) <= 3030
 
 
 @falls_with(MIN_SNR_BESIDE_REST=0.0)
@@ -200,7 +233,7 @@ def waves_of_other_orders_begin_the_search_again() -> None:
     again = {id(first): (problems["second"], "level 1"), id(second): (None, "level 2")}
 
     def search_of(problem: SimpleNamespace, notify: object = None) -> SimpleNamespace:
-        return SimpleNamespace(grow=lambda: [[found[problem.key]]])
+        return SimpleNamespace(grow=lambda: [[found[problem.key]]], is_cut_short=False)
 
     def rivals_of(search: SimpleNamespace) -> SimpleNamespace:
         more = lambda problem: rivals_of(search_of(problem))  # noqa: E731

@@ -1,0 +1,75 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Where rows abound: names are searched for in some of them, and what was found is fitted to all.
+
+A search fits dozens of sets; what it takes grows with the rows, what it learns hardly does. It looks at stretches of
+consecutive rows, so that noise with a memory and approaches stay what they are, spread evenly over the order of
+measuring, and at the rows in which a joint or a condition has its least and largest value, so that curves have the same
+ranges.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import special
+
+from fastcal import _core
+from fastcal.diagnosis import rules
+from fastcal.diagnosis.fits import Fit
+from fastcal.diagnosis.memory import measuring_place
+from fastcal.diagnosis.noise import isolated_rows
+from fastcal.diagnosis.problem import Problem
+from fastcal.measurements.dataset import Dataset
+
+IntArray = NDArray[np.intp]
+
+_STRETCH = 20  # rows
+
+
+def searched_rows(data: Dataset) -> IntArray | None:
+    """Measured rows that names are searched for in, about SEARCHED_ROWS; None: in all of them."""
+    rows = np.flatnonzero(data.measured)
+    if len(rows) <= rules.SEARCHED_ROWS:
+        return None
+    order = rows[np.argsort(measuring_place(data)[rows], kind="stable")]
+    first = np.linspace(0, len(order) - _STRETCH, rules.SEARCHED_ROWS // _STRETCH).round().astype(np.intp)
+    chosen = order[(first[:, np.newaxis] + np.arange(_STRETCH)).ravel()]
+    return np.unique(np.concatenate([chosen, rows[_extremes(data.select(rows))]]))
+
+
+def _extremes(data: Dataset) -> IntArray:
+    """Rows with the least and largest value of each column, and the first row of each label."""
+    numbers = [data.q, data.payload, data.time, data.temperature, data.position, data.move, *data.extra.values()]
+    columns = np.column_stack([column for column in numbers if column is not None])
+    labels = [data.station, data.mount, *map(np.array, data.observed_labels.values())]
+    each = [np.unique(label, return_index=True)[1] for label in labels if label is not None]
+    known = np.isfinite(columns)
+    least = np.where(known, columns, np.inf).argmin(axis=0)
+    largest = np.where(known, columns, -np.inf).argmax(axis=0)
+    return np.concatenate([least, largest, *each]).astype(np.intp)
+
+
+def on_all_rows(at: Fit, data: Dataset) -> Problem:
+    """The problem of a fit to some rows of `data`, of all of them but for those that it can't reach.
+
+    A row is out of reach where its square, in units of what the fit leaves of a typical one, is larger than noise makes
+    one row of all in a hundred such sets. The few parameters that so many rows determine take nothing of it.
+    """
+    every = replace(at.problem, data=data, used=data.measured, known={})
+    model, samples = every.model(at.entries, every.kept)
+    near = _core.linearize(model, samples, every.measured, at.theta, every.common_noise, every.threads)
+    row = np.asarray(near.row, dtype=np.intp)
+    count = np.bincount(row, minlength=len(every.rows))
+    square = np.bincount(row, np.asarray(near.r) ** 2, len(every.rows)) / every.noise.factor**2
+    held = count > 0
+    typical = max(1.0, float(np.median(square[held] / special.chdtri(count[held], 0.5))))
+    limit = typical * special.chdtri(np.maximum(count, 1), rules.ALPHA_OUTLIER / len(every.rows))
+    wrong = np.flatnonzero(held & (square > limit))
+    if len(wrong) > rules.MAX_OUTLIER_SHARE * len(every.rows):
+        return every  # no outliers but an effect
+    used = every.used.copy()
+    used[every.rows[isolated_rows(wrong, every.kept)]] = False
+    return replace(every, used=used)
