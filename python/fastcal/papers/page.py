@@ -61,8 +61,8 @@ def paper_page(content: Mapping[str, Any]) -> str:
 def _sentence(headlines: Sequence[Mapping[str, Any]]) -> str:
     reached, bettered = (sum(bool(h[key]) for h in headlines) for key in ("reached", "bettered"))
     return (
-        f"On {reached} of {plural(len(headlines), 'headline measure')} the paper's method gets here to the paper's "
-        f"figure; on {bettered} fastcal's best is better than the paper's method on the same data."
+        f"On {reached} of {plural(len(headlines), 'headline measure')} the paper's method reaches the paper's figure "
+        f"here; on {bettered} fastcal's best beats the paper's method on the same data."
     )
 
 

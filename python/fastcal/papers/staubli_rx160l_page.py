@@ -165,7 +165,7 @@ def _selection(runs: Sequence[Run]) -> Section:
             Table(
                 "Table 1",
                 "how often a parameter is in the chosen set",
-                ("parameter", "arms", "found less nominal, first arm", "std"),
+                ("parameter", "arms", "found less nominal, first arm (mm, deg)", "std (mm, deg)"),
                 [
                     [name, float(count), *_identified(found, name)]
                     for name, count in sorted(chosen.items(), key=lambda item: (-item[1], item[0]))
