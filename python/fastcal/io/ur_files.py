@@ -59,8 +59,7 @@ def ur_spec(value: Mapping[str, Any], path: str | os.PathLike[str]) -> Spec:
     spec: Spec = {"kinematics": "urdf", "joints": joints}
     if (named := fields.optional("hash")) is not None:
         spec["source"] = {"ur_hash": str(named)}
-    fields.done()
-    top.done()
+    fields.done()  # beside `kinematics`, which is all that ur_description reads, the file may hold anything
     return spec
 
 

@@ -70,6 +70,15 @@ def test_a_kinematics_file_is_a_robot(tmp_path: Path, q: Array) -> None:
     assert fastcal.load_robot(tmp_path / "robot.yaml").spec == robot.spec
 
 
+def test_what_else_a_kinematics_file_holds_is_passed_over(tmp_path: Path, q: Array) -> None:
+    """As ur_description does; a mark of byte order, Windows' line ends and remarks are no matter either."""
+    text = f"%YAML 1.2\n---\n# Zelle 3, Müller\n{kinematics()}meta: {{owner: Größe}}\n...\n"
+    (tmp_path / "kept.yaml").write_bytes(b"\xef\xbb\xbf" + text.replace("\n", "\r\n").encode())
+    (tmp_path / "plain.yaml").write_text(kinematics())
+    kept, plain = (fastcal.load_robot(tmp_path / name) for name in ("kept.yaml", "plain.yaml"))
+    np.testing.assert_array_equal(kept.forward(q), plain.forward(q))
+
+
 def test_a_calibrated_arm_becomes_a_kinematics_file_with_its_hash(run, tmp_path: Path, q: Array) -> None:
     (tmp_path / "kinematics.yaml").write_text(kinematics())
     nominal = fastcal.load_robot(tmp_path / "kinematics.yaml")
