@@ -29,9 +29,10 @@ def score_tests(A: FloatArray, C: FloatArray, r: FloatArray, sizes: Sequence[int
     length = np.sqrt(np.einsum("ij,ij->j", C, C))
     R = np.asfortranarray(C / np.where(length > 0, length, 1.0))
     Q = basis(A)
-    R = blas.dgemm(-1.0, Q, Q.T @ R, 1.0, R, overwrite_c=True)
+    if R.size and Q.size:  # BLAS takes no empty matrix
+        R = blas.dgemm(-1.0, Q, Q.T @ R, 1.0, R, overwrite_c=True)
     left = r - Q @ (Q.T @ r)
-    if len(r) > _MANY * C.shape[1]:
+    if 0 < _MANY * C.shape[1] < len(r):
         R, left = _triangle(R, left)
     return _core.ScoreTests.projected(R, left, length, Q.shape[1], list(sizes))
 
@@ -57,5 +58,5 @@ def _triangle(R: FloatArray, r: FloatArray) -> tuple[FloatArray, FloatArray]:
     T = np.zeros((rank + 1, R.shape[1]), order="F")
     T[:rank, order] = np.triu(factor[:rank])
     own = (R.T @ r)[order[:rank]]
-    t = linalg.solve_triangular(factor[:rank, :rank], own, trans="T", check_finite=False)
+    t = linalg.solve_triangular(factor[:rank, :rank], own, trans="T", check_finite=False) if rank else own
     return T, np.append(t, np.sqrt(max(float(r @ r) - float(t @ t), 0.0)))

@@ -35,6 +35,15 @@ def test_the_tests_are_those_of_the_rows(rows: int) -> None:
     np.testing.assert_allclose(found.correlation([0, 1], [1, 3]), expected.correlation([0, 1], [1, 3]), rtol=1e-7)
 
 
+def test_columns_that_move_nothing_and_no_columns_say_nothing() -> None:
+    random = np.random.default_rng(5)
+    A, r = random.normal(size=(40, 3)), random.normal(size=40)
+    for C, sizes in ((np.zeros((40, 2)), [2]), (np.zeros((40, 0)), [])):
+        expected, found = _core.ScoreTests(A, C, r, sizes), score_tests(A, C, r, sizes)
+        np.testing.assert_array_equal(found.scores.rank, expected.scores.rank)
+        np.testing.assert_allclose(found.remaining, expected.remaining)
+
+
 def test_a_basis_spans_what_the_columns_do() -> None:
     random = np.random.default_rng(4)
     A = random.normal(size=(30, 4)) * [1e-9, 1.0, 1e6, 1.0]
