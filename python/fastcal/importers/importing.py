@@ -20,6 +20,7 @@ from fastcal.importers.joining import joined
 from fastcal.importers.joint_names import notes_on_names, with_joint_names
 from fastcal.importers.mapping import Mapping
 from fastcal.importers.mapping import map_text as text_of_map
+from fastcal.importers.orientation import check_convention
 from fastcal.importers.reading import Column, Reading, interpret
 from fastcal.importers.rosbag import bag_grids, is_bag
 from fastcal.importers.sources import read_grids
@@ -51,6 +52,8 @@ def import_measurements(
         InvalidInput, ParseError: Something can't be read or decided; one sentence with the option that decides.
     """
     mapping = mapping or Mapping()
+    if orientation is not None:
+        check_convention(orientation)
     asked = partial(
         read,
         mapping=mapping,

@@ -20,6 +20,7 @@ Column = FloatArray | list[str]
 FULL_TURN = 6.3  # joints in degrees of a calibration go farther than this number, those in radians don't
 SMALL_LENGTH = 10.0  # an arm's points in millimetres go farther than this number, those in metres don't
 _ENOUGH = 6  # rows that are enough to decide
+_MOST_NAMED = 6  # columns that are left out
 _FALSE = frozenset({"0", "no", "false", "n", "nein", "non", "invalid", "falsch"})
 _LABELS = frozenset({"station", "mount", "plane", "anchor"})
 
@@ -112,6 +113,7 @@ def interpret(
             columns |= _orientation_columns(export, found, rows, convention, notes)
     for name, (place, _) in own.items():
         columns[name] = [export.rows[k][place] for k in rows] if name in _LABELS else export.numbers(place, rows)
+    notes += _not_used(export, rows)
     names, counted = _names(export, rows)
     return Reading(
         export.dialect,
@@ -127,6 +129,21 @@ def interpret(
         export.mapped,
         notes,
     )
+
+
+def _not_used(export: Export, rows: Sequence[int]) -> list[str]:
+    """A sentence with the titles of columns of numbers that say nothing that is known."""
+    if not export.headed or export.mapped:
+        return []
+    unknown = [
+        title
+        for place, (title, known) in enumerate(zip(export.titles, export.meanings, strict=True))
+        if title and known is None and rows and number(export.rows[rows[0]][place]) is not None
+    ]
+    if not unknown:
+        return []
+    more = f" and {len(unknown) - _MOST_NAMED} more" if len(unknown) > _MOST_NAMED else ""
+    return [f"columns that are not known are left out: {', '.join(map(repr, unknown[:_MOST_NAMED]))}{more}"]
 
 
 def _without_titles(export: Export, joint_kinds: Sequence[str] | None, wanted: str) -> Export:

@@ -67,6 +67,8 @@ OTHER = _words(
     sigma uncertainty unc precision streuung min max mean average quality marker weight gain control momentum i
     """
 )
+_TEMPERATURE = _words("temp temperature temperatur temperatura ambient air room robot arm luft raum umgebung roboter")
+_PAYLOAD = _words("payload load mass masse traglast nutzlast last zuladung charge carga carico")
 NEUTRAL = _words(
     """
     pos position coord coords coordinate coordinates coordonnee coordonnees koordinate point punkt pt value wert
@@ -179,13 +181,24 @@ def meaning(title: str) -> Title | None:
         row, column = (int(match[1]), int(match[2])) if match[1] else (int(match[3]) + 1, int(match[4]) + 1)
         if not joined[0].isdigit():
             return Title(f"r{row}{column}")
+    if match := re.fullmatch(r"m([012])3", joined):  # the last column of a 4 x 4 matrix
+        return Title("xyz"[int(match[1])], unit=unit)
+    if match := re.fullmatch(r"([noa])([xyz])", joined):  # its first three, as normal, orientation and approach
+        return Title(f"r{'xyz'.index(match[2]) + 1}{'noa'.index(match[1]) + 1}")
     return _joint(words, unit) or _component(words, unit) or _label(words, unit)
 
 
 def _contract_name(title: str) -> Title | None:
-    """Columns of fastcal's own that are neither joints nor coordinates, by their whole name."""
+    """Columns of fastcal's own that are neither joints nor coordinates: by their whole name, or by word and unit."""
     name = title.strip().lower()
-    return Title(name, "own") if _OWN.fullmatch(name) else None
+    if _OWN.fullmatch(name):
+        return Title(name, "own")
+    base, unit = split_unit(" ".join(title.split()))
+    words = set(plain_words(base))
+    for known, units, ours in ((_TEMPERATURE, "ck", "temperature_{}"), (_PAYLOAD, ("kg",), "payload_{}")):
+        if unit is not None and unit[0] in units and unit[1] == 1.0 and words and words <= known:
+            return Title(ours.format(unit[0]), "own")
+    return None
 
 
 def sense_of(words: list[str]) -> tuple[str, tuple[str, ...]]:
@@ -257,6 +270,7 @@ def _own_word(words: list[str]) -> tuple[str | None, list[str]]:
         "roty": "ry",
         "rotz": "rz",
     }
+    alike |= {f"{name}winkel": axis for name, axis in (("gier", "yaw"), ("nick", "pitch"), ("roll", "roll"))}
     alike |= {
         "quatw": "qw",
         "quatx": "qx",

@@ -31,18 +31,24 @@ def next_step(result: CalibrationResult, arguments: Sequence[str] = ()) -> str:
     if rows is None:
         return "next: nothing was measured that shows how large the remaining error is"
     more = what_remains(result, rows, rows.trends)
+    command = shlex.join(["fastcal", "diagnose", *arguments])
     if more is None:
+        if known_floor(result) is None:
+            return (
+                "next: no trend shows in what remains, but neither repeated poses nor a sigma column say how much of "
+                f"it is noise; look closer with: {command}"
+            )
         if result.test is None:
             return "next: what remains looks like noise; check the model on other poses (--test, or fastcal evaluate)"
         return "next: what remains looks like noise; the model is ready for fastcal compensate"
-    return f"next: {more}; find the cause with: {shlex.join(['fastcal', 'diagnose', *arguments])}"
+    return f"next: {more}; find the cause with: {command}"
 
 
 def what_remains(result: CalibrationResult, rows: Rows, trends: dict[str, Trend]) -> str | None:
     """Why what remains is more than noise; None where nothing indicates that.
 
-    It is more where the residuals follow a recorded variable, or where they exceed a noise that is known without the
-    model: from repeated poses, else from the data's sigma column.
+    It is more where the residuals follow a recorded variable, or where those that are no outliers exceed a noise that
+    is known without the model: from repeated poses, else from the data's sigma column.
     """
     titles = {variable.name: variable.title for variable in rows.variables}
     flagged = sorted((n for n, t in trends.items() if t.is_flagged(len(trends))), key=lambda n: -trends[n].share)
@@ -50,7 +56,7 @@ def what_remains(result: CalibrationResult, rows: Rows, trends: dict[str, Trend]
         named = listed([f"{titles[name]} ({100 * trends[name].share:.0f} %)" for name in flagged[:_MOST]])
         return f"the remaining error is not all noise: it depends on {named}"
     floor = known_floor(result)
-    rms = rows.after.rms
+    rms = float(np.sqrt(np.nanmean(np.delete(rows.error_after, result.outliers) ** 2)))
     if floor is not None and rms > MORE_THAN_NOISE * floor:
         return f"RMS {significant(rms)} mm remains where the known noise makes {significant(floor)} mm"
     return None

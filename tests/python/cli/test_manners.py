@@ -13,6 +13,7 @@ import pytest
 
 from fastcal import _core, robots
 from fastcal.cli.app import COMMANDS
+from fastcal.cli.demo import NOISE_MM
 from fastcal.cli.manners import EXAMPLES, SUMMARIES
 
 NAMES = list(COMMANDS)
@@ -79,10 +80,17 @@ def test_the_last_but_one_line_says_what_to_do_next(fastcal, demo: Path, tmp_pat
     assert line.startswith("next: the remaining error is not all noise: it depends on ")
     assert line.endswith(f"find the cause with: fastcal diagnose {robot} {data} -o {tmp_path / 'a'}_diagnosis")
     effects = "geometry,joint_compliance@joint2,joint_compliance@joint3"
+    # Nothing but the residuals says how large the noise is: what remains may be all noise, or not.
     line = fastcal("calibrate", robot, data, "--effects", effects, "-o", tmp_path / "b").out.splitlines()[-2]
+    assert line.startswith("next: no trend shows in what remains, but neither repeated poses nor a sigma column")
+    assert line.endswith(f"look closer with: fastcal diagnose {robot} {data} -o {tmp_path / 'b'}_diagnosis")
+    head, *rows = data.read_text().splitlines()
+    sure = tmp_path / "sure.csv"
+    sure.write_text("\n".join([f"{head},sigma_mm", *(f"{row},{NOISE_MM}" for row in rows)]) + "\n")
+    line = fastcal("calibrate", robot, sure, "--effects", effects, "-o", tmp_path / "c").out.splitlines()[-2]
     assert line.startswith("next: what remains looks like noise; check the model on other poses")
-    named = ("--effects", effects, "--test", demo / "test.csv", "-o", tmp_path / "c")
-    line = fastcal("calibrate", robot, data, *named).out.splitlines()[-2]
+    named = ("--effects", effects, "--test", demo / "test.csv", "-o", tmp_path / "d")
+    line = fastcal("calibrate", robot, sure, *named).out.splitlines()[-2]
     assert line == "next: what remains looks like noise; the model is ready for fastcal compensate"
 
 
