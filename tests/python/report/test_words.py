@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from fastcal.calibration.calibrate import CalibrationResult
-from fastcal.report.trends import Trend, trend
+from fastcal.report.trends import Trend
 from fastcal.report.view import Rows, Statistics, rows_of
 from fastcal.report.words import Verdict, listed, verdict
 
@@ -87,7 +87,7 @@ def test_the_planted_gear_error_of_joint_4_is_found(make_result: Callable[..., C
     result = make_result(conditions=False)
     rows = rows_of("Training", result.train, ["revolute"] * 6)
     assert rows is not None
-    trends = {v.name: trend(v.values, rows.residual) for v in rows.variables}
+    trends = rows.trends
     assert [name for name, found in trends.items() if found.is_flagged(len(trends))] == ["q4"]
     # the wave's variance over three components against the noise's: WAVE^2 / 2 to 3 SIGMA^2
     assert trends["q4"].share == pytest.approx((7e-5**2 / 2) / (7e-5**2 / 2 + 3 * 4e-5**2), abs=0.06)
