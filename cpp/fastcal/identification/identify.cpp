@@ -52,13 +52,12 @@ class Identifier {
   }
 
   Identification run() {
-    if (!solve()) return std::move(out_);
-    if (converged_) polish();
+    if (!solve(true)) return std::move(out_);
     return finish();
   }
 
   /// Everything but the report; false where there are too few numbers for one.
-  bool solve() {
+  bool solve(bool to_the_minimum) {
     fit_.bring_to_equilibrium();
     const auto measured = counts(fit_.problem.measured, fit_.residuals_anywhere());
     keep_rows(fit_, {});
@@ -77,6 +76,9 @@ class Identifier {
       }
       const CommonNoise chosen_at = fit_.tau;
       outer_iterations();
+      // Where no load is, before the gauge is looked at: its factor is then that of the report.
+      const bool has_loads = fit_.problem.model.needs() != kNothing;
+      if (to_the_minimum && !has_loads) polish();
       const Gauge again = choose_gauge(gauge_factor(fit_), fit_.hold, fit_.options.gauge);
       if (begun_ && (again.free != fit_.gauge.free || !well_begun())) {
         begin_anew();
@@ -88,7 +90,10 @@ class Identifier {
       const bool more = again.free.size() > fit_.gauge.free.size() && largest_change(chosen_at, fit_.tau) > kNoiseFell;
       const bool settled = (!fewer && !more) || attempt == 2;
       fit_.gauge.rank = std::max(fit_.gauge.rank, again.rank);
-      if (settled) break;
+      if (settled) {
+        if (to_the_minimum && has_loads) polish();
+        break;
+      }
     }
     out_.status = converged_ ? Status::kConverged : Status::kNotConverged;
     return true;
@@ -122,6 +127,7 @@ class Identifier {
 
   /// Length of a step of the free parameters (scaled), in standard deviations of what was measured.
   double deviations(const Eigen::VectorXd& step) const {
+    if (near_.rows() == step.size()) return std::sqrt(std::max(0.0, step.dot(near_ * step)));
     const NormalEquations near =
         normal_equations(fit_.problem, fit_.theta, fit_.free, fit_.free_scale, {fit_.tau, fit_.loss}, true);
     return std::sqrt(std::max(0.0, step.dot(near.A * step)));
@@ -131,18 +137,28 @@ class Identifier {
   /// instruction set, say) is forgotten.
   void polish() {
     SolverOptions solver = fit_.options.solver;
-    if (solver.method != Method::kLeastSquares) return;
+    if (!converged_ || solver.method != Method::kLeastSquares) return;
     solver.settled = kAtTheMinimum;
     refit(fit_.loss, solver);
-    for (int round = 0; round < kMaxPolishing; ++round) {
+    fit_.tau = noise(fit_, rule_, fit_.loss);
+    if (fit_.problem.model.needs() != kNothing) {
+      polish_with_loads(solver);
+    } else if (!noise_is_a_factor()) {
+      refit(fit_.loss, solver);
       fit_.tau = noise(fit_, rule_, fit_.loss);
-      if (fit_.problem.model.needs() == kNothing && (round > 0 || noise_is_a_factor())) return;
+    }
+    converged_ = true;
+  }
+
+  void polish_with_loads(const SolverOptions& solver) {
+    for (int round = 0; round < kMaxPolishing; ++round) {
       const Eigen::VectorXd before = at(fit_.theta, fit_.free);
       if (round < 2) follow_loads(fit_);  // the loads' response is part of the slope, and was taken far from here
       fit_.bring_to_equilibrium();
       refit(fit_.loss, solver);
       const Eigen::VectorXd moved = (at(fit_.theta, fit_.free) - before).cwiseQuotient(fit_.free_scale);
       if (deviations(moved) < kAtTheMinimum) return;
+      fit_.tau = noise(fit_, rule_, fit_.loss);
     }
   }
 
@@ -171,7 +187,8 @@ class Identifier {
   void refit(LossKind loss) { refit(loss, fit_.options.solver); }
 
   void refit(LossKind loss, const SolverOptions& solver) {
-    const Solution solution = fit_.refit(loss, solver);
+    Solution solution = fit_.refit(loss, solver);
+    near_ = std::move(solution.A);
     converged_ = solution.converged;
     count_freedom(fit_);
     out_.iterations += solution.iterations;
@@ -266,6 +283,7 @@ class Identifier {
   NoiseRule rule_ = NoiseRule::kMean;  // by which the noise was found last
   CommonNoise tuned_;                  // the noise before the last step of fine_fit, which leaves the outliers out
   std::ptrdiff_t observed_ = 0;
+  Eigen::MatrixXd near_;  // of the normal equations, where the last fit found them
   bool converged_ = false;
   bool begun_ = false;  // at the solution of the thinned problem
   Eigen::MatrixXd thinned_factor_;
@@ -316,7 +334,7 @@ Identification identify(const Problem& problem, const std::vector<int>& asked, c
   if (problem.row_count() < kThinFrom || options.solver.method != Method::kLeastSquares) return whole.run();
   const ThinnedProblem some(problem);
   Identifier thinned(some.problem(), asked, unknowns, options);
-  thinned.solve();
+  thinned.solve(false);
   whole.begin_at(thinned);
   return whole.run();
 }

@@ -42,6 +42,13 @@ class Reduced {
     return last_;
   }
 
+  /// A of the last x without priors; empty where it was not asked for.
+  Eigen::MatrixXd of_data() const {
+    Eigen::MatrixXd out = last_.A;
+    if (out.size() > 0) out.diagonal() -= of_priors_;
+    return out;
+  }
+
   /// A of the last x with the data's part as flat as the robust cost is on average: steps of Newton, not Gauss-Newton,
   /// which come nearer by a tenth only where a loss redescends.
   Eigen::MatrixXd hessian() const {

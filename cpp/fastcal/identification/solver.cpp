@@ -230,6 +230,7 @@ Solution solve(const Problem& problem, const Eigen::VectorXd& theta_0, const std
                options.max_iterations, x, out);
   }
   out.theta = reduced.theta(x.data());
+  out.A = reduced.of_data();
   return out;
 }
 

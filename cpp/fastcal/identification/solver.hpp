@@ -42,6 +42,7 @@ struct Solution {
   int iterations = 0;
   double cost = 0;
   std::string message;
+  Eigen::MatrixXd A;  ///< of the normal equations where they were found last, without priors; empty where never
 };
 
 /// `free` are the parameters that move, `scale` (one each) their plausible sizes. Others stay at theta_0.
