@@ -97,7 +97,7 @@ class Rows:
         return float(self._noise(chosen[np.newaxis], self.squares(chosen[np.newaxis], held))[0])
 
     def _noise(self, chosen: BoolArray, squares: FloatArray) -> FloatArray:
-        return np.sqrt((squares * chosen).sum(axis=1) / np.maximum(3 * chosen.sum(axis=1) - self.rank, 1))
+        return np.asarray(np.sqrt((squares * chosen).sum(axis=1) / np.maximum(3 * chosen.sum(axis=1) - self.rank, 1)))
 
     def are_gross(self, chosen: BoolArray, held: float) -> BoolArray:
         """(S,) are the rows that are not chosen (S, N) off by GROSS times the noise of the others?"""
