@@ -40,12 +40,39 @@ class RichFit:
     wrong: IntArray
 
 
-@dataclass(frozen=True, eq=False)
-class _Solved:
-    """Least squares of the kept numbers: what is left of all of them, and Z with h = Z Z^T."""
+class Leverage:
+    """How far each row bends a fit: h = Z Z^T of the numbers of a row, once for all sets of rows that are left out."""
 
-    left: FloatArray
-    Z: FloatArray
+    def __init__(self, Z: FloatArray, row: IntArray) -> None:
+        self.power = np.einsum("ij,ij->i", Z, Z)
+        self._count = np.bincount(row[row >= 0])
+        order = np.argsort(row, kind="stable")
+        first = np.searchsorted(row[order], np.arange(len(self._count)))
+        self._groups = []  # rows with as many numbers, the places of these, and h
+        for size in np.unique(self._count[self._count > 0]):
+            rows = np.flatnonzero(self._count == size)
+            own = order[first[rows][:, np.newaxis] + np.arange(size)]
+            self._groups.append((rows, own, _products(Z[own])))
+
+    def studentized(self, left: FloatArray, more: FloatArray | None, wrong: IntArray) -> tuple[FloatArray, IntArray]:
+        """(N,) square of what each row is off, as a chi square of noise 1, and (N,) how many numbers it holds.
+
+        A fitted row: e^T (1 - h)^-1 e; one that was left out: e^T (1 + h)^-1 e; h = Z Z^T + more more^T.
+        """
+        square = np.zeros(len(self._count))
+        left_out = np.isin(np.arange(len(square)), wrong)
+        for rows, own, all_in in self._groups:
+            h = all_in if more is None else all_in + _products(more[own])
+            V = np.eye(own.shape[1]) + np.where(left_out[rows], 1.0, -1.0)[:, np.newaxis, np.newaxis] * h
+            values, vectors = np.linalg.eigh(V)
+            along = np.einsum("nji,nj->ni", vectors, left[own])
+            square[rows] = np.sum(along**2 / np.maximum(values, rules.MIN_REDUNDANCY), axis=1)
+        return square, self._count
+
+
+def _products(Z: FloatArray) -> FloatArray:
+    """(n, s, s) of (n, s, k): Z Z^T, row by row."""
+    return np.asarray(Z @ Z.transpose(0, 2, 1))
 
 
 def without_outliers(X: FloatArray, r: FloatArray, row: IntArray, begun: IntArray | None = None) -> RichFit:
@@ -54,14 +81,16 @@ def without_outliers(X: FloatArray, r: FloatArray, row: IntArray, begun: IntArra
     `begun`: rows that nearly the same model did not reach, to begin with; None: the suspects.
     """
     Z = _basis(X)
+    leverage, left_by_all = Leverage(Z, row), r - Z @ (Z.T @ r)
     wrong = _largest(_suspects(Z, r, row) if begun is None else begun, None, row)
     for _ in range(rules.NOISE_ROUNDS):
         is_out = np.isin(row, wrong)
-        solved = _without(Z, r, is_out)
+        left, more = _without(Z, left_by_all, is_out)
         kept = ~is_out & (row >= 0)
-        freedom = max(float(kept.sum() - np.sum(solved.Z[kept] ** 2)), 1.0)
-        mean_square = float(np.sum(solved.left[kept] ** 2)) / freedom
-        square, count = studentized(solved.left, solved.Z, row, wrong)
+        taken = float(np.sum(leverage.power[kept])) + (0.0 if more is None else float(np.sum(more[kept] ** 2)))
+        freedom = max(float(kept.sum()) - taken, 1.0)
+        mean_square = float(np.sum(left[kept] ** 2)) / freedom
+        square, count = leverage.studentized(left, more, wrong)
         several = max((count > 0).sum(), 1)
         limit = mean_square * special.chdtri(np.maximum(count, 1), rules.ALPHA_OUTLIER / several)
         now = _largest(np.flatnonzero((count > 0) & (square > limit)), square, row)
@@ -78,31 +107,11 @@ def suspects(X: FloatArray, r: FloatArray, row: IntArray) -> IntArray:
 
 
 def studentized_residuals(A: FloatArray, r: FloatArray, row: IntArray, wrong: IntArray) -> tuple[FloatArray, IntArray]:
-    """`studentized` for a linear problem that is fitted to all rows but those that are `wrong`."""
+    """`Leverage.studentized` for a linear problem that is fitted to all rows but those that are `wrong`."""
     length = np.linalg.norm(A, axis=0)
-    solved = _without(_basis(A[:, length > 0] / length[length > 0]), r, np.isin(row, wrong))
-    return studentized(solved.left, solved.Z, row, wrong)
-
-
-def studentized(left: FloatArray, Z: FloatArray, row: IntArray, wrong: IntArray) -> tuple[FloatArray, IntArray]:
-    """(N,) square of what each row is off, as a chi square of noise 1, and (N,) how many numbers it holds.
-
-    A fitted row: e^T (1 - h)^-1 e; one that was left out: e^T (1 + h)^-1 e; h = Z Z^T.
-    """
-    count = np.bincount(row[row >= 0])
-    square = np.zeros(len(count))
-    order = np.argsort(row, kind="stable")
-    first = np.searchsorted(row[order], np.arange(len(count)))
-    left_out = np.isin(np.arange(len(count)), wrong)
-    for size in np.unique(count[count > 0]):
-        rows = np.flatnonzero(count == size)
-        own = order[first[rows][:, np.newaxis] + np.arange(size)]
-        h = np.einsum("nik,njk->nij", Z[own], Z[own])
-        V = np.eye(size) + np.where(left_out[rows], 1.0, -1.0)[:, np.newaxis, np.newaxis] * h
-        values, vectors = np.linalg.eigh(V)
-        along = np.einsum("nji,nj->ni", vectors, left[own])
-        square[rows] = np.sum(along**2 / np.maximum(values, rules.MIN_REDUNDANCY), axis=1)
-    return square, count
+    Z = _basis(A[:, length > 0] / length[length > 0])
+    left, more = _without(Z, r - Z @ (Z.T @ r), np.isin(row, wrong))
+    return Leverage(Z, row).studentized(left, more, wrong)
 
 
 def _basis(X: FloatArray) -> FloatArray:
@@ -113,17 +122,16 @@ def _basis(X: FloatArray) -> FloatArray:
     return np.asarray(linalg.solve_triangular(L, X.T, lower=True, check_finite=False).T)
 
 
-def _without(Z: FloatArray, r: FloatArray, is_out: BoolArray) -> _Solved:
-    left = r - Z @ (Z.T @ r)
+def _without(Z: FloatArray, left: FloatArray, is_out: BoolArray) -> tuple[FloatArray, FloatArray | None]:
+    """What a fit without some numbers leaves of all, from what the fit of all leaves, and the columns beside Z in h."""
     if not is_out.any():
-        return _Solved(left, Z)
+        return left, None
     out = Z[is_out]
     G = np.eye(len(out)) - out @ out.T
     G[np.diag_indices(len(out))] += rules.RIDGE
     L = linalg.cholesky(G, lower=True, check_finite=False)
     more = linalg.solve_triangular(L, out @ Z.T, lower=True, check_finite=False).T
-    left = left + more @ linalg.solve_triangular(L, left[is_out], lower=True, check_finite=False)
-    return _Solved(left, np.hstack([Z, more]))
+    return left + more @ linalg.solve_triangular(L, left[is_out], lower=True, check_finite=False), more
 
 
 def _suspects(Z: FloatArray, r: FloatArray, row: IntArray) -> IntArray:
