@@ -3,6 +3,7 @@
 """The documentation builds as a site without a warning, a dead link being one, and lists every public name."""
 
 import html
+import json
 import re
 import subprocess
 from pathlib import Path
@@ -40,3 +41,14 @@ def test_the_reference_lists_every_public_name() -> None:
         re.findall(r"^::: fastcal\.(\w+)$", (ROOT / "docs" / "reference.md").read_text(encoding="utf-8"), re.MULTILINE)
     )
     assert listed == {name for name in fastcal.__all__ if not name.startswith("_")}
+
+
+def test_the_costs_of_commands_are_those_of_their_record() -> None:
+    """bench/python/bench_commands.py writes the file, and the page quotes it."""
+    record = json.loads((ROOT / "bench" / "python" / "bench_commands.json").read_text(encoding="utf-8"))["commands"]
+    section = (ROOT / "docs" / "benchmarks.md").read_text(encoding="utf-8").partition("## Commands, from start")[2]
+    lines = [line for line in section.partition("\n## ")[0].splitlines() if line.startswith("| ")][1:]
+    quoted = [[cell.split()[0] for cell in line.strip("| ").split(" | ")[1:]] for line in lines]
+    assert quoted == [
+        [f"{cost['cpu_s']:.2f}", f"{cost['least_s']:.2f}", f"{cost['memory_mb']:.0f}"] for cost in record.values()
+    ]
