@@ -203,5 +203,5 @@ def test_loads_are_given_to_an_effect_that_follows_them_and_to_no_other(
         seen[-1].load_on("floor")
     register_effect("pedestal", **given)
     with_effects(arm, {"effect": "pedestal", "owner": "base"}).forward(poses.q[:5])
-    with pytest.raises(InvalidInput, match="not registered to follow loads"):
+    with pytest.raises(InvalidInput, match="not registered with follows_loads=True"):
         seen[-1].load_on("base")
