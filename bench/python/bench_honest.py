@@ -155,7 +155,7 @@ WORDS = {
 def table(found: dict[str, Any]) -> str:
     """Markdown, the cases in the order of CASES."""
     rows = [
-        "| data | sets | converged | inside 95 % intervals | worst set | said that intervals do not hold |",
+        "| data | sets | converged | inside 95 % intervals | worst set | reported that intervals do not hold |",
         "|---|---|---|---|---|---|",
     ]
     for name in (name for name in CASES if name in found):
