@@ -25,7 +25,7 @@ def figures() -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("effect", _core.effect_names())
-def test_every_effect_has_a_page_that_says_all_that_is_asked(effect: str) -> None:
+def test_every_effect_has_a_complete_page(effect: str) -> None:
     text = (PAGES / f"{effect}.md").read_text(encoding="utf-8")
     assert re.findall(r"^## (.*)$", text, re.MULTILINE) == HEADINGS
     assert f"`{effect}` · owner: " in text

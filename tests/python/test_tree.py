@@ -67,7 +67,7 @@ def test_the_changelog_keeps_its_form() -> None:
     assert set(kinds) <= {"Added", "Changed", "Deprecated", "Removed", "Fixed", "Security"}
 
 
-def test_a_change_of_the_code_is_told_in_the_changelog() -> None:
+def test_a_change_of_the_code_is_in_the_changelog() -> None:
     """Either the coming version has entries, or the newest one listed is the version of the package."""
     text = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
     coming = text.split("## [Unreleased]", 1)[1].split("\n## ", 1)[0]

@@ -23,7 +23,7 @@ def percent(share: float) -> str:
     return f"{100 * share:.1f} %"
 
 
-def test_the_page_tells_what_was_measured() -> None:
+def test_the_page_shows_what_was_measured() -> None:
     assert f"{TABLE['tests']:,} simulated" in PAGE
     for name, key in ROWS.items():
         line = f"| {name} | {percent(TABLE['model'][key]['covered'])} | {percent(TABLE['fit'][key]['covered'])} |"

@@ -80,7 +80,7 @@ def test_gravity_is_down_by_default_in_space_and_may_turn_with_the_posture() -> 
     np.testing.assert_allclose(turned[1, 1, 1], -sag / (3 * INERTIA), rtol=1e-12)
 
 
-def test_up_tells_y_from_z() -> None:
+def test_up_distinguishes_y_from_z() -> None:
     nodes = np.array([[[0.0, 0.0, 0.0], [1.2, 0.0, 0.0]]])
     frame = space_cantilever()
     upright, on_its_side = frame.solve(nodes), frame.solve(nodes, up=(0, 1, 0))
@@ -210,7 +210,7 @@ BAD_FRAMES: list[tuple[dict[str, Any], str]] = [
 
 
 @pytest.mark.parametrize(("changes", "words"), BAD_FRAMES)
-def test_what_is_no_frame_is_refused(changes: dict[str, Any], words: str) -> None:
+def test_anything_but_a_frame_is_refused(changes: dict[str, Any], words: str) -> None:
     with pytest.raises(InvalidInput, match=words):
         cantilever(**changes)
 
@@ -236,6 +236,6 @@ def test_what_cant_be_solved_is_refused(changes: dict[str, Any], words: str) -> 
         cantilever().solve(**({"nodes": tip(1)} | changes))
 
 
-def test_a_matrix_that_is_no_stiffness_is_told_where_it_is_used() -> None:
+def test_a_matrix_that_is_not_a_stiffness_is_reported_where_it_is_used() -> None:
     with pytest.raises(InvalidInput, match="not positive"):
         cantilever(stiffness={0: np.diag([1e8, -1e6, 1e5])}).solve(tip(1))

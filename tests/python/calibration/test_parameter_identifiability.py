@@ -52,7 +52,7 @@ def test_rule_2_parallel_axes_share_d_and_beta_enters() -> None:
     assert set(pairs(robot, beta=True)) == {f"joint{ROW - 1} d"}  # beta is one of those that can be told
 
 
-def test_beta_has_nothing_to_tell_between_axes_at_an_angle() -> None:
+def test_beta_is_not_identifiable_between_axes_at_an_angle() -> None:
     betas = {f"joint{i} beta" for i in range(1, 7)}
     assert betas <= set(fastcal.redundancy(arm(), measured="pose").held)
     parallel = set(fastcal.redundancy(arm(alpha_deg=0), measured="pose").held)
@@ -84,7 +84,7 @@ def test_rule_5_a_slider_at_nothing_shares_a_and_alpha() -> None:
 
 
 @pytest.mark.parametrize(("measured", "rank"), [("pose", 30), ("position", 27)])
-def test_the_spray_robot_has_30_errors_to_tell_and_27_from_points(measured: str, rank: int) -> None:
+def test_the_spray_robot_has_30_identifiable_errors_and_27_from_points(measured: str, rank: int) -> None:
     robot = fastcal.load_robot("spray_7dof")
     found = fastcal.redundancy(robot, measured=measured, keep=["base"])
     assert (found.rank, len(found.kept), len(found.parameters)) == (rank, rank, 47)
@@ -130,7 +130,7 @@ def test_deflection_and_other_effects_are_left_out() -> None:
     assert "joint6 a: held, does what +1 joint7 a does" in str(fastcal.redundancy(robot))
 
 
-def test_what_cannot_be_meant_is_refused() -> None:
+def test_invalid_input_is_refused() -> None:
     robot = fastcal.load_robot("ur5")
     with pytest.raises(InvalidInput, match="measured must be one of position, pose, got 'points'"):
         fastcal.redundancy(robot, measured="points")

@@ -69,7 +69,7 @@ def test_what_is_wholly_redundant_gets_the_shortest_answer() -> None:
     assert regularized_least_squares(J, [2.0, 4.0], strength=0.0).x == pytest.approx([1.0, 1.0])
 
 
-def test_what_cannot_be_meant_is_refused() -> None:
+def test_invalid_input_is_refused() -> None:
     with pytest.raises(InvalidInput, match=r"J must have shape \(m, P\) and r \(m,\)"):
         regularized_least_squares(np.ones((3, 2)), np.ones(2))
     with pytest.raises(InvalidInput, match="method must be one of levenberg, truncated, got 'ridge'"):

@@ -103,7 +103,7 @@ def test_thirty_visits_of_five_poses_are_iso_9283() -> None:
     assert found.to_json_dict()["iso_9283"] is True
 
 
-def test_points_of_a_moved_tracker_are_told_with_the_motion() -> None:
+def test_points_of_a_moved_tracker_are_reported_with_the_motion() -> None:
     rng = np.random.default_rng(2)
     predicted = rng.uniform(-1, 1, (30, 3))
     c, s = np.cos(0.4), np.sin(0.4)

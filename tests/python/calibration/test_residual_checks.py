@@ -65,7 +65,7 @@ def test_clean_data_bear_no_sentence() -> None:
         assert calibrated(Simulator(seed, Case(poses=80)).measured()).notes == []
 
 
-def test_a_missing_effect_is_said_to_spoil_the_intervals() -> None:
+def test_a_missing_effect_is_reported_to_spoil_the_intervals() -> None:
     found = run("missing effect", 8)
     assert found["said_that_intervals_do_not_hold"] == 1.0
     assert found["covered"] < 0.8  # so it is true
@@ -103,7 +103,7 @@ def test_few_rows_lose_their_gross_one_and_no_other(poses: int, seed: int) -> No
 
 
 @pytest.mark.parametrize("joint", range(6))
-def test_one_joint_alone_does_not_tell_the_tool(joint: int) -> None:
+def test_one_joint_alone_does_not_determine_the_tool(joint: int) -> None:
     """Points on a circle: a turned tool and a turned base make the same ones. The tool stays near the robot file's."""
     simulator = Simulator(joint, Case())
     q = np.tile(simulator.postures(1), (60, 1))

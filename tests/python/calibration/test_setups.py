@@ -57,7 +57,7 @@ FAR_TARGETS = {"mount2_x_mm": -60.0, "mount2_z_mm": 30.0, "mount3_y_mm": 45.0}
 @pytest.mark.parametrize(
     ("shifts", "targets"), [(FAR_STATION, {}), ({}, FAR_TARGETS), (FAR_STATION, FAR_TARGETS)], ids=str
 )
-def test_far_set_ups_are_calibrated_though_nobody_asked(
+def test_far_set_ups_are_calibrated_without_being_asked_for(
     arm: Robot, shifts: dict[str, float], targets: dict[str, float]
 ) -> None:
     rows = poses(["A", "B"] if shifts else ["A"], ["1", "2", "3"] if targets else ["1"])

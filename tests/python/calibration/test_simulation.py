@@ -107,6 +107,6 @@ def test_a_perturbed_arm_is_off_by_about_what_was_asked_for(kind: str) -> None:
         ({"noise_rotation": math.inf}, "noise_rotation must be a standard deviation"),
     ],
 )
-def test_noise_that_cannot_be_meant_is_refused(options: dict[str, object], message: str) -> None:
+def test_invalid_noise_is_refused(options: dict[str, object], message: str) -> None:
     with pytest.raises(InvalidInput, match=message):
         simulate(arm(), np.zeros((1, 6)), **options)

@@ -34,7 +34,7 @@ def month(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_exit_codes_say_the_verdict(month, process, tmp_path) -> None:
+def test_exit_codes_give_the_verdict(month, process, tmp_path) -> None:
     held = process("check", "model.yaml", "held.csv", "-o", tmp_path / "check.json", cwd=month)
     assert held.code == 0, held.err
     assert "still holds" in held.out
@@ -185,7 +185,7 @@ def test_a_folder_of_arms_is_checked_at_once(month, fastcal, tmp_path) -> None:
         assert (failed.code, sentence in failed.error) == (2, True), failed.error
 
 
-def test_a_tracker_says_how_sure_it_is(month, fastcal, tmp_path) -> None:
+def test_a_tracker_s_uncertainty_is_used(month, fastcal, tmp_path) -> None:
     """The options are the columns: the same check either way, and another one than without."""
     model = library.load_robot(month / "model.yaml")
     data = library.load_measurements(month / "moved.csv", model)

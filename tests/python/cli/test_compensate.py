@@ -134,7 +134,7 @@ def test_the_one_step_way_leaves_more_and_says_how_much(demo, model, tmp_path, f
     assert 1e-4 < np.median(left) < 0.05  # some mm of error went to some um
 
 
-def test_the_error_between_the_rows_is_told_and_drawn(demo, model, tmp_path, fastcal) -> None:
+def test_the_error_between_the_rows_is_reported_and_drawn(demo, model, tmp_path, fastcal) -> None:
     """Three rows on a line: the figures on standard output are those of the library."""
     nominal = library.load_robot(demo / "robot.yaml")
     T = np.repeat(model.forward(np.radians([[20.0, 30.0, 60.0, 10.0, 40.0, -15.0]])), 3, axis=0)

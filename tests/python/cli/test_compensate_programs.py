@@ -53,7 +53,7 @@ def test_a_program_goes_in_and_a_program_comes_out(programs, cell, process, tmp_
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(f"new{Path(name).suffix}" for name in names)
 
 
-def test_what_was_assumed_is_said(cell, process, tmp_path) -> None:
+def test_assumptions_are_reported(cell, process, tmp_path) -> None:
     target = "[[1800,0,1300],[0,0,1,0],[0,0,1,1],[9E9,9E9,9E9,9E9,9E9,9E9]]"
     (tmp_path / "a.mod").write_text(f"MODULE a\nMoveJ {target},v100,fine,tX\\WObj:=wX;\nENDMODULE\n")
     said = process(

@@ -57,7 +57,7 @@ def test_targets_are_poses_or_joint_positions(tmp_path, fastcal) -> None:
     assert (tmp_path / "out.csv").read_text().startswith("order,q1_mm,q2_deg")
 
 
-def test_what_separates_two_effects_is_told(tmp_path, fastcal) -> None:
+def test_the_power_to_separate_two_effects_is_printed(tmp_path, fastcal) -> None:
     pair = "joint_compliance@joint2,link_bending@link2"
     options = ("--count", 16, "--separate", pair, "--payload-kg", "0,14", *FEW)
     said = fastcal("design", "staubli_rx160l", *options, "-o", tmp_path / "out.csv")
@@ -75,7 +75,7 @@ def test_what_separates_two_effects_is_told(tmp_path, fastcal) -> None:
         (["--count", "0"], "greater than or equal to 1"),
     ],
 )
-def test_one_line_where_it_cannot_be_meant(tmp_path, fastcal, options, said, monkeypatch) -> None:
+def test_invalid_options_are_refused_in_one_line(tmp_path, fastcal, options, said, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "surroundings.yaml").write_text("keep_out: [{min_mm: [0, 0, 0], max_mm: [1, 1, 0]}]")
     found = fastcal("design", "ur5", "--count", 10, *options, "-o", "out.csv")
@@ -119,7 +119,7 @@ def test_levels_and_planes_come_from_a_file(tmp_path, fastcal) -> None:
         ("level: [link2]", "level"),
     ],
 )
-def test_an_instruments_file_that_cannot_be_meant_is_refused(tmp_path, fastcal, content, said) -> None:
+def test_an_invalid_instruments_file_is_refused(tmp_path, fastcal, content, said) -> None:
     (tmp_path / "shop.yaml").write_text(content)
     options = ("--count", 10, "--instruments", tmp_path / "shop.yaml", *FEW, "-o", tmp_path / "out.csv")
     found = fastcal("design", "ur5", *options)

@@ -84,7 +84,7 @@ def test_an_excluded_name_is_given_nowhere(files, fastcal, tmp_path) -> None:
     assert all(step["test_rms_mm"] is None for step in found["gap"])
 
 
-def test_the_noise_that_is_given_is_used_and_said(files, fastcal, tmp_path, hidden_backlash) -> None:
+def test_the_given_noise_is_used_and_reported(files, fastcal, tmp_path, hidden_backlash) -> None:
     out = tmp_path / "out"
     sigma = from_si(hidden_backlash.sigma, "mm")
     said = fastcal("diagnose", files / "robot.yaml", files / "measurements.csv", "--sigma-mm", sigma, "-o", out)

@@ -71,7 +71,7 @@ def test_a_held_joint_of_a_redundant_arm_stays(arms, method) -> None:
     assert np.ptp(fastcal.compensate(real, poses, q, nominal=nominal).q[:, 2]) > 1e-3  # else it moves
 
 
-def test_a_jump_that_cannot_be_avoided_is_told(arms) -> None:
+def test_an_unavoidable_jump_is_reported(arms) -> None:
     """From one side of the arm to the other through axis 1, where joint 1 meets its limit: row 1 jumps, alone."""
     nominal, _ = arms("staubli_rx160l")
     q = np.radians([[150.0, 20.0, 80.0, 0.0, 50.0, 0.0], [-150.0, 20.0, 80.0, 0.0, 50.0, 0.0]])
@@ -256,6 +256,6 @@ def test_threads_do_not_change_a_digit(arms) -> None:
         ),
     ],
 )
-def test_what_cannot_be_meant_is_refused(arms, arguments, sentence) -> None:
+def test_invalid_input_is_refused(arms, arguments, sentence) -> None:
     with pytest.raises(InvalidInput, match=sentence):
         fastcal.compensate(arms("staubli_rx160l")[1], **arguments)

@@ -127,7 +127,7 @@ def test_the_sigma_of_a_path_is_that_of_the_model(arms) -> None:
         ({"targets": "line", "kind": "arc"}, "the three points of an arc lie on a line"),
     ],
 )
-def test_what_is_no_path_is_refused(arms, change, sentence) -> None:
+def test_an_invalid_path_is_refused(arms, change, sentence) -> None:
     nominal, real = arms("staubli_rx160l")
     T = corners(nominal)
     if change.get("targets") is not None and isinstance(change["targets"], str):

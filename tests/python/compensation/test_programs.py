@@ -138,7 +138,7 @@ def test_words_follow_a_joint_that_crosses_zero(arms) -> None:
     assert "a.src:4: the target of line 4: T 'B100010' becomes 'B100011', as a joint crosses it" in done.notes
 
 
-def test_what_is_added_at_run_time_is_told_with_what_is_left(programs, arms) -> None:
+def test_what_is_added_at_run_time_is_reported_with_what_is_left(programs, arms) -> None:
     """Offs(p10, 0, 0, 25): p10's shift 25 mm higher; the figure is the real arm's miss there."""
     nominal, real = arms("siasun_sr210d")
     program = read_program(programs["RAPID"])
@@ -217,7 +217,7 @@ def test_other_joints_than_the_robot_s_are_refused(arms) -> None:
         compensate_program(arms("lbr_iiwa14")[0], read_program({"a.script": b"movej([0, 0, 0, 0, 0, 0])\n"}))
 
 
-def test_all_eight_ways_are_found_and_told_apart() -> None:
+def test_all_eight_configurations_are_found_and_distinguished() -> None:
     """An RX160L without limits reaches a pose in eight ways, whose three bits are all different."""
     arm = fastcal.load_robot("staubli_rx160l")
     free = [joint | {"min_deg": -360.0, "max_deg": 360.0} for joint in arm.spec["joints"]]

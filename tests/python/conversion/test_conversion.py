@@ -267,13 +267,13 @@ def test_coupling_limits_and_gears_are_kept() -> None:
             assert [joint[key] for joint in new["joints"]] == [joint[key] for joint in spec["joints"]]
 
 
-def test_a_turned_frame_of_wrenches_is_told() -> None:
+def test_a_turned_frame_of_wrenches_is_reported() -> None:
     assert convert(read_spec("pmc6va030"), "dh").notes == (
         "the base frame was turned: fx_n ... mz_nm are read along its new axes",
     )
     assert convert(read_spec("pmc6va030"), "poe").notes == ()
 
 
-def test_a_kind_that_is_none_is_refused() -> None:
+def test_an_unknown_kind_is_refused() -> None:
     with pytest.raises(InvalidInput, match="expected dh, mdh, poe or urdf as the kind to convert to, got 'xacro'"):
         convert(read_spec("ur5"), "xacro")

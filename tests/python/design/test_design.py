@@ -144,7 +144,7 @@ def test_predicted_deviations_are_those_of_a_calibration(arm: fastcal.Robot) -> 
     assert (np.diff(found.payload) >= 0).all()  # a payload is mounted once
 
 
-def test_with_orientations_all_thirty_parameters_are_told(arm: fastcal.Robot) -> None:
+def test_with_orientations_all_thirty_parameters_are_identifiable(arm: fastcal.Robot) -> None:
     both = design_poses(arm, 20, sigma_rotation=1e-4, candidate_count=1000)
     assert (len(both.parameters), "tool rx" in both.parameters) == (30, True)
     few = design_poses(arm, 4, candidate_count=1000)
@@ -268,7 +268,7 @@ def test_half_of_the_poses_tell_two_effects_apart(arm: fastcal.Robot) -> None:
         ({"surroundings": Surroundings(region=((1.0, 0.0, 0.0), (0.0, 1.0, 1.0)))}, "a lower and a higher corner"),
     ],
 )
-def test_what_cannot_be_meant_is_refused(arm: fastcal.Robot, options: dict[str, object], said: str) -> None:
+def test_invalid_input_is_refused(arm: fastcal.Robot, options: dict[str, object], said: str) -> None:
     with pytest.raises(InvalidInput, match=said):
         design_poses(arm, 10, **({"candidate_count": 1000} | options))  # type: ignore[arg-type]
 

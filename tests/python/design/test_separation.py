@@ -82,7 +82,7 @@ def test_it_stops_where_the_power_is_reached_and_power_is_that_of_the_test() -> 
         separating_poses(common, causes, [np.ones(2), np.ones(1)], 5, until_power=1.0)
 
 
-def test_causes_that_do_the_same_are_never_told_apart() -> None:
+def test_causes_with_the_same_effect_are_never_separated() -> None:
     common, causes, _ = problem(50, seed=4)
     twins = [causes[1], 2 * causes[1]]
     found = separating_poses(common, twins, [np.ones(1), np.ones(1)], 20)

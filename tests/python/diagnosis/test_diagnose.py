@@ -43,7 +43,7 @@ def one() -> Diagnosis:
     return diagnose(arm(), rows([BACKLASH]), sigma=SIGMA)
 
 
-def test_where_nothing_is_missing_nothing_is_said() -> None:
+def test_where_nothing_is_missing_nothing_is_reported() -> None:
     found = diagnose(arm(), rows([]), sigma=SIGMA)
     assert (found.verdict, found.effects, found.unexplained, found.outliers) == ("none", [], None, [])
     assert found.sigma_source == "option"
@@ -173,7 +173,7 @@ def test_the_library_holds_what_the_columns_can_show() -> None:
     assert ("backlash", "joint4") not in {name.key for name in build_library(in_file, rows([])).names}
 
 
-def test_repeats_tell_the_noise_of_a_coordinate() -> None:
+def test_repeats_show_the_noise_of_a_coordinate() -> None:
     """Pure error: 30 poses thrice are 180 degrees of freedom; 5 standard errors of such a deviation are 26 %."""
     data = rows([]).select(np.repeat(np.arange(30), 3))
     assert data.position is not None
@@ -231,6 +231,6 @@ def test_rows_that_are_wrong_are_listed_and_hide_nothing() -> None:
 
 
 @pytest.mark.parametrize("sigma", [0.0, -1e-5, float("nan")])
-def test_a_sigma_that_is_none_is_refused(sigma: float) -> None:
+def test_an_invalid_sigma_is_refused(sigma: float) -> None:
     with pytest.raises(InvalidInput, match="sigma must be a standard deviation above 0"):
         diagnose(arm(), rows([]), sigma=sigma)

@@ -95,7 +95,7 @@ def test_a_fit_ends_where_it_ends_whatever_it_starts_from(order: tuple[int, int]
     assert [grown.value(name)[0] for name in names] == pytest.approx([5e-5, 1e-7], rel=0.3)
 
 
-def test_many_waves_are_told_by_joint_and_order() -> None:
+def test_many_waves_are_listed_by_joint_and_order() -> None:
     waves = [(1, 2.0), (1, 9.0), (2, 3.0), (3, 5.0), (4, 2.0), (5, 4.0)]
     effects: list[dict[str, object]] = [
         {

@@ -114,7 +114,7 @@ def test_a_curve_without_which_held_out_rows_are_predicted_as_well_is_not_added(
     assert silent.best_predicting(silent.search.start, silent.every).profiles == []
 
 
-def test_the_curves_are_told_as_curves_and_the_noise_as_noise() -> None:
+def test_curves_are_reported_as_curves_and_noise_as_noise() -> None:
     assert {f.owner for f in found().effects if f.effect == "joint_profile"} >= {"joint1", "joint2", "joint3"}
     assert all(f.grade == "C" for f in found().effects if f.effect == "joint_profile")
     assert 0.7 < found().sigma_mm / (1e3 * SIGMA) < 1.5

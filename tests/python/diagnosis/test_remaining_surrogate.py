@@ -47,7 +47,7 @@ def found() -> Diagnosis:
     return diagnose(arm, measured.select(slice(0, 200)), test=measured.select(slice(200, None)))
 
 
-def test_the_rest_has_a_place_and_a_surrogate_in_the_model(found: Diagnosis) -> None:
+def test_what_is_unexplained_has_a_place_and_a_surrogate_in_the_model(found: Diagnosis) -> None:
     assert found.verdict == "unexplained"
     assert found.unexplained is not None
     assert found.unexplained.owner == "joint3"

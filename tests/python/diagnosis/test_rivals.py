@@ -84,7 +84,7 @@ def test_a_name_that_held_out_rows_do_not_bear_out_goes() -> None:
     assert borne_out(search, both).key == alone.key
 
 
-def test_repeated_poses_say_what_is_noise_whatever_is_missing() -> None:
+def test_repeated_poses_show_the_noise_whatever_is_missing() -> None:
     """Findings D2: with a claim the pure error of repeats was not looked at, and what no block explains was noise."""
     for claim, source in ((None, "repeats"), (SIGMA, "column"), (3 * SIGMA, "repeats")):
         rows = data(visits=3, claim=claim, lag=4e-3)

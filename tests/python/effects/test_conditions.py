@@ -64,7 +64,7 @@ def test_the_unit_of_a_column_of_ones_own_does_not_matter(arm: Robot, poses: Dat
     assert values[0] == pytest.approx(1e-3, rel=0.05)
 
 
-def test_one_station_tells_no_offset(arm: Robot, poses: Dataset) -> None:
+def test_one_station_shows_no_offset(arm: Robot, poses: Dataset) -> None:
     measured = simulate(arm, poses, noise=1e-5)
     with pytest.raises(InvalidInput, match="at least two labels in the column station"):
         calibrate(arm, measured.select(measured.station == 0), effects="geometry,station_offset")

@@ -40,5 +40,5 @@ def test_intervals_cover_as_often_as_they_say(table: dict[str, Any]) -> None:
 
 
 @pytest.mark.parametrize("seed", [5, 14, 15])
-def test_axes_that_only_a_twisted_link_tells_apart_settle(bench: dict[str, Any], seed: int) -> None:
+def test_axes_that_only_a_twisted_link_distinguishes_settle(bench: dict[str, Any], seed: int) -> None:
     assert bench["trial"]("link_torsion", seed, "none") is not None

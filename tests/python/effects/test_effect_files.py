@@ -85,7 +85,7 @@ def test_options_reach_the_core_in_si() -> None:
         ("regressor@base", "needs the option column"),
     ],
 )
-def test_what_cannot_be_meant_is_refused(text: str, sentence: str, arm: Robot) -> None:
+def test_invalid_input_is_refused(text: str, sentence: str, arm: Robot) -> None:
     with pytest.raises(InvalidInput, match=sentence):
         parse_effects(text, arm.core)
 

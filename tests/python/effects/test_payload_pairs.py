@@ -100,7 +100,7 @@ def test_rows_of_one_posture_belong_together_wherever_they_stand() -> None:
     assert same_posture(q, load, np.array([1, 1, 0, 1, 1, 1], dtype=bool)).tolist() == [-1, -1, -1, -1, 0, 0]
 
 
-def test_what_payloads_cannot_tell_is_said() -> None:
+def test_what_payloads_cannot_determine_is_reported() -> None:
     data = measured(paper_arm(), postures=10)
     with pytest.raises(fastcal.InvalidInput, match="geometry cancels"):
         from_payload_pairs(nominal(), data, effects="geometry,joint_compliance@joint2")

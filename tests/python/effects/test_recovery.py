@@ -128,7 +128,7 @@ def test_two_orders_of_one_joint_are_two_effects(arm: Robot, poses: Dataset, wit
     assert {"amplitude_1x_rad", "phase_1x_rad", "amplitude_2x_rad", "phase_2x_rad"} <= set(names)
 
 
-def test_a_scale_nobody_can_see_is_held_and_told(arm: Robot, poses: Dataset, with_effects: Any) -> None:
+def test_an_unobservable_scale_is_held_and_reported(arm: Robot, poses: Dataset, with_effects: Any) -> None:
     measured = simulate(perturbed(arm, seed=3), poses, noise=NOISE, seed=5)
     found = calibrate(arm, measured, effects="geometry,measurement_scale")
     told = [u for u in found.unidentifiable if "instrument error" in u.parameters]

@@ -97,7 +97,7 @@ def test_two_of_them_share_the_table(arm: Robot, poses: Dataset, with_effects: A
         model.forward(q, temperature=303.15)
 
 
-def test_what_cannot_be_meant_is_refused(arm: Robot, poses: Dataset, with_effects: Any) -> None:
+def test_invalid_input_is_refused(arm: Robot, poses: Dataset, with_effects: Any) -> None:
     for changes, sentence in (
         ({"parameters": []}, "at least one parameter"),
         ({"parameters": [("pull", "furlong", 1.0, "")]}, "known unit"),

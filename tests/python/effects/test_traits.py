@@ -142,7 +142,7 @@ def test_directions_of_approach_are_planned_for_what_depends_on_them(
     assert sorted(approached_joints(names)) == [1, 4]
 
 
-def test_what_an_effect_written_in_python_tells_by_default(registry: None) -> None:
+def test_default_traits_of_an_effect_written_in_python(registry: None) -> None:
     def basis(states: States) -> Any:
         return np.zeros((len(states.q), 6, 1))
 
@@ -163,7 +163,7 @@ def test_what_an_effect_written_in_python_tells_by_default(registry: None) -> No
         assert traits_of("floor_heat").place == "frame"
 
 
-def test_a_trait_that_is_none_is_refused() -> None:
+def test_an_invalid_trait_is_refused() -> None:
     for wrong, sentence in (
         (
             {"role": "villain"},

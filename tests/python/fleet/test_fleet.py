@@ -157,7 +157,7 @@ def test_what_was_noticed_of_an_arm_is_on_the_page(fleet: Fleet) -> None:
         ("robot,data\nur5,a.csv\nur5,b/a.csv\n", r"two arms are called 'a'"),
     ],
 )
-def test_a_list_that_cannot_be_meant_is_refused(tmp_path: Path, text: str, message: str) -> None:
+def test_an_invalid_list_is_refused(tmp_path: Path, text: str, message: str) -> None:
     (tmp_path / "arms.csv").write_text(text, encoding="utf-8")
     with pytest.raises(fastcal.FastcalError, match=message):
         read_list(tmp_path / "arms.csv")

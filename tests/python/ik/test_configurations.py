@@ -96,7 +96,7 @@ def test_a_command_just_across_a_singularity_keeps_the_branch() -> None:
     assert (found.configuration[0], configurations(nominal, q)[0]) == ("front up negative", "front up positive")
 
 
-def test_what_only_another_configuration_reaches_is_told() -> None:
+def test_what_only_another_configuration_reaches_is_reported() -> None:
     robot = load_robot("staubli_rx160l")
     q = np.array([0.3, 0.4, 1.2, 0.3, 0.7, 0.8])
     box = np.stack([q - 0.3, q + 0.3], axis=1)

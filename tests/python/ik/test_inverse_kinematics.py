@@ -134,7 +134,7 @@ def test_next_to_a_singular_wrist_every_target_is_reached(name: str, q5: float) 
     assert near.iterations.mean() < 10  # 4 far from singular postures; the restarts cost a thousand
 
 
-def test_a_target_beyond_the_limits_is_told_from_one_beyond_the_arm() -> None:
+def test_a_target_beyond_the_limits_is_distinguished_from_one_beyond_the_arm() -> None:
     robot = load_robot("staubli_rx160l")
     q = np.array([0.3, 0.4, 0.5, 0.6, 0.7, 0.8])
     target = robot.forward(q)[0]
@@ -195,7 +195,7 @@ def test_a_joint_that_is_held_stays() -> None:
         ({"speed": 1}, "no condition is called 'speed'"),
     ],
 )
-def test_what_cannot_be_meant_is_refused(change: dict[str, Any], words: str) -> None:
+def test_invalid_input_is_refused(change: dict[str, Any], words: str) -> None:
     robot = load_robot("ur5")
     with pytest.raises(InvalidInput, match=words):
         inverse_kinematics(robot, **({"targets": robot.forward(np.zeros(6))} | change))

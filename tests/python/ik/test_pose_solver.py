@@ -87,6 +87,6 @@ def test_a_model_that_looks_at_its_own_command_goes_the_way_of_the_batch(monkeyp
         (lambda s: fastcal.PoseSolver(s.model, hold=[7]), "hold takes numbers of joints from 1 to 6"),
     ],
 )
-def test_what_cannot_be_meant_is_refused(call: Any, message: str) -> None:
+def test_invalid_input_is_refused(call: Any, message: str) -> None:
     with pytest.raises(fastcal.InvalidInput, match=message):
         call(fastcal.PoseSolver(fastcal.load_robot("ur5")))

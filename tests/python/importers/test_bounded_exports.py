@@ -60,7 +60,7 @@ def test_a_workbook_has_limits_of_rows_and_of_cells(tmp_path: Path, monkeypatch:
         import_measurements([tmp_path / "gap.xlsx"])
 
 
-def test_what_a_measurement_file_lacks_is_said_where_it_is_too_large_for_an_export(
+def test_what_a_measurement_file_lacks_is_reported_where_it_is_too_large_for_an_export(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(sources, "MAX_BYTES", 10)

@@ -54,9 +54,7 @@ def test_a_question_is_one_line_and_nothing_is_written(here: Session, capsys: py
         (["joints.csv", "-o", "out.csv"], "no measured points"),
     ],
 )
-def test_usage_that_cannot_be_meant(
-    here: Session, capsys: pytest.CaptureFixture[str], arguments: list[str], said: str
-) -> None:
+def test_invalid_usage(here: Session, capsys: pytest.CaptureFixture[str], arguments: list[str], said: str) -> None:
     assert main(["import", *arguments]) == 2
     assert said in capsys.readouterr().err
 

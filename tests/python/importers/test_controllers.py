@@ -81,7 +81,7 @@ def test_a_log_of_joints(session: Session, layout: str) -> None:
     check(import_measurements([session.table(*POINTS)], joints=session.table(*LOGS[layout], "log.txt")), session)
 
 
-def test_commanded_and_read_positions_are_told_apart(session: Session) -> None:
+def test_commanded_and_read_positions_are_distinguished(session: Session) -> None:
     head = ",".join([f"target_q_{k}" for k in range(6)] + [f"actual_q_{k}" for k in range(6)])
     row = ",".join([f"{{r[{k}]:.9f}}" for k in range(6)] * 2)
     found = import_measurements([session.table("X [mm],Y [mm],Z [mm]", P)], joints=session.table(head, row, "rtde.csv"))
@@ -208,7 +208,7 @@ def test_a_point_taken_while_the_arm_moved_is_left_out_and_named(session: Sessio
     assert any("while the arm moved" in note and "P007" in note for note in found.notes)
 
 
-def test_a_clock_of_another_zone_is_set_right_and_said(session: Session) -> None:
+def test_a_clock_of_another_zone_is_corrected_and_reported(session: Session) -> None:
     times = [1.7e9 + 3600 + 2.48 * k + 1.0 for k in range(30)]
     lines = [f"{n},{p[0]},{p[1]},{p[2]},{t:.3f}" for n, p, t in zip(session.names, session.points, times, strict=True)]
     points = session.write("points.csv", "\n".join(["Name,X [mm],Y [mm],Z [mm],Time", *lines]))

@@ -141,7 +141,7 @@ def test_vicon_s_quaternion_is_x_y_z_w(session: Session) -> None:
     check(import_measurements([path], joints=joints), session, turned=True)
 
 
-def test_vicon_s_angles_are_asked_for_and_taken_as_said(session: Session) -> None:
+def test_the_convention_of_vicon_s_angles_is_asked_for_and_used(session: Session) -> None:
     path = session.write("vicon.csv", vicon(session, quaternion=False))
     with pytest.raises(InvalidInput, match=r"'RX', 'RY', 'RZ' may be .*--orientation"):
         import_measurements([path], joints=session.joints())

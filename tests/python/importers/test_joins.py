@@ -129,7 +129,7 @@ def test_different_counts_without_names_need_the_robot(session: Session) -> None
     assert any("poses missing a point that fits: row 5, row 18" in note for note in found.notes)
 
 
-def test_a_slip_under_equal_counts_is_mended_and_said(session: Session) -> None:
+def test_a_slip_under_equal_counts_is_corrected_and_reported(session: Session) -> None:
     rows = [k for k in range(30) if k != 11]
     extra = P.format(p=[1.0, 2.0, 3.0])
     points = session.write("points.csv", points_of(session, rows) + "\n" + extra)
@@ -147,7 +147,7 @@ def test_swapped_names_are_found_by_the_robot(session: Session) -> None:
     assert any("swapped" in note for note in found.notes)
 
 
-def test_a_join_that_fits_is_said_to_fit(session: Session) -> None:
+def test_a_join_that_fits_is_reported_to_fit(session: Session) -> None:
     points = session.write("points.csv", points_of(session, list(range(30)), names=True))
     found = import_measurements([points], joints=session.joints(), robot=load_robot("ur5"))
     check(found, session)

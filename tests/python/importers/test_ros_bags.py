@@ -200,7 +200,7 @@ def test_a_bag_that_does_not_say_which_poses_is_asked_about(arm, tmp_path) -> No
         import_measurements([tmp_path / "bag"], robot=nominal, sheet="/camera/pose")
 
 
-def test_what_is_no_bag_is_refused(arm, tmp_path) -> None:
+def test_anything_but_a_bag_is_refused(arm, tmp_path) -> None:
     (tmp_path / "a.mcap").write_bytes(b"\x89MCAP0\r\n" + b"\0" * 100)
     (tmp_path / "b.db3").write_bytes(b"SQLite format 3\0" + b"x" * 500)
     (tmp_path / "c.bag").write_bytes(b"#ROSBAG V2.0\n" + b"\xff" * 100)
@@ -237,7 +237,7 @@ def test_a_bag_without_end_is_refused(arm, bags, monkeypatch) -> None:
         import_measurements([bags / "session"], joints=bags / "session", robot=arm[0])
 
 
-def test_joints_without_a_number_in_their_names_are_told(arm, bags, tmp_path) -> None:
+def test_joints_without_a_number_in_their_names_are_reported(arm, bags, tmp_path) -> None:
     """Without an arm that names its joints nobody can know which is which."""
     with Bag(tmp_path / "bag") as bag:
         for k in range(40):

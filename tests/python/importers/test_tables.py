@@ -108,14 +108,14 @@ UNSAID = {
 
 
 @pytest.mark.parametrize("case", UNSAID)
-def test_what_is_not_said_is_asked_for_in_one_line(session: Session, case: str) -> None:
+def test_what_a_file_leaves_open_is_asked_for_in_one_line(session: Session, case: str) -> None:
     head, row, asked = UNSAID[case]
     with pytest.raises(InvalidInput, match=asked) as raised:
         import_measurements([session.table(head, row)])
     assert "\n" not in str(raised.value)
 
 
-def test_an_order_of_a_quaternion_is_taken_as_said(session: Session) -> None:
+def test_the_given_order_of_a_quaternion_is_used(session: Session) -> None:
     path = session.table(HEAD + ",q1,q2,q3,q4", ROW + ",{w[0]:.9f},{w[1]:.9f},{w[2]:.9f},{w[3]:.9f}")
     check(import_measurements([path], orientation="xyzw"), session, turned=True)
 
@@ -133,7 +133,7 @@ def test_angles_are_turned_as_scipy_turns_them(session: Session, convention: str
     check(import_measurements([path], orientation=convention), session, turned=True)
 
 
-def test_a_matrix_that_is_no_rotation_is_refused() -> None:
+def test_a_matrix_that_is_not_a_rotation_is_refused() -> None:
     skewed = np.eye(3) + 0.01
     with pytest.raises(ValueError, match="1"):
         converted("matrix", np.array([np.eye(3).ravel(), skewed.ravel()]), ("1", 1.0))
@@ -210,7 +210,7 @@ def test_a_map_names_columns_by_number_and_by_header(session: Session) -> None:
         ("columns: {q1_deg: 99}", "expected a number from 1 to 10"),
     ],
 )
-def test_a_map_that_cannot_be_meant(session: Session, text: str, said: str) -> None:
+def test_an_invalid_map_is_refused(session: Session, text: str, said: str) -> None:
     path = session.table(HEAD, ROW)
     with pytest.raises(InvalidInput, match=said):
         import_measurements([path], mapping=read_map(session.write("map.yaml", text)))

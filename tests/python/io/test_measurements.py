@@ -97,7 +97,7 @@ def test_one_sigma_a_coordinate(file: Callable[..., Path]) -> None:
     np.testing.assert_allclose(data.sigma_position, [[1e-5, 2e-5, 3e-5], [1e-3, np.nan, 3e-3]], rtol=1e-15)
 
 
-def test_unknown_columns_are_kept_and_told(file: Callable[..., Path]) -> None:
+def test_unknown_columns_are_kept_and_reported(file: Callable[..., Path]) -> None:
     header = "q1_deg,q2_mm,x_mm,y_mm,z_mm,order,x_nominal_mm,operator,when,,station_id"
     data = load_measurements(file(header, "0,0,1,2,3,5,1.5,Jo,2026-01-02,7,s1", "0,0,1,2,3,,2.5,12,,8,s2"), ARM)
     assert list(data.extra) == ["order", "x_nominal_mm", "unnamed10"]
@@ -114,13 +114,13 @@ def test_a_comment_with_points_does_not_disturb_decimal_commas(file: Callable[..
     assert data.extra_labels["when"] == ["2.1.2026"]
 
 
-def test_lengths_without_anchors_belong_to_one_and_that_is_told(file: Callable[..., Path]) -> None:
+def test_lengths_without_anchors_belong_to_one_and_that_is_reported(file: Callable[..., Path]) -> None:
     data = load_measurements(file("q1_deg,q2_mm,distance_mm", "0,0,1000", "1,0,900"), ARM)
     assert data.anchor.tolist() == [0, 0]
     assert data.notes == ("there is no column 'anchor': all lengths are taken to one and the same",)
 
 
-def test_joints_somewhat_outside_their_limits_are_told(file: Callable[..., Path]) -> None:
+def test_joints_slightly_outside_their_limits_are_reported(file: Callable[..., Path]) -> None:
     data = load_measurements(file("q1_deg,q2_mm,x_mm,y_mm,z_mm", "190,-2,1,2,3", "200,5,1,2,3"), ARM)
     assert data.notes == (
         "joint 1 is outside its limits in 2 rows, by 20 deg at most",

@@ -29,7 +29,7 @@ def test_numbers_come_back_and_what_is_not_finite_is_null(tmp_path: Path) -> Non
     ("text", "message"),
     [("{", r"bad.json:1: is not JSON"), ("[1]", "expected a JSON object, got list"), (None, "there is no such file")],
 )
-def test_what_is_no_result_is_refused(tmp_path: Path, text: str | None, message: str) -> None:
+def test_anything_but_a_result_is_refused(tmp_path: Path, text: str | None, message: str) -> None:
     if text is not None:
         (tmp_path / "bad.json").write_text(text)
     with pytest.raises(ParseError, match=message):

@@ -123,7 +123,7 @@ def test_shared_sets_load_and_their_arms_are_the_shipped_ones(shared_data: Path)
         assert masses[0] == masses[1]
 
 
-def test_a_name_that_is_no_arm_is_told_the_arms_there_are() -> None:
+def test_an_unknown_arm_is_answered_with_the_arms_there_are() -> None:
     with pytest.raises(
         ParseError, match=r"no shipped arm has that name; did you mean ur5 or ur5e\? \(fastcal robots lists them\)$"
     ):

@@ -110,7 +110,7 @@ WRONG = [
 
 
 @pytest.mark.parametrize(("kind", "place", "value", "sentence"), WRONG)
-def test_what_cannot_be_meant_is_refused_in_a_sentence(kind: str, place: str, value: Any, sentence: str) -> None:
+def test_invalid_input_is_refused_in_a_sentence(kind: str, place: str, value: Any, sentence: str) -> None:
     assert sentence in refusal(changed(plain(kind), place, value))
 
 

@@ -89,7 +89,7 @@ WRONG = [
 
 
 @pytest.mark.parametrize(("place", "value", "sentence"), WRONG)
-def test_what_cannot_be_meant_is_refused_in_one_sentence(place: str, value: Any, sentence: str) -> None:
+def test_invalid_input_is_refused_in_one_sentence(place: str, value: Any, sentence: str) -> None:
     with pytest.raises(ParseError) as caught:
         check_spec(changed(bending(), place, value), "arm.yaml")
     assert str(caught.value).startswith("arm.yaml: structure")
@@ -110,7 +110,7 @@ def test_the_canonical_form_is_its_own() -> None:
     assert check_spec(bending() | {"structure": {}})["structure"] == {}
 
 
-def test_matrices_say_the_same_in_three_forms() -> None:
+def test_matrices_in_three_forms_are_the_same() -> None:
     lever = np.eye(6)
     lever[3:, :3] = [[0, 0, 0], [0, 0, -0.3], [0, 0.3, 0]]  # what a force at the end is at the start, 0.3 m along x
     whole = np.block([[lever @ BENT @ lever.T, -lever @ BENT], [-BENT @ lever.T, BENT]])
@@ -119,6 +119,6 @@ def test_matrices_say_the_same_in_three_forms() -> None:
     assert repr(specs[0]) == repr(specs[1]) == repr(specs[2])
 
 
-def test_a_frame_that_is_none_is_refused_when_the_robot_is_made() -> None:
+def test_an_unknown_frame_is_refused_when_the_robot_is_made() -> None:
     with pytest.raises(ValueError, match="node knee is free: no element ends there"):
         Robot(check_spec(changed(changed(bending(), "elements.0.end", "tip"), "elements.1.start", "foot")))

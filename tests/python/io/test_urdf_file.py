@@ -132,7 +132,7 @@ def test_a_urdf_that_does_not_fit_is_refused(text: str, sentence: str, tmp_path:
 @pytest.mark.parametrize(
     "text", ["", "<robot", "<robot name='a'/>", XML.replace("0.5", "1e999"), XML.replace("0.5", "nan")]
 )
-def test_text_that_is_no_urdf_is_refused(text: str, tmp_path: Path) -> None:
+def test_text_that_is_not_a_urdf_is_refused(text: str, tmp_path: Path) -> None:
     (tmp_path / "arm.urdf").write_text(text)
     with pytest.raises(ParseError) as caught:
         read_spec(tmp_path / "arm.urdf")

@@ -149,7 +149,7 @@ def test_it_is_silent_where_there_is_too_little_to_judge_by() -> None:
     assert guard.plausible(Dataset.from_arrays(swapped, position=holes), ARM, misfit, poses) is not None
 
 
-def test_readings_that_cannot_be_told_apart_are_all_named() -> None:
+def test_readings_that_cannot_be_distinguished_are_all_named() -> None:
     rows = [ROWS[0], (0.0, 0.0, 0.0), *ROWS[2:]]  # joints 2 and 3 turn about one axis, so that either may be shifted
     q, position = measured(rows=rows)
     data = Dataset.from_arrays(shifted(2, 1.0, math.pi / 2)(q, position)[0], position=position)

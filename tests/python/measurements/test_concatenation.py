@@ -35,7 +35,7 @@ def test_rows_keep_their_order_and_what_is_missing_is_empty() -> None:
     assert both.measured.all()
 
 
-def test_a_condition_that_some_lack_is_left_out_and_said() -> None:
+def test_a_condition_that_some_lack_is_left_out_and_reported() -> None:
     first = Dataset.from_arrays(Q, temperature=300.0, time=[1, 2, 3], source="a")
     second = Dataset.from_arrays(Q, time=[4, 5, 6], source="b")
     both = Dataset.concatenate([first, second])

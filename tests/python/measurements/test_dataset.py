@@ -40,7 +40,7 @@ def test_what_is_absent_is_none_and_the_payload_is_zero() -> None:
     assert not data.measured.any()
 
 
-def test_one_number_stands_for_all_rows() -> None:
+def test_one_number_applies_to_all_rows() -> None:
     data = Dataset.from_arrays(
         Q, position=POINTS, sigma_position=2e-5, sigma_rotation=1e-4, payload=3, temperature=293.0, time=5
     )
@@ -49,7 +49,7 @@ def test_one_number_stands_for_all_rows() -> None:
     assert [data.payload[2], data.temperature[1], data.time[0], data.sigma_rotation[2]] == [3.0, 293.0, 5.0, 1e-4]
 
 
-def test_one_sigma_a_row_stands_for_its_coordinates() -> None:
+def test_one_sigma_a_row_applies_to_its_coordinates() -> None:
     data = Dataset.from_arrays(Q, position=POINTS, sigma_position=[1e-5, 2e-5, np.nan])
     np.testing.assert_array_equal(data.sigma_position[:2], [[1e-5] * 3, [2e-5] * 3])
 
@@ -118,7 +118,7 @@ WRONG = [
 
 
 @pytest.mark.parametrize(("arrays", "message"), WRONG)
-def test_what_cannot_be_meant_is_refused_with_its_place(arrays: dict, message: str) -> None:
+def test_invalid_input_is_refused_with_its_place(arrays: dict, message: str) -> None:
     with pytest.raises(InvalidInput, match=message):
         Dataset.from_arrays(**{"q": Q, **arrays})
 

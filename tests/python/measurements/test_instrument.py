@@ -61,7 +61,7 @@ def test_whitened_rows_are_those_of_the_covariance() -> None:
     np.testing.assert_allclose(own.T @ own, expected, rtol=1e-6, atol=1e-9 * np.abs(expected).max())
 
 
-def test_files_say_range_and_angle(tmp_path: Path) -> None:
+def test_files_give_range_and_angle(tmp_path: Path) -> None:
     robot = arm()
     random = np.random.default_rng(2)
     data = seen(robot, fastcal.random_poses(robot, 6, seed=2), random).with_tracker(RANGE, ANGLE, [0.2, 0.1, -0.3])
@@ -136,7 +136,7 @@ def test_a_frame_that_is_not_the_trackers_is_noted() -> None:
     assert not any("would have stood" in note for note in notes)
 
 
-def test_the_page_tells_what_it_gains() -> None:
+def test_the_page_shows_what_it_gains() -> None:
     """The kept figures, and the page that shows them."""
     root = Path(__file__).parents[3]
     kept = json.loads((root / "bench" / "python" / "bench_tracker.json").read_text(encoding="utf-8"))

@@ -61,7 +61,7 @@ def test_a_mask_chooses_rows(data: Dataset) -> None:
         (np.zeros(40, bool), "none of the 40 rows is chosen"),
     ],
 )
-def test_rows_that_cannot_be_meant(data: Dataset, rows, message: str) -> None:
+def test_invalid_rows_are_refused(data: Dataset, rows, message: str) -> None:
     with pytest.raises(InvalidInput, match=message):
         data[rows]
 

@@ -58,7 +58,7 @@ def known(request: pytest.FixtureRequest) -> Known:
     return Known(true, fastcal.calibrate(nominal, data, checks=False).model)
 
 
-def test_a_check_holds_and_says_what_no_pose_shows(known) -> None:
+def test_a_check_holds_and_lists_what_no_pose_shows(known) -> None:
     found = fastcal.check(known.model, known.measured(8, None, 5))
     assert found.verdict == "holds"
     assert "joint1 zero" in found.blind

@@ -28,7 +28,7 @@ class Bomb:
         return (Path.touch, (Path("exploded"),))
 
 
-def test_a_loaded_model_says_the_same_bit_for_bit(saved: Path, trained: TrainingResult, unseen: Dataset) -> None:
+def test_a_loaded_model_predicts_the_same_bit_for_bit(saved: Path, trained: TrainingResult, unseen: Dataset) -> None:
     loaded = fastcal.load_robot(saved)
     for said, meant in zip(
         loaded.correct(unseen.q, unseen.payload), trained.model.correct(unseen.q, unseen.payload), strict=True
@@ -87,7 +87,7 @@ def test_a_file_that_is_cut_off_is_refused(copied: Path, share: float) -> None:
     refused(path)
 
 
-def test_a_changed_file_is_told_by_its_sum(copied: Path) -> None:
+def test_a_changed_file_is_recognized_by_its_sum(copied: Path) -> None:
     path = network_of(copied)
     content = bytearray(path.read_bytes())
     content[-3] ^= 1
@@ -143,7 +143,7 @@ def test_another_arms_network_is_refused(saved: Path) -> None:
         (lambda s, t: t.update(more=np.ones(2)), "the array more belongs to no part"),
     ],
 )
-def test_content_that_cannot_be_meant_is_refused(trained: TrainingResult, change: object, message: str) -> None:
+def test_invalid_content_is_refused(trained: TrainingResult, change: object, message: str) -> None:
     assert trained.model.correction is not None
     settings, tensors = to_plain(trained.model.correction)
     settings, tensors = json.loads(json.dumps(settings)), dict(tensors)

@@ -86,7 +86,7 @@ def test_every_kind_survives_packing() -> None:
 
 
 @pytest.mark.parametrize("activation", ["tanh", "relu", "sigmoid", "prelu"])
-def test_a_network_says_what_torch_says(activation: str) -> None:
+def test_a_network_predicts_what_torch_predicts(activation: str) -> None:
     ours = net(4, 2, 7, activation)
     layers: list[torch.nn.Module] = []
     makers: dict[str, Callable[[float], torch.nn.Module]] = {
@@ -105,7 +105,7 @@ def test_a_network_says_what_torch_says(activation: str) -> None:
     np.testing.assert_allclose(ours(x), theirs, rtol=1e-12, atol=1e-14)
 
 
-def test_trees_say_what_scikit_learn_says() -> None:
+def test_trees_predict_what_scikit_learn_predicts() -> None:
     random = np.random.default_rng(0)
     x = random.standard_normal((300, 4))
     y = np.sin(x[:, 0]) + x[:, 1] ** 2
@@ -163,7 +163,7 @@ def test_joint_errors_move_the_tool_through_the_jacobian() -> None:
     np.testing.assert_allclose(said, error[:, np.newaxis] * inputs.J_tool_q[:, :, 1], rtol=1e-12)
 
 
-def test_a_column_that_never_varied_says_nothing() -> None:
+def test_a_column_that_never_varied_has_no_influence() -> None:
     inputs = random_inputs()
     still = Inputs(inputs.q, np.full(N, 3.0), inputs.J_tool_q)
     scaling = Scaling.of(still)

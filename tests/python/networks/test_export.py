@@ -63,7 +63,7 @@ def test_torchscript_and_onnx_agree_with_the_correction(
     np.testing.assert_allclose(found, said, rtol=0, atol=1e-12)
 
 
-def test_what_is_no_network_is_refused(arm: Robot, data: Dataset) -> None:
+def test_anything_but_a_network_is_refused(arm: Robot, data: Dataset) -> None:
     # Four regions: in two folds one of the three ways to deal them leaves half of a joint's range unseen.
     found = train(arm, data.select(slice(90)), network="gp", rivals=[], folds=4)
     assert found.model.correction is not None

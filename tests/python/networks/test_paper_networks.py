@@ -240,7 +240,7 @@ def test_ga_dnn_learns_with_the_network_it_chose(problem: Problem) -> None:
     assert share_left(problem, expert) < 0.9
 
 
-def test_grnn_and_rbf_learn_and_say_a_number_everywhere(problem: Problem) -> None:
+def test_grnn_and_rbf_learn_and_are_finite_everywhere(problem: Problem) -> None:
     own = [np.arange(len(problem))]
     for fit in (kernel_networks.fit_grnn, kernel_networks.fit_rbf):
         with one_thread():

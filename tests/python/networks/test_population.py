@@ -35,7 +35,7 @@ def example() -> tuple[torch.Tensor, torch.Tensor]:
     return x, torch.stack([torch.sin(x[:, 0]), x[:, 1] * x[:, 2]], dim=1)
 
 
-def test_padded_networks_say_what_they_would_alone() -> None:
+def test_padded_networks_predict_what_they_would_alone() -> None:
     population = Population(3, 2, MIXED)
     theta = population.start([5, 6, 7])
     x, _ = example()

@@ -35,7 +35,7 @@ def mean_error(robot: Robot, data: Dataset) -> float:
     return float(np.linalg.norm(robot.forward(data.q, payload=data.payload)[:, :3, 3] - data.position, axis=1).mean())
 
 
-def test_most_of_a_periodic_error_is_learnt_and_told(trained: TrainingResult, arm: Robot, unseen: Dataset) -> None:
+def test_most_of_a_periodic_error_is_learnt_and_reported(trained: TrainingResult, arm: Robot, unseen: Dataset) -> None:
     assert trained.used == "mlp"
     before, after = mean_error(arm, unseen), mean_error(trained.model, unseen)
     assert after < 0.25 * before
@@ -157,7 +157,7 @@ def test_another_set_up_needs_only_base_and_tool(trained: TrainingResult, unseen
     assert mean_error(there, moved) < 0.5 * mean_error(realign(bare, moved.select(slice(20))), moved)
 
 
-def test_identifying_anew_drops_the_correction(trained: TrainingResult, data: Dataset) -> None:
+def test_identifying_again_drops_the_correction(trained: TrainingResult, data: Dataset) -> None:
     assert fastcal.calibrate(trained.model, data).model.correction is None
 
 
@@ -180,7 +180,7 @@ def test_cells_are_small_and_keep_repeated_poses_together() -> None:
         ({"device": "abacus"}, "auto, cpu or cuda"),
     ],
 )
-def test_what_cannot_be_meant_is_refused(arm: Robot, data: Dataset, change: dict[str, object], message: str) -> None:
+def test_invalid_input_is_refused(arm: Robot, data: Dataset, change: dict[str, object], message: str) -> None:
     with pytest.raises(InvalidInput, match=message):
         train(arm, data, **change)
 
@@ -192,7 +192,7 @@ def test_too_few_rows_or_no_points_are_refused(arm: Robot, data: Dataset) -> Non
         train(arm, replace(data, position=None))
 
 
-def test_without_torch_it_is_said_how_to_get_it(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_torch_the_message_names_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "torch", None)
     with pytest.raises(
         InvalidInput, match=r"training needs torch, which is not installed; pip install .fastcal\[networks\]"

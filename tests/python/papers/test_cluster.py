@@ -19,6 +19,6 @@ def test_a_dask_cluster_finds_the_same() -> None:
         assert run_study("kuka_kr500", arms=1, cluster=cluster.scheduler_address) == alone
 
 
-def test_an_address_that_is_none_is_refused() -> None:
+def test_an_invalid_address_is_refused() -> None:
     with pytest.raises(InvalidInput, match="no Dask scheduler answers at nonsense"):
         run_study("kuka_kr500", arms=1, cluster="nonsense://here")

@@ -45,7 +45,7 @@ def test_normal_plot_keeps_the_tails_and_marks_outliers() -> None:
     np.testing.assert_allclose(np.sort(outliers["y"]), np.sort(residual[is_outlier]))
 
 
-def test_what_is_beyond_the_normal_plot_is_said() -> None:
+def test_what_is_beyond_the_normal_plot_is_reported() -> None:
     residual = np.append(np.linspace(-1, 1, 50), [99.0, np.nan])
     figure = charts.normal_plot(residual, 1.0, np.zeros(52, bool))
     assert figure.layout["yaxis"]["range"] == [-15.0, 15.0]

@@ -67,7 +67,7 @@ def test_the_band_is_that_of_the_calibration(found: Diagnosis) -> None:
     assert float(reading.deviation.mean()) == pytest.approx(std / 2, rel=0.1)
 
 
-def test_the_place_of_a_rest_is_drawn(unnamed: Diagnosis) -> None:
+def test_the_place_of_what_is_unexplained_is_drawn(unnamed: Diagnosis) -> None:
     rest = Unexplained("joint3", 0.5, ("q3",))
     seen = partial.of_rest(unnamed.final, rest.owner, rest.depends_on)
     assert seen is not None
@@ -79,7 +79,7 @@ def test_the_place_of_a_rest_is_drawn(unnamed: Diagnosis) -> None:
 
 
 @pytest.mark.parametrize("on", [("q2", "q3"), ("x", "y", "z")])
-def test_a_rest_of_several_variables_is_a_map(unnamed: Diagnosis, on: tuple[str, ...]) -> None:
+def test_an_unexplained_part_of_several_variables_is_a_map(unnamed: Diagnosis, on: tuple[str, ...]) -> None:
     owner = "workspace" if "x" in on else "joint3"
     page = diagnosis_page(replace(unnamed, verdict="unexplained", unexplained=Unexplained(owner, 0.5, on)))
     assert 'id="figure-rest"' in page
@@ -186,7 +186,7 @@ def test_the_map_frames_what_is_given() -> None:
     assert [(s["x0"], s["x1"]) for s in figure.layout["shapes"]] == [(0.5, 1.5)]
 
 
-def test_numbers_are_told_as_on_the_shop_floor() -> None:
+def test_numbers_are_in_the_units_of_the_shop_floor() -> None:
     minute = np.pi / 180 / 60
     assert shop.value_text("gap_rad", 1.5 * minute, 0.06 * minute) == "1.500 ± 0.060 arcmin"
     assert shop.size_text("1_k", 11.5e-6) == "12 µm/(m\N{NO-BREAK SPACE}K)".replace("µ", "\N{MICRO SIGN}")

@@ -22,7 +22,7 @@ THIN = "\N{NARROW NO-BREAK SPACE}"
     ("std", "decimals"),
     [(0.0123, 3), (0.123, 2), (1.2, 1), (12.3, 0), (123.0, 0), (0.00998, 3), (0.00993, 4), (0.000999, 4), (0.0999, 2)],
 )
-def test_a_deviation_is_told_with_two_significant_digits(std: float, decimals: int) -> None:
+def test_a_standard_deviation_has_two_significant_digits(std: float, decimals: int) -> None:
     assert decimals_for(std) == decimals
 
 

@@ -175,6 +175,6 @@ def test_paths_tables_and_names_are_read(hidden_backlash, result: CalibrationRes
         (lambda r, d, c: fastcal.load_robot(3.5), "expected a robot file, .*, got float"),
     ],
 )
-def test_a_slip_of_type_says_what_was_meant(hidden_backlash, result: CalibrationResult, slip, message: str) -> None:
+def test_a_wrong_type_names_the_right_one(hidden_backlash, result: CalibrationResult, slip, message: str) -> None:
     with pytest.raises(InvalidInput, match=message):
         slip(hidden_backlash.robot, hidden_backlash.data, result)

@@ -147,7 +147,7 @@ def test_lengths_are_drawn_without_arrows(make_result: MakeResult) -> None:
     assert any("No arrows can be drawn" in text for text in checker.text)
 
 
-def test_simulated_data_are_said_to_be(make_result: MakeResult) -> None:
+def test_simulated_data_are_marked(make_result: MakeResult) -> None:
     result = make_result(rows=30, test_rows=0)
     assert "Simulated data." in check(calibration_page(result, simulated=True)).text
     assert "Simulated data." not in check(calibration_page(result)).text

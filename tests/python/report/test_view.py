@@ -47,7 +47,7 @@ def test_what_does_not_vary_has_no_panel(make_result: Callable[..., CalibrationR
     assert [variable.name for variable in rows.variables] == ["q1", "q2", "q3", "q4", "q5", "q6", "order"]
 
 
-def test_points_and_lengths_stand_side_by_side() -> None:
+def test_points_and_lengths_are_side_by_side() -> None:
     point = np.array([[3e-3, 0.0, 4e-3], [np.nan] * 3, [np.nan, 1e-3, 0.0]])
     length = np.array([np.nan, -2e-3, np.nan])
     data = Dataset(np.zeros((3, 6)), np.zeros(3), position=np.zeros((3, 3)), distance=np.ones(3))
@@ -83,7 +83,7 @@ def test_parameters_are_grouped_by_owner_and_sorted_by_value(make_result: Callab
     assert theta[6].sort == abs(parameter.value - parameter.nominal) / parameter.std
 
 
-def test_accuracy_tells_what_remains(make_result: Callable[..., CalibrationResult]) -> None:
+def test_accuracy_shows_what_remains(make_result: Callable[..., CalibrationResult]) -> None:
     rows = rows_of("Test", make_result(rows=50, test_rows=40).test, TYPES)
     assert rows is not None
     before, after, left = accuracy_table([rows]).groups[0].rows

@@ -36,7 +36,7 @@ def clean(make_result: Callable[..., CalibrationResult]) -> CalibrationResult:
     return make_result(rows=60, test_rows=40, outlier_count=0, conditions=False, unidentifiable=[])
 
 
-def test_a_good_calibration_is_told_in_one_sentence(clean: CalibrationResult) -> None:
+def test_a_good_calibration_is_described_in_one_sentence(clean: CalibrationResult) -> None:
     found = judge(clean, test_before=1.234, test_after=0.1012, train_after=0.1)
     assert found.tone == "good"
     assert found.headline == (
@@ -67,7 +67,7 @@ def test_no_gain_is_not_sold_as_one(clean: CalibrationResult) -> None:
 @pytest.mark.parametrize(
     ("status", "word"), [("not_converged", "Not converged"), ("too_few_equations", "Too few measurements")]
 )
-def test_a_failure_is_said_first(clean: CalibrationResult, status: str, word: str) -> None:
+def test_a_failure_comes_first(clean: CalibrationResult, status: str, word: str) -> None:
     failed: Any = dataclasses.replace(clean, status=status, message="12 equations for 30 parameters.")
     found = judge(failed)
     assert (found.tone, found.word) == ("bad", word)
@@ -93,7 +93,7 @@ def test_the_planted_gear_error_of_joint_4_is_found(make_result: Callable[..., C
     assert trends["q4"].share == pytest.approx((7e-5**2 / 2) / (7e-5**2 / 2 + 3 * 4e-5**2), abs=0.06)
 
 
-def test_many_outliers_and_what_is_held_are_told(make_result: Callable[..., CalibrationResult]) -> None:
+def test_many_outliers_and_what_is_held_are_reported(make_result: Callable[..., CalibrationResult]) -> None:
     found = judge(make_result(rows=60, test_rows=40, outlier_count=6))
     assert found.remarks[3].is_caution
     assert found.remarks[3].text.startswith("6 rows of 60 (10")

@@ -55,7 +55,7 @@ def test_an_error_of_zero_has_an_arrow_of_no_length() -> None:
     assert lines["x"][7 * 3 + 1] == positions[3, 0]
 
 
-def test_many_rows_are_thinned_and_that_is_said() -> None:
+def test_many_rows_are_thinned_and_that_is_reported() -> None:
     positions, before = cloud(5000, 1.0)
     figure = scene(positions, before, before / 10, None, "the frame")
     assert len(figure.traces[1]["x"]) == ARROW_LIMIT

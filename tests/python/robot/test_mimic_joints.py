@@ -177,7 +177,7 @@ def test_a_path_keeps_the_way_that_it_began_with(palletizer: Robot) -> None:
     np.testing.assert_allclose(found.q, q, atol=1e-7)
 
 
-def test_what_a_driven_arm_can_not_reach_is_said(palletizer: Robot) -> None:
+def test_what_a_driven_arm_cannot_reach_is_reported(palletizer: Robot) -> None:
     far, lost = np.eye(4), np.full((4, 4), np.nan)
     far[0, 3] = 20
     inside = palletizer.follow(np.array([[0.1, 0.2, 0.3, 0, 0.4, 0.5, 0.6]]))
@@ -223,7 +223,7 @@ def test_compensation_of_an_arm_with_a_driven_joint(palletizer: Robot, method: s
         ({"joint": 4}, "joint 4 is driven too"),
     ],
 )
-def test_a_mimic_that_can_not_be_meant_is_refused(entry, sentence) -> None:
+def test_an_invalid_mimic_is_refused(entry, sentence) -> None:
     spec = read_spec("ur5")
     spec["joints"][3]["mimic"] = {"joint": 5}
     spec["joints"][0]["mimic"] = entry

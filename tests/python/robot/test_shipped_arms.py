@@ -171,7 +171,7 @@ def by_urdf(chain: list, q: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.parametrize("name", CHAINS)
-def test_an_arm_stands_where_its_public_urdf_stands(name: str) -> None:
+def test_an_arm_is_where_its_public_urdf_puts_it(name: str) -> None:
     robot = load_robot(name)
     q = np.random.default_rng(1).uniform(-3, 3, (25, robot.joint_count))
     expected = np.array([by_urdf(CHAINS[name], row) for row in q])
@@ -193,14 +193,14 @@ def test_an_arm_reaches_as_far_as_its_data_sheet_says(name: str) -> None:
     assert np.linalg.norm(wrist[:, :2], axis=1).max() == pytest.approx(reach, abs=exact)
 
 
-def test_an_iiwa_stands_as_high_as_its_drawing_says() -> None:
+def test_an_iiwa_is_as_high_as_in_its_drawing() -> None:
     for name, height in (("lbr_iiwa7", 1.266), ("lbr_iiwa14", 1.306 + 0.026)):
         flange = load_robot(load_robot(name).spec | {"tool": {"xyz_mm": [0, 0, 0], "rpy_deg": [0, 0, 0]}})
         np.testing.assert_allclose(flange.forward(np.zeros(7))[0, :3, 3], [0, 0, height], atol=1e-12)
 
 
 @pytest.mark.parametrize("name", robots.available())
-def test_a_shipped_arm_says_in_a_line_what_it_is(name: str) -> None:
+def test_a_shipped_arm_is_described_in_one_line(name: str) -> None:
     said = robots.about(name)
     assert 10 < len(said) < 110
     assert "R" in said

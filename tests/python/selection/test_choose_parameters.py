@@ -118,7 +118,7 @@ def test_what_is_planted_is_chosen_and_no_copy_of_base_or_tool(rx160l: Robot) ->
     assert choice.rms_mm(choice.table[0]) == pytest.approx(0.02, rel=0.15)
 
 
-def test_by_default_all_that_the_data_can_tell_is_optional(rx160l: Robot) -> None:
+def test_by_default_all_that_the_data_determine_is_optional(rx160l: Robot) -> None:
     """Rank 27 from points: 9 of base and tool, 18 of the joints, so all 2^18 sets."""
     data = simulate(planted(rx160l, ERRORS | MORE), random_poses(rx160l, 60, seed=8), noise=2e-5, seed=9)
     choice = choose_parameters(rx160l, data, deals=1, refits=3)

@@ -109,7 +109,7 @@ def test_it_fades_where_the_data_end(hidden: tuple[CalibrationResult, Dataset, D
     assert np.linalg.norm(moved[1]) > 1e-5
 
 
-def test_a_saved_model_predicts_the_same_and_says_how_sure_it_is(
+def test_a_saved_model_predicts_the_same_with_its_uncertainty(
     hidden: tuple[CalibrationResult, Dataset, Dataset], added: AddedSurrogate, tmp_path: Any
 ) -> None:
     found, _, test = hidden
