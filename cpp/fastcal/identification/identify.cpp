@@ -42,6 +42,7 @@ class Identifier {
     if (thinned.out_.status != Status::kConverged) return;
     begun_ = true;
     fit_.theta = thinned.fit_.theta;
+    fit_.start = thinned.fit_.start;
     fit_.tau = thinned.fit_.tau;
     fit_.freedom = thinned.fit_.freedom;
     fit_.gauge = thinned.fit_.gauge;
@@ -72,7 +73,7 @@ class Identifier {
       if (!fit_.claims && !fit_.has_priors() && fit_.options.noise.empty() &&
           fit_.measured_count <= static_cast<double>(free)) {
         return too_few("what was measured is " + std::to_string(free) + " independent numbers for " + asked +
-                       " parameters: any robot fits them exactly, and nothing is left to tell their noise");
+                       " parameters: any robot fits them exactly, and nothing is left to estimate the noise from");
       }
       const CommonNoise chosen_at = fit_.tau;
       outer_iterations();
@@ -106,7 +107,7 @@ class Identifier {
     for (int round = 0; round < kMaxRounds; ++round) {
       fine_fit();
       if (fit_.problem.model.needs() == kNothing || !settle_loads()) return;
-      // The loads were right to a per mille already, so the noise hardly moves: it is found anew only where it does.
+      // The loads were right to a per mille already, so the noise hardly moves: it is found again only where it does.
       if (largest_change(tuned_, noise(fit_, NoiseRule::kMean, fit_.loss)) < kNoiseSettled) return;
     }
   }

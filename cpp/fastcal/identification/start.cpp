@@ -19,6 +19,52 @@ std::vector<Eigen::Index> spread_rows(Eigen::Index rows, Eigen::Index count) {
   return out;
 }
 
+/// Parameters and noise in turn, a few steps a round: this is a start, and the next round weights the rows again.
+void settle_coarsely(FitState& fit, const Limits& weak) {
+  for (int round = 0; round < 20; ++round) {
+    const Solution solution = solve(fit.problem, fit.theta, fit.asked, fit.scale, {fit.tau, LossKind::kHuber}, weak,
+                                    {Method::kLeastSquares, 3, 0.1});
+    fit.theta = solution.theta;
+    fit.bring_to_equilibrium();
+    const CommonNoise before = fit.tau;
+    fit.tau = noise(fit, NoiseRule::kMedian, LossKind::kHuber);
+    if (largest_change(before, fit.tau) < 0.05) break;
+  }
+}
+
+double cost(const FitState& fit, const CommonNoise& tau) {
+  return normal_equations(fit.problem, fit.theta, fit.asked, fit.scale, {tau, LossKind::kHuber}, false).cost;
+}
+
+/// Moves the unknowns of an observation to their mirror image where all fits better from there.
+void try_mirror(FitState& fit, Limits weak, const PlacedObservation& of) {
+  constexpr double kClearly = 1;  // of the cost: what both fit alike stays as it is, on every machine
+  const int parameters = fit.problem.model.parameter_count();
+  std::vector<Sights> sights;
+  RowEvaluator evaluator(fit.problem.model, fit.theta.head(parameters));
+  for (Eigen::Index i = 0; i < fit.problem.row_count(); ++i) {
+    const std::vector<Pose>& T = evaluator.frames(fit.problem.samples.row(i));
+    sights.push_back(sights_of(of, [&](int frame) { return T[frame]; }));
+  }
+  const int first = parameters + of.first_unknown;
+  Eigen::VectorXd image = fit.theta.segment(first, of.unknown_count);
+  if (!of->mirror(sights, image)) return;
+  const Eigen::VectorXd theta = fit.theta;
+  const CommonNoise tau = fit.tau;
+  const double before = cost(fit, tau);
+  fit.theta.segment(first, of.unknown_count) = image;
+  if (!fit.has_priors()) weak.prior_mean.segment(first, of.unknown_count) = image;
+  fit.forget();
+  settle_coarsely(fit, weak);
+  if (cost(fit, tau) < before - kClearly) {
+    fit.start.segment(first, of.unknown_count) = image;
+    return;
+  }
+  fit.theta = theta;
+  fit.tau = tau;
+  fit.bring_to_equilibrium();
+}
+
 }  // namespace
 
 ThinnedProblem::ThinnedProblem(const Problem& whole)
@@ -52,15 +98,9 @@ void coarse_fit(FitState& fit) {
     sigma = std::min(sigma, kWeak * fit.scale[static_cast<Eigen::Index>(k)]);
   }
   fit.tau = noise(fit, NoiseRule::kMedian, LossKind::kHuber);
-  for (int round = 0; round < 20; ++round) {
-    // Few steps a round: this is a start, and the next round weights the rows anew.
-    const Solution solution = solve(fit.problem, fit.theta, fit.asked, fit.scale, {fit.tau, LossKind::kHuber}, weak,
-                                    {Method::kLeastSquares, 3, 0.1});
-    fit.theta = solution.theta;
-    fit.bring_to_equilibrium();
-    const CommonNoise before = fit.tau;
-    fit.tau = noise(fit, NoiseRule::kMedian, LossKind::kHuber);
-    if (largest_change(before, fit.tau) < 0.05) break;
+  settle_coarsely(fit, weak);
+  for (const PlacedObservation& of : fit.problem.measured.observations()) {
+    if (of.unknown_count > 0) try_mirror(fit, weak, of);
   }
 }
 

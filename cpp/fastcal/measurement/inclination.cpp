@@ -9,6 +9,10 @@
 // measuring frame, else it turns with the base, which is then the second frame that is looked at. Start: rows x and y
 // of R_mount^T by linear least squares where the links' postures turn `up` in space, else by the best rotation of the
 // measured on the predicted directions (W. Kabsch 1976).
+// Where `up` stays in a plane of the link's axes, with normal a (links behind a vertical and parallel horizontal axes),
+// a level mirrored at that plane reads the same: x' = H x, y' = H y, z' = -H z, H = I - 2 a a^T. What the arm's errors
+// turn out of the plane decides which of the two it is.
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
@@ -19,7 +23,8 @@
 namespace fastcal {
 namespace {
 
-constexpr double kLeastCosine = 0.02;  // towards 90 degrees a tilt says less and less
+constexpr double kLeastCosine = 0.02;  // towards 90 degrees a tilt shows less and less
+constexpr double kPlanar = 0.05;       // of the largest singular value: below, `up` stays in a plane of the link
 
 Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& M) {
   const Eigen::JacobiSVD<Eigen::MatrixXd> svd(M, Eigen::ComputeFullU | Eigen::ComputeFullV);
@@ -94,7 +99,7 @@ class Inclination : public Observation {
       y.row(k) = sine[k].transpose();
     }
     const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(D);
-    if (std::abs(qr.matrixR()(2, 2)) > 0.05 * std::abs(qr.matrixR()(0, 0))) {
+    if (std::abs(qr.matrixR()(2, 2)) > kPlanar * std::abs(qr.matrixR()(0, 0))) {
       Eigen::Matrix3d axes;  // columns: the sensor's x, y, z in the link
       axes.leftCols<2>() = qr.solve(y);
       axes.col(2) = axes.col(0).cross(axes.col(1));
@@ -123,6 +128,22 @@ class Inclination : public Observation {
                                        [&](const auto& a, const auto& b) { return misfit(a) < misfit(b); });
     unknowns = log_so3(*best);
     return "";
+  }
+
+  bool mirror(const std::vector<Sights>& sights, Eigen::Ref<Eigen::VectorXd> unknowns) const override {
+    Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
+    for (Eigen::Index i = 0; i < tilt_.rows(); ++i) {
+      if (tilt_.row(i).array().isNaN().all()) continue;
+      const Eigen::Vector3d up = sights[i][0].R.transpose() * up_in_world(sights[i]);
+      spread += up * up.transpose();
+    }
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> of(spread);
+    if (!(of.eigenvalues()[0] < kPlanar * kPlanar * of.eigenvalues()[2])) return false;
+    const Eigen::Vector3d a = of.eigenvectors().col(0);
+    const Eigen::Matrix3d H = Eigen::Matrix3d::Identity() - 2 * a * a.transpose();
+    const Eigen::Vector3d handed(1, 1, -1);
+    unknowns = log_so3(H * exp_so3(unknowns) * handed.asDiagonal());
+    return true;
   }
 
  private:

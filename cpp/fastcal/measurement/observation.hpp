@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The fastcal authors
 // SPDX-License-Identifier: MIT
 //
-// The contract of an observation: what one instrument reads, row by row, and what it should read of an arm that stands
+// The contract of an observation: what one instrument reads, row by row, and what it should read of an arm that is
 // somewhere. The model alone knows how parameters move the frames of the chain, the observation alone how the frames
 // and its own unknowns (where an anchor is, how a plane lies) make its numbers; no observation knows that another
 // exists. Every observation obeys: residuals are predicted less measured; derivatives are exact; const and stateless;
@@ -21,7 +21,7 @@ constexpr int kMostComponents = 3;  ///< numbers of one observation in one row
 constexpr int kMostFrames = 2;      ///< frames of the chain that it may look at
 constexpr int kMostUnknowns = 6;    ///< own unknowns on which one row may depend
 
-/// One row of an observation. Filled anew for each row.
+/// One row of an observation. Filled again for each row.
 struct Comparison {
   std::array<bool, kMostComponents> present{};  ///< was it measured?
   Eigen::Vector3d r;                            ///< predicted less measured
@@ -41,7 +41,7 @@ struct Comparison {
   }
 };
 
-/// What a row says of the tool's pose directly, for the closed-form start of base and tool.
+/// What a row measures of the tool's pose directly, for the closed-form start of base and tool.
 struct MeasuredPose {
   Eigen::Vector3d p_world_tool = Eigen::Vector3d::Zero();
   Eigen::Matrix3d R_world_tool = Eigen::Matrix3d::Identity();
@@ -65,7 +65,7 @@ class Observation {
   /// Its numbers, one name each: "x", "y", "z"; at most kMostComponents.
   virtual const std::vector<std::string>& components() const = 0;
 
-  /// The field of a data set that its numbers are of; empty: they are none, such as the height over a plane.
+  /// The field of a data set that its numbers are of; empty: there is none, as for the height over a plane.
   virtual std::string field() const { return ""; }
 
   /// Of the residuals and their standard deviations: "m" or "rad".
@@ -84,15 +84,21 @@ class Observation {
   virtual double sigma(Eigen::Index row, int component) const = 0;
   virtual bool claims_sigma() const = 0;
 
-  /// Values of the unknowns (sized already) in closed form, for an arm that stands as `sights` (one a row) say. Returns
+  /// Values of the unknowns (sized already) in closed form, for an arm as `sights` (one a row) have it. Returns
   /// what is missing, in a sentence; empty: nothing.
   virtual std::string start(const std::vector<Sights>& sights, Eigen::Ref<Eigen::VectorXd> unknowns) const;
 
-  /// Does it show where the base stands, or should it be reported that it does not? Does it show the tool's turn?
+  /// Other values of the unknowns with which all rows would read nearly the same of an arm that is as `sights` say,
+  /// however far away they are; false: there are none. An identification fits both.
+  virtual bool mirror(const std::vector<Sights>& /*sights*/, Eigen::Ref<Eigen::VectorXd> /*unknowns*/) const {
+    return false;
+  }
+
+  /// Does it show where the base is, or should it be reported that it does not? Does it show the tool's turn?
   virtual bool shows_base() const = 0;
   virtual bool shows_tool_turn() const { return false; }
 
-  /// Is it a part of the tool's pose? Then add_pose adds what a row says of it.
+  /// Is it a part of the tool's pose? Then add_pose adds what a row measures of it.
   virtual bool is_pose() const { return false; }
   virtual void add_pose(Eigen::Index /*row*/, MeasuredPose& /*pose*/) const {}
 

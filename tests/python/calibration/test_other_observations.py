@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 import fastcal
 from fastcal import _core
@@ -17,7 +18,7 @@ from fastcal.io.measurements import load_measurements
 from fastcal.io.measurements_out import write_measurements
 from fastcal.measurements.dataset import Dataset
 
-from .bench_arm import MOUNT, disturbed, on_plane, postures, robot, tilts, tool_points
+from .bench_arm import MOUNT, ROWS, disturbed, on_plane, postures, robot, tilts, tool_points
 
 FloatArray = NDArray[np.float64]
 
@@ -42,6 +43,29 @@ def test_a_level_on_a_link_finds_its_mounting_and_the_angles_of_the_joints_befor
         return next(p.std for p in result.parameters if (p.owner, p.name) == ("joint3", "theta_deg"))
 
     assert deviation(both) < 0.8 * deviation(alone)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_level_behind_parallel_axes_is_not_taken_for_its_mirror_image(seed: int) -> None:
+    """On links 2 and 3 of an upright arm a level and its mirror image differ by what the arm's errors do, alone."""
+    random = np.random.default_rng(20 + seed)
+    rows = ROWS.copy()
+    rows[1, 3] = 0.0  # joints 2 and 3 are parallel
+    truth = rows + 5e-4 * random.standard_normal(rows.shape)
+    q = postures(100, 30 + seed)
+    mounts = {link: Rotation.random(rng=random).as_matrix() for link in (2, 3)}
+    observed = {
+        f"tilt@link{link}": tilts(truth, q, link, mount) + 2e-5 * random.standard_normal((100, 2))
+        for link, mount in mounts.items()
+    }
+    points = tool_points(truth, q) + 3e-5 * random.standard_normal((100, 3))
+    data = Dataset.from_arrays(q, position=points, observed=observed, robot=robot(rows))
+    found = calibrate(robot(rows), data)
+    assert found.status == "converged"
+    for link, mount in mounts.items():
+        left = found.train.others_after[f"inclination of link{link}"]
+        assert np.median(np.abs(left)) == pytest.approx(0.6745 * 2e-5, rel=0.3)
+        assert np.abs(_core.exp_so3(found.unknowns[f"level on link{link}"]) - mount).max() < 5e-3
 
 
 def test_levels_alone_leave_lengths_open_and_say_so() -> None:
@@ -165,7 +189,7 @@ def test_all_observations_in_one_file_go_there_and_back(tmp_path: Path) -> None:
         ("tilt_x_mrad@link3", "expected also"),
     ],
 )
-def test_a_column_of_a_level_that_cannot_be_meant_is_refused(tmp_path: Path, title: str, message: str) -> None:
+def test_an_invalid_column_of_a_level_is_refused(tmp_path: Path, title: str, message: str) -> None:
     header = ",".join([*(f"q{j}_deg" for j in range(1, 7)), title])
     path = tmp_path / "bad.csv"
     path.write_text(f"{header}\n" + "1,2,3,4,5,6,7\n" * 3, encoding="utf-8")

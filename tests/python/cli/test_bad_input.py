@@ -98,9 +98,7 @@ def test_a_bad_file_is_refused_by_the_process(demo, good, tmp_path, case, proces
 
 
 @pytest.mark.parametrize("case", MISREAD)
-def test_columns_that_were_meant_otherwise_are_refused_with_the_evidence(
-    demo, good, tmp_path, fastcal, case, rewritten
-) -> None:
+def test_mislabelled_columns_are_refused_with_the_evidence(demo, good, tmp_path, fastcal, case, rewritten) -> None:
     edit, line = MISREAD[case]
     said = fastcal(
         "calibrate", demo / "robot.yaml", rewritten(good, tmp_path / "bad.csv", edit), "-o", tmp_path / "out"
@@ -172,11 +170,11 @@ def test_rows_that_test_what_they_were_fitted_on_are_noticed(demo, good, tmp_pat
     assert "among the rows of the fit" not in said.err
 
 
-def test_three_poses_leave_nothing_to_tell_the_noise_by(demo, good, tmp_path, fastcal, rewritten) -> None:
+def test_three_poses_leave_nothing_to_estimate_the_noise_from(demo, good, tmp_path, fastcal, rewritten) -> None:
     few = rewritten(good, tmp_path / "few.csv", lambda rows: rows.__delitem__(slice(4, None)))
     said = fastcal("calibrate", demo / "robot.yaml", few, "-o", tmp_path / "new")
     assert said.code == 3
-    assert "nothing is left to tell their noise" in said.err
+    assert "nothing is left to estimate the noise from" in said.err
     assert json.loads((tmp_path / "new/result.json").read_text())["status"] == "too_few_equations"
     assert not (tmp_path / "new/model.yaml").exists()
 
@@ -209,7 +207,7 @@ def test_three_poses_leave_nothing_to_tell_the_noise_by(demo, good, tmp_path, fa
         (["demo", "-o", "out"], "out: holds other files"),
     ],
 )
-def test_a_wrong_use_is_told_in_a_line(demo, good, tmp_path, fastcal, monkeypatch, arguments, line) -> None:
+def test_wrong_usage_is_answered_in_one_line(demo, good, tmp_path, fastcal, monkeypatch, arguments, line) -> None:
     monkeypatch.chdir(tmp_path)
     places = {"ROBOT": demo / "robot.yaml", "DATA": "good.csv"}
     said = fastcal(*(places.get(argument, argument) for argument in arguments))
