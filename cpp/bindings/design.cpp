@@ -59,7 +59,7 @@ void bind_design(py::module_& m) {
          int threads) { return grow(*make_scan(candidates, criterion, targets, threads), start, count); },
       py::arg("candidates"), py::arg("criterion"), py::arg("count"), py::kw_only(), py::arg("start"),
       py::arg("targets") = Eigen::MatrixXd(), py::arg("threads") = 1, py::call_guard<py::gil_scoped_release>(),
-      "Members one after the other, by O1, or by variance = tr(M^-1 targets), M = start + what the members tell.");
+      "Members one after the other, by O1, or by variance = tr(M^-1 targets), M = start + the members' information.");
 
   m.def("exchange_design", &exchanged, py::arg("candidates"), py::arg("criterion"), py::kw_only(), py::arg("start"),
         py::arg("targets"), py::arg("members"), py::arg("rounds") = 20, py::arg("threads") = 1,
@@ -88,7 +88,7 @@ void bind_design(py::module_& m) {
         return py::make_tuple(gauge.free, describe_directions(gauge, parameters));
       },
       py::arg("R"), py::arg("parameters"),
-      "(indices, sentences): what data with the triangular factor R, whitened and scaled, can tell, and what they "
+      "(indices, sentences): what data with the triangular factor R, whitened and scaled, can determine, and what they "
       "cannot.");
 
   m.def(
@@ -140,7 +140,7 @@ void bind_design(py::module_& m) {
       "A short path through the rows (N, n), joints scaled, that begins near from_ (n).");
 
   using design::Separation;
-  py::class_<Separation>(m, "Separation", "Candidates that tell causes of error from one another.")
+  py::class_<Separation>(m, "Separation", "Candidates that separate causes of error.")
       .def_readonly("chosen", &Separation::chosen, "in the order in which they were added")
       .def_readonly("before", &Separation::before,
                     "(m, m) D_ij: what is left of cause i where cause j is fitted, of the data measured already")

@@ -103,7 +103,7 @@ void bind_effects(py::module_& m) {
   m.def("effect_names", &effect_names, "Names of all registered effects, sorted.");
   m.def(
       "effect_traits", [](const std::string& name) { return traits_dict(effect_entry(name).traits); }, py::arg("name"),
-      "What an effect tells about itself, by the names of fastcal.effects.traits.Traits.");
+      "What an effect states about itself, by the names of fastcal.effects.traits.Traits.");
   m.def(
       "effect_owners",
       [](const std::string& name, const RobotModel& robot) { return effect_entry(name).owners(robot); },

@@ -590,7 +590,7 @@ class Tracker:
         ...
 class Separation:
     """
-    Candidates that tell causes of error from one another.
+    Candidates that separate causes of error.
     """
     @property
     def after(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
@@ -723,7 +723,7 @@ def effect_owners(name: str, robot: RobotModel) -> list[str]:
     """
 def effect_traits(name: str) -> dict:
     """
-    What an effect tells about itself, by the names of fastcal.effects.traits.Traits.
+    What an effect states about itself, by the names of fastcal.effects.traits.Traits.
     """
 def exchange_design(candidates: Candidates, criterion: str, *, start: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], targets: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], members: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], rounds: typing.SupportsInt | typing.SupportsIndex = 20, threads: typing.SupportsInt | typing.SupportsIndex = 1) -> Choice:
     """
@@ -735,11 +735,11 @@ def exp_so3(w: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"]
     """
 def free_parameters(R: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], parameters: collections.abc.Sequence[Parameter]) -> tuple[list[int], list[str]]:
     """
-    (indices, sentences): what data with the triangular factor R, whitened and scaled, can tell, and what they cannot.
+    (indices, sentences): what data with the triangular factor R, whitened and scaled, can determine, and what they cannot.
     """
 def grow_design(candidates: Candidates, criterion: str, count: typing.SupportsInt | typing.SupportsIndex, *, start: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], targets: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] = ..., threads: typing.SupportsInt | typing.SupportsIndex = 1) -> list[int]:
     """
-    Members one after the other, by O1, or by variance = tr(M^-1 targets), M = start + what the members tell.
+    Members one after the other, by O1, or by variance = tr(M^-1 targets), M = start + the members' information.
     """
 def identify(model: ErrorModel, samples: Samples, measured: Measurements, *, asked: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], unknowns: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] = ..., method: str = 'nls', loss: str = 'tukey', prior_mean: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] = ..., prior_sigma: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] = ..., lower: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] = ..., upper: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] = ..., pull_mean: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] = ..., pull_sigma: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] = ..., max_iterations: typing.SupportsInt | typing.SupportsIndex = 100, practical_limit: typing.SupportsFloat | typing.SupportsIndex = 10.0, noise: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex] = [], gauge: bool = True, threads: typing.SupportsInt | typing.SupportsIndex = 1) -> Identification:
     """

@@ -53,4 +53,4 @@ def unloaded(error: Exception) -> ImportError | None:
 
 
 class TooLarge(ParseError):  # noqa: N818 - as its parent's siblings
-    """A file holds more than its readers take, whatever is in it, or is none that ends."""
+    """A file holds more than its readers take, whatever is in it, or does not end."""

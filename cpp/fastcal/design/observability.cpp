@@ -10,7 +10,7 @@ namespace fastcal::design {
 namespace {
 
 constexpr Eigen::Index kTried = 8;     // candidates that are judged exactly in place of a member
-constexpr Eigen::Index kListed = 500;  // candidates of a round: their scores are formed anew after each exchange
+constexpr Eigen::Index kListed = 500;  // candidates of a round: their scores are formed again after each exchange
 constexpr double kRounding = 1e-10;
 
 /// Columns V (p, p) with first-order gain |J_c V_+|^2 - |J_c V_-|^2; the last column is V_-.
@@ -59,7 +59,7 @@ Eigen::VectorXd scores(const Candidates& candidates, const Eigen::MatrixXd& V, i
   return out;
 }
 
-/// A design that knows its information matrix and what it is worth.
+/// A design that knows its information matrix and its value.
 class Design {
  public:
   Design(ObservabilityIndex index, const Candidates& candidates, const Eigen::MatrixXd& start,

@@ -22,10 +22,10 @@ class Scan {
   Scan& operator=(const Scan&) = delete;
 
   const Candidates& candidates() const { return candidates_; }
-  /// M^-1 of the design as it stands.
+  /// M^-1 of the present design.
   const Eigen::MatrixXd& covariance() const { return covariance_; }
 
-  /// Begins (anew) from the information matrix M, positive definite, without the rounding that changes leave behind.
+  /// Begins (again) from the information matrix M, positive definite, without the rounding that changes leave behind.
   void restart(const Eigen::MatrixXd& M);
   void add(Eigen::Index candidate) { change(candidate, 1); }
   /// `candidate` must be in the design, and M without it positive definite.
@@ -114,7 +114,7 @@ class VarianceScan : public Scan {
  public:
   VarianceScan(const Candidates& candidates, const Eigen::MatrixXd& B, int threads);
   double value() const override { return -covariance_.cwiseProduct(B_).sum(); }
-  /// 1 / tr(M^-1 B) too is concave in M (F. Pukelsheim, "Optimal design of experiments", 1993, 5.14), which says more.
+  /// 1 / tr(M^-1 B) too is concave in M (F. Pukelsheim, "Optimal design of experiments", 1993, 5.14), a tighter bound.
   double bound(double excess) const override { return value() / (1 - excess / value()); }
   Eigen::VectorXd sensitivities() const override;
   std::unique_ptr<Scan> over(const Candidates& candidates) const override;

@@ -5,7 +5,7 @@
 // candidate in its place (R. Cook, C. Nachtsheim, "A comparison of algorithms for constructing exact D-optimal
 // designs", Technometrics 22, 1980: modified Fedorov), and is done among the candidates that promise most at the moment
 // (A. Atkinson, A. Donev, "The construction of exact D-optimum experimental designs", Biometrika 76, 1989); these are
-// chosen anew from all until nothing improves. All is deterministic, ties go to the candidate that comes first.
+// chosen again from all until nothing improves. All is deterministic, ties go to the candidate that comes first.
 #pragma once
 
 #include <cstdint>

@@ -12,7 +12,7 @@
 namespace fastcal::design {
 namespace {
 
-constexpr double kWeak = 1e-9;  // of what an average candidate tells: keeps directions that nothing tells from dividing
+constexpr double kWeak = 1e-9;  // of an average candidate's information: keeps directions without any from dividing
 
 /// All pairs of a problem: who is there (i) and who is fitted (j), each with its scan.
 class Pairs {
@@ -72,7 +72,7 @@ class Pairs {
       own[static_cast<std::size_t>(k)] = k < common ? k : first_[static_cast<std::size_t>(fitted)] + k - common;
     }
     const Eigen::MatrixXd H = measured ? Eigen::MatrixXd(problem.prior(own, own)) : Eigen::MatrixXd::Zero(p, p);
-    // What an average candidate and the earlier data together tell of a column becomes 1.
+    // The information of an average candidate and the earlier data on a column becomes 1.
     const Eigen::VectorXd square =
         X.colwise().squaredNorm().transpose() * problem.rows / static_cast<double>(n) + H.diagonal();
     const Eigen::VectorXd scale = (square.array() > 0).select(square.cwiseSqrt().cwiseInverse(), 1.0);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The fastcal authors
 // SPDX-License-Identifier: MIT
 //
-// Which candidates tell one cause of error from another (T-optimality: A. Atkinson, V. Fedorov, "The design of
+// Which candidates separate one cause of error from another (T-optimality: A. Atkinson, V. Fedorov, "The design of
 // experiments for discriminating between two rival models", Biometrika 62, 1975). Cause i is there, b_i of it; a model
 // with the common columns A and those of cause j is fitted. What is left of it,
 //   D_ij = |P C_i b_i|^2,  P the projection across [A, C_j],
@@ -26,8 +26,8 @@ struct Separation {
 };
 
 /// Adds up to `count` candidates, each at most once, the one that most raises sum over i != j of log(1 + D_ij) first;
-/// stops where every D_ij is at least `enough`. Before anything was measured the first ones are those that tell most of
-/// the parameters, for as many as could be told exactly. Ties go to the candidate that comes first.
+/// stops where every D_ij is at least `enough`. Before anything was measured the first ones are those that fix most of
+/// the parameters, for as many as could be determined exactly. Ties go to the candidate that comes first.
 Separation separate(const SeparationProblem& problem, int count, double enough, int threads);
 
 }  // namespace fastcal::design

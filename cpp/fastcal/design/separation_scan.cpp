@@ -15,7 +15,7 @@ SeparationScan::SeparationScan(const Candidates& candidates, RowMatrixXd u, Eige
       E_(store(Eigen::Index{k_} * width_)) {
   const Eigen::Index p = candidates.columns();
   FASTCAL_CHECK(u_.rows() == candidates.count() * k_ && width_ > 0)
-      << "what is to be told must have " << candidates.count() * k_ << " rows and a column, got (" << u_.rows() << ", "
+      << "what to separate must have " << candidates.count() * k_ << " rows and a column, got (" << u_.rows() << ", "
       << u_.cols() << ")";
   if (H_.size() == 0) H_ = Eigen::MatrixXd::Zero(p + width_, p + width_);
   FASTCAL_CHECK(H_.rows() == p + width_ && H_.cols() == H_.rows())
@@ -24,7 +24,7 @@ SeparationScan::SeparationScan(const Candidates& candidates, RowMatrixXd u, Eige
 }
 
 std::unique_ptr<Scan> SeparationScan::over(const Candidates& /*candidates*/) const {
-  throw InvalidInput("what is to be told belongs to the candidates it was given with");
+  throw InvalidInput("what is to be separated belongs to the candidates it was given with");
 }
 
 void SeparationScan::restart_goal(const Eigen::MatrixXd& /*M*/) {

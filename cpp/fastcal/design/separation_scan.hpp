@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The fastcal authors
 // SPDX-License-Identifier: MIT
 //
-// What tells cause i from cause j (separation.hpp), D_ij = |P u|^2 with u = C_i b_i and P the projection across X =
+// What separates cause i from cause j (separation.hpp), D_ij = |P u|^2 with u = C_i b_i and P the projection across X =
 // [A, C_j]. With beta the fit of u and e_c = u_c - X_c beta, adding candidate c gains exactly e_c^T (I + S_c)^-1 e_c
 // (recursive least squares): nothing about it is approximate.
 #pragma once
@@ -14,7 +14,7 @@ namespace fastcal::design {
 class SeparationScan : public Scan {
  public:
   /// `u` (N k, e): what the fit should not explain, squares of several columns add up. `H` (p + e, p + e): what earlier
-  /// data say of [X u], or empty.
+  /// data hold of [X u], or empty.
   SeparationScan(const Candidates& candidates, RowMatrixXd u, Eigen::MatrixXd H, int threads);
   double value() const override { return value_; }
   Eigen::VectorXd sensitivities() const override;

@@ -37,7 +37,7 @@ struct Surroundings {
 /// Why a posture cannot be measured, the first that holds.
 enum class Obstacle { kNone, kKeepOut, kRegion, kRange, kAcceptance, kSight };
 
-/// One a posture, q (N, n). Keep-out boxes stop links from the second joint on (what stands on the floor does not move
+/// One a posture, q (N, n). Keep-out boxes stop links from the second joint on (what is on the floor does not move
 /// away from it) and the beam; links up to the last joint's origin hide the beam, the tool carries the target.
 std::vector<Obstacle> obstacles(const RobotModel& robot, const Surroundings& surroundings,
                                 const Eigen::Ref<const RowMatrixXd>& q, int threads);

@@ -30,7 +30,7 @@ MatrixXd scaled(const Eigen::Ref<const MatrixXd>& X, VectorXd& length) {
   return X * (length.array() > 0).select(length.array().inverse(), 0).matrix().asDiagonal();
 }
 
-constexpr double kSmallest = 1e-20;  // share of a signature in a block below which it is none
+constexpr double kSmallest = 1e-20;  // share of a signature in a block below which it counts as none
 constexpr int kHalvings = 9;         // of 4 root of noncentrality: to 0.01
 
 /// (rows, columns) of independent normal numbers.
@@ -112,7 +112,7 @@ ScoreTests::ScoreTests(ProjectedBlocks projected, const std::vector<int>& sizes,
           (back.array() > 0).select((inverse.leftCols(rank) * along).array() / back.array(), 0);
       if (rank == size)
         deviation_.segment(column, size) = inverse.rowwise().norm().array() / back.array();
-      else  // a direction is absorbed: what has a share in it is not told
+      else  // a direction is absorbed: what has a share in it is not tested
         for (Index k = 0; k < size; ++k)
           if (eigen.eigenvectors().row(k).head(size - rank).norm() < 1e-6)
             deviation_[column + k] = inverse.row(k).norm() / back[k];

@@ -41,7 +41,7 @@ class GearHarmonic : public LinearEffect {
     check_options("gear_harmonic", options, {"order", "side", "motor_ratio"});
     cycles_ = cycles(robot, joint_, options);
     std::ostringstream tail;
-    tail << "_" << cycles_ << "x";  // several orders of one joint are told apart by their names
+    tail << "_" << cycles_ << "x";  // several orders of one joint are distinguished by their names
     parameters_ = {{owner, "sine" + tail.str(), "rad", 3e-4, "joint error along sin(order q)"},
                    {owner, "cosine" + tail.str(), "rad", 3e-4, "joint error along cos(order q)"}};
   }

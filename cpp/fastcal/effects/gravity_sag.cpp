@@ -4,7 +4,7 @@
 // Gravity sag: what a joint gives under the arm's own weight where no masses are known. With the joint's compliance c
 // and the first moments s_i [kg m] of all that hangs beyond joint i, in the axes R_i of that joint's frame,
 //   dq_j = c tau_j = sum_(i >= j) z_j . (R_i theta_i x g / |g|),   theta_i = c |g| s_i [rad],
-// linear in the theta_i. Of each s_i only what lies across joint i's axis can be told (the rest turns with the joint
+// linear in the theta_i. Of each s_i only what lies across joint i's axis is visible (the rest turns with the joint
 // before), of a slider only the mass that it carries: the minimal parameters of the gravity torque (M. Gautier,
 // W. Khalil, "Direct calculation of minimum set of inertial parameters of serial robots", 1990).
 // The first parameter, `even`, is the turn of the stretched, level arm if its mass were spread evenly along its links;

@@ -20,12 +20,12 @@ namespace {
 
 constexpr double kToolReach = 0.3;          // [m] a tool's plausible size
 constexpr double kToolNearNominal = 0.02;   // [m] standard deviation of a tool that the rows do not show
-constexpr double kTurningThatShows = 3e-3;  // [rad] RMS that tells a tool's size from an arm's errors of a millimetre
+constexpr double kTurningThatShows = 3e-3;  // [rad] RMS: separates a tool's size from an arm's errors of a millimetre
 
 constexpr int kCalmingRounds = 10;
 constexpr double kCalmer = 0.8;  // of the level before: less is worth another solve
 
-/// A row with what it says of the tool's pose.
+/// A row with what it measures of the tool's pose.
 struct Row : MeasuredPose {
   Pose T_base_flange;
 };
@@ -167,7 +167,7 @@ double misfit(const std::vector<Row>& rows, const Pose& base, const Pose& tool) 
   return std::sqrt(squares[squares.size() / 2]);
 }
 
-/// Closed-form values of the observations' unknowns for a robot that stands where the model says; returns what is
+/// Closed-form values of the observations' unknowns for a robot that is where the model puts it; returns what is
 /// missing, in a sentence.
 std::string start_unknowns(const Problem& problem, Eigen::VectorXd& unknowns) {
   unknowns = Eigen::VectorXd::Zero(problem.measured.unknown_count());
@@ -322,7 +322,7 @@ Alignment align(const Problem& given) {
   // Refine the best starts over base and tool alone, with a robust loss; the least cost wins.
   double best = std::numeric_limits<double>::infinity();
   const double level = std::max(candidates.front().misfit, 1e-6);
-  TwistMemory memory;  // effects do not look at base and tool beyond the loads, which stand
+  TwistMemory memory;  // effects do not look at base and tool beyond the loads, which are constant here
   memory.prepare(problem.row_count());
   for (const Candidate& candidate : candidates) {
     const ErrorModel model =

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The fastcal authors
 // SPDX-License-Identifier: MIT
 //
-// Where the robot stands and where the target sits on it, from the data alone: a closed form, so that no initial guess
+// Where the robot is and where the target sits on it, from the data alone: a closed form, so that no initial guess
 // is asked for.
 #pragma once
 

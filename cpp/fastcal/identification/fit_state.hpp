@@ -38,7 +38,7 @@ class FitState {
   /// Loads at the present parameters, constant inside a solve but for their response.
   void bring_to_equilibrium();
 
-  /// Loads or their response have changed: residuals and factor are found anew.
+  /// Loads or their response have changed: residuals and factor are recomputed.
   void forget();
 
   /// Minimizes over the free parameters at the present noise.

@@ -11,7 +11,7 @@ namespace fastcal {
 namespace {
 
 /// The present parameters on an arm that its beams do not bend. What moves the frames along the arm and nothing else
-/// looks as if the bend could tell it; how the bend itself would change with it, no derivative holds.
+/// looks as if the bend could determine it; how the bend itself would change with it, no derivative holds.
 Eigen::VectorXd unbent(const FitState& fit) {
   Eigen::VectorXd theta = fit.theta;
   Eigen::Index first = fit.problem.model.robot().nominal().size();

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The fastcal authors
 // SPDX-License-Identifier: MIT
 //
-// Which directions of the parameter space the data can tell, which parameters the gauge holds, and the rest in words.
+// Which directions of the parameter space the data determine, which parameters the gauge holds, and why, in words.
 // All of it works on R, the triangular factor of the whitened Jacobian with columns scaled by plausible sizes: a
-// singular value s means that the data tell this direction with a standard deviation of 1 / s plausible sizes.
+// singular value s means that the data determine this direction with a standard deviation of 1 / s plausible sizes.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,9 +15,9 @@
 namespace fastcal {
 
 struct GaugeOptions {
-  bool off = false;                  ///< everything is free: priors tell what the data do not
+  bool off = false;                  ///< everything is free: priors fix what the data do not
   double relative_tolerance = 1e-9;  ///< below this share of the largest singular value a direction does nothing at all
-  double practical_limit = 10;       ///< a standard deviation of more plausible sizes than this: the data can't tell
+  double practical_limit = 10;       ///< a standard deviation of more plausible sizes than this: not identifiable
 };
 
 /// What is free, what is held, and why.

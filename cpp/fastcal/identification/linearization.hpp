@@ -13,7 +13,7 @@ namespace fastcal {
 struct Linearization {
   RowMatrixXd J;           ///< (n, parameters and unknowns of observations) d r / d theta
   Eigen::VectorXd r;       ///< (n) predicted less measured
-  Eigen::VectorXi row;     ///< (n) the row of the data that the number stands in
+  Eigen::VectorXi row;     ///< (n) the row of the data that the number belongs to
   Eigen::VectorXi number;  ///< (n) which number of its row
 };
 

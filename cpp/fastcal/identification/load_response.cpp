@@ -9,11 +9,11 @@ namespace fastcal {
 namespace {
 
 constexpr double kWeak = 1;                  // singular value: a deviation of one plausible size
-constexpr double kNullSingularRatio = 1e-9;  // of the largest: the data tell nothing of it, however loads move
+constexpr double kNullSingularRatio = 1e-9;  // of the largest: the data do not determine it, however loads move
 constexpr double kStep =
     1;  // plausible sizes: a difference over less is rounding, of 1e-9 standard deviations in the end
 
-/// r(theta + step) - r(theta - step), with loads that follow or loads that stand.
+/// r(theta + step) - r(theta - step), with loads that follow or loads that are constant.
 RowMatrixXd difference(const Problem& problem, const Eigen::VectorXd& theta, const Eigen::VectorXd& step, bool follow) {
   const auto at = [&](const Eigen::VectorXd& there) {
     if (!follow) return residuals(problem, there);

@@ -82,7 +82,7 @@ NormalEquations normal_equations(const Problem& problem, const Eigen::VectorXd& 
   if (with_jacobian) {
     sum.A = total.topLeftCorner(p, p).selfadjointView<Eigen::Upper>();
     sum.g = total.topRightCorner(p, 1);
-    constexpr double kFlattest = 0.3;  // of what rejects so much, no quadratic says where it ends
+    constexpr double kFlattest = 0.3;  // of what rejects so much, no quadratic shows where it ends
     if (weight > 0) sum.bend = std::clamp(1 + slope / weight, kFlattest, 1.0);
   }
   return sum;

@@ -18,7 +18,7 @@ namespace fastcal {
 /// What the loads' change adds to the residuals at fixed loads, r += sum_k change_k y_k, y = directions^T (theta -
 /// origin).
 struct LoadResponse {
-  Eigen::VectorXd origin;           ///< theta at which the loads stand
+  Eigen::VectorXd origin;           ///< theta of the present loads
   Eigen::MatrixXd directions;       ///< (theta's size, k)
   std::vector<RowMatrixXd> change;  ///< k of (N, numbers)
 };

@@ -32,7 +32,7 @@ struct Box {
   bool bounds() const { return low.isFinite().any() || high.isFinite().any(); }
   bool contains(const Eigen::VectorXd& x) const { return (x.array() >= low).all() && (x.array() <= high).all(); }
 
-  /// Those that stand at a bound (to rounding) beyond which the cost would fall; g its slope.
+  /// Those that are at a bound (to rounding) beyond which the cost would fall; g its slope.
   std::vector<bool> active(const Eigen::VectorXd& x, const Eigen::VectorXd& g) const {
     constexpr double kAt = 1e-9;  // plausible sizes
     std::vector<bool> out(static_cast<std::size_t>(x.size()));
@@ -85,7 +85,7 @@ class RootCost : public ceres::CostFunction {
   mutable std::vector<bool> active_;
 };
 
-/// Ends the search where the step that is left is too short for the cost to tell: beyond, rounding accepts and refuses.
+/// Ends the search where the step that is left is too short for the cost to show: beyond, rounding accepts and refuses.
 /// Ends it too where two good steps left the same parameters at their bounds: along active bounds Ceres creeps, and
 /// solve_within() holds them.
 class Ending : public ceres::IterationCallback {

@@ -15,7 +15,7 @@
 namespace fastcal {
 
 /// Gaussian priors, bounds and pulls on model parameters, indexed as theta; infinite where there are none. A pull is a
-/// prior that the solver alone knows: among fits that the data hardly tell apart it chooses one near `pull_mean`, and
+/// prior that the solver alone knows: among fits that the data hardly distinguish it chooses one near `pull_mean`, and
 /// what is stated of identifiability, freedom and deviations is as without it.
 struct Limits {
   Eigen::VectorXd prior_mean, prior_sigma;  ///< both empty: no priors; sigma infinite: none for this one

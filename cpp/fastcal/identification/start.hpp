@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The fastcal authors
 // SPDX-License-Identifier: MIT
 //
-// The first stage of an identification: a start near the solution, whatever the data cannot tell.
+// The first stage of an identification: a start near the solution, whatever the data cannot determine.
 #pragma once
 
 #include "fastcal/identification/fit_state.hpp"

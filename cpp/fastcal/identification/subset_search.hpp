@@ -32,7 +32,7 @@ class SubsetSearch {
 
   /// `kept` (n, c): columns of every set; `optional` (n, m); `r` (n): what is fitted, J b ~ r; `fold` (n): 0 ... K - 1,
   /// or -1 for a row that is always fitted and never held out (a prior).
-  /// A column that the fitted rows can hardly tell from those before it (its remaining norm is below `least_norm`, or
+  /// A column that the fitted rows hardly separate from those before it (its remaining norm is below `least_norm`, or
   /// rounding) has the coefficient 0 and changes nothing. Throws InvalidInput where sizes differ, a fold is empty, or a
   /// number is not finite.
   SubsetSearch(const Eigen::Ref<const RowMatrixXd>& kept, const Eigen::Ref<const RowMatrixXd>& optional,

@@ -41,7 +41,7 @@ struct ChainBatch {
   double* q;                     ///< (count, n) the solution, or the best that was met
   double* position_error;        ///< (count)
   double* rotation_error;        ///< (count)
-  double* least_singular_value;  ///< (count) of J, no less than this; joints that stand at a limit perhaps left out
+  double* least_singular_value;  ///< (count) of J, no less than this; joints at a limit perhaps left out
   bool* reached;                 ///< (count)
   int* evaluations;              ///< (count)
 };

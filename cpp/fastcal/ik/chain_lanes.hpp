@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: MIT
 //
 // One iteration of damped least squares for W targets side by side. The arithmetic of a lane does not depend on its
-// neighbours, so a target gives the same bits wherever in a batch it stands.
+// neighbours, so a target gives the same bits wherever in a batch it is.
 //   error e = [p* - p; sum_k r_k x r*_k / (2 cos(angle / 2))], the second 2 sin(angle / 2) about the axis between R and
 //   R* dq = J^T (J J^T + damping |e|^2 1)^-1 e,  columns of joints that a limit stops are 0
 // (S. Chan, P. Lawrence, "General inverse kinematics with the error damped pseudoinverse", 1988).

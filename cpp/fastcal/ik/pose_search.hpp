@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The fastcal authors
 // SPDX-License-Identifier: MIT
 //
-// Levenberg's iteration from one posture to the nearest one whose tool stands at a target, within limits:
+// Levenberg's iteration from one posture to the nearest one whose tool is at a target, within limits:
 //   minimize  |p - p*|^2 / reach^2 + angle(R, R*)^2,   damping = mu |e|^2,
 // mu falling with every step that helps and rising with every one that does not. The damping vanishes with the error,
 // so the end is quadratic, in singular postures too as far as there is an end (J. Fan, Y. Yuan, "On the quadratic
@@ -22,7 +22,7 @@ struct Goal {
   double tolerance_rotation = 0;  ///< [rad]
 };
 
-/// Where a search stands.
+/// The state of a search.
 struct SearchPoint {
   JointVector q;
   Vector6d error = Vector6d::Zero();  ///< pose_error
@@ -34,7 +34,7 @@ struct SearchPoint {
   int evaluations = 0;  ///< so far
 };
 
-/// What stands at joint positions `q`, whose frames are given.
+/// The state at joint positions `q`, whose frames are given.
 SearchPoint look(const Chain& chain, const Goal& goal, const JointVector& q, std::span<const Pose> frames);
 
 /// q after a step of damping mu |e|^2.

@@ -20,7 +20,7 @@ struct IkRow {
   Pose target;
   JointVector seed;
   ChainSolution chain;
-  SearchPoint model;  ///< where the model stands, as far as approach() brought it
+  SearchPoint model;  ///< where the model is, as far as approach() brought it
 };
 
 /// A 4 x 4 pose in C order as the nearest one that is exactly a rotation; false where it is none, or not finite.
@@ -39,7 +39,7 @@ class RowSolver {
   /// changes.
   void approach(std::vector<IkRow>& rows, const Samples& samples) const;
 
-  /// The end of one row, from what the other two made of it: its status, and where it stands.
+  /// The end of one row, from what the other two made of it: its status, and where it is.
   IkStatus finish(const IkRow& row, ModelFrames& frames, bool may_jump, SearchPoint& best) const;
 
  private:

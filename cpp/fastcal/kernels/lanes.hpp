@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: MIT
 //
 // Rows side by side: a Lane is one number of each of W rows. The arithmetic of a lane does not depend on its
-// neighbours, so a row gives the same bits wherever in a batch it stands. Plain arrays only: these templates are
+// neighbours, so a row gives the same bits wherever in a batch it is. Plain arrays only: these templates are
 // compiled once for every instruction set, and nothing of another library may be.
 #pragma once
 

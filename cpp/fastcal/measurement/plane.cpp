@@ -4,7 +4,7 @@
 // A touch of an unknown plane: the tool's point lies on it, whatever its place there.
 //   r = n . p - d [m], n = exp([rx, ry, 0]) e_z, the normal with n_z >= 0 at the start; p in the measuring frame.
 // rx, ry, d of each plane are identified. Start: the direction in which the points of the arm as it is spread least.
-// What one plane leaves open: where on it and how turned about its normal the arm stands, and the common scale of all
+// What one plane leaves open: where on it the arm is and how it is turned about its normal, and the common scale of all
 // lengths.
 #include <Eigen/Eigenvalues>
 #include <cmath>

@@ -3,7 +3,7 @@
 //
 // A point: the tool's position in the measuring frame, as a tracker or a camera gives it.
 //   r = A (p - p_measured) [m];  A = 1, and a coordinate may be missing.
-// Where the row says where the instrument stood (table "instrument", NaN: it doesn't), the rows of A are its beam and
+// Where the row gives the instrument's place (table "instrument", NaN: it doesn't), the rows of A are its beam and
 // the level and the upright direction across: an instrument that is surer along its beam than across it has independent
 // errors there, and the standard deviations are along these, S = A^T diag(s_i^2) A.
 #include <cmath>
@@ -24,7 +24,7 @@ Eigen::Matrix3d beam_axes(const Eigen::Vector3d& beam) {
   return out;
 }
 
-/// A of each row; empty where no row says where the instrument stood.
+/// A of each row; empty where no row gives the instrument's place.
 std::vector<Eigen::Matrix3d> axes_of(const RowMatrixXd& measured, const RowMatrixXd* instrument) {
   if (instrument == nullptr) return {};
   std::vector<Eigen::Matrix3d> out(static_cast<std::size_t>(measured.rows()), Eigen::Matrix3d::Identity());

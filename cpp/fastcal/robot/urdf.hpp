@@ -24,7 +24,7 @@ struct Mimic {
 struct UrdfJoint {
   std::string name;
   JointType type = JointType::kRevolute;
-  bool unlimited = false;                           ///< no limits in the file: -2 pi to 2 pi, -10 m to 10 m stand here
+  bool unlimited = false;                           ///< no limits in the file: -2 pi to 2 pi, -10 m to 10 m are used
   Pose mount;                                       ///< the fixed joints' part of `origin`: mount * the joint's own
   Pose origin;                                      ///< pose of the joint's frame in that of the moving joint before it
   Eigen::Vector3d axis = Eigen::Vector3d::UnitX();  ///< unit, in the joint's frame

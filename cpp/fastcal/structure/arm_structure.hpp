@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The fastcal authors
 // SPDX-License-Identifier: MIT
 //
-// The beams of an arm: a space frame whose nodes stand in frames of the chain, loaded by the weight of its elements, of
+// The beams of an arm: a space frame whose nodes lie in frames of the chain, loaded by the weight of its elements, of
 // masses on its nodes, of the links and the payload that its nodes carry. Joints are held: a drive's own compliance is
 // another effect.
 // Node k with displacement u_k and rotation phi_k moves the frame that it is tied to, whose origin is p_f; what the
@@ -22,8 +22,8 @@ namespace fastcal {
 
 struct StructureNode {
   std::string name;
-  int origin = 0;                                      ///< the frame from whose origin it stands
-  int frame = 0;                                       ///< in whose axes it stands
+  int origin = 0;                                      ///< the frame from whose origin it is counted
+  int frame = 0;                                       ///< in whose axes it is given
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< [m] there
   int moves = -1;                                      ///< the frame that it moves, -1: none
   double mass = 0;                                     ///< [kg]
@@ -58,14 +58,14 @@ struct StructureDescription {
 
 class ArmStructure : public ArmBending {
  public:
-  /// Throws InvalidInput where the frame is none, or two nodes move one frame.
+  /// Throws InvalidInput where the frame is invalid, or two nodes move one frame.
   explicit ArmStructure(StructureDescription description);
 
   const std::vector<std::string>& groups() const override { return description_.groups; }
   const std::vector<int>& frames() const override { return frames_; }
   void basis(const RobotDescription& robot, const State& state, const double* scale, double* B) const override;
 
-  /// Where the nodes stand (M, 3) [m] in the measuring frame.
+  /// Positions of the nodes (M, 3) [m] in the measuring frame.
   RowMatrixXd positions(const State& state) const;
 
   /// Forces and moments on the nodes (M, 6) [N, N m] in the axes of the measuring frame, beside the elements' weight.

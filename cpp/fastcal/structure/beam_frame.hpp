@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The fastcal authors
 // SPDX-License-Identifier: MIT
 //
-// What a frame of beams is, apart from where its nodes stand: nodes, elements, hinges and supports. SI throughout.
+// What a frame of beams is, apart from where its nodes are: nodes, elements, hinges and supports. SI throughout.
 #pragma once
 
 #include <string>

@@ -26,7 +26,7 @@ struct BeamPostures {
 /// A frame made ready: order of elimination, fill and loose rotations are found once, postures cost arithmetic only.
 class BeamSolver {
  public:
-  /// Throws InvalidInput where the frame is none (check(BeamFrame)).
+  /// Throws InvalidInput where the frame is invalid (check(BeamFrame)).
   explicit BeamSolver(BeamFrame frame);
   ~BeamSolver();
   BeamSolver(const BeamSolver&) = delete;

@@ -39,7 +39,7 @@ FASTCAL_INLINE void carry(const Lane (&r)[D], Lane* w, int step) {
   }
 }
 
-/// Local axes from the lever and, in space, from `up`. A direction that can't be told leaves NaN, met by the solution.
+/// Local axes from the lever and, in space, from `up`. An undefined direction leaves NaN, caught by the solution.
 template <int D>
 FASTCAL_INLINE void find_axes(ElementLanes<D>& e, const Lane* up, bool round) {
   Lane square = e.r[0] * e.r[0];

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: MIT
 //
 // Four postures side by side: a Lane is one number of each. The arithmetic of a lane does not depend on its neighbours,
-// so a posture gives the same bits wherever in a batch it stands. Plain arrays only: these templates are compiled once
+// so a posture gives the same bits wherever in a batch it is. Plain arrays only: these templates are compiled once
 // for every instruction set, and nothing of another library may be (house rule for kernels).
 #pragma once
 

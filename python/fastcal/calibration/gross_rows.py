@@ -143,7 +143,7 @@ def _judged(
     if 2 * agreeing < len(places):
         text = (
             f"only {agreeing} of {len(places)} rows agree with one another, to {noise}; where fewer than half do, "
-            f"others may be right: measure anew, or leave the spoilt rows out"
+            f"others may be right: measure again, or leave the bad rows out"
         )
         return text, []
     rows, _ = _points(near)

@@ -35,7 +35,7 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 SAME_POSTURE = 1e-6  # [rad, m] joint positions that agree to this are one posture
-_UNTOLD = 1e-9  # of the largest singular value: a direction that the differences do not determine
+_UNDETERMINED = 1e-9  # of the largest singular value: a direction that the differences do not determine
 
 
 @dataclass(frozen=True, eq=False)
@@ -230,7 +230,7 @@ def _solve(problem: _Differences, corners: list[Corners]) -> tuple[FloatArray, F
     theta = fit(theta, list(range(len(effects))))
     J = problem.jacobian(theta) * scale
     _, singular, directions = np.linalg.svd(J, full_matrices=False)
-    if singular[-1] <= _UNTOLD * singular[0]:
+    if singular[-1] <= _UNDETERMINED * singular[0]:
         parameter = effects[int(np.argmax(np.abs(directions[-1])))]
         raise InvalidInput(f"the payloads do not determine {full_name(parameter)}: leave its effect out")
     r = problem.residuals(theta)

@@ -122,7 +122,7 @@ def say_choice(choice: Selection) -> None:
     """What was chosen, and what it gains where poses were held out."""
     best = next(candidate for candidate in choice.table if candidate.parameters == choice.parameters)
     say(
-        f"chosen: {len(choice.parameters)} of {len(choice.full.parameters)} parameters beside base and tool, of "
+        f"chosen: {len(choice.parameters)} of {len(choice.full.parameters)} parameters besides base and tool, of "
         f"{choice.evaluated} sets: {', '.join(choice.parameters) or 'none'}"
     )
     chosen, full = choice.rms_mm(best), choice.rms_mm(choice.full)

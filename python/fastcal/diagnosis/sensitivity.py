@@ -46,14 +46,14 @@ def smallest(state: SearchNode) -> list[DetectableEffect]:
     length = np.asarray(found.tests.length)
     first = np.concatenate([[0], np.cumsum(found.sizes)])
     core = state.fit.problem.start.model.robot
-    told: dict[Key, int] = {}
+    tested: dict[Key, int] = {}
     for i, name in enumerate(found.names):
         if rank[i] > 0 and not name.is_start:  # the size of those depends on corner or moment
-            told.setdefault(name.key, i)
-    columns = [int(c) for i in told.values() for c in range(first[i], first[i + 1])]
+            tested.setdefault(name.key, i)
+    columns = [int(c) for i in tested.values() for c in range(first[i], first[i + 1])]
     roots = dict(zip(columns, found.tests.detectable(columns, _limits(state), rules.DETECTION_POWER), strict=True))
     out: list[DetectableEffect] = []
-    for i in told.values():
+    for i in tested.values():
         part = slice(first[i], first[i + 1])
         root = np.array([roots[c] for c in range(part.start, part.stop)])
         name = found.names[i]

@@ -113,9 +113,9 @@ def _causes(found: Diagnosis) -> str:
     curves = [owner_in_words(f.owner) for f in found.effects if traits_of(f.effect).role == "curve"]
     if curves:
         first, *others = curves
-        told = ", ".join([first[0].upper() + first[1:], *others])
+        where = ", ".join([first[0].upper() + first[1:], *others])
         sentences.append(
-            f"{told}: the error follows the joint's own position by a curve without a name; the curve is in the model."
+            f"{where}: the error follows the joint's own position by a curve without a name; the curve is in the model."
         )
     return " ".join(sentences)
 
@@ -125,8 +125,8 @@ def _many_waves(waves: list[Finding]) -> str:
     orders: dict[str, list[str]] = {}
     for f in waves:
         orders.setdefault(owner_in_words(f.owner), []).append(f"{f.parameters['order'].value:g}")
-    told = "; ".join(f"{owner} {', '.join(which)} times a turn" for owner, which in orders.items())
-    return f"The joints err periodically, by gears or encoders, the largest waves first: {told}."
+    listed = "; ".join(f"{owner} {', '.join(which)} times a turn" for owner, which in orders.items())
+    return f"The joints err periodically, by gears or encoders, the largest waves first: {listed}."
 
 
 def _cause(f: Finding) -> str:
@@ -147,8 +147,8 @@ def _unproven(found: list[Finding]) -> str:
     places: dict[str, list[str]] = {}
     for f in found:
         places.setdefault(traits_of(f.effect).phrase, []).append(owner_in_words(f.owner))
-    told = "; ".join(f"{phrase} at {', '.join(owners)}" for phrase, owners in places.items())
-    return f"The data are consistent with the following, but prove none of them: {told}."
+    listed = "; ".join(f"{phrase} at {', '.join(owners)}" for phrase, owners in places.items())
+    return f"The data are consistent with the following, but prove none of them: {listed}."
 
 
 def _rest(rest: Unexplained | None) -> str:
@@ -160,12 +160,12 @@ def _rest(rest: Unexplained | None) -> str:
         if rest.depends_on == ("x", "y", "z")
         else " and ".join(_VARIABLES.get(v, v) for v in rest.depends_on)
     )
-    said = f"Something remains {place} that depends on {on}, {rest.share:.0%} of the misfit that there was."
+    text = f"Something remains {place} that depends on {on}, {rest.share:.0%} of the misfit that there was."
     if rest.added is not None:
-        said += " A smooth function of it is in the model; it proves no cause."
+        text += " A smooth function of it is in the model; it proves no cause."
     if rest.formulas:
-        said += f" Its curve looks like: {rest.formulas[0]}."
-    return said
+        text += f" Its curve looks like: {rest.formulas[0]}."
+    return text
 
 
 def _gain(found: Diagnosis) -> str:

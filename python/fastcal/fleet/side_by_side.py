@@ -62,7 +62,7 @@ def calibrate_many(
     if out is not None:
         for arm in arms:
             check_folder(Path(out) / arm.name, FILES)
-    tell = progress or (lambda text: None)
+    report = progress or (lambda text: None)
     check_all = check_all or len(arms) < FEWEST
 
     with workers(jobs, cluster) as side_by_side:
@@ -75,13 +75,13 @@ def calibrate_many(
             found: list[ArmResult] = []
             for part in side_by_side(work, parts):
                 found += part
-                tell(f"{len(found)} of {len(some)} arms")
+                report(f"{len(found)} of {len(some)} arms")
             return found
 
-        tell(f"calibrating {len(arms)} arms")
+        report(f"calibrating {len(arms)} arms")
         found = dict(zip((arm.name for arm in arms), run(arms, check_all), strict=True))
         if not check_all and (odd := suspects(list(found.values()))):
-            tell(f"looking closer at {len(odd)} arms")
+            report(f"looking closer at {len(odd)} arms")
             again = run([arm for arm in arms if arm.name in odd], True)
             found |= {row.name: row for row in again}
     return Fleet(list(found.values()))

@@ -50,7 +50,7 @@ def branches(
         InvalidInput: The arm is redundant, so that its solutions are not a list, or a shape does not fit.
     """
     if model.joint_count > 6:
-        raise InvalidInput(f"{model.name} has {model.joint_count} joints: the solutions of a pose are no list")
+        raise InvalidInput(f"{model.name} has {model.joint_count} joints: a pose has infinitely many solutions")
     T = np.asarray(target, dtype=float)
     if T.shape != (4, 4):
         raise InvalidInput(f"target must have shape (4, 4), got {T.shape}")

@@ -139,7 +139,7 @@ def point(export: Export, with_joints: bool) -> tuple[Family | None, str | None]
         ):
             name = export.title(whole[fits[0]]["x"])
             raise InvalidInput(
-                f"{export.grid.path}: {name} stands beside the joints and may be what the controller computes, "
+                f"{export.grid.path}: {name} is next to the joints and may be what the controller computes, "
                 f"which is no "
                 f"measurement; {_MAP} if it was measured, or give the instrument's points"
             )

@@ -302,7 +302,7 @@ def _orientation_columns(
         return dict(converted(convention, values, unit))
     except ValueError as error:
         row = rows[error.args[0]]
-        raise export.error(f"{titles[0]} and the other numbers of the matrix are no rotation", row) from None
+        raise export.error(f"{titles[0]} and the other numbers of the matrix are not a rotation", row) from None
 
 
 def _mapped(export: Export, found: families.Orientation) -> bool:

@@ -131,7 +131,7 @@ def _numbers_of(labels: NDArray[np.str_], entry: Spec, column: str) -> NDArray[n
     for row, name in enumerate(labels):
         if name not in places:
             listed = ", ".join(known)
-            raise InvalidInput(f"{column} '{name}' in row {row} is none that {label(entry)} was fitted with: {listed}")
+            raise InvalidInput(f"{column} '{name}' in row {row} is not one {label(entry)} was fitted with: {listed}")
     return np.array([places[name] for name in labels], dtype=np.int32)
 
 

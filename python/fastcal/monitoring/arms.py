@@ -142,7 +142,7 @@ def check_arms(
         options = {"tolerance": tolerance, "as_read": as_read, "who": who, "threads": threads}
         arms.append(ArmCheck(place.name, (), None, message) if message else _checked(place, models[-1], files, options))
     if not arms:
-        expected = "expected a folder an arm, each with a calibrated model; there is none"
+        expected = "expected one folder per arm, each with a calibrated model; found none"
         raise InvalidInput(f"{folder}: {expected} (for one arm name its model.yaml)")
     return ArmChecks(str(folder), sorted(arms, key=lambda arm: (STATES.index(arm.state), -(arm.ratio or 0), arm.name)))
 

@@ -41,7 +41,7 @@ def sentence(
     elif verdict == "changed":
         text = _("The arm has changed: {what}.", what="; ".join(cause_text(cause, _) for cause in causes))
     elif not enough:
-        text = _("Too few poses to tell: what remains beside the base could hide any change.")
+        text = _("Too few poses to decide: what remains after the base is fitted could hide any change.")
     elif causes:
         rows = ", ".join(spoken(cause.label, _) for cause in causes)
         text = _("Cannot tell: everything fits but {rows}; measure that pose again.", rows=rows)
@@ -170,7 +170,7 @@ def reasons(
         where = _("station {name}", name=place.name) if place.name else _("the instrument")
         out.append(
             _(
-                "{where}: the base has moved by xyz {xyz} mm, rpy {rpy} deg in the measuring frame; fitted anew",
+                "{where}: the base has moved by xyz {xyz} mm, rpy {rpy} deg in the measuring frame; refitted",
                 where=where, xyz=xyz, rpy=rpy,
             )
         )  # fmt: skip

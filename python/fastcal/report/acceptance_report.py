@@ -82,7 +82,7 @@ def _verdict(found: Acceptance) -> Verdict:
         "pass": _("The arm keeps every limit that was set."),
         "fail": _("The arm is out of a limit."),
         "cannot_tell": _("The measurement cannot decide whether the arm keeps its limits."),
-        None: _("No limit was given: the figures stand without a verdict."),
+        None: _("No limit was given, so there is no verdict."),
     }[found.verdict]
     judged = [each for each in found.figures if each.verdict is not None]
     remarks = [Remark(_judged_sentence(each), each.verdict != "pass", "figures") for each in _worst(judged)]

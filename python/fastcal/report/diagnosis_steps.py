@@ -100,7 +100,7 @@ def _robot(effects: list[Finding]) -> list[str]:
     patches = "a without_....patch" if len(own) == 1 else "one of the without_....patch files"
     return [
         f"Compensate with model.yaml: it holds the geometry and {what}, identified together.",
-        f"To undo {'it' if len(own) == 1 else 'one'}, apply {patches} beside it.",
+        f"To undo {'it' if len(own) == 1 else 'one'}, apply {patches} in the same folder.",
     ]
 
 

@@ -27,7 +27,7 @@ def _(found: CheckResult) -> str:
 def _(found: CheckResult) -> list[str]:
     lines = [f"{found.model.name}: {found.sentence}", *found.reasons]
     if found.blind:
-        lines.append(f"not shown by any pose before an instrument that was set up anew: {', '.join(found.blind)}")
+        lines.append(f"not visible in any pose once the instrument is set up again: {', '.join(found.blind)}")
     if found.next_poses:
         units = ", ".join(dict.fromkeys("deg" if kind == "revolute" else "mm" for kind in found.model.joint_types))
         lines.append(f"next poses to measure: {len(found.next_poses)}; payload and joint positions:")

@@ -179,7 +179,7 @@ def test_a_folder_of_arms_is_checked_at_once(month, fastcal, tmp_path) -> None:
     for mistake, sentence in (
         ((arms, month / "held.csv"), "leave out DATA"),
         ((month / "model.yaml", month / "held.csv", "--files", "*"), "goes with a folder"),
-        ((tmp_path / "checks",), "there is none"),
+        ((tmp_path / "checks",), "found none"),
     ):
         failed = fastcal("check", *mistake)
         assert (failed.code, sentence in failed.error) == (2, True), failed.error

@@ -79,7 +79,7 @@ def test_labels_mean_the_same_in_every_file(arm: Robot, poses: Dataset, with_eff
     old, new = model.forward(q, mount="old"), model.forward(q, mount=["new"] * 3)
     moved = np.einsum("nij,nj->ni", old[:, :3, :3].transpose(0, 2, 1), new[:, :3, 3] - old[:, :3, 3])
     assert moved == pytest.approx(np.tile([0.0, 0.0, 1e-3], (3, 1)), abs=1e-12)
-    with pytest.raises(InvalidInput, match="mount 'third' in row 0 is none that tool_shift@tool was fitted with"):
+    with pytest.raises(InvalidInput, match="mount 'third' in row 0 is not one tool_shift@tool was fitted with"):
         model.forward(q, mount="third")
     with pytest.raises(InvalidInput, match="needs the column mount"):
         model.forward(q)

@@ -47,5 +47,5 @@ def test_each_branch_is_followed_to_the_arm_that_gives_way() -> None:
 
 
 def test_a_redundant_arm_has_no_list() -> None:
-    with pytest.raises(InvalidInput, match="lbr_iiwa14 has 7 joints: the solutions of a pose are no list"):
+    with pytest.raises(InvalidInput, match="lbr_iiwa14 has 7 joints: a pose has infinitely many solutions"):
         branches(load_robot("lbr_iiwa14"), np.eye(4))

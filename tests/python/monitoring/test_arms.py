@@ -78,7 +78,7 @@ def test_several_files_of_a_pattern_are_set_ups_of_one_check(arms) -> None:
 def test_what_it_refuses(arms, tmp_path) -> None:
     with pytest.raises(InvalidInput, match="expected a folder with a folder an arm"):
         fastcal.check_arms(tmp_path / "none")
-    with pytest.raises(InvalidInput, match="each with a calibrated model; there is none"):
+    with pytest.raises(InvalidInput, match="each with a calibrated model; found none"):
         fastcal.check_arms(arms / "A1" / "results")
     with pytest.raises(InvalidInput, match="a serial number is one arm's"):
         fastcal.check_arms(arms, who={"serial": "7"})
