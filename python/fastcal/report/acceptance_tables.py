@@ -105,7 +105,9 @@ def budget_table(found: Acceptance) -> Table | None:
     parts = {name: [dict(u.parts).get(name, 0.0) for u in figures] for name in kinds}
     rows = [_contribution(_("visits"), _("observed"), "", [u.observed for u in figures], total)]
     for name, values in sorted(parts.items(), key=lambda part: -float(np.sum(np.square(part[1])))):
-        rows.append(_contribution(name, kinds[name].kind, _distribution(kinds[name].distribution), values, total))
+        rows.append(
+            _contribution(name, _kind(kinds[name].kind), _distribution(kinds[name].distribution), values, total)
+        )
     rows.append(_contribution(_("combined"), "", "", [u.standard for u in figures], total))
     columns = [Column(title, numeric=False) for title in (_("Input"), _("Kind"), _("Distribution"))]
     return Table(
@@ -128,6 +130,19 @@ def volume_table(found: Acceptance) -> Table | None:
         sizes = [float(from_si(u.expanded, "mm")) for u in (*coordinates, worst)]
         rows.append([Cell(name), *at, *(number_cell(significant(size, 2), size) for size in sizes)])
     return Table(_("Expanded uncertainty of the model's own prediction"), columns, [Group(rows)])
+
+
+def _kind(name: str) -> str:
+    return {
+        "range": _("range"),
+        "angle": _("angle"),
+        "position": _("position"),
+        "target": _("target"),
+        "orientation": _("orientation"),
+        "temperature": _("temperature"),
+        "payload": _("payload"),
+        "masses": _("masses"),
+    }[name]
 
 
 def _distribution(name: str) -> str:

@@ -136,10 +136,19 @@ def test_a_mistake_is_one_sentence_and_leaves_nothing(shop, tmp_path, fastcal, m
 def test_a_page_is_a_document_in_the_language_that_was_asked_for(shop, tmp_path, fastcal, monkeypatch) -> None:
     who = ("--serial", "F-0815", "--customer", "Muster & Söhne", "--operator", "A. Meier", "--date", "2026-11-20")
     options = ("--targets", shop / "iso_plan.csv", "--tolerance-mm", 0.2, "-o", tmp_path / "out", *who)
+    options = (*options, "--budget", shop / "budget.yaml")
     assert fastcal("accept", shop / "arm.yaml", shop / "measured.csv", *options, "--page-language", "de").code == 0
     page = (tmp_path / "out" / "report.html").read_text()
     assert '<html lang="de">' in page
-    for text in ("Bestanden", "F-0815", "Muster &amp; Söhne", "Unterschrift", "2026-11-20", "Prüfplan der ISO 9283"):
+    for text in (
+        "Bestanden",
+        "F-0815",
+        "Muster &amp; Söhne",
+        "Unterschrift",
+        "2026-11-20",
+        "Prüfplan der ISO 9283",
+        ">Länge<",
+    ):
         assert text in page
     found = json.loads((tmp_path / "out" / "accept.json").read_text())
     assert found["made_by"]["customer"] == "Muster & Söhne"
