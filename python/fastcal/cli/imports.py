@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fastcal.cli.console import progress, say
+from fastcal.cli.console import emit, progress, say
 from fastcal.cli.options import OutFile, RobotFile
 
 if TYPE_CHECKING:
@@ -48,18 +48,16 @@ def import_(
     """
     from fastcal.errors import InvalidInput
     from fastcal.importers import import_measurements, map_text, read_map, write_imported
-    from fastcal.importers.orientation import check_convention
     from fastcal.io.atomic import write_text
     from fastcal.io.robot_file import load_robot
 
     mapping: Mapping | None = None if map_ is None else read_map(map_)
-    if orientation is not None:
-        check_convention(orientation)
     arm = None if robot is None else load_robot(robot)
     if print_map:
         text = map_text([*exports, *([joints] if joints else [])], mapping, sheet)
         if output is None:
             say(text.rstrip())
+            emit({"map": text})
         else:
             write_text(output, text)
         return
@@ -73,12 +71,22 @@ def import_(
         rows = write_imported(output, found, arm)
     for note in found.notes:
         say(note)
-    kinds = ", ".join(
+    measured = [
         text
         for text, given in (("points", "x"), ("orientations", "r"), ("lengths", "distance"))
         if _has(found.columns, given)
+    ]
+    say(f"{output}: {rows} rows, {found.joints} joints, {', '.join(measured)}; read as {found.dialect}")
+    emit(
+        {
+            "file": str(output),
+            "rows": rows,
+            "joints": found.joints,
+            "measured": measured,
+            "read_as": found.dialect,
+            "notes": list(found.notes),
+        }
     )
-    say(f"{output}: {rows} rows, {found.joints} joints, {kinds}; read as {found.dialect}")
 
 
 def _has(columns: object, given: str) -> bool:

@@ -66,6 +66,7 @@ SUMMARIES = (
     "evaluate",
     "accept",
     "design",
+    "import",
     "fleet",
     "paper",
     "robots",

@@ -35,6 +35,13 @@ def test_import_writes_a_measurement_file_and_says_how(here: Session, capsys: py
     assert len(load_measurements("out.csv", fastcal.load_robot("ur5"))) == 30
 
 
+def test_the_summary_of_an_import_as_json(here: Session, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["import", "points.csv", "--joints", "joints.csv", "--robot", "ur5", "-o", "out.csv", "--json"]) == 0
+    said = json.loads(capsys.readouterr().out)
+    assert said.pop("notes")[0] == "30 points joined with their poses by name"
+    assert said == {"file": "out.csv", "rows": 30, "joints": 6, "measured": ["points"], "read_as": "a table"}
+
+
 def test_a_question_is_one_line_and_nothing_is_written(here: Session, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["import", "points.csv", "-o", "out.csv"]) == 2
     said = capsys.readouterr()
