@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 """What a diagnosis takes: 300 and 20,000 rows of a loaded KR 500 with lost motion in one joint, one thread.
 
-pytest bench/python/bench_diagnosis_speed.py [--benchmark-timer=time.process_time]
+PYTHONPATH=bench/python pytest bench/python/bench_diagnosis_speed.py [--benchmark-timer=time.process_time]
 """
 
 from __future__ import annotations
