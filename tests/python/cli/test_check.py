@@ -174,7 +174,7 @@ def test_a_folder_of_arms_is_checked_at_once(month, fastcal, tmp_path) -> None:
     assert "B: changed: The arm has changed: joint 3 zero" in said.out
     found = {path.name for path in (tmp_path / "checks").iterdir()}
     assert found == {"checks.csv", "report.html", "A_2026-11.json", "B_2026-11.json"}
-    assert "1 von 2 Robotern haben sich verändert: B." in (tmp_path / "checks" / "report.html").read_text()
+    assert "1 von 2 Robotern hat sich verändert: B." in (tmp_path / "checks" / "report.html").read_text()
     assert fastcal("check", arms, "--files", "none*").code == 3
     for mistake, sentence in (
         ((arms, month / "held.csv"), "leave out DATA"),
