@@ -44,7 +44,7 @@ _VARIABLES = {
 
 
 def short_name(effect: str, owner: str, variant: str = "") -> str:
-    """("joint_compliance", "joint3") to "joint 3 compliance", with the order of a wave behind it."""
+    """("link_torsion", "link3") to "link 3 torsion", with the order of a wave behind it."""
     words, place_words = effect.split("_"), owner_in_words(owner)
     if owner in ("base", "tool", "payload", "instrument") and len(words) > 1:  # base_drift says where it is
         place_words = ""
