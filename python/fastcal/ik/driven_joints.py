@@ -158,10 +158,18 @@ def solve_driven(
         more = restarts if before is None else 0
         found = _searched(arm, T[block], start, block, more, options["random_seed"], arm.box)
         status[block] = _statuses(arm, T[block], found, block)
-        for field, values in zip(out, found, strict=True):
-            field[block] = values
+        _put(out, block, found, np.ones(len(block), dtype=bool))
         before = found.q
     return out.q, status.astype("U13"), out.steps, out.position, out.rotation
+
+
+def _put(into: Solution, rows: NDArray[np.intp], found: Solution, chosen: BoolArray) -> None:
+    """The chosen rows of `found` into these rows."""
+    into.q[rows] = found.q[chosen]
+    into.reached[rows] = found.reached[chosen]
+    into.steps[rows] = found.steps[chosen]
+    into.position[rows] = found.position[chosen]
+    into.rotation[rows] = found.rotation[chosen]
 
 
 def _are_poses(T: FloatArray) -> BoolArray:
@@ -194,8 +202,7 @@ def _searched(
         better = np.asarray(new < old)
         same = np.asarray(np.abs(new - old) < _SAME * old)
         alike[left] = np.where(same, alike[left] + 1, np.where(better, 0, alike[left]))
-        for field, values in zip(best, again, strict=True):
-            field[left[better]] = values[better]
+        _put(best, left[better], again, better)
     return best
 
 
