@@ -208,20 +208,20 @@ def _notes(found: Acceptance) -> list[str]:
     out = [f"a limit is given for {name}, and nothing was measured that shows it" for name in found.missing]
     if found.budget is None:
         out.append(
-            "no budget was given: the uncertainties hold the scatter of the visits alone, nothing of the instrument; "
-            "--budget takes what is known of it"
+            "no budget was given: the uncertainties contain the scatter of the visits only; --budget adds what is "
+            "known of the instrument"
         )
     if not found.is_iso_9283:
         stations = found.campaign.stations
         cycle = cycle_of(stations)
         least = min(len(stations[k].rows) for k in cycle)
         out.append(
-            f"not the plan of ISO 9283, {ISO_POSES} poses with {ISO_VISITS} visits each: there are {len(cycle)} poses, "
-            f"the least of them with {least} visits"
+            f"not the plan of ISO 9283, {ISO_POSES} poses with {ISO_VISITS} visits each: {len(cycle)} poses were "
+            f"measured, with at least {least} visits each"
         )
     if found.campaign.fitted:
         out.append(
-            "the instrument was aligned to the commanded poses by a best fit: AP holds nothing that a rigid motion of "
-            "all poses would explain"
+            "the instrument was aligned to the commanded poses by a best fit: AP leaves out whatever a rigid motion "
+            "of all poses explains"
         )
     return out

@@ -65,7 +65,7 @@ def parsed_limits(given: Mapping[str, float]) -> dict[str, float]:
     out: dict[str, float] = {}
     for name, value in given.items():
         if name not in LIMITS:
-            raise InvalidInput(f"there is no limit '{name}'; there are {', '.join(LIMITS)}")
+            raise InvalidInput(f"unknown limit '{name}', expected one of {', '.join(LIMITS)}")
         if not value > 0:
             raise InvalidInput(f"a limit must be above 0, got {name}={value:g}")
         out |= dict.fromkeys(LIMITS[name], float(to_si(value, name.rpartition("_")[2])))

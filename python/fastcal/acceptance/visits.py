@@ -162,7 +162,7 @@ def _visits_of(data: Dataset, plan: Dataset) -> RowArray:
         away = np.abs(plan.q - q).max(axis=1)
         if away.min() > _SAME_COMMAND:
             raise InvalidInput(
-                f"{data.source}: data row {i} is no visit of {plan.source}: its joints are "
+                f"{data.source}: data row {i} is not a visit of {plan.source}: its joints are "
                 f"{from_si(float(away.min()), 'deg'):.4f} deg from the nearest; expected the commanded positions"
             )
         same = away <= _SAME_COMMAND
@@ -182,7 +182,7 @@ def _fitted(data: Dataset, stations: list[Station]) -> FloatArray:
     x = np.array([np.asarray(data.position)[stations[k].rows].mean(axis=0) for k in chosen])
     if len(p) < 3 or np.linalg.svd(p - p.mean(axis=0), compute_uv=False)[1] < 1e-3:
         raise InvalidInput(
-            f"{data.source}: the instrument can be aligned only with three poses that lie on no line, got {len(p)}; "
+            f"{data.source}: the alignment needs at least three poses that are not on one line, got {len(p)}; "
             "--align model takes the base of MODEL"
         )
     U, _, Vt = np.linalg.svd((p - p.mean(axis=0)).T @ (x - x.mean(axis=0)))

@@ -72,7 +72,7 @@ def judge_limit(result: CalibrationResult, limit: float) -> LimitJudged:
     errors = errors[~np.isnan(errors)]
     n, k = len(errors), int(np.sum(errors > limit))
     if n == 0:
-        raise InvalidInput("no point or length was measured that a limit could be held against")
+        raise InvalidInput("a limit needs measured points or lengths, and there are none")
     confidence = 1 - float(special.bdtr(k, n, 1 - SHARE))
     at_least = 1.0 if k == 0 else float(special.bdtrc(k - 1, n, 1 - SHARE))
     on_test = result.test is not None

@@ -53,7 +53,8 @@ def unmoved_notes(robot: Robot, data: Dataset) -> list[str]:
             title = f"joint {quantity.removeprefix('q')}" if unit in ("deg", "mm") else f"the {quantity}"
             at = f"{low:.4g} {unit.replace('c', 'deg C')}" if high - low < 1e-9 else f"{low:.4g} to {high:.4g} {unit}"
             notes.append(
-                f"{title} stood still in the measurements that this model was fitted on ({at}) and is elsewhere in "
-                f"{int(outside.sum())} rows: what it could not show counts in the stated deviations at a plausible size"
+                f"{title} stood still in the measurements that this model was fitted to ({at}) and is elsewhere in "
+                f"{int(outside.sum())} rows: the stated deviations include plausible sizes of what could not be "
+                "identified"
             )
     return notes

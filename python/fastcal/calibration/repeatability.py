@@ -79,7 +79,7 @@ class Repeatability:
             return f"too few visits for RP: it needs at least {ENOUGH_VISITS} of one pose from one direction"
         return (
             f"not ISO 9283, whose plan needs {ISO_POSES} poses with {ISO_VISITS} visits each: there are "
-            f"{len(self.repeatability)}, the least of them with {self.rp_visits} visits"
+            f"{len(self.repeatability)}, with at least {self.rp_visits} visits each"
         )
 
     def to_json_dict(self) -> dict[str, Any]:

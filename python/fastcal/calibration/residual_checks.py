@@ -116,8 +116,8 @@ def noise_and_posture(near: Residuals, robot: Robot, data: Dataset) -> tuple[Ser
     serial = serial_correlation(J / scale, residual, row, len(data))
     if serial is not None:
         notes.append(
-            f"errors of rows measured one after the other are alike (correlation {serial.rho:.2f}): the noise drifts, "
-            f"and the stated deviations take that in"
+            f"errors of successive rows are correlated ({serial.rho:.2f}): the noise drifts, and the stated deviations "
+            f"allow for it"
         )
         serial = replace(serial, covariance=serial.covariance / np.outer(scale, scale))
     whole = np.bincount(row, minlength=len(data)) == 3

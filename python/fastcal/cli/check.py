@@ -79,7 +79,7 @@ def check(
         _check_arms(model, output, options, page_language)
         return
     if files is not None:
-        raise InvalidInput("--files names files in the folders of arms: it goes with a folder as MODEL")
+        raise InvalidInput("--files needs a folder of arms as MODEL")
     robot = load_robot(model)
     if plan is not None:
         _plan(robot, plan, data, output)

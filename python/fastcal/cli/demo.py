@@ -46,7 +46,7 @@ def demo(output: Folder = Path("fastcal-demo"), seed: Seed = 1, threads: Threads
     from fastcal.report.calibration_files import write_calibration
 
     _check_ours(output)
-    say(f"This is a simulation: a {ARM} with chance errors and yielding joints, before a simulated tracker.")
+    say(f"This is a simulation: a {ARM} with random errors and compliant joints, measured by a simulated tracker.")
     with progress() as show:
         show("simulating")
         _write_measurements(output, seed)

@@ -45,7 +45,7 @@ class Compensation(Shown):
         correction_weight: (N,) share of a trained correction that its guard lets pass at the command, NaN for a bad
             target; None for a model without one.
         nominal_q: (N, n) what the nominal robot would be sent to, NaN where it reaches nothing.
-        jumps: Rows that no smooth way joins to the row before.
+        jumps: Rows that no smooth path joins to the previous row.
         notes: What a reader should know, a sentence each.
         joint_types: `revolute` or `prismatic`, one a joint.
     """
@@ -126,7 +126,7 @@ def compensate(
         weight[good] = model.correct(found.q[good], targets.conditions_of(good).get("payload")).weight
     jumps = sorted({*jumps, *changed}) if along_path else []
     if jumps:
-        notes.append(f"no smooth way leads from the row before to {_listed(jumps)}: the joints jump there")
+        notes.append(f"no smooth path leads from the previous row to {_listed(jumps)}: the joints jump there")
     return Compensation(
         np.where(bad[:, np.newaxis], np.nan, found.q),
         found.status,

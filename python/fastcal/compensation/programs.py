@@ -94,7 +94,7 @@ def compensate_program(
     if method not in METHODS:
         raise InvalidInput(f"method must be {' or '.join(METHODS)}, got '{method}'")
     if inverse and method != "full":
-        raise InvalidInput("the way back takes method='full': one step has no inverse that is exact")
+        raise InvalidInput("the inverse needs method='full': one step has no exact inverse")
     if not program.targets:
         raise InvalidInput(f"{program.documents[0].name}: holds no targets of plain numbers; nothing to compensate")
     robot = robot_without_measurement(model)

@@ -80,8 +80,10 @@ def with_estimated_noise(problem: Problem, at: Fit, option: float | None) -> tup
     used = every.used.copy()
     used[every.rows[isolated_rows(rich.wrong, every.kept)]] = False
     if rho > 0:
-        alike = f"errors of rows measured one after the other are alike (correlation {rho:.2f}), and all tests and "
-        level = replace(level, note=f"{level.note}; {alike}stated deviations take that in")
+        shared = (
+            f"errors of successive rows are correlated ({rho:.2f}), and all tests and stated deviations allow for it"
+        )
+        level = replace(level, note=f"{level.note}; {shared}")
     return replace(every, used=used, noise=level.noise), level
 
 

@@ -115,7 +115,7 @@ def _causes(found: Diagnosis) -> str:
         first, *others = curves
         where = ", ".join([first[0].upper() + first[1:], *others])
         sentences.append(
-            f"{where}: the error follows the joint's own position by a curve without a name; the curve is in the model."
+            f"{where}: the error depends on the joint's own position as no known effect does; the model has its curve."
         )
     return " ".join(sentences)
 

@@ -53,9 +53,9 @@ def read_yaml(path: str | os.PathLike[str]) -> Any:
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         line = mark.line + 1 if mark else None
-        raise ParseError(f"is no YAML: {error.problem or error.context}", path, line) from None
+        raise ParseError(f"is not valid YAML: {error.problem or error.context}", path, line) from None
     except yaml.YAMLError as error:
-        raise ParseError(f"is no YAML: {str(error).splitlines()[0]}", path) from None
+        raise ParseError(f"is not valid YAML: {str(error).splitlines()[0]}", path) from None
 
 
 class _Built(NamedTuple):

@@ -41,7 +41,7 @@ def region_rows(q: NDArray[np.float64], share: float, seed: int) -> NDArray[np.b
     limit = np.sort(distance)[_count(len(q), share) - 1]
     held = distance <= limit + SAME_POSTURE
     if held.all():
-        raise InvalidInput("all rows are in one place of joint space: no region can be held out")
+        raise InvalidInput("all rows are in one region of joint space: none can be held out")
     return np.asarray(held)
 
 

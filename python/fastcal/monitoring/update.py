@@ -112,7 +112,7 @@ def update(
     result = Robot(spec)
     if wrong:
         rows = ", ".join(map(str, wrong))
-        notes.append(f"row{'s' if len(wrong) > 1 else ''} {rows} left out: nothing else explains what is off there")
+        notes.append(f"row{'s' if len(wrong) > 1 else ''} {rows} left out: no cause explains their error")
     one = (
         replace(kept, station=None, station_names=()) if len(fitted.places) == 1 else kept.select(fitted.places[0].rows)
     )

@@ -111,7 +111,7 @@ def study_of(name: str, storage: Path | None, seed: int) -> optuna.Study:
             study_name=f"{name} seed {seed}", storage=kept, direction="minimize", load_if_exists=True
         )
     except (ValueError, KeyError, OSError, AttributeError, TypeError) as error:
-        raise InvalidInput(f"{storage}: cannot be gone on with as a search's trials: {str(error)[:80]}") from None
+        raise InvalidInput(f"{storage}: cannot be resumed as the trials of a search: {str(error)[:80]}") from None
 
 
 def remembered(study: optuna.Study, generation: int, count: int, compute: Callable[[], FloatArray]) -> FloatArray:

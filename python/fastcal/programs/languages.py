@@ -41,6 +41,6 @@ def read_program(files: Mapping[str, bytes]) -> Program:
     names = list(files)
     suffix = language_of(names[0])
     if suffix is None:
-        raise InvalidInput(f"{names[0]}: no robot program by its ending; known are {', '.join(SUFFIXES)}")
+        raise InvalidInput(f"{names[0]}: not the ending of a robot program; known are {', '.join(SUFFIXES)}")
     # Latin-1 gives every byte back, whatever the encoding of the comments is.
     return _READERS[suffix](tuple(Document(name, content.decode("latin-1")) for name, content in files.items()))

@@ -80,7 +80,7 @@ def test_an_unavoidable_jump_is_reported(arms) -> None:
     found = fastcal.compensate(nominal, poses, q[0])
     assert found.reached.all()
     assert found.jumps == (1,)
-    assert "no smooth way leads from the row before to row 1: the joints jump there" in found.notes
+    assert "no smooth path leads from the previous row to row 1: the joints jump there" in found.notes
     assert fastcal.compensate(nominal, poses, q[0], along_path=False).jumps == ()
 
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Errors of rows measured one after the other that are alike: noticed, said, and taken into tests and deviations."""
+"""Correlated errors of successive rows: noticed, reported, and allowed for in tests and standard deviations."""
 
 import re
 from dataclasses import replace
@@ -61,14 +61,14 @@ def test_slow_noise_is_noticed_and_is_no_cause() -> None:
     found = correlated()
     assert found.verdict == "none"
     assert abs(found.search.problem.noise.memory - RHO) < 0.12
-    (written,) = re.findall(r"alike \(correlation (.*)\)", found.sigma_note)
+    (written,) = re.findall(r"rows are correlated \(([-.0-9]+)\)", found.sigma_note)
     assert abs(float(written) - RHO) < 0.12
 
 
 def test_white_noise_has_no_memory() -> None:
     found = diagnose(arm(), rows(0.0))
     assert found.search.problem.noise.memory == 0
-    assert "alike" not in found.sigma_note
+    assert "correlated" not in found.sigma_note
 
 
 def test_a_cause_is_found_beside_slow_noise() -> None:

@@ -98,7 +98,7 @@ def test_a_held_out_region_is_a_ball_of_joint_space() -> None:
     far = [np.linalg.norm(scaled[held] - row, axis=1).max() for row in scaled[held]]
     near = [np.linalg.norm(scaled[~held] - row, axis=1).min() for row in scaled[held]]
     assert (np.array(far) < np.array(near)).any()
-    with pytest.raises(InvalidInput, match="one place of joint space"):
+    with pytest.raises(InvalidInput, match="one region of joint space"):
         region_rows(np.zeros((9, 3)), 0.3, 0)
 
 

@@ -153,7 +153,7 @@ def test_minutes_are_above_zero(problem: Problem) -> None:
 def test_a_file_that_holds_no_trials_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "trials.log"
     path.write_text("no journal\n")
-    with pytest.raises(InvalidInput, match="cannot be gone on with"):
+    with pytest.raises(InvalidInput, match="cannot be resumed"):
         study_of("somm", path, 0)
 
 
