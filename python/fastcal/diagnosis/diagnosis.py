@@ -17,7 +17,7 @@ from fastcal import _core
 from fastcal.calibration.data_notes import shared_row_notes
 from fastcal.calibration.inspection import check_columns, check_fit
 from fastcal.diagnosis import adaptation, grading, periodic, rivals, rules, sensitivity, unexplained
-from fastcal.diagnosis.fits import Fit, fit
+from fastcal.diagnosis.fits import Fit, fit, is_beyond_bounds
 from fastcal.diagnosis.library import Hypothesis, Library, build_library, parse_exclusions
 from fastcal.diagnosis.many_rows import on_all_rows, searched_rows
 from fastcal.diagnosis.noise import NoiseLevel, with_estimated_noise
@@ -325,6 +325,8 @@ class _Found:
         grade, limits = grading.grade(proof, name, others, rest is not None or len(self.best.names) > self.search.most)
         if rest is not None and grading.is_shadow(self.search, self.best, proof):
             grade, limits = "C", (Because(Reason.SHADOW), *limits)
+        if is_beyond_bounds(self.fit, name):
+            grade, limits = "C", (Because(Reason.IMPOSSIBLE), *limits)
         freedom = self.best.fit.problem.noise.freedom
         alone = p_values(np.array([proof.statistic]), np.array([proof.rank], dtype=np.int32), freedom)[0]
         p = min(1.0, float(alone) * self.search.start.family.named)

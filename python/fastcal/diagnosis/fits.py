@@ -276,6 +276,15 @@ def fit(problem: Problem, added: Sequence[Hypothesis], start: Fit | None = None,
     return Fit(problem, added, entries, model, samples, best[1], free, prior, pull, centre, left, at, converged, work)
 
 
+def is_beyond_bounds(at: Fit, name: Hypothesis) -> bool:
+    """Has an added effect a parameter that it cannot have, such as a negative compliance?"""
+    place = at.place(name)
+    return any(
+        not p.lower - 1e-9 * p.sigma <= value <= p.upper + 1e-9 * p.sigma
+        for p, value in zip(at.model.parameters[place], at.theta[place], strict=True)
+    )
+
+
 def held(prior: FloatArray, pull: FloatArray) -> FloatArray:
     """(P,) deviation of a prior and a pull together."""
     return np.asarray(1 / np.hypot(1 / prior, 1 / pull))

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from fastcal.calibration.change_point import find_step
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.blocks import Blocks, blocks
-from fastcal.diagnosis.fits import Fit, fit
+from fastcal.diagnosis.fits import Fit, fit, is_beyond_bounds
 from fastcal.diagnosis.held_out import HeldOut, gain, positions
 from fastcal.diagnosis.library import Hypothesis, Key, without_masses
 from fastcal.diagnosis.periodic import forward, is_periodic, waves
@@ -124,13 +124,7 @@ class SearchNode:
     @cached_property
     def impossible(self) -> bool:
         """A parameter lies beyond its bounds: a symptom of something else."""
-        for name in self.names:
-            place = self.fit.place(name)
-            for parameter, value in zip(self.fit.model.parameters[place], self.fit.theta[place], strict=True):
-                slack = 1e-9 * parameter.sigma
-                if not parameter.lower - slack <= value <= parameter.upper + slack:
-                    return True
-        return False
+        return any(is_beyond_bounds(self.fit, name) for name in self.names)
 
     @property
     def key(self) -> tuple[str, ...]:
