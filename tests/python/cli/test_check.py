@@ -178,7 +178,7 @@ def test_a_folder_of_arms_is_checked_at_once(month, fastcal, tmp_path) -> None:
     assert fastcal("check", arms, "--files", "none*").code == 3
     for mistake, sentence in (
         ((arms, month / "held.csv"), "leave out DATA"),
-        ((month / "model.yaml", month / "held.csv", "--files", "*"), "goes with a folder"),
+        ((month / "model.yaml", month / "held.csv", "--files", "*"), "--files needs a folder of arms"),
         ((tmp_path / "checks",), "found none"),
     ):
         failed = fastcal("check", *mistake)

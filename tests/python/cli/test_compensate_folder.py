@@ -99,7 +99,7 @@ def test_a_table_of_poses_has_its_corrections_too(cell, fastcal) -> None:
         (("line", "-o", "line/done"), "expected a folder that is not in line"),
         (("line", "-o", "cell.yaml"), "is an input of this command"),
         (("empty", "-o", "done"), "empty: holds no robot program; known by their endings are"),
-        (("line", "--method", "one-step", "--inverse", "-o", "done"), "the way back takes method='full'"),
+        (("line", "--method", "one-step", "--inverse", "-o", "done"), "the inverse needs method='full'"),
         (("line", "--path", "line", "-o", "done"), "--path is for tables of poses"),
         (("targets.csv", "--inverse", "-o", "done.csv"), "fastcal predict says where a table of joint positions leads"),
         (("bad", "-o", "done"), "bad.mod:2"),

@@ -262,5 +262,5 @@ def test_the_way_back_knows_from_which_side_a_joint_came(programs, arms) -> None
     files = {d.name: d.text.encode("latin-1") for d in there.documents}
     back = compensate_program(real, read_program(files), nominal=nominal, cell=CELL, inverse=True)
     np.testing.assert_allclose(back.q, there.nominal_q, atol=1e-5)
-    with pytest.raises(InvalidInput, match="the way back takes method='full'"):
+    with pytest.raises(InvalidInput, match="the inverse needs method='full'"):
         compensate_program(real, program, nominal=nominal, cell=CELL, inverse=True, method="one-step")
