@@ -12,13 +12,14 @@ from numpy.typing import NDArray
 
 from fastcal import _core
 from fastcal.diagnosis import generic
-from fastcal.diagnosis.fits import Fit, corner_start, identity_of, moves_nothing
+from fastcal.diagnosis.fits import Fit, moves_nothing
 from fastcal.diagnosis.generic import Curves, Generic
 from fastcal.diagnosis.library import Hypothesis
 from fastcal.diagnosis.memory import without_memory
 from fastcal.diagnosis.problem import ONE, Problem
 from fastcal.diagnosis.projection import score_tests
 from fastcal.diagnosis.reasons import Label
+from fastcal.diagnosis.starting_values import corner_start, identity_of
 from fastcal.effects.entries import curve_of
 from fastcal.robot.robot import Robot, Spec
 

@@ -18,7 +18,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,8 +32,8 @@ from fastcal.diagnosis import rules
 from fastcal.diagnosis.library import Hypothesis
 from fastcal.diagnosis.memory import without_memory
 from fastcal.diagnosis.problem import Problem, core_entry, with_nuisances
-from fastcal.effects.entries import build_effects, traits_of
-from fastcal.errors import InvalidInput
+from fastcal.diagnosis.starting_values import carried
+from fastcal.effects.entries import build_effects
 from fastcal.robot.robot import Spec
 
 FloatArray = NDArray[np.float64]
@@ -115,7 +114,7 @@ class Fit:
         return [self.free.index(i) for i in range(place.start, place.stop)]
 
     def place(self, name: Hypothesis) -> slice:
-        """Their indices."""
+        """Indices of the parameters of an added effect among all of the model's."""
         at = self.problem.own
         for entry, effect in zip(self.entries, self.model_effects, strict=True):
             if entry is name.entry:
@@ -208,8 +207,8 @@ def fit(problem: Problem, added: Sequence[Hypothesis], start: Fit | None = None,
     model, samples = problem.model(entries, problem.kept)
     places = len(problem.unknowns)
     before = problem.unknowns if start is None or places == 0 else start.theta[-places:]
-    theta = np.concatenate([_carried(problem, entries, model, start), before])
-    centre = np.concatenate([_carried(problem, entries, model, None, corners=start), problem.unknowns])
+    theta = np.concatenate([carried(problem, entries, model, start), before])
+    centre = np.concatenate([carried(problem, entries, model, None, corners=start), problem.unknowns])
     free = [*problem.geometry, *range(problem.own, len(theta))]
     no_bound = np.full(places, np.inf)
     lower = np.concatenate([[p.lower for p in model.parameters], -no_bound])[free]
@@ -347,58 +346,3 @@ def _priors(problem: Problem, entries: Sequence[Spec], model: _core.ErrorModel) 
             out[at : at + count] = prior_deviations(float(entry["curvature"]), np.asarray(effect.penalty))
         at += count
     return out
-
-
-def _carried(
-    problem: Problem, entries: Sequence[Spec], model: _core.ErrorModel, start: Fit | None, corners: Fit | None = None
-) -> FloatArray:
-    """(P,) where to start: the values of `start`, the robot file's, 0 for what is new, corners at their quantile.
-
-    Corners follow from the loads of `start`, or of the fit `corners`.
-    """
-    theta = np.array(model.start)
-    known: dict[int, FloatArray] = {}
-    if start is not None:
-        theta[: problem.own] = start.theta[: problem.own]
-        at = problem.own
-        for entry, effect in zip(start.entries, start.model_effects, strict=True):
-            known[identity_of(entry)] = start.theta[at : at + len(effect.parameters)]
-            at += len(effect.parameters)
-    else:
-        file = problem.start.robot.error_model
-        at = problem.own
-        for entry, effect in zip(problem.given, problem.start.robot.effects, strict=True):
-            known[identity_of(entry)] = np.asarray(file.start)[at : at + len(effect.parameters)]
-            at += len(effect.parameters)
-    at = problem.own
-    for entry, effect in zip(entries, build_effects([core_entry(e) for e in entries], model.robot), strict=True):
-        count = len(effect.parameters)
-        if identity_of(entry) in known:
-            theta[at : at + count] = known[identity_of(entry)]
-        elif "corner" in entry:
-            theta[at : at + count] = corner_start(entry, corners or start, known)
-        at += count
-    return theta
-
-
-def identity_of(entry: Spec) -> Any:
-    """Equal for entries that share their parameters' values."""
-    return (
-        entry["effect"],
-        entry["owner"],
-        entry.get("order"),
-        entry.get("side"),
-        entry.get("at_s"),
-        entry.get("corner"),
-        entry.get("torque"),
-    )
-
-
-def corner_start(entry: Spec, start: Fit | None, known: dict[Any, FloatArray]) -> FloatArray:
-    """low, high, critical of a compliance that bends at a quantile of the loads that are met."""
-    if start is None:
-        raise InvalidInput(f"{entry['effect']}@{entry['owner']}: a corner follows from the loads of a fit")
-    joint = int(entry["owner"].removeprefix("joint")) - 1
-    simpler = [{"effect": e, "owner": entry["owner"]} for e in traits_of(entry["effect"]).generalizes]
-    slope = next((float(known[key][0]) for key in map(identity_of, simpler) if key in known), 0.0)
-    return np.array([slope, slope, start.corner_loads(entry["corner"])[joint]])

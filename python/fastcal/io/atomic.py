@@ -50,7 +50,7 @@ def atomic_paths(paths: Sequence[str | os.PathLike[str]]) -> Iterator[list[Path]
         with ExitStack() as stack:
             temporaries = []
             for path, target in zip(paths, targets, strict=True):
-                # A move onto /dev/null would replace the device.
+                # A move onto a device would replace it.
                 if target.exists() and not target.is_file():
                     raise InvalidInput(f"{path}: cannot be written: it is not a regular file")
                 place = temporary_place(target.parent, f".{target.name}", folder=False)

@@ -9,6 +9,7 @@ from fastcal.diagnosis import rules
 from . import (  # noqa: F401
     fit_checks,
     grade_checks,
+    held_out_checks,
     noise_checks,
     outcome_checks,
     search_checks,

@@ -1,0 +1,195 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Held-out rows: what they must show of a name, of what remains, of a curve and of a rival."""
+
+from collections.abc import Callable
+from types import SimpleNamespace
+from unittest import mock
+
+import numpy as np
+
+from fastcal.calibration import repeatability
+from fastcal.diagnosis import grading, held_out, rivals, unexplained
+from fastcal.diagnosis.search import Family, SearchNode
+
+from .linear_world import ROWS, World, columns, name
+from .mutants import falls_with
+
+
+@falls_with(MIN_GAIN=-1e9)
+@falls_with(MIN_GAIN=1e9)
+def a_name_that_does_not_help_held_out_rows_goes() -> None:
+    C = columns(2)
+    helps, harms = name(1), name(2)
+    world = World({helps: C[:, 0], harms: C[:, 1]}, 4.0 * C[:, 0])
+    gains = {repr(helps): (0.5, 0.1), repr(harms): (0.02, 0.04)}
+    with (
+        world.search() as search,
+        mock.patch.object(SearchNode, "gains", property(lambda self: [gains[repr(member)] for member in self.names])),
+    ):
+        assert grading.borne_out(search, search.state([helps, harms], search.start)).names == (helps,)
+
+
+@falls_with(ALPHA_CERTAIN=0.0)
+@falls_with(ALPHA_CERTAIN=1.0)
+def what_is_certain_and_shows_in_few_rows_stays() -> None:
+    C = columns(2)
+    step, chance = name(1), name(2)
+    for size, kept in ((30.0, (step,)), (4.0, ())):
+        world = World({step: C[:, 0], chance: C[:, 1]}, size * C[:, 0])
+        with (
+            world.search() as search,
+            mock.patch.object(SearchNode, "gains", property(lambda self: [(0.15, 0.1) for _ in self.names])),
+        ):
+            assert grading.borne_out(search, search.state([step], search.start)).names == kept
+
+
+def remains(helps: float, significant: Callable[[float, float], list[int]]) -> bool:
+    """Does a block that improves held-out rows by `helps` count as something that remains?"""
+    noise = np.random.default_rng(1).chisquare(3, 400)
+    jitter = np.random.default_rng(2).standard_normal(400)
+    held = SimpleNamespace(squares=lambda without=(): noise + (helps + jitter - jitter.mean() if without else 0.0))
+    blocks = SimpleNamespace(columns=SimpleNamespace(of=lambda index: None), sizes=[1])
+    node = SimpleNamespace(impossible=False, suffices=False, names=(), fit=SimpleNamespace(free=[0, 1]))
+    node.blocks, node.significant = blocks, significant
+    with mock.patch.object(unexplained, "HeldOut", return_value=held):
+        return unexplained.remains(node)
+
+
+@falls_with(MIN_GAIN=-1e9)
+@falls_with(MIN_GAIN=1e9)
+def what_is_significant_and_predicts_nothing_is_no_rest() -> None:
+    """Noise that is not white makes one of many blocks significant: rows that it was not fitted to know better."""
+
+    def significant(named: float, generic: float) -> list[int]:
+        return [0] if named > 1e-4 else []
+
+    assert remains(0.5, significant)
+    assert not remains(0.05, significant)
+
+
+@falls_with(MIN_RIVAL_GAIN=-1e9)
+@falls_with(MIN_RIVAL_GAIN=1e9)
+def what_is_certain_need_predict_less() -> None:
+    def significant(named: float, generic: float) -> list[int]:
+        return [0]
+
+    assert remains(0.08, significant)  # 1.6 standard errors
+    assert not remains(0.01, significant)
+
+
+@falls_with(LOSS_SIZE=0.0)
+@falls_with(LOSS_SIZE=1e9)
+def a_gross_row_counts_and_does_not_decide() -> None:
+    square = np.random.default_rng(1).chisquare(3, 400)
+    better = square * np.random.default_rng(2).uniform(0.7, 1.1, 400)
+    better[0], square[0] = 1.05e4, 1e4
+    assert held_out.is_better(better, square)
+
+
+@falls_with(GROSS_SIZE=3.0)
+@falls_with(GROSS_SIZE=100.0)
+def curves_are_fitted_to_what_they_leave_out_but_for_gross_rows() -> None:
+    square = np.random.default_rng(1).uniform(0.5, 1.5, 40)
+    square[7], square[8] = 5.0**2, 30.0**2
+    used = square < 2
+    tried = []
+    problem = SimpleNamespace(used=used, with_rows=lambda rows: tried.append(rows) or SimpleNamespace(used=rows))
+    model = rivals.Model(SimpleNamespace(), [], SimpleNamespace(problem=problem), None, used)
+    with (
+        mock.patch.object(rivals, "HeldOut", return_value=SimpleNamespace(squares=lambda: square)),
+        mock.patch.object(rivals, "_fitted", lambda state, curves, problem, near: SimpleNamespace(problem=problem)),
+    ):
+        after = rivals._on_more_rows(model)
+    assert after.fit.problem.used[7]
+    assert not after.fit.problem.used[8]
+
+
+@falls_with(MIN_RIVAL_GAIN=-1e9)
+@falls_with(MIN_RIVAL_GAIN=1e9)
+def a_rival_must_predict_held_out_rows_better_by_a_standard_error() -> None:
+    square = np.random.default_rng(1).chisquare(3, 400)
+    jitter = np.random.default_rng(2).standard_normal(400)
+    hardly = square - jitter + jitter.mean() - 0.02  # better by 0.4 standard errors
+    clearly = square - jitter + jitter.mean() - 0.15
+    assert not held_out.is_better(hardly, square)
+    assert held_out.is_better(clearly, square)
+
+
+@falls_with(HOPELESS_SHARE=0.0)
+@falls_with(HOPELESS_SHARE=1.0)
+def names_that_would_leave_most_of_the_misfit_are_not_searched_for() -> None:
+    def hopeless(left: float) -> bool:
+        given = SimpleNamespace(statistic=[500.0], rank=[1])
+        tests = SimpleNamespace(given=lambda added: given, remaining=1000.0, remaining_with=lambda added: (left, 1))
+        family = Family(1.0, 1.0)
+        start = SimpleNamespace(suffices=False, family=family, blocks=SimpleNamespace(tests=tests, count=1))
+        noise = SimpleNamespace(freedom=np.inf, factor=1.0)
+        problem = SimpleNamespace(start=SimpleNamespace(robot=None), noise=noise)
+        search = SimpleNamespace(start=start, problem=problem)
+        with (
+            mock.patch.object(rivals, "without_masses", return_value=False),
+            mock.patch.object(rivals, "many_waves", return_value=[0]),
+            mock.patch.object(rivals.Rivals, "curves_leave", np.inf),
+        ):
+            return rivals.Rivals(search).names_are_hopeless
+
+    assert hopeless(900.0)
+    assert not hopeless(300.0)
+
+
+@falls_with(MAX_REFITS=1)
+def a_rival_is_fitted_again_to_the_rows_that_it_reaches() -> None:
+    rows = [np.array([True, True, False]), np.array([True, True, True])]
+    at = SimpleNamespace(problem=SimpleNamespace(kept=SimpleNamespace(q=np.zeros((3, 1))), used=rows[0]))
+    fitted = []
+
+    def fit(problem: SimpleNamespace, added: object, start: object, pulled: bool = False) -> SimpleNamespace:
+        fitted.append(problem.used)
+        return SimpleNamespace(problem=problem, converged=True)
+
+    reached = SimpleNamespace(kept=at.problem.kept, used=rows[1], noise="calmer")
+    with (
+        mock.patch.object(rivals, "fit", fit),
+        mock.patch.object(rivals, "with_curvatures", return_value=[]),
+        mock.patch.object(rivals, "reached", return_value=reached),
+        mock.patch.object(rivals, "_on_more_rows", lambda model: model),
+    ):
+        model = rivals._with_profiles(SimpleNamespace(fit=at, names=[]), [])
+    assert model.fit.problem.used is rows[1]
+    assert len(fitted) == 3  # to the first rows, the names to those that this reaches, and both again
+
+
+@falls_with(MIN_GAIN=-1e9)
+@falls_with(MIN_GAIN=1e9)
+def a_curve_must_predict_most_positions_better() -> None:
+    """One of them, beyond the last, may be far off."""
+    group = np.repeat(np.arange(40), 5)
+    before = np.full(200, 1.0)
+    for better, is_won in ((28, True), (24, False)):
+        after = np.where(group < better, 0.9, 1.1)
+        after[group == 39] = 1e6
+        assert held_out.wins(after, before, group) == is_won
+
+
+@falls_with(POSITION_BINS=1)
+@falls_with(POSITION_BINS=10**7)
+def rows_near_one_position_of_a_joint_are_held_out_together() -> None:
+    random = np.random.default_rng(4)
+    place = np.repeat(np.arange(20), 12)
+    q = np.column_stack([random.uniform(-1, 1, ROWS), 0.1 * place + 1e-4 * random.uniform(size=ROWS)])
+    fold = held_out.fold_of(SimpleNamespace(q=q), "joint2")
+    assert all(len(set(fold[place == k])) == 1 for k in range(20))
+    np.testing.assert_array_equal(np.bincount(fold), np.full(5, ROWS // 5))
+
+
+@falls_with(FOLDS=2)
+@falls_with(FOLDS=ROWS)
+def each_fold_holds_out_a_fifth_and_every_visit_of_a_pose() -> None:
+    q = np.repeat(np.random.default_rng(3).uniform(-1, 1, (ROWS // 2, 3)), 2, axis=0)
+    every = np.ones(ROWS, dtype=bool)
+    problem = SimpleNamespace(data=SimpleNamespace(measured=every, select=lambda rows: q), used=every)
+    with mock.patch.object(repeatability, "pose_groups", return_value=np.repeat(np.arange(ROWS // 2), 2)):
+        fold = held_out.folds(problem)
+    np.testing.assert_array_equal(fold[::2], fold[1::2])
+    np.testing.assert_array_equal(np.bincount(fold), np.full(5, ROWS // 5))
