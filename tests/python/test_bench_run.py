@@ -3,6 +3,7 @@
 """The tables that bench/run makes of what the C++ benchmarks print."""
 
 import json
+import re
 import runpy
 import stat
 from pathlib import Path
@@ -30,7 +31,15 @@ def test_ratios_are_of_the_medians_of_one_run(tmp_path: Path) -> None:
     table = BENCH["tables"](found).splitlines()
     assert "| 1,000 | none | 2 ms | 40 ms | 10 ms | 20, 5 |" in table
     assert "| 100,000 | tukey | 4 ms | 40 ms | 10 ms | 10, 2.5 |" in table
-    assert table[-1] == "| triangle | 3e+03 us | 0% |"
+    assert table[-1] == "| triangle | 3,000 us | 0% |"
+
+
+def test_numbers_are_written_as_people_write_them() -> None:
+    written = {0.28249: "0.282", 4.1: "4.1", 163.4: "163", 999.7: "1,000", 3853.0: "3,850", 21_100.0: "21,100"}
+    assert {value: BENCH["readable"](value) for value in written} == written
+    page = (ROOT / "docs" / "benchmarks.md").read_text(encoding="utf-8")
+    generated = page.partition(BENCH["BEGIN"])[2].partition(BENCH["END"])[0]
+    assert not re.search(r"\de[+-]?\d", generated)
 
 
 def test_every_program_has_its_source_and_the_page_its_place() -> None:

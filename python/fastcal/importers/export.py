@@ -69,7 +69,7 @@ class Export:
         """
         chosen = range(len(self.rows)) if rows is None else rows
         out = np.empty(len(chosen))
-        marks: dict[str, int] = {}
+        marks: dict[str, list[int]] = {}
         for k, row in enumerate(chosen):
             cell = self.rows[row][place]
             if cell.lower() in NOT_MEASURED:
@@ -80,10 +80,10 @@ class Export:
                 raise self.error(f"column {self.title(place)}: expected a number, got {cell[:40]!r}", row)
             for mark in ",.":
                 if mark in cell and not ("," in cell and "." in cell):
-                    marks.setdefault(mark, row)
+                    marks.setdefault(mark, []).append(row)
             out[k] = value
         if len(marks) > 1:
-            row = max(marks.values())
+            row = min(reversed(marks.values()), key=len)[0]  # the rarer mark is the slip; of two the later one
             cell = self.rows[row][place]
             raise self.error(f"column {self.title(place)} mixes decimal commas and points, as in '{cell:.40}'", row)
         return out

@@ -10,8 +10,8 @@ rad and quaternions x y z w by the conventions of ROS.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -53,6 +53,7 @@ def is_bag(path: str | os.PathLike[str]) -> bool:
 class _Stream:
     """The values of one topic over time."""
 
+    topic: str = ""
     times: list[float] = field(default_factory=list)  # [s] since 1970
     values: list[list[float]] = field(default_factory=list)  # joints, or x y z [qx qy qz qw]
 
@@ -79,13 +80,14 @@ def bag_grids(path: str | os.PathLike[str], topic: str | None = None, *, joints_
     if not joints.times and measured is None:
         raise ParseError("the bag holds neither joint states nor poses", name)
     if measured is None:
-        return [_table(name, _joint_titles(joint_names), *joints.arrays())]
+        return [_table(name, _joint_titles(joint_names), *joints.arrays(), said=[_joints_from(joints)])]
     stream = poses[measured]
     titles = ["x [m]", "y [m]", "z [m]", "qx", "qy", "qz", "qw"][: len(stream.values[0])]
     if not joints.times:
-        return [_table(name, titles, *stream.arrays(), sheet=measured)]
+        return [_table(name, titles, *stream.arrays(), sheet=measured, said=[_poses_from(measured)])]
     times, rows = _by_standstill(name, joints, stream)
-    return [_table(name, [*_joint_titles(joint_names), *titles], times, rows, sheet=measured)]
+    said = [_joints_from(joints), _poses_from(measured)]
+    return [_table(name, [*_joint_titles(joint_names), *titles], times, rows, sheet=measured, said=said)]
 
 
 def _read(path: str) -> tuple[list[str], _Stream, dict[str, _Stream]]:
@@ -107,7 +109,7 @@ def _read(path: str) -> tuple[list[str], _Stream, dict[str, _Stream]]:
                     _add_joints(path, connection.topic, message, received, devices)
                     continue
                 for source, header, values in _POSES[connection.msgtype](connection.topic, message):
-                    stream = poses.setdefault(source, _Stream())
+                    stream = poses.setdefault(source, _Stream(source))
                     stream.times.append(_time(header, received))
                     stream.values.append(values)
     except ParseError:
@@ -130,7 +132,7 @@ def _add_joints(path: str, topic: str, message: Any, received: int, devices: dic
         if any(set(known) & set(place) for known in devices):
             raise ParseError(f"{topic}: a message names only some of the joints of an earlier one", path)
         names = tuple(listed)
-        devices[names] = _Stream()
+        devices[names] = _Stream(topic)
     devices[names].times.append(_time(message.header, received))
     devices[names].values.append([float(message.position[place[name]]) for name in names])
 
@@ -218,18 +220,35 @@ def _joint_titles(names: list[str]) -> list[str]:
     return [f"/joint_states/{name}/position" for name in names]
 
 
-def _table(path: str, titles: list[str], times: FloatArray, rows: FloatArray, sheet: str | None = None) -> Grid:
-    """Cells as a person would export them; a first row says what they are."""
+def _joints_from(joints: _Stream) -> str:
+    return f"joints are those of the topic {joints.topic}"
+
+
+def _poses_from(source: str) -> str:
+    return f"measured poses are those of the topic {source}"
+
+
+def _table(
+    path: str,
+    titles: list[str],
+    times: FloatArray,
+    rows: FloatArray,
+    *,
+    sheet: str | None = None,
+    said: Sequence[str],
+) -> Grid:
+    """Cells as a person would export them; a first row says what they are, and from which topics."""
     if len(times) > MAX_SAMPLES:
         raise TooLarge(f"expected joints or poses alone of at most {MAX_SAMPLES} samples, got {len(times)}", path)
     cells = [(f"{time:.6f}", *(repr(float(value)) for value in row)) for time, row in zip(times, rows, strict=True)]
-    lines = (("# " + _MARK,), ("time [s]", *titles), *cells)
+    lines = (("# " + _MARK, *said), ("time [s]", *titles), *cells)
     return Grid(path, tuple(Row(k, row, k == 1) for k, row in enumerate(lines, start=1)), sheet=sheet)
 
 
 def _export(grid: Grid) -> Export:
-    head, *body = grid.rows[1:]
-    return made(grid, head.cells, [row.cells for row in body], [row.line for row in body])
+    first, head, *body = grid.rows
+    found = made(grid, head.cells, [row.cells for row in body], [row.line for row in body])
+    return replace(found, notes=(*first.cells[1:], *found.notes))
 
 
 DIALECT = Dialect(

@@ -14,7 +14,7 @@ from typing import Any
 from fastcal import robots
 from fastcal.correction.correction import Correction
 from fastcal.errors import InvalidInput, ParseError
-from fastcal.io.atomic import write_text
+from fastcal.io.atomic import write_bytes, write_text
 from fastcal.io.correction_file import read_correction, write_correction
 from fastcal.io.fields import Fields
 from fastcal.io.robot_schema import Spec, check_spec
@@ -22,6 +22,7 @@ from fastcal.io.robot_source import RobotSource
 from fastcal.io.ur_files import is_ur_kinematics, ur_spec
 from fastcal.io.urdf_file import ENDINGS, read_urdf, urdf_text, what_urdf_loses
 from fastcal.io.urdf_in_place import in_place, is_from_urdf
+from fastcal.io.xml_text import xml_bytes
 from fastcal.io.yaml_file import read_text, read_yaml
 from fastcal.io.yaml_text import yaml_text
 from fastcal.robot.robot import Robot
@@ -184,7 +185,7 @@ def write_spec(
         raise InvalidInput(
             f"{path}: a URDF has no place for {', '.join(moving)}; write a .yaml file or drop the effects"
         )
-    write_text(path, in_place(spec) if is_from_urdf(spec) else urdf_text(spec))
+    write_bytes(path, xml_bytes(in_place(spec) if is_from_urdf(spec) else urdf_text(spec)))
     return lost
 
 

@@ -102,14 +102,16 @@ class Table:
         return repr(text if len(text) <= LONGEST_QUOTE else text[:LONGEST_QUOTE] + "...")
 
     def _check_decimal_mark(self, place: int, text: str, cells: Sequence[str]) -> None:
-        """One file has one decimal mark, or 1,234 could be read two ways."""
-        firsts = [(next(row for row, cell in enumerate(cells) if mark in cell), mark) for mark in ",." if mark in text]
-        for row, mark in sorted(firsts):
-            self._first_with_mark.setdefault(mark, place)
-            rival, word = (".", "point") if mark == "," else (",", "comma")
-            if rival in self._first_with_mark:
-                name = self.names[self._first_with_mark[rival]]
-                raise self.wrong_cell(place, row, f"a decimal {word} as in column '{name}'")
+        """One file has one decimal mark, or 1,234 could be read two ways; of two in a column the rarer is the slip."""
+        rows = {mark: [row for row, cell in enumerate(cells) if mark in cell] for mark in ",." if mark in text}
+        if not rows:
+            return
+        if not self._first_with_mark:
+            self._first_with_mark[max(rows, key=lambda mark: (len(rows[mark]), -rows[mark][0]))] = place
+        ((usual, first),) = self._first_with_mark.items()
+        other, word = (".", "comma") if usual == "," else (",", "point")
+        if other in rows:
+            raise self.wrong_cell(place, rows[other][0], f"a decimal {word} as in column '{self.names[first]}'")
 
 
 def unreadable(kind: str, error: Exception, path: str) -> ParseError:

@@ -8,6 +8,7 @@ import re
 from typing import Any
 
 from fastcal import _core
+from fastcal.io.xml_text import declared_as_utf8
 
 # Comments and character data as they are; or a start tag, in which a > inside quotes is text.
 _MARKUP = re.compile(r"""<!--.*?-->|<!\[CDATA\[.*?\]\]>|<[A-Za-z_:](?:[^>"']|"[^"]*"|'[^']*')*>""", re.DOTALL)
@@ -24,5 +25,5 @@ def read_chain(xml: str, base_link: str = "", tip_link: str = "") -> dict[str, A
         InvalidInput: The text holds no serial arm; the sentence says why.
     """
     text = _MARKUP.sub(lambda match: match[0] if match[0].startswith("<!") else match[0].translate(_BLANKS), xml)
-    chain: dict[str, Any] = _core.read_urdf(text, base_link, tip_link)
+    chain: dict[str, Any] = _core.read_urdf(declared_as_utf8(text), base_link, tip_link)
     return chain

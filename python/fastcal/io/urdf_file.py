@@ -14,7 +14,7 @@ from fastcal.errors import InvalidInput, ParseError
 from fastcal.io.robot_schema import Spec
 from fastcal.io.urdf_chain import read_chain
 from fastcal.io.xacro_file import expanded
-from fastcal.io.yaml_file import read_text
+from fastcal.io.xml_text import read_xml
 from fastcal.robot.se3 import Array, rotation_to_rpy
 
 _NO_LIMIT = "1e6"
@@ -37,7 +37,7 @@ def read_urdf(
     Raises:
         ParseError: The file holds no serial arm; the sentence says why.
     """
-    xml = expanded(path, xacro) if str(path).lower().endswith(".xacro") else read_text(path)
+    xml = expanded(path, xacro) if str(path).lower().endswith(".xacro") else read_xml(path)
     try:
         chain = read_chain(xml, base_link, tip_link)
     except ParseError:

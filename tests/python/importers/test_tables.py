@@ -72,6 +72,17 @@ def test_mixed_decimal_marks_are_refused(session: Session) -> None:
         import_measurements([path])
 
 
+@pytest.mark.parametrize("row", [0, 3, 29])
+def test_of_mixed_decimal_marks_the_slip_is_named_wherever_it_is(session: Session, row: int) -> None:
+    """In the first row it was the second that was named: a cell like all others."""
+    path = session.table(HEAD.replace(",", ";"), ROW.replace(",", ";"))
+    cell = f"{session.q[row, 1]:.4f}"
+    slip = cell.replace(".", ",")
+    path.write_text(path.read_text().replace(cell, slip, 1))
+    with pytest.raises(ParseError, match=rf":{row + 2}: column 'J2' .* as in '{slip}'$"):
+        import_measurements([path])
+
+
 def test_rows_that_are_not_valid_or_not_measured_are_left_out(session: Session) -> None:
     path = session.table("Valid," + HEAD, "1," + ROW)
     lines = path.read_text().splitlines()

@@ -128,6 +128,7 @@ def test_quoted_cells_may_hold_separators_line_ends_and_decimal_commas(tmp_path:
         ("a,b\n1,1e999\n", 2, r"column 'b': expected a number, got '1e999'$"),
         ('a,b\n1,2\n3,"4\n', 3, r"cannot be read as CSV: unexpected end of data$"),
         ("a;b\n1,5;2\n3;4.5\n", 3, r"column 'b': expected a decimal comma as in column 'a', got '4.5'$"),
+        ("a;b\n1,5;2\n3.5;4\n5.5;6\n", 2, r"column 'a': expected a decimal point as in column 'a', got '1,5'$"),
         ("a;b\n1.5;2\n3;4\n1.234,5;6\n", 4, r"column 'a': expected a decimal point as in column 'a', got '1.234,5'$"),
     ],
 )
