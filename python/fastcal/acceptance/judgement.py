@@ -19,6 +19,7 @@ from fastcal.errors import InvalidInput
 from fastcal.units import to_si
 
 SURE = 0.95
+ALIKE = 0.999
 Verdict = Literal["pass", "fail", "cannot_tell"]
 
 # Name of a limit, as an option takes it: the symbols that it holds for.
@@ -84,6 +85,19 @@ def judged(figure: Figure, uncertainty: Uncertainty, limits: Mapping[str, float]
     verdict: Verdict = "pass" if within >= SURE else "fail" if within <= 1 - SURE else "cannot_tell"
     guard = quantile(SURE, uncertainty.freedom) * uncertainty.standard
     return Judged(figure, uncertainty, limit, within, guard, verdict)
+
+
+def least_sure(figures: Sequence[Judged]) -> list[Judged]:
+    """Of each symbol the figure that keeps its limit least surely; where the odds are alike, the largest.
+
+    Odds beyond ALIKE, or below 1 - ALIKE, are alike: a page shows no more of them.
+    """
+
+    def order(each: Judged) -> tuple[float, float]:
+        return min(max(each.probability or 0.0, 1 - ALIKE), ALIKE), -abs(each.figure.value)
+
+    symbols = dict.fromkeys(each.figure.symbol for each in figures)
+    return [min((each for each in figures if each.figure.symbol == symbol), key=order) for symbol in symbols]
 
 
 def overall(figures: Sequence[Judged], missing: Sequence[str]) -> Verdict | None:

@@ -59,6 +59,7 @@ class CalibrationResult(Plotted):
         nominal: The robot before, with the best rigid fit of base and tool.
         status: converged, not_converged or too_few_equations.
         parameters: Identified numbers in edge units; `covariance` (P, P) is theirs in SI, in the same order.
+        iterations: Of the solver, summed over the rounds in which weights, noise and loads settle.
         rank: Directions of the asked parameters that change anything that was measured.
         sigma: Noise of one measured coordinate [m], `sigma_note` says where it comes from.
         outliers: Rows whose error the noise does not explain.

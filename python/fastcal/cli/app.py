@@ -67,7 +67,7 @@ def application(names: Iterable[str] = COMMANDS) -> typer.Typer:
         module, _, function = COMMANDS[name].partition(":")
         command = getattr(importlib.import_module(f"fastcal.cli.{module}"), function)
         whole = with_who(with_tracker(with_links(keeps_its_inputs(command))))
-        app.command(name, epilog=examples(name))(with_manners(name, whole))
+        app.command(name, epilog=examples(name))(with_manners(whole))
     return app
 
 

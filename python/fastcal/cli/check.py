@@ -152,3 +152,4 @@ def _plan(robot: Robot, count: int, data: list[Path] | None, output: Path | None
         raise InvalidInput("expected -o FILE, the poses to write")
     write_poses(output, check_poses(robot, count), robot)
     say(f"{output}: {count} poses for a check of {robot.name}")
+    emit({"file": str(output), "robot": robot.name, "poses": count})

@@ -137,16 +137,16 @@ def _table(
         _corrections(robot, corrections, wanted, found, options["nominal"])
     warn(found.notes)
     _say(found)
-    emit(_figures(found))
     if kind is None:
+        emit(_figures(found))
         return
-    for name, size, off in (
-        ("without compensation", driven.before, driven.off_before),
-        ("with compensation", driven.after, driven.off_after),
-    ):
+    along = {}
+    for name, size, off in (("without", driven.before, driven.off_before), ("with", driven.after, driven.off_after)):
         mean, most, aside = (from_si(float(value), "mm") for value in (size.mean(), size.max(), off.max()))
         sizes = f"mean {mean:.4f} mm, largest {most:.4f} mm, perpendicular to the path {aside:.4f} mm"
-        say(f"error on the path {name}: {sizes}")
+        say(f"error on the path {name} compensation: {sizes}")
+        along[f"{name}_compensation"] = {"mean_mm": mean, "largest_mm": most, "perpendicular_mm": aside}
+    emit(_figures(found) | {"path": along})
     if report is not None:
         from fastcal.report import write_path_report
 

@@ -4,16 +4,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 import typer
 
-from fastcal.cli.console import warn
+from fastcal.cli.console import emit, say, warn
 from fastcal.cli.options import OutFile, RobotFile
-
-if TYPE_CHECKING:
-    from fastcal.conversion import Conversion
 
 
 def convert(
@@ -52,22 +50,31 @@ def convert(
     elif ur_calibration is not None and to != "ur_kinematics":
         raise InvalidInput(f"{ur_calibration}: expected a calibration.conf, or --to ur_kinematics")
     if to == "ur_kinematics":
-        _ur_kinematics(spec, output, drop_effects, None if of_controller else ur_calibration)
-        return
-    found = converted(spec, to, drop_effects)
-    if output.suffix.lower() == ".urdf" and to != "urdf":
-        raise InvalidInput(f"{output}: a .urdf file holds the kind urdf, not {to}; give a name that ends in .yaml")
-    lost = write_spec(found.spec, output, drop_effects=drop_effects)
-    _warn_of(found)
+        notes = _ur_kinematics(spec, output, drop_effects, None if of_controller else ur_calibration)
+    else:
+        found = converted(spec, to, drop_effects)
+        if output.suffix.lower() == ".urdf" and to != "urdf":
+            raise InvalidInput(f"{output}: a .urdf file holds the kind urdf, not {to}; give a name that ends in .yaml")
+        lost = write_spec(found.spec, output, drop_effects=drop_effects)
+        notes = [*(f"{name} was dropped" for name in found.dropped), *found.notes, *_left_out(lost, robot)]
+    warn(notes)
+    say(f"{output}: {spec['name']} as {to}")
+    emit({"file": str(output), "robot": spec["name"], "from": spec["kinematics"], "to": to, "notes": notes})
+
+
+def _left_out(lost: Sequence[str], robot: str) -> list[str]:
+    """What the URDF that was written has no place for, in sentences."""
     moved = [name for name in ("base", "tool") if name in lost]
-    if moved:
-        warn([f"{' and '.join(moved)} are of the measurement and not of the URDF: they stay in {robot}"])
     left = [name for name in lost if name not in moved]
-    warn([f"a URDF has no place for {', '.join(left)}, which was left out"] if left else [])
+    out = [f"{' and '.join(moved)} are of the measurement and not of the URDF: they stay in {robot}"] if moved else []
+    return out + ([f"a URDF has no place for {', '.join(left)}, which was left out"] if left else [])
 
 
-def _ur_kinematics(spec: dict[str, Any], output: Path, drop_effects: bool, like: Path | None) -> None:
-    """Writes the kinematics file of a UR arm, with the hash of the file `like` or of the one that the arm came from."""
+def _ur_kinematics(spec: dict[str, Any], output: Path, drop_effects: bool, like: Path | None) -> list[str]:
+    """Writes the kinematics file of a UR arm, with the hash of the file `like` or of the one that the arm came from.
+
+    Returns what a reader should know, a sentence each.
+    """
     from fastcal.conversion import convert as converted
     from fastcal.conversion.ur_frames import ur_origins
     from fastcal.errors import InvalidInput
@@ -91,14 +98,9 @@ def _ur_kinematics(spec: dict[str, Any], output: Path, drop_effects: bool, like:
         origins = ur_origins(found.spec)
     named = ur_hash(like, read_yaml(like)) if like is not None else spec.get("source", {}).get("ur_hash")
     write_text(output, ur_kinematics_text(origins, named or "fastcal"))
-    warn([f"{', '.join(lost)} was dropped"] if lost else [])
-    warn(
-        []
-        if named
-        else ["the file has no controller's hash, which ur_robot_driver compares; --ur-calibration FILE keeps one"]
-    )
-
-
-def _warn_of(found: Conversion) -> None:
-    warn([f"{name} was dropped" for name in found.dropped])
-    warn(found.notes)
+    notes = [f"{', '.join(lost)} was dropped"] if lost else []
+    if not named:
+        notes.append(
+            "the file has no controller's hash, which ur_robot_driver compares; --ur-calibration FILE keeps one"
+        )
+    return notes

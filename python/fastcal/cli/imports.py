@@ -57,9 +57,9 @@ def import_(
         text = map_text([*exports, *([joints] if joints else [])], mapping, sheet)
         if output is None:
             say(text.rstrip())
-            emit({"map": text})
         else:
             write_text(output, text)
+        emit({"map": text} | ({} if output is None else {"file": str(output)}))
         return
     if output is None:
         raise InvalidInput("expected -o FILE, the measurement file to write")
@@ -103,5 +103,6 @@ def template(robot: RobotFile, output: OutFile) -> None:
     from fastcal.io.robot_file import load_robot
 
     arm = load_robot(robot)
-    write_template(output, arm)
+    columns = write_template(output, arm)
     say(f"{output}: an empty measurement file for {arm.name}")
+    emit({"file": str(output), "robot": arm.name, "columns": columns})

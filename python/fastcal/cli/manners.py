@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""What all commands have in common: --quiet, --json where there is a summary, and examples in --help."""
+"""What all commands have in common: --quiet, --json, and examples in --help."""
 
 from __future__ import annotations
 
@@ -54,25 +54,6 @@ EXAMPLES = {
     "paper": ("fastcal paper kuka_kr500 -o kr500", "fastcal paper siasun_sr210d --arms 10 --threads 2 -o sr210d"),
     "demo": ("fastcal demo -o demonstration",),
 }
-SUMMARIES = (
-    "calibrate",
-    "diagnose",
-    "check",
-    "update",
-    "compare",
-    "history",
-    "train",
-    "compensate",
-    "evaluate",
-    "accept",
-    "design",
-    "import",
-    "fleet",
-    "paper",
-    "robots",
-    "effects",
-)
-
 
 Quiet = Annotated[
     bool, typer.Option("-q", "--quiet", help="Print no summary and no progress; warnings and errors stay.")
@@ -80,11 +61,9 @@ Quiet = Annotated[
 Json = Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")]
 
 
-def with_manners(name: str, command: Callable[..., None]) -> Callable[..., None]:
+def with_manners(command: Callable[..., None]) -> Callable[..., None]:
     """The command with the options that all have; typer reads them from its signature."""
-    common: dict[str, tuple[Any, Any]] = {"quiet": (Quiet, False)} | (
-        {"json": (Json, False)} if name in SUMMARIES else {}
-    )
+    common: dict[str, tuple[Any, Any]] = {"quiet": (Quiet, False), "json": (Json, False)}
 
     def take(_given: dict[str, Any], chosen: dict[str, Any]) -> None:
         for choice, wanted in chosen.items():

@@ -23,6 +23,8 @@ def predict(
     threads: Threads = 1,
 ) -> None:
     """Predict where the tool is, and how surely, into a CSV file."""
+    import numpy as np
+
     from fastcal.calibration.prediction import predict as predicted
     from fastcal.importers import load_measurements
     from fastcal.io.robot_file import load_robot
@@ -41,7 +43,21 @@ def predict(
     if found.correction_weight is not None:
         columns["correction_weight"] = found.correction_weight
     write_csv(output, columns)
-    warn([*poses.notes, *found.notes])
+    notes = [*poses.notes, *found.notes]
+    warn(notes)
+    sigma = from_si(found.sigma_position, "mm")
+    largest = float(sigma.max()) if np.isfinite(sigma).all() else None
+    known = "" if largest is None else f"; standard deviation of a coordinate at most {largest:.3g} mm"
+    say(f"{output}: {len(poses)} poses of {robot.name} predicted{known}")
+    emit(
+        {
+            "file": str(output),
+            "robot": robot.name,
+            "poses": len(poses),
+            "largest_sigma_mm": largest,
+            "notes": notes,
+        }
+    )
 
 
 def evaluate(

@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from fastcal.cli.console import progress, warn
+from fastcal.cli.console import emit, progress, say, warn
 from fastcal.cli.options import OutFile, RobotFile, Seed, Threads
 
 
@@ -57,3 +57,16 @@ def simulate(
         )
     write_measurements(output, data, arm.joint_types)
     warn(sent.notes)
+    say(f"{output}: {len(data)} poses of {arm.name} measured by simulation")
+    emit(
+        {
+            "file": str(output),
+            "robot": arm.name,
+            "poses": len(data),
+            "noise_mm": noise_mm,
+            "noise_rot_deg": noise_rot_deg,
+            "repeatability_deg": repeatability_deg,
+            "seed": seed,
+            "notes": list(sent.notes),
+        }
+    )

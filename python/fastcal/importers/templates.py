@@ -33,8 +33,8 @@ _OPTIONAL = (
 )
 
 
-def write_template(path: str | os.PathLike[str], robot: Robot) -> None:
-    """Writes an empty measurement file: CSV, or a workbook where the name ends in .xlsx.
+def write_template(path: str | os.PathLike[str], robot: Robot) -> list[str]:
+    """Writes an empty measurement file: CSV, or a workbook where the name ends in .xlsx. Returns its columns.
 
     Raises:
         InvalidInput: The name has another ending, or the file can't be written.
@@ -47,6 +47,7 @@ def write_template(path: str | os.PathLike[str], robot: Robot) -> None:
         write_text(path, ",".join(columns) + "\n")
     else:
         raise InvalidInput(f"{os.fspath(path)}: expected a name that ends in .csv or .xlsx")
+    return list(columns)
 
 
 def _columns(robot: Robot) -> dict[str, str]:

@@ -8,7 +8,7 @@ import os
 from pathlib import PurePath
 from typing import TYPE_CHECKING
 
-from fastcal.acceptance.judgement import SURE, Judged
+from fastcal.acceptance.judgement import SURE, Judged, least_sure
 from fastcal.io.folder import atomic_folder
 from fastcal.io.results import write_json
 from fastcal.report import acceptance_figures, page
@@ -85,19 +85,9 @@ def _verdict(found: Acceptance) -> Verdict:
         None: _("No limit was given, so there is no verdict."),
     }[found.verdict]
     judged = [each for each in found.figures if each.verdict is not None]
-    remarks = [Remark(_judged_sentence(each), each.verdict != "pass", "figures") for each in _worst(judged)]
+    remarks = [Remark(_judged_sentence(each), each.verdict != "pass", "figures") for each in least_sure(judged)]
     remarks += [Remark(text, True, "method") for text in _cautions(found)]
     return Verdict(_TONES[found.verdict], word, headline, remarks)
-
-
-def _worst(judged: list[Judged]) -> list[Judged]:
-    """Of each symbol the figure that keeps its limit least surely."""
-    best: dict[str, Judged] = {}
-    for each in judged:
-        known = best.get(each.figure.symbol)
-        if known is None or (each.probability or 0) < (known.probability or 0):
-            best[each.figure.symbol] = each
-    return list(best.values())
 
 
 def _judged_sentence(each: Judged) -> str:

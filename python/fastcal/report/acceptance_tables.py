@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fastcal.acceptance.judgement import ALIKE
 from fastcal.report.formatting import fixed, percent, significant, with_uncertainty
 from fastcal.report.language import _, decimal_sign
 from fastcal.report.tables import Cell, Column, Group, Table, number_cell
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
 UNITS = {"m": "mm", "rad": "deg"}  # in which the figures are written
 _IN_POSES = ("AP_x", "AP_y", "AP_z")  # they stand in the table of the poses
 _LEAST_MM = 1e-7  # what rounding leaves of a contribution that an alignment takes away
-_SMALL = 0.001  # smaller probabilities are shown as less than this
 
 
 def shown(each: Judged) -> tuple[str, str, str]:
@@ -36,7 +36,7 @@ def odds_text(probability: float | None) -> str:
     """A probability in percent; how small or near to certain it is beyond a thousandth is left open."""
     if probability is None:
         return "\N{EN DASH}"
-    said = min(max(probability, _SMALL), 1 - _SMALL)
+    said = min(max(probability, 1 - ALIKE), ALIKE)
     sign = "" if said == probability else "<\N{NO-BREAK SPACE}" if probability < said else ">\N{NO-BREAK SPACE}"
     return f"{sign}{fixed(100 * said, 1)}\N{NARROW NO-BREAK SPACE}%"
 

@@ -197,7 +197,11 @@ def _method(result: CalibrationResult) -> list[tuple[str, str]]:
     data = result.train.data
     robust = _("{loss}, robust: rows that fit badly weigh less", loss=result.loss)
     plain = _("none: every row weighs by its standard deviation alone")
-    outcome = _("{iterations}: {message}", iterations=plural(result.iterations, "iteration"), message=result.message)
+    outcome = _(
+        "{iterations} over all rounds of weights, noise and loads: {message}",
+        iterations=plural(result.iterations, "iteration"),
+        message=result.message,
+    )
     return [
         (_("Robot"), f"{result.model.name} ({result.model.kinematics}, {plural(result.model.joint_count, 'joint')})"),
         (_("Measured"), f"{listed([_(kind) for kind in plurals(data)])}, {plural(len(data), 'row')}"),

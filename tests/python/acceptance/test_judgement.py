@@ -9,7 +9,7 @@ import pytest
 from scipy import stats
 
 from fastcal.acceptance.figures import Figure, jackknife
-from fastcal.acceptance.judgement import judged, overall, parsed_limits
+from fastcal.acceptance.judgement import judged, least_sure, overall, parsed_limits
 from fastcal.budget import combined
 from fastcal.errors import InvalidInput
 
@@ -44,6 +44,16 @@ def test_a_signed_figure_may_miss_on_both_sides() -> None:
     found = judged(figure, combined(1e-4, math.inf, []), parsed_limits({"ad_mm": 0.1}))
     assert found.probability == pytest.approx(0.682689, abs=1e-6)
     assert judged(Figure("AD", "", "m", -3e-4), combined(1e-5, 9, []), {"AD": 1e-4}).verdict == "fail"
+
+
+@pytest.mark.parametrize("values", [(1e-4, 3e-4, 2e-4), (6e-4, 9e-4, 7e-4), (4.9e-4, 5.1e-4, 1e-4), (0.0, 0.0, 1e-9)])
+def test_the_figure_that_is_named_is_the_nearest_to_its_limit_or_farthest_beyond(values: tuple[float, ...]) -> None:
+    """Where all pass, or all fail, with certainty, the first was named though others were nearer to the limit."""
+    found = [ap(value, 1e-6) for value in values]
+    other = judged(Figure("RP", "P1", "m", 1e-5), combined(1e-6, 9, []), {"RP": 1e-4})
+    named = least_sure([*found, other])
+    assert [each.figure.symbol for each in named] == ["AP", "RP"]
+    assert named[0].figure.value == max(values)
 
 
 def test_one_failure_fails_all_and_a_missing_figure_is_no_pass() -> None:

@@ -3,6 +3,7 @@
 """`fastcal compensate` on tables: the columns promised, a status and a sentence for whatever cannot be reached."""
 
 import csv
+import json
 
 import numpy as np
 import pytest
@@ -150,4 +151,7 @@ def test_the_error_between_the_rows_is_reported_and_drawn(demo, model, tmp_path,
         )
         assert text in said.out
     assert (tmp_path / "path.html").read_text().startswith("<!DOCTYPE html>")
+    along = json.loads(fastcal(*arguments, "--path", "line", "--json").out)["path"]
+    assert along["with_compensation"]["largest_mm"] == pytest.approx(found.after.max() * 1000)
+    assert along["without_compensation"]["perpendicular_mm"] == pytest.approx(found.off_before.max() * 1000)
     assert fastcal(*arguments, "--report", tmp_path / "path.html").error.startswith("--report needs --path")

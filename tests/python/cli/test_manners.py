@@ -14,7 +14,7 @@ import pytest
 from fastcal import _core, robots
 from fastcal.cli.app import COMMANDS
 from fastcal.cli.demo import NOISE_MM
-from fastcal.cli.manners import EXAMPLES, SUMMARIES
+from fastcal.cli.manners import EXAMPLES
 
 NAMES = list(COMMANDS)
 
@@ -37,7 +37,7 @@ def test_no_summary_of_a_command_is_cut(fastcal, monkeypatch: pytest.MonkeyPatch
 def test_help_has_examples_with_options_that_the_command_has(fastcal, name: str) -> None:
     text = help_of(fastcal, name)
     assert "-q, --quiet" in text
-    assert ("--json" in text) == (name in SUMMARIES)
+    assert "--json" in text
     for example in EXAMPLES[name]:
         assert f"  {example}\n" in text, "cut or wrapped"
         words = shlex.split(example)
@@ -71,6 +71,40 @@ def test_quiet_and_json(fastcal, demo: Path, tmp_path: Path) -> None:
     assert fastcal(*arguments).out.splitlines()[-1] == str(tmp_path / "out" / "report.html")
     said = fastcal("evaluate", tmp_path / "out" / "model.yaml", demo / "test.csv", "--json")
     assert json.loads(said.out)["count"] == 60
+
+
+CALLS = {  # arguments besides -o FILE, the ending of FILE, and something that the summary says
+    "predict": ("predict MODEL TEST", "csv", {"poses": 60}),
+    "predict by nominal": ("predict ROBOT TEST", "csv", {"largest_sigma_mm": None}),
+    "simulate": ("simulate ROBOT TEST --noise-mm 0.05 --seed 3", "csv", {"poses": 60, "noise_mm": 0.05, "seed": 3}),
+    "convert": ("convert MODEL --to mdh", "yaml", {"from": "dh", "to": "mdh", "robot": "staubli_rx160l"}),
+    "convert, dropping": ("convert MODEL --to urdf --drop-effects", "urdf", {"to": "urdf"}),
+    "convert to UR's kinematics": ("convert ur5 --to ur_kinematics", "yaml", {"from": "dh", "to": "ur_kinematics"}),
+    "template": ("template ur5", "csv", {"columns": [*(f"q{k}_deg" for k in range(1, 7)), "x_mm", "y_mm", "z_mm"]}),
+    "check --plan": ("check MODEL --plan 5", "csv", {"poses": 5}),
+    "import --print-map": ("import TEST --print-map", "yaml", {}),
+}
+
+
+@pytest.mark.parametrize("call", CALLS)
+def test_every_command_has_its_summary_as_json(fastcal, demo: Path, tmp_path: Path, call: str) -> None:
+    words, ending, expected = CALLS[call]
+    files = {"MODEL": demo / "model.yaml", "ROBOT": demo / "robot.yaml", "TEST": demo / "test.csv"}
+    output = tmp_path / f"out.{ending}"
+    arguments = [*(files.get(word, word) for word in words.split()), "-o", output]
+    said = fastcal(*arguments, "--json")
+    assert said.code == 0
+    summary = json.loads(said.out)
+    assert summary["file"] == str(output)
+    assert {key: summary[key] for key in expected} == expected
+    assert [f"fastcal: warning: {note}" for note in summary.get("notes", [])] == said.err.splitlines()
+    plain = fastcal(*arguments).out
+    assert call == "import --print-map" or plain.startswith(f"{output}: ")
+
+
+def test_a_demonstration_prints_its_result_as_json(fastcal, tmp_path: Path) -> None:
+    said = fastcal("demo", "-o", tmp_path / "demo", "--json")
+    assert json.loads(said.out) == json.loads((tmp_path / "demo" / "result.json").read_text())
 
 
 def test_the_last_but_one_line_says_what_to_do_next(fastcal, demo: Path, tmp_path: Path) -> None:
