@@ -54,6 +54,18 @@ const wait = setInterval(async () => {
 </script>
 </body>"""
 
+# Headless Chromium makes no window narrower than 500 pixels: the phone is a frame in one.
+PHONE = """<!DOCTYPE html><html><head><title>phone</title></head><body style="margin:0">
+<iframe srcdoc="%s" style="border:0;width:400px;height:9000px"></iframe><script>
+addEventListener("message", (event) => { document.body.dataset.state = "ready"; window.seen = event.data; });
+</script></body></html>"""
+ON_PHONE = """<script>
+  const wait = setInterval(() => {
+    if (document.body.dataset.state !== "ready") return;
+    clearInterval(wait);
+    parent.postMessage((() => { %s })(), "*");
+  }, 20);</script></body>"""
+
 
 class Browser:
     """Runs a page in headless Chromium in a fresh profile."""
@@ -80,6 +92,11 @@ class Browser:
         found = re.search(r'<pre id="probe">(.*?)</pre>', document, re.DOTALL)
         assert found is not None, "the page never became ready"
         return json.loads(html.unescape(found[1]))
+
+    def phone(self, page: str, script: str) -> Any:
+        """What `script`, the body of a function, returns when the page is ready on a screen 400 pixels wide."""
+        inner = html.escape(page.replace("</body>", ON_PHONE % script), quote=True)
+        return self.probe(PHONE % inner, "return window.seen;")
 
 
 @pytest.fixture(scope="session")

@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import html
 import re
 from collections.abc import Callable
 from typing import Any
@@ -138,33 +137,24 @@ def test_prints_on_a4(browser: Any, page: str) -> None:
     assert len(re.findall(rb"/Type /Page\b", pdf)) == 4
 
 
-# Headless Chromium makes no window narrower than 500 pixels: the phone is a frame in one.
-PHONE = """<!DOCTYPE html><html><head><title>phone</title></head><body style="margin:0">
-<iframe srcdoc="%s" style="border:0;width:400px;height:9000px"></iframe><script>
-addEventListener("message", (event) => { document.body.dataset.state = "ready"; window.seen = event.data; });
-</script></body></html>"""
-
-
 def test_on_a_phone_no_word_breaks_and_nothing_is_wider_than_the_screen(browser: Any, page: str) -> None:
-    """Words of table heads and first cells stay whole, the body does not scroll sideways, and buttons fit."""
-    script = """<script>
-      const wait = setInterval(() => {
-        if (document.body.dataset.state !== "ready") return;
-        clearInterval(wait);
-        const heads = [...document.querySelectorAll("table th, table td:first-child, .facts dt")];
-        const letter = (cell) => cell.textContent.trim().split(/[\\s\u00a0]+/).map((word) => word.length)
-          .reduce((a, b) => Math.max(a, b), 0);
-        parent.postMessage({
-          wide: document.documentElement.scrollWidth,
-          broken: heads.filter((cell) => cell.clientWidth > 0 && cell.clientWidth < 4 * Math.min(letter(cell), 12))
-            .map((cell) => cell.textContent.trim()),
-          count: heads.length,
-        }, "*");
-      }, 20);</script></body>"""
-    inner = html.escape(page.replace("</body>", script), quote=True)
-    seen = browser.probe(PHONE % inner, "return window.seen;")
+    """Words of table heads and first cells stay whole, neither the body nor a table scrolls sideways."""
+    script = """
+      const heads = [...document.querySelectorAll("table th, table td:first-child, .facts dt")];
+      const letter = (cell) => cell.textContent.trim().split(/[\\s\u00a0]+/).map((word) => word.length)
+        .reduce((a, b) => Math.max(a, b), 0);
+      return {
+        wide: document.documentElement.scrollWidth,
+        broken: heads.filter((cell) => cell.clientWidth > 0 && cell.clientWidth < 4 * Math.min(letter(cell), 12))
+          .map((cell) => cell.textContent.trim()),
+        scrolled: [...document.querySelectorAll(".table-box")].filter((box) => box.scrollWidth > box.clientWidth)
+          .map((box) => box.firstElementChild.id),
+        count: heads.length,
+      };"""
+    seen = browser.phone(page, script)
     assert seen["wide"] == 400
     assert seen["broken"] == []
+    assert seen["scrolled"] == []
     assert seen["count"] > 30
 
 

@@ -4,11 +4,13 @@
 
 import html
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import fastcal
+from fastcal.monitoring.result import NextPose
 from fastcal.monitoring.words import kept_sentence
 from fastcal.report.arms_report import arms_page
 from fastcal.report.check_report import check_page
@@ -36,6 +38,8 @@ def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[tuple[str, str], str
         measured = fastcal.simulate(Robot(spec), q, noise=3e-5, seed=month)
         found.append(fastcal.check(model, measured, tolerance=3e-4, who={"date": f"2026-0{month + 2}-05"}))
         found[-1].save(folder / f"{month}.json")
+    asked = NextPose((-123.45, -101.23, 145.67, -170.12, -112.34, -265.43), 12.5)
+    found[-1] = replace(found[-1], next_poses=[asked] * 3)
     updated = fastcal.update(model, measured)
     arms = tmp_path_factory.mktemp("arms")
     for arm, data in (("A", measured), ("B", fastcal.simulate(true, q, noise=3e-5, seed=9)), ("C", None)):
@@ -124,6 +128,17 @@ def test_pages_are_drawn_and_the_console_is_quiet(browser, pages, name) -> None:
     document, console = browser.run(pages[name, "en"], "--dump-dom", *browser.no_gl)
     assert console == []
     assert document.count('data-state="drawn"') == pages[name, "en"].count('<div class="plot"') > 0
+
+
+@pytest.mark.parametrize("tongue", ["en", "de"])
+def test_no_table_of_a_check_scrolls_sideways_on_a_phone(browser, pages, tongue) -> None:
+    """The six joints and the payload of the poses to measure next did, and German column heads."""
+    script = """return [document.documentElement.scrollWidth,
+      [...document.querySelectorAll(".table-box")].map((box) => box.scrollWidth - box.clientWidth)];"""
+    width, over = browser.phone(pages["check", tongue], script)
+    assert width == 400
+    assert over
+    assert max(over) <= 0
 
 
 def test_drawing_fits_nothing(pages, monkeypatch: pytest.MonkeyPatch) -> None:

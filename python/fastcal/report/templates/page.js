@@ -7,6 +7,7 @@ const PAPER_WIDTH = 687;
 const PAPER_GAP = 12;
 const PAPER_ASPECT = { 2: 0.6, 3: 0.42, 4: 0.36, 6: 0.28 };
 const NARROW = 480;
+const PHONE = 560; // as in page.css
 const plots = [...document.querySelectorAll(".plot")];
 const drawn = plots.map(() => false);
 
@@ -110,7 +111,16 @@ function toScreen() {
   });
 }
 
+// What is wider than a phone stands cell below cell there, as tables do that Table.is_wordy knows to be wide.
+function stackWideTables() {
+  if (innerWidth > PHONE) return;
+  for (const table of document.querySelectorAll("table:not(.wordy)")) {
+    if (table.offsetWidth > table.parentElement.clientWidth) table.classList.add("wordy");
+  }
+}
+
 async function main() {
+  stackWideTables();
   document.addEventListener("click", (event) => {
     const button = event.target.closest("button");
     if (button?.dataset.traces) switchTraces(button);
