@@ -4,9 +4,12 @@
 
     weight = prod_i fade(beyond_i / margin_i) fade((d - near) / (far - near)),  fade(s) = (1 + cos pi s) / 2 on [0, 1]
 
-beyond_i is how far joint i (or the payload) lies outside the interval that was trained, d the distance to the third
-nearest training row over sines and cosines of the joints and the payload in shares of its interval. `near` and `far`
-are found on held-out rows.
+beyond_i is how far joint i (or the payload) lies outside the interval that was trained, or, within it, from the ends of
+a gap between trained positions that is too wide for chance; d is the distance to the third nearest training row over
+sines and cosines of the joints and the payload in shares of its interval. `near` and `far` are found on held-out rows.
+
+Rows of a design on a grid share their joint positions, so rows that are held out say nothing of what lies between the
+levels: there the gaps answer.
 """
 
 from __future__ import annotations
@@ -29,6 +32,9 @@ FloatArray = NDArray[np.float64]
 
 NEIGHBOUR = 3
 LOAD_SHARE = 0.1  # of the largest trained load: how far beyond the trained ones the weight is 0
+_ROUNDING = 1e-9  # rad: the lowest position is not a whole turn up
+GAP_MARGINS = 4.0  # narrower gaps are bridged: 20 degrees of a turning joint, half a period of its ninth order
+GAP_LOGARITHM = 5.0  # M positions drawn evenly leave a gap above (log M + 5) / M of their range in e^-5 of the draws
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,8 +77,38 @@ class Guard:
         """(N,) 0 ... 1."""
         columns = inputs.columns
         beyond = np.maximum(np.maximum(self.low - columns, columns - self.high), 0.0)
+        beyond[:, :-1] = np.maximum(beyond[:, :-1], self._into_gaps(inputs.q))
         weight = fade(beyond / self.margin).prod(axis=1)
         return np.asarray(weight * fade((self.distance(inputs) - self.near) / (self.far - self.near)))
+
+    @cached_property
+    def gaps(self) -> list[FloatArray]:
+        """For each joint (G, 2) the ends of gaps between neighbouring trained positions that chance does not leave."""
+        count, found = len(self.turning), []
+        for joint in range(count):
+            span = self.high[joint] - self.low[joint]
+            if self.turning[joint]:
+                angle = np.arctan2(self.rows[:, joint], self.rows[:, count + joint])
+                position = self.low[joint] + np.mod(angle - self.low[joint] + _ROUNDING, 2 * np.pi)
+            else:
+                position = self.low[joint] + span * self.rows[:, joint]
+            position = np.sort(position)
+            by_chance = span * (np.log(len(position)) + GAP_LOGARITHM) / len(position)
+            narrowest = max(GAP_MARGINS * self.margin[joint], by_chance)
+            wide = np.flatnonzero(np.diff(position) > narrowest)
+            found.append(np.column_stack([position[wide], position[wide + 1]]))
+        return found
+
+    def _into_gaps(self, q: FloatArray) -> FloatArray:
+        """(N, n) how far each joint is within a gap from its nearer end, else 0."""
+        into = np.zeros_like(q)
+        for joint, gaps in enumerate(self.gaps):
+            at = q[:, joint]
+            if self.turning[joint]:
+                at = self.low[joint] + np.mod(at - self.low[joint], 2 * np.pi)
+            for start, end in gaps:
+                into[:, joint] = np.maximum(into[:, joint], np.minimum(at - start, end - at))
+        return into
 
     def pack(self) -> Packed:
         """For a file."""

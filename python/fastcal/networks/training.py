@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.correction.applicability import Guard
 from fastcal.correction.experts import Expert
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
@@ -203,6 +204,8 @@ def _result(
     if best is not None and (best.weight < 0.5).any():
         share = float(np.mean(best.weight < 0.5))
         notes.append(f"in {share:.0%} of the held-out rows the guard let pass less than half of the correction")
+    if best is not None:
+        notes += _gaps(best.correction.guard)
     return TrainingResult(
         model=model,
         asked=network,
@@ -217,6 +220,17 @@ def _result(
         limit=None if best is None else best.correction.limit,
         notes=notes,
     )
+
+
+def _gaps(guard: Guard) -> list[str]:
+    """What to say where the rows leave gaps between the positions of a joint."""
+    joints = [str(k) for k, gaps in enumerate(guard.gaps, start=1) if len(gaps)]
+    if not joints:
+        return []
+    return [
+        f"the rows leave wide gaps between positions of {'joint' if len(joints) == 1 else 'joints'} "
+        f"{', '.join(joints)}, as a grid does: in the gaps the correction is 0, since no row tells what lies there"
+    ]
 
 
 def _verdict(network: str, used: str, means: dict[str, float]) -> str:

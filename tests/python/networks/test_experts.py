@@ -7,6 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from sklearn.ensemble import HistGradientBoostingClassifier, HistGradientBoostingRegressor
 from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import RBF
@@ -29,6 +30,7 @@ torch = pytest.importorskip("torch")
 from fastcal.networks.device import one_thread  # noqa: E402 - needs what was asked for above
 from fastcal.networks.rivals import trees_of  # noqa: E402 - needs what was asked for above
 
+FloatArray = NDArray[np.float64]
 N, JOINTS = 40, 3
 
 
@@ -193,6 +195,26 @@ def test_the_weight_falls_on_both_sides_of_what_was_trained() -> None:
     rows = coordinates(inputs, low, high, turning)
     guard = Guard(low, high, np.array([0.2, 0.1]), turning, rows, 50.0, 100.0)
     np.testing.assert_allclose(guard.weight(inputs), [0, 0.5, 1, 1, 1, 0.5, 0], atol=1e-12)
+
+
+@pytest.mark.parametrize("kind", ["revolute", "across the half turn", "slide"])
+def test_between_the_levels_of_a_grid_nothing_is_added(kind: str) -> None:
+    """Five levels half a unit apart, 25 rows at each, margins of 0.1: one half at half a margin from a level."""
+    first = 2.5 if kind == "across the half turn" else -1.0
+    turning = np.zeros(1) if kind == "slide" else np.ones(1)
+    levels = first + 0.5 * np.arange(5)
+    low, high = np.array([levels[0], 0.0]), np.array([levels[-1], 0.0])
+
+    def at(positions: FloatArray) -> Inputs:
+        return Inputs(positions[:, np.newaxis], np.zeros(len(positions)), np.zeros((len(positions), 3, 1)))
+
+    grid = coordinates(at(np.repeat(levels, 25)), low, high, turning)
+    guard = Guard(low, high, np.array([0.1, 0.1]), turning, grid, 50.0, 100.0)
+    asked = levels[1] + np.array([0.0, 0.05, 0.1, 0.25, 0.45, 0.5])
+    np.testing.assert_allclose(guard.weight(at(asked)), [1, 0.5, 0, 0, 0.5, 1], atol=1e-9)
+    drawn = np.random.default_rng(2).uniform(low[0], high[0], 125)
+    chance = Guard(low, high, np.array([0.1, 0.1]), turning, coordinates(at(drawn), low, high, turning), 50.0, 100.0)
+    np.testing.assert_allclose(chance.weight(at(asked)), 1)
 
 
 def test_outside_the_uncertainty_is_what_the_correction_would_have_taken_away() -> None:

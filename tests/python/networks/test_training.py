@@ -105,6 +105,20 @@ def test_where_nothing_is_left_to_learn_the_model_stays_alone(arm: Robot, data: 
     assert "mlp is not used, nor any rival" in found.verdict
 
 
+def test_trained_on_a_grid_it_does_no_harm_between_the_levels(arm: Robot, true_arm: Robot, unseen: Dataset) -> None:
+    """Held-out rows of a grid share the positions of every joint with the others: a twentieth of the error is promised
+    to remain, and at random poses nine tenths would."""
+    random = np.random.default_rng(7)
+    q = random.choice(np.linspace(-1.2, 1.2, 4), (240, arm.joint_count))
+    grid = fastcal.simulate(true_arm, q, noise=2e-5, seed=7)
+    found = train(arm, grid, rivals=[], folds=3)
+    assert found.used == "mlp"
+    assert found.scores["mlp"]["mean"] < 0.5 * found.scores["model"]["mean"]
+    assert any("gaps between positions of joints 1, 2, 3, 4, 5, 6" in note for note in found.notes)
+    assert found.model.correct(unseen.q, unseen.payload).weight.mean() < 0.02
+    assert mean_error(found.model, unseen) < 1.01 * mean_error(arm, unseen)
+
+
 def test_a_rival_that_is_better_is_used_instead(
     arm: Robot, data: Dataset, unseen: Dataset, monkeypatch: pytest.MonkeyPatch
 ) -> None:
