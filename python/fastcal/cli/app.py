@@ -22,6 +22,8 @@ from fastcal.errors import FastcalError, Undetermined, unloaded
 
 OK, INTERNAL, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 
+_COMPLETION = "_FASTCAL_COMPLETE"  # the variable by which the shell asks typer for completions
+
 # The base of what typer raises over usage, for which it has no name of its own in every version.
 _UsageError = cast("type[Exception]", typer.BadParameter.__mro__[2])
 
@@ -51,8 +53,13 @@ COMMANDS = {
 }
 
 
-def application(names: Iterable[str] = COMMANDS) -> typer.Typer:
-    """`fastcal` with these of its commands; only their modules are imported."""
+def application(names: Iterable[str] = COMMANDS, *, listed: bool = False) -> typer.Typer:
+    """`fastcal` with these of its commands; only their modules are imported.
+
+    Args:
+        names: Of the commands.
+        listed: They are only to be listed: reading the options of all takes longer than everything else.
+    """
     app = typer.Typer(
         add_completion=True,
         rich_markup_mode=None,
@@ -66,9 +73,16 @@ def application(names: Iterable[str] = COMMANDS) -> typer.Typer:
     for name in names:
         module, _, function = COMMANDS[name].partition(":")
         command = getattr(importlib.import_module(f"fastcal.cli.{module}"), function)
+        if listed:
+            app.command(name, help=command.__doc__)(_listed)
+            continue
         whole = with_who(with_tracker(with_links(keeps_its_inputs(command))))
         app.command(name, epilog=examples(name))(with_manners(whole))
     return app
+
+
+def _listed() -> None:
+    """Instead of a command that is only listed."""
 
 
 def _show_version(wanted: bool) -> None:
@@ -90,13 +104,19 @@ def _fastcal(
     """
 
 
+def _needed(arguments: Sequence[str]) -> typer.Typer:
+    """What the arguments ask for: a command, or the list of all; all where one comes later, and where a shell asks."""
+    if arguments and arguments[0] in COMMANDS:
+        return application(arguments[:1])
+    return application(listed=COMMANDS.keys().isdisjoint(arguments) and _COMPLETION not in os.environ)
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs `fastcal` with the given arguments, or with those of the process; returns the exit code."""
     manner.set("text")
-    first = (sys.argv[1:] if arguments is None else arguments)[:1]
+    given = sys.argv[1:] if arguments is None else arguments
     try:
-        app = application(first if first and first[0] in COMMANDS else COMMANDS)
-        code = typer.main.get_command(app).main(arguments, prog_name="fastcal", standalone_mode=False)
+        code = typer.main.get_command(_needed(given)).main(arguments, prog_name="fastcal", standalone_mode=False)
         sys.stdout.flush()
     except Undetermined as error:
         return _failed(str(error), NOT_CONVERGED)

@@ -22,8 +22,8 @@ from fastcal.units import from_si
 @singledispatch
 def frame(shown: Any) -> pd.DataFrame:
     """One row a joint, a pose, a parameter or a cause."""
-    import fastcal.report.monitoring_summary
-    import fastcal.report.use_summary  # noqa: F401  they register themselves
+    import fastcal.report.monitoring_frames
+    import fastcal.report.use_frames  # noqa: F401  they register themselves
 
     found = frame.dispatch(type(shown))
     if found is frame.dispatch(object):

@@ -1,17 +1,14 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Checks, updates, comparisons and histories in a line, in a few lines and as a table."""
+"""Checks, updates, comparisons and histories in a line and in a few lines."""
 
 from __future__ import annotations
-
-import pandas as pd
 
 from fastcal.monitoring.arms import STATES, ArmChecks
 from fastcal.monitoring.compare import Comparison
 from fastcal.monitoring.history import History
 from fastcal.monitoring.result import CheckResult
 from fastcal.monitoring.update import UpdateResult
-from fastcal.report.frames import frame
 from fastcal.report.summaries import headline, summary
 from fastcal.units import from_si
 
@@ -38,13 +35,6 @@ def _(found: CheckResult) -> list[str]:
     return lines
 
 
-@frame.register
-def _(found: CheckResult) -> pd.DataFrame:
-    """Every change that was looked for."""
-    columns = ["owner", "name", "value", "std", "unit", "p_value", "detectable"]
-    return pd.DataFrame([vars(test) for test in found.tests], columns=columns)
-
-
 @headline.register
 def _(found: ArmChecks) -> str:
     counts = {state: len(found.of(state)) for state in STATES}
@@ -55,12 +45,6 @@ def _(found: ArmChecks) -> str:
 def _(found: ArmChecks) -> list[str]:
     asking = [arm for arm in found.arms if arm.state != "holds"]
     return [headline(found), *(f"{arm.name}: {arm.state.replace('_', ' ')}: {arm.sentence}" for arm in asking)]
-
-
-@frame.register
-def _(found: ArmChecks) -> pd.DataFrame:
-    """A row an arm."""
-    return pd.DataFrame([arm.to_row() for arm in found.arms])
 
 
 @headline.register
@@ -76,13 +60,6 @@ def _(found: UpdateResult) -> list[str]:
         lines.append(f"error on these poses: RMS {found.before.rms_mm:.4f} mm before, {after['rms']:.4f} mm after")
     lines.append(f"noise of a measured coordinate: {from_si(found.sigma, 'mm'):.4f} mm, pooled with the calibration's")
     return lines
-
-
-@frame.register
-def _(found: UpdateResult) -> pd.DataFrame:
-    """The arm's parameters, now and before (`nominal`)."""
-    columns = ["owner", "name", "unit", "nominal", "value", "std"]
-    return pd.DataFrame([vars(p) for p in found.parameters], columns=columns)
 
 
 @headline.register
@@ -104,13 +81,6 @@ def _(found: Comparison) -> list[str]:
     return lines + [f"  {d.owner} {d.name}: {d.difference:+.4g} +- {d.std:.2g}" for d in found.significant]
 
 
-@frame.register
-def _(found: Comparison) -> pd.DataFrame:
-    """A row a parameter."""
-    columns = ["owner", "name", "a", "b", "difference", "std", "unit", "p_value", "significant"]
-    return pd.DataFrame([vars(d) for d in found.parameters], columns=columns)
-
-
 @headline.register
 def _(found: History) -> str:
     return f"{len(found.arms)} arms, {sum(len(a.events) for a in found.arms)} files, {len(found.alarms)} alarms"
@@ -124,12 +94,3 @@ def _(found: History) -> list[str]:
         lines.append(f"{arm.name} ({arm.robot}): {arm.state.replace('_', ' ')}, {checks} checks")
         lines += [f"  {a.date} {a.by}: {a.what}" for a in arm.alarms]
     return lines
-
-
-@frame.register
-def _(found: History) -> pd.DataFrame:
-    """A row a check or model."""
-    rows = [
-        (e.arm, e.date, e.kind, e.verdict, e.content.get("rms_mm"), e.file) for arm in found.arms for e in arm.events
-    ]
-    return pd.DataFrame(rows, columns=["arm", "date", "kind", "verdict", "rms_mm", "file"])

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import importlib
 from functools import singledispatch
 from pathlib import PurePath
 from typing import Any
@@ -22,6 +23,8 @@ from fastcal.units import from_si
 
 _CONDITIONS = ("temperature", "time", "current", "wrench", "approach", "q_read")
 _MOST_ROWS = 20  # outliers that are listed
+# Room of a type: the module that registers what is said of it; that of the other rooms is `use_summary`.
+_ELSEWHERE = {"diagnosis": "diagnosis_summary", "monitoring": "monitoring_summary"}
 
 
 @singledispatch
@@ -38,10 +41,8 @@ def summary(shown: Any) -> list[str]:
 
 def _registered(shows: Any, shown: Any) -> Any:
     """The function for a diagnosis, a check or a command, whose rooms are entered only where there is one."""
-    import fastcal.report.diagnosis_summary
-    import fastcal.report.monitoring_summary
-    import fastcal.report.use_summary  # noqa: F401  they register themselves
-
+    room = type(shown).__module__.removeprefix("fastcal.").partition(".")[0]
+    importlib.import_module(f"fastcal.report.{_ELSEWHERE.get(room, 'use_summary')}")
     found = shows.dispatch(type(shown))
     if found is shows.dispatch(object):
         raise TypeError(f"nothing is known of {type(shown).__name__}")

@@ -1,15 +1,12 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""What a model is used for, in lines and tables: predictions, inverse kinematics, commands, designs, paths."""
+"""What a model is used for, in lines: predictions, inverse kinematics, commands, designs, paths."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 
 from fastcal.calibration.prediction import Prediction
@@ -18,7 +15,6 @@ from fastcal.design.result import PoseDesign
 from fastcal.ik.inverse_kinematics import InverseKinematics
 from fastcal.measurements.targets import Targets
 from fastcal.report.formatting import plural
-from fastcal.report.frames import frame
 from fastcal.report.summaries import headline, summary
 from fastcal.units import from_si
 
@@ -36,28 +32,6 @@ def _counts(status: NDArray[np.str_]) -> str:
     return ", ".join(f"{found.count(kind)} {kind.replace('_', ' ')}" for kind in dict.fromkeys(found))
 
 
-def _joints(q: FloatArray, joint_types: Sequence[str]) -> dict[str, Any]:
-    """Columns q1_deg (q1_mm) ..., as a measurement file has them."""
-    units = ["mm" if kind == "prismatic" else "deg" for kind in joint_types]
-    return {
-        f"q{joint}_{unit}": from_si(column, unit)
-        for joint, (unit, column) in enumerate(zip(units, np.asarray(q).T, strict=True), start=1)
-    }
-
-
-def _left(found: InverseKinematics | Compensation) -> dict[str, Any]:
-    """What is left at each target."""
-    return {
-        "status": found.status,
-        "residual_mm": from_si(found.position_error, "mm"),
-        "residual_deg": from_si(found.rotation_error, "deg"),
-    }
-
-
-def _xyz(position: FloatArray) -> dict[str, Any]:
-    return dict(zip(("x_mm", "y_mm", "z_mm"), from_si(position, "mm").T, strict=True))
-
-
 @headline.register
 def _(found: Prediction) -> str:
     sigma = _rms_mm(found.sigma_position)
@@ -67,17 +41,6 @@ def _(found: Prediction) -> str:
 @summary.register
 def _(found: Prediction) -> list[str]:
     return [headline(found), *found.notes]
-
-
-@frame.register
-def _(found: Prediction) -> pd.DataFrame:
-    """A row a pose, as `fastcal predict` writes it."""
-    columns = _xyz(found.position) | dict(zip(("qw", "qx", "qy", "qz"), found.rotation.T, strict=True))
-    sigmas = from_si(found.sigma_position, "mm").T
-    columns |= dict(zip(("sigma_x_mm", "sigma_y_mm", "sigma_z_mm"), sigmas, strict=True))
-    if found.correction_weight is not None:
-        columns["correction_weight"] = found.correction_weight
-    return pd.DataFrame(columns).rename_axis("row")
 
 
 @headline.register
@@ -90,12 +53,6 @@ def _(found: InverseKinematics) -> list[str]:
     missed = np.flatnonzero(~found.reached)
     lines = [f"row {row}: {found.message(int(row))}" for row in missed[:5]]
     return [headline(found), *lines, *([f"and {plural(len(missed) - 5, 'row')} more"] if len(missed) > 5 else [])]
-
-
-@frame.register
-def _(found: InverseKinematics) -> pd.DataFrame:
-    """A row a target."""
-    return pd.DataFrame(_joints(found.q, found.robot.joint_types) | _left(found)).rename_axis("row")
 
 
 @headline.register
@@ -113,15 +70,6 @@ def _(found: Compensation) -> list[str]:
         spread = f"; its standard deviation {from_si(float(sigma.max()), 'mm'):.3g} mm a coordinate" if known else ""
         lines.append(f"predicted error of the reached ones: at most {left:.3g} mm{spread}")
     return [*lines, *found.notes]
-
-
-@frame.register
-def _(found: Compensation) -> pd.DataFrame:
-    """A row a target, as `fastcal compensate` writes it."""
-    columns = _joints(found.q, found.joint_types) | _left(found) | {"sigma_mm": from_si(found.sigma, "mm")}
-    if found.correction_weight is not None:
-        columns["correction_weight"] = found.correction_weight
-    return pd.DataFrame(columns).rename_axis("row")
 
 
 @headline.register
@@ -148,15 +96,6 @@ def _(found: PoseDesign) -> list[str]:
     return lines
 
 
-@frame.register
-def _(found: PoseDesign) -> pd.DataFrame:
-    """A row a pose in the order of visiting, as `fastcal design` writes it."""
-    columns = _joints(found.q, found.joint_types) | {"payload_kg": found.payload}
-    columns |= {f"approach{joint}": column for joint, column in enumerate(found.approach.T.astype(int), start=1)}
-    columns |= {} if found.plane is None else {"plane": found.plane}
-    return pd.DataFrame(columns, index=pd.RangeIndex(1, len(found) + 1, name="order"))
-
-
 @headline.register
 def _(found: PathAccuracy) -> str:
     before, after = (from_si(float(size.max()), "mm") for size in (found.before, found.after))
@@ -177,14 +116,6 @@ def _(found: PathAccuracy) -> list[str]:
     return lines
 
 
-@frame.register
-def _(found: PathAccuracy) -> pd.DataFrame:
-    """A row a place along the path."""
-    columns = {"along_mm": found.along} | {"error_before_mm": found.before, "error_after_mm": found.after}
-    columns |= {"across_before_mm": found.off_before, "across_after_mm": found.off_after, "sigma_mm": found.sigma}
-    return pd.DataFrame({name: from_si(values, "mm") for name, values in columns.items()})
-
-
 @headline.register
 def _(targets: Targets) -> str:
     conditions = ", ".join(targets.conditions)
@@ -194,11 +125,3 @@ def _(targets: Targets) -> str:
 @summary.register
 def _(targets: Targets) -> list[str]:
     return [headline(targets), *targets.notes]
-
-
-@frame.register
-def _(targets: Targets) -> pd.DataFrame:
-    """A row a pose: the point, and its rotation matrix row by row."""
-    names = [f"r{row}{column}" for row in (1, 2, 3) for column in (1, 2, 3)]
-    rotations = targets.poses[:, :3, :3].reshape(len(targets), 9).T
-    return pd.DataFrame(_xyz(targets.poses[:, :3, 3]) | dict(zip(names, rotations, strict=True))).rename_axis("row")

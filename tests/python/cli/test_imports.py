@@ -60,8 +60,20 @@ def test_a_command_loads_only_what_it_needs(folder: Path, arguments: list[str]) 
     assert loaded(folder, *arguments) & HEAVY == set()
 
 
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["diagnose", "robot.yaml", "data.csv", "-o", "diagnosis"],
+        ["check", "model.yaml", "data.csv"],
+    ],
+    ids=lambda arguments: arguments[0],
+)
+def test_a_summary_needs_no_tables(folder: Path, arguments: list[str]) -> None:
+    assert not loaded(folder, *arguments) & {"pandas", "pyarrow", "openpyxl"}
+
+
 def test_the_help_loads_no_arrays_and_a_command_no_other_command(folder: Path) -> None:
-    assert "numpy" not in loaded(folder, "--help")
+    assert not loaded(folder, "--help") & {"numpy", "pydantic"}
     seen = loaded(folder, "predict", "model.yaml", "data.csv", "-o", "predicted.csv")
     assert "fastcal.cli.models" in seen
     assert not seen & {"fastcal.cli.calibrate", "fastcal.cli.compensate", "fastcal.report", "asyncio"}
