@@ -19,6 +19,8 @@ from pathlib import Path
 from fastcal.errors import InvalidInput
 
 PREFIX = ".fastcal-"
+# Temporary folders that are being filled: their files come to the disk with them, so none is waited for on its own.
+_BEING_FILLED: set[Path] = set()
 
 
 @contextmanager
@@ -46,6 +48,7 @@ def atomic_paths(paths: Sequence[str | os.PathLike[str]]) -> Iterator[list[Path]
     """
     # A link is followed, as a plain write would, so that it stays a link.
     targets = [Path(path).resolve() for path in paths]
+    finish = _nothing if all(target.parent in _BEING_FILLED for target in targets) else sync
     try:
         with ExitStack() as stack:
             temporaries = []
@@ -57,13 +60,13 @@ def atomic_paths(paths: Sequence[str | os.PathLike[str]]) -> Iterator[list[Path]
                 temporaries.append(stack.enter_context(place))
             yield temporaries
             for temporary in temporaries:
-                sync(temporary)
+                finish(temporary)
             for target in targets[1:]:
                 target.unlink(missing_ok=True)
-                sync(target.parent)
+                finish(target.parent)
             for temporary, target in zip(temporaries, targets, strict=True):
                 temporary.replace(target)
-                sync(target.parent)
+                finish(target.parent)
     except (OSError, UnicodeEncodeError) as error:
         names = " and ".join(map(str, paths))
         raise InvalidInput(f"{names}: cannot be written: {getattr(error, 'strerror', None) or error}") from error
@@ -90,6 +93,7 @@ def temporary_place(parent: Path, ending: str, *, folder: bool) -> Iterator[Path
     try:
         if folder:
             place.mkdir()
+            _BEING_FILLED.add(place)
         else:
             os.close(os.open(place, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666))
         with suppress(OSError):  # a file system without locks: then nobody removes what is abandoned
@@ -97,6 +101,7 @@ def temporary_place(parent: Path, ending: str, *, folder: bool) -> Iterator[Path
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         yield place
     finally:
+        _BEING_FILLED.discard(place)
         remove(place)
         if lock >= 0:
             os.close(lock)
@@ -122,6 +127,10 @@ def remove(place: Path) -> None:
     else:
         with suppress(OSError):
             place.unlink()
+
+
+def _nothing(_place: Path) -> None:
+    """Instead of `sync`."""
 
 
 def sync(place: Path) -> None:

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import json
 import re
-from typing import Any
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 WIDTH = 120
 _DASH = 3  # "- " before a row and the brace
@@ -22,33 +23,56 @@ _LITERAL = re.compile(
 _RESERVED = {"null", "true", "false", "yes", "no", "on", "off", "y", "n"}
 
 
+class _Node(NamedTuple):
+    """A value with its text on one line, which is made once however often a length is asked for."""
+
+    value: Any
+    line: str
+    parts: Sequence[str] = ()  # of a collection, each on one line
+    entries: Sequence[_Node] = ()  # of a mapping, and of a list that holds collections
+
+
 def yaml_text(data: dict[str, Any]) -> str:
     """The block text of a mapping, ending in a line end."""
-    return "".join(f"{line}\n" for line in _block(data))
+    return "".join(f"{line}\n" for line in _block(_node(data), WIDTH))
 
 
-def _block(value: dict[str, Any] | list[Any], width: int = WIDTH) -> list[str]:
+def _node(value: Any) -> _Node:
+    entries: list[_Node] = []
+    if isinstance(value, dict):
+        entries = [_node(entry) for entry in value.values()]
+        parts = [f"{_scalar(key)}: {entry.line}" for key, entry in zip(value, entries, strict=True)]
+        return _Node(value, "{" + ", ".join(parts) + "}", parts, entries)
+    if isinstance(value, list):
+        if any(isinstance(entry, (dict, list)) for entry in value):
+            entries = [_node(entry) for entry in value]
+        parts = [entry.line for entry in entries] or [_scalar(entry) for entry in value]
+        return _Node(value, "[" + ", ".join(parts) + "]", parts, entries)
+    return _Node(value, _scalar(value))
+
+
+def _block(node: _Node, width: int) -> list[str]:
     """Lines of a mapping or list, one entry or more lines each, of at most `width` where they allow it."""
     lines: list[str] = []
-    if isinstance(value, dict):
-        for key, entry in value.items():
+    if isinstance(node.value, dict):
+        for key, entry in zip(node.value, node.entries, strict=True):
             head = f"{_scalar(key)}:"
-            if isinstance(entry, str) and "\n" in entry and _LITERAL.match(entry):
-                lines += _literal(head, entry)
+            if isinstance(entry.value, str) and "\n" in entry.value and _LITERAL.match(entry.value):
+                lines += _literal(head, entry.value)
                 continue
             # A list of mappings (joints, effects) has a line each, even where all would fit on one.
-            is_table = isinstance(entry, list) and any(isinstance(e, dict) for e in entry)
-            if not is_table and len(head) + 1 + len(_flow(entry)) <= width:
-                lines.append(f"{head} {_flow(entry)}")
+            is_table = isinstance(entry.value, list) and any(isinstance(e.value, dict) for e in entry.entries)
+            if not is_table and len(head) + 1 + len(entry.line) <= width:
+                lines.append(f"{head} {entry.line}")
             else:
                 lines += [head, *(f"  {line}" for line in _nested(entry, width - 2))]
         return lines
-    for entry in value:
-        if isinstance(entry, (dict, list)) and len(_flow(entry)) + _DASH > width:
+    for entry in node.entries:
+        if isinstance(entry.value, (dict, list)) and len(entry.line) + _DASH > width:
             first, *rest = _wrapped(entry, width - _DASH)
             lines += [f"- {first}", *(f"   {line}" for line in rest)]
         else:
-            lines.append(f"- {_flow(entry)}")
+            lines.append(f"- {entry.line}")
     return lines
 
 
@@ -62,22 +86,18 @@ def _literal(head: str, text: str) -> list[str]:
     ]
 
 
-def _nested(entry: Any, width: int) -> list[str]:
-    is_table = isinstance(entry, list) and any(isinstance(e, (dict, list)) for e in entry)
-    return _block(entry, width) if is_table or isinstance(entry, dict) else _wrapped(entry, width)
+def _nested(node: _Node, width: int) -> list[str]:
+    return _block(node, width) if node.entries else _wrapped(node, width)
 
 
-def _wrapped(entry: Any, width: int) -> list[str]:
+def _wrapped(node: _Node, width: int) -> list[str]:
     """A flow collection or a scalar broken between its parts into lines of at most `width` where they allow it."""
-    if isinstance(entry, dict):
-        parts, (start, end) = [f"{_scalar(key)}: {_flow(value)}" for key, value in entry.items()], "{}"
-    elif isinstance(entry, list):
-        parts, (start, end) = [_flow(value) for value in entry], "[]"
-    else:
-        return [_scalar(entry)]
+    if not isinstance(node.value, (dict, list)):
+        return [node.line]
+    start, end = node.line[0], node.line[-1]
     lines = [start]
-    for i, part in enumerate(parts):
-        text = part + (end if i == len(parts) - 1 else ",")
+    for i, part in enumerate(node.parts):
+        text = part + (end if i == len(node.parts) - 1 else ",")
         if lines[-1] != start and len(lines[-1]) + 1 + len(text) > width:
             lines.append(text)
         else:
@@ -85,19 +105,11 @@ def _wrapped(entry: Any, width: int) -> list[str]:
     return lines
 
 
-def _flow(value: Any) -> str:
-    if isinstance(value, dict):
-        return "{" + ", ".join(f"{_scalar(key)}: {_flow(entry)}" for key, entry in value.items()) + "}"
-    if isinstance(value, list):
-        return "[" + ", ".join(_flow(entry) for entry in value) + "]"
-    return _scalar(value)
-
-
 def _scalar(value: Any) -> str:
-    if isinstance(value, str):
-        return value if _PLAIN_TEXT.match(value) and value.lower() not in _RESERVED else _quoted(value)
     if isinstance(value, float):
         return _number(value)
+    if isinstance(value, str):
+        return value if _PLAIN_TEXT.match(value) and value.lower() not in _RESERVED else _quoted(value)
     return json.dumps(value)
 
 
