@@ -20,20 +20,28 @@ def column_from_arrow(column: pa.ChunkedArray) -> Cells:
     if pa.types.is_null(kind):
         return np.full(len(column), np.nan)
     if pa.types.is_floating(kind) or pa.types.is_integer(kind) or pa.types.is_decimal(kind):
-        # Through the option that permits rounding: int64 and decimals have more digits than a double.
-        return _numbers(column.cast(pa.float64(), safe=False))
+        return _numbers(column)
     return ["" if value is None else str(value).strip() for value in column.to_pylist()]
 
 
 def _numbers(column: pa.ChunkedArray) -> NDArray[np.float64]:
-    """Doubles with NaN for null, straight from Arrow's buffers: its own to_numpy imports pandas."""
-    if column.null_count:
-        column = column.fill_null(float("nan"))
-    parts = [
-        np.frombuffer(chunk.buffers()[1], np.float64)[chunk.offset : chunk.offset + len(chunk)]
-        for chunk in column.chunks
-        if len(chunk)
-    ]
+    """Doubles with NaN for null, straight from Arrow's buffers: its to_numpy imports pandas, its casts all it can do.
+
+    Digits that a double does not have are rounded off: int64 and decimals have more.
+    """
+    stored = {pa.float64(): np.float64, pa.int64(): np.int64}.get(column.type)
+    if stored is None:
+        column, stored = column.cast(pa.float64(), safe=False), np.float64
+    parts = []
+    for chunk in column.chunks:
+        if not len(chunk):
+            continue
+        bits, numbers = chunk.buffers()
+        own = slice(chunk.offset, chunk.offset + len(chunk))
+        values = np.frombuffer(numbers, stored)[own].astype(np.float64)
+        if chunk.null_count:
+            values[np.unpackbits(np.frombuffer(bits, np.uint8), bitorder="little")[own] == 0] = np.nan
+        parts.append(values)
     return np.concatenate(parts) if parts else np.zeros(0)
 
 

@@ -6,6 +6,7 @@ import csv
 import datetime
 import re
 from collections.abc import Iterator
+from decimal import Decimal
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ import pytest
 
 from fastcal.errors import InvalidInput, ParseError
 from fastcal.io import text_tables
+from fastcal.io.arrow import column_from_arrow
 from fastcal.io.table import Table
 from fastcal.io.tables import read_table, write_csv
 
@@ -206,6 +208,20 @@ def test_parquet(tmp_path: Path) -> None:
     for place, got in ((3, "'True'"), (4, "'2026-01-02 00:00:00")):
         with pytest.raises(ParseError, match=rf"data.parquet: data row 0, column '\w': expected a number, got {got}"):
             table.numbers(place)
+
+
+def test_every_kind_of_number_of_a_parquet_file_with_empty_cells(tmp_path: Path) -> None:
+    """Rows 3 to 40 of chunks of 7, so that an empty cell's bit stands anywhere in its byte."""
+    rng = np.random.default_rng(0)
+    whole = [None if rng.random() < 0.3 else int(value) for value in rng.integers(-1000, 1000, 40)]
+    kinds = {"double": pa.float64(), "single": pa.float32(), "long": pa.int64(), "short": pa.int16()}
+    cells = {name: pa.array(whole, kind) for name, kind in kinds.items()}
+    cells |= {"decimal": pa.array([None if n is None else Decimal(n) for n in whole], pa.decimal128(10, 2))}
+    for name, column in cells.items():
+        got = column_from_arrow(pa.chunked_array([column.slice(at, 7) for at in range(3, 40, 7)]))
+        assert np.array_equal(got, np.array(whole[3:], dtype=float), equal_nan=True), name
+    most = pa.chunked_array([pa.array([2**63 - 1, 2**53 + 1], pa.int64())])
+    assert column_from_arrow(most).tolist() == [float(2**63 - 1), float(2**53)]
 
 
 def test_excel(tmp_path: Path) -> None:
