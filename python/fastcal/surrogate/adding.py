@@ -24,7 +24,7 @@ from fastcal.measurements.splits import deal
 from fastcal.robot.robot import Robot, Spec
 from fastcal.surrogate.candidates import Candidate, candidates, directions
 from fastcal.surrogate.evidence import Beside, held_out_squares
-from fastcal.surrogate.features import Features, features
+from fastcal.surrogate.features import Features
 from fastcal.surrogate.problem import FOLDS, RestProblem, misfit, rest_problem
 
 FloatArray = NDArray[np.float64]
@@ -266,13 +266,13 @@ def _candidate_block(problem: RestProblem, candidate: Candidate, share: float) -
     low, high = x.min(axis=0), x.max(axis=0)
     if not (high > low).all():
         return None
-    sign = np.array([name.startswith("approach") for name in candidate.inputs])
-    width = np.where(sign, 1.0, share * (high - low))
-    most = _NODES[len(candidate.inputs)]
-    kernel = features(x, width, most if directions(candidate.owner) < 6 else _FEWER)
     size = np.sqrt((problem.place[candidate.owner] ** 2).mean(axis=0))
     if not size.any():
         return None
+    sign = np.array([name.startswith("approach") for name in candidate.inputs])
+    width = np.where(sign, 1.0, share * (high - low))
+    most = _NODES[len(candidate.inputs)] if directions(candidate.owner) < 6 else _FEWER
+    kernel = problem.features(candidate.inputs, width, most)
     scale = np.divide(1.0, size, out=np.zeros_like(size), where=size > 1e-9 * size.max())
     return _block(problem, candidate, kernel, low, high, scale, 1.0, 0.0)
 

@@ -19,6 +19,7 @@ from fastcal.calibration.row_weights import huber_weights
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot, Spec
 from fastcal.surrogate.candidates import directions
+from fastcal.surrogate.features import Features, features
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -43,6 +44,7 @@ class RestProblem:
         place: Owner to (m, directions): what a unit of each motion does.
         data: The used rows; `samples` are their conditions.
         cached: Inputs that were asked for.
+        kernels: Features that were asked for, by inputs, widths and nodes: many places have the same.
     """
 
     model: Robot
@@ -55,6 +57,7 @@ class RestProblem:
     shifted: IntArray
     place: dict[str, FloatArray]
     cached: dict[str, FloatArray] = field(default_factory=dict)
+    kernels: dict[tuple[tuple[str, ...], tuple[float, ...], int], Features] = field(default_factory=dict)
 
     def without(self, held: NDArray[np.bool_]) -> RestProblem:
         """The problem without some numbers (m,)."""
@@ -72,6 +75,13 @@ class RestProblem:
         """(N, inputs) in the used rows."""
         self.find(names)
         return np.column_stack([self.cached[name] for name in names])
+
+    def features(self, names: tuple[str, ...], width: FloatArray, most: int) -> Features:
+        """Features over inputs in the used rows, as `fastcal.surrogate.features.features` has them."""
+        key = names, tuple(width.tolist()), most
+        if key not in self.kernels:
+            self.kernels[key] = features(self.inputs(names), width, most)
+        return self.kernels[key]
 
     def find(self, names: Iterable[str]) -> None:
         """Keeps inputs that were not asked for before: many at once cost the core no more than one."""
@@ -112,7 +122,7 @@ def rest_problem(
     geometry = [i for i in asked if i < len(core.robot.parameters)]
     columns = [*geometry, *range(len(core.parameters), len(theta))]
     weight = np.sqrt(huber_weights(r, row))[:, np.newaxis]
-    sizes = np.array([core.parameters[i].sigma for i in geometry] + [1.0] * len(places))
+    sizes = np.append(np.array([parameter.sigma for parameter in core.parameters])[geometry], np.ones(len(places)))
     A = np.vstack([weight * J[:, columns], np.diag(1 / (_WEAK * sizes))])
     first = len(core.parameters) - len(units)
     place: dict[str, FloatArray] = {}
