@@ -41,7 +41,8 @@ def unseen_directions(found: _core.Identification, names: list[str]) -> tuple[li
     """Names of the parameters that move with what was held, and their directions (M, held); see CalibrationRecord."""
     directions = np.asarray(found.held_directions).reshape(len(found.asked), -1)
     rows = [k for k, i in enumerate(found.asked) if i < len(names) and np.any(directions[k] != 0)]
-    return [full_name(found.parameters[found.asked[k]]) for k in rows], directions[rows]
+    parameters, asked = found.parameters, found.asked
+    return [full_name(parameters[asked[k]]) for k in rows], directions[rows]
 
 
 def shared_row_notes(data: Dataset, test: Dataset) -> list[str]:

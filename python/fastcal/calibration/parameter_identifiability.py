@@ -130,7 +130,7 @@ def redundancy(
         raise InvalidInput(f"there is no parameter '{unknown[0]}'; there are {', '.join(names)}")
     asked = [i for i, name in enumerate(names) if parameters is None or name in parameters]
     postures = random_poses(rigid, count, seed=seed) if q is None else np.atleast_2d(np.asarray(q, dtype=float))
-    sizes = np.array([rigid.error_model.parameters[i].sigma for i in asked])
+    sizes = np.array([parameter.sigma for parameter in rigid.error_model.parameters])[asked]
     J = rigid.parameter_jacobian(postures, rows=MEASURED[measured])[:, :, asked]
     return _classed([names[i] for i in asked], np.reshape(J, (-1, len(asked))), sizes, keep)
 

@@ -37,13 +37,14 @@ def parameter_table(
     """
     own = len(model.robot.parameters)
     count = len(model.parameters)
-    nominal = np.concatenate([start.error_model.start, np.zeros(len(found.parameters) - count)])
+    parameters = found.parameters
+    nominal = np.concatenate([start.error_model.start, np.zeros(len(parameters) - count)])
     theta = np.array(found.theta)
     for first, T, T_nominal in zip(
         (0, own - 6), model.robot.base_and_tool(theta[:own]), start.core.base_and_tool(start.core.nominal), strict=True
     ):
         theta[first + 3 : first + 6] = _core.log_so3(T_nominal[:3, :3].T @ T[:3, :3])
-    names = {i: edge_name(p, geometry=i < own or i >= count) for i, p in enumerate(found.parameters)}
+    names = {i: edge_name(p, geometry=i < own or i >= count) for i, p in enumerate(parameters)}
     place = {i: k for k, i in enumerate(found.free)}
     slope = np.eye(len(place))
     for pair in polar_pairs(start.spec.get("effects") or [], start.effects, own, theta):
@@ -55,7 +56,7 @@ def parameter_table(
     covariance = slope @ covariance.reshape(slope.shape) @ slope.T
     out = []
     for i, deviation in zip(found.free, np.sqrt(np.diag(covariance)), strict=True):
-        parameter = found.parameters[i]
+        parameter = parameters[i]
         unit = edge_unit(parameter, geometry=i < own or i >= count)
         value, before = from_si(float(theta[i]), unit), from_si(float(nominal[i]), unit)
         std, bound = float(deviation) / factor(unit), None

@@ -136,10 +136,11 @@ def prepare(
     )
     if parameters is not None:
         names = parameter_names(model)
+        owners = [parameter.owner for parameter in model.parameters]
         for name in parameters:
             if name not in names:
                 raise InvalidInput(f"there is no parameter '{name}' to identify; there are {', '.join(names)}")
-        asked = [i for i in asked if names[i] in parameters or model.parameters[i].owner in ("base", "tool")]
+        asked = [i for i in asked if names[i] in parameters or owners[i] in ("base", "tool")]
     return CalibrationProblem(start, data, model, samples, measured, alignment, asked, loss, threads)
 
 

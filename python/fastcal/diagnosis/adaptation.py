@@ -72,10 +72,10 @@ def robot_of(fit: Fit, sigma: float) -> Robot:
     start = fit.problem.start.robot
     bare = Robot(dict(start.spec) | {"effects": [core_entry(entry) for entry in fit.entries]})
     spec = identified_spec(bare, fit.model, fit)
-    count = len(fit.model.parameters)
-    kept = [k for k, i in enumerate(fit.free) if i < count]
+    parameters = fit.model.parameters
+    kept = [k for k, i in enumerate(fit.free) if i < len(parameters)]
     record = CalibrationRecord(
-        [full_name(fit.model.parameters[fit.free[k]]) for k in kept],
+        [full_name(parameters[fit.free[k]]) for k in kept],
         fit.root(kept),
         from_si(sigma, "mm"),
         int(fit.freedom),

@@ -61,8 +61,9 @@ def differences(
         p = 2 * special.stdtr(max(freedom, 1), -t)
     verdicts = _holm(p)
     out = []
+    parameters, own = model.parameters, len(union.core.parameters)
     for k, i in enumerate(shown):
-        parameter, geometry = model.parameters[i], i < len(union.core.parameters)
+        parameter, geometry = parameters[i], i < own
         unit = edge_unit(parameter, geometry=geometry)
         f, name = factor(unit), full_name(parameter)
         out.append(

@@ -75,13 +75,14 @@ class CrossValidation:
         count = len(self.names)
         self._theta = np.asarray(full.theta)
         self._noise = full.common_noise
-        self._size = np.array([parameter.sigma for parameter in full.parameters])
+        parameters = full.parameters
+        self._size = np.array([parameter.sigma for parameter in parameters])
         self._weights = np.asarray(full.weights)
         random = np.random.default_rng(seed)
         self._folds = [fold_of_rows(data, self._weights > 0, folds, random) for _ in range(deals)]
-        frames = [i for i in start.asked if full.parameters[i].owner in ("base", "tool")]
+        frames = [i for i in start.asked if parameters[i].owner in ("base", "tool")]
         self.always = [i for i in start.asked if self.names[i] in always]
-        self._kept = [*frames, *self.always, *range(count, len(full.parameters))]
+        self._kept = [*frames, *self.always, *range(count, len(parameters))]
         self.identifiable = [i for i in full.free if i < count and i not in self._kept]
         self._set_unit(full)
 
