@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 WIDTH, HEIGHT = 460, 240
-LEFT, RIGHT, TOP, BOTTOM = 56, 14, 26, 40
+LEFT, RIGHT, TOP, BOTTOM = 68, 14, 26, 40
 COLORS = ("#1f6fb2", "#d1495b", "#3a7d44")
 
 

@@ -51,6 +51,14 @@ def test_figures_are_what_fastcal_simulates(figures: dict[str, Any]) -> None:
         assert now == pytest.approx(then, abs=0.11), figure.__name__
 
 
+def test_no_number_at_the_axis_covers_its_title() -> None:
+    """The title is a line of 11 px type around x = 9; a digit of that size is 6.7 px wide."""
+    for file in PAGES.glob("*.svg"):
+        numbers = re.findall(r'<text x="([\d.]+)"[^>]* text-anchor="end">([^<]*)<', file.read_text(encoding="utf-8"))
+        assert numbers, file.name
+        assert min(float(x) - 6.7 * len(text) for x, text in numbers) > 15, file.name
+
+
 def test_the_listings_of_the_guide_are_those_that_are_built() -> None:
     text = (ROOT / "docs" / "adding-an-effect.md").read_text(encoding="utf-8")
     listings = re.findall(r"```cpp\n(.*?)```", text, re.DOTALL)

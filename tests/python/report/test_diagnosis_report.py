@@ -159,6 +159,18 @@ def test_many_causes_print_on_four_sheets(browser, found: Diagnosis, tmp_path: P
     assert len(re.findall(rb"/Type /Page\b", target.read_bytes())) <= 4
 
 
+def test_nothing_missing_prints_on_three_sheets(browser, found: Diagnosis) -> None:
+    """The fourth held the last line of the page. Where no grade is given, none is explained."""
+    nothing = replace(found, verdict="none", effects=[], steps=found.steps[:1], gap=found.gap[:1], ranking=[])
+    made_by = {"fastcal": "0", "data": ["measurements.csv"], "data_sha256": "0" * 64, "robot_sha256": "0" * 64}
+    document = diagnosis_page(nothing, made_by=made_by)
+    assert "Grade A" not in document
+    assert "<dt>Grade A</dt>" in diagnosis_page(found)
+    target = browser.folder / "page.pdf"
+    browser.run(document, "--no-pdf-header-footer", f"--print-to-pdf={target}", *browser.no_gl)
+    assert len(re.findall(rb"/Type /Page\b", target.read_bytes())) <= 3
+
+
 def test_causes_that_are_not_proved_share_a_sentence(found: Diagnosis) -> None:
     (finding,) = found.effects
     unproven = [replace(finding, grade="B", owner=f"joint{k}") for k in (2, 5)]
