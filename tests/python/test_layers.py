@@ -236,6 +236,7 @@ MAY_NAME = {
     "papers/spray_7dof.py": {"beam_gravity"},
     "papers/staubli_rx160l.py": {"gear_harmonic", "joint_compliance", "joint_compliance_nonlinear", "joint_profile"},
     "surrogate/adding.py": {"surrogate"},
+    "surrogate/entries.py": {"surrogate"},
     "surrogate/problem.py": {"surrogate"},
 }
 

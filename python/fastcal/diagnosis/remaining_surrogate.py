@@ -14,15 +14,14 @@ from fastcal.diagnosis import rules
 from fastcal.diagnosis.adaptation import Judge, gap_step, nominal
 from fastcal.diagnosis.fits import Fit
 from fastcal.diagnosis.result import AdaptedModel, GapStep, Unexplained
-from fastcal.surrogate import add_surrogate, formulas
-from fastcal.surrogate.adding import Gates
+from fastcal.surrogate import Thresholds, add_surrogate, formulas
 
 _COLUMNS = {"time": "time_s", "temperature": "temperature_c", "payload": "payload_kg"}
 _SLOW = frozenset(["time", "temperature"])  # over which noise with a memory is a curve too
 
 
 def with_surrogate(
-    last: AdaptedModel, fit: Fit, reached: NDArray[np.bool_], judge: Judge, rest: Unexplained | None
+    last: AdaptedModel, fit: Fit, reached: NDArray[np.bool_], judge: Judge, unexplained: Unexplained | None
 ) -> tuple[AdaptedModel | None, GapStep | None, Unexplained | None]:
     """The last model with surrogates of what it leaves, its step of the gap, and what is unexplained by its place.
 
@@ -31,8 +30,8 @@ def with_surrogate(
         fit: The fit behind it: its noise and the unknowns of its observations.
         reached: (N,) rows that it reaches.
         judge: The rows on which models are judged.
-        rest: What remains, as the score tests place it; None: nothing that they see. It is kept where no block has
-            evidence; where it is None, only what poses left out confirm counts as unexplained.
+        unexplained: What remains, as the score tests place it; None: nothing that they see. It is kept where no block
+            has evidence; where it is None, only what poses left out confirm counts as unexplained.
     """
     problem = fit.problem
     common = np.asarray(problem.noise.common, dtype=float) * problem.noise.factor
@@ -40,28 +39,33 @@ def with_surrogate(
         last.model,
         problem.data.select(reached),
         noise=(float(common[0]), float(common[1]), float(common[2])),
+        thresholds=thresholds(),
         unknowns=fit.theta[len(fit.model.parameters) :],
         exclude=_SLOW if problem.noise.memory > 0 else frozenset(),
         threads=judge.threads,
-        gates=Gates(
-            rules.SURROGATE_EVIDENCE,
-            rules.FURTHER_SURROGATE_EVIDENCE,
-            rules.SURROGATE_HELD_OUT,
-            rules.MAX_SURROGATES,
-            rules.POSITION_BINS,
-        ),
     )
     if found.owner is None or found.evidence < rules.SURROGATE_EVIDENCE:
-        return None, None, rest
+        return None, None, unexplained
     on = tuple(_COLUMNS.get(name, name) for name in found.depends_on)
     is_borne_out = found.held_out < rules.SURROGATE_HELD_OUT
     hints = tuple(f.text for f in formulas(found.depends_on, found.inputs, found.curve)) if is_borne_out else ()
     added = ",".join(dict.fromkeys(found.added)) or None
     placed = Unexplained(found.owner, found.share, on, added, hints)
     if added is None:
-        return None, None, None if rest is None else placed
+        return None, None, None if unexplained is None else placed
     model = judge.of(found.model, nominal(fit), unknowns_by_owner(problem.measured, found.unknowns))
     step = gap_step(added, model)
     if not step.train_rms_mm < gap_step(None, last).train_rms_mm:  # it bends what was linear
         return None, None, replace(placed, added=None)
     return model, step, placed
+
+
+def thresholds() -> Thresholds:
+    """What the rules ask of a surrogate."""
+    return Thresholds(
+        evidence=rules.SURROGATE_EVIDENCE,
+        further_evidence=rules.FURTHER_SURROGATE_EVIDENCE,
+        held_out=rules.SURROGATE_HELD_OUT,
+        blocks=rules.MAX_SURROGATES,
+        bins=rules.POSITION_BINS,
+    )

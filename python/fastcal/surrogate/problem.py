@@ -30,8 +30,8 @@ _SEED = 0
 
 
 @dataclass(frozen=True, eq=False)
-class RestProblem:
-    """Whitened numbers of what a model leaves.
+class ResidualProblem:
+    """Whitened residuals of a model and what could explain them.
 
     Attributes:
         model: The calibrated robot.
@@ -59,7 +59,7 @@ class RestProblem:
     cached: dict[str, FloatArray] = field(default_factory=dict)
     kernels: dict[tuple[tuple[str, ...], tuple[float, ...], int], Features] = field(default_factory=dict)
 
-    def without(self, held: NDArray[np.bool_]) -> RestProblem:
+    def without(self, held: NDArray[np.bool_]) -> ResidualProblem:
         """The problem without some numbers (m,)."""
         kept = ~held
         return replace(
@@ -96,14 +96,14 @@ class RestProblem:
             self.cached.update((name, self.data.move[:, int(name.removeprefix("move")) - 1]) for name in moves)
 
 
-def rest_problem(
+def residual_problem(
     model: Robot,
     data: Dataset,
     noise: tuple[float, float, float],
     unknowns: FloatArray | None,
     owners: list[str],
     threads: int,
-) -> RestProblem:
+) -> ResidualProblem:
     """The problem of `add_surrogate`, whose arguments these are; `owners` are the places to look at."""
     spec = copy.deepcopy(model.spec)
     spec.pop("correction", None)
@@ -131,7 +131,7 @@ def rest_problem(
         place[owner] = _padded(weight * J[:, first : first + count], len(columns))
         first += count
     pad = np.full(len(columns), -1, dtype=np.int64)
-    return RestProblem(
+    return ResidualProblem(
         model=model,
         data=data,
         samples=model.samples(data),

@@ -18,7 +18,7 @@ from fastcal.effects.registered import States
 from fastcal.io.robot_file import load_robot
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot
-from fastcal.surrogate.adding import AddedSurrogate
+from fastcal.surrogate import AddedSurrogate
 from fastcal.units import to_si
 
 NOISE = to_si(0.03, "mm")
@@ -57,9 +57,9 @@ def test_what_is_unexplained_has_a_place_and_a_surrogate_in_the_model(found: Dia
     assert found.gap[-1].added == found.unexplained.added
     assert any(entry["effect"] == "surrogate" for entry in found.model.spec["effects"])
     assert "surrogate" not in {f.effect for f in found.effects}
-    rest = found.to_json_dict()["unexplained"]
-    assert rest["added"] == found.unexplained.added
-    assert 0 < rest["share"] <= 1
+    written = found.to_json_dict()["unexplained"]
+    assert written["added"] == found.unexplained.added
+    assert 0 < written["share"] <= 1
 
 
 def test_it_closes_the_gap_on_other_poses_and_no_name_is_sure(found: Diagnosis) -> None:
@@ -80,9 +80,9 @@ def test_a_surrogate_that_fits_worse_is_not_given(found: Diagnosis, monkeypatch:
     monkeypatch.setattr(remaining_surrogate, "add_surrogate", lambda *_, **__: off)
     monkeypatch.setattr(remaining_surrogate, "formulas", lambda *_: [])
     judge = Judge(found.final.fit.problem.data, None)
-    model, step, rest = with_surrogate(
+    model, step, unexplained = with_surrogate(
         found.steps[-2], found.final.fit, found.final.fit.problem.used, judge, found.unexplained
     )
     assert (model, step) == (None, None)
-    assert rest is not None
-    assert (rest.owner, rest.added) == ("joint3", None)
+    assert unexplained is not None
+    assert (unexplained.owner, unexplained.added) == ("joint3", None)

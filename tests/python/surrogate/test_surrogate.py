@@ -14,6 +14,7 @@ from fastcal.calibration.calibrate import CalibrationResult, calibrate
 from fastcal.calibration.evaluation import evaluate
 from fastcal.calibration.prediction import predict
 from fastcal.calibration.simulation import perturbed, simulate
+from fastcal.diagnosis.remaining_surrogate import thresholds
 from fastcal.effects import registered
 from fastcal.effects.registered import States
 from fastcal.io.robot_file import load_robot
@@ -66,7 +67,7 @@ def hidden(arm: Robot, poses: Dataset) -> tuple[CalibrationResult, Dataset, Data
 @pytest.fixture(scope="module")
 def added(hidden: tuple[CalibrationResult, Dataset, Dataset]) -> AddedSurrogate:
     found, train, _ = hidden
-    return add_surrogate(found.model, train, noise=(found.sigma, 1e-4, found.sigma))
+    return add_surrogate(found.model, train, noise=(found.sigma, 1e-4, found.sigma), thresholds=thresholds())
 
 
 def rms(model: Robot, data: Dataset) -> float:
@@ -116,12 +117,12 @@ def test_a_saved_model_predicts_the_same_with_its_uncertainty(
     added.model.save(tmp_path / "model.yaml")
     loaded = load_robot(tmp_path / "model.yaml")
     np.testing.assert_array_equal(loaded.poses(test), added.model.poses(test))
-    said, plain = predict(loaded, test), predict(found.model, test)
-    assert (said.sigma_position >= 0.95 * plain.sigma_position).all()  # the geometry moves a little with it
+    kept, plain = predict(loaded, test), predict(found.model, test)
+    assert (kept.sigma_position >= 0.95 * plain.sigma_position).all()  # the geometry moves a little with it
     own = loaded.surrogate_deviation(loaded.samples(test))
     truth = loaded.poses(test)[:, :3, 3] - np.asarray(test.position)
     assert 0.1 * NOISE < float(np.sqrt((own**2).mean())) < NOISE
-    pulls = truth / np.sqrt(said.sigma_position**2 + NOISE**2)
+    pulls = truth / np.sqrt(kept.sigma_position**2 + NOISE**2)
     assert 0.8 < float(pulls.std()) < 1.35
 
 
@@ -129,15 +130,15 @@ def test_nothing_is_added_where_nothing_is_missing(arm: Robot, poses: Dataset) -
     for seed in (1, 2):
         measured = simulate(perturbed(arm, seed=seed), poses.select(slice(0, 200)), noise=NOISE, seed=seed)
         found = calibrate(arm, measured, loss="huber")
-        rest = add_surrogate(found.model, measured, noise=(found.sigma, 1e-4, found.sigma))
-        assert rest.added == ()
-        assert rest.model is found.model
-        assert rest.evidence < 30
+        added = add_surrogate(found.model, measured, noise=(found.sigma, 1e-4, found.sigma), thresholds=thresholds())
+        assert added.added == ()
+        assert added.model is found.model
+        assert added.evidence < 30
 
 
 def test_the_scale_of_the_noise_is_not_believed(hidden: tuple[CalibrationResult, Dataset, Dataset]) -> None:
     found, train, _ = hidden
-    third = add_surrogate(found.model, train, noise=(found.sigma / 3, 1e-4, found.sigma))
+    third = add_surrogate(found.model, train, noise=(found.sigma / 3, 1e-4, found.sigma), thresholds=thresholds())
     assert third.owner == "joint3"
     assert third.added
 
@@ -145,7 +146,7 @@ def test_the_scale_of_the_noise_is_not_believed(hidden: tuple[CalibrationResult,
 def test_few_poses_choose_nothing_by_chance(arm: Robot, poses: Dataset) -> None:
     measured = simulate(perturbed(arm, seed=5), poses.select(slice(0, 30)), noise=NOISE, seed=5)
     found = calibrate(arm, measured, loss="none")
-    assert add_surrogate(found.model, measured, noise=(NOISE, 1e-4, NOISE)).added == ()
+    assert add_surrogate(found.model, measured, noise=(NOISE, 1e-4, NOISE), thresholds=thresholds()).added == ()
 
 
 @pytest.mark.parametrize("near", [True, False])
@@ -167,7 +168,7 @@ def test_lengths_to_an_anchor_get_nearer_or_nothing_is_added(
     found = calibrate(arm, measured)
     assert found.status == "converged"  # a factor of these rows once broke a singular value decomposition
     places = np.concatenate(list(found.unknowns.values()))
-    added = add_surrogate(found.model, measured, noise=(NOISE, 1e-4, NOISE), unknowns=places)
+    added = add_surrogate(found.model, measured, noise=(NOISE, 1e-4, NOISE), thresholds=thresholds(), unknowns=places)
     before = evaluate(found.model, others, unknowns=found.unknowns).after
     owner = next(iter(found.unknowns))
     after = evaluate(added.model, others, unknowns={owner: added.unknowns}).after
@@ -189,7 +190,7 @@ def test_a_surrogate_that_leaves_more_is_not_added(
     found, train, _ = hidden
     sizes = chain([1.0], repeat(2.0))  # without surrogates, and with however many
     monkeypatch.setattr("fastcal.surrogate.adding.misfit", lambda *_: next(sizes))
-    added = add_surrogate(found.model, train, noise=(found.sigma, 1e-4, found.sigma))
+    added = add_surrogate(found.model, train, noise=(found.sigma, 1e-4, found.sigma), thresholds=thresholds())
     assert added.added == ()
     assert added.owner == "joint3"
     assert added.model is found.model

@@ -18,7 +18,7 @@ from fastcal.measurements.dataset import Dataset
 from .mutants import falls_with
 from .small_arm import SIGMA, arm, measured
 
-REST = Unexplained("joint1", 0.1, (), None, ())
+UNEXPLAINED = Unexplained("joint1", 0.1, (), None, ())
 
 
 @cache
@@ -49,8 +49,8 @@ def added(curves: bool) -> tuple[str, Unexplained | None]:
         mock.patch.object(remaining_surrogate, "unknowns_by_owner", return_value={}),
         mock.patch.object(remaining_surrogate, "gap_step", _step),
     ):
-        _, step, rest = with_surrogate(last, fit, np.ones(len(data), dtype=bool), judge, REST)
-    return "" if step is None else step.added or "", rest
+        _, step, unexplained = with_surrogate(last, fit, np.ones(len(data), dtype=bool), judge, UNEXPLAINED)
+    return "" if step is None else step.added or "", unexplained
 
 
 def _step(added: str | None, _: Any) -> Any:
@@ -67,7 +67,7 @@ def curves_of_two_joints_are_added() -> None:
 
 
 @falls_with(SURROGATE_EVIDENCE=-1.0)
-def noise_is_no_rest() -> None:
-    names, rest = added(False)
+def noise_leaves_nothing_unexplained() -> None:
+    names, unexplained = added(False)
     assert names == ""
-    assert rest is REST
+    assert unexplained is UNEXPLAINED

@@ -1,0 +1,125 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Blocks of a surrogate: the features of a candidate as columns, chosen by their evidence beside the geometry."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal.surrogate.candidates import Candidate, directions
+from fastcal.surrogate.evidence import Beside
+from fastcal.surrogate.features import Features
+from fastcal.surrogate.problem import ResidualProblem
+from fastcal.surrogate.thresholds import Thresholds
+
+FloatArray = NDArray[np.float64]
+
+_WIDTHS = {1: (0.07, 0.15, 0.35, 0.8), 2: (0.25, 0.6), 3: (0.4, 0.8)}  # of an input's range, by the number of inputs
+_NODES = {1: 24, 2: 40, 3: 60}
+_FEWER = 12  # nodes of a place that moves in six directions
+_PROMISING = 40  # candidates that are weighed again beside the first: what has no evidence alone has none beside it
+_NO_EVIDENCE = 1e-9  # below this the first block is nothing at all
+
+
+@dataclass(frozen=True, eq=False)
+class Block:
+    """A candidate as a Gaussian process over the rows of a problem.
+
+    Attributes:
+        candidate: The place and its inputs.
+        kernel: The features of the inputs.
+        low, high: (inputs,) ranges of the inputs over the rows that it was chosen on.
+        scale: (directions,) a unit of each direction [rad, m] that has a mean square of 1 in noise.
+        columns: (m, features x directions), times the size.
+        size: Most likely standard deviation of the process in units of `scale`.
+        evidence: Twice the log of a ratio of likelihoods, with the block over without.
+    """
+
+    candidate: Candidate
+    kernel: Features
+    low: FloatArray
+    high: FloatArray
+    scale: FloatArray
+    columns: FloatArray
+    size: float = 1.0
+    evidence: float = 0.0
+
+    def over(self, problem: ResidualProblem) -> Block:
+        """The same process over the rows of another problem."""
+        return replace(self, columns=self.size * _columns(problem, self.candidate, self.kernel, self.scale))
+
+
+def choose_blocks(problem: ResidualProblem, considered: Sequence[Candidate], thresholds: Thresholds) -> list[Block]:
+    """Blocks by evidence, each beside those before it."""
+    problem.find(name for candidate in considered for name in candidate.inputs)
+    blocks: list[Block] = []
+    A, r = problem.A, problem.r
+    while len(blocks) < thresholds.blocks:
+        chosen = {block.candidate for block in blocks}
+        others = [candidate for candidate in considered if candidate not in chosen]
+        best, evidence = _most_evident(problem, Beside(A, r), len(r) - len(problem.r), others)
+        if best is None or best.evidence < (thresholds.further_evidence if blocks else _NO_EVIDENCE):
+            break
+        best = replace(best, columns=best.size * best.columns)
+        blocks.append(best)
+        considered = sorted(evidence, key=lambda candidate: -evidence[candidate])[:_PROMISING]
+        # What was chosen is part of the model from here on, its weights ~ N(0, I).
+        count = best.columns.shape[1]
+        A = np.block([[A, _padded(best.columns, len(r))], [np.zeros((count, A.shape[1])), np.eye(count)]])
+        r = np.append(r, np.zeros(count))
+    return blocks
+
+
+def _most_evident(
+    problem: ResidualProblem, beside: Beside, padding: int, considered: Sequence[Candidate]
+) -> tuple[Block | None, dict[Candidate, float]]:
+    """The block with the most evidence, None where none has any, and the largest evidence of each candidate.
+
+    `beside` has `padding` rows more than the problem: the priors of blocks chosen before.
+    """
+    best: Block | None = None
+    evidence: dict[Candidate, float] = {}
+    for candidate in considered:
+        for share in _WIDTHS[len(candidate.inputs)]:
+            block = _candidate_block(problem, candidate, share)
+            if block is None:
+                break
+            found = beside.weigh(_padded(block.columns, len(problem.r) + padding))
+            evidence[candidate] = max(found.evidence, evidence.get(candidate, 0.0))
+            if found.evidence > (0.0 if best is None else best.evidence):
+                best = replace(block, size=found.size, evidence=found.evidence)
+    return best, evidence
+
+
+def _candidate_block(problem: ResidualProblem, candidate: Candidate, share: float) -> Block | None:
+    """The columns of a candidate, mean square 1; None where it moves nothing that was measured."""
+    x = problem.inputs(candidate.inputs)
+    low, high = x.min(axis=0), x.max(axis=0)
+    if not (high > low).all():
+        return None
+    size = np.sqrt((problem.place[candidate.owner] ** 2).mean(axis=0))
+    if not size.any():
+        return None
+    sign = np.array([name.startswith("approach") for name in candidate.inputs])
+    width = np.where(sign, 1.0, share * (high - low))
+    most = _NODES[len(candidate.inputs)] if directions(candidate.owner) < 6 else _FEWER
+    kernel = problem.features(candidate.inputs, width, most)
+    scale = np.divide(1.0, size, out=np.zeros_like(size), where=size > 1e-9 * size.max())
+    return Block(candidate, kernel, low, high, scale, _columns(problem, candidate, kernel, scale))
+
+
+def _columns(problem: ResidualProblem, candidate: Candidate, kernel: Features, scale: FloatArray) -> FloatArray:
+    """(m, features x directions) what a unit of each feature does; 0 in the rows of priors."""
+    phi = kernel(problem.inputs(candidate.inputs))
+    values = np.where((problem.row >= 0)[:, np.newaxis], phi[np.maximum(problem.row, 0)], 0.0)
+    motion = problem.place[candidate.owner] * scale
+    return (values[:, :, np.newaxis] * motion[:, np.newaxis, :]).reshape(len(values), -1)
+
+
+def _padded(columns: FloatArray, rows: int) -> FloatArray:
+    """The columns with rows of zeros below, `rows` in all."""
+    return np.vstack([columns, np.zeros((rows - len(columns), columns.shape[1]))])
