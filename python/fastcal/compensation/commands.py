@@ -27,7 +27,7 @@ from fastcal.robot.robot import Robot
 FloatArray = NDArray[np.float64]
 
 METHODS = ("full", "one-step")
-_MOST_TOLD = 5  # rows of a kind that get a sentence of their own
+_MOST_LISTED = 5  # rows of a kind that get a sentence of their own
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -247,9 +247,9 @@ def _sentences(found: InverseKinematics) -> list[str]:
     notes = []
     for kind in ("bad_target", "unreachable", "limit", "singular"):
         rows = np.flatnonzero(found.status == kind).tolist()
-        notes += [f"row {row}: {found.message(row)}" for row in rows[:_MOST_TOLD]]
-        if len(rows) > _MOST_TOLD:
-            notes.append(f"{len(rows) - _MOST_TOLD} more are {kind}: {_listed(rows[_MOST_TOLD:])}")
+        notes += [f"row {row}: {found.message(row)}" for row in rows[:_MOST_LISTED]]
+        if len(rows) > _MOST_LISTED:
+            notes.append(f"{len(rows) - _MOST_LISTED} more are {kind}: {_listed(rows[_MOST_LISTED:])}")
     return notes
 
 

@@ -66,8 +66,8 @@ class Configurations:
         best = min(turned, key=lambda q: float(np.abs(q - middle).max()))
         if fitting:
             return best, None
-        said = ", ".join(f"{name} {word.text}" for name, word in target.words.items())
-        return best, f"no solution is in the configuration {said}; the one nearest to the target before is taken"
+        words = ", ".join(f"{name} {word.text}" for name, word in target.words.items())
+        return best, f"no solution is in the configuration {words}; the one nearest to the target before is taken"
 
     def _fits(self, q: FloatArray, asked: tuple[bool | None, ...]) -> bool:
         """Is q in the asked configuration, as far as both are known?"""

@@ -111,10 +111,10 @@ def compensate_program(
         q, singular = _compensated(places, q_nominal, method, conditions, threads)
         notes += singular
     poses = places.nominal.forward(q_nominal)
-    changes, said = _changes(places, q_given, q)
+    changes, change_notes = _changes(places, q_given, q)
     if nominal is None and not model.spec.get("calibration"):
         notes.append(f"{model.name} holds no calibration: its own geometry is taken as what the controller believes")
-    notes += [*places.frames.notes, *program.notes, *said, *notes_on_ranges(robot, q, conditions)]
+    notes += [*places.frames.notes, *program.notes, *change_notes, *notes_on_ranges(robot, q, conditions)]
     notes += [] if inverse else _offsets(places, q_nominal, q, conditions)
     error = np.array(
         [
@@ -202,8 +202,8 @@ class _Places:
         """T_world_tool of the model for the numbers of a target."""
         return np.asarray(self.T_world_base @ self.frames.to_base(place, T_frame_tool) @ self.T_last_tool)
 
-    def said(self, place: int, T_world_tool: FloatArray) -> FloatArray:
-        """The numbers of a target at which the model's tool is there; the inverse of `world`."""
+    def in_frame(self, place: int, T_world_tool: FloatArray) -> FloatArray:
+        """T_frame_tool of the numbers of a target at which the model's tool is there; the inverse of `world`."""
         T_base_last = se3.inverse(self.T_world_base) @ T_world_tool @ se3.inverse(self.T_last_tool)
         return self.frames.from_base(place, T_base_last)
 
@@ -277,7 +277,7 @@ def _changes(places: _Places, q_nominal: FloatArray, q: FloatArray) -> tuple[lis
     notes = []
     poses = places.nominal.forward(q)
     for i, target in enumerate(program.targets):
-        values = q[i] if target.kind == "joints" else language.values(places.said(i, poses[i]), target.values)
+        values = q[i] if target.kind == "joints" else language.values(places.in_frame(i, poses[i]), target.values)
         pairs = zip(target.numbers, values, strict=True)
         changes += [(number, language.number(number, float(value))) for number, value in pairs]
         if not target.words or not arm.has_configurations:
@@ -305,8 +305,8 @@ def _offsets(places: _Places, q_nominal: FloatArray, q: FloatArray, conditions: 
             continue
         shift = se3.pose(position=move.offset)
         wanted = places.world(move.target, shift @ language.pose(target.values))
-        T_said = places.said(move.target, places.nominal.forward(q[move.target])[0])
-        commanded = places.world(move.target, shift @ T_said)
+        T_frame_tool = places.in_frame(move.target, places.nominal.forward(q[move.target])[0])
+        commanded = places.world(move.target, shift @ T_frame_tool)
         joints = inverse_kinematics(places.nominal, commanded, seed=q[move.target], restarts=0).q
         own = {name: _row(value, move.target, len(q)) for name, value in conditions.items()}
         got = places.robot.forward(joints, **own)[0]

@@ -39,7 +39,7 @@ class Correction:
     Attributes:
         network: mlp, bso-mlp, somm, ca-somm, ga-dnn, gp, knn or boosting.
         members: The ensemble; its mean is added.
-        guard: Where it may speak.
+        guard: Where it applies.
         limit: No displacement is longer [m].
         uncertainty: What held-out rows show of its errors.
         record: How it came about, for people: plain data.
@@ -66,10 +66,10 @@ class Correction:
         """Displacement in the base's axes; sigma as well."""
         if self.any_load:
             inputs = inputs.without_load()
-        said = np.array([member.displacement(inputs) for member in self.members])
+        each = np.array([member.displacement(inputs) for member in self.members])
         weight = self.guard.weight(inputs)
-        mean = limited(said.mean(axis=0), self.limit)
-        sigma = self.uncertainty.sigma(spread(said), weight)
+        mean = limited(each.mean(axis=0), self.limit)
+        sigma = self.uncertainty.sigma(spread(each), weight)
         return Corrected(weight[:, np.newaxis] * mean, weight, sigma)
 
 
@@ -79,6 +79,8 @@ def limited(displacement: FloatArray, limit: float) -> FloatArray:
     return np.asarray(displacement * np.minimum(1.0, limit / np.maximum(length, 1e-300)))
 
 
-def spread(said: FloatArray) -> FloatArray:
+def spread(displacements: FloatArray) -> FloatArray:
     """(N, 3) standard deviation over the members of (M, N, 3); 0 for a single one."""
-    return np.asarray(said.std(axis=0, ddof=1)) if len(said) > 1 else np.zeros(said.shape[1:])
+    return (
+        np.asarray(displacements.std(axis=0, ddof=1)) if len(displacements) > 1 else np.zeros(displacements.shape[1:])
+    )

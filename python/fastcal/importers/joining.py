@@ -35,7 +35,7 @@ class _Join:
     points: Reading
     poses: Reading
     robot: Robot | None
-    said: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
 
 
 def joined(points: Reading, poses: Reading, robot: Robot | None) -> Reading:
@@ -51,7 +51,7 @@ def joined(points: Reading, poses: Reading, robot: Robot | None) -> Reading:
         pairs, how = _by_order(join)
     elif how == "by name":
         left_points, left_poses = _left(join, pairs or [])
-        _say_left(join, left_points, left_poses)
+        _note_left_over(join, left_points, left_poses)
     pairs = _tried(join, pairs, how)
     if not pairs:
         raise InvalidInput(f"{points.path}: no point belongs to a pose of {poses.path}")
@@ -66,7 +66,7 @@ def joined(points: Reading, poses: Reading, robot: Robot | None) -> Reading:
         names=named.names,
         counted=named.counted,
         times=to.times or at.times,
-        notes=[*points.notes, *poses.notes, note, *join.said],
+        notes=[*points.notes, *poses.notes, note, *join.notes],
     )
 
 
@@ -80,10 +80,10 @@ def _by_name_or_time(join: _Join) -> tuple[list[Pair] | None, str | None]:
     if timed is None:
         return None, None
     if timed.shift:
-        join.said.append(f"the two clocks differ by {timed.shift / 3600:+g} h, which is taken into account")
+        join.notes.append(f"the two clocks differ by {timed.shift / 3600:+g} h, which is taken into account")
     for rows, why in ((timed.moving, "were taken while the arm moved"), (timed.outside, "have no pose at their time")):
         if rows:
-            join.said.append(f"{len(rows)} points {why} and are left out: {_listed(points, rows)}")
+            join.notes.append(f"{len(rows)} points {why} and are left out: {_listed(points, rows)}")
     if len(poses) < _RECORD * len(points):
         return timed.pairs, "by time"
     # Of a record of the motion the other samples are no poses that could have lost their point.
@@ -103,7 +103,7 @@ def _reduced(join: _Join, reading: Reading, values: FloatArray, tolerance: float
     found = standstills(values, tolerance)
     if not found:
         return reading
-    join.said.append(f"the {len(reading)} samples of the {what} hold {len(found)} standstills, whose means are taken")
+    join.notes.append(f"the {len(reading)} samples of the {what} hold {len(found)} standstills, whose means are taken")
     middle = [(start + end) // 2 for start, end in found]
     out = reading.rows(middle)
     numbers = [name for name, column in out.columns.items() if isinstance(column, np.ndarray)]
@@ -119,7 +119,7 @@ def _by_order(join: _Join) -> tuple[list[Pair] | None, str]:
     points, poses = join.points, join.poses
     if len(points) == len(poses):
         if join.robot is None:
-            join.said.append("nothing but the order joins them: --robot ROBOT would check that no row has slipped")
+            join.notes.append("nothing but the order joins them: --robot ROBOT would check that no row has slipped")
         return [(k, k) for k in range(len(points))], "by order"
     if join.robot is None:
         raise InvalidInput(
@@ -135,7 +135,7 @@ def _tried(join: _Join, pairs: list[Pair] | None, how: str) -> list[Pair] | None
     if join.robot is None:
         return pairs
     if position is None or np.isnan(position).any():
-        join.said.append("rows without a whole point can't be tried on the robot")
+        join.notes.append("rows without a whole point can't be tried on the robot")
         return pairs
     if len(join.points) * len(join.poses) > _MOST_TRIED:
         raise InvalidInput(
@@ -149,7 +149,7 @@ def _tried(join: _Join, pairs: list[Pair] | None, how: str) -> list[Pair] | None
                 f"belong together "
                 f"the robot needs at least {FEWEST_ROWS}"
             )
-        join.said.append(f"fewer than {FEWEST_ROWS} rows can't be tried on the robot")
+        join.notes.append(f"fewer than {FEWEST_ROWS} rows can't be tried on the robot")
         return pairs
     order = list(range(len(position)))
     if how == "by name" and pairs:
@@ -165,15 +165,15 @@ def _tried(join: _Join, pairs: list[Pair] | None, how: str) -> list[Pair] | None
             f"shifted: is it the right robot, and are units and joints of {join.poses.path} right?"
         )
     mended = [(i, order[k]) for i, k in found.pairs]
-    _say_mended(join, pairs, mended, found)
+    _note_mended(join, pairs, mended, found)
     return mended
 
 
-def _say_mended(join: _Join, pairs: list[Pair] | None, mended: list[Pair], found: Pairing) -> None:
+def _note_mended(join: _Join, pairs: list[Pair] | None, mended: list[Pair], found: Pairing) -> None:
     """What the robot changed, in words."""
     rms = f"{from_si(found.rms, 'mm'):.3g} mm RMS"
     if pairs is not None and set(pairs) == set(mended):
-        join.said.append(f"tried on the robot: every pair fits it ({rms}), no row has slipped")
+        join.notes.append(f"tried on the robot: every pair fits it ({rms}), no row has slipped")
         return
     left_points, left_poses = _left(join, mended)
     before_points, before_poses = _left(join, pairs or [])
@@ -194,7 +194,7 @@ def _say_mended(join: _Join, pairs: list[Pair] | None, mended: list[Pair], found
         parts.append(f"poses missing a point that fits: {_listed(join.poses, lost)}")
     if extra:
         parts.append(f"points missing a pose that fits: {_listed(join.points, extra)}")
-    join.said.append("; ".join([*parts, f"the {len(mended)} pairs that are kept fit to {rms}"]))
+    join.notes.append("; ".join([*parts, f"the {len(mended)} pairs that are kept fit to {rms}"]))
 
 
 def _out_of_order(pairs: Sequence[Pair]) -> list[int]:
@@ -212,13 +212,15 @@ def _left(join: _Join, pairs: Sequence[Pair]) -> tuple[list[int], list[int]]:
     return points, sorted({*range(len(join.poses))} - {i for i, _ in pairs})
 
 
-def _say_left(join: _Join, points: list[int], poses: list[int]) -> None:
+def _note_left_over(join: _Join, points: list[int], poses: list[int]) -> None:
     if points:
-        join.said.append(
+        join.notes.append(
             f"{len(points)} points without a pose of their name are left out: {_listed(join.points, points)}"
         )
     if poses:
-        join.said.append(f"{len(poses)} poses without a point of their name are left out: {_listed(join.poses, poses)}")
+        join.notes.append(
+            f"{len(poses)} poses without a point of their name are left out: {_listed(join.poses, poses)}"
+        )
 
 
 def _listed(reading: Reading, rows: Sequence[int]) -> str:

@@ -52,10 +52,10 @@ def expanded(path: str | os.PathLike[str], arguments: Mapping[str, str] | None =
     except Exception as error:  # noqa: BLE001 - a file's expressions raise whatever Python raises
         if missing:
             raise missing[0] from None
-        said = " ".join(str(error).split()) or type(error).__name__
-        if argument := re.search(r"Undefined substitution argument (\w+)", said):
-            said = f"needs the argument {argument[1]}: give it as --xacro {argument[1]}:=VALUE"
-        raise ParseError(f"xacro can't expand it: {said:.300}", path) from None
+        message = " ".join(str(error).split()) or type(error).__name__
+        if argument := re.search(r"Undefined substitution argument (\w+)", message):
+            message = f"needs the argument {argument[1]}: give it as --xacro {argument[1]}:=VALUE"
+        raise ParseError(f"xacro can't expand it: {message:.300}", path) from None
 
 
 def _package(name: str, file: Path) -> str:

@@ -61,7 +61,7 @@ def prepared(robot: Robot, measured: Dataset, *, as_read: bool, threads: int) ->
     """The linear problem, the set-ups and notes."""
     record = record_of(robot)
     notes = [*measured.notes, *check_columns(robot, measured, as_read=as_read)]
-    arm, said = bare_arm(robot, measured)
+    arm, arm_notes = bare_arm(robot, measured)
     known, left_out = as_known(measured, record)
     more, added = extended(arm, {"approach"} if measured.approach is not None else set())
     places = set_ups(more, known, threads=threads)
@@ -77,7 +77,7 @@ def prepared(robot: Robot, measured: Dataset, *, as_read: bool, threads: int) ->
         [h.sizes for h in possible],
         rows.freedom,
     )
-    return Setting(arm, more, rows, possible, evidence), places, [*notes, *said, *left_out]
+    return Setting(arm, more, rows, possible, evidence), places, [*notes, *arm_notes, *left_out]
 
 
 def _refuse_other_robot(robot: Robot, data: Dataset, places: list[SetUp], as_read: bool) -> None:

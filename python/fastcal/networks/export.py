@@ -153,5 +153,5 @@ class _Joints(nn.Module):
         errors = (torch.cat([torch.sin(turns), torch.cos(turns)], dim=2) * self.curves).sum(dim=2)
         joints = phase.shape[1]
         moved = torch.matmul(J, (out[:, :joints] + errors)[:, :, None]).squeeze(2)
-        said: torch.Tensor = self.unit * (moved + out[:, joints:])
-        return said
+        displacement: torch.Tensor = self.unit * (moved + out[:, joints:])
+        return displacement

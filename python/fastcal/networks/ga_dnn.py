@@ -107,8 +107,8 @@ def search(problem: Problem, options: Options, budget: Budget = Budget()) -> Net
     best, least = genes[0], np.inf
     for generation in range(budget.generations):
         if generation > 0 and options.is_over:
-            said = f"the search ended after {generation} of {budget.generations} generations: time is up"
-            options.notes.append(said)
+            note = f"the search ended after {generation} of {budget.generations} generations: time is up"
+            options.notes.append(note)
             break
         options.progress(f"genetic search, generation {generation + 1} of {budget.generations}")
         current = genes

@@ -47,22 +47,22 @@ class Judged:
 def judge(name: str, problem: Problem, experts: Sequence[Sequence[Expert]]) -> Judged:
     """Holds the experts of each fold against the fold's own rows, and fits guard and uncertainty to what they show."""
     limit = float(np.linalg.norm(problem.residuals, axis=1).max())
-    said, apart = np.empty_like(problem.residuals), np.empty_like(problem.residuals)
+    predicted, apart = np.empty_like(problem.residuals), np.empty_like(problem.residuals)
     distance = np.empty(len(problem))
     guards = [guard_of(problem, own) for own in problem.training_rows()]
     for fold, members in enumerate(experts):
         held = np.flatnonzero(problem.folds == fold)
         part = problem.inputs.select(held)
         each = np.array([member.displacement(part) for member in members])
-        said[held], apart[held] = limited(each.mean(axis=0), limit), spread(each)
+        predicted[held], apart[held] = limited(each.mean(axis=0), limit), spread(each)
         distance[held] = guards[fold].distance(part)
     before = np.linalg.norm(problem.residuals, axis=1)
-    near = helpful_distance(distance, before, np.linalg.norm(problem.residuals - said, axis=1))
+    near = helpful_distance(distance, before, np.linalg.norm(problem.residuals - predicted, axis=1))
     weight = np.empty(len(problem))
     for fold, guard in enumerate(guards):
         held = np.flatnonzero(problem.folds == fold)
         weight[held] = with_distance(guard, near).weight(problem.inputs.select(held))
-    errors = problem.residuals - weight[:, np.newaxis] * said
+    errors = problem.residuals - weight[:, np.newaxis] * predicted
     every = np.arange(len(problem))
     inside = weight > 0.5
     trusted = inside if inside.any() else np.ones(len(problem), dtype=bool)

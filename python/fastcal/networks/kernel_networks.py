@@ -61,10 +61,11 @@ def fit_rbf(problem: Problem, rows: Sequence[IntArray], options: Options) -> lis
 def _with_width(problem: Problem, own: IntArray, options: Options, normalized: bool) -> KernelNetwork:
     order = np.random.default_rng((options.seed, 7)).permutation(own)
     judged, learnt = order[: max(1, len(own) // 10)], order[len(own) // 10 :]
+    inputs = problem.inputs.select(judged)
     errors = []
     for width in WIDTHS:
-        said = _network(problem, learnt, width, normalized, options.seed).displacement(problem.inputs.select(judged))
-        errors.append(float(np.mean((said - problem.residuals[judged]) ** 2)))
+        predicted = _network(problem, learnt, width, normalized, options.seed).displacement(inputs)
+        errors.append(float(np.mean((predicted - problem.residuals[judged]) ** 2)))
     return _network(problem, own, WIDTHS[int(np.argmin(errors))], normalized, options.seed)
 
 

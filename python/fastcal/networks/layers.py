@@ -149,13 +149,13 @@ def _through(
     found = torch.zeros_like(slope[: layer.count, 0, 0])
     assert a is not None  # noqa: S101 - a hidden layer keeps its output
     for name, first, last in layer.runs:
-        own, said = d[first:last], a[first:last]
+        own, output = d[first:last], a[first:last]
         if name == "tanh":
-            own.addcmul_(own * said, said, value=-1)
+            own.addcmul_(own * output, output, value=-1)
         elif name == "relu":
-            own *= said > 0
+            own *= output > 0
         elif name == "sigmoid":
-            own *= said - said * said
+            own *= output - output * output
         elif negative is not None:
             below = negative[first:last]
             found[first:last] = (own * below).sum(dim=(1, 2))

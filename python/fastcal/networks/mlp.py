@@ -71,18 +71,18 @@ def fit_mlp(
     seeds = options.seeds(len(rows))
     theta = population.start(seeds, last=0.1)
     features = phases.features(problem.inputs)
-    said = np.zeros((len(rows), *wanted.shape))
+    predicted = np.zeros((len(rows), *wanted.shape))
     for _ in range(ROUNDS):
         curves = [
             linalg.cho_solve(factor, regression.right(own, wanted - offset))
-            for factor, own, offset in zip(factors, rows, said, strict=True)
+            for factor, own, offset in zip(factors, rows, predicted, strict=True)
         ]
         left = np.array([wanted - A @ c for c in curves])
         model = JointErrors(population, features, problem.inputs.J_tool_q, left, theta.device)
         theta, _ = fit(model, theta, rows, schedule, seeds, progress=options.progress)
         with torch.no_grad():
             every = torch.arange(len(problem), device=theta.device).expand(len(rows), -1)
-            said = model.error(theta, every).cpu().numpy().astype(float) + left
+            predicted = model.error(theta, every).cpu().numpy().astype(float) + left
     return [
         JointNetwork(phases, c.reshape(joints, -1), CORNER, net, problem.size)
         for c, net in zip(curves, population.networks(theta), strict=True)

@@ -37,8 +37,8 @@ def fit_neighbours(problem: Problem, rows: Sequence[IntArray], options: Options)
         for expert, own in zip(found, rows, strict=True):
             other = np.setdiff1d(np.arange(len(problem)), own)
             if len(other):
-                said = expert.displacement(problem.inputs.select(other))
-                errors.append(np.linalg.norm(problem.residuals[other] - said, axis=1))
+                predicted = expert.displacement(problem.inputs.select(other))
+                errors.append(np.linalg.norm(problem.residuals[other] - predicted, axis=1))
         mean = float(np.concatenate(errors).mean()) if errors else 0.0
         if mean < least:
             best, least = found, mean

@@ -234,14 +234,14 @@ def _gaps(guard: Guard) -> list[str]:
 
 
 def _verdict(network: str, used: str, means: dict[str, float]) -> str:
-    said = f"held-out mean error {means[used]:.4f} mm with {used}"
+    result = f"held-out mean error {means[used]:.4f} mm with {used}"
     if used == network:
         rival = min(means[name] for name in means if name not in (network, ALONE)) if len(means) > 2 else None
         beaten = "" if rival is None else f" and {rival:.4f} mm with the best rival"
-        return f"{network} is used: {said}, {means[ALONE]:.4f} mm with the model alone{beaten}"
+        return f"{network} is used: {result}, {means[ALONE]:.4f} mm with the model alone{beaten}"
     if used == ALONE:
-        return f"{network} is not used, nor any rival: {said} alone, {means[network]:.4f} mm with {network}"
-    return f"{network} is not used, but {used}: {said}, {means[network]:.4f} mm with {network}"
+        return f"{network} is not used, nor any rival: {result} alone, {means[network]:.4f} mm with {network}"
+    return f"{network} is not used, but {used}: {result}, {means[network]:.4f} mm with {network}"
 
 
 def _surely_better(problem: Problem, errors: FloatArray) -> bool:

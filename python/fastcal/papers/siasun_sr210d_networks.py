@@ -79,8 +79,8 @@ def networks(stiff: Robot, best: Robot, learnt: Dataset, unseen: Dataset, seed: 
             out[name][part] = lengths_mm(left(model, data))
         for name, (of, members) in fitted.items():
             model = of.robot
-            said = np.mean([member.displacement(model.inputs(data.q, data.payload)) for member in members], axis=0)
-            errors = left(model, data) - said
+            predicted = np.mean([member.displacement(model.inputs(data.q, data.payload)) for member in members], axis=0)
+            errors = left(model, data) - predicted
             out[name][part] = lengths_mm(errors)
             if name in ("bso", "best"):
                 out[name][f"{part}_by_pose"] = [float(x) for x in np.linalg.norm(errors, axis=1) / MM]

@@ -76,10 +76,10 @@ def networks(
     out: Run = {name: {} for name in experts}
     for name, members in experts.items():
         for part, errors in before.items():
-            said = np.mean([member.displacement(inputs[part]) for member in members], axis=0)
-            out[name][part] = _lengths(errors - said)
+            predicted = np.mean([member.displacement(inputs[part]) for member in members], axis=0)
+            out[name][part] = _lengths(errors - predicted)
             if part == "unseen":
-                out[name]["by_pose"] = _sizes(errors - said)[:SHOWN]
+                out[name]["by_pose"] = _sizes(errors - predicted)[:SHOWN]
     out["before"] = {part: lengths_mm(errors) for part, errors in before.items()}
     out["before"]["by_pose"] = _sizes(before["unseen"])[:SHOWN]
     return {
@@ -120,17 +120,17 @@ def _deep(problem: Problem, own: list[np.ndarray], options: Options, found: Netw
 def _any_load(model: Robot, data: Dataset, experts: Mapping[str, Sequence[Trained]], stiff: Mapping[str, Robot]) -> Run:
     """The network alone, and with what the load beyond the tool's 3.6 kg adds."""
     bare = left(model, data)
-    said = {
+    predicted = {
         name: np.mean([member.displacement(model.inputs(data.q)) for member in experts[name]], axis=0)
         for name in ("ga_dnn", "mlp")
     }
     added = {name: _added(robot, data, model) for name, robot in stiff.items()}
     errors = {
         "none": bare,
-        "network": bare - said["ga_dnn"],
-        "global": bare - said["ga_dnn"] - added["pieces"],
-        "best": bare - said["mlp"] - added["linear"],
-        "best_pieces": bare - said["mlp"] - added["pieces"],
+        "network": bare - predicted["ga_dnn"],
+        "global": bare - predicted["ga_dnn"] - added["pieces"],
+        "best": bare - predicted["mlp"] - added["linear"],
+        "best_pieces": bare - predicted["mlp"] - added["pieces"],
     }
     return {name: _lengths(e) | {"share": float(np.mean(np.array(_sizes(e)) < 0.22))} for name, e in errors.items()}
 

@@ -129,8 +129,8 @@ class _Reader:
             piece = Piece(match[2], match.start(2), match.end(2))
             numbers.append(number(self.document, self.place, piece, unit, f"{name}, {key}"))
         words = {}
-        if not joints and (said := _CONFIGURATION.search(text, start, end)):
-            words["CONFIG"] = Word(self.place, said.start(1), said.end(1), said[1])
+        if not joints and (configuration := _CONFIGURATION.search(text, start, end)):
+            words["CONFIG"] = Word(self.place, configuration.start(1), configuration.end(1), configuration[1])
         tool, frame = (re.search(rf"\b{key}\s*:\s*(\w+)", text[start:end]) for key in ("UT", "UF"))
         self.names[name] = len(self.targets)
         self.targets.append(

@@ -85,10 +85,10 @@ class Frames:
         if target.kind == "pose":
             for what, found in (("tool", tools), ("frame", frames)):
                 if len(found) > 1:
-                    said = ", ".join(f"{name} in line {line}" for name, line in sorted(found.items(), key=str))
+                    where = ", ".join(f"{name} in line {line}" for name, line in sorted(found.items(), key=str))
                     name = self.program.documents[target.numbers[0].document].name
                     raise ParseError(
-                        f"{target.name} is used with more than one {what} ({said}); expected one, as its numbers can "
+                        f"{target.name} is used with more than one {what} ({where}); expected one, as its numbers can "
                         "be compensated for one only",
                         name,
                         target.line,
@@ -103,12 +103,12 @@ class Frames:
         if name is not None and name.lower() in known:
             return known[name.lower()]
         taken = "the robot file's tool" if what == "tool" else "the robot's base"
-        said = (
+        reason = (
             f"the program does not define which {what} applies"
             if name is None
             else f"{what} {name} is not in the program"
         )
-        note = f"{said}: it is taken as {taken}"
+        note = f"{reason}: it is taken as {taken}"
         if note not in self.notes:
             self.notes.append(note)
         return assumed

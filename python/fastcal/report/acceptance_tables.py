@@ -27,18 +27,17 @@ def shown(each: Judged) -> tuple[str, str, str]:
     """Value, expanded uncertainty and limit in the unit of the page."""
     unit = UNITS[each.figure.unit]
     value, expanded = from_si(each.figure.value, unit), from_si(each.uncertainty.expanded, unit)
-    said = with_uncertainty(expanded or None, value)
+    uncertainty_text, value_text = with_uncertainty(expanded or None, value)
     limit = "" if each.limit is None else f"{from_si(each.limit, unit):.6g}".replace(".", decimal_sign())
-    return said[1], said[0], limit
+    return value_text, uncertainty_text, limit
 
 
 def odds_text(probability: float | None) -> str:
     """A probability in percent; how small or near to certain it is beyond a thousandth is left open."""
     if probability is None:
         return "\N{EN DASH}"
-    said = min(max(probability, 1 - ALIKE), ALIKE)
-    sign = "" if said == probability else "<\N{NO-BREAK SPACE}" if probability < said else ">\N{NO-BREAK SPACE}"
-    return f"{sign}{fixed(100 * said, 1)}\N{NARROW NO-BREAK SPACE}%"
+    bounded = min(max(probability, 1 - ALIKE), ALIKE)
+    sign = "" if bounded == probability else "<\N{NO-BREAK SPACE}" if probability < bounded else ">\N{NO-BREAK SPACE}"
 
 
 def figures_table(found: Acceptance) -> Table:

@@ -120,7 +120,7 @@ def flat_views(positions: Array, before: Array, after: Array) -> list[Figure]:
     views = []
     for state, mode in (("before", modes[0]), ("after", modes[-1])):
         colour = figures.AFTER if state == "after" else figures.MUTED
-        said = _("after") if state == "after" else _("before")
+        state_text = _("after") if state == "after" else _("before")
         for id_, view, (a, b) in (
             ("top", _("Top"), (0, 1)),
             ("front", _("Front"), (0, 2)),
@@ -134,7 +134,7 @@ def flat_views(positions: Array, before: Array, after: Array) -> list[Figure]:
             for name, k, ticks in (("xaxis", a, 4), ("yaxis", b, 6)):
                 drawn[name] |= {"range": limits[k].tolist(), "nticks": ticks, "constrain": "domain", "zeroline": False}
             drawn["yaxis"]["scaleanchor"] = "x"
-            title = f"{view}, {said} {_times(mode.scale)}"
+            title = f"{view}, {state_text} {_times(mode.scale)}"
             alt = _("Flat view of the error arrows: {title}.", title=title)
             views.append(
                 Figure(f"flat-{id_}-{state}", title, alt, traces, drawn, columns=2, height=270, paper_height=190)
