@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""fastcal: from a robot file and measured poses to an identified robot, how sure it is, and a report."""
+"""fastcal: from a robot file and measured poses to an identified robot, its uncertainty, and a report."""
 
 from __future__ import annotations
 

@@ -226,7 +226,7 @@ MAY_NAME = {
     "cli/demo.py": {"joint_compliance"},
     "cli/design.py": {"joint_compliance"},
     "cli/manners.py": {"backlash", "gear_harmonic", "joint_compliance"},
-    "design/planned.py": {"joint_compliance"},
+    "design/rivals.py": {"joint_compliance"},
     "importers/templates.py": {"backlash"},
     "papers/kuka_kr500.py": {"gravity_sag", "joint_compliance"},
     "papers/pmc6va030.py": {"bearing_tilt", "joint_compliance"},

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.acceptance.figures import figures_of
-from fastcal.acceptance.judgement import LIMITS, SURE, Judged, Verdict, judged, overall, parsed_limits
+from fastcal.acceptance.judgement import CONFIDENCE, LIMITS, Judged, Verdict, judged, overall, parsed_limits
 from fastcal.acceptance.propagation import simulated_expanded, spreads_of, uncertainty_of
 from fastcal.acceptance.visits import Campaign, campaign, cycle_of
 from fastcal.acceptance.volume import Predicted, predicted_uncertainty
@@ -76,7 +76,7 @@ class Acceptance:
         return {
             "verdict": self.verdict,
             "probability": self.probability,
-            "sure": SURE,
+            "sure": CONFIDENCE,
             "robot": self.model.name,
             "iso_9283": self.is_iso_9283,
             "aligned": {

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: MIT
 """Does a figure keep its limit? Guarded acceptance and guarded rejection (ISO 14253-1, JCGM 106).
 
-With P the probability that the true figure lies within its limit: pass where P is at least SURE, fail where it is at
-most 1 - SURE, else the measurement can't decide. For an uncertainty that is small beside the limit T this is the guard
-band g = t_SURE u: pass up to T - g, fail from T + g.
+With P the probability that the true figure lies within its limit: pass where P is at least CONFIDENCE, fail where it is
+at most 1 - CONFIDENCE, else the measurement can't decide. For an uncertainty that is small beside the limit T this is
+the guard band g = t_CONFIDENCE u: pass up to T - g, fail from T + g.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from fastcal.budget.evaluation import Uncertainty, quantile
 from fastcal.errors import InvalidInput
 from fastcal.units import to_si
 
-SURE = 0.95
-ALIKE = 0.999
+CONFIDENCE = 0.95
+ALIKE = 0.999  # odds beyond this, or below its complement, are alike: a page shows no more of them
 Verdict = Literal["pass", "fail", "cannot_tell"]
 
 # Name of a limit, as an option takes it: the symbols that it holds for.
@@ -82,8 +82,8 @@ def judged(figure: Figure, uncertainty: Uncertainty, limits: Mapping[str, float]
     within = uncertainty.probability_within(value, limit)
     if figure.symbol in SIGNED:  # it must not lie beyond the limit on the other side either
         within -= uncertainty.probability_within(value, -limit)
-    verdict: Verdict = "pass" if within >= SURE else "fail" if within <= 1 - SURE else "cannot_tell"
-    guard = quantile(SURE, uncertainty.freedom) * uncertainty.standard
+    verdict: Verdict = "pass" if within >= CONFIDENCE else "fail" if within <= 1 - CONFIDENCE else "cannot_tell"
+    guard = quantile(CONFIDENCE, uncertainty.freedom) * uncertainty.standard
     return Judged(figure, uncertainty, limit, within, guard, verdict)
 
 

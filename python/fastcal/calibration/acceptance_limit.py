@@ -2,9 +2,10 @@
 # SPDX-License-Identifier: MIT
 """Do poses of a kind lie within a limit? The share that does, judged by counting, whatever the errors' distribution.
 
-Of n poses k lie beyond the limit. With X binomial (n, 1 - SHARE): kept where P(X <= k) is at most 1 - SURE, so that at
-least SHARE of all such poses lie within it with a confidence of SURE (C. Clopper and E. Pearson 1934); exceeded where
-P(X >= k) is at most 1 - SURE; else the poses are too few to decide. It takes 59 poses without an exception to keep one.
+Of n poses k lie beyond the limit. With X binomial (n, 1 - SHARE): kept where P(X <= k) is at most 1 - CONFIDENCE, so
+that at least SHARE of all such poses lie within it with that confidence (C. Clopper and E. Pearson 1934); exceeded
+where P(X >= k) is at most 1 - CONFIDENCE; else the poses are too few to decide. It takes 59 poses without an exception
+to keep one.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from fastcal.errors import InvalidInput
 from fastcal.units import from_si
 
 SHARE = 0.95
-SURE = 0.95
+CONFIDENCE = 0.95
 Verdict = Literal["pass", "fail", "cannot_tell"]
 
 
@@ -51,7 +52,7 @@ class LimitJudged:
             "beyond": self.beyond,
             "on_test": self.on_test,
             "share": SHARE,
-            "sure": SURE,
+            "sure": CONFIDENCE,
             "confidence": self.confidence,
             "verdict": self.verdict,
         }
@@ -77,8 +78,8 @@ def judge_limit(result: CalibrationResult, limit: float) -> LimitJudged:
     at_least = 1.0 if k == 0 else float(special.bdtrc(k - 1, n, 1 - SHARE))
     on_test = result.test is not None
     verdict: Verdict = "cannot_tell"
-    if confidence >= SURE and on_test:
+    if confidence >= CONFIDENCE and on_test:
         verdict = "pass"
-    elif at_least <= 1 - SURE:
+    elif at_least <= 1 - CONFIDENCE:
         verdict = "fail"
     return LimitJudged(limit, n, k, on_test, confidence, verdict)

@@ -115,15 +115,15 @@ def calibrate(
     data = as_data(data, robot)
     test = None if test is None else as_data(test, robot)
     origin = made_by(robot, data, who)
-    say = progress or (lambda text: None)
-    say("looking at the columns")
+    report = progress or (lambda text: None)
+    report("looking at the columns")
     suspected = check_columns(robot, data, as_read=as_read) if checks else []
-    say("aligning base and tool")
+    report("aligning base and tool")
     problem = prepare(
         robot, data, effects=effects, parameters=parameters, equilibrium=equilibrium, loss=loss, threads=threads
     )
 
-    say("identifying")
+    report("identifying")
     problem = fill_unset_options(with_critical_loads(problem))
     pulled = pulls(problem)
     limits = problem.limits(priors=priors)
@@ -143,7 +143,7 @@ def calibrate(
     if suspected and seen.refusal is not None:  # rows of columns taken as they are agree on nothing: no gross points
         seen = replace(seen, notes=[*seen.notes, seen.refusal], refusal=None)
 
-    say("reporting")
+    report("reporting")
     start, model, alignment, names = problem.robot, problem.model, problem.alignment, problem.names
     aligned = Robot(with_frames(start.spec, alignment.T_world_base, alignment.T_flange_tool))
     found_spec = identified_spec(start, model, found)

@@ -3,8 +3,8 @@
 """Where a piecewise linear compliance bends: a start for its critical loads, from a grid over the data's loads.
 
 The error is not convex in a critical load, so the solver needs a start near it. For given critical loads everything
-else is linear or nearly so: one Gauss-Newton step from a common fit tells what error each would leave (RX160L paper,
-equation 12, by variable projection).
+else is linear or nearly so: one Gauss-Newton step from a common fit gives the error that each would leave (RX160L
+paper, equation 12, by variable projection).
 """
 
 from __future__ import annotations

@@ -131,9 +131,9 @@ def _refitted(
 def _judged(
     problem: CalibrationProblem, found: _core.Identification, places: IntArray, gross: BoolArray
 ) -> tuple[str | None, list[str]]:
-    """Why the fit of the rows that are not gross is no answer; else what is to be said of those that are.
+    """Why the fit of the rows that are not gross is no answer; else notes on those that are.
 
-    Where labels of set-ups tell which rows belong together, no other set-up is looked for.
+    Where labels show which rows belong to one set-up, no other set-up is looked for.
     """
     near = near_fit(problem, found)
     if near is None or not gross.any():

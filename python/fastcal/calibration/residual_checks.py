@@ -84,7 +84,7 @@ def checked(
 
 
 def moved_part(near: Residuals, model: _core.ErrorModel, data: Dataset) -> Shift | None:
-    """Where the tracker, the base or the target moved; not asked for where labels of set-ups tell."""
+    """Where the tracker, the base or the target moved; None where labels give the set-ups."""
     if data.station is not None or data.mount is not None:
         return None
     own = len(model.robot.parameters)

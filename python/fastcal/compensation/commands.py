@@ -176,16 +176,16 @@ def _solve(
     again = np.flatnonzero(~near.reached & (near.status != "bad_target"))
     if not again.size:
         return near, []
-    anew = inverse_kinematics(
+    retried = inverse_kinematics(
         model, targets.poses[again], seed=start[again], hold=hold, threads=threads, **targets.conditions_of(again)
     )
-    better = anew.reached if along_path else anew.reached | (anew.position_error < near.position_error[again])
+    better = retried.reached if along_path else retried.reached | (retried.position_error < near.position_error[again])
     names = [field.name for field in fields(InverseKinematics) if field.name != "robot"]
     merged: dict[str, Any] = {name: np.array(getattr(near, name)) for name in names}
-    merged["status"][again] = anew.status  # a search that begins anywhere knows best why a target is not reached
+    merged["status"][again] = retried.status  # a search that begins anywhere knows best why a target is not reached
     for name, values in merged.items():
-        values[again[better]] = getattr(anew, name)[better]
-    return replace(near, **merged), again[anew.reached].tolist()
+        values[again[better]] = getattr(retried, name)[better]
+    return replace(near, **merged), again[retried.reached].tolist()
 
 
 def _stepped(

@@ -22,19 +22,6 @@ from fastcal.robot.robot import Robot
 FloatArray = NDArray[np.float64]
 
 
-def rival_entries(separate: Sequence[str], robot: Robot) -> list[list[Spec]]:
-    """Entries of each effect that is to be separated from the others."""
-    out = []
-    for text in separate:
-        geometry, entries = parse_effects([text], robot.core)
-        if geometry or not entries:
-            raise InvalidInput(f"separate takes effects, such as joint_compliance@joint2, got '{text}'")
-        out.append(entries)
-    if len(out) == 1:
-        raise InvalidInput(f"separate takes two effects or more, got '{separate[0]}' alone")
-    return out
-
-
 def planned_model(robot: Robot, effects: str | Sequence[str], rivals: list[list[Spec]]) -> tuple[Robot, bool]:
     """The robot with all effects that the poses are to determine, and is its geometry among them?
 

@@ -10,32 +10,31 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from fastcal import _core
-from fastcal.design.candidates import MOST, Candidates, postures, with_conditions
-from fastcal.design.instruments import Instruments, touches
-from fastcal.design.linear import LinearProblem, linear_problem
+from fastcal.design.candidates import MOST
+from fastcal.design.instruments import Instruments
+from fastcal.design.linear import linear_problem
+from fastcal.design.measurable import candidates_and_obstacles, too_few_touches
 from fastcal.design.observability import INDICES, observability_indices
-from fastcal.design.planned import approached, planned_model, rival_entries, target_postures
+from fastcal.design.planned import planned_model, target_postures
 from fastcal.design.result import PoseDesign, in_order
+from fastcal.design.rivals import rival_entries, separated_rivals
 from fastcal.design.search import Found, Search
-from fastcal.design.separation import Separation, separating_poses
-from fastcal.design.surroundings import REASONS, UNSEEN, Surroundings
-from fastcal.effects.entries import Spec
+from fastcal.design.separation import Separation
+from fastcal.design.surroundings import REASONS, Surroundings
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.targets import Targets
 from fastcal.robot.robot import Robot
 from fastcal.units import to_si
 
-FloatArray = NDArray[np.float64]
 Progress = Callable[[str], None]
 
 CRITERIA = (*INDICES, "variance")
 SIGMA = 5e-5  # [m] of a measured coordinate where nothing better is known: a tracker's and an arm's repeatability
-FEWEST_TOUCHES = 4  # of a plane: with fewer an identification has no start
-_SEPARATING = 0.5  # share of the poses that are left to telling effects apart, where that is asked for
+_SEPARATING = 0.5  # share of the poses that are left to separating effects, where that is asked for
 
 
 def design_poses(
@@ -105,7 +104,7 @@ def design_poses(
     instruments.check(model)
 
     progress("gathering candidates")
-    everywhere, obstacle = _candidates(
+    everywhere, obstacle = candidates_and_obstacles(
         model, candidates, candidate_count, surroundings or Surroundings(), payloads, seed, threads, instruments
     )
     pool = everywhere.select(obstacle == 0)
@@ -149,14 +148,14 @@ def design_poses(
     separated: Separation | None = None
     if rivals:
         found = search.run(count - int(_SEPARATING * count))
-        separated = _separated(problem, pool, rows, search, found, rivals, count - len(found.members))
+        separated = separated_rivals(problem, pool, rows, found.members, rivals, count - len(found.members))
         found = Found([*found.members, *separated.chosen])
     elif until_sigma is not None:
         found = search.fewest(count, until_sigma)
     else:
         found = search.run(count)
     ordered = in_order(model, pool.select(found.members))
-    notes += _too_few_touches(ordered)
+    notes += too_few_touches(ordered)
     reached = float(np.sqrt(search.variance(found.members)))
     k = problem.row_count
     measured_rows = rows.reshape(-1, k, rows.shape[1])[found.members].reshape(-1, rows.shape[1])
@@ -183,70 +182,6 @@ def design_poses(
         notes=notes,
         joint_types=tuple(model.joint_types),
     )
-
-
-def _candidates(
-    model: Robot,
-    how: str | ArrayLike,
-    count: int,
-    surroundings: Surroundings,
-    payloads: Sequence[float],
-    seed: int,
-    threads: int,
-    instruments: Instruments,
-) -> tuple[Candidates, NDArray[np.int64]]:
-    """All candidates, and for each 0 or why it cannot be measured."""
-    if instruments.planes and isinstance(how, str):
-        count = max(count // (1 + len(instruments.planes)), 2)
-    q = postures(model, how, count, seed)
-    out = with_conditions(q, payloads, approached(model), count, seed)
-    if not instruments.planes:
-        obstacle = surroundings.obstacles(model, q, threads=threads)
-        return out, np.repeat(obstacle, len(out) // len(q))
-    out = touches(model, out, instruments, threads)
-    obstacle = surroundings.obstacles(model, out.q, threads=threads)
-    obstacle[out.touching & np.isin(obstacle, UNSEEN)] = 0  # a touch needs no tracker
-    return out, obstacle
-
-
-def _too_few_touches(poses: Candidates) -> list[str]:
-    """A sentence for each plane whose touches are too few to find where it lies."""
-    if poses.plane is None:
-        return []
-    labels, counts = np.unique(poses.plane[poses.touching].astype(str), return_counts=True)
-    return [
-        f"plane {label} is touched {count} times; a calibration needs at least {FEWEST_TOUCHES} touches of a plane"
-        for label, count in zip(labels, counts, strict=True)
-        if count < FEWEST_TOUCHES
-    ]
-
-
-def _separated(
-    problem: LinearProblem,
-    pool: Candidates,
-    rows: FloatArray,
-    search: Search,
-    first: Found,
-    rivals: list[list[Spec]],
-    count: int,
-) -> Separation:
-    """Poses that separate the rivals, besides those of `first`; indices into the pool."""
-    places = problem.places_of(rivals)
-    common = [i for i in range(len(problem.free)) if problem.free[i] not in {c for own in places for c in own}]
-    left = np.setdiff1d(np.arange(len(pool)), first.members)
-    k = problem.row_count
-    causes = [problem.rows(pool, own).reshape(len(pool), k, -1) for own in places]
-    blocks = [rows.reshape(len(pool), k, -1)[:, :, common], *causes]
-    done = np.concatenate([block[first.members].reshape(len(first.members) * k, -1) for block in blocks], axis=1)
-    found = separating_poses(
-        blocks[0][left],
-        [cause[left] for cause in causes],
-        [np.eye(cause.shape[2]) for cause in causes],  # columns are scaled by plausible sizes
-        count,
-        prior=done.T @ done,
-        threads=problem.threads,
-    )
-    return found.of(left)
 
 
 def _checked_sigma(robot: Robot, sigma: float | None) -> float:

@@ -136,7 +136,7 @@ def inverse_kinematics(
     q = _seeds(model, seed, box, len(T))
     solve = partial(_solve, options=options)
     if keep_configuration:
-        refuse_driven(model, "configurations are known")
+        refuse_mimic_joints(model, "keeping a configuration")
         return in_its_configuration(model, T, q, box, restarts=restarts, solve=solve, **conditions)
     return solve(model, T, q, restarts=restarts, **conditions)
 
@@ -223,13 +223,12 @@ def _solve(
     return InverseKinematics(q, np.array(STATUSES)[status], iterations, position, rotation, model)
 
 
-def refuse_driven(model: Robot, what: str) -> None:
-    """InvalidInput where a joint of the model follows another; `what` is for arms whose joints all have a motor."""
+def refuse_mimic_joints(model: Robot, what: str) -> None:
+    """InvalidInput where a joint of the model follows another; `what` needs a motor in every joint."""
     if model.mimics:
         joint, driver = model.mimics[0][:2]
         raise InvalidInput(
-            f"{what} of arms whose joints all have a motor, and joint {joint + 1} of {model.name} follows joint "
-            f"{driver + 1}"
+            f"{what} needs a motor in every joint, and joint {joint + 1} of {model.name} follows joint {driver + 1}"
         )
 
 

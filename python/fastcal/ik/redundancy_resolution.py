@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fastcal.errors import InvalidInput
-from fastcal.ik.inverse_kinematics import InverseKinematics, inverse_kinematics, refuse_driven
+from fastcal.ik.inverse_kinematics import InverseKinematics, inverse_kinematics, refuse_mimic_joints
 from fastcal.robot.robot import Robot
 
 FloatArray = NDArray[np.float64]
@@ -64,7 +64,7 @@ def choose_posture(
     """
     if model.joint_count <= 6:
         raise InvalidInput(f"{model.name} has {model.joint_count} joints: a pose leaves it no posture to choose")
-    refuse_driven(model, "postures are chosen")
+    refuse_mimic_joints(model, "choosing a posture")
     if prefer not in CRITERIA:
         raise InvalidInput(f"prefer takes {', '.join(CRITERIA)}, got '{prefer}'")
     T = np.asarray(targets, dtype=float)

@@ -52,15 +52,6 @@ def programs_in(folder: Path, output: Path) -> list[Path]:
     return found
 
 
-def write_program(path: str | os.PathLike[str], documents: Sequence[Document]) -> list[Path]:
-    """Writes the files of a program under the name of `path`, all or none; returns their paths.
-
-    Raises:
-        InvalidInput: A file cannot be written, or `path` has the ending of another language.
-    """
-    return write_programs([(Path(path), documents)])
-
-
 def write_programs(programs: Sequence[tuple[Path, Sequence[Document]]], *, make_folders: bool = False) -> list[Path]:
     """Writes several programs, each under a name of its own, all or none; returns the paths of their files.
 

@@ -40,10 +40,10 @@ def explained(setting: Setting) -> tuple[list[Cause], list[list[int]]]:
         if evidence.degrees < 1 or min(evidence.p_value, evidence.smallest_p) * 2 >= LEVEL:
             break
     prior = sum(np.log(setting.possible[i].odds) for i in chosen) + (len(chosen) - 1) * np.log(ANOTHER)
-    quiet = setting.evidence.noise_odds[0] + np.log(ODDS["noise"]) - setting.evidence.odds_of(chosen) - prior
-    if quiet > 0:
-        return [_cause(setting, [noise], 0, float(1 / (1 + np.exp(-quiet))), [])], [[noise]]
-    if quiet > np.log(RIVAL):
+    log_odds = setting.evidence.noise_odds[0] + np.log(ODDS["noise"]) - setting.evidence.odds_of(chosen) - prior
+    if log_odds > 0:
+        return [_cause(setting, [noise], 0, float(1 / (1 + np.exp(-log_odds))), [])], [[noise]]
+    if log_odds > np.log(RIVAL):
         rivals[0].append(noise)
     causes = [
         _cause(setting, chosen, k, probability[k], [i for i in rivals[k] if i != each]) for k, each in enumerate(chosen)
@@ -67,14 +67,14 @@ def _cause(setting: Setting, chosen: list[int], k: int, probability: float, othe
     """The k-th cause, its numbers estimated beside the other causes."""
     labels = tuple(_label(setting, i) for i in others)
     index = chosen[k]
-    rest = setting.evidence.given([i for i in chosen if i not in (index, len(setting.possible))])
+    others_given = setting.evidence.given([i for i in chosen if i not in (index, len(setting.possible))])
     if index == len(setting.possible):
         sigma = from_si(float(np.sqrt(np.mean(setting.rows.sigma[setting.rows.is_point] ** 2))), "mm")
-        grown = rest.noise_odds[1]
-        std = grown * sigma / np.sqrt(2 * max(rest.degrees, 1))
-        change = Change("sigma_mm", "instrument", grown * sigma, std, "mm", sigma, rest.p_value)
+        grown = others_given.noise_odds[1]
+        std = grown * sigma / np.sqrt(2 * max(others_given.degrees, 1))
+        change = Change("sigma_mm", "instrument", grown * sigma, std, "mm", sigma, others_given.p_value)
         return Cause("noise", "noise", probability, labels, (change,))
-    h, t = setting.possible[index], rest.tests[index]
+    h, t = setting.possible[index], others_given.tests[index]
     p = setting.evidence.adjusted(t.p_value)
     changes = tuple(
         _change(number, value, std, p) for number, value, std in zip(h.numbers, t.value, t.std, strict=True)

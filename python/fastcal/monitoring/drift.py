@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""How far a parameter moves between two measurements of an arm: quietly, and by an event such as a collision.
+"""How far a parameter moves between two measurements of an arm: gradually, and by an event such as a collision.
 
 The sizes are those of industrial arms in service: a zero that was set again or slipped by a tooth of noise, a gear that
 wears, a bent tool. A check asks for changes of any size; these only give what is likely beforehand.
@@ -19,11 +19,11 @@ class Drift:
     """Standard deviations of a parameter's change, SI.
 
     Attributes:
-        quiet: Without an event: temperature, wear, the target put on again.
+        gradual: Without an event: temperature, wear, the target put on again.
         event: By an event, typical.
     """
 
-    quiet: float
+    gradual: float
     event: float
 
 
@@ -48,7 +48,7 @@ def drift_of(parameter: _core.Parameter, value: float, *, geometry: bool) -> Dri
     if not geometry:
         size = abs(value)
         return Drift(
-            max(_EFFECT_SHARE.quiet * size, _EFFECT_SIZE.quiet * parameter.sigma),
+            max(_EFFECT_SHARE.gradual * size, _EFFECT_SIZE.gradual * parameter.sigma),
             max(_EFFECT_SHARE.event * size, _EFFECT_SIZE.event * parameter.sigma),
         )
     if parameter.owner == "tool":

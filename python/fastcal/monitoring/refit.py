@@ -4,9 +4,9 @@
 
     r = B b + J (R z + Q d + D k + H h) + e,    z, d, h ~ N(0, 1),  k ~ N(0, (3 S)^2)
 
-R the root of the model's covariance, Q each parameter's quiet drift, D the directions of what a check of the same rows
-says has changed, its rivals among them, with typical sizes S; H what the gauge held, where the new rows show it. Gauss
-and Newton's iteration; the noise's variance is pooled with the calibration's.
+R the root of the model's covariance, Q each parameter's gradual drift, D the directions of what has changed by a check
+of the same rows, its rivals among them, with typical sizes S; H what the gauge held, where the new rows show it.
+Gauss-Newton iteration; the noise's variance is pooled with the calibration's.
 """
 
 from __future__ import annotations
@@ -76,7 +76,7 @@ def refit(setting: Setting, changed: list[Hypothesis], data: Dataset, threads: i
         F = len(record.parameters)
         seen, held = _held(rows, F)
         k = [h.directions[at] * (EVENT_SIZES * h.sizes) for h in changed if h.directions is not None]
-        G = np.hstack([rows.R[:, :F], _quiet(arm, record, names), *k, seen])
+        G = np.hstack([rows.R[:, :F], _gradual_drift(arm, record, names), *k, seen])
         u = u if len(u) == G.shape[1] else np.zeros(G.shape[1])
         A = np.block([[B, J @ G], [np.zeros((G.shape[1], B.shape[1])), np.eye(G.shape[1])]])
         y = np.concatenate([rows.r, -u])
@@ -127,15 +127,15 @@ def _places_of(larger: Robot, smaller: Robot) -> list[int]:
     return out
 
 
-def _quiet(arm: Robot, record: CalibrationRecord, names: list[str]) -> FloatArray:
-    """(P, p) quiet drift of each parameter that the calibration identified, but for the base."""
+def _gradual_drift(arm: Robot, record: CalibrationRecord, names: list[str]) -> FloatArray:
+    """(P, p) gradual drift of each parameter that the calibration identified, but for the base."""
     model = arm.error_model
     own = len(arm.core.parameters)
     columns = []
     for i, (p, name) in enumerate(zip(model.parameters, names, strict=True)):
         if name in record.parameters and not (i < own and p.owner == "base"):
             column = np.zeros(len(names))
-            column[i] = drift_of(p, float(model.start[i]), geometry=i < own).quiet
+            column[i] = drift_of(p, float(model.start[i]), geometry=i < own).gradual
             columns.append(column)
     return np.array(columns).reshape(-1, len(names)).T
 

@@ -20,7 +20,7 @@ def single_changes(setting: Setting) -> list[Test]:
     out = []
     limit = 0.5 * LEVEL / setting.evidence.effective_tests
     noise_only = _noise_only(setting)
-    for h, t, quiet in zip(setting.possible, setting.evidence.tests, noise_only, strict=True):
+    for h, t, std_by_noise in zip(setting.possible, setting.evidence.tests, noise_only, strict=True):
         if h.kind == "row" or t.rank == 0:
             continue
         for k, number in enumerate(h.numbers):
@@ -30,7 +30,7 @@ def single_changes(setting: Setting) -> list[Test]:
             value, std = float(t.value[k]) / f, float(t.std[k]) / f
             out.append(
                 Test(
-                    h.kind, number.name, number.owner, value, std, float(quiet[k]) / f, number.unit, t.p_value,
+                    h.kind, number.name, number.owner, value, std, float(std_by_noise[k]) / f, number.unit, t.p_value,
                     _needed(limit) * std,
                 )
             )  # fmt: skip

@@ -106,8 +106,8 @@ def cause_text(cause: Cause, _: Translate = plain) -> str:
 def size_text(change: Change) -> str:
     """As in: +0.018 +- 0.002 deg; what has no common unit as a share of what it was: +10.2 +- 0.6 %."""
     if change.unit not in ("mm", "deg") and change.was != 0:
-        share, sure = (100 * size / abs(change.was) for size in (change.change, change.std))
-        return f"{share:+.1f} +- {sure:.1f} %"
+        share, std = (100 * size / abs(change.was) for size in (change.change, change.std))
+        return f"{share:+.1f} +- {std:.1f} %"
     digits = max(0, 1 - math.floor(math.log10(change.std))) if 0 < change.std < math.inf else 3
     if digits <= 6:
         size = f"{change.change:+.{digits}f} +- {change.std:.{digits}f}"
@@ -142,6 +142,11 @@ def _place(owner: str, _: Translate) -> str:
     return re.sub(r"\b(joint|link)(\d)", lambda found: f"{known[found[1]]} {found[2]}", owner)
 
 
+def listed_numbers(values: Sequence[float], digits: int) -> str:
+    """Numbers with so many digits after the point; one that rounds to 0 has no sign."""
+    return ", ".join(f"{round(value, digits) + 0.0:.{digits}f}" for value in values)
+
+
 def reasons(
     rms: float,
     expected: float,
@@ -164,9 +169,7 @@ def reasons(
     ]
     for place in places:
         motion = place.to_json_dict()
-        # Added to 0, a number that rounds to it has no sign.
-        xyz = ", ".join(f"{round(v, 2) + 0.0:.2f}" for v in motion["xyz_mm"])
-        rpy = ", ".join(f"{round(v, 3) + 0.0:.3f}" for v in motion["rpy_deg"])
+        xyz, rpy = listed_numbers(motion["xyz_mm"], 2), listed_numbers(motion["rpy_deg"], 3)
         where = _("station {name}", name=place.name) if place.name else _("the instrument")
         out.append(
             _(

@@ -59,8 +59,8 @@ class Ridge:
     def gram(self, own: IntArray) -> FloatArray:
         """(K, K) A^T A of some rows; the others are taken away from all, since they are fewer."""
         other = np.setdiff1d(np.arange(len(self._A) // 3), own)
-        rest = self._A.reshape(-1, 3, self._A.shape[1])[other].reshape(-1, self._A.shape[1])
-        return np.asarray(self._G - rest.T @ rest)
+        others = self._A.reshape(-1, 3, self._A.shape[1])[other].reshape(-1, self._A.shape[1])
+        return np.asarray(self._G - others.T @ others)
 
     def right(self, own: IntArray, wanted: FloatArray) -> FloatArray:
         """(K,) A^T r of some rows, wanted (N, 3)."""

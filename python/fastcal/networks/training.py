@@ -49,7 +49,7 @@ FITS: dict[str, Fit] = {
 ENSEMBLES = {"mlp": 3, "bso-mlp": 2, "somm": 2, "ca-somm": 2, "ga-dnn": 2}  # members a fold; others have one
 RIVALS = ("gp", "knn", "boosting", "joint-profiles")
 ALONE = "model"
-SURE = 3.0  # the guard's reach was chosen on the same rows, which flatters a little
+MIN_GAIN = 3.0  # standard errors: the guard's reach was chosen on the same rows, which flatters a little
 WORSE = 1.1  # a region is reported as worse where its mean error rises by more than a tenth
 
 
@@ -187,8 +187,8 @@ def _result(
     scores = {name: lengths_mm(left) for name, left in errors.items()}
     means = {name: score["mean"] for name, score in scores.items()}
     # Of equals the first: the network before its rivals.
-    sure = [name for name in errors if name != ALONE and _surely_better(problem, errors[name])]
-    used = min(sure, key=lambda name: means[name], default=ALONE)
+    better = [name for name in errors if name != ALONE and _is_clearly_better(problem, errors[name])]
+    used = min(better, key=lambda name: means[name], default=ALONE)
     verdict = _verdict(network, used, means)
     best = judged.get(used)
     model = problem.robot
@@ -244,12 +244,12 @@ def _verdict(network: str, used: str, means: dict[str, float]) -> str:
     return f"{network} is not used, but {used}: {result}, {means[network]:.4f} mm with {network}"
 
 
-def _surely_better(problem: Problem, errors: FloatArray) -> bool:
-    """Is the mean gain over the regions more than SURE standard errors?"""
+def _is_clearly_better(problem: Problem, errors: FloatArray) -> bool:
+    """Is the mean gain over the regions more than MIN_GAIN standard errors?"""
     gain = np.linalg.norm(problem.residuals, axis=1) - np.linalg.norm(errors, axis=1)
     counts = np.bincount(problem.regions)
     means = np.bincount(problem.regions, gain) / counts
-    return bool(means.mean() > SURE * means.std(ddof=1) / np.sqrt(len(means)))
+    return bool(means.mean() > MIN_GAIN * means.std(ddof=1) / np.sqrt(len(means)))
 
 
 def _regions(problem: Problem, errors: FloatArray) -> dict[str, float]:

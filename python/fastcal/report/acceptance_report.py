@@ -8,7 +8,7 @@ import os
 from pathlib import PurePath
 from typing import TYPE_CHECKING
 
-from fastcal.acceptance.judgement import SURE, Judged, least_sure
+from fastcal.acceptance.judgement import CONFIDENCE, Judged, least_sure
 from fastcal.io.folder import atomic_folder
 from fastcal.io.results import write_json
 from fastcal.report import acceptance_figures, page
@@ -65,8 +65,8 @@ def acceptance_page(found: Acceptance, language: str = "en") -> str:
                 "U is the expanded uncertainty, k its coverage factor. A limit is kept where the true figure lies "
                 "within it with a probability P of at least {sure}, exceeded where P is at most {rest}; in between, "
                 "within the guard band g, the measurement cannot decide (ISO 14253-1, JCGM 106).",
-                sure=percent(SURE),
-                rest=percent(1 - SURE),
+                sure=percent(CONFIDENCE),
+                rest=percent(1 - CONFIDENCE),
             ),
         )
 

@@ -38,6 +38,7 @@ def odds_text(probability: float | None) -> str:
         return "\N{EN DASH}"
     bounded = min(max(probability, 1 - ALIKE), ALIKE)
     sign = "" if bounded == probability else "<\N{NO-BREAK SPACE}" if probability < bounded else ">\N{NO-BREAK SPACE}"
+    return f"{sign}{fixed(100 * bounded, 1)}\N{NARROW NO-BREAK SPACE}%"
 
 
 def figures_table(found: Acceptance) -> Table:

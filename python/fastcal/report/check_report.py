@@ -166,7 +166,7 @@ def _check_method(found: CheckResult) -> Section:
     ]
     for place in found.places:
         block = place.to_json_dict()
-        xyz, rpy = (", ".join(f"{round(v, 3) + 0.0:.3f}" for v in block[key]) for key in ("xyz_mm", "rpy_deg"))
+        xyz, rpy = (words.listed_numbers(block[key], 3) for key in ("xyz_mm", "rpy_deg"))
         name = _("Station {name}", name=place.name) if place.name else _("Instrument")
         facts.append(
             (

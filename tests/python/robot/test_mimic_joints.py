@@ -193,9 +193,9 @@ def test_what_a_driven_arm_cannot_reach_is_reported(palletizer: Robot) -> None:
     narrow[3] = 2, 3  # the level joint would need the lower arm below its limits
     with pytest.raises(InvalidInput, match="joint 4 of palletizer follows joint 2, and no position of joint 2 keeps"):
         inverse_kinematics(palletizer, targets[:1], limits=narrow)
-    with pytest.raises(InvalidInput, match="configurations are known of arms whose joints all have a motor"):
+    with pytest.raises(InvalidInput, match="keeping a configuration needs a motor in every joint"):
         inverse_kinematics(palletizer, targets, inside[0], keep_configuration=True)
-    with pytest.raises(InvalidInput, match="postures are chosen of arms whose joints all have a motor"):
+    with pytest.raises(InvalidInput, match="choosing a posture needs a motor in every joint"):
         choose_posture(palletizer, targets, inside[0])
 
 
