@@ -136,6 +136,12 @@ def test_a_diagnosis_draws_its_gap_and_its_effect(found: Diagnosis, hidden_backl
         found.plot_effect("gear@joint1")
 
 
+def test_a_diagnosis_draws_which_causes_look_alike(found: Diagnosis) -> None:
+    shares, _written = found.plot_likeness().data
+    np.testing.assert_allclose(np.diag(np.array(shares.z, dtype=float)), 1, atol=1e-9)
+    assert np.nanmax(shares.z) <= 1 + 1e-9
+
+
 def test_one_way_to_write(result: CalibrationResult, found: Diagnosis, tmp_path: Path) -> None:
     result.save(tmp_path / "calibration")
     found.save(tmp_path / "diagnosis")

@@ -190,6 +190,9 @@ def test_what_a_driven_arm_cannot_reach_is_reported(palletizer: Robot) -> None:
     assert found.q[2, 6] == pytest.approx(0.8)
     assert found.position_error[0] > 17
     np.testing.assert_array_equal(found.q[1], inside[0])
+    for along_path in (False, True):  # where no target is a pose, too
+        none = inverse_kinematics(palletizer, targets[1:2], inside[0], along_path=along_path)
+        assert none.status.tolist() == ["bad_target"]
     narrow[3] = 2, 3  # the level joint would need the lower arm below its limits
     with pytest.raises(InvalidInput, match="joint 4 of palletizer follows joint 2, and no position of joint 2 keeps"):
         inverse_kinematics(palletizer, targets[:1], limits=narrow)
