@@ -79,7 +79,7 @@ def numbers(tree: Any) -> list[float]:
 
 
 def read_program(path: Path) -> None:
-    """A robot program, its numbers and the text that it writes."""
+    """A robot program: its numbers and poses."""
     program = load_program(path)
     for target in program.targets:
         values = np.array([number.value for number in target.numbers])
@@ -95,8 +95,8 @@ def read_network(path: Path) -> None:
 
     found = read_correction(path)
     with np.errstate(all="ignore"):
-        said = found(Inputs(np.full((2, 6), 0.2), np.zeros(2), np.zeros((2, 3, 6))))
-    if not all(np.isfinite(part).all() for part in said):
+        corrected = found(Inputs(np.full((2, 6), 0.2), np.zeros(2), np.zeros((2, 3, 6))))
+    if not all(np.isfinite(part).all() for part in corrected):
         raise AssertionError("a correction is not finite")
 
 
