@@ -3,8 +3,8 @@
 """Do 95 % intervals hold the truth 95 times in 100, for every effect alone and for random groups of three?
 
 Each set has an arm of its own (geometry off by 0.5 mm and 0.5 mrad, effects of their plausible sizes), and poses,
-conditions and noise of its own; fastcal simulates it and, told which effects there are, identifies them. Counted are
-the effects' parameters; what is told to be unidentifiable is not promised, and counted apart. FILE holds every row
+conditions and noise of its own; fastcal simulates it and, given which effects there are, identifies them. Counted are
+the effects' parameters; what is reported as unidentifiable is not promised, and counted apart. FILE holds every row
 as soon as it is counted: the same command again goes on where it was stopped.
 
     python bench/python/bench_coverage.py [--sets 200] [--jobs N] [--loss tukey none] [--effects NAME ...] [--out FILE]
@@ -43,7 +43,7 @@ GOAL = (0.93, 0.97)
 POSES = 200
 NOISE = to_si(0.03, "mm")
 GROUPS = "groups of three"
-SCALE = "measurement_scale"  # is told from lengths that are known, so by itself and without geometry
+SCALE = "measurement_scale"  # needs known lengths: identified by itself, without geometry
 
 # Where on the arm each effect is visible.
 OWNERS: dict[str, tuple[str, ...]] = {
@@ -164,7 +164,7 @@ def drawn(entry: Spec, random: np.random.Generator) -> Spec:
 
 @dataclass(frozen=True)
 class Miss:
-    """One parameter of one set: its miss in deviations, None where it was told to be unidentifiable; was it covered?"""
+    """One parameter of one set: its miss in deviations, None where it was reported as unidentifiable; covered?"""
 
     effect: str
     name: str
@@ -197,14 +197,14 @@ def trial(label: str, seed: int, loss: str) -> list[Miss] | None:
 
 def misses(entry: Spec, result: CalibrationResult) -> Iterable[Miss]:
     """What became of each true parameter of an effect."""
-    told = {name for direction in result.unidentifiable for name in direction.parameters}
+    undetermined = {name for direction in result.unidentifiable for name in direction.parameters}
     found = {(p.owner, p.name): i for i, p in enumerate(result.parameters)}
     intervals = result.interval(LEVEL)
     (effect,) = build_effects([entry], arm().core)
     names = [full_name(p) for p in effect.parameters]
-    order = f"_{effect.parameters[0].name.removeprefix('sine_')}_rad"  # told of harmonics: amplitude_2x_rad
+    order = f"_{effect.parameters[0].name.removeprefix('sine_')}_rad"  # the name of a harmonic: amplitude_2x_rad
     for name, (key, true) in zip(names, entry["parameters"].items(), strict=True):
-        if name in told or (told.intersection(names) and "order" in entry):
+        if name in undetermined or (undetermined.intersection(names) and "order" in entry):
             yield Miss(entry["effect"], key, None, covered=False)
             continue
         i = found[entry["owner"], key.replace("_rad", order) if "order" in entry else key]
@@ -313,12 +313,11 @@ def main() -> None:
     for loss in options.loss:
         so_far = tables.get(loss)
         tables[loss] = measure(options.effects, options.sets, options.jobs, loss, so_far, functools.partial(keep, loss))
-        print(
-            f"loss {loss}, {options.sets} sets each\n{'':28} counted  told  covered  95 % bounds   rms  not converged"
-        )
+        print(f"loss {loss}, {options.sets} sets each")
+        print(f"{'':28} counted  undetermined  covered  95 % bounds   rms  not converged")
         for label, row in tables[loss].items():
             print(
-                f"{label:28} {row['counted']:7} {row['told']:5}  {row['covered']:7.3f}  "
+                f"{label:28} {row['counted']:7} {row['told']:12}  {row['covered']:7.3f}  "
                 f"{row['low']:.3f} {row['high']:.3f}  {row['rms_deviations'] or 0:5.2f} {row['not_converged']:5}"
             )
     if not all(GOAL[0] <= tables[loss]["pooled"]["covered"] <= GOAL[1] for loss in options.loss):
