@@ -75,30 +75,36 @@ def bins_of(x: Array, bin_count: int = BIN_COUNT) -> NDArray[np.intp]:
 
 def binned_medians(x: Array, columns: Array) -> list[BinnedMedian]:
     """Medians of each column (N, m) in bins of x (N,); rows where either is NaN are left out."""
-    whole = _rows_by_bin(x) if np.isfinite(x).all() and np.isfinite(columns).all() else None
-    found = []
-    for y in columns.T:
-        known = np.isfinite(x) & np.isfinite(y)
-        bins = whole if whole is not None else _rows_by_bin(x[known])
-        found.append(_medians(x[known], y[known], bins))
-    return found
+    if np.isfinite(x).all() and np.isfinite(columns).all():
+        bins = _rows_by_bin(x)
+        centre = _medians(x, bins)
+        return [_binned(centre, y, bins) for y in columns.T]
+    return [binned_median(x, y) for y in columns.T]
 
 
 def binned_median(x: Array, y: Array) -> BinnedMedian:
     """The same of one column (N,)."""
-    return binned_medians(x, y[:, np.newaxis])[0]
+    known = np.isfinite(x) & np.isfinite(y)
+    x, y = x[known], y[known]
+    bins = _rows_by_bin(x)
+    return _binned(_medians(x, bins), y, bins)
 
 
 def _rows_by_bin(x: Array) -> list[NDArray[np.intp]]:
-    bins = bins_of(x)
-    return [np.flatnonzero(bins == k) for k in range(bins.max(initial=-1) + 1)]
+    bins = bins_of(x).astype(np.int16)  # which numpy sorts by counting
+    in_order = np.argsort(bins, kind="stable")
+    return np.split(in_order, np.searchsorted(bins[in_order], np.arange(bins.max(initial=-1) + 1)))[1:]
 
 
-def _medians(x: Array, y: Array, bins: list[NDArray[np.intp]]) -> BinnedMedian:
-    median = np.array([np.median(y[rows]) for rows in bins])
-    spread = np.array([_MAD_TO_SIGMA * np.median(np.abs(y[rows] - m)) for rows, m in zip(bins, median, strict=True)])
-    error = _COVERAGE * _MEDIAN_ERROR * spread / np.sqrt([len(rows) for rows in bins])
-    centre = np.array([np.median(x[rows]) for rows in bins])
+def _medians(x: Array, bins: list[NDArray[np.intp]]) -> Array:
+    return np.array([np.median(x[rows]) for rows in bins])
+
+
+def _binned(centre: Array, y: Array, bins: list[NDArray[np.intp]]) -> BinnedMedian:
+    parts = [y[rows] for rows in bins]
+    median = np.array([np.median(part) for part in parts])
+    spread = np.array([_MAD_TO_SIGMA * np.median(np.abs(part - m)) for part, m in zip(parts, median, strict=True)])
+    error = _COVERAGE * _MEDIAN_ERROR * spread / np.sqrt([len(part) for part in parts])
     return BinnedMedian(centre, median, median - error, median + error)
 
 

@@ -11,12 +11,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import units
-from fastcal.report.language import _
+from fastcal.report.language import _, language
 from fastcal.report.trends import Trend, trends
 
 if TYPE_CHECKING:
@@ -104,10 +105,24 @@ class Rows:
         return np.asarray(np.isfinite(parts).all(axis=1))
 
 
+# Of each evaluation, as long as it is there: the page and the line about what to do next look for the same trends.
+_SEEN: WeakKeyDictionary[Evaluation, tuple[str, Rows]] = WeakKeyDictionary()  # with the language of their titles
+
+
 def rows_of(name: str, evaluation: Evaluation | None, joint_types: list[str]) -> Rows | None:
     """The rows of an evaluation; None where it has no point or length to judge before and after."""
     if evaluation is None or evaluation.before is None or evaluation.after is None:
         return None
+    tongue, rows = _SEEN.get(evaluation, ("", None))
+    if rows is None or (tongue, rows.name) != (language.get(), name):
+        rows = _rows(name, evaluation, evaluation.before, evaluation.after, joint_types)
+        _SEEN[evaluation] = language.get(), rows
+    return rows
+
+
+def _rows(
+    name: str, evaluation: Evaluation, before: ErrorStatistics, after: ErrorStatistics, joint_types: list[str]
+) -> Rows:
     data = evaluation.data
     point_after = _millimetres(evaluation.error_after)
     point_before = np.full_like(point_after, np.nan)
@@ -129,8 +144,8 @@ def rows_of(name: str, evaluation: Evaluation | None, joint_types: list[str]) ->
         point_after=point_after,
         error_before=row_error(point_before, length_before),
         error_after=row_error(point_after, length_after),
-        before=_statistics(evaluation.before),
-        after=_statistics(evaluation.after),
+        before=_statistics(before),
+        after=_statistics(after),
         joints=_joints(data, joint_types),
         conditions=_conditions(data),
     )
