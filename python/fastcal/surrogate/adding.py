@@ -42,7 +42,8 @@ class AddedSurrogate:
         owner, depends_on: The place with the most evidence and what it depends on; None and () where none has any.
         share: Of the sum of squares of what was left, what that block explains.
         evidence: Of that block, twice a log ratio of likelihoods.
-        held_out: RMS of poses left out with everything that was tried over that without; 1 where nothing was.
+        held_out: RMS of poses left out with everything that was tried over that without; 1 where nothing was. Beside a
+            first block without enough evidence, nothing else is tried.
         inputs, curve: (N, inputs) and (N, directions) [rad, m]: the first block's function over the rows.
         unknowns: (U,) of the observations, shifted as the geometry is.
     """

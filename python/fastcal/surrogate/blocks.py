@@ -66,6 +66,8 @@ def choose_blocks(problem: ResidualProblem, considered: Sequence[Candidate], thr
             break
         best = replace(best, columns=best.size * best.columns)
         blocks.append(best)
+        if len(blocks) == 1 and best.evidence < thresholds.evidence:
+            break  # nothing is added, whatever lies beside it
         considered = sorted(evidence, key=lambda candidate: -evidence[candidate])[:_PROMISING]
         # What was chosen is part of the model from here on, its weights ~ N(0, I).
         count = best.columns.shape[1]

@@ -70,7 +70,8 @@ def _without_folds(
             continue
         own = blocks
         if considered:
-            again = choose_blocks(problem.without(held), considered, replace(thresholds, blocks=len(blocks)))
+            as_many = replace(thresholds, evidence=0.0, blocks=len(blocks))
+            again = choose_blocks(problem.without(held), considered, as_many)
             own = [block.over(problem) for block in again]
         C = np.hstack([block.columns for block in own]) if own else np.zeros((len(problem.r), 0))
         squares += held_out_squares(problem.A, C, problem.r, held)
