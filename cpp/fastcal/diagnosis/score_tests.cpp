@@ -231,32 +231,47 @@ VectorXd ScoreTests::detectable(const std::vector<int>& columns, const VectorXd&
     if (within_[column].size() > 0) shape.col(static_cast<Index>(c)) = basis(block_of_[column]) * within_[column];
   }
   const MatrixXd signatures = B_.transpose() * shape;  // (used, columns)
+  const ArrayXd loudest = square.colwise().maxCoeff().cwiseSqrt();
+  std::vector<int> order(static_cast<std::size_t>(block_count()));
   for (std::size_t c = 0; c < columns.size(); ++c) {
     if (within_[static_cast<std::size_t>(columns[c])].size() == 0) continue;
     const auto signature = signatures.col(static_cast<Index>(c));
+    VectorXd share(block_count());
+    for (int k = 0; k < block_count(); ++k) share[k] = signature.segment(first_[k], scores_.rank[k]).norm();
+    std::iota(order.begin(), order.end(), 0);
+    std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return share[a] > share[b]; });
     // |n + root s|^2 <= limit holds for the roots of an interval, in all blocks for those of their intersection.
     ArrayXd from = ArrayXd::Constant(draws, -kInfinity);
     ArrayXd to = ArrayXd::Constant(draws, kInfinity);
-    for (int k = 0; k < block_count(); ++k) {
+    const auto detected = [&] {
+      const auto seen = [&](double root) {
+        return static_cast<double>((root < from || root > to).count()) >= power * draws;
+      };
+      double low = 0;
+      double high = 4;
+      while (!seen(high)) high *= 2;
+      for (int step = 0; step < kHalvings; ++step) {
+        const double middle = (low + high) / 2;
+        (seen(middle) ? high : low) = middle;
+      }
+      return std::make_pair(low, high);
+    };
+    double most = kInfinity;  // the blocks so far detect this root
+    for (const int k : order) {
       const Index size = scores_.rank[k];
       if (size == 0 || std::isinf(limits[k])) continue;
+      // |n| + root |s| stays below the limit as far as the root matters.
+      if (loudest[k] + most * share[k] <= std::sqrt(limits[k])) continue;
+      const double s2 = std::max(share[k] * share[k], kSmallest);
       const auto own = signature.segment(first_[k], size);
-      const double s2 = std::max(own.squaredNorm(), kSmallest);
       const ArrayXd middle = -(noise.middleCols(first_[k], size) * own).array() / s2;
       const ArrayXd half = middle.square() - (square.col(k).array() - limits[k]) / s2;
-      from = from.max((half < 0).select(kInfinity, middle - half.max(0).sqrt()));
-      to = to.min((half < 0).select(-kInfinity, middle + half.max(0).sqrt()));
+      const ArrayXd root = half.max(0).sqrt();
+      from = from.max((half < 0).select(kInfinity, middle - root));
+      to = to.min((half < 0).select(-kInfinity, middle + root));
+      if (std::isinf(most)) most = detected().second;
     }
-    const auto seen = [&](double root) {
-      return static_cast<double>((root < from || root > to).count()) >= power * draws;
-    };
-    double low = 0;
-    double high = 4;
-    while (!seen(high)) high *= 2;
-    for (int step = 0; step < kHalvings; ++step) {
-      const double middle = (low + high) / 2;
-      (seen(middle) ? high : low) = middle;
-    }
+    const auto [low, high] = detected();
     out[static_cast<Index>(c)] = (low + high) / 2;
   }
   return out;

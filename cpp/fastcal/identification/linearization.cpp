@@ -2,37 +2,35 @@
 // SPDX-License-Identifier: MIT
 #include "fastcal/identification/linearization.hpp"
 
-#include <cmath>
-#include <map>
+#include <numeric>
 
+#include "fastcal/identification/whitened_rows.hpp"
 #include "fastcal/math/check.hpp"
+#include "fastcal/math/parallel.hpp"
 #include "fastcal/model/settle.hpp"
 
 namespace fastcal {
 namespace {
 
-/// d [v; w] / d theta (6, p) of the frames that some observation looks at.
-class FrameJacobians {
- public:
-  FrameJacobians(const Problem& problem, int parameter_count) {
-    for (const PlacedObservation& of : problem.measured.observations()) {
-      for (const int frame : of.frames)
-        by_frame_.try_emplace(frame, Eigen::Matrix<double, 6, Eigen::Dynamic>(6, parameter_count));
+/// Writes the numbers of rows begin ... end - 1 from place `at` on; returns how many there are.
+Eigen::Index write(WhitenedRows& rows, Eigen::Index begin, Eigen::Index end, Eigen::Index at, Linearization& out) {
+  const Eigen::Index first = at;
+  rows.evaluate(begin, end);
+  const double* J = rows.jacobian();
+  const Eigen::Index p = out.J.cols();
+  for (int i = 0; i < static_cast<int>(end - begin); ++i) {
+    for (int n = 0; n < rows.number_count(); ++n) {
+      if (!rows.is_measured(i, n)) continue;
+      const Eigen::Map<const Eigen::RowVectorXd, 0, Eigen::InnerStride<>> numbers(J + rows.place(i, n), p + 1,
+                                                                                  Eigen::InnerStride<>(rows.ld()));
+      out.J.row(at) = numbers.head(p);
+      out.r[at] = numbers[p];
+      out.row[at] = static_cast<int>(begin) + i;
+      out.number[at++] = n;
     }
   }
-
-  /// Brings them up to date; returns the poses of all frames.
-  const std::vector<Pose>& evaluate(RowEvaluator& evaluator, const State& state) {
-    const std::vector<Pose>& T = evaluator.columns(state);
-    for (auto& [frame, J] : by_frame_) evaluator.motion(frame, J);
-    return T;
-  }
-
-  const Eigen::Matrix<double, 6, Eigen::Dynamic>& of(int frame) const { return by_frame_.at(frame); }
-
- private:
-  std::map<int, Eigen::Matrix<double, 6, Eigen::Dynamic>> by_frame_;
-};
+  return at - first;
+}
 
 }  // namespace
 
@@ -40,38 +38,36 @@ Linearization linearize(const Problem& problem, const Eigen::VectorXd& theta, co
   problem.check();
   FASTCAL_CHECK(theta.size() == problem.parameter_count())
       << "theta must hold " << problem.parameter_count() << " numbers, got " << theta.size();
-  const int p = problem.model.parameter_count();
   Samples samples = problem.samples;
-  settle(problem.model, theta.head(p), problem.threads, samples);
-  const Eigen::VectorXd unknowns = theta.tail(problem.measured.unknown_count());
+  settle(problem.model, theta.head(problem.model.parameter_count()), problem.threads, samples);
+  const Problem settled{problem.model, samples, problem.measured, problem.threads};
+  const Eigen::Index rows = problem.row_count();
+  const Eigen::Index numbers = problem.measured.number_count();
+  std::vector<int> all(static_cast<std::size_t>(theta.size()));
+  std::iota(all.begin(), all.end(), 0);
+  const Eigen::VectorXd one = Eigen::VectorXd::Ones(theta.size());
 
-  const Eigen::Index most = problem.row_count() * problem.measured.number_count();
-  Linearization out{RowMatrixXd::Zero(most, theta.size()), Eigen::VectorXd(most), Eigen::VectorXi(most),
-                    Eigen::VectorXi(most)};
-  RowEvaluator evaluator(problem.model, theta.head(p));
-  FrameJacobians J(problem, p);
-  Comparison comparison;
+  Linearization out{RowMatrixXd(rows * numbers, theta.size()), Eigen::VectorXd(rows * numbers),
+                    Eigen::VectorXi(rows * numbers), Eigen::VectorXi(rows * numbers)};
+  std::vector<Eigen::Index> found(static_cast<std::size_t>(chunk_count(rows)));
+  parallel_chunks(
+      rows, settled.workers(), [&] { return WhitenedRows(settled, theta, all, one, tau); },
+      [&](WhitenedRows& chunk, Eigen::Index index, Eigen::Index begin, Eigen::Index end) {
+        // As if nothing were missing in the rows before.
+        found[static_cast<std::size_t>(index)] = write(chunk, begin, end, begin * numbers, out);
+      });
+
   Eigen::Index n = 0;
-  for (Eigen::Index i = 0; i < problem.row_count(); ++i) {
-    const std::vector<Pose>& T = J.evaluate(evaluator, samples.row(i));
-    for (const PlacedObservation& of : problem.measured.observations()) {
-      comparison.clear();
-      of->compare(i, sights_of(of, [&](int frame) { return T[frame]; }), unknowns.data() + of.first_unknown,
-                  comparison);
-      for (int c = 0; c < of.component_count; ++c) {
-        if (!comparison.present[c]) continue;
-        const int number = of.first_number + c;
-        const double sigma =
-            std::hypot(problem.measured.sigma(i, number), tau[problem.measured.observation_of(number)]);
-        FASTCAL_CHECK(sigma > 0) << "row " << i << " has a number without a standard deviation";
-        for (std::size_t f = 0; f < of.frames.size(); ++f)
-          out.J.row(n).head(p) += comparison.by_frame[f].row(c) * J.of(of.frames[f]) / sigma;
-        out.J.row(n).segment(p + of.first_unknown + comparison.first_unknown, comparison.unknown_count) =
-            comparison.by_unknown.row(c).head(comparison.unknown_count) / sigma;
-        out.r[n] = comparison.r[c] / sigma;
-        out.number[n] = number;
-        out.row[n++] = static_cast<int>(i);
-      }
+  for (std::size_t chunk = 0; chunk < found.size(); ++chunk) {
+    Eigen::Index from = static_cast<Eigen::Index>(chunk) * kChunkRows * numbers;
+    for (const Eigen::Index end = from + found[chunk]; from < end; ++from, ++n) {
+      FASTCAL_CHECK(whitening_deviation(settled, tau, out.row[from], out.number[from]) > 0)
+          << "row " << out.row[from] << " has a number without a standard deviation";
+      if (n == from) continue;
+      out.J.row(n) = out.J.row(from);
+      out.r[n] = out.r[from];
+      out.row[n] = out.row[from];
+      out.number[n] = out.number[from];
     }
   }
   out.J.conservativeResize(n, Eigen::NoChange);

@@ -35,10 +35,14 @@ class WhitenedRows {
   template <typename Row>
   void raw(int i, Row out) const {
     for (int n = 0; n < count_; ++n) {
-      const Eigen::Index k = static_cast<Eigen::Index>(n) * block_.stride() + i;
-      if (factor_.data()[k] > 0) out[n] = residual_.data()[k];
+      if (is_measured(i, n)) out[n] = residual_.data()[place(i, n)];
     }
   }
+
+  int number_count() const { return count_; }
+  /// Where number n of row i is in a column of the block.
+  Eigen::Index place(int i, int n) const { return static_cast<Eigen::Index>(n) * block_.stride() + i; }
+  bool is_measured(int i, int n) const { return factor_.data()[place(i, n)] > 0; }
 
   /// Rows and distance of columns of the block: [J r], one column after the other.
   int height() const { return count_ * block_.stride(); }

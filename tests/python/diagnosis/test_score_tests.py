@@ -78,6 +78,26 @@ def test_a_block_that_looks_alike_makes_more_detectable_and_an_absorbed_column_n
         tests.detectable([0], limit[:2])
 
 
+def test_of_many_blocks_one_passes_its_limit_four_times_in_five() -> None:
+    """By own noise, over blocks that are alike, hardly alike and louder than their limits allow."""
+    random = np.random.default_rng(5)
+    A, sizes = random.standard_normal((60, 5)), [1, 3, 2, 4, 1, 6, 2, 1]
+    C = random.standard_normal((60, sum(sizes)))
+    C[:, 6:10] += 3 * C[:, :1]
+    C[:, 10] += 0.5 * C[:, 1]
+    limits = np.array([stats.chi2.isf(1e-3 if size < 6 else 0.1, size) for size in sizes])
+    tests = _core.ScoreTests(A, C, np.zeros(60), sizes)
+    Q = np.linalg.qr(A)[0]
+    left = C - Q @ (Q.T @ C)
+    ends = np.cumsum(sizes)
+    bases = [np.linalg.qr(left[:, end - size : end])[0] for end, size in zip(ends, sizes, strict=True)]
+    noise = random.standard_normal((5000, 60))
+    for column, root in enumerate(tests.detectable(list(range(C.shape[1])), limits, draws=4000)):
+        heard = noise + root * left[:, column] / np.linalg.norm(left[:, column])
+        passed = [((heard @ basis) ** 2).sum(axis=1) > limit for basis, limit in zip(bases, limits, strict=True)]
+        assert np.any(passed, axis=0).mean() == pytest.approx(0.8, abs=0.03), column
+
+
 def test_sizes_that_do_not_add_up_are_refused() -> None:
     with pytest.raises(InvalidInput, match="add up to the 6 columns"):
         _core.ScoreTests(np.ones((9, 1)), np.ones((9, 6)), np.ones(9), [1, 3])
