@@ -147,8 +147,8 @@ def calibrate(
     start, model, alignment, names = problem.robot, problem.model, problem.alignment, problem.names
     aligned = Robot(with_frames(start.spec, alignment.T_world_base, alignment.T_flange_tool))
     found_spec = identified_spec(start, model, found)
-    parameters = found.parameters  # a copy each time it is asked for
-    free_names = [full_name(parameters[i]) for i in found.free]
+    every = found.parameters  # a copy each time it is asked for
+    free_names = [full_name(every[i]) for i in found.free]
     covariance, root, freedom = (
         np.asarray(found.covariance),
         np.asarray(found.covariance_root),
