@@ -232,11 +232,11 @@ class _Found:
         names = [best.names[k] for k in order]
         steps = self._adapted(names)
         profiles = self.model.profiles
-        rest = unexplained.rest(search, self.final) if self.remains else None
+        remaining = unexplained.located(search, self.final) if self.remains else None
         gap = adaptation.gap(steps, names, profiles)
         judge = adaptation.Judge(self.data, self.test, self.threads)
-        more, step, rest = with_surrogate(steps[-1], self.fit, self.reaches, judge, rest)
-        findings = [self._finding(best.names[k], proofs[k], equivalents[k], steps[-1].model, rest) for k in order]
+        more, step, remaining = with_surrogate(steps[-1], self.fit, self.reaches, judge, remaining)
+        findings = [self._finding(best.names[k], proofs[k], equivalents[k], steps[-1].model, remaining) for k in order]
         if findings and all(f.grade == "A" for f in findings) and not self._stands(steps[-1].model):
             findings = [replace(f, grade="B", limits=(Because(Reason.OWN_MODEL),)) for f in findings]
         if any(f.grade != "A" for f in findings):
@@ -244,11 +244,11 @@ class _Found:
         findings += [_curve(steps[-1].model, entry) for entry in profiles]
         if more is not None and step is not None:
             steps, gap = [*steps, more], [*gap, step]
-        said = Diagnosis(
-            verdict=_verdict(findings, rest),
+        found = Diagnosis(
+            verdict=_verdict(findings, remaining),
             sentence="",
             effects=findings,
-            unexplained=rest,
+            unexplained=remaining,
             untestable=sensitivity.untestable(search, self.library),
             outliers=self._outliers(is_named),
             sigma_mm=from_si(self.level.sigma, "mm"),
@@ -265,7 +265,7 @@ class _Found:
             plan=self._plan(equivalents),
             notes=[*self.data.notes, *self._limits()],
         )
-        return replace(said, sentence=sentence_of(said))
+        return replace(found, sentence=sentence_of(found))
 
     def _limits(self) -> list[str]:
         """What the search did not look at, in sentences."""
@@ -319,11 +319,13 @@ class _Found:
         proof: grading.Evidence,
         equivalents: list[SearchNode],
         model: Robot,
-        rest: Unexplained | None,
+        remaining: Unexplained | None,
     ) -> Finding:
         others = tuple(dict.fromkeys(_replacement(self.best, state).key for state in equivalents))
-        grade, limits = grading.grade(proof, name, others, rest is not None or len(self.best.names) > self.search.most)
-        if rest is not None and grading.is_shadow(self.search, self.best, proof):
+        grade, limits = grading.grade(
+            proof, name, others, remaining is not None or len(self.best.names) > self.search.most
+        )
+        if remaining is not None and grading.is_shadow(self.search, self.best, proof):
             grade, limits = "C", (Because(Reason.SHADOW), *limits)
         if is_beyond_bounds(self.fit, name):
             grade, limits = "C", (Because(Reason.IMPOSSIBLE), *limits)
@@ -360,8 +362,8 @@ def _curve(model: Robot, entry: Spec) -> Finding:
     return Finding(entry["effect"], entry["owner"], "C", {}, 0.0, 0.0, limits=(because,))
 
 
-def _verdict(findings: Sequence[Finding], rest: Unexplained | None) -> str:
-    if rest is not None:
+def _verdict(findings: Sequence[Finding], remaining: Unexplained | None) -> str:
+    if remaining is not None:
         return "unexplained"
     if not findings:
         return "none"

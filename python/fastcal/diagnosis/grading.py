@@ -121,14 +121,14 @@ def _least_gain(search: Search, state: SearchNode, name: Hypothesis) -> float:
 
 
 def grade(
-    found: Evidence, name: Hypothesis, equivalents: Sequence[object], rest: bool
+    found: Evidence, name: Hypothesis, equivalents: Sequence[object], something_remains: bool
 ) -> tuple[str, tuple[Because, ...]]:
     """Grade A or B, and why not A."""
     snr = found.statistic**0.5
     sure = rules.GRADE_A_SNR_LOADS if found.follows_loads else rules.GRADE_A_SNR
     simpler = tuple(CauseLabel(effect, name.owner) for effect in name.traits.generalizes)
     limits = [
-        (rest, Because(Reason.SOMETHING_REMAINS)),
+        (something_remains, Because(Reason.SOMETHING_REMAINS)),
         (bool(equivalents), Because(Reason.EQUIVALENTS)),
         (snr < sure, Because(Reason.WEAK_SIGNAL, snr, sure)),
         (bool(found.rivals), Because(Reason.UNNAMED_RIVALS, subjects=found.rivals)),

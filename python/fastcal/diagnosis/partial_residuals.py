@@ -65,7 +65,7 @@ def of_finding(state: SearchNode, finding: Finding) -> PartialResidual:
     return _of_effect(Effect.fitted(fit, place), entry, state.blocks)
 
 
-def of_rest(state: SearchNode, owner: str, depends_on: tuple[str, ...]) -> PartialResidual | None:
+def of_unexplained(state: SearchNode, owner: str, depends_on: tuple[str, ...]) -> PartialResidual | None:
     """The block without a name that explains most of what remains; None where the state has none like it."""
     blocks, fit = state.blocks, state.fit
     at = [k for k, g in enumerate(blocks.generics) if (g.owner, g.curves.depends_on) == (owner, depends_on)]

@@ -205,7 +205,7 @@ class Diagnosis(Plotted):
 
     def to_json_dict(self) -> dict[str, Any]:
         """The content of diagnosis.json."""
-        rest = self.unexplained
+        remaining = self.unexplained
         return {
             "verdict": self.verdict,
             "sentence": self.sentence,
@@ -225,13 +225,13 @@ class Diagnosis(Plotted):
                 for f in self.effects
             ],
             "unexplained": None
-            if rest is None
+            if remaining is None
             else {
-                "owner": rest.owner,
-                "share": rest.share,
-                "depends_on": list(rest.depends_on),
-                "added": rest.added,
-                "formulas": list(rest.formulas),
+                "owner": remaining.owner,
+                "share": remaining.share,
+                "depends_on": list(remaining.depends_on),
+                "added": remaining.added,
+                "formulas": list(remaining.formulas),
             },
             "untestable": [vars(u) for u in self.untestable],
             "outliers": self.outliers,

@@ -116,7 +116,7 @@ def profile_curve(model: Robot, owner: str, q: FloatArray) -> FloatArray:
     return np.asarray((turn + np.pi) % (2 * np.pi) - np.pi)
 
 
-def rest(search: Search, state: SearchNode) -> Unexplained:
+def located(search: Search, state: SearchNode) -> Unexplained:
     """Where what remains is best placed: the block without a name that explains most for the functions it takes."""
     found = state.blocks
     statistic, rank = np.asarray(found.tests.scores.statistic), np.asarray(found.tests.scores.rank)

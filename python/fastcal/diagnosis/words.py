@@ -94,7 +94,7 @@ def plan_text(plan: SeparatingPlan, speak: Speak = str) -> str:
 
 def sentence_of(found: Diagnosis) -> str:
     """The first sentence of the page."""
-    return " ".join(part for part in (_causes(found), _rest(found.unexplained), _gain(found)) if part)
+    return " ".join(part for part in (_causes(found), _unexplained(found.unexplained), _gain(found)) if part)
 
 
 def _causes(found: Diagnosis) -> str:
@@ -151,20 +151,20 @@ def _unproven(found: list[Finding]) -> str:
     return f"The data are consistent with the following, but prove none of them: {listed}."
 
 
-def _rest(rest: Unexplained | None) -> str:
-    if rest is None:
+def _unexplained(remaining: Unexplained | None) -> str:
+    if remaining is None:
         return ""
-    place = _PLACES.get(rest.owner, f"at {owner_in_words(rest.owner)}")
+    place = _PLACES.get(remaining.owner, f"at {owner_in_words(remaining.owner)}")
     on = (
         "the place"
-        if rest.depends_on == ("x", "y", "z")
-        else " and ".join(_VARIABLES.get(v, v) for v in rest.depends_on)
+        if remaining.depends_on == ("x", "y", "z")
+        else " and ".join(_VARIABLES.get(v, v) for v in remaining.depends_on)
     )
-    text = f"Something remains {place} that depends on {on}, {rest.share:.0%} of the misfit that there was."
-    if rest.added is not None:
+    text = f"Something remains {place} that depends on {on}, {remaining.share:.0%} of the misfit that there was."
+    if remaining.added is not None:
         text += " A smooth function of it is in the model; it proves no cause."
-    if rest.formulas:
-        text += f" Its curve looks like: {rest.formulas[0]}."
+    if remaining.formulas:
+        text += f" Its curve looks like: {remaining.formulas[0]}."
     return text
 
 

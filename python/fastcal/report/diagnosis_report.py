@@ -33,10 +33,10 @@ from fastcal.report.diagnosis_steps import is_advice, next_steps
 from fastcal.report.diagnosis_words import (
     GRADES,
     VERDICTS,
-    rest_sentence,
     short_name,
     spoken,
     sureness,
+    unexplained_sentence,
 )
 from fastcal.report.document import document_facts
 from fastcal.report.figures import Figure
@@ -131,8 +131,8 @@ def diagnosis_page(found: Diagnosis, *, simulated: bool = False, made_by: Mappin
         effect_key=effect_figures.KEY,
         plan=found.plan if is_advice(found.plan) else None,
         plan_sentence="" if found.plan is None else plan_text(found.plan, spoken),
-        rest=None if found.unexplained is None else rest_sentence(found.unexplained, _tried(found)),
-        rest_figures=_rest_figures(found, state),
+        unexplained=None if found.unexplained is None else unexplained_sentence(found.unexplained, _tried(found)),
+        unexplained_figures=_unexplained_figures(found, state),
         gap=gap_figure(found),
         ranking=diagnosis_tables.ranking_table(found),
         confusion=confusion_figure(found),
@@ -158,7 +158,7 @@ def _sections(found: Diagnosis) -> list[tuple[str, str]]:
     return [
         *([("plan", "Next measurement")] if is_advice(found.plan) else []),
         *([("found", "What is missing")] if found.effects else []),
-        *([("rest", "Unexplained")] if found.unexplained is not None else []),
+        *([("unexplained", "Unexplained")] if found.unexplained is not None else []),
         ("gap-part", "Gap closed"),
         ("ranking", "Other causes"),
         ("unseen", "Not testable"),
@@ -237,11 +237,11 @@ def _card(found: Diagnosis, finding: Finding, state: SearchNode) -> _Card:
     )
 
 
-def _rest_figures(found: Diagnosis, state: SearchNode) -> list[Figure]:
+def _unexplained_figures(found: Diagnosis, state: SearchNode) -> list[Figure]:
     if found.unexplained is None:
         return []
-    seen = partial_residuals.of_rest(state, found.unexplained.owner, found.unexplained.depends_on)
-    return [] if seen is None else effect_figures.effect_figures(seen, found.unexplained.owner, "rest")
+    seen = partial_residuals.of_unexplained(state, found.unexplained.owner, found.unexplained.depends_on)
+    return [] if seen is None else effect_figures.effect_figures(seen, found.unexplained.owner, "unexplained")
 
 
 def gap_figure(found: Diagnosis) -> Figure:

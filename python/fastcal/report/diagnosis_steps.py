@@ -62,8 +62,12 @@ def _one_of(found: Diagnosis) -> list[str]:
 
 
 def _unexplained(found: Diagnosis) -> list[str]:
-    rest = found.unexplained
-    steps = [f"Look {_look(rest)}."] if rest and rest.share >= _SMALL else ["The unexplained part is next to nothing."]
+    remaining = found.unexplained
+    steps = (
+        [f"Look {_look(remaining)}."]
+        if remaining and remaining.share >= _SMALL
+        else ["The unexplained part is next to nothing."]
+    )
     if found.effects:
         steps.append("model.yaml holds what was found: it is better than geometry alone, and not the whole story.")
     else:
@@ -109,14 +113,14 @@ def _unsure(effects: list[Finding]) -> list[str]:
     return [f"Check by hand before repairing: {listed(unsure)}."] if unsure else []
 
 
-def _look(rest: Unexplained) -> str:
-    on = depends(rest.depends_on)
-    if rest.owner.startswith("joint"):
-        return f"at {place(rest.owner)} (gear, cables and hoses, brake, encoder): its error follows {on}"
-    if rest.owner == "workspace":
+def _look(remaining: Unexplained) -> str:
+    on = depends(remaining.depends_on)
+    if remaining.owner.startswith("joint"):
+        return f"at {place(remaining.owner)} (gear, cables and hoses, brake, encoder): its error follows {on}"
+    if remaining.owner == "workspace":
         return (
             "at the instrument and its surroundings first (refraction, line of sight, scale, target), then at cables "
             "and hoses that pull in some postures: the error is a smooth function of the position"
         )
     what = {"base": "the foundation and the instrument's stand", "tool": "the tool and the target's seat"}
-    return f"at {what.get(rest.owner, place(rest.owner))}: it moves with {on}"
+    return f"at {what.get(remaining.owner, place(remaining.owner))}: it moves with {on}"

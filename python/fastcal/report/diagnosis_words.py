@@ -109,11 +109,11 @@ def sureness(finding: Finding) -> list[str]:
     ]
 
 
-def rest_sentence(rest: Unexplained, names: int) -> str:
+def unexplained_sentence(remaining: Unexplained, names: int) -> str:
     """Where the unexplained part is best located, and how large it is."""
-    share = "less than 1\N{NARROW NO-BREAK SPACE}%" if rest.share < _SMALL else percent(rest.share)
-    where = f"{'in' if rest.owner == 'workspace' else 'at'} {place(rest.owner)}"
+    share = "less than 1\N{NARROW NO-BREAK SPACE}%" if remaining.share < _SMALL else percent(remaining.share)
+    where = f"{'in' if remaining.owner == 'workspace' else 'at'} {place(remaining.owner)}"
     return (
         f"{share} of the misfit that geometry alone leaves is explained by none of the {plural(names, 'cause')} "
-        f"that were tried. It fits best {where}, as something that depends on {depends(rest.depends_on)}."
+        f"that were tried. It fits best {where}, as something that depends on {depends(remaining.depends_on)}."
     )

@@ -129,7 +129,9 @@ def test_of_what_follows_a_load_only_a_loud_name_is_sure() -> None:
         return Evidence(snr**2, 1, (0.5, 0.01), 1.0, (), **plain)
 
     def graded(effect: str, snr: float) -> str:
-        return grade(proof(snr, effect), Hypothesis({"effect": effect, "owner": "joint3"}), (), rest=False)[0]
+        return grade(
+            proof(snr, effect), Hypothesis({"effect": effect, "owner": "joint3"}), (), something_remains=False
+        )[0]
 
     assert [graded("backlash", snr) for snr in (12.0, 30.0)] == ["B", "A"]
     assert [graded("joint_compliance", snr) for snr in (12.0, 30.0, 60.0)] == ["B", "B", "A"]

@@ -68,21 +68,21 @@ def test_the_band_is_that_of_the_calibration(found: Diagnosis) -> None:
 
 
 def test_the_place_of_what_is_unexplained_is_drawn(unnamed: Diagnosis) -> None:
-    rest = Unexplained("joint3", 0.5, ("q3",))
-    seen = partial.of_rest(unnamed.final, rest.owner, rest.depends_on)
+    remaining = Unexplained("joint3", 0.5, ("q3",))
+    seen = partial.of_unexplained(unnamed.final, remaining.owner, remaining.depends_on)
     assert seen is not None
     assert seen.reading.before.shape == (len(seen.x), 1)
     assert np.all(np.isfinite(seen.reading.deviation))
     # The block takes what it explains: less is left with it than without.
     assert np.sum(seen.reading.after**2) < np.sum(seen.reading.before**2)
-    assert partial.of_rest(unnamed.state, "joint3", ("no such variable",)) is None
+    assert partial.of_unexplained(unnamed.state, "joint3", ("no such variable",)) is None
 
 
 @pytest.mark.parametrize("on", [("q2", "q3"), ("x", "y", "z")])
 def test_an_unexplained_part_of_several_variables_is_a_map(unnamed: Diagnosis, on: tuple[str, ...]) -> None:
     owner = "workspace" if "x" in on else "joint3"
     page = diagnosis_page(replace(unnamed, verdict="unexplained", unexplained=Unexplained(owner, 0.5, on)))
-    assert 'id="figure-rest"' in page
+    assert 'id="figure-unexplained"' in page
     assert "What remains without a name" in page
 
 
