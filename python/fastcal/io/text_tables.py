@@ -109,8 +109,10 @@ def _read_quickly(content: bytes, separator: str, path: str, header: str, exact:
         return None
     if any(pa.types.is_boolean(kind) or pa.types.is_temporal(kind) for kind in found.schema.types):
         return None  # what Arrow takes for a date or a truth value may not come back as it was written
-    columns = [column_from_arrow(column) for column in found.columns]
-    return Table(path, *without_blank_columns(found.column_names, columns), exact=exact)
+    titles, columns = found.column_names, [column_from_arrow(column) for column in found.columns]
+    del found
+    pa.default_memory_pool().release_unused()  # of which it would keep twice the file's size
+    return Table(path, *without_blank_columns(titles, columns), exact=exact)
 
 
 def _quotes_hold_cells(content: bytes, separator: str) -> bool:
