@@ -2,8 +2,14 @@
 // SPDX-License-Identifier: MIT
 //
 // Base drift: the base moves steadily in the measuring frame (or the instrument in the hall),  xi = rate (t - t0),  t0
-// the option t0 [s]. Three rates along the measuring frame's axes and three about them, through the base's origin.
+// the option t0 [s], from the time `first` to the time `last` [s] of the data; before and after it stands still, since
+// nobody has measured whether it goes on. Three rates along the measuring frame's axes and three about them, through
+// the base's origin.
+#include <algorithm>
+#include <limits>
+
 #include "fastcal/effects/owners.hpp"
+#include "fastcal/math/check.hpp"
 
 namespace fastcal {
 namespace {
@@ -11,9 +17,12 @@ namespace {
 class BaseDrift : public LinearEffect {
  public:
   BaseDrift(const RobotModel&, const std::string& owner, const Options& options)
-      : t0_(number_option(options, "t0", 0)) {
+      : t0_(number_option(options, "t0", 0)),
+        first_(number_option(options, "first", -std::numeric_limits<double>::infinity())),
+        last_(number_option(options, "last", std::numeric_limits<double>::infinity())) {
     check_owner("base_drift", owner, "base");
-    check_options("base_drift", options, {"t0"});
+    check_options("base_drift", options, {"t0", "first", "last"});
+    FASTCAL_CHECK(first_ <= last_) << "base_drift: first must not be after last, got " << first_ << " and " << last_;
     for (int axis = 0; axis < 6; ++axis) {
       const bool turns = axis >= 3;
       parameters_.push_back({owner, std::string("rate_") + kAxes[axis], turns ? "rad_s" : "m_s", turns ? 1e-8 : 2e-8,
@@ -26,12 +35,12 @@ class BaseDrift : public LinearEffect {
   std::vector<std::string> data_columns() const override { return {"time"}; }
 
   void basis(const State& state, TwistColumns& columns) const override {
-    for (int axis = 0; axis < 6; ++axis)
-      columns.push_back({axis, kBaseFrame, base_motion(state, axis, state.time - t0_)});
+    const double elapsed = std::clamp(state.time, first_, last_) - t0_;
+    for (int axis = 0; axis < 6; ++axis) columns.push_back({axis, kBaseFrame, base_motion(state, axis, elapsed)});
   }
 
  private:
-  double t0_;
+  double t0_, first_, last_;
   std::vector<Parameter> parameters_;
 };
 
@@ -47,6 +56,6 @@ FASTCAL_REGISTER_EFFECT("base_drift", {make<BaseDrift>,
                                         .refers_to = Reference::kBase,
                                         .of_the_measurement = true,
                                         .plotted_over = "time_s",
-                                        .options_from_data = {"t0_s"}}})
+                                        .options_from_data = {"t0_s", "times"}}})
 
 }  // namespace fastcal

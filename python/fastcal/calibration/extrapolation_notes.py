@@ -1,14 +1,14 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Where a model goes beyond what it was fitted on, in words: profiles outside their range, joints that never moved."""
+"""Where a model goes beyond what it was fitted on, in words: profiles and drifts outside theirs, joints never moved."""
 
 from __future__ import annotations
 
 from fastcal.calibration.data_notes import ranges
-from fastcal.effects.entries import core_options, traits_of
+from fastcal.effects.entries import core_options, label, traits_of
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.core_model import length_or_angle_unit
-from fastcal.robot.robot import Robot
+from fastcal.robot.robot import Robot, Spec
 from fastcal.units import from_si
 
 # A quantity whose range in the measurements is no larger stood still.
@@ -16,22 +16,44 @@ STILL = {"deg": 1.0, "mm": 2.0, "kg": 0.0, "c": 0.5}
 
 
 def range_notes(robot: Robot, data: Dataset) -> list[str]:
-    """A sentence for each profile that some row lies outside of, and for each quantity that the data move first."""
+    """A sentence for each profile or drift that some row is outside of, and each quantity that the data move first."""
     notes = unmoved_notes(robot, data)
     for entry in robot.spec.get("effects") or []:
-        options = core_options(entry) if "range" in traits_of(entry["effect"]).options_from_data else {}
-        if "low" not in options or "high" not in options:
-            continue
-        joint = int(entry["owner"].removeprefix("joint")) - 1
-        outside = (data.q[:, joint] < options["low"]) | (data.q[:, joint] > options["high"])
-        if outside.any():
-            unit = length_or_angle_unit(robot.spec["joints"][joint])
-            low, high = (from_si(options[key], unit) for key in ("low", "high"))
-            notes.append(
-                f"joint {joint + 1} is outside the {low:.4g} to {high:.4g} {unit} that its profile was fitted on in "
-                f"{int(outside.sum())} rows; there the profile fades to zero within 5 {unit}"
-            )
+        known = traits_of(entry["effect"]).options_from_data
+        if "range" in known:
+            notes += _beyond_its_range(entry, robot, data)
+        if "times" in known:
+            notes += _beyond_its_times(entry, data)
     return notes
+
+
+def _beyond_its_range(entry: Spec, robot: Robot, data: Dataset) -> list[str]:
+    options = core_options(entry)
+    if "low" not in options or "high" not in options:
+        return []
+    joint = int(entry["owner"].removeprefix("joint")) - 1
+    outside = (data.q[:, joint] < options["low"]) | (data.q[:, joint] > options["high"])
+    if not outside.any():
+        return []
+    unit = length_or_angle_unit(robot.spec["joints"][joint])
+    low, high = (from_si(options[key], unit) for key in ("low", "high"))
+    return [
+        f"joint {joint + 1} is outside the {low:.4g} to {high:.4g} {unit} that its profile was fitted on in "
+        f"{int(outside.sum())} rows; there the profile fades to zero within 5 {unit}"
+    ]
+
+
+def _beyond_its_times(entry: Spec, data: Dataset) -> list[str]:
+    options = core_options(entry)
+    if data.time is None or "first" not in options or "last" not in options:
+        return []
+    outside = (data.time < options["first"]) | (data.time > options["last"])
+    if not outside.any():
+        return []
+    return [
+        f"the time is outside the {options['first']:.6g} to {options['last']:.6g} s that {label(entry)} was fitted on "
+        f"in {int(outside.sum())} rows; there it stands still"
+    ]
 
 
 def unmoved_notes(robot: Robot, data: Dataset) -> list[str]:

@@ -3,7 +3,8 @@
 """What an effect takes from the data that it is first fitted on and keeps on every other file: origins, labels, ranges.
 
 Temperature and time count from the middle of the data: there the geometry stands as it is identified, and is least
-entangled with the effect.
+entangled with the effect. An effect that is known from the first row to the last only covers, once it is fitted to
+other data as well, all of them.
 """
 
 from __future__ import annotations
@@ -19,11 +20,12 @@ from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot
 from fastcal.units import from_si
 
+_COVERED = ("first_s", "last_s")
 _DECIMALS = 3  # an origin is a choice: milliseconds and millikelvins of it mean nothing
 
 
 def with_origins(entry: Spec, robot: Robot, data: Dataset) -> Spec:
-    """The entry with the options that the data decide; those that it has already stay.
+    """The entry with the options that the data decide; those that it has already stay, but for times that are covered.
 
     Raises:
         InvalidInput: The data have no such column, or too little in it.
@@ -31,7 +33,8 @@ def with_origins(entry: Spec, robot: Robot, data: Dataset) -> Spec:
     filled: Spec = {}
     for option in traits_of(entry["effect"]).options_from_data:
         filled |= _FILLERS[option](entry, robot, data)
-    return {**filled, **entry}
+    covered = {option: filled[option] for option in _COVERED if option in filled}
+    return {**filled, **entry, **covered}
 
 
 def _temperature(entry: Spec, robot: Robot, data: Dataset) -> Spec:
@@ -44,6 +47,14 @@ def _time(entry: Spec, robot: Robot, data: Dataset) -> Spec:
     if data.time is None:
         raise _missing(entry, "time_s")
     return {"t0_s": round(float(np.mean(data.time)), _DECIMALS)}
+
+
+def _times(entry: Spec, robot: Robot, data: Dataset) -> Spec:
+    """From the first row to the last, and what the entry covers already."""
+    if data.time is None:
+        raise _missing(entry, "time_s")
+    first, last = (round(float(t), _DECIMALS) for t in (data.time.min(), data.time.max()))
+    return {"first_s": min(first, entry.get("first_s", first)), "last_s": max(last, entry.get("last_s", last))}
 
 
 def _labels(entry: Spec, data: Dataset, option: str) -> Spec:
@@ -109,6 +120,7 @@ def _missing(entry: Spec, column: str) -> InvalidInput:
 _FILLERS: dict[str, Callable[[Spec, Robot, Dataset], Spec]] = {
     "t0_c": _temperature,
     "t0_s": _time,
+    "times": _times,
     "stations": _stations,
     "mounts": _mounts,
     "range": _range,

@@ -35,6 +35,16 @@ TEST(BaseDrift, MovesSteadilyAlongTheMeasuringAxes) {
   expect_near(tool(model, at(0)).p, {2 - 1e-4, 1 - 2e-4, 1e-4});
 }
 
+TEST(BaseDrift, StandsStillBeforeAndAfterTheTimesThatWereMeasured) {
+  const Options session{{"t0", 100.0}, {"first", 50.0}, {"last", 200.0}};
+  const ErrorModel model = with(placed(), {{"base_drift", "base", {1e-6, 0, 0, 0, 0, 0}, session}});
+  expect_near(tool(model, at(0)).p, {2 - 5e-5, 1, 0});
+  expect_near(tool(model, at(60)).p, {2 - 4e-5, 1, 0});
+  expect_near(tool(model, at(200)).p, {2 + 1e-4, 1, 0});
+  expect_near(tool(model, at(1e6)).p, {2 + 1e-4, 1, 0});
+  EXPECT_THROW(make_effect("base_drift", placed(), "base", {{"first", 2.0}, {"last", 1.0}}), InvalidInput);
+}
+
 TEST(BaseDrift, TurnsAboutTheBasesOrigin) {
   const ErrorModel model = with(placed(), {{"base_drift", "base", {0, 0, 0, 0, 0, 1e-6}, {}}});
   expect_near(tool(model, at(1000)).p, {2 - std::sin(1e-3), std::cos(1e-3), 0});
