@@ -8,6 +8,10 @@ rho^|s - t|, each coordinate on its own. Least squares stays unbiased, but its c
 filling, which fifty rows can bear. A fit takes slow noise away, so rho is the one at which the expected product of
 neighbouring residuals is the one that is found; the degrees of freedom are F. Satterthwaite's (1946), tr(M Omega)^2 /
 tr((M Omega)^2).
+
+Whether there is any is asked as J. Durbin and G. Watson (1950) did: of white noise the products of neighbours, as a
+share of the squares, have the mean tr(M B) / tr(M), B 1/2 for neighbours, and nearly the variance 1 / pairs. The mean
+is below 0 where the fit has columns that change slowly.
 """
 
 from __future__ import annotations
@@ -20,7 +24,7 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-_DEVIATIONS = 3.0  # white noise correlates neighbours by so much in one of a thousand sets
+DEVIATIONS = 3.0  # white noise correlates neighbours by so much in one of a thousand sets
 _FEWEST_ROWS = 12
 _MOST = 0.98
 _STEPS = 20
@@ -45,7 +49,9 @@ class SerialCorrelation:
     freedom: float
 
 
-def serial_correlation(J: FloatArray, residual: FloatArray, row: IntArray, count: int) -> SerialCorrelation | None:
+def serial_correlation(
+    J: FloatArray, residual: FloatArray, row: IntArray, count: int, deviations: float = DEVIATIONS
+) -> SerialCorrelation | None:
     """The AR(1) noise that residuals show along the order of the rows; None where white noise would do.
 
     Args:
@@ -53,6 +59,7 @@ def serial_correlation(J: FloatArray, residual: FloatArray, row: IntArray, count
         residual: (m,) whitened.
         row: (m,) the row that each number belongs to, 0 ... count - 1 in the order of measuring, ascending.
         count: Rows, those without a number included.
+        deviations: By how many standard deviations neighbours must be more alike than white noise makes them.
     """
     numbers = np.bincount(row, minlength=count)
     width = int(np.bincount(numbers[numbers > 0]).argmax())
@@ -69,8 +76,16 @@ def serial_correlation(J: FloatArray, residual: FloatArray, row: IntArray, count
         return out
 
     pairs = width * int(np.sum(used[1:] & used[:-1]))
-    e = table(_left(J, residual))
-    if pairs == 0 or _neighbours(e, e) * np.sqrt(pairs) < _DEVIATIONS * float(np.sum(e * e)):
+    white = len(residual) - J.shape[1]
+    unit, normal = _unit(J)
+    e = table(residual - unit @ np.linalg.solve(normal, unit.T @ residual))
+    alike = _neighbours(e, e) / max(float(np.sum(e * e)), 1e-300)
+    if pairs == 0 or (alike + J.shape[1] / white) * np.sqrt(pairs) < deviations:
+        return None  # whatever the mean is: a column lowers the sum of products by one square at most
+    column = table(unit)
+    inner = np.einsum("tcp,tcq->pq", column[:-1], column[1:], optimize=True)
+    mean = -float(np.trace(np.linalg.solve(normal, inner))) / white
+    if (alike - mean) * np.sqrt(pairs) < deviations:
         return None
     Q, R = np.linalg.qr(J)
     r = residual - Q @ (Q.T @ residual)
@@ -95,19 +110,18 @@ def serial_correlation(J: FloatArray, residual: FloatArray, row: IntArray, count
     shared = np.array([np.sum(used[k:] & used[: count - k]) for k in lags])
     squares = width * (used.sum() + 2 * float(shared @ low ** (2.0 * np.array(lags))))
     squares += float(np.sum(inner * inner)) - 2 * float(np.sum(Omega_q**2))
-    white = len(r) - J.shape[1]
     inverse = np.linalg.inv(R)
     covariance = inverse @ inner @ inverse.T * (float(r @ r) / trace)
     return SerialCorrelation(low, covariance, float(np.sqrt(white / trace)), trace**2 / squares)
 
 
-def _left(J: FloatArray, residual: FloatArray) -> FloatArray:
-    """(m,) what J leaves, by normal equations: a tenth of the work of a QR, which few fits need after all."""
+def _unit(J: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """J (m, p) with columns of length 1, and its normal matrix: a tenth of the work of a QR, which few fits need."""
     length = np.linalg.norm(J, axis=0)
     J = J / np.where(length > 0, length, 1.0)
     normal = J.T @ J
     normal[np.diag_indices_from(normal)] += _RIDGE
-    return np.asarray(residual - J @ np.linalg.solve(normal, J.T @ residual))
+    return J, normal
 
 
 def _neighbours(a: FloatArray, b: FloatArray) -> float:

@@ -20,6 +20,7 @@ from fastcal.diagnosis import adaptation, grading, periodic, rivals, rules, sens
 from fastcal.diagnosis.fits import Fit, fit, is_beyond_bounds
 from fastcal.diagnosis.library import Hypothesis, Library, build_library, parse_exclusions
 from fastcal.diagnosis.many_rows import on_all_rows, searched_rows
+from fastcal.diagnosis.memory import with_memory_named
 from fastcal.diagnosis.noise import NoiseLevel, with_estimated_noise
 from fastcal.diagnosis.one_curve import waves_of_one_curve, with_orders_between
 from fastcal.diagnosis.periodic import is_periodic
@@ -158,12 +159,14 @@ def _searched(
 def _again(problem: Problem, best: SearchNode, sigma: float | None) -> tuple[Problem | None, NoiseLevel]:
     """The noise as the set that was found shows it.
 
-    With a new start where it shows waves of other orders, or markedly less noise than there seemed to be; else None.
+    With a new start where it shows waves of other orders, markedly less noise than there seemed to be, or a memory that
+    the search did not allow for or that is none; else None.
     """
     waves = [] if best.suffices else periodic.scan(best)
     claimed = replace(problem, names=[*problem.names, *waves], noise=_claimed(problem.data, sigma))
     calmer, level = with_estimated_noise(claimed, best.fit, sigma)
-    return (calmer if waves or _is_calmer(calmer, problem) else None), level
+    remembers, remembered = calmer.noise.memory > 0, problem.noise.memory > 0
+    return (calmer if waves or remembers != remembered or _is_calmer(calmer, problem) else None), level
 
 
 def _is_calmer(now: Problem, before: Problem) -> bool:
@@ -253,7 +256,7 @@ class _Found:
             outliers=self._outliers(is_named),
             sigma_mm=from_si(self.level.sigma, "mm"),
             sigma_source=self.level.source,
-            sigma_note=self.level.note,
+            sigma_note=with_memory_named(self.level.note, search.problem.noise.memory),
             gap=gap,
             ranking=sensitivity.ranking(search, best),
             smallest=sensitivity.smallest(best),

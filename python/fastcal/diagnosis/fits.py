@@ -149,7 +149,7 @@ class Fit:
         row = np.concatenate([np.asarray(self.near.row, dtype=np.intp), np.full(len(away), -1)])
         return np.vstack([A, np.diag(1 / deviation)]), np.concatenate([r, -away]), row
 
-    @property
+    @cached_property
     def on_every_row(self) -> tuple[Problem, tuple[FloatArray, FloatArray, NDArray[np.intp]]]:
         """The problem of all measured rows, and `whitened` of these at the same parameters."""
         if np.array_equal(self.problem.used, self.problem.data.measured):

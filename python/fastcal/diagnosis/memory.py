@@ -14,8 +14,10 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import special
 
 from fastcal.calibration.serial_correlation import serial_correlation
+from fastcal.diagnosis import rules
 from fastcal.diagnosis.problem import Problem
 from fastcal.measurements.dataset import Dataset
 
@@ -49,7 +51,9 @@ def memory(problem: Problem, X: FloatArray, r: FloatArray, row: IntArray, wrong:
         return 0.0
     length = np.linalg.norm(X[order], axis=0)
     kept = length > 0
-    found = serial_correlation(X[np.ix_(order, kept)] / length[kept], r[order], place[row[order]], len(problem.data))
+    columns = X[np.ix_(order, kept)] / length[kept]
+    deviations = -float(special.ndtri(rules.ALPHA_MEMORY))
+    found = serial_correlation(columns, r[order], place[row[order]], len(problem.data), deviations)
     return 0.0 if found is None else found.rho
 
 
@@ -78,6 +82,14 @@ def without_memory(problem: Problem, values: FloatArray, row: IntArray) -> Float
         part = share[same].reshape(-1, *[1] * values.ndim)
         out[there] = (values[there] - part * values[here]) / np.sqrt(1 - part**2)
     return out
+
+
+def with_memory_named(note: str, rho: float) -> str:
+    """A sentence about the noise, with its memory where the tests allow for one."""
+    if rho == 0:
+        return note
+    shared = f"errors of successive rows are correlated ({rho:.2f}), and all tests and stated deviations allow for it"
+    return f"{note}; {shared}"
 
 
 def remembering(problem: Problem, rho: float) -> Problem:

@@ -79,11 +79,6 @@ def with_estimated_noise(problem: Problem, at: Fit, option: float | None) -> tup
     level = known or noise_level(every, rich, problem.data, option)
     used = every.used.copy()
     used[every.rows[isolated_rows(rich.wrong, every.kept)]] = False
-    if rho > 0:
-        shared = (
-            f"errors of successive rows are correlated ({rho:.2f}), and all tests and stated deviations allow for it"
-        )
-        level = replace(level, note=f"{level.note}; {shared}")
     return replace(every, used=used, noise=level.noise), level
 
 

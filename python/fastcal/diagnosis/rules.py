@@ -45,6 +45,9 @@ OUTLIER_RUN = 4
 ALPHA_POSTURE = 1e-3
 # Two-sided level at which a claimed noise, or repeats against the rich model, are taken to be wrong. Level.
 ALPHA_NOISE = 0.01
+# One-sided level at which rows measured one after the other err alike. Noise that is slow and taken for white makes
+# causes; white noise that is taken for slow hides a little of what changes slowly. Level.
+ALPHA_MEMORY = 0.01
 # Rows of one command are repeats of each other if their temperatures agree within [K].
 REPEAT_TEMPERATURE = 0.5
 # Degrees of freedom from which on repeats determine the noise (sigma within 13 %).

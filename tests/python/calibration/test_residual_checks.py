@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy import special
 
 from fastcal.calibration.calibrate import CalibrationResult, calibrate
 from fastcal.calibration.lack_of_fit import posture_p_value
@@ -137,6 +138,23 @@ def test_memory_of_the_noise_is_found_and_its_share_of_a_mean() -> None:
     assert found.freedom == pytest.approx(count * (1 - rho**2) / (1 + rho**2), rel=0.2)
     white = rng.normal(size=count)
     assert serial_correlation(np.ones((count, 1)), white - white.mean(), np.arange(count), count) is None
+
+
+def test_columns_that_change_slowly_hide_no_memory() -> None:
+    """They take slow noise away: neighbours that they leave are less alike than those of white noise without them."""
+    rng = np.random.default_rng(3)
+    count = 90
+    J = np.polynomial.legendre.legvander(np.linspace(-1, 1, count), 24)
+
+    def is_seen(rho: float) -> bool:
+        e = rng.normal(size=count)
+        for k in range(1, count):
+            e[k] = rho * e[k - 1] + (1 - rho**2) ** 0.5 * e[k]
+        left = e - J @ np.linalg.lstsq(J, e, rcond=None)[0]
+        return serial_correlation(J, left, np.arange(count), count, deviations=2.0) is not None
+
+    assert np.mean([is_seen(0.0) for _ in range(1000)]) == pytest.approx(special.ndtr(-2.0), abs=0.012)
+    assert np.mean([is_seen(0.7) for _ in range(200)]) > 0.5
 
 
 def test_p_values_of_white_residuals_are_uniform() -> None:

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from fastcal.diagnosis import noise, robust_rows
+from fastcal.diagnosis.memory import memory
 from fastcal.diagnosis.noise import RichFit
 from fastcal.diagnosis.problem import Noise
 from fastcal.measurements.dataset import Dataset
@@ -94,6 +95,15 @@ def rows_that_share_a_posture_are_no_outliers() -> None:
 def a_claim_is_wrong_where_chance_makes_it_so_in_one_of_a_hundred() -> None:
     """Of 300 degrees of freedom, chi square / 300 lies between 0.80 and 1.22 in 99 of 100."""
     assert [noise._agreement(RichFit(ms, 300.0, NONE)) for ms in (0.75, 0.85, 1.15, 1.28)] == [-1, 0, 0, 1]
+
+
+@falls_with(ALPHA_MEMORY=1e-12)
+@falls_with(ALPHA_MEMORY=0.5)
+def rows_err_alike_where_chance_makes_them_so_in_one_of_a_hundred() -> None:
+    problem = SimpleNamespace(data=Dataset.from_arrays(np.zeros((320, 1))), rows=np.arange(320))
+    for slow, has_memory in ((40, False), (160, True)):  # 1 and 4 standard deviations
+        r = np.r_[np.tile([1.0, 1, 1, 1, -1, -1, -1, -1], slow // 8), np.tile([1.0, 1, -1, -1], (320 - slow) // 4)]
+        assert (memory(problem, np.ones((320, 1)), r, np.arange(320), NONE) > 0) == has_memory
 
 
 def visits(poses: int, count: int, rise: float, sigma: float = 2e-5) -> Dataset:
