@@ -66,14 +66,17 @@ def of_finding(state: SearchNode, finding: Finding) -> PartialResidual:
 
 
 def of_unexplained(state: SearchNode, owner: str, depends_on: tuple[str, ...]) -> PartialResidual | None:
-    """The block without a name that explains most of what remains; None where the state has none like it."""
+    """The block without a name that explains most of what remains; None where the state or the data have none like it.
+
+    Directions of gravity and of sight, angles of an instrument and last moves are no column of the data.
+    """
     blocks, fit = state.blocks, state.fit
     at = [k for k, g in enumerate(blocks.generics) if (g.owner, g.curves.depends_on) == (owner, depends_on)]
-    if not at:
-        return None
-    effect = Effect.added(fit, blocks.columns.of(blocks.count + at[0]))
     found = [_variable(name, owner, fit) for name in depends_on]
     columns = [column for column in found if column is not None]
+    if not at or len(columns) < len(found):
+        return None
+    effect = Effect.added(fit, blocks.columns.of(blocks.count + at[0]))
     if owner.startswith("joint"):
         return _joint(effect, owner, blocks, depends_on, columns)
     if len(effect.points[0]) == 0:

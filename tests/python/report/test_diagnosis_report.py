@@ -78,6 +78,14 @@ def test_the_place_of_what_is_unexplained_is_drawn(unnamed: Diagnosis) -> None:
     assert partial.of_unexplained(unnamed.state, "joint3", ("no such variable",)) is None
 
 
+def test_an_unexplained_part_that_no_column_shows_is_placed_without_a_figure(unnamed: Diagnosis) -> None:
+    for owner, on in (("tool", ("gravity",)), ("tool", ("sight",))):
+        assert any((g.owner, g.curves.depends_on) == (owner, on) for g in unnamed.final.blocks.generics)
+        page = diagnosis_page(replace(unnamed, verdict="unexplained", unexplained=Unexplained(owner, 0.5, on)))
+        assert 'id="unexplained"' in page
+        assert 'id="figure-unexplained"' not in page
+
+
 @pytest.mark.parametrize("on", [("q2", "q3"), ("x", "y", "z")])
 def test_an_unexplained_part_of_several_variables_is_a_map(unnamed: Diagnosis, on: tuple[str, ...]) -> None:
     owner = "workspace" if "x" in on else "joint3"
