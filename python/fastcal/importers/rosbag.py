@@ -80,14 +80,14 @@ def bag_grids(path: str | os.PathLike[str], topic: str | None = None, *, joints_
     if not joints.times and measured is None:
         raise ParseError("the bag holds neither joint states nor poses", name)
     if measured is None:
-        return [_table(name, _joint_titles(joint_names), *joints.arrays(), said=[_joints_from(joints)])]
+        return [_table(name, _joint_titles(joint_names), *joints.arrays(), notes=[_joints_from(joints)])]
     stream = poses[measured]
     titles = ["x [m]", "y [m]", "z [m]", "qx", "qy", "qz", "qw"][: len(stream.values[0])]
     if not joints.times:
-        return [_table(name, titles, *stream.arrays(), sheet=measured, said=[_poses_from(measured)])]
+        return [_table(name, titles, *stream.arrays(), sheet=measured, notes=[_poses_from(measured)])]
     times, rows = _by_standstill(name, joints, stream)
-    said = [_joints_from(joints), _poses_from(measured)]
-    return [_table(name, [*_joint_titles(joint_names), *titles], times, rows, sheet=measured, said=said)]
+    notes = [_joints_from(joints), _poses_from(measured)]
+    return [_table(name, [*_joint_titles(joint_names), *titles], times, rows, sheet=measured, notes=notes)]
 
 
 def _read(path: str) -> tuple[list[str], _Stream, dict[str, _Stream]]:
@@ -221,11 +221,11 @@ def _joint_titles(names: list[str]) -> list[str]:
 
 
 def _joints_from(joints: _Stream) -> str:
-    return f"joints are those of the topic {joints.topic}"
+    return f"joints read from the topic {joints.topic}"
 
 
 def _poses_from(source: str) -> str:
-    return f"measured poses are those of the topic {source}"
+    return f"measured poses read from the topic {source}"
 
 
 def _table(
@@ -235,13 +235,13 @@ def _table(
     rows: FloatArray,
     *,
     sheet: str | None = None,
-    said: Sequence[str],
+    notes: Sequence[str],
 ) -> Grid:
     """Cells as a person would export them; a first row says what they are, and from which topics."""
     if len(times) > MAX_SAMPLES:
         raise TooLarge(f"expected joints or poses alone of at most {MAX_SAMPLES} samples, got {len(times)}", path)
     cells = [(f"{time:.6f}", *(repr(float(value)) for value in row)) for time, row in zip(times, rows, strict=True)]
-    lines = (("# " + _MARK, *said), ("time [s]", *titles), *cells)
+    lines = (("# " + _MARK, *notes), ("time [s]", *titles), *cells)
     return Grid(path, tuple(Row(k, row, k == 1) for k, row in enumerate(lines, start=1)), sheet=sheet)
 
 

@@ -170,8 +170,8 @@ def test_the_command_writes_a_measurement_file_of_a_bag(arm, bags, tmp_path, cap
     assert main([str(argument) for argument in arguments]) == 0
     said = capsys.readouterr().out
     assert "30 rows, 6 joints, points, orientations; read as ROS 2 bag" in said
-    assert "joints are those of the topic /joint_states\n" in said  # and not /gripper/joint_states
-    assert "measured poses are those of the topic /tracker/pose\n" in said
+    assert "joints read from the topic /joint_states\n" in said  # and not /gripper/joint_states
+    assert "measured poses read from the topic /tracker/pose\n" in said
     check(load_measurements(tmp_path / "data.csv", arm[0]), arm)
 
 
@@ -185,7 +185,7 @@ def test_joints_of_a_bag_join_a_tracker_s_own_file_by_time(arm, bags, tmp_path) 
     found = import_measurements([tmp_path / "tracker.csv"], joints=bags / "session", robot=nominal)
     assert (found.joints, len(found)) == (6, len(q))
     assert any("joined with their poses by time" in note for note in found.notes)
-    assert [note for note in found.notes if "topic" in note] == ["joints are those of the topic /joint_states"]
+    assert [note for note in found.notes if "topic" in note] == ["joints read from the topic /joint_states"]
 
 
 def test_a_bag_that_does_not_say_which_poses_is_asked_about(arm, tmp_path) -> None:
@@ -199,7 +199,7 @@ def test_a_bag_that_does_not_say_which_poses_is_asked_about(arm, tmp_path) -> No
         import_measurements([tmp_path / "bag"], robot=nominal)
     found = import_measurements([tmp_path / "bag"], robot=nominal, sheet="/tracker/pose")
     assert len(found) == 8
-    assert "measured poses are those of the topic /tracker/pose" in found.notes
+    assert "measured poses read from the topic /tracker/pose" in found.notes
     with pytest.raises(ParseError, match=r"no poses of '/tracker'; it has /camera/pose, /tcp_pose"):
         import_measurements([tmp_path / "bag"], robot=nominal, sheet="/tracker")
     with pytest.raises(ParseError, match="no pose was measured while the joints stood still"):
