@@ -25,6 +25,8 @@ from fastcal.diagnosis.tail_probabilities import p_values
 
 FloatArray = NDArray[np.float64]
 
+_SLOW = {"time_s", "temperature_c"}
+
 
 @dataclass(frozen=True)
 class Evidence:
@@ -126,6 +128,8 @@ def grade(
     """Grade A or B, and why not A."""
     snr = found.statistic**0.5
     sure = rules.GRADE_A_SNR_LOADS if found.follows_loads else rules.GRADE_A_SNR
+    if not _SLOW.isdisjoint(name.traits.depends_on):
+        sure = rules.GRADE_A_SNR_SLOW
     simpler = tuple(CauseLabel(effect, name.owner) for effect in name.traits.generalizes)
     limits = [
         (something_remains, Because(Reason.SOMETHING_REMAINS)),

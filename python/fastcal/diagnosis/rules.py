@@ -163,6 +163,9 @@ CURVE_SCALES = (0.07, 0.15, 0.35, 0.8)
 GRADE_A_SNR = 15.0
 # The same of what follows loads: neighbouring joints, bearings and links have correlations up to 0.993. Simulated.
 GRADE_A_SNR_LOADS = 40.0
+# The same of what changes with time or temperature: an arm warms up while time goes on; a drift, a step and heat that
+# lags have correlations up to 0.99. Simulated.
+GRADE_A_SNR_SLOW = 40.0
 # Largest size of grade A, and of an effect that could have been noticed [plausible sizes]: what is larger does the
 # work of something else.
 MAX_PLAUSIBLE_SIZE = 30.0

@@ -46,6 +46,14 @@ def what_follows_loads_needs_more() -> None:
     assert grade(follows_loads=True, statistic=42.0**2) == "A"
 
 
+@falls_with(GRADE_A_SNR_SLOW=0.0)
+@falls_with(GRADE_A_SNR_SLOW=1e9)
+def so_does_what_changes_with_time_or_temperature() -> None:
+    for effect in ("base_drift", "thermal_offset"):
+        grades = [grading.grade(replace(SURE, statistic=snr**2), name(1, effect), (), False)[0] for snr in (38.0, 42.0)]
+        assert grades == ["B", "A"]
+
+
 @falls_with(GRADE_A_GAIN=-1e9)
 @falls_with(GRADE_A_GAIN=1e9)
 def held_out_rows_must_bear_it_out() -> None:
