@@ -97,7 +97,9 @@ void bind_effects(py::module_& m) {
       .def_property_readonly("data_columns", &Effect::data_columns,
                              "Columns of the data that it cannot do without, beside q.")
       .def_property_readonly("penalty", &Effect::penalty,
-                             "Weights of a quadratic penalty on the parameters, one each; empty: none.");
+                             "Weights of a quadratic penalty on the parameters, one each; empty: none.")
+      .def_property_readonly("reference", &Effect::reference,
+                             "Options by which the numbers keep their meaning on a robot whose geometry has moved.");
   m.attr("SHOWN_BY_LOADS") = kShownByLoads;
   m.attr("SHOWN_BY_MOTION") = kShownByMotion;
   m.def("effect_names", &effect_names, "Names of all registered effects, sorted.");

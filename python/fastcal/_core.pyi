@@ -127,6 +127,11 @@ class Effect:
         """
         Weights of a quadratic penalty on the parameters, one each; empty: none.
         """
+    @property
+    def reference(self) -> dict[str, list[float]]:
+        """
+        Options by which the numbers keep their meaning on a robot whose geometry has moved.
+        """
 class Field:
     """
     One table of a data set and the columns of a file that it is read from.

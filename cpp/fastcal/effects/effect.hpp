@@ -7,6 +7,7 @@
 // stateless; unknown options raise.
 #pragma once
 
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -49,6 +50,9 @@ class Effect {
 
   /// Weights w_k of a quadratic penalty, sum w_k theta_k^2 / s^2 with one s for all; 0: free of it. Empty: no penalty.
   virtual std::vector<double> penalty() const { return {}; }
+
+  /// Options by which the numbers keep their meaning on a robot whose geometry has moved; they are kept with them.
+  virtual std::map<std::string, std::vector<double>> reference() const { return {}; }
 
   /// What a reduction ratio adds to k - 1 of a joint (State::output), and what a compliance adds to d q / d torque of
   /// it (State::compliance).

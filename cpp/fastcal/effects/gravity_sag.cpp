@@ -10,7 +10,8 @@
 // The first parameter, `even`, is the turn of the stretched, level arm if its mass were spread evenly along its links;
 // the others, `shape`, are an orthonormal basis of all other distributions, in shares of what even links weigh beyond
 // each joint, and have the penalty 1. Option `moments`: free (default), or even: the first parameter alone.
-// The payload's part is joint_compliance's.
+// The payload's part is joint_compliance's. What even links are follows from the geometry, which identification moves:
+// `even_shares` and `shape_shares` keep what the parameters count from.
 #include <algorithm>
 #include <cmath>
 
@@ -21,7 +22,9 @@
 namespace fastcal {
 namespace {
 
-constexpr double kSize = 2e-3;       // [rad] what joints give under an arm's own weight: 2 mm per metre of reach
+constexpr double kSize = 2e-3;  // [rad] what joints give under an arm's own weight: 2 mm per metre of reach
+constexpr const char* kEven = "even_shares";
+constexpr const char* kShape = "shape_shares";
 constexpr double kLeastShare = .02;  // of the owner's moment: what a link without a length may still weigh
 
 class GravitySag : public LinearEffect {
@@ -29,7 +32,7 @@ class GravitySag : public LinearEffect {
   GravitySag(const RobotModel& robot, const std::string& owner, const Options& options)
       : first_(owner_index("gravity_sag", "joint", owner, robot.joint_count())),
         types_(robot.description().joint_types) {
-    check_options("gravity_sag", options, {"moments"});
+    check_options("gravity_sag", options, {"moments", kEven, kShape});
     const std::string moments = text_option(options, "moments", "free");
     FASTCAL_CHECK(moments == "free" || moments == "even")
         << "gravity_sag: moments must be free or even, got '" << moments << "'";
@@ -38,7 +41,9 @@ class GravitySag : public LinearEffect {
       parameters_ = {{owner, "even", "m", 1e-4, "what the slider gives where it points down"}};
       return;
     }
-    set_directions(robot, moments == "free");
+    set_shares(robot);
+    take_shares(options);
+    set_directions(moments == "free");
     parameters_ = {{owner, "even", "rad", kSize, "turn of the stretched arm, its mass spread evenly along its links"}};
     for (Eigen::Index k = 1; k < directions_.cols(); ++k) {
       parameters_.push_back(
@@ -55,6 +60,11 @@ class GravitySag : public LinearEffect {
     std::vector<double> out(parameters_.size(), 1.0);
     out.front() = 0;
     return out;
+  }
+
+  std::map<std::string, std::vector<double>> reference() const override {
+    if (slides(first_)) return {};
+    return {{kEven, even_}, {kShape, scale_}};
   }
 
   void basis(const State& state, TwistColumns& columns) const override {
@@ -79,8 +89,8 @@ class GravitySag : public LinearEffect {
  private:
   bool slides(int joint) const { return types_[static_cast<std::size_t>(joint)] == JointType::kPrismatic; }
 
-  /// Columns: the theta_i of each parameter, two a turning joint, one a slider.
-  void set_directions(const RobotModel& robot, bool free) {
+  /// Evenly spread mass on the links of this robot: theta_i in shares of the stretched arm's, and their sizes.
+  void set_shares(const RobotModel& robot) {
     const Chain chain = robot.chain();
     const int n = chain.joint_count();
     std::vector<Pose> next;  // of joint i + 1 (of the tool) in joint i's frame, at q = 0
@@ -109,22 +119,38 @@ class GravitySag : public LinearEffect {
       moment[k] -= fixed;
       moment[k - 1] += next[k - 1].R * fixed;
     }
-    std::vector<double> even;
-    std::vector<double> scale;
     for (int i = first_; i < n; ++i) {
       const auto k = static_cast<std::size_t>(i);
       const double share = std::max(size[k] / stretched, kLeastShare);
       if (slides(i)) {
-        even.push_back(beyond[k] / stretched);
-        scale.push_back(std::max(even.back(), kLeastShare));
+        even_.push_back(beyond[k] / stretched);
+        scale_.push_back(std::max(even_.back(), kLeastShare));
       } else {
-        even.insert(even.end(), {moment[k].x() / stretched, moment[k].y() / stretched});
-        scale.insert(scale.end(), {share, share});
+        even_.insert(even_.end(), {moment[k].x() / stretched, moment[k].y() / stretched});
+        scale_.insert(scale_.end(), {share, share});
       }
     }
-    const auto count = static_cast<Eigen::Index>(even.size());
-    const Eigen::Map<const Eigen::VectorXd> s(even.data(), count);
-    const Eigen::Map<const Eigen::VectorXd> D(scale.data(), count);
+  }
+
+  /// Those of the robot that the parameters were identified on, where the options hold them.
+  void take_shares(const Options& options) {
+    for (const auto& [key, own] : {std::pair{kEven, &even_}, std::pair{kShape, &scale_}}) {
+      const std::vector<double> given = list_option(options, key);
+      if (given.empty()) continue;
+      FASTCAL_CHECK(given.size() == own->size())
+          << "gravity_sag: " << key << " must have " << own->size() << " numbers, got " << given.size();
+      for (const double share : given)
+        FASTCAL_CHECK(std::isfinite(share) && (own != &scale_ || share > 0))
+            << "gravity_sag: " << key << " must hold " << (own == &scale_ ? "positive" : "finite") << " numbers";
+      *own = given;
+    }
+  }
+
+  /// Columns: the theta_i of each parameter, two a turning joint, one a slider.
+  void set_directions(bool free) {
+    const auto count = static_cast<Eigen::Index>(even_.size());
+    const Eigen::Map<const Eigen::VectorXd> s(even_.data(), count);
+    const Eigen::Map<const Eigen::VectorXd> D(scale_.data(), count);
     directions_ = s;
     if (!free) return;
     const Eigen::VectorXd unit = s.cwiseQuotient(D).normalized();
@@ -143,6 +169,7 @@ class GravitySag : public LinearEffect {
 
   int first_;
   std::vector<JointType> types_;
+  std::vector<double> even_, scale_;
   Eigen::MatrixXd directions_;
   std::vector<Parameter> parameters_;
 };
@@ -157,6 +184,7 @@ FASTCAL_REGISTER_EFFECT("gravity_sag",
                           .depends_on = {"load"},
                           .needs_data = "no masses in the robot file; with them joint_compliance says more",
                           .shown_by = "poses in which the arm beyond {owner} turns about a level axis",
+                          .options_from_data = {"reference"},
                           .diagnosed_with = "moments=even",
                           .without_masses = true}})
 

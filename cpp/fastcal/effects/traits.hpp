@@ -45,7 +45,7 @@ struct Traits {
   Reference refers_to = Reference::kRows;     ///< what its numbers refer to
   bool of_the_measurement = false;      ///< the instrument's or the set-up's, not the robot's: no compensation has it
   std::string plotted_over = "itself";  ///< the variable of its partial residual; "itself": its own size in the pose
-  std::vector<std::string> options_from_data = {};  ///< such as "t0_c", "times", "stations", "range"
+  std::vector<std::string> options_from_data = {};  ///< such as "t0_c", "times", "stations", "range"; "reference"
   std::string labels = {};  ///< the option that lists the labels which it knows: "stations", "mounts"
   std::vector<std::string> among_parameters = {};  ///< options that a file lists with the parameters: "order", "at_s"
   std::string searched = {};        ///< what a search over fits finds: an option, or the start of "critical"

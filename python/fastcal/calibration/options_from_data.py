@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""What an effect takes from the data that it is first fitted on and keeps on every other file: origins, labels, ranges.
+"""What an effect takes from the data and robot that it is first fitted on and keeps: origins, labels, ranges.
 
 Temperature and time count from the middle of the data: there the geometry stands as it is identified, and is least
 entangled with the effect. An effect that is known from the first row to the last only covers, once it is fitted to
@@ -14,7 +14,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from fastcal.effects.entries import Spec, core_options, label, traits_of
+from fastcal.effects.entries import Spec, build_effects, core_options, label, traits_of
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot
@@ -113,6 +113,12 @@ def _size(entry: Spec, robot: Robot, data: Dataset) -> Spec:
     return {"size": float(f"{rms:.2g}")} if rms > 0 else {}
 
 
+def _reference(entry: Spec, robot: Robot, data: Dataset) -> Spec:
+    """What its numbers count from, as the geometry is before it is identified."""
+    (effect,) = build_effects([entry], robot.core)
+    return dict(effect.reference)
+
+
 def _missing(entry: Spec, column: str) -> InvalidInput:
     return InvalidInput(f"{label(entry)} needs the column {column}, which the data do not have")
 
@@ -126,4 +132,5 @@ _FILLERS: dict[str, Callable[[Spec, Robot, Dataset], Spec]] = {
     "range": _range,
     "order": _order,
     "size": _size,
+    "reference": _reference,
 }

@@ -41,7 +41,7 @@ class Traits:
         of_the_measurement: Is it the instrument's or the set-up's, and not the robot's? Compensation leaves it out.
         plotted_over: The variable of its partial residual; "itself": its own size in the pose.
         options_from_data: Options that the first data decide: "t0_c", "t0_s", "times", "stations", "mounts", "range",
-            "order", "size".
+            "order", "size"; "reference": that the first robot does.
         labels: The option that lists the labels of the data which it knows: "stations", "mounts".
         among_parameters: Options that a file lists with the parameters: "order", "at_s", "lag_s".
         searched: What a search over fits finds: an option, "order" or "at_s", or the start of a parameter, "critical".

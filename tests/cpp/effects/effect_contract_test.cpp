@@ -21,7 +21,7 @@ namespace {
 constexpr int kJoints = 6;
 constexpr int kSlider = 3;
 
-RobotModel complete_arm() {
+RobotModel complete_arm(double moved = 0) {
   RobotDescription description;
   description.joint_types.assign(kJoints, JointType::kRevolute);
   description.joint_types[kSlider] = JointType::kPrismatic;
@@ -39,6 +39,8 @@ RobotModel complete_arm() {
   description.compensator = Compensator{1, {0, 0.3, 0}, {0.4, 0, 0}, 1e4, 0.2};
   description.bending = six_axis_beams();
   Tables t = six_axes(0.1);
+  Random random(7);
+  for (double& number : t.rows.reshaped()) number += moved * random.uniform(-1, 1);
   return build_dh(description, t.rows);
 }
 
@@ -122,6 +124,32 @@ TEST_P(EffectContract, DerivativesAreThoseOfCentralDifferences) {
             << owner << " " << model.parameters()[static_cast<std::size_t>(k)].name;
       }
     }
+  }
+}
+
+Eigen::ArrayXd read(const std::vector<double>& values) {
+  return Eigen::Map<const Eigen::ArrayXd>(values.data(), static_cast<Eigen::Index>(values.size()));
+}
+
+/// Links bend and twist about the axes and lengths of the robot's own rows, which move them by thousandths.
+TEST_P(EffectContract, KeepsItsMeaningWhereTheGeometryHasMoved) {
+  const RobotModel robot = complete_arm(), moved = complete_arm(2e-3);
+  const Samples samples = complete_samples(7);
+  for (const std::string& owner : owners()) {
+    const auto effect = make_effect(GetParam(), robot, owner, least_options(GetParam()));
+    Options options = least_options(GetParam());
+    for (const auto& [key, list] : effect->reference()) options[key] = list;
+    const auto again = make_effect(GetParam(), moved, owner, options);
+    Eigen::VectorXd values(static_cast<Eigen::Index>(effect->parameters().size()));
+    for (Eigen::Index k = 0; k < values.size(); ++k) {
+      const Parameter& p = effect->parameters()[static_cast<std::size_t>(k)];
+      values[k] = std::clamp((k % 2 ? 0.5 : 0.9) * p.sigma, p.lower, p.upper);
+    }
+    const auto of = [&](const std::shared_ptr<const Effect>& one) {
+      return read(poses(ErrorModel(moved, {one}, values), samples));
+    };
+    const Eigen::ArrayXd first = of(effect), none = read(poses(ErrorModel(moved), samples));
+    EXPECT_LE((of(again) - first).matrix().norm(), 0.05 * (first - none).matrix().norm()) << owner;
   }
 }
 
