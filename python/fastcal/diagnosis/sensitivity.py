@@ -36,10 +36,11 @@ def untestable(search: Search, library: Library) -> list[Untestable]:
 
 
 def smallest(state: SearchNode) -> list[DetectableEffect]:
-    """For each parameter of each name the size that would be detected four times in five, alone, in these data.
+    """For each parameter of each name the size that would be found four times in five, alone, in these data.
 
     Size = root of the noncentrality at which some block, the name's own or another that looks like it, passes its limit
-    of detection with probability DETECTION_POWER, over the length that the column keeps.
+    of detection with probability DETECTION_POWER, over the length that the column keeps. It must help to predict
+    held-out rows as well: a root s does so by s / 2 standard errors, give or take one.
     """
     found = state.blocks
     rank = np.asarray(found.tests.scores.rank)
@@ -51,7 +52,9 @@ def smallest(state: SearchNode) -> list[DetectableEffect]:
         if rank[i] > 0 and not name.is_start:  # the size of those depends on corner or moment
             tested.setdefault(name.key, i)
     columns = [int(c) for i in tested.values() for c in range(first[i], first[i + 1])]
-    roots = dict(zip(columns, found.tests.detectable(columns, _limits(state), rules.DETECTION_POWER), strict=True))
+    detected = np.asarray(found.tests.detectable(columns, _limits(state), rules.DETECTION_POWER))
+    borne_out = 2 * (rules.MIN_GAIN + float(special.ndtri(rules.DETECTION_POWER)))
+    roots = dict(zip(columns, np.maximum(detected, borne_out), strict=True))
     out: list[DetectableEffect] = []
     for i in tested.values():
         part = slice(first[i], first[i + 1])
