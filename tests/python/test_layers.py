@@ -231,7 +231,7 @@ MAY_NAME = {
     "papers/kuka_kr500.py": {"gravity_sag", "joint_compliance"},
     "papers/pmc6va030.py": {"bearing_tilt", "joint_compliance"},
     "papers/siasun_sr210d.py": {
-        *("coupling_ratio", "current_compliance", "friction", "joint_compliance", "reduction_ratio"),
+        *("coupling_ratio", "current_compliance", "friction", "gravity_sag", "joint_compliance", "reduction_ratio"),
     },
     "papers/spray_7dof.py": {"beam_gravity"},
     "papers/staubli_rx160l.py": {"gear_harmonic", "joint_compliance", "joint_compliance_nonlinear", "joint_profile"},

@@ -44,6 +44,8 @@ FITTED, LEARNT, UNSEEN, SENT = 50, 200, 200, 50
 TRANSMISSION = ("geometry", "reduction_ratio", "coupling_ratio@joint6<-joint5")
 SOFT = (2, 3, 4, 5)
 CURRENTS = [f"current_compliance@joint{j}" for j in SOFT]
+OWN_SAG = [f"gravity_sag@joint{j}:moments=even" for j in (2, 3)]
+BY_LOAD = [*TRANSMISSION, *(f"joint_compliance@joint{j}" for j in SOFT), *OWN_SAG]
 
 PAPER = Paper(
     robot="siasun_sr210d",
@@ -129,8 +131,8 @@ def one_arm(seed: int, full: bool) -> Run:
     stiff = calibrate(screws.model, loaded, effects=CURRENTS, parameters=asked, loss="none")
     both = Dataset.concatenate([free, loaded])
     joint = calibrate(nominal, both, effects=[*TRANSMISSION, *CURRENTS])
-    by_load = calibrate(nominal, both, effects=[*TRANSMISSION, *(f"joint_compliance@joint{j}" for j in SOFT)])
-    alone = calibrate(nominal, free, effects=[*TRANSMISSION, *CURRENTS[:2]])
+    by_load = calibrate(nominal, both, effects=BY_LOAD)
+    alone = calibrate(nominal, free, effects=[*TRANSMISSION, *OWN_SAG])
     run: Run = {
         "geometry": {
             "before": lengths_mm(np.asarray(screws.train.error_before)),
@@ -153,22 +155,23 @@ def one_arm(seed: int, full: bool) -> Run:
         "stiffness": {
             "before": lengths_mm(left(screws.model, loaded)),
             "after": lengths_mm(left(stiff.model, loaded)),
-            "best": lengths_mm(left(joint.model, loaded)),
+            "best": lengths_mm(left(by_load.model, loaded)),
             "others": lengths_mm(left(stiff.model, unseen)),
-            "best_others": lengths_mm(left(joint.model, unseen)),
+            "best_others": lengths_mm(left(by_load.model, unseen)),
             "by_pose": {
                 "before": _by_pose(left(screws.model, loaded)),
                 "after": _by_pose(left(stiff.model, loaded)),
-                "best": _by_pose(left(joint.model, loaded)),
+                "best": _by_pose(left(by_load.model, loaded)),
             },
         },
-        "commands": commands(screws, stiff.model, joint.model, true, outside, q[5]),
+        "commands": commands(screws, stiff.model, by_load.model, true, outside, q[5]),
     }
     if HAS_TORCH:
         from fastcal.papers.siasun_sr210d_networks import networks
 
-        everything = calibrate(nominal, Dataset.concatenate([both, learnt]), effects=[*TRANSMISSION, *CURRENTS]).model
-        run |= networks(stiff.model, everything, learnt, unseen, seed, full)
+        rows = Dataset.concatenate([both, learnt])
+        best, by_current = (calibrate(nominal, rows, effects=e).model for e in (BY_LOAD, [*TRANSMISSION, *CURRENTS]))
+        run |= networks(stiff.model, best, by_current, learnt, unseen, seed, full)
     return run
 
 

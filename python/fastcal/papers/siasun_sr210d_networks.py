@@ -53,9 +53,14 @@ SEARCHES: dict[str, Search] = {
 }
 
 
-def networks(stiff: Robot, best: Robot, learnt: Dataset, unseen: Dataset, seed: int, full: bool) -> Run:
-    """Errors [mm] on the rows learnt and on others; `stiff` is the paper's model before networks, `best` fastcal's."""
-    problem, ours = problem_of(stiff, learnt, seed=seed), problem_of(best, learnt, seed=seed)
+def networks(
+    stiff: Robot, best: Robot, by_current: Robot, learnt: Dataset, unseen: Dataset, seed: int, full: bool
+) -> Run:
+    """Errors [mm] on the rows learnt and on others; `stiff` is the paper's model before networks, `best` fastcal's.
+
+    `by_current` is fastcal's fit of all rows with compliances that take motor currents for torques.
+    """
+    problem, ours, frictional = (problem_of(model, learnt, seed=seed) for model in (stiff, best, by_current))
     options = Options(seed=seed)
     own = [np.arange(len(problem))]
     budget = (3 if full else 1) * BEETLES * 121
@@ -71,6 +76,7 @@ def networks(stiff: Robot, best: Robot, learnt: Dataset, unseen: Dataset, seed: 
             "mlp": (problem, [*fit_mlp(problem, [own[0]] * ENSEMBLE, options)]),
             "best_mlp": (ours, [*fit_mlp(ours, rows, options)]),
             "best": (ours, [*fit_gaussian_process(ours, rows[:1], options)]),
+            "by_current": (frictional, [*fit_gaussian_process(frictional, rows[:1], options)]),
         }
     out: Run = {name: {} for name in ("before", "best_before", *fitted)}
     axes: Run = {}

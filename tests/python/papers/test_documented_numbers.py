@@ -64,6 +64,11 @@ LINES: list[tuple[str, str, list[tuple[str, str, str, str]]]] = [
     ),
     (
         "docs/papers.md",
+        "behind the same fit by currents the same Gaussian process leaves {} mm",
+        [("siasun_sr210d", RIVALS, "fastcal's gp behind compliances by current", "200 others")],
+    ),
+    (
+        "docs/papers.md",
         "from a random start the same network leaves {} mm",
         [("siasun_sr210d", RIVALS, "a random start", "200 others")],
     ),
