@@ -91,7 +91,8 @@ def page(runs: Sequence[Run]) -> Page:
         )
         gain = [1 - np.mean([run["loads"][load]["global"]["mean"] / run["loads"][load]["network"]["mean"]
                              for load in LOADS]) for run in runs]  # fmt: skip
-        remarks.append(f"Global compensation leaves {np.median(gain):.0%} less than the network alone (paper: 63 %).")
+        less = 100 * np.median(gain)
+        remarks.append(f"Global compensation leaves {less:.0f} % less than the network alone (paper: 63 %).")
     sections = [_selection(runs), _stiffness(runs)]
     if trained:
         sections += [_networks(runs), _loads(runs)]
