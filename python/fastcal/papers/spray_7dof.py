@@ -25,13 +25,14 @@ from fastcal.io.robot_file import load_robot
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.targets import Targets
 from fastcal.papers.exhibits import MM
+from fastcal.papers.learning import HAS_TORCH
 from fastcal.papers.simulated import FloatArray, Unmodelled, measure
 from fastcal.papers.spray_7dof_page import page as page
 from fastcal.papers.study import Paper, Run
 from fastcal.robot.robot import Robot
 from fastcal.units import from_si
 
-FITTED, UNSEEN = 150, 100
+FITTED, UNSEEN, MANY = 150, 100, 600
 STIFFNESS = {"base": 0.8, "arm": 1.25, "forearm": 0.9, "telescope": 0.7}  # of the hidden beams over the file's
 BASE = {"xyz_mm": [20.0, -15.0, 10.0], "rpy_deg": [0.5, -0.4, 0.8]}
 AXES = {"X": 0, "Y": 2, "Z": 1}  # of O1 in the measuring frame: reach, vertical, rail
@@ -89,16 +90,24 @@ def one_arm(seed: int, full: bool) -> Run:
     everything = [p.name for p in found.parameters if p.kind != "without_effect"]
     beams = bending(nominal)
     rigid = calibrate(nominal, data, parameters=rows, loss="none")
+    best = "geometry,beam_gravity:by=group:prior=yes"
     models = {
         "before": rigid.nominal,
         "rigid": rigid.model,
         "gravity": calibrate(beams, data, parameters=rows, loss="none").model,
-        "best": calibrate(nominal, data, effects="geometry,beam_gravity:by=group:prior=yes").model,
+        "best": calibrate(nominal, data, effects=best).model,
     }
     groups = models["best"].spec["effects"][0]["parameters"]
     load = inertia_load(nominal, seed=seed)
+    run: Run = {}
+    if HAS_TORCH:
+        from fastcal.networks import train
+
+        many = at(random_poses(nominal, MANY, seed=2000 + seed), 2)
+        learnt = train(calibrate(nominal, many, effects=best).model, many, rivals=(), seed=seed)
+        run["many"] = {"used": learnt.used, **by_axis(learnt.model, unseen)}
     sent = {name: commanded(model, models["before"], true, outside, unseen.q) for name, model in models.items()}
-    return {
+    return run | {
         "rank": found.rank,
         "rules": [line.split(": ", 1) for line in str(found).splitlines() if ": held" in line],
         "steps": {

@@ -16,6 +16,7 @@ def test_beams_and_commands(monkeypatch: pytest.MonkeyPatch, shown: Callable[...
     monkeypatch.setattr(spray_7dof, "CANDIDATES", 3000)
     monkeypatch.setattr(spray_7dof, "FITTED", 120)
     monkeypatch.setattr(spray_7dof, "UNSEEN", 20)
+    monkeypatch.setattr(spray_7dof, "MANY", 130)
     run = spray_7dof.one_arm(1, full=False)
     assert run["rank"] == 27
     assert run["steps"]["removed"][-1] < spray_7dof.DONE
