@@ -50,7 +50,13 @@ class SerialCorrelation:
 
 
 def serial_correlation(
-    J: FloatArray, residual: FloatArray, row: IntArray, count: int, deviations: float = DEVIATIONS
+    J: FloatArray,
+    residual: FloatArray,
+    row: IntArray,
+    count: int,
+    deviations: float = DEVIATIONS,
+    *,
+    beside_fit: bool = True,
 ) -> SerialCorrelation | None:
     """The AR(1) noise that residuals show along the order of the rows; None where white noise would do.
 
@@ -60,6 +66,8 @@ def serial_correlation(
         row: (m,) the row that each number belongs to, 0 ... count - 1 in the order of measuring, ascending.
         count: Rows, those without a number included.
         deviations: By how many standard deviations neighbours must be more alike than white noise makes them.
+        beside_fit: Compare with what white noise leaves beside the fit; else with 0, as before any fit, which asks for
+            more: neighbours are alike too where an effect is missing and the order of rows is one of poses.
     """
     numbers = np.bincount(row, minlength=count)
     width = int(np.bincount(numbers[numbers > 0]).argmax())
@@ -80,12 +88,12 @@ def serial_correlation(
     unit, normal = _unit(J)
     e = table(residual - unit @ np.linalg.solve(normal, unit.T @ residual))
     alike = _neighbours(e, e) / max(float(np.sum(e * e)), 1e-300)
-    if pairs == 0 or (alike + J.shape[1] / white) * np.sqrt(pairs) < deviations:
+    if pairs == 0 or (alike + beside_fit * J.shape[1] / white) * np.sqrt(pairs) < deviations:
         return None  # whatever the mean is: a column lowers the sum of products by one square at most
     column = table(unit)
     inner = np.einsum("tcp,tcq->pq", column[:-1], column[1:], optimize=True)
     mean = -float(np.trace(np.linalg.solve(normal, inner))) / white
-    if (alike - mean) * np.sqrt(pairs) < deviations:
+    if beside_fit and (alike - mean) * np.sqrt(pairs) < deviations:
         return None
     Q, R = np.linalg.qr(J)
     r = residual - Q @ (Q.T @ residual)

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
-from fastcal.calibration.serial_correlation import serial_correlation
+from fastcal.calibration.serial_correlation import DEVIATIONS, serial_correlation
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.problem import Problem
 from fastcal.measurements.dataset import Dataset
@@ -52,9 +52,26 @@ def memory(problem: Problem, X: FloatArray, r: FloatArray, row: IntArray, wrong:
     length = np.linalg.norm(X[order], axis=0)
     kept = length > 0
     columns = X[np.ix_(order, kept)] / length[kept]
-    deviations = -float(special.ndtri(rules.ALPHA_MEMORY))
-    found = serial_correlation(columns, r[order], place[row[order]], len(problem.data), deviations)
+    beside_fit = not along_a_path(problem.data)
+    deviations = -float(special.ndtri(rules.ALPHA_MEMORY)) if beside_fit else DEVIATIONS
+    numbers, rows = place[row[order]], len(problem.data)
+    found = serial_correlation(columns, r[order], numbers, rows, deviations, beside_fit=beside_fit)
     return 0.0 if found is None else found.rho
+
+
+def along_a_path(data: Dataset) -> bool:
+    """Are successive poses nearer than NEAR_STEPS of what poses half the set apart are, in shares of joint ranges?
+
+    What a model lacks is then alike in successive rows as well, and can't be told from noise that is slow.
+    """
+    q = data.q[np.argsort(measuring_place(data), kind="stable")]
+    span = np.ptp(q, axis=0)
+    q = q[:, span > 0] / span[span > 0]
+    if len(q) < 2 or q.shape[1] == 0:
+        return False
+    step = np.median(np.abs(np.diff(q, axis=0)).mean(axis=1))
+    apart = np.median(np.abs(q - np.roll(q, len(q) // 2, axis=0)).mean(axis=1))
+    return bool(step < rules.NEAR_STEPS * apart)
 
 
 def without_memory(problem: Problem, values: FloatArray, row: IntArray) -> FloatArray:

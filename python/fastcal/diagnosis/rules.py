@@ -48,6 +48,9 @@ ALPHA_NOISE = 0.01
 # One-sided level at which rows measured one after the other err alike. Noise that is slow and taken for white makes
 # causes; white noise that is taken for slow hides a little of what changes slowly. Level.
 ALPHA_MEMORY = 0.01
+# Successive poses nearer than this share of the distance of poses half the set apart are a path, as a grid is measured:
+# what is missing is alike in successive rows too, and only plain correlation counts as memory. Share.
+NEAR_STEPS = 0.6
 # Rows of one command are repeats of each other if their temperatures agree within [K].
 REPEAT_TEMPERATURE = 0.5
 # Degrees of freedom from which on repeats determine the noise (sigma within 13 %).

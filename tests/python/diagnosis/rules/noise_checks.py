@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from fastcal.diagnosis import noise, robust_rows
-from fastcal.diagnosis.memory import memory
+from fastcal.diagnosis.memory import along_a_path, memory
 from fastcal.diagnosis.noise import RichFit
 from fastcal.diagnosis.problem import Noise
 from fastcal.measurements.dataset import Dataset
@@ -104,6 +104,16 @@ def rows_err_alike_where_chance_makes_them_so_in_one_of_a_hundred() -> None:
     for slow, has_memory in ((40, False), (160, True)):  # 1 and 4 standard deviations
         r = np.r_[np.tile([1.0, 1, 1, 1, -1, -1, -1, -1], slow // 8), np.tile([1.0, 1, -1, -1], (320 - slow) // 4)]
         assert (memory(problem, np.ones((320, 1)), r, np.arange(320), NONE) > 0) == has_memory
+
+
+@falls_with(NEAR_STEPS=0.0)
+@falls_with(NEAR_STEPS=10.0)
+def poses_along_a_path_are_told_from_poses_in_any_order() -> None:
+    q = np.random.default_rng(6).uniform(-1, 1, (200, 6))
+    assert not along_a_path(Dataset.from_arrays(q))
+    path = np.linspace(0, 1, 200)[:, np.newaxis] * np.array([1.0, 0.3, 0.0])
+    assert along_a_path(Dataset.from_arrays(path))
+    assert not along_a_path(Dataset.from_arrays(np.zeros((20, 2))))
 
 
 def visits(poses: int, count: int, rise: float, sigma: float = 2e-5) -> Dataset:
