@@ -10,6 +10,7 @@ from itertools import pairwise
 
 import numpy as np
 from diagnosis_arms import NOISES
+from scipy import stats
 
 KINDS = {"none": 0.22, "single": 0.42, "several": 0.1, "outside": 0.14, "without": 0.06, "smallest": 0.06}
 BINS = (3.0, 5.0, 8.0, 12.0, 20.0, 60.0)
@@ -61,10 +62,8 @@ def wilson(hits: int, count: int) -> tuple[float, float]:
     """95 % bounds of a share (E. B. Wilson, 1927)."""
     if count == 0:
         return 0.0, 1.0
-    z, p = 1.959964, hits / count
-    middle = (p + z * z / (2 * count)) / (1 + z * z / count)
-    half = z * np.sqrt(p * (1 - p) / count + z * z / (4 * count**2)) / (1 + z * z / count)
-    return max(0.0, float(middle - half)), min(1.0, float(middle + half))
+    bounds = stats.binomtest(hits, count).proportion_ci(0.95, "wilson")
+    return float(bounds.low), float(bounds.high)
 
 
 @dataclass(frozen=True)

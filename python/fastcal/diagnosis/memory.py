@@ -54,8 +54,8 @@ def memory(problem: Problem, X: FloatArray, r: FloatArray, row: IntArray, wrong:
     columns = X[np.ix_(order, kept)] / length[kept]
     beside_fit = not along_a_path(problem.data)
     deviations = -float(special.ndtri(rules.ALPHA_MEMORY)) if beside_fit else DEVIATIONS
-    numbers, rows = place[row[order]], len(problem.data)
-    found = serial_correlation(columns, r[order], numbers, rows, deviations, beside_fit=beside_fit)
+    places, count = place[row[order]], len(problem.data)
+    found = serial_correlation(columns, r[order], places, count, deviations, beside_fit=beside_fit)
     return 0.0 if found is None else found.rho
 
 

@@ -131,7 +131,8 @@ Eigen::ArrayXd read(const std::vector<double>& values) {
   return Eigen::Map<const Eigen::ArrayXd>(values.data(), static_cast<Eigen::Index>(values.size()));
 }
 
-/// Links bend and twist about the axes and lengths of the robot's own rows, which move them by thousandths.
+/// To the bit where an effect states a reference. Links bend and twist about the axes and lengths of the robot's own
+/// rows, which changes them by thousandths, by more where they are short.
 TEST_P(EffectContract, KeepsItsMeaningWhereTheGeometryHasMoved) {
   const RobotModel robot = complete_arm(), moved = complete_arm(2e-3);
   const Samples samples = complete_samples(7);
@@ -149,7 +150,8 @@ TEST_P(EffectContract, KeepsItsMeaningWhereTheGeometryHasMoved) {
       return read(poses(ErrorModel(moved, {one}, values), samples));
     };
     const Eigen::ArrayXd first = of(effect), none = read(poses(ErrorModel(moved), samples));
-    EXPECT_LE((of(again) - first).matrix().norm(), 0.05 * (first - none).matrix().norm()) << owner;
+    const double allowed = effect->reference().empty() ? 0.05 * (first - none).matrix().norm() : 0.0;
+    EXPECT_LE((of(again) - first).matrix().norm(), allowed) << owner;
   }
 }
 
