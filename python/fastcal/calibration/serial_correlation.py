@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.int64]
 
 DEVIATIONS = 3.0  # white noise correlates neighbours by so much in one of a thousand sets
@@ -90,37 +91,64 @@ def serial_correlation(
     alike = _neighbours(e, e) / max(float(np.sum(e * e)), 1e-300)
     if pairs == 0 or (alike + beside_fit * J.shape[1] / white) * np.sqrt(pairs) < deviations:
         return None  # whatever the mean is: a column lowers the sum of products by one square at most
-    column = table(unit)
-    inner = np.einsum("tcp,tcq->pq", column[:-1], column[1:], optimize=True)
-    mean = -float(np.trace(np.linalg.solve(normal, inner))) / white
-    if beside_fit and (alike - mean) * np.sqrt(pairs) < deviations:
-        return None
+    if beside_fit:
+        column = table(unit)
+        inner = np.einsum("tcp,tcq->pq", column[:-1], column[1:], optimize=True)
+        mean = -float(np.trace(np.linalg.solve(normal, inner))) / white
+        if (alike - mean) * np.sqrt(pairs) < deviations:
+            return None
     Q, R = np.linalg.qr(J)
     r = residual - Q @ (Q.T @ residual)
-    e = table(r)
-    found = _neighbours(e, e) / float(r @ r)
-    q, here = table(Q), used[:, np.newaxis, np.newaxis]
-
-    def at(rho: float) -> tuple[float, float, FloatArray, FloatArray]:
-        """tr(M Omega), the expected product of neighbours, Q^T Omega Q and Omega Q."""
-        Omega_q = _smoothed(q, rho) * here
-        inner = np.einsum("tcp,tcq->pq", q, Omega_q, optimize=True)
-        product = rho * pairs - _neighbours(q, Omega_q) - _neighbours(Omega_q, q) + _neighbours(q @ inner, q)
-        return float(len(r) - np.trace(inner)), product, inner, Omega_q
-
-    low, high = 0.0, _MOST
-    for _ in range(_STEPS):
-        middle = (low + high) / 2
-        trace, product, _, _ = at(middle)
-        low, high = (middle, high) if product < found * trace else (low, middle)
-    trace, _, inner, Omega_q = at(low)
+    e, q = table(r), table(Q)
+    rho = _correlation(q, used, _neighbours(e, e) / float(r @ r))
+    Omega_q = _smoothed(q, rho) * used[:, np.newaxis, np.newaxis]
+    inner = np.einsum("tcp,tcq->pq", q, Omega_q, optimize=True)
+    trace = float(len(r) - np.trace(inner))
     lags = range(1, min(count, 400))
     shared = np.array([np.sum(used[k:] & used[: count - k]) for k in lags])
-    squares = width * (used.sum() + 2 * float(shared @ low ** (2.0 * np.array(lags))))
+    squares = width * (used.sum() + 2 * float(shared @ rho ** (2.0 * np.array(lags))))
     squares += float(np.sum(inner * inner)) - 2 * float(np.sum(Omega_q**2))
     inverse = np.linalg.inv(R)
     covariance = inverse @ inner @ inverse.T * (float(r @ r) / trace)
-    return SerialCorrelation(low, covariance, float(np.sqrt(white / trace)), trace**2 / squares)
+    return SerialCorrelation(rho, covariance, float(np.sqrt(white / trace)), trace**2 / squares)
+
+
+def _correlation(q: FloatArray, used: BoolArray, found: float) -> float:
+    """The rho at which noise makes the products of neighbouring residuals this share of their squares, by bisection.
+
+    q (N, width, p) is an orthonormal basis of the columns, 0 in rows that are not `used`. Both sums are polynomials in
+    rho: Q^T Omega Q is the sum over k of rho^|k| sum over t of q_t^T q_(t+k), so the squares are
+    tr(M Omega) = m - sum over k of rho^|k| sum over t of q_t . q_(t+k), and the products, with
+    K = sum over t of q_t^T q_(t+1) and w_t = q_(t-1) + q_(t+1), are
+    rho pairs + sum over k of rho^|k| sum over t of q_t . (q K - w)_(t+k).
+    """
+    width, p = q.shape[1:]
+    beside = np.zeros_like(q)
+    beside[1:] += q[:-1]
+    beside[:-1] += q[1:]
+    beside[~used] = 0.0
+    K = q[:-1].reshape(-1, p).T @ q[1:].reshape(-1, p)
+    squares, products = _lagged(q, q), _lagged(q, (q.reshape(-1, p) @ K).reshape(q.shape) - beside)
+    numbers, pairs = width * used.sum(), width * np.sum(used[1:] & used[:-1])
+    low, high, lag = 0.0, _MOST, np.arange(len(q))
+    for _ in range(_STEPS):
+        middle = (low + high) / 2
+        faded = middle**lag
+        is_less = middle * pairs + faded @ products < found * (numbers - faded @ squares)
+        low, high = (middle, high) if is_less else (low, middle)
+    return low
+
+
+def _lagged(a: FloatArray, b: FloatArray) -> FloatArray:
+    """(N,) sum over t of a_t . b_(t+k) + a_t . b_(t-k), of k = 0 once; a, b (N, width, p). By their spectra."""
+    size = 1 << (2 * len(a)).bit_length()
+    spectrum = np.zeros(size // 2 + 1)
+    for x, y in zip(a.transpose(1, 2, 0), b.transpose(1, 2, 0), strict=True):  # one coordinate's at a time: memory
+        of_x = np.fft.rfft(x, size)
+        of_y = of_x if b is a else np.fft.rfft(y, size)
+        spectrum += np.einsum("pf,pf->f", of_x.real, of_y.real) + np.einsum("pf,pf->f", of_x.imag, of_y.imag)
+    even = np.fft.irfft(spectrum, size)[: len(a)]  # of k and -k, the mean
+    return np.asarray(np.r_[even[0], 2 * even[1:]])
 
 
 def _unit(J: FloatArray) -> tuple[FloatArray, FloatArray]:

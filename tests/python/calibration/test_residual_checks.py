@@ -140,6 +140,29 @@ def test_memory_of_the_noise_is_found_and_its_share_of_a_mean() -> None:
     assert serial_correlation(np.ones((count, 1)), white - white.mean(), np.arange(count), count) is None
 
 
+def test_the_memory_is_the_one_that_leaves_neighbours_as_alike_as_they_are() -> None:
+    """By whole matrices: the expected product of neighbouring residuals over that of their squares is the one found.
+
+    Rows without a number lie between the others, which hold two numbers each.
+    """
+    rng = np.random.default_rng(6)
+    count, width = 80, 2
+    rows = np.sort(rng.choice(count, 70, replace=False))
+    e = rng.normal(size=(count, width))
+    for k in range(1, count):
+        e[k] += 0.7 * e[k - 1]
+    J = rng.normal(size=(width * len(rows), 9))
+    M = np.eye(len(J)) - J @ np.linalg.pinv(J)
+    left = M @ e[rows].ravel()
+    found = serial_correlation(J, left, np.repeat(rows, width), count)
+    assert found is not None
+    apart = np.abs(np.subtract.outer(rows, rows))
+    covariance = M @ np.kron(found.rho**apart, np.eye(width)) @ M
+    neighbours = np.kron(np.triu(apart == 1), np.eye(width))
+    of_noise = np.sum(neighbours * covariance) / np.trace(covariance)
+    assert of_noise == pytest.approx(left @ neighbours @ left / (left @ left), abs=1e-5)
+
+
 def test_columns_that_change_slowly_hide_no_memory() -> None:
     """They take slow noise away: neighbours that they leave are less alike than those of white noise without them."""
     rng = np.random.default_rng(3)
