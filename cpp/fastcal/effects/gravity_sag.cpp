@@ -95,9 +95,10 @@ class GravitySag : public LinearEffect {
     const int n = chain.joint_count();
     std::vector<Pose> next;  // of joint i + 1 (of the tool) in joint i's frame, at q = 0
     std::vector<double> beyond(static_cast<std::size_t>(n) + 1, 0.0);  // length of the links from joint i on
+    next.reserve(static_cast<std::size_t>(n));
     for (int i = 0; i < n; ++i) {
-      next.push_back(chain.constants[static_cast<std::size_t>(link_frame(i))] *
-                     chain.constants[static_cast<std::size_t>(link_frame(i) + 1)]);
+      const auto link = static_cast<std::size_t>(link_frame(i));
+      next.push_back(chain.constants[link] * chain.constants[link + 1]);
     }
     for (int i = n - 1; i >= 0; --i)
       beyond[static_cast<std::size_t>(i)] =

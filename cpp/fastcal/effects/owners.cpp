@@ -38,6 +38,7 @@ std::vector<std::string> revolute_owners(const RobotModel& robot) {
 
 std::vector<std::string> frame_owners(const RobotModel& robot) {
   std::vector<std::string> out;
+  out.reserve(static_cast<std::size_t>(robot.frame_count()));
   for (int f = 0; f < robot.frame_count(); ++f) out.push_back(robot.frame_name(f));
   return out;
 }

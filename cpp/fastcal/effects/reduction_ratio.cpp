@@ -21,9 +21,9 @@ class ReductionRatio : public LinearEffect {
     check_options("reduction_ratio", options, {});
     const RobotDescription& arm = robot.description();
     for (int i = 0; i < robot.joint_count(); ++i) {
-      if (arm.coupling(joint_, i) != 0) drivers_.push_back({i, arm.coupling(joint_, i)});
+      if (arm.coupling(joint_, i) != 0) drivers_.emplace_back(i, arm.coupling(joint_, i));
       if (arm.coupling(i, joint_) != 0)
-        driven_.push_back({i, joint_motion(arm.joint_types, i, arm.coupling(i, joint_))});
+        driven_.emplace_back(i, joint_motion(arm.joint_types, i, arm.coupling(i, joint_)));
     }
   }
 

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cmath>
+#include <utility>
 
 #include "fastcal/effects/owners.hpp"
 
@@ -16,8 +17,8 @@ struct Sight {
   double range;             ///< [m] from the instrument
   Eigen::Vector3d forward;  ///< level, unit; x where the point is above the instrument
 
-  explicit Sight(const Eigen::Vector3d& point)
-      : p(point),
+  explicit Sight(Eigen::Vector3d point)
+      : p(std::move(point)),
         level(std::hypot(p.x(), p.y())),
         range(p.norm()),
         forward(level > 0 ? Eigen::Vector3d(p.x() / level, p.y() / level, 0) : Eigen::Vector3d::UnitX()) {}

@@ -25,7 +25,7 @@ double number_at(const double* values, int i) { return values != nullptr ? value
 SurrogateInput surrogate_input(const std::string& name, const RobotModel& robot) {
   const int n = robot.joint_count();
   const int tool = tool_frame(n);
-  if (const int i = numbered(name, "q", n); i >= 0) return SurrogateInput([i](const State& s) { return s.q[i]; });
+  if (const int i = numbered(name, "q", n); i >= 0) return {[i](const State& s) { return s.q[i]; }, kNothing};
   if (const int i = numbered(name, "load", n); i >= 0) {
     const JointType type = robot.description().joint_types[static_cast<std::size_t>(i)];
     return {[i, type](const State& s) { return s.joint_load(s.load, i, type); }, kLoads};
@@ -34,9 +34,9 @@ SurrogateInput surrogate_input(const std::string& name, const RobotModel& robot)
     return {[i](const State& s) { return number_at(s.approach, i); }, kNothing, name};
   if (name.rfind("extra:", 0) == 0) {
     const int i = std::stoi(name.substr(6));
-    return SurrogateInput([i](const State& s) { return number_at(s.extra, i); });
+    return {[i](const State& s) { return number_at(s.extra, i); }, kNothing};
   }
-  if (name == "payload") return SurrogateInput([](const State& s) { return s.payload; });
+  if (name == "payload") return {[](const State& s) { return s.payload; }, kNothing};
   if (name == "time") return {[](const State& s) { return s.time; }, kNothing, name};
   if (name == "temperature") return {[](const State& s) { return s.temperature; }, kNothing, name};
   for (int axis = 0; axis < 3; ++axis) {

@@ -16,7 +16,7 @@ constexpr double kGramNoise = 1e-11;  // of a column's squared norm: as little i
 
 /// Orthonormal columns that span `A`, as many as its rank.
 Eigen::MatrixXd basis(const Eigen::MatrixXd& A) {
-  if (A.cols() == 0 || A.rows() == 0) return Eigen::MatrixXd(A.rows(), 0);
+  if (A.cols() == 0 || A.rows() == 0) return {A.rows(), 0};
   Eigen::MatrixXd scaled = A;  // units must not decide what has a rank
   for (Eigen::Index j = 0; j < A.cols(); ++j) {
     const double norm = A.col(j).norm();

@@ -116,13 +116,8 @@ using Solve = void (*)(const ChainPlan&, const ChainBatch&);
 void solve_baseline(const ChainPlan& plan, const ChainBatch& batch) { solve<4>(plan, batch); }
 
 #if defined(__x86_64__)
-__attribute__((target("avx2,fma"))) void solve_avx2(const ChainPlan& plan, const ChainBatch& batch) {
-  solve<4>(plan, batch);
-}
-__attribute__((target("avx512f,avx512dq,avx512vl,fma,prefer-vector-width=512"))) void solve_avx512(
-    const ChainPlan& plan, const ChainBatch& batch) {
-  solve<8>(plan, batch);
-}
+FASTCAL_AVX2 void solve_avx2(const ChainPlan& plan, const ChainBatch& batch) { solve<4>(plan, batch); }
+FASTCAL_AVX512 void solve_avx512(const ChainPlan& plan, const ChainBatch& batch) { solve<8>(plan, batch); }
 #endif
 
 Solve choose() {

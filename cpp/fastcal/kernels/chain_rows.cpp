@@ -102,7 +102,7 @@ struct Units {
       const Sight& sight = numbers.sights[s];
       n = sight.number;
       if (s == 0 || numbers.sights[s - 1].number != n) {
-        for (int k = 0; k < 6; ++k) by[k][n] = Lane{};
+        for (auto& numbers_by : by) numbers_by[n] = Lane{};
       }
       if (sight.frame < first_moved) continue;
       if (sight.frame != seen) {

@@ -36,7 +36,8 @@ std::vector<Eigen::MatrixXd> even_and_odd(Eigen::Index count) {
 Eigen::MatrixXd waves(Eigen::Index count) {
   Eigen::MatrixXd S(count, count - 1);
   for (Eigen::Index column = 0; column < count - 1; ++column) {
-    const auto k = static_cast<double>(column / 2 + 1);
+    const Eigen::Index wave = column / 2 + 1;
+    const auto k = static_cast<double>(wave);
     for (Eigen::Index j = 0; j < count; ++j) {
       const double angle = 2 * std::numbers::pi * k * static_cast<double>(j) / static_cast<double>(count);
       S(j, column) = column % 2 == 0 ? std::cos(angle) : std::sin(angle);

@@ -24,8 +24,8 @@ std::vector<std::shared_ptr<const Observation>> all_read(const Tables& tables, c
 /// Some rows of an observation.
 class PickedRows : public Observation {
  public:
-  PickedRows(std::shared_ptr<const Observation> of, const std::vector<Eigen::Index>& rows)
-      : of_(std::move(of)), rows_(rows) {
+  PickedRows(std::shared_ptr<const Observation> of, std::vector<Eigen::Index> rows)
+      : of_(std::move(of)), rows_(std::move(rows)) {
     if (of_->coordinates() != nullptr) coordinates_ = (*of_->coordinates())(rows_, Eigen::all);
   }
 

@@ -15,7 +15,7 @@ ErrorModel::ErrorModel(RobotModel robot, std::vector<std::shared_ptr<const Effec
   for (const auto& effect : effects_)
     parameters_.insert(parameters_.end(), effect->parameters().begin(), effect->parameters().end());
   const Eigen::Index own = robot_.nominal().size();
-  for (std::size_t i = static_cast<std::size_t>(own); i < parameters_.size(); ++i) parameters_[i].of_effect = true;
+  for (auto i = static_cast<std::size_t>(own); i < parameters_.size(); ++i) parameters_[i].of_effect = true;
   const Eigen::Index added = parameter_count() - own;
   FASTCAL_CHECK(effect_values.size() == 0 || effect_values.size() == added)
       << "the effects have " << added << " parameters, got " << effect_values.size() << " values";

@@ -19,8 +19,7 @@ void write(const Pose& pose, double* out, Eigen::Index step) {
 
 RowBlock::RowBlock(const ErrorModel& model, const Eigen::Ref<const Eigen::VectorXd>& theta,
                    const std::vector<int>& free, const Eigen::VectorXd& scale)
-    : model_(model),
-      theta_(theta),
+    : theta_(theta),
       chain_(model.robot().chain(theta.head(model.robot().nominal().size()))),
       wanted_(static_cast<std::size_t>(model.parameter_count()), {-1, 0.0}),
       free_count_(free.size()),

@@ -78,7 +78,6 @@ class RowBlock {
   /// Puts the right Jacobian before the twists of a frame: exp(xi + d) = exp(xi) exp(J_r d), exact at any size.
   void rotate_twists(int frame, std::vector<kernels::TwistRows*>& twists);
 
-  const ErrorModel& model_;
   Eigen::VectorXd theta_;
   Chain chain_;
   std::vector<std::pair<int, double>> wanted_;  // of a parameter: its column (-1: not wanted) and scale

@@ -84,9 +84,11 @@ std::string chosen_tip(const LinkTree& tree, const std::string& base, std::vecto
   if (ways.size() == 1) return chosen(name_of(*ways.begin()));
 
   std::vector<std::pair<int, std::string>> ordered;
+  ordered.reserve(ways.size());
   for (const auto& way : ways) ordered.emplace_back(-way.second[0].joint_count, name_of(way));
   std::sort(ordered.begin(), ordered.end());
   std::vector<std::string> names;
+  names.reserve(ways.size());
   for (const auto& [count, name] : ordered)
     names.push_back(name + " (" + std::to_string(-count) + (count == -1 ? " joint)" : " joints)"));
   FASTCAL_CHECK(false) << "the URDF has " << ways.size() << " arms, name the end of one as tip_link: " << listed(names);

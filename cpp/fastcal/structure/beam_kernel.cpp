@@ -324,8 +324,8 @@ unsigned solve_baseline(const BeamPlan& plan, const BeamBatch& batch, std::ptrdi
 
 #if defined(__x86_64__)
 template <int D>
-__attribute__((target("avx2,fma"))) unsigned solve_avx2(const BeamPlan& plan, const BeamBatch& batch,
-                                                        std::ptrdiff_t first, int count, Lane* work) {
+FASTCAL_AVX2 unsigned solve_avx2(const BeamPlan& plan, const BeamBatch& batch, std::ptrdiff_t first, int count,
+                                 Lane* work) {
   return solve<D>(plan, batch, first, count, work);
 }
 #endif
