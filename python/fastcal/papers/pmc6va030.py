@@ -21,6 +21,7 @@ from fastcal.measurements.dataset import Dataset
 from fastcal.papers.exhibits import DEG, MM, lengths_mm
 from fastcal.papers.learning import HAS_TORCH
 from fastcal.papers.pmc6va030_page import page as page
+from fastcal.papers.sides import Sides, found_sides
 from fastcal.papers.simulated import FloatArray, Unmodelled, left, measure
 from fastcal.papers.study import Paper, Run
 from fastcal.robot.robot import Robot
@@ -41,6 +42,7 @@ TILT_BEARING = 3.4e-7
 BLOCKS_KG = (0.0, 1, 2, 3, 5, 6, 7, 8, 10, 11, 12, 13, 15, 16, 17, 18, 20, 22, 25, 28, 30)
 TRAINED_LOADS, TRAINED_FOR_TESTS = 15, 9  # of 21; of the trained ones those in GB10
 CONFIGURATIONS, TURN_DEG = 168, 20.0
+YIELDING = "geometry,joint_compliance,bearing_tilt@joint1"
 METHODS = ("nls", "bfgs", "bfgs_mean_distance")
 SETS = ("GA10", "GA20", "GB10", "GB20", "GB30")
 
@@ -93,9 +95,14 @@ def measured(true: Robot, q: FloatArray, loads: FloatArray, outside: Unmodelled,
     """Every configuration under every load."""
     rows, payload = np.repeat(q, len(loads), axis=0), np.tile(loads, len(q))
     slack = rows.copy()
-    slack[:, 0] += GAP * np.where(rows[:, 1] > LEAN, 1, -1)
+    slack[:, 0] += GAP * _side(rows)
     data = measure(true, Dataset.from_arrays(slack, payload=payload), outside, NOISE, seed)
     return replace(data, q=rows)
+
+
+def _side(q: FloatArray) -> FloatArray:
+    """(N,) +1 or -1: where the slack of joint 1 lies at q (N, 6)."""
+    return np.where(q[:, 1] > LEAN, 1.0, -1.0)
 
 
 def one_arm(seed: int, full: bool) -> Run:
@@ -120,28 +127,42 @@ def one_arm(seed: int, full: bool) -> Run:
         name: measured(true, own, np.sort(under), outside, 10 * seed + k)
         for k, (name, (own, under)) in enumerate(parts.items(), start=1)
     }
-    best = calibrate(nominal, sets["GA10"], effects="geometry,joint_compliance,bearing_tilt@joint1").model
+    yielding, sides, slack = with_slack(nominal, sets["GA10"])
+    marked = {name: sides.marked(data) for name, data in sets.items()}
+    _, whole_sides, whole = with_slack(nominal, empty)
+    _, part_sides, sided = with_slack(nominal, empty.select(slice(count)))
     before = left(part.nominal, empty)
-    models = {"nominal": part.nominal, "kinematic": part.model, "model": best}
+    models = {
+        "nominal": (part.nominal, sets),
+        "kinematic": (part.model, sets),
+        "model": (yielding, sets),
+        "best": (slack.model, marked),
+    }
     untrained = ("GB10", "GB30")
     run: Run = {
         "configurations": len(q),
-        "kinematic": {method: _kinematic(found, empty) for method, found in every.items()},
+        "kinematic": {method: _kinematic(found, empty) for method, found in every.items()}
+        | {"slack": _kinematic(whole, whole_sides.marked(empty))},
         "before": lengths_mm(before),
         "axes_before": (before / MM).T.tolist(),
-        "split": {"fitted": lengths_mm(left(part.model, empty.select(slice(count)))),
-                  "others": lengths_mm(left(part.model, empty.select(slice(count, None))))},
+        "split": _split(part.model, empty, count),
+        "split_slack": _split(sided.model, part_sides.marked(empty), count),
         "by_pose": {"before": _sizes(before), "after": _sizes(left(part.model, empty))},
         "identified": {
             f"{p.owner} {p.name}": {"found": p.value, "std": p.std} for p in every["bfgs"].parameters
         },
         "loads": {name: np.sort(under).tolist() for name, (_, under) in parts.items()},
         "sets": {
-            key: {name: lengths_mm(left(model, data)) for name, model in models.items()} for key, data in sets.items()
+            key: {name: lengths_mm(left(of, rows[key])) for name, (of, rows) in models.items()} for key in sets
         },
         "untrained": {
-            name: lengths_mm(np.vstack([left(model, sets[key]) for key in untrained]))
-            for name, model in models.items()
+            name: lengths_mm(np.vstack([left(of, rows[key]) for key in untrained]))
+            for name, (of, rows) in models.items()
+        },
+        "sides": {
+            "joint": sides.joint,
+            "deg": sides.position / DEG,
+            "right": float(np.mean(sides(q[count:]) == _side(q[count:]))),
         },
         "by_load": _by_load(part.model, sets),
         "residual": (left(part.model, sets["GA10"])[:400] / MM).tolist(),
@@ -149,8 +170,21 @@ def one_arm(seed: int, full: bool) -> Run:
     if HAS_TORCH:
         from fastcal.papers.pmc6va030_networks import networks
 
-        run |= networks(part.model, best, sets, seed, full)
+        run |= networks(part.model, yielding, sets, (slack.model, marked), seed, full)
     return run
+
+
+def with_slack(nominal: Robot, data: Dataset) -> tuple[Robot, Sides, CalibrationResult]:
+    """The model without a slack, the sides that its residuals show, and the fit with a slack of each joint."""
+    yielding = calibrate(nominal, data, effects=YIELDING).model
+    sides = found_sides(yielding, data)
+    return yielding, sides, calibrate(nominal, sides.marked(data), effects=f"{YIELDING},backlash")
+
+
+def _split(model: Robot, data: Dataset, count: int) -> dict[str, dict[str, float]]:
+    """What is left of the rows fitted, which come first, and of the others."""
+    parts = {"fitted": slice(count), "others": slice(count, None)}
+    return {name: lengths_mm(left(model, data.select(rows))) for name, rows in parts.items()}
 
 
 def _kinematic(found: CalibrationResult, data: Dataset) -> dict[str, float]:

@@ -32,30 +32,43 @@ SEARCHED, ENSEMBLE = 20, 3
 UNTRAINED = ("GB10", "GB30")
 
 
-def networks(model: Robot, best: Robot, sets: Mapping[str, Dataset], seed: int, full: bool) -> Run:
-    """Errors [mm] on each set: `model` is the paper's before networks, `best` fastcal's, all learn from GA10."""
-    problem, ours = problem_of(model, sets["GA10"], seed=seed), problem_of(best, sets["GA10"], seed=seed)
+def networks(
+    model: Robot,
+    yielding: Robot,
+    sets: Mapping[str, Dataset],
+    sided: tuple[Robot, Mapping[str, Dataset]],
+    seed: int,
+    full: bool,
+) -> Run:
+    """Errors [mm] on each set, all learn from GA10.
+
+    `model` is the paper's before networks, `yielding` fastcal's, `sided` fastcal's with a slack and the same rows with
+    their sides.
+    """
+    best, marked = sided
+    problem, smooth = problem_of(model, sets["GA10"], seed=seed), problem_of(yielding, sets["GA10"], seed=seed)
+    ours = problem_of(best, marked["GA10"], seed=seed)
     own = [np.arange(len(problem))]
     options = Options(seed=seed, trials=SEARCHED if full else 0)
-    rows = [np.arange(len(ours))] * ENSEMBLE
     with one_thread():
         plain = fit_plain(problem, own, options, architecture=PLAIN, schedule=SCHEDULE)
         somm, ca = fit_somm(problem, own, options), fit_ca_somm(problem, own, options)
-        fitted: dict[str, tuple[Robot, Sequence[Expert]]] = {
-            "plain": (model, plain),
-            "somm": (model, somm),
-            "ca": (model, ca),
-            "mlp": (model, fit_mlp(problem, own, options)),
-            "best": (best, fit_mlp(ours, rows, options)),
-            "gp": (best, fit_gaussian_process(ours, rows[:1], options)),
+        fitted: dict[str, tuple[Robot, Mapping[str, Dataset], Sequence[Expert]]] = {
+            "plain": (model, sets, plain),
+            "somm": (model, sets, somm),
+            "ca": (model, sets, ca),
+            "mlp": (model, sets, fit_mlp(problem, own, options)),
+            "smooth": (yielding, sets, fit_mlp(smooth, [np.arange(len(smooth))] * ENSEMBLE, options)),
+            "gp": (best, marked, fit_gaussian_process(ours, [np.arange(len(ours))], options)),
+            "best": (best, marked, fit_mlp(ours, [np.arange(len(ours))] * ENSEMBLE, options)),
         }
     out: Run = {}
     errors: dict[str, dict[str, FloatArray]] = {}
-    for name, (of, members) in fitted.items():
+    for name, (of, rows, members) in fitted.items():
         errors[name] = {
             key: left(of, data)
             - np.mean([member.displacement(of.inputs(data.q, data.payload)) for member in members], axis=0)
-            for key, data in sets.items()
+            for key, data in rows.items()
         }
         out[name] = {key: lengths_mm(e) for key, e in errors[name].items()}
         out[name]["untrained"] = lengths_mm(np.vstack([errors[name][key] for key in UNTRAINED]))
