@@ -229,7 +229,7 @@ MAY_NAME = {
     "design/rivals.py": {"joint_compliance"},
     "importers/templates.py": {"backlash"},
     "papers/kuka_kr500.py": {"gravity_sag", "joint_compliance"},
-    "papers/pmc6va030.py": {"bearing_tilt", "joint_compliance"},
+    "papers/pmc6va030.py": {"backlash", "bearing_tilt", "joint_compliance"},
     "papers/siasun_sr210d.py": {
         *("coupling_ratio", "current_compliance", "friction", "gravity_sag", "joint_compliance", "reduction_ratio"),
     },
