@@ -11,7 +11,6 @@ geometry that makes both together orthogonal to the geometry (`surrogate.cpp`).
 
 from __future__ import annotations
 
-import copy
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -131,9 +130,7 @@ def add_surrogate(
 
 
 def _with_effects(model: Robot, entries: list[Spec]) -> Robot:
-    spec = copy.deepcopy(model.spec)
-    spec["effects"] = [*(spec.get("effects") or []), *entries]
-    return Robot(spec)
+    return Robot(dict(model.spec) | {"effects": [*(model.spec.get("effects") or []), *entries]})
 
 
 def _some(rows: int, most: int) -> NDArray[np.int64]:

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -50,7 +50,8 @@ class Block:
 
     def over(self, problem: ResidualProblem) -> Block:
         """The same process over the rows of another problem."""
-        return replace(self, columns=self.size * _columns(problem, self.candidate, self.kernel, self.scale))
+        phi = self.kernel(problem.inputs(self.candidate.inputs))
+        return replace(self, columns=self.size * _columns(problem, self.candidate, phi, self.scale))
 
 
 def choose_blocks(problem: ResidualProblem, considered: Sequence[Candidate], thresholds: Thresholds) -> list[Block]:
@@ -86,10 +87,7 @@ def _most_evident(
     best: Block | None = None
     evidence: dict[Candidate, float] = {}
     for candidate in considered:
-        for share in _WIDTHS[len(candidate.inputs)]:
-            block = _candidate_block(problem, candidate, share)
-            if block is None:
-                break
+        for block in _candidate_blocks(problem, candidate):
             found = beside.weigh(_padded(block.columns, len(problem.r) + padding))
             evidence[candidate] = max(found.evidence, evidence.get(candidate, 0.0))
             if found.evidence > (0.0 if best is None else best.evidence):
@@ -97,31 +95,29 @@ def _most_evident(
     return best, evidence
 
 
-def _candidate_block(problem: ResidualProblem, candidate: Candidate, share: float) -> Block | None:
-    """The columns of a candidate, mean square 1; None where it moves nothing that was measured."""
+def _candidate_blocks(problem: ResidualProblem, candidate: Candidate) -> Iterator[Block]:
+    """A candidate with each length scale, columns of mean square 1; none where it moves nothing that was measured."""
     x = problem.inputs(candidate.inputs)
     low, high = x.min(axis=0), x.max(axis=0)
-    if not (high > low).all():
-        return None
     size = np.sqrt((problem.place[candidate.owner] ** 2).mean(axis=0))
-    if not size.any():
-        return None
-    sign = np.array([name.startswith("approach") for name in candidate.inputs])
-    width = np.where(sign, 1.0, share * (high - low))
-    most = _NODES[len(candidate.inputs)] if directions(candidate.owner) < 6 else _FEWER
-    kernel = problem.features(candidate.inputs, width, most)
+    if not (high > low).all() or not size.any():
+        return
     scale = np.divide(1.0, size, out=np.zeros_like(size), where=size > 1e-9 * size.max())
-    return Block(candidate, kernel, low, high, scale, _columns(problem, candidate, kernel, scale))
+    sign = np.array([name.startswith("approach") for name in candidate.inputs])
+    most = _NODES[len(candidate.inputs)] if directions(candidate.owner) < 6 else _FEWER
+    for share in _WIDTHS[len(candidate.inputs)]:
+        kernel, phi = problem.features(candidate.inputs, np.where(sign, 1.0, share * (high - low)), most)
+        yield Block(candidate, kernel, low, high, scale, _columns(problem, candidate, phi, scale))
 
 
-def _columns(problem: ResidualProblem, candidate: Candidate, kernel: Features, scale: FloatArray) -> FloatArray:
-    """(m, features x directions) what a unit of each feature does; 0 in the rows of priors."""
-    phi = kernel(problem.inputs(candidate.inputs))
-    values = np.where((problem.row >= 0)[:, np.newaxis], phi[np.maximum(problem.row, 0)], 0.0)
+def _columns(problem: ResidualProblem, candidate: Candidate, phi: FloatArray, scale: FloatArray) -> FloatArray:
+    """(m, features x directions) what a unit of each feature, phi (N, features), does; 0 in the rows of priors."""
     motion = problem.place[candidate.owner] * scale
-    return (values[:, :, np.newaxis] * motion[:, np.newaxis, :]).reshape(len(values), -1)
+    return (phi[problem.row][:, :, np.newaxis] * motion[:, np.newaxis, :]).reshape(len(motion), -1)
 
 
 def _padded(columns: FloatArray, rows: int) -> FloatArray:
     """The columns with rows of zeros below, `rows` in all."""
+    if len(columns) == rows:
+        return columns
     return np.vstack([columns, np.zeros((rows - len(columns), columns.shape[1]))])

@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 
@@ -23,6 +22,7 @@ from fastcal.surrogate.features import Features, features
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+_Kernel = tuple[tuple[str, ...], tuple[float, ...], int]
 
 FOLDS = 8
 _WEAK = 30.0  # plausible sizes: a weak prior that only keeps poorly determined parameters from running away
@@ -44,7 +44,7 @@ class ResidualProblem:
         place: Owner to (m, directions): what a unit of each motion does.
         data: The used rows; `samples` are their conditions.
         cached: Inputs that were asked for.
-        kernels: Features that were asked for, by inputs, widths and nodes: many places have the same.
+        kernels: Features that were asked for, and their values, by inputs, widths and nodes: many places have the same.
     """
 
     model: Robot
@@ -57,7 +57,7 @@ class ResidualProblem:
     shifted: IntArray
     place: dict[str, FloatArray]
     cached: dict[str, FloatArray] = field(default_factory=dict)
-    kernels: dict[tuple[tuple[str, ...], tuple[float, ...], int], Features] = field(default_factory=dict)
+    kernels: dict[_Kernel, tuple[Features, FloatArray]] = field(default_factory=dict)
 
     def without(self, held: NDArray[np.bool_]) -> ResidualProblem:
         """The problem without some numbers (m,)."""
@@ -76,11 +76,13 @@ class ResidualProblem:
         self.find(names)
         return np.column_stack([self.cached[name] for name in names])
 
-    def features(self, names: tuple[str, ...], width: FloatArray, most: int) -> Features:
-        """Features over inputs in the used rows, as `fastcal.surrogate.features.features` has them."""
+    def features(self, names: tuple[str, ...], width: FloatArray, most: int) -> tuple[Features, FloatArray]:
+        """Features over inputs in the used rows, and their values there (N, f): `fastcal.surrogate.features`."""
         key = names, tuple(width.tolist()), most
         if key not in self.kernels:
-            self.kernels[key] = features(self.inputs(names), width, most)
+            x = self.inputs(names)
+            kernel = features(x, width, most)
+            self.kernels[key] = kernel, kernel(x)
         return self.kernels[key]
 
     def find(self, names: Iterable[str]) -> None:
@@ -105,9 +107,7 @@ def residual_problem(
     threads: int,
 ) -> ResidualProblem:
     """The problem of `add_surrogate`, whose arguments these are; `owners` are the places to look at."""
-    spec = copy.deepcopy(model.spec)
-    spec.pop("correction", None)
-    spec.pop("calibration", None)
+    spec = {key: value for key, value in model.spec.items() if key not in ("correction", "calibration")}
     units = [unit_motion(owner, k) for owner in owners for k in range(directions(owner))]
     extended = Robot(spec | {"effects": [*(spec.get("effects") or []), *units]})
     samples = extended.samples(data)
