@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -64,6 +65,10 @@ class Blocks:
         """Of all blocks; recomputed, since a search looks at many fits and these take most of the memory."""
         return columns_at(self.at)
 
+    def columns_of(self, named: Sequence[int]) -> FloatArray:
+        """(m, k) of some names, one after the other; recomputed as `columns` are, without the others."""
+        return columns_at(self.at, [self.names[i] for i in named]).values
+
     def label(self, index: int) -> Label:
         """What a block is."""
         return self.names[index].label if index < self.count else self.generics[index - self.count].label
@@ -88,12 +93,12 @@ def blocks(at: Fit, columns: Columns | None = None) -> Blocks:
     return Blocks(at, found.names, found.generics, tests, found.sizes, found.frames)
 
 
-def columns_at(at: Fit) -> Columns:
-    """Columns of all names and generic blocks at a fit."""
+def columns_at(at: Fit, alone: list[Hypothesis] | None = None) -> Columns:
+    """Columns of all names and generic blocks at a fit; those of the names `alone`, where they are given."""
     problem = at.problem
     there = {name.cause for name in at.added}
-    names = [n for n in problem.names if n.cause not in there]
-    frames = _frames(problem)
+    names = [n for n in problem.names if n.cause not in there] if alone is None else alone
+    frames = _frames(problem) if alone is None else []
     entries = [*at.entries, *(n.entry for n in names), *frames]
     effects = problem.effects(entries)
     model, samples = problem.model(entries, problem.kept, effects)
@@ -120,7 +125,7 @@ def columns_at(at: Fit) -> Columns:
     frame = np.where(still[last:], 0.0, J[:, last:] / problem.noise.factor)
     ends = first[offset + len(names) :] - last
     frame_columns = {entry["owner"]: frame[:, ends[k] : ends[k + 1]] for k, entry in enumerate(frames)}
-    generics, directions = _generic_blocks(at, frame_columns, row)
+    generics, directions = _generic_blocks(at, frame_columns, row) if frames else ([], [])
     named = last - first[offset]
     sizes = width[offset : offset + len(names)] + [
         d.shape[1] * g.curves.count for g, d in zip(generics, directions, strict=True)

@@ -229,8 +229,7 @@ def _stability(search: Search, base: SearchNode, name: Hypothesis) -> float:
     blocks = base.blocks
     statistic = np.asarray(blocks.tests.scores.statistic)[: blocks.count]
     likely = [int(i) for i in np.argsort(-statistic, kind="stable")[: rules.MAX_CONTENDERS]]
-    columns = blocks.columns
-    C = np.hstack([columns.of(i) for i in likely])
+    C = blocks.columns_of(likely)
     A, r, row = base.fit.whitened
     fold = np.where(row >= 0, folds(search.problem)[row], -1)
     first = 0

@@ -25,7 +25,7 @@ from fastcal.diagnosis.tail_probabilities import p_values
 from fastcal.effects.entries import curve_of, effect_names, traits_of
 
 if TYPE_CHECKING:
-    from fastcal.diagnosis.search import Search, SearchNode
+    from fastcal.diagnosis.search import SearchNode
 
 FloatArray = NDArray[np.float64]
 
@@ -97,22 +97,15 @@ def _refined(order: float, step: float, scored: Callable[[FloatArray], _core.Blo
     return float(round(best)) if abs(best - round(best)) < rules.WHOLE_ORDER_WITHIN else round(best, 2)
 
 
-def waves(search: Search) -> SearchNode | None:
-    """The set of all significant waves, where the errors are those of many waves; None where they are not."""
-    chosen = many_waves(search)
-    return search.state([search.start.blocks.names[i] for i in chosen], search.start) if chosen else None
-
-
-def many_waves(search: Search) -> list[int]:
+def many_waves(start: SearchNode, most: int) -> list[int]:
     """Indices of all significant waves, where the errors are those of many waves; none where they are not.
 
-    The first effects that a forward selection picks must all be periodic, more than a search of sets could hold, and
-    rows that were held out must be predicted by the waves.
+    The first effects that a forward selection picks must all be periodic, more than the `most` that a search of sets
+    could hold, and rows that were held out must be predicted by the waves.
     """
-    start = search.start
     periodic = [i for i, name in enumerate(start.blocks.names) if is_periodic(name)]
-    first = forward(start, list(range(start.blocks.count)), search.most + 1)
-    if len(first) <= search.most or not set(first) <= set(periodic):
+    first = forward(start, list(range(start.blocks.count)), most + 1)
+    if len(first) <= most or not set(first) <= set(periodic):
         return []
     chosen = forward(start, periodic, rules.MAX_WAVES)
     return chosen if _held_out_share(start, chosen) <= rules.MAX_WAVES_SHARE else []
@@ -136,8 +129,7 @@ def forward(state: SearchNode, among: list[int], most: int) -> list[int]:
 def _held_out_share(state: SearchNode, chosen: list[int]) -> float:
     """Mean square of rows at held-out positions of a joint with the blocks, over that without: of the worst joint."""
     A, r, row = state.fit.whitened
-    columns = state.blocks.columns
-    C = np.hstack([columns.of(i) for i in chosen])
+    C = state.blocks.columns_of(chosen)
     sets = np.array([np.zeros(C.shape[1], dtype=bool), np.ones(C.shape[1], dtype=bool)])
     scale = [np.where(norm > 0, norm, 1.0) for norm in (np.linalg.norm(A, axis=0), np.linalg.norm(C, axis=0))]
     shares = []

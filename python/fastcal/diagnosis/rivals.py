@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +21,7 @@ from fastcal.diagnosis.fits import Fit, fit
 from fastcal.diagnosis.held_out import HeldOut, gain, is_better, positions, wins
 from fastcal.diagnosis.library import Hypothesis, without_masses
 from fastcal.diagnosis.noise import isolated_rows
-from fastcal.diagnosis.periodic import forward, many_waves
+from fastcal.diagnosis.periodic import forward
 from fastcal.diagnosis.problem import Noise, Problem
 from fastcal.diagnosis.robust_rows import without_outliers
 from fastcal.diagnosis.search import Search, SearchNode
@@ -28,6 +29,7 @@ from fastcal.diagnosis.tail_probabilities import p_values
 from fastcal.effects.entries import curve_of
 from fastcal.robot.robot import Spec
 
+FloatArray = NDArray[np.float64]
 Key = tuple[tuple[str, ...], tuple[str, ...]]
 
 
@@ -48,6 +50,16 @@ class Model:
     fit: Fit
     noise: Noise
     reaches: NDArray[np.bool_]
+
+    @cached_property
+    def held(self) -> HeldOut:
+        """Rows held out of its fit."""
+        return HeldOut(self.fit)
+
+    @cached_property
+    def predicted(self) -> FloatArray:
+        """(N,) their squares: `HeldOut.squares`."""
+        return self.held.squares()
 
 
 @dataclass(eq=False)
@@ -86,14 +98,12 @@ class Rivals:
         beside = [] if is_begun else [(best, list(curved))]
         rivals = [*((s, []) for s in (start, *yielding)), *beside, *((s, every) for s in (start, *yielding))]
         chosen = plain = bare(best)
-        least = HeldOut(chosen.fit).squares()
         for state, profiles in rivals:
             rival = self.with_profiles(state, profiles) if profiles else bare(state)
             if rival is None or rival.fit is chosen.fit:
                 continue
-            own = HeldOut(rival.fit).squares()
-            if is_better(own, least):
-                chosen, least = rival, own
+            if is_better(rival.predicted, chosen.predicted):
+                chosen = rival
                 plain = plain if rival.profiles else rival
         if not chosen.profiles:
             return chosen
@@ -102,8 +112,8 @@ class Rivals:
 
     def _with_what_helps(self, model: Model) -> Model:
         """The model less the names and curves without which held-out rows are predicted as well, the least first."""
-        held, gone = HeldOut(model.fit), list[Hypothesis]()
-        left = held.squares()
+        held, gone = model.held, list[Hypothesis]()
+        left = model.predicted
         names = model.state.names if len(model.state.names) <= rules.MAX_EFFECTS_GROWN else ()
         members = [*names, *model.fit.added[len(model.state.names) :]]
         alone = {id(m): gain(left, held.squares(model.fit.columns(m))) for m in members}
@@ -123,7 +133,7 @@ class Rivals:
         else:
             found = _fitted(state, curves, model.fit.problem, model.fit)
             fewer = model if found is None else replace(model, state=state, profiles=curves, fit=found)
-        return model if is_better(held.squares(), HeldOut(fewer.fit).squares()) else fewer
+        return model if is_better(model.predicted, fewer.predicted) else fewer
 
     @property
     def every(self) -> list[Spec]:
@@ -149,7 +159,7 @@ class Rivals:
         if start.suffices or without_masses(self.search.problem.start.robot):
             return False  # without masses the score of a compliance lacks the sag that comes with it
         tests = start.blocks.tests
-        names = many_waves(self.search) or forward(start, list(range(start.blocks.count)), rules.MAX_EFFECTS_GROWN)
+        names = self.search.many_waves or forward(start, list(range(start.blocks.count)), rules.MAX_EFFECTS_GROWN)
         left = tests.given(names)
         p = p_values(np.asarray(left.statistic), np.asarray(left.rank), self.search.problem.noise.freedom)
         if not (p < rules.ALPHA_FURTHER / (start.family.named + start.family.generic)).any():
@@ -163,7 +173,7 @@ class Rivals:
     def curves_leave(self) -> float:
         """Sum of squares that profiles of all joints leave of held-out rows, of those that they reach."""
         curves = self.with_profiles(self.search.start, self.every)
-        return np.inf if curves is None else float(np.sum(HeldOut(curves.fit).squares()[curves.reaches]))
+        return np.inf if curves is None else float(np.sum(curves.predicted[curves.reaches]))
 
 
 def _holds_elsewhere(rival: Model, other: Model) -> bool:
@@ -232,15 +242,15 @@ def _on_more_rows(model: Model) -> Model:
 
     Rows beside a step or a kink are hard to reach, and no outliers: without them the curve is drawn too smooth.
     """
-    at = model.fit
-    before = HeldOut(at).squares()
+    at, before = model.fit, model.predicted
     more = at.problem.used | (before < rules.GROSS_SIZE**2 * np.nanmedian(before))
     if np.array_equal(more, at.problem.used) or is_better(before, HeldOut(at, more).squares()):
         return model
     found = _fitted(model.state, model.profiles, at.problem.with_rows(more), at)
-    if found is None or is_better(before, HeldOut(found).squares()):
+    if found is None:
         return model
-    return replace(model, fit=found)
+    fuller = replace(model, fit=found)
+    return model if is_better(before, fuller.predicted) else fuller
 
 
 def reached(at: Fit) -> Problem:

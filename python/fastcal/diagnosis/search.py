@@ -23,7 +23,7 @@ from fastcal.diagnosis.blocks import Blocks, blocks
 from fastcal.diagnosis.fits import Fit, fit, is_beyond_bounds
 from fastcal.diagnosis.held_out import HeldOut, gain, positions
 from fastcal.diagnosis.library import Hypothesis, Key, without_masses
-from fastcal.diagnosis.periodic import forward, is_periodic, waves
+from fastcal.diagnosis.periodic import forward, is_periodic, many_waves
 from fastcal.diagnosis.problem import Problem
 from fastcal.diagnosis.tail_probabilities import p_values
 from fastcal.effects.entries import traits_of
@@ -168,11 +168,17 @@ class Search:
         state.__dict__["blocks"] = first.blocks
         return state
 
+    @cached_property
+    def many_waves(self) -> list[int]:
+        """Names of the start that are all significant waves, where the errors are those of many waves; else none."""
+        return many_waves(self.start, self.most)
+
     def grow(self) -> list[list[SearchNode]]:
         """Sets of 0, 1, ... names, the best of each size first, until one suffices or `most` are in; or many waves."""
         levels = [[self.start]]
-        if not self.start.suffices and (many := waves(self)) is not None:
-            return [*levels, [many]]
+        if not self.start.suffices and self.many_waves:
+            waves = [self.start.blocks.names[i] for i in self.many_waves]
+            return [*levels, [self.state(waves, self.start)]]
         while not any(state.suffices for state in levels[-1]) and len(levels) <= self.most and self.may_go_on():
             children: dict[tuple[str, ...], SearchNode] = {}
             for state in levels[-1][: rules.BEAM_WIDTH]:

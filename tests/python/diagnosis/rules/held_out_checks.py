@@ -126,10 +126,9 @@ def names_that_would_leave_most_of_the_misfit_are_not_searched_for() -> None:
         start = SimpleNamespace(suffices=False, family=family, blocks=SimpleNamespace(tests=tests, count=1))
         noise = SimpleNamespace(freedom=np.inf, factor=1.0)
         problem = SimpleNamespace(start=SimpleNamespace(robot=None), noise=noise)
-        search = SimpleNamespace(start=start, problem=problem)
+        search = SimpleNamespace(start=start, problem=problem, many_waves=[0])
         with (
             mock.patch.object(rivals, "without_masses", return_value=False),
-            mock.patch.object(rivals, "many_waves", return_value=[0]),
             mock.patch.object(rivals.Rivals, "curves_leave", np.inf),
         ):
             return rivals.Rivals(search).names_are_hopeless

@@ -85,8 +85,10 @@ class World:
             work=X.size,
         )
 
-    def columns_at(self, fit: Any) -> Columns:
-        """Of everything that is not in the fit."""
+    def columns_at(self, fit: Any, alone: list[Hypothesis] | None = None) -> Columns:
+        """Of everything that is not in the fit, or of some names alone."""
+        if alone is not None:
+            return Columns(alone, [], np.hstack([self.names[n] for n in alone]), [], {})
         names = [n for n in self.names if n not in fit.added]
         generics = [
             Generic(owner, Curves((f"q{owner.removeprefix('joint')}",), c)) for owner, c in self.generics.items()
