@@ -149,17 +149,16 @@ def _compared(
         turns = np.array([_angle(R, wxyz) for R, wxyz in zip(T[:, :3, :3], data.rotation, strict=True)])
     others: dict[str, FloatArray] = {}
     lengths = None
-    if kinds_of(data):
-        measured = measurements(data, robot)
+    measured = measurements(data, robot) if kinds_of(data) else None
+    beside = [] if measured is None else [of for of in measured.observations if not of.is_pose]
+    if measured is not None and beside:
         model = robot.error_model
         own = {owner: iter(values) for owner, values in (unknowns or {}).items()}
         values = [float(next(own[p.owner])) if p.owner in own else np.nan for p in measured.parameters]
         r = np.asarray(
             _core.residuals(model, robot.samples(data), measured, np.array([*model.start, *values]), threads)
         )
-        for of in measured.observations:
-            if of.is_pose:  # its errors are above
-                continue
+        for of in beside:
             part = r[:, of.first_number : of.first_number + len(of.components)]
             others[of.name] = part
             if of.unit == "m":
