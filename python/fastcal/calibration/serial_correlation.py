@@ -17,6 +17,7 @@ is below 0 where the fit has columns that change slowly.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,6 +52,30 @@ class SerialCorrelation:
 
 
 def serial_correlation(
+    J: FloatArray, residual: FloatArray, row: IntArray, count: int, deviations: float = DEVIATIONS
+) -> SerialCorrelation | None:
+    """The AR(1) noise that residuals show along the order of the rows; None where white noise would do.
+
+    Arguments as of `neighbour_correlation`.
+    """
+    found = _found(J, residual, row, count, deviations, beside_fit=True)
+    if found is None:
+        return None
+    rho, used, q, R, r = found
+    width, white = q.shape[1], len(r) - len(R)
+    Omega_q = _smoothed(q, rho) * used[:, np.newaxis, np.newaxis]
+    inner = np.einsum("tcp,tcq->pq", q, Omega_q, optimize=True)
+    trace = float(len(r) - np.trace(inner))
+    lags = range(1, min(count, 400))
+    shared = np.array([np.sum(used[k:] & used[: count - k]) for k in lags])
+    squares = width * (used.sum() + 2 * float(shared @ rho ** (2.0 * np.array(lags))))
+    squares += float(np.sum(inner * inner)) - 2 * float(np.sum(Omega_q**2))
+    inverse = np.linalg.inv(R)
+    covariance = inverse @ inner @ inverse.T * (float(r @ r) / trace)
+    return SerialCorrelation(rho, covariance, float(np.sqrt(white / trace)), trace**2 / squares)
+
+
+def neighbour_correlation(
     J: FloatArray,
     residual: FloatArray,
     row: IntArray,
@@ -58,8 +83,8 @@ def serial_correlation(
     deviations: float = DEVIATIONS,
     *,
     beside_fit: bool = True,
-) -> SerialCorrelation | None:
-    """The AR(1) noise that residuals show along the order of the rows; None where white noise would do.
+) -> float | None:
+    """The rho of `serial_correlation`, without what it makes of the fit; None where white noise would do.
 
     Args:
         J: (m, p) whitened columns of the free parameters, of full rank.
@@ -70,6 +95,23 @@ def serial_correlation(
         beside_fit: Compare with what white noise leaves beside the fit; else with 0, as before any fit, which asks for
             more: neighbours are alike too where an effect is missing and the order of rows is one of poses.
     """
+    found = _found(J, residual, row, count, deviations, beside_fit)
+    return None if found is None else found.rho
+
+
+class _Found(NamedTuple):
+    """rho, the rows that count (N,), Q (N, width, p) and R of their columns and what these leave of them (m,)."""
+
+    rho: float
+    used: BoolArray
+    q: FloatArray
+    R: FloatArray
+    left: FloatArray
+
+
+def _found(
+    J: FloatArray, residual: FloatArray, row: IntArray, count: int, deviations: float, beside_fit: bool
+) -> _Found | None:
     numbers = np.bincount(row, minlength=count)
     width = int(np.bincount(numbers[numbers > 0]).argmax())
     used = numbers == width
@@ -100,17 +142,7 @@ def serial_correlation(
     Q, R = np.linalg.qr(J)
     r = residual - Q @ (Q.T @ residual)
     e, q = table(r), table(Q)
-    rho = _correlation(q, used, _neighbours(e, e) / float(r @ r))
-    Omega_q = _smoothed(q, rho) * used[:, np.newaxis, np.newaxis]
-    inner = np.einsum("tcp,tcq->pq", q, Omega_q, optimize=True)
-    trace = float(len(r) - np.trace(inner))
-    lags = range(1, min(count, 400))
-    shared = np.array([np.sum(used[k:] & used[: count - k]) for k in lags])
-    squares = width * (used.sum() + 2 * float(shared @ rho ** (2.0 * np.array(lags))))
-    squares += float(np.sum(inner * inner)) - 2 * float(np.sum(Omega_q**2))
-    inverse = np.linalg.inv(R)
-    covariance = inverse @ inner @ inverse.T * (float(r @ r) / trace)
-    return SerialCorrelation(rho, covariance, float(np.sqrt(white / trace)), trace**2 / squares)
+    return _Found(_correlation(q, used, _neighbours(e, e) / float(r @ r)), used, q, R, r)
 
 
 def _correlation(q: FloatArray, used: BoolArray, found: float) -> float:

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
-from fastcal.calibration.serial_correlation import DEVIATIONS, serial_correlation
+from fastcal.calibration.serial_correlation import DEVIATIONS, neighbour_correlation
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.problem import Problem
 from fastcal.measurements.dataset import Dataset
@@ -55,8 +55,7 @@ def memory(problem: Problem, X: FloatArray, r: FloatArray, row: IntArray, wrong:
     beside_fit = not along_a_path(problem.data)
     deviations = -float(special.ndtri(rules.ALPHA_MEMORY)) if beside_fit else DEVIATIONS
     places, count = place[row[order]], len(problem.data)
-    found = serial_correlation(columns, r[order], places, count, deviations, beside_fit=beside_fit)
-    return 0.0 if found is None else found.rho
+    return neighbour_correlation(columns, r[order], places, count, deviations, beside_fit=beside_fit) or 0.0
 
 
 def along_a_path(data: Dataset) -> bool:
@@ -89,15 +88,15 @@ def without_memory(problem: Problem, values: FloatArray, row: IntArray) -> Float
     order = order[count[order] > 0]
     before, after = order[:-1], order[1:]
     follows = count[before] == count[after]
-    before, after = before[follows], after[follows]
-    share = rho ** (place[after] - place[before]).astype(float)
-    out = np.array(values, dtype=np.float64)
-    for width in np.unique(count[after]):
-        same = count[after] == width
-        there = first[after[same]][:, np.newaxis] + np.arange(width)
-        here = first[before[same]][:, np.newaxis] + np.arange(width)
-        part = share[same].reshape(-1, *[1] * values.ndim)
-        out[there] = (values[there] - part * values[here]) / np.sqrt(1 - part**2)
+    source, share = np.arange(len(place)), np.zeros(len(place))  # by row; a share of 0 begins again
+    source[after[follows]] = before[follows]
+    share[after[follows]] = rho ** (place[after] - place[before])[follows].astype(float)
+    share = share[row].reshape(-1, *[1] * (values.ndim - 1))
+    out = np.empty_like(values)
+    out[...] = values[np.arange(len(row)) + (first[source] - first)[row]]
+    out *= -share
+    out += values
+    out /= np.sqrt(1 - share**2)
     return out
 
 
