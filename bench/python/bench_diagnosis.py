@@ -31,6 +31,7 @@ from threadpoolctl import threadpool_limits
 
 from fastcal import _core
 from fastcal.diagnosis import Diagnosis, diagnose
+from fastcal.diagnosis.blocks import columns_at
 from fastcal.diagnosis.memory import without_memory
 
 SNR = (3.0, 60.0)
@@ -130,7 +131,7 @@ def _right_names(at: Setting, said: Diagnosis, truth: Truth) -> set[tuple[str, s
     d[row >= 0] = truth.shift[start.fit.problem.rows[row[row >= 0][::3]]].ravel()
     problem = start.fit.problem
     d[row >= 0] = without_memory(problem, d[row >= 0] / problem.noise.factor, row[row >= 0])
-    tests = _core.ScoreTests(A, blocks.columns.values, d, blocks.sizes)
+    tests = _core.ScoreTests(A, columns_at(start.fit).values, d, blocks.sizes)
     share = np.asarray(tests.scores.statistic) / tests.remaining
     rank = np.asarray(tests.scores.rank)
     out: set[tuple[str, str]] = set()

@@ -34,6 +34,7 @@ class Columns:
     Attributes:
         values: (m, c) over the numbers and priors of the fit, as `Fit.whitened` has them; 0 in the rows of priors.
         sizes: Columns of each block.
+        directions: (m', d) of each block without a name: what its curves are multiplied by.
         frames: (m', k) columns of a motion of base, joints, tool, as `Fit.standardized` has them, without the priors.
     """
 
@@ -41,6 +42,7 @@ class Columns:
     generics: list[Generic]
     values: FloatArray
     sizes: list[int]
+    directions: list[FloatArray]
     frames: dict[str, FloatArray]
 
     def of(self, index: int) -> FloatArray:
@@ -51,23 +53,34 @@ class Columns:
 
 @dataclass(frozen=True, eq=False)
 class Blocks:
-    """What could be added to a fit: names first, then blocks without a name, and their score tests."""
+    """What could be added to a fit: names first, then blocks without a name, and their score tests.
+
+    Columns are not kept, since a search looks at many fits and they take most of the memory: those of a few blocks are
+    computed again.
+    """
 
     at: Fit
     names: list[Hypothesis]
     generics: list[Generic]
     tests: _core.ScoreTests
     sizes: list[int]
+    directions: list[FloatArray]
     frames: dict[str, FloatArray]
 
-    @property
-    def columns(self) -> Columns:
-        """Of all blocks; recomputed, since a search looks at many fits and these take most of the memory."""
-        return columns_at(self.at)
-
     def columns_of(self, named: Sequence[int]) -> FloatArray:
-        """(m, k) of some names, one after the other; recomputed as `columns` are, without the others."""
+        """(m, k) of some names, one after the other, as `Columns.values` has them."""
         return columns_at(self.at, [self.names[i] for i in named]).values
+
+    def of(self, index: int) -> FloatArray:
+        """(m, k) of one block, as `Columns.values` has them."""
+        if index < self.count:
+            return self.columns_of([index])
+        block, direction = self.generics[index - self.count], self.directions[index - self.count]
+        row = np.asarray(self.at.near.row, dtype=np.intp)
+        values = np.zeros((len(row) + len(self.at.free), self.sizes[index]), order="F")
+        _fill(values[: len(row)], block, direction, row)
+        values[: len(row)] = without_memory(self.at.problem, values[: len(row)], row)
+        return values
 
     def label(self, index: int) -> Label:
         """What a block is."""
@@ -90,7 +103,7 @@ def blocks(at: Fit, columns: Columns | None = None) -> Blocks:
     found = columns_at(at) if columns is None else columns
     A, r, _row = at.whitened
     tests = score_tests(A, found.values, r, found.sizes)
-    return Blocks(at, found.names, found.generics, tests, found.sizes, found.frames)
+    return Blocks(at, found.names, found.generics, tests, found.sizes, found.directions, found.frames)
 
 
 def columns_at(at: Fit, alone: list[Hypothesis] | None = None) -> Columns:
@@ -135,14 +148,20 @@ def columns_at(at: Fit, alone: list[Hypothesis] | None = None) -> Columns:
     np.divide(J[:, first[offset] : last], problem.noise.factor, out=measured[:, :named])
     measured[:, :named][:, still[first[offset] : last]] = 0.0
     at_column = named
-    for block, direction in zip(generics, directions, strict=True):
-        curves = np.asfortranarray(block.curves.values[row])
-        for way in direction.T:  # one direction after the other, the curves within
-            np.multiply(curves, way[:, np.newaxis], out=measured[:, at_column : at_column + curves.shape[1]])
-            at_column += curves.shape[1]
+    for block, direction, size in zip(generics, directions, sizes[len(names) :], strict=True):
+        _fill(measured[:, at_column : at_column + size], block, direction, row)
+        at_column += size
     if problem.noise.memory:
         measured[...] = without_memory(problem, measured, row)
-    return Columns(names, generics, values, sizes, frame_columns)
+    return Columns(names, generics, values, sizes, directions, frame_columns)
+
+
+def _fill(out: FloatArray, block: Generic, direction: FloatArray, row: NDArray[np.intp]) -> None:
+    """Columns (m', k) of a block without a name: one direction after the other, the curves within."""
+    curves = np.asfortranarray(block.curves.values[row])
+    for k, way in enumerate(direction.T):
+        first = k * curves.shape[1]
+        np.multiply(curves, way[:, np.newaxis], out=out[:, first : first + curves.shape[1]])
 
 
 def _down(robot: Robot, base: FloatArray) -> FloatArray:

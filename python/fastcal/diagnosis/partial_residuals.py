@@ -76,7 +76,7 @@ def of_unexplained(state: SearchNode, owner: str, depends_on: tuple[str, ...]) -
     columns = [column for column in found if column is not None]
     if not at or len(columns) < len(found):
         return None
-    effect = Effect.added(fit, blocks.columns.of(blocks.count + at[0]))
+    effect = Effect.added(fit, blocks.of(blocks.count + at[0]))
     if owner.startswith("joint"):
         return _joint(effect, owner, blocks, depends_on, columns)
     if len(effect.points[0]) == 0:

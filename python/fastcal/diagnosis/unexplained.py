@@ -54,10 +54,10 @@ def remains(state: SearchNode) -> bool:
     if state.impossible or state.suffices:
         return state.impossible
     level = rules.ALPHA_FURTHER if state.names else rules.ALPHA_DETECT
-    own, columns = len(state.fit.free), state.blocks.columns
+    own = len(state.fit.free)
     certain = set(state.significant(rules.ALPHA_CERTAIN, rules.ALPHA_CERTAIN))
     for index in state.significant(level / 2, level / 2)[: rules.MAX_CONTENDERS]:
-        held = HeldOut(state.fit, more=columns.of(index))
+        held = HeldOut(state.fit, more=state.blocks.of(index))
         less, error = gain(held.squares(), held.squares(range(own, own + state.blocks.sizes[index])))
         if less >= (rules.MIN_RIVAL_GAIN if index in certain else rules.MIN_GAIN) * error:
             return True

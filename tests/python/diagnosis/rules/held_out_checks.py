@@ -49,7 +49,7 @@ def remains(helps: float, significant: Callable[[float, float], list[int]]) -> b
     noise = np.random.default_rng(1).chisquare(3, 400)
     jitter = np.random.default_rng(2).standard_normal(400)
     held = SimpleNamespace(squares=lambda without=(): noise + (helps + jitter - jitter.mean() if without else 0.0))
-    blocks = SimpleNamespace(columns=SimpleNamespace(of=lambda index: None), sizes=[1])
+    blocks = SimpleNamespace(of=lambda index: None, sizes=[1])
     node = SimpleNamespace(impossible=False, suffices=False, names=(), fit=SimpleNamespace(free=[0, 1]))
     node.blocks, node.significant = blocks, significant
     with mock.patch.object(unexplained, "HeldOut", return_value=held):

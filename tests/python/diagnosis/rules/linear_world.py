@@ -88,14 +88,15 @@ class World:
     def columns_at(self, fit: Any, alone: list[Hypothesis] | None = None) -> Columns:
         """Of everything that is not in the fit, or of some names alone."""
         if alone is not None:
-            return Columns(alone, [], np.hstack([self.names[n] for n in alone]), [], {})
+            return Columns(alone, [], np.hstack([self.names[n] for n in alone]), [], [], {})
         names = [n for n in self.names if n not in fit.added]
         generics = [
             Generic(owner, Curves((f"q{owner.removeprefix('joint')}",), c)) for owner, c in self.generics.items()
         ]
         parts = [*(self.names[n] for n in names), *self.generics.values()]
         sizes = [part.shape[1] for part in parts]
-        return Columns(names, generics, np.hstack(parts), sizes, {"joint1": np.ones((ROWS, 1))})
+        ways = [np.ones((ROWS, 1))] * len(generics)
+        return Columns(names, generics, np.hstack(parts), sizes, ways, {"joint1": np.ones((ROWS, 1))})
 
     @contextmanager
     def looked_at(self) -> Iterator[None]:
