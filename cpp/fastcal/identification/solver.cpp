@@ -130,23 +130,44 @@ double take_last_steps(const Reduced& reduced, const Box& box, double settled, E
   return cost;
 }
 
-/// Ceres' trust region from x within the box; true where it ended early at active bounds.
-bool solve_least_squares(const Reduced& reduced, const Box& box, const SolverOptions& asked, Eigen::VectorXd& x,
-                         Solution& out) {
+/// How steps of Newton ended: the step that is left is short enough, the next one was refused, or there were too many.
+enum class Descent { kSettled, kRefused, kSpent };
+
+/// Steps of Newton from x while each takes at least half of what its quadratic promises from the cost and stays in the
+/// box, at most `most`, until the step that is left is no longer than `settled`.
+Descent descend(const Reduced& reduced, const Box& box, double settled, int most, Eigen::VectorXd& x, int& iterations) {
+  for (int k = 0;; ++k, ++iterations) {
+    const NormalEquations& sums = reduced.at(x.data(), true);
+    if (!std::isfinite(sums.cost) || !sums.A.allFinite()) return Descent::kRefused;
+    const Root root = root_at(reduced, sums);
+    const double left = root.turned.norm();
+    if (left <= settled) return Descent::kSettled;
+    if (k == most) return Descent::kSpent;
+    const Eigen::VectorXd to = x + root.step();
+    if (!box.contains(to)) return Descent::kRefused;
+    const double cost = sums.cost;
+    if (!(cost - reduced.at(to.data(), true).cost >= 0.25 * left * left)) return Descent::kRefused;
+    x = to;
+  }
+}
+
+/// Ceres' trust region from x within the box, for what steps of Newton do not settle; true where it ended early at
+/// active bounds.
+bool trust_region(const Reduced& reduced, const Box& box, double settled, int most, Eigen::VectorXd& x,
+                  ceres::Solver::Summary& summary, bool& is_settled) {
   RootCost cost(reduced, box);
-  Ending ending(cost, std::max(asked.settled, kCostTells));
+  Ending ending(cost, settled);
   ceres::Problem::Options ownership;
   ownership.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   ceres::Problem problem(ownership);
   problem.AddResidualBlock(&cost, nullptr, x.data());
-  x = x.array().max(box.low).min(box.high);  // Ceres refuses a start outside
   for (Eigen::Index k = 0; k < x.size(); ++k) {
     if (std::isfinite(box.low[k])) problem.SetParameterLowerBound(x.data(), static_cast<int>(k), box.low[k]);
     if (std::isfinite(box.high[k])) problem.SetParameterUpperBound(x.data(), static_cast<int>(k), box.high[k]);
   }
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_QR;
-  options.max_num_iterations = asked.max_iterations;
+  options.max_num_iterations = most;
   options.callbacks.push_back(&ending);
   options.function_tolerance = 1e-14;
   options.gradient_tolerance = 1e-12;
@@ -154,19 +175,39 @@ bool solve_least_squares(const Reduced& reduced, const Box& box, const SolverOpt
   options.initial_trust_region_radius = 1e8;  // the start is close: first try the full step
   options.max_trust_region_radius = 1e20;
   options.logging_type = ceres::SILENT;
-  ceres::Solver::Summary summary;
   ceres::Solve(options, &problem, &summary);
-  out.iterations += static_cast<int>(summary.iterations.size());
-  if (!ending.settled() && ending.bounded()) return true;
+  is_settled = ending.settled();
+  return !is_settled && ending.bounded();
+}
+
+/// From x within the box; true where the search ended early at active bounds.
+bool solve_least_squares(const Reduced& reduced, const Box& box, const SolverOptions& asked, Eigen::VectorXd& x,
+                         Solution& out) {
+  const double settled = std::max(asked.settled, kCostTells);
+  x = x.array().max(box.low).min(box.high);  // Ceres refuses a start outside
+  int taken = 0;
+  const Descent descent = descend(reduced, box, settled, asked.max_iterations, x, taken);
+  out.iterations += taken + 1;
+  bool is_settled = descent == Descent::kSettled;
+  ceres::Solver::Summary summary;
+  if (descent == Descent::kRefused) {
+    const bool bounded = trust_region(reduced, box, settled, asked.max_iterations - taken, x, summary, is_settled);
+    out.iterations += static_cast<int>(summary.iterations.size());
+    if (bounded) return true;
+  }
   // A robust loss converges step by step where many parameters meet outliers: the step that is left decides, not how
   // many there were.
   constexpr double kNothingLeft = 1e-3;  // standard deviations
-  const bool near = ending.settled() || step_left(reduced, x.data()) < kNothingLeft;
+  const bool near = is_settled || step_left(reduced, x.data()) < kNothingLeft;
   out.cost = near ? take_last_steps(reduced, box, asked.settled, x) : reduced.at(x.data(), true).cost;
   out.converged = near || summary.termination_type == ceres::CONVERGENCE;
-  out.message = near ? "the step that is left is below " + std::string(ending.settled() ? "0.0001" : "0.001") +
-                           " standard deviations"
-                     : summary.message;
+  if (near) {
+    out.message =
+        "the step that is left is below " + std::string(is_settled ? "0.0001" : "0.001") + " standard deviations";
+  } else {
+    out.message =
+        descent == Descent::kSpent ? "no convergence in " + std::to_string(taken) + " iterations" : summary.message;
+  }
   return false;
 }
 
