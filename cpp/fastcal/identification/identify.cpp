@@ -25,6 +25,7 @@ constexpr double kNoiseTolerance = 0.01;   // relative, of the rows that are kep
 constexpr int kRoundsOfReturn = 10;        // in which a dropped row may come back; later, some would for ever
 constexpr double kNoiseFell = 0.5;  // relative: another noise than the one by which the free parameters were chosen
 constexpr double kStepConverged = 3e-5;  // standard deviations: as far as a solve comes
+constexpr double kRoughly = 0.03;        // standard deviations: the cost, and so the noise, is right to its square
 constexpr int kMaxPolishing = 10;
 constexpr double kAtTheMinimum = 1e-10;  // standard deviations: the last step of all
 constexpr double kNoiseSettled =
@@ -187,6 +188,13 @@ class Identifier {
 
   void refit(LossKind loss) { refit(loss, fit_.options.solver); }
 
+  /// As near as the next estimate of the noise needs it.
+  void refit_roughly(LossKind loss) {
+    SolverOptions solver = fit_.options.solver;
+    solver.settled = std::max(solver.settled, kRoughly);
+    refit(loss, solver);
+  }
+
   void refit(LossKind loss, const SolverOptions& solver) {
     Solution solution = fit_.refit(loss, solver);
     near_ = std::move(solution.A);
@@ -204,7 +212,7 @@ class Identifier {
     const LossKind loss = fit_.loss = shows_outliers(fit_) ? fit_.options.loss : LossKind::kNone;
     if (loss != LossKind::kNone && !begun_) {
       for (int round = 0; round < 3; ++round) {
-        refit(LossKind::kHuber);
+        refit_roughly(LossKind::kHuber);
         fit_.tau = noise(fit_, NoiseRule::kMedian, LossKind::kHuber);
       }
     }
@@ -212,7 +220,7 @@ class Identifier {
       const CommonNoise before = fit_.tau;
       if (round > 0 || !begun_) fit_.tau = noise(fit_, NoiseRule::kMean, loss);
       if (round > 0 && largest_change(before, fit_.tau) < kNoiseSettled) break;
-      refit(loss);
+      refit_roughly(loss);
       if (noise_is_a_factor()) {
         tuned_ = fit_.tau = noise(fit_, NoiseRule::kMean, loss);
         return;
