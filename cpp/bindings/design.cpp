@@ -8,6 +8,7 @@
 #include "fastcal/design/separation.hpp"
 #include "fastcal/design/surroundings.hpp"
 #include "fastcal/identification/identifiability.hpp"
+#include "fastcal/math/decompositions.hpp"
 
 namespace fastcal {
 namespace {
@@ -99,7 +100,7 @@ void bind_design(py::module_& m) {
         options.relative_tolerance = relative_tolerance;
         options.practical_limit = std::numeric_limits<double>::infinity();
         const Gauge gauge = choose_gauge(R, hold, options);
-        return py::make_tuple(gauge.held, gauge.directions, gauge.singular_values);
+        return py::make_tuple(gauge.held, gauge.directions, right_svd(R).values);
       },
       py::arg("R"), py::arg("hold"), py::arg("relative_tolerance"),
       "(held, directions (p, held), singular values): what a triangular factor R (p, p) does not fix to "

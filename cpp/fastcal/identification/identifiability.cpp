@@ -5,33 +5,79 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
 
 #include "fastcal/math/check.hpp"
 #include "fastcal/math/decompositions.hpp"
 
 namespace fastcal {
 
-Gauge choose_gauge(const Eigen::MatrixXd& R, const Eigen::VectorXd& hold, const GaugeOptions& options) {
+namespace {
+
+/// What R does nothing to, and how many of its directions do anything at all.
+struct NullSpace {
+  int rank = 0;
+  Eigen::MatrixXd basis;  // (p, lost), orthonormal
+};
+
+/// By QR with column pivoting, R P = Q [R1 R2; 0 R3], at a tenth of the price of an SVD: sigma_r >= 1 / |R1^-1| and
+/// sigma_r+1 <= |R3| (Frobenius norms). Nothing where these bounds leave any doubt of what the singular values would
+/// say.
+std::optional<NullSpace> clear_null_space(const Eigen::MatrixXd& R, const GaugeOptions& options) {
+  constexpr double kClearly = 100;
   const Eigen::Index p = R.cols();
-  Gauge gauge;
-  if (p == 0) return gauge;
+  if (!R.allFinite() || R.rows() < p) return {};
+  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(R);
+  const Eigen::MatrixXd& packed = qr.matrixQR();
+  const double least = packed.diagonal().cwiseAbs().maxCoeff();  // that the largest singular value can be
+  const double most = R.norm();
+  const Eigen::Index rank = (packed.diagonal().cwiseAbs().array() > options.relative_tolerance * most).count();
+  if (rank == 0 || (options.off && rank < p)) return {};
+  const auto R1 = packed.topLeftCorner(rank, rank).triangularView<Eigen::Upper>();
+  const double smallest = 1 / R1.solve(Eigen::MatrixXd::Identity(rank, rank)).norm();
+  const Eigen::MatrixXd R3 = packed.block(rank, rank, p - rank, p - rank).triangularView<Eigen::Upper>();
+  const bool clear = smallest >= kClearly * options.relative_tolerance * most &&
+                     smallest * options.practical_limit >= 1 &&
+                     kClearly * R3.norm() <= options.relative_tolerance * least;
+  if (!clear) return {};
+  Eigen::MatrixXd null(p, p - rank);
+  null.topRows(rank) = -R1.solve(packed.block(0, rank, rank, p - rank));
+  null.bottomRows(p - rank).setIdentity();
+  const Eigen::HouseholderQR<Eigen::MatrixXd> orthonormal(qr.colsPermutation() * null);
+  return NullSpace{static_cast<int>(rank), orthonormal.householderQ() * Eigen::MatrixXd::Identity(p, p - rank)};
+}
+
+NullSpace null_space(const Eigen::MatrixXd& R, const GaugeOptions& options) {
+  const Eigen::Index p = R.cols();
   const RightSvd svd = right_svd(R);
-  gauge.singular_values = svd.values;
-  const double largest = gauge.singular_values[0];
+  NullSpace out;
   Eigen::Index kept = 0;
   for (Eigen::Index k = 0; k < p; ++k) {
-    const double s = gauge.singular_values[k];
-    if (s > options.relative_tolerance * largest && s > 0) {
-      ++gauge.rank;
+    const double s = svd.values[k];
+    if (s > options.relative_tolerance * svd.values[0] && s > 0) {
+      ++out.rank;
       if (s * options.practical_limit >= 1) ++kept;
     }
   }
   if (options.off) {
-    FASTCAL_CHECK(gauge.singular_values[p - 1] > 0) << "without a gauge every parameter needs data or a prior";
+    FASTCAL_CHECK(svd.values[p - 1] > 0) << "without a gauge every parameter needs data or a prior";
     kept = p;
   }
-  const Eigen::Index lost = p - kept;
-  const Eigen::MatrixXd null = svd.V.rightCols(lost);
+  out.basis = svd.V.rightCols(p - kept);
+  return out;
+}
+
+}  // namespace
+
+Gauge choose_gauge(const Eigen::MatrixXd& R, const Eigen::VectorXd& hold, const GaugeOptions& options) {
+  const Eigen::Index p = R.cols();
+  Gauge gauge;
+  if (p == 0) return gauge;
+  const std::optional<NullSpace> clear = clear_null_space(R, options);
+  const NullSpace space = clear ? *clear : null_space(R, options);
+  const Eigen::MatrixXd& null = space.basis;
+  const Eigen::Index lost = null.cols();
+  gauge.rank = space.rank;
   std::vector<bool> is_held(static_cast<std::size_t>(p), false);
   if (lost > 0) {
     const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr((hold.asDiagonal() * null).transpose());

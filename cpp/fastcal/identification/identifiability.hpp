@@ -25,12 +25,11 @@ struct Gauge {
   std::vector<int> free;  ///< positions (0 ... p - 1) that the data fix, ascending
   std::vector<int> held;  ///< positions held at nominal, ascending
   int rank = 0;           ///< directions that do anything at all (structural rank)
-  Eigen::VectorXd singular_values;
   Eigen::MatrixXd directions;  ///< (p, held): moving held parameter k by 1 (scaled) and the free ones by this changes
                                ///< (nearly) nothing
 };
 
-/// Chooses the gauge: singular directions by SVD of R, then the parameters to hold by QR with column pivoting of the
+/// Chooses the gauge: singular directions by SVD of R (by QR where that tells the same), then the parameters to hold by QR with column pivoting of the
 /// null basis, weighted by `hold` (large: hold this rather than others), which keeps what is left as well conditioned
 /// as the data allow (G. Golub, C. Van Loan, "Matrix Computations", 4th ed., 5.5.7: subset selection).
 Gauge choose_gauge(const Eigen::MatrixXd& R, const Eigen::VectorXd& hold, const GaugeOptions& options = {});

@@ -219,6 +219,31 @@ TEST(Words, StopAfterFiveNames) {
   EXPECT_EQ(sentences[0], "joint1 a, joint1 d, joint2 a, joint2 d, joint3 a, joint3 d and 2 more move together");
 }
 
+/// Eight clear singular values, two of nothing, and one that lies anywhere, on both sides of both limits.
+TEST(Gauge, RankAndHeldAreThoseOfTheSingularValuesHoweverNearALimit) {
+  Random random(8);
+  constexpr Eigen::Index kCount = 11;
+  for (const double last : {30.0, 0.2, 0.101, 0.099, 0.05, 1e-3, 1e-5, 1.1e-6, 0.9e-6, 1e-7, 1e-9, 1e-13, 0.0}) {
+    const auto turned = [&]() -> Eigen::MatrixXd {
+      return Eigen::MatrixXd::NullaryExpr(kCount, kCount, [&] { return random.normal(); })
+          .householderQr()
+          .householderQ();
+    };
+    Eigen::VectorXd values(kCount);
+    values << 1e3, 800, 500, 300, 90, 20, 7, 3, last, 0, 0;
+    const Eigen::MatrixXd V = turned();
+    const Eigen::MatrixXd R = turned() * values.asDiagonal() * V.transpose();
+    const Gauge gauge = choose_gauge(R, Eigen::VectorXd::Ones(kCount));
+    EXPECT_EQ(gauge.rank, last > 1e-9 * 1e3 ? 9 : 8) << last;
+    const bool told = last >= 0.1;
+    EXPECT_EQ(gauge.held.size(), told ? 2U : 3U) << last;
+    // The directions span the right singular vectors that are lost.
+    const Eigen::MatrixXd kept = V.leftCols(told ? 9 : 8);
+    const Eigen::VectorXd along = (kept.transpose() * gauge.directions).colwise().norm();
+    EXPECT_LE(along.maxCoeff(), 1e-9 * gauge.directions.norm()) << last;
+  }
+}
+
 TEST(Gauge, NothingAskedOrNothingSeenIsNoCrash) {
   const Gauge none = choose_gauge(Eigen::MatrixXd(0, 0), Eigen::VectorXd(0));
   EXPECT_EQ(none.rank, 0);
