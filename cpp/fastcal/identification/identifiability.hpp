@@ -22,16 +22,17 @@ struct GaugeOptions {
 
 /// What is free, what is held, and why.
 struct Gauge {
-  std::vector<int> free;  ///< positions (0 ... p - 1) that the data fix, ascending
-  std::vector<int> held;  ///< positions held at nominal, ascending
-  int rank = 0;           ///< directions that do anything at all (structural rank)
+  std::vector<int> free;       ///< positions (0 ... p - 1) that the data fix, ascending
+  std::vector<int> held;       ///< positions held at nominal, ascending
+  int rank = 0;                ///< directions that do anything at all (structural rank)
   Eigen::MatrixXd directions;  ///< (p, held): moving held parameter k by 1 (scaled) and the free ones by this changes
                                ///< (nearly) nothing
 };
 
-/// Chooses the gauge: singular directions by SVD of R (by QR where that tells the same), then the parameters to hold by QR with column pivoting of the
-/// null basis, weighted by `hold` (large: hold this rather than others), which keeps what is left as well conditioned
-/// as the data allow (G. Golub, C. Van Loan, "Matrix Computations", 4th ed., 5.5.7: subset selection).
+/// Chooses the gauge: singular directions by SVD of R (by QR where that tells the same), then the parameters to hold by
+/// QR with column pivoting of the null basis, weighted by `hold` (large: hold this rather than others), which keeps
+/// what is left as well conditioned as the data allow (G. Golub, C. Van Loan, "Matrix Computations", 4th ed., 5.5.7:
+/// subset selection).
 Gauge choose_gauge(const Eigen::MatrixXd& R, const Eigen::VectorXd& hold, const GaugeOptions& options = {});
 
 /// Priority of holding a parameter: base, tool and set-ups last (no arm is measured without them), beta first (it
