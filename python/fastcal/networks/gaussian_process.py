@@ -27,16 +27,31 @@ STEPS = 60
 RATE = 0.08
 
 
-def fit_gaussian_process(problem: Problem, rows: Sequence[IntArray], options: Options) -> list[GaussianProcess]:
-    """One process for each set of training rows; all have the hyperparameters that some rows of all find likeliest."""
+def fit_gaussian_process(
+    problem: Problem,
+    rows: Sequence[IntArray],
+    options: Options,
+    *,
+    most_rows: int = MOST_ROWS,
+    likelihood_rows: int = LIKELIHOOD_ROWS,
+) -> list[GaussianProcess]:
+    """One process for each set of training rows; all have the hyperparameters that some rows of all find likeliest.
+
+    Args:
+        problem: The rows.
+        rows: Training rows of each process.
+        options: How to train.
+        most_rows: Of a posterior; time grows with their cube, memory with their square (3,000: 2.5 GB).
+        likelihood_rows: That decide the hyperparameters.
+    """
     phases = phases_of(problem)
     x = np.hstack([phases(problem.inputs), phases.load(problem.inputs)])
-    some = np.random.default_rng((options.seed, 2)).permutation(len(problem))[:LIKELIHOOD_ROWS]
+    some = np.random.default_rng((options.seed, 2)).permutation(len(problem))[:likelihood_rows]
     numbers = hyperparameters(x[some], problem.inputs.J_tool_q[some], problem.residuals[some] / problem.size)
     found = []
     for k, own in enumerate(rows):
         options.progress(f"Gaussian process {k + 1} of {len(rows)}")
-        drawn = own if len(own) <= MOST_ROWS else np.random.default_rng((options.seed, 3)).permutation(own)[:MOST_ROWS]
+        drawn = own if len(own) <= most_rows else np.random.default_rng((options.seed, 3)).permutation(own)[:most_rows]
         found.append(_posterior(problem, phases, x, np.sort(drawn), numbers))
     return found
 

@@ -25,8 +25,9 @@ from fastcal.units import from_si
 
 pytest.importorskip("torch")
 from fastcal.networks import TrainingResult, require, train
+from fastcal.networks.gaussian_process import fit_gaussian_process
 from fastcal.networks.options import Options
-from fastcal.networks.problem import Problem, cells
+from fastcal.networks.problem import Problem, cells, problem_of
 from fastcal.networks.training import FITS
 
 
@@ -145,6 +146,20 @@ def test_a_gaussian_process_learns_it_too(arm: Robot, data: Dataset) -> None:
     found = train(arm, data.select(slice(120)), network="gp", rivals=[], folds=2)
     assert found.used == "gp"
     assert found.scores["gp"]["mean"] < 0.5 * found.scores["model"]["mean"]
+
+
+def test_a_process_holds_as_many_rows_as_it_may_and_more_of_them_leave_less(
+    arm: Robot, data: Dataset, unseen: Dataset
+) -> None:
+    problem, others = problem_of(arm, data, folds=2), problem_of(arm, unseen, folds=2)
+    every = np.arange(len(problem))
+    sets = [every, every[::2]]
+    capped = fit_gaussian_process(problem, sets, Options(), most_rows=60, likelihood_rows=60)
+    assert [len(process.rows) for process in capped] == [60, 60]
+    found = fit_gaussian_process(problem, sets, Options(), likelihood_rows=60)
+    assert [len(process.rows) for process in found] == [len(own) for own in sets]
+    left = [np.linalg.norm(others.residuals - process.displacement(others.inputs)) for process in found]
+    assert left[0] < left[1] < 0.5 * np.linalg.norm(others.residuals)
 
 
 def test_gross_rows_are_left_out_and_named(arm: Robot, data: Dataset) -> None:
