@@ -136,7 +136,7 @@ def one_arm(seed: int, full: bool) -> Run:
             "held_out": lengths_mm(left(choice.result.model, held_out)),
             "conventional": lengths_mm(left(conventional.model, held_out)),
             "all": lengths_mm(left(plain, held_out)),
-            "best": lengths_mm(left(profiles.model, held_out)),
+            "profiles": lengths_mm(left(profiles.model, held_out)),
             "table": [[len(c.parameters), choice.rms_mm(c)] for c in choice.table[:20]],
             "axes": {
                 name: (left(model, held_out) / MM).T.tolist()
@@ -160,11 +160,13 @@ def one_arm(seed: int, full: bool) -> Run:
     unseen = at(random_poses(wide, UNSEEN, seed=4000 + seed), TOOL_KG, 4)
     run["before"] = lengths_mm(left(model, unseen))
     if HAS_TORCH:
+        from fastcal.papers.staubli_rx160l_best import best
         from fastcal.papers.staubli_rx160l_networks import networks
 
         heavy = [at(unseen.q[:HEAVY], load, 5 + k) for k, load in enumerate(TESTED_KG)]
         models = {"pieces": stiff.model, "linear": linear.model}
         run |= networks(model, learnt, unseen, heavy, models, with_round_gears(seed, learnt, unseen), seed, full)
+        run["best"] = best(nominal, (fitted, held_out), (learnt, unseen), heavy, linear.model, seed)
     return run
 
 

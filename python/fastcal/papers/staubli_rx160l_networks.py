@@ -77,11 +77,11 @@ def networks(
     for name, members in experts.items():
         for part, errors in before.items():
             predicted = np.mean([member.displacement(inputs[part]) for member in members], axis=0)
-            out[name][part] = _lengths(errors - predicted)
+            out[name][part] = lengths(errors - predicted)
             if part == "unseen":
-                out[name]["by_pose"] = _sizes(errors - predicted)[:SHOWN]
+                out[name]["by_pose"] = sizes(errors - predicted)[:SHOWN]
     out["before"] = {part: lengths_mm(errors) for part, errors in before.items()}
-    out["before"]["by_pose"] = _sizes(before["unseen"])[:SHOWN]
+    out["before"]["by_pose"] = sizes(before["unseen"])[:SHOWN]
     return {
         "networks": out,
         "depth": len(found.architecture.hidden),
@@ -97,10 +97,10 @@ def networks(
             for name, by in curves.items()
         },
         "round_gears": {
-            "before": _lengths(left(model, round_gears[1])),
-            "ga_dnn": _lengths(left(model, round_gears[1]) - smooth.displacement(model.inputs(round_gears[1].q))),
+            "before": lengths(left(model, round_gears[1])),
+            "ga_dnn": lengths(left(model, round_gears[1]) - smooth.displacement(model.inputs(round_gears[1].q))),
         },
-        "places": {"x_mm": _column(learnt, 0), "error_mm": _sizes(before["learnt"])[:SHOWN]},
+        "places": {"x_mm": _column(learnt, 0), "error_mm": sizes(before["learnt"])[:SHOWN]},
         "loads": {f"{data.payload[0]} kg": _any_load(model, data, experts, stiff) for data in heavy},
     }
 
@@ -124,29 +124,30 @@ def _any_load(model: Robot, data: Dataset, experts: Mapping[str, Sequence[Traine
         name: np.mean([member.displacement(model.inputs(data.q)) for member in experts[name]], axis=0)
         for name in ("ga_dnn", "mlp")
     }
-    added = {name: _added(robot, data, model) for name, robot in stiff.items()}
+    added = {name: load_adds(robot, data, model) for name, robot in stiff.items()}
     errors = {
         "none": bare,
         "network": bare - predicted["ga_dnn"],
         "global": bare - predicted["ga_dnn"] - added["pieces"],
-        "best": bare - predicted["mlp"] - added["linear"],
-        "best_pieces": bare - predicted["mlp"] - added["pieces"],
+        "mlp": bare - predicted["mlp"] - added["linear"],
+        "mlp_pieces": bare - predicted["mlp"] - added["pieces"],
     }
-    return {name: _lengths(e) | {"share": float(np.mean(np.array(_sizes(e)) < 0.22))} for name, e in errors.items()}
+    return {name: lengths(e) for name, e in errors.items()}
 
 
-def _lengths(errors: FloatArray) -> dict[str, float]:
+def lengths(errors: FloatArray) -> dict[str, float]:
     """mean, std, max and the length that 98 % of the errors (N, 3) [m] stay within, in mm."""
-    return lengths_mm(errors) | {"98": float(np.quantile(_sizes(errors), 0.98))}
+    return lengths_mm(errors) | {"98": float(np.quantile(sizes(errors), 0.98))}
 
 
-def _added(stiff: Robot, data: Dataset, model: Robot) -> FloatArray:
+def load_adds(stiff: Robot, data: Dataset, model: Robot) -> FloatArray:
     """(N, 3) what the load beyond the tool's moves [m], in the axes of the model's base."""
     loaded = stiff.forward(data.q, payload=data.payload)[:, :3, 3]
     return np.asarray((loaded - stiff.forward(data.q, payload=3.6)[:, :3, 3]) @ pose(model.spec["base"])[:3, :3])
 
 
-def _sizes(errors: FloatArray) -> list[float]:
+def sizes(errors: FloatArray) -> list[float]:
+    """Lengths of errors (N, 3) [m] in mm."""
     return [float(x) for x in np.linalg.norm(errors, axis=1) / MM]
 
 
