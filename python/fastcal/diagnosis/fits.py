@@ -80,12 +80,15 @@ class Fit:
         return np.asarray(self._inverse @ self._inverse.T)
 
     @cached_property
+    def pulled_covariance(self) -> FloatArray:
+        """(F, F) of the free parameters, (A^T A)^-1 of `whitened`: with pulls, as curves are drawn."""
+        inverse = _inverse_triangle(self.whitened[0])
+        return np.asarray(inverse @ inverse.T)
+
+    @cached_property
     def _inverse(self) -> FloatArray:
         """R^-1 of A = Q R, whose rows are the measured numbers and the priors."""
-        A = np.vstack([self._measured, np.diag(1 / self.prior[self.free])])
-        length = np.linalg.norm(A, axis=0)
-        R = linalg.qr(A / length, mode="r", check_finite=False)[0][: A.shape[1]]
-        return np.asarray(linalg.solve_triangular(R, np.eye(len(R)), check_finite=False) / length[:, np.newaxis])
+        return _inverse_triangle(np.vstack([self._measured, np.diag(1 / self.prior[self.free])]))
 
     def root(self, kept: list[int]) -> FloatArray:
         """Lower triangular L, L L^T the covariance of some of the free ones: no Cholesky that rounding could end."""
@@ -287,6 +290,13 @@ def is_beyond_bounds(at: Fit, name: Hypothesis) -> bool:
 def held(prior: FloatArray, pull: FloatArray) -> FloatArray:
     """(P,) deviation of a prior and a pull together."""
     return np.asarray(1 / np.hypot(1 / prior, 1 / pull))
+
+
+def _inverse_triangle(A: FloatArray) -> FloatArray:
+    """(p, p) R^-1 of A = Q R (m, p), in whatever units its columns are."""
+    length = np.linalg.norm(A, axis=0)
+    R = linalg.qr(A / length, mode="r", check_finite=False)[0][: A.shape[1]]
+    return np.asarray(linalg.solve_triangular(R, np.eye(len(R)), check_finite=False) / length[:, np.newaxis])
 
 
 def _sizes(problem: Problem, model: _core.ErrorModel, near: _core.Linearization) -> FloatArray:

@@ -57,15 +57,15 @@ class Effect:
         """Of parameters that are in the fit."""
         A, r, row = fit.standardized
         own = [fit.free.index(i) for i in range(place.start, place.stop)]
-        beyond = _beyond(fit, np.delete(np.arange(A.shape[1]), own), A[:, own])
         measured = row >= 0
-        return Effect(fit, A[measured][:, own], fit.theta[place], _inverse(beyond), r[measured])
+        covariance = fit.pulled_covariance[np.ix_(own, own)]
+        return Effect(fit, A[measured][:, own], fit.theta[place], covariance, r[measured])
 
     @staticmethod
     def added(fit: Fit, C: FloatArray) -> Effect:
         """Of a block (m, p) that is not in the fit, by one linear step; rows of priors are in C, as zeros."""
         A, r, row = fit.whitened
-        both = _beyond(fit, np.arange(A.shape[1]), np.column_stack([C, r]))
+        both = _beyond(A, np.column_stack([C, r]))
         beyond, left = both[:, :-1], both[:, -1]
         theta = np.asarray(np.linalg.lstsq(beyond, left, rcond=1e-9)[0], dtype=np.float64)
         measured = row >= 0
@@ -172,9 +172,8 @@ class Effect:
         return Reading(kept, after, g @ self.theta, np.sqrt(np.maximum(variance, 0.0)))
 
 
-def _beyond(fit: Fit, columns: NDArray[np.intp], C: FloatArray) -> FloatArray:
-    """C (m, q) without what some of the fit's columns can do: (m, q)."""
-    A = fit.whitened[0][:, columns]
+def _beyond(A: FloatArray, C: FloatArray) -> FloatArray:
+    """C (m, q) without what the columns of A (m, p) can do: (m, q)."""
     Q = np.linalg.qr(A / np.linalg.norm(A, axis=0))[0]
     return np.asarray(C - Q @ (Q.T @ C))
 

@@ -14,6 +14,7 @@ from fastcal.diagnosis import Diagnosis
 from fastcal.diagnosis.fits import fit
 from fastcal.diagnosis.memory import remembering, without_memory
 from fastcal.diagnosis.problem import Noise, prepared_problem
+from fastcal.diagnosis.row_projections import Effect
 from fastcal.measurements.dataset import Dataset
 
 FloatArray = NDArray[np.float64]
@@ -72,11 +73,16 @@ def test_white_noise_has_no_memory() -> None:
 
 
 def test_a_cause_is_found_beside_slow_noise() -> None:
-    (found,) = diagnose(arm(), rows(RHO, gap=2e-4)).effects
+    """The band about its curve is as wide as its size is unsure."""
+    said = diagnose(arm(), rows(RHO, gap=2e-4))
+    (found,) = said.effects
     assert found.label == "backlash@joint2"
     size = found.parameters["gap_rad"]
     assert size.std is not None
     assert abs(size.value - 2e-4) < 4 * size.std
+    at = said.state.fit
+    drawn = Effect.fitted(at, at.place(at.added[0]))
+    np.testing.assert_allclose(np.sqrt(drawn.covariance), size.std, rtol=1e-6)
 
 
 def test_fits_are_generalized_least_squares() -> None:
