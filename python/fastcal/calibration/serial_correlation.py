@@ -16,6 +16,7 @@ is below 0 where the fit has columns that change slowly.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -160,7 +161,7 @@ def _correlation(q: FloatArray, used: BoolArray, found: float) -> float:
     beside[:-1] += q[1:]
     beside[~used] = 0.0
     K = q[:-1].reshape(-1, p).T @ q[1:].reshape(-1, p)
-    squares, products = _lagged(q, q), _lagged(q, (q.reshape(-1, p) @ K).reshape(q.shape) - beside)
+    squares, products = _lagged(q, (q, (q.reshape(-1, p) @ K).reshape(q.shape) - beside))
     numbers, pairs = width * used.sum(), width * np.sum(used[1:] & used[:-1])
     low, high, lag = 0.0, _MOST, np.arange(len(q))
     for _ in range(_STEPS):
@@ -171,16 +172,17 @@ def _correlation(q: FloatArray, used: BoolArray, found: float) -> float:
     return low
 
 
-def _lagged(a: FloatArray, b: FloatArray) -> FloatArray:
-    """(N,) sum over t of a_t . b_(t+k) + a_t . b_(t-k), of k = 0 once; a, b (N, width, p). By their spectra."""
+def _lagged(a: FloatArray, others: Sequence[FloatArray]) -> list[FloatArray]:
+    """(N,) of each b: sum over t of a_t . b_(t+k) + a_t . b_(t-k), of k = 0 once; a, b (N, width, p). By spectra."""
     size = 1 << (2 * len(a)).bit_length()
-    spectrum = np.zeros(size // 2 + 1)
-    for x, y in zip(a.transpose(1, 2, 0), b.transpose(1, 2, 0), strict=True):  # one coordinate's at a time: memory
-        of_x = np.fft.rfft(x, size)
-        of_y = of_x if b is a else np.fft.rfft(y, size)
-        spectrum += np.einsum("pf,pf->f", of_x.real, of_y.real) + np.einsum("pf,pf->f", of_x.imag, of_y.imag)
-    even = np.fft.irfft(spectrum, size)[: len(a)]  # of k and -k, the mean
-    return np.asarray(np.r_[even[0], 2 * even[1:]])
+    spectra = np.zeros((len(others), size // 2 + 1))
+    for c in range(a.shape[1]):  # one coordinate at a time: memory
+        of_a = np.fft.rfft(a[:, c].T, size)
+        for spectrum, b in zip(spectra, others, strict=True):
+            of_b = of_a if b is a else np.fft.rfft(b[:, c].T, size)
+            spectrum += np.einsum("pf,pf->f", of_a.real, of_b.real) + np.einsum("pf,pf->f", of_a.imag, of_b.imag)
+    even = np.fft.irfft(spectra, size)[:, : len(a)]  # of k and -k, the mean
+    return [np.r_[sums[0], 2 * sums[1:]] for sums in even]
 
 
 def _unit(J: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -101,8 +101,7 @@ class _Search:
                 while True:
                     trial = best.copy()
                     trial[block] = np.clip(trial[block] + direction, _GRID[0], _GRID[-1])
-                    error = self._error(trial)
-                    if trial[block] == best[block] or error > least + slack:
+                    if trial[block] == best[block] or (error := self._error(trial)) > least + slack:
                         break
                     best, least = trial, min(error, least)
         return best
@@ -128,4 +127,5 @@ class _Search:
         scaled[np.diag_indices_from(scaled)] += 1
         from scipy import linalg  # takes longer to import than a fit, and few models have curves
 
-        return np.asarray(S * linalg.cho_solve(linalg.cho_factor(scaled, overwrite_a=True), S * g))
+        root = linalg.cho_factor(scaled.T, overwrite_a=True, check_finite=False)  # .T: in place
+        return np.asarray(S * linalg.cho_solve(root, S * g, check_finite=False))

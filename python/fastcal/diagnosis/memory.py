@@ -92,8 +92,9 @@ def without_memory(problem: Problem, values: FloatArray, row: IntArray) -> Float
     source[after[follows]] = before[follows]
     share[after[follows]] = rho ** (place[after] - place[before])[follows].astype(float)
     share = share[row].reshape(-1, *[1] * (values.ndim - 1))
-    out = np.empty_like(values)
-    out[...] = values[np.arange(len(row)) + (first[source] - first)[row]]
+    here = np.arange(len(row)) + (first[source] - first)[row]
+    is_by_row = values.flags.c_contiguous
+    out = np.take(values, here, axis=0) if is_by_row else np.take(values.T, here, axis=-1).T
     out *= -share
     out += values
     out /= np.sqrt(1 - share**2)
