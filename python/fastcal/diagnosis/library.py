@@ -7,6 +7,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -60,7 +61,7 @@ class Hypothesis:
         """What its effect states about itself."""
         return traits_of(self.effect)
 
-    @property
+    @cached_property
     def cause(self) -> tuple[Any, ...]:
         """Equal for two names of one cause: waves of two orders are two, steps at two moments are one."""
         return identity(self.entry)
