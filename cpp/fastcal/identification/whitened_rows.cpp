@@ -6,6 +6,16 @@
 #include <cmath>
 
 namespace fastcal {
+namespace {
+
+/// Residuals of points need the tool's pose alone.
+RowBlock::Frames looked_at(const Problem& problem, const std::vector<int>& free) {
+  const auto& observations = problem.measured.observations();
+  const bool points = observations.size() == 1 && observations.front()->coordinates() != nullptr;
+  return points && free.empty() ? RowBlock::Frames::kTool : RowBlock::Frames::kAll;
+}
+
+}  // namespace
 
 double whitening_deviation(const Problem& problem, const CommonNoise& tau, Eigen::Index i, int number) {
   const double own = problem.measured.sigma(i, number);
@@ -19,7 +29,7 @@ WhitenedRows::WhitenedRows(const Problem& problem, const Eigen::VectorXd& theta,
       free_(free),
       scale_(scale),
       tau_(tau),
-      block_(problem.model, theta.head(problem.model.parameter_count()), free, scale),
+      block_(problem.model, theta.head(problem.model.parameter_count()), free, scale, looked_at(problem, free)),
       unknowns_(theta.tail(problem.measured.unknown_count())),
       count_(problem.measured.number_count()),
       coordinates_(problem.measured.observations().front()->coordinates()) {

@@ -45,7 +45,7 @@ FASTCAL_INLINE void forward_lanes(const FrameRows* frames, int frame_count, int 
     for (int k = 0; k < kPoseNumbers; ++k) T[k] = Lane{} + (k == 0 || k == 4 || k == 8 ? 1.0 : 0.0);
     for (int f = 0; f < frame_count; ++f) {
       const FrameRows& frame = frames[f];
-      move(T, frame.constant);
+      if (!frame.stays) move(T, frame.constant);
       Lane value;
       if (frame.slide) {
         load(value, frame.slide + row);
@@ -60,7 +60,10 @@ FASTCAL_INLINE void forward_lanes(const FrameRows* frames, int frame_count, int 
         for (int k = 0; k < kPoseNumbers; ++k) load(M[k], frame.motion + k * stride + row);
         move(T, M);
       }
-      for (int k = 0; k < kPoseNumbers; ++k, out += kGroup) store(out, T[k]);
+      if (frame.kept) {
+        for (int k = 0; k < kPoseNumbers; ++k) store(out + k * kGroup, T[k]);
+      }
+      out += kPoseNumbers * kGroup;
     }
   }
 }

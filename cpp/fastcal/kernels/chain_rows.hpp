@@ -15,12 +15,14 @@ constexpr int kNumbers = 32;      // that a row may hold at most
 /// T_f = T_(f-1) C Tz(slide) Rz(turn) M; each of the last three by row, null where there is none.
 struct FrameRows {
   double constant[kPoseNumbers];  ///< C
+  bool stays;                     ///< C is the identity
+  bool kept;                      ///< its pose is wanted
   const double* slide;            ///< [m]
   const double* turn;             ///< [rad]
   const double* motion;           ///< (kPoseNumbers, stride)
 };
 
-/// Poses of all frames: (stride / kGroup, frames, kPoseNumbers, kGroup).
+/// Poses of the frames: (stride / kGroup, frames, kPoseNumbers, kGroup).
 void forward_rows(const FrameRows* frames, int frame_count, int stride, double* poses);
 
 /// One parameter's twist in the axes of one frame.

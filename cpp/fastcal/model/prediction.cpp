@@ -59,7 +59,7 @@ void predict(const ErrorModel& model, const Samples& samples, const Eigen::Ref<c
              int threads, double* poses) {
   check(model, samples, theta);
   parallel_chunks(
-      samples.count(), threads, [&] { return RowBlock(model, theta, {}, {}); },
+      samples.count(), threads, [&] { return RowBlock(model, theta, {}, {}, RowBlock::Frames::kTool); },
       [&](RowBlock& block, Eigen::Index, Eigen::Index begin, Eigen::Index end) {
         forward(model, theta, samples, begin, end, block);
         for (Eigen::Index i = begin; i < end; ++i) block.write_tool(static_cast<int>(i - begin), poses + 16 * i);

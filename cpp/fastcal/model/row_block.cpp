@@ -18,7 +18,7 @@ void write(const Pose& pose, double* out, Eigen::Index step) {
 }  // namespace
 
 RowBlock::RowBlock(const ErrorModel& model, const Eigen::Ref<const Eigen::VectorXd>& theta,
-                   const std::vector<int>& free, const Eigen::VectorXd& scale)
+                   const std::vector<int>& free, const Eigen::VectorXd& scale, Frames kept)
     : theta_(theta),
       chain_(model.robot().chain(theta.head(model.robot().nominal().size()))),
       wanted_(static_cast<std::size_t>(model.parameter_count()), {-1, 0.0}),
@@ -42,7 +42,12 @@ RowBlock::RowBlock(const ErrorModel& model, const Eigen::Ref<const Eigen::Vector
       others_.emplace_back(effect.get(), first);
     first += static_cast<int>(effect->parameters().size());
   }
-  for (std::size_t f = 0; f < frames_.size(); ++f) write(chain_.constants[f], frames_[f].constant, 1);
+  for (std::size_t f = 0; f < frames_.size(); ++f) {
+    const Pose& C = chain_.constants[f];
+    write(C, frames_[f].constant, 1);
+    frames_[f].stays = C.R == Eigen::Matrix3d::Identity() && C.p == Eigen::Vector3d::Zero();
+    frames_[f].kept = kept == Frames::kAll || f + 1 == frames_.size();
+  }
 }
 
 void RowBlock::forward(const Samples& samples, Eigen::Index begin, Eigen::Index end, TwistMemory* memory) {

@@ -36,9 +36,12 @@ class AlignedNumbers {
 /// Evaluates an ErrorModel at one parameter vector; one a thread.
 class RowBlock {
  public:
+  /// Whose poses are kept: the Jacobian needs those of all frames.
+  enum class Frames { kAll, kTool };
+
   /// `free`: the parameters whose columns are wanted, `scale` by what each is multiplied.
   RowBlock(const ErrorModel& model, const Eigen::Ref<const Eigen::VectorXd>& theta, const std::vector<int>& free,
-           const Eigen::VectorXd& scale);
+           const Eigen::VectorXd& scale, Frames kept = Frames::kAll);
   RowBlock(const RowBlock&) = delete;
   RowBlock& operator=(const RowBlock&) = delete;
 
