@@ -338,6 +338,8 @@ class _Found:
         values = adaptation.values(model, name.entry)
         if grading.is_turned(self.best.fit.effect(name).data_columns, values):
             grade, limits = "B", (*limits, Because(Reason.TURNED_DIRECTION))
+        if grade == "A" and self.library.has_exclusions:
+            grade, limits = "B", (Because(Reason.NAMES_EXCLUDED),)
         return Finding(
             effect=name.effect,
             owner=name.owner,

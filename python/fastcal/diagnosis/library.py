@@ -97,10 +97,11 @@ class Untestable:
 
 @dataclass(frozen=True)
 class Library:
-    """What can be named, and what the data lack the columns for."""
+    """What can be named, what the data lack the columns for, and whether the user left names out."""
 
     names: list[Hypothesis]
     untestable: list[Untestable]
+    has_exclusions: bool = False
 
 
 def parse_exclusions(texts: Collection[str], robot: Robot) -> set[tuple[str, str | None]]:
@@ -137,7 +138,7 @@ def build_library(robot: Robot, data: Dataset, excluded: Collection[tuple[str, s
                 untestable.append(Untestable(effect, owner, needs(effect, owner, columns=True)))
                 continue
             names += [name for name in entries if identity(name.entry) not in there]
-    return Library(names, untestable)
+    return Library(names, untestable, bool(excluded))
 
 
 def needs(effect: str, owner: str, *, columns: bool) -> str:

@@ -31,6 +31,7 @@ class Reason(Enum):
     TURNED_DIRECTION = "its lost motion is negative"
     LOAD_MODIFIER = "a large effect of loads may have this form"
     UNSURE_COMPANION = "another effect of the set is not sure"
+    NAMES_EXCLUDED = "not every name was tried"
     CURVE_WITHOUT_NAME = "a joint errs by its own position"
 
 

@@ -51,6 +51,7 @@ _REASONS = {
     Reason.TURNED_DIRECTION: "its size is negative, which no gear has: its approach column probably has the other sign",
     Reason.LOAD_MODIFIER: "it may be the form of a large effect of loads rather than a cause of its own",
     Reason.UNSURE_COMPANION: "another effect of the set is not sure, and may make up for its form",
+    Reason.NAMES_EXCLUDED: "names were excluded, so that not everything that could be mistaken for it was tried",
     Reason.CURVE_WITHOUT_NAME: "the joint errs by its own position in a way that no single name has",
 }
 

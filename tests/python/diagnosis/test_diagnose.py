@@ -15,6 +15,7 @@ from fastcal.diagnosis import Diagnosis, diagnose
 from fastcal.diagnosis.grading import Evidence, grade
 from fastcal.diagnosis.library import Hypothesis, build_library, harmonics, parse_exclusions
 from fastcal.diagnosis.noise import isolated_rows, repeats
+from fastcal.diagnosis.reasons import Reason
 from fastcal.effects.entries import build_effects
 from fastcal.measurements.dataset import Dataset
 
@@ -149,6 +150,15 @@ def test_an_excluded_name_is_not_given() -> None:
     found = diagnose(arm(), rows([BACKLASH]), sigma=SIGMA, exclude=["backlash@joint4"])
     assert not [f for f in found.effects if f.label == "backlash@joint4" or f.grade == "A"]
     assert all("backlash@joint4" not in r.name for r in found.ranking)
+
+
+def test_nothing_is_sure_where_a_name_was_excluded() -> None:
+    """What was left out was not tried, and may be the cause."""
+    data = rows([BACKLASH])
+    sure, unsure = (diagnose(arm(), data, sigma=SIGMA, exclude=names).effects for names in ([], ["base_drift"]))
+    assert [(f.label, f.grade) for f in sure] == [("backlash@joint4", "A")]
+    assert [(f.label, f.grade) for f in unsure] == [("backlash@joint4", "B")]
+    assert [because.reason for because in unsure[0].limits] == [Reason.NAMES_EXCLUDED]
 
 
 def test_exclusions_are_effects_and_owners_that_there_are() -> None:
