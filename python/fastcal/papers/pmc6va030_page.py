@@ -86,7 +86,8 @@ def _sides(runs: Sequence[Run]) -> str:
         f"{' or '.join(str(joint) for joint in joints)} at {where.median:.2f} degrees ({where.low:.2f} to "
         f"{where.high:.2f}), hidden: joint 2 at -72; {100 * right.median:.0f} % of the other configurations are then "
         f"on their side, {100 * right.low:.0f} % on the worst arm. "
-        "That a jump is looked for was decided knowing that the hidden arm has one, as figure 16 shows."
+        "That a jump is looked for was decided knowing that the hidden arm has one, as figure 16 shows, and after a "
+        "look at how joint 2 divides the reported errors of the first arm."
     )
 
 

@@ -9,7 +9,9 @@ is shown is in siasun_sr210d_page.
 from __future__ import annotations
 
 import copy
+from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -41,6 +43,8 @@ TORQUE_PER_AMPERE = 40.0  # of all motors, at the joint [N m/A]
 OWN_WEIGHT, FRICTION = 0.3, 0.03
 WAVES_RAD, GROWTH = (2.0e-4, 3.6e-4, 3.6e-4, 3.2e-4, 3.2e-4, 3.2e-4), 1.7
 FITTED, LEARNT, UNSEEN, SENT = 50, 200, 200, 50
+PARTS = (FITTED, FITTED, FITTED, LEARNT, UNSEEN)
+MORE = (600, 1400)  # poses learnt, to show what more of them bring
 TRANSMISSION = ("geometry", "reduction_ratio", "coupling_ratio@joint6<-joint5")
 SOFT = (2, 3, 4, 5)
 CURRENTS = [f"current_compliance@joint{j}" for j in SOFT]
@@ -120,19 +124,14 @@ def one_arm(seed: int, full: bool) -> Run:
     """All stages on one arm; errors in mm."""
     nominal, true = nominal_arm(), true_arm(seed)
     outside = Unmodelled(WAVES_RAD, LOAD_KG, GROWTH, seed)
-    parts = np.cumsum([FITTED, FITTED, FITTED, LEARNT, UNSEEN])
-    q = np.split(poses(nominal, int(parts[-1]) + SENT, seed), parts)
-    loads = (0.0, 0.0, LOAD_KG, LOAD_KG, LOAD_KG)
-    free, held_out, loaded, learnt, unseen = (
-        measured(true, outside, own, load, 10 * seed + k) for k, (own, load) in enumerate(zip(q, loads, strict=False))
-    )
+    q = np.split(poses(nominal, sum(PARTS) + SENT, seed), np.cumsum(PARTS))
+    free, held_out, loaded, learnt, unseen = tracked(true, outside, q[:5], seed)
     screws = calibrate(nominal, free, effects=TRANSMISSION, loss="none")
     asked = [f"joint{j} rad_a" for j in SOFT]
     stiff = calibrate(screws.model, loaded, effects=CURRENTS, parameters=asked, loss="none")
     both = Dataset.concatenate([free, loaded])
     joint = calibrate(nominal, both, effects=[*TRANSMISSION, *CURRENTS])
-    by_load = calibrate(nominal, both, effects=BY_LOAD)
-    alone = calibrate(nominal, free, effects=[*TRANSMISSION, *OWN_SAG])
+    alone, by_load = fastcal_fits(nominal, free, both)
     run: Run = {
         "geometry": {
             "before": lengths_mm(np.asarray(screws.train.error_before)),
@@ -166,13 +165,43 @@ def one_arm(seed: int, full: bool) -> Run:
         },
         "commands": commands(screws, stiff.model, by_load.model, true, outside, q[5]),
     }
+    run["without_waves"] = without_waves(nominal, true, replace(outside, sizes=(0.0,) * 6), q[:5], seed)
     if HAS_TORCH:
+        from fastcal.papers.siasun_sr210d_best import behind, by_rows
         from fastcal.papers.siasun_sr210d_networks import networks
 
+        run["best"] = {
+            "free": behind(alone.model, free, seed, {"fitted": free, "others": held_out}),
+            "loaded": behind(by_load.model, both, seed, {"fitted": loaded, "others": unseen}),
+        }
         rows = Dataset.concatenate([both, learnt])
         best, by_current = (calibrate(nominal, rows, effects=e).model for e in (BY_LOAD, [*TRANSMISSION, *CURRENTS]))
         run |= networks(stiff.model, best, by_current, learnt, unseen, seed, full)
+        further = measured(true, outside, poses(nominal, MORE[-1] - LEARNT, 1000 + seed), LOAD_KG, 10 * seed + 5)
+        fit = partial(calibrate, nominal, effects=BY_LOAD)
+        run["by_rows"] = by_rows(fit, both, Dataset.concatenate([learnt, further]), MORE, unseen, seed)
     return run
+
+
+def tracked(true: Robot, outside: Unmodelled, q: Sequence[FloatArray], seed: int) -> list[Dataset]:
+    """The five parts: fitted and held out without load; fitted, learnt and unseen under it."""
+    loads = (0.0, 0.0, LOAD_KG, LOAD_KG, LOAD_KG)
+    return [
+        measured(true, outside, own, load, 10 * seed + k) for k, (own, load) in enumerate(zip(q, loads, strict=True))
+    ]
+
+
+def fastcal_fits(nominal: Robot, free: Dataset, both: Dataset) -> tuple[CalibrationResult, CalibrationResult]:
+    """What fastcal fits: to the rows without load alone, and to these and the loaded ones at once."""
+    alone = calibrate(nominal, free, effects=[*TRANSMISSION, *OWN_SAG])
+    return alone, calibrate(nominal, both, effects=BY_LOAD)
+
+
+def without_waves(nominal: Robot, true: Robot, still: Unmodelled, q: Sequence[FloatArray], seed: int) -> Run:
+    """What fastcal's models leave [mm] of the same poses of an arm that has nothing outside them."""
+    free, held_out, loaded, _, unseen = tracked(true, still, q, seed)
+    alone, by_load = fastcal_fits(nominal, free, Dataset.concatenate([free, loaded]))
+    return {"held_out": lengths_mm(left(alone.model, held_out)), "others": lengths_mm(left(by_load.model, unseen))}
 
 
 def commands(

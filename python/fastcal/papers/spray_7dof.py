@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -83,8 +84,8 @@ def one_arm(seed: int, full: bool) -> Run:
     drawn = random_poses(nominal, FITTED, seed=seed)
     by_chance = design_poses(nominal, FITTED, candidates=drawn, seed=seed)
 
-    def at(q: FloatArray, number: int) -> Dataset:
-        return measure(true, Dataset.from_arrays(q, robot=nominal), outside, NOISE, 100 * seed + number)
+    def at(q: FloatArray, number: int, waves: Unmodelled = outside) -> Dataset:
+        return measure(true, Dataset.from_arrays(q, robot=nominal), waves, NOISE, 100 * seed + number)
 
     data, unseen = at(chosen.q, 0), at(random_poses(nominal, UNSEEN, seed=1000 + seed), 1)
     everything = [p.name for p in found.parameters if p.kind != "without_effect"]
@@ -99,7 +100,9 @@ def one_arm(seed: int, full: bool) -> Run:
     }
     groups = models["best"].spec["effects"][0]["parameters"]
     load = inertia_load(nominal, seed=seed)
-    run: Run = {}
+    still = replace(outside, sizes=(0.0,) * 7)
+    without = calibrate(nominal, at(data.q, 0, still), effects=best).model
+    run: Run = {"without_waves": by_axis(without, at(unseen.q, 1, still))}
     if HAS_TORCH:
         from fastcal.networks import train
 

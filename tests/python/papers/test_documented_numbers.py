@@ -69,6 +69,23 @@ LINES: list[tuple[str, str, list[tuple[str, str, str, str]]]] = [
     ),
     (
         "docs/papers.md",
+        "alone leave {} and {} mm, and of the same arm without its waves {} and {} mm",
+        [
+            ("siasun_sr210d", "of fastcal's models, with the waves and without, mean (mm)", row, column)
+            for row in ("fastcal's models", "the same without waves")
+            for column in ("50 others without load", "200 others under it")
+        ],
+    ),
+    (
+        "docs/papers.md",
+        "learns 200, 600 and 1,400 poses leaves {}, {} and {} mm",
+        [
+            ("siasun_sr210d", "fastcal's best by poses learnt (mm)", poses, "200 others, mean")
+            for poses in ("200", "600", "1400")
+        ],
+    ),
+    (
+        "docs/papers.md",
         "from a random start the same network leaves {} mm",
         [("siasun_sr210d", RIVALS, "a random start", "200 others")],
     ),

@@ -30,6 +30,8 @@ def test_without_waves_the_printed_arm_comes_back(
     for joint, ratio in enumerate(siasun_sr210d.RATIOS, start=1):
         found = run["transmission"][f"joint{joint}"]
         assert found["value"] == pytest.approx(ratio - 1, abs=5 * found["std"])
+    assert run["without_waves"]["held_out"] == run["geometry"]["best_held_out"]
+    assert run["without_waves"]["others"] == run["stiffness"]["best_others"]
     assert run["commands"]["best"]["mean"] < 0.2 < 3 < run["commands"]["none"]["mean"]
     assert run["commands"]["full"]["mean"] <= 1.05 * run["commands"]["one_step"]["mean"]
     out = shown("siasun_sr210d", run)

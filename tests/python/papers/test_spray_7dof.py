@@ -26,4 +26,5 @@ def test_beams_and_commands(monkeypatch: pytest.MonkeyPatch, shown: Callable[...
         sent = [run["commands"][name][axis]["mean"] for name in ("best", "gravity", "rigid", "before")]
         assert sent == sorted(sent)
     assert run["design"]["random"] < run["design"]["greedy"] <= run["design"]["exchanged"]
+    assert run["without_waves"] == run["unseen"]["best"]
     shown("spray_7dof", run)
