@@ -74,7 +74,7 @@ struct Work {
     const bool stuck = iteration[lane] >= plan.iterations || waited[lane] > kPatience;
     if (!reached && !stuck) return;
     keep(lane, q, cost, reached);
-    if (!reached && cost > plan.close && attempt[lane] < plan.restarts) {
+    if (!reached && !(cost <= plan.close) && attempt[lane] < plan.restarts) {
       ++attempt[lane];
       for (int i = 0; i < lanes.n; ++i) {
         if (!plan.held[i]) lanes.q[i][lane] = restart(plan, batch.row[item[lane]], attempt[lane], i);

@@ -25,6 +25,9 @@ q = fastcal.random_poses(robot, 203, seed=2)
 data = fastcal.simulate(truth, q, noise=5e-5, seed=3)
 found = fastcal.calibrate(robot, data, effects=["geometry", "joint_compliance"])
 beams = fastcal.load_robot("spray_7dof")
+straight = fastcal.random_poses(robot, 500, seed=3)
+straight[:, 4] = 1e-8
+anywhere = fastcal.random_poses(robot, 500, seed=5)
 np.savez(
     sys.argv[1],
     used=_core.instruction_set(),
@@ -34,6 +37,7 @@ np.savez(
     std=[p.bound.std if p.bound else p.std for p in found.parameters],
     reached=truth.forward(fastcal.inverse_kinematics(truth, robot.forward(q[:40]), q[:40]).q),
     bent=beams.forward(fastcal.random_poses(beams, 10, seed=4)),
+    singular=fastcal.inverse_kinematics(robot, robot.forward(straight), anywhere).reached,
 )
 """
 
@@ -73,6 +77,7 @@ def test_no_answer_depends_on_the_set(answers: dict[str, dict[str, np.ndarray]])
         np.testing.assert_allclose(answer["jacobian"], base["jacobian"], atol=1e-13)
         np.testing.assert_allclose(answer["reached"], base["reached"], atol=2e-9)  # both are at the targets to 1e-9
         np.testing.assert_allclose(answer["bent"], base["bent"], atol=1e-12)
+        assert answer["singular"].all()  # the baseline set once missed 1 % of these
         assert np.max(np.abs(answer["values"] - base["values"]) / base["std"]) < 1e-9
 
 
