@@ -20,6 +20,8 @@ DOCS = (ROOT / "docs" / "reliability.md").read_text()
 def test_a_fault_has_one_place_and_tests_that_are_there(fault: dict[str, Any]) -> None:
     assert (ROOT / fault["file"]).read_text().count(fault["right"]) == 1
     assert fault["wrong"] != fault["right"]
+    for text in (fault["right"], fault["wrong"]):  # each becomes an expression or a statement of its own
+        assert all(text.count(a) == text.count(b) for a, b in ("()", "[]", "{}")), text
     assert fault["tests"]
     for test in fault["tests"]:
         name = test.split()[0]

@@ -40,6 +40,7 @@ std::optional<NullSpace> clear_null_space(const Eigen::MatrixXd& R, const GaugeO
                      smallest * options.practical_limit >= 1 &&
                      kClearly * R3.norm() <= options.relative_tolerance * least;
   if (!clear) return {};
+  if (rank == p) return NullSpace{static_cast<int>(rank), Eigen::MatrixXd(p, 0)};
   Eigen::MatrixXd null(p, p - rank);
   null.topRows(rank) = -R1.solve(packed.block(0, rank, rank, p - rank));
   null.bottomRows(p - rank).setIdentity();

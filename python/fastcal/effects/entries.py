@@ -147,8 +147,17 @@ def core_options(entry: Spec) -> Spec:
             continue
         name, unit = parse_name(key)
         number = isinstance(value, (int, float)) and not isinstance(value, bool)
+        if not number and not _is_option(value):
+            raise InvalidInput(f"{label(entry)}: expected a number, a word or a list of numbers for its option '{key}'")
         out[name if unit else key] = to_si(float(value), unit or "1") if number else value
     return out
+
+
+def _is_option(value: object) -> bool:
+    """A word, a truth, or a list of numbers: what an option may hold beside a number."""
+    if isinstance(value, (list, tuple)):
+        return all(isinstance(x, (int, float)) for x in value)
+    return isinstance(value, (str, bool))
 
 
 def build_effects(entries: Sequence[Spec], core: _core.RobotModel) -> list[_core.Effect]:
