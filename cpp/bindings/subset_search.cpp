@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: MIT
 #include "fastcal/identification/subset_search.hpp"
 
+#include <optional>
+
 #include "convert.hpp"
 #include "fastcal/identification/linearization.hpp"
 
@@ -40,14 +42,18 @@ void bind_subset_search(py::module_& m) {
       .def_readonly("row", &Linearization::row, "(n) row of the data")
       .def_readonly("number", &Linearization::number, "(n) which number of its row");
 
+  py::class_<TwistMemory>(m, "TwistMemory",
+                          "What the effects of one model make of one set of samples, kept from call to call.")
+      .def(py::init<>());
+
   m.def(
       "linearize",
       [](const ErrorModel& model, const Samples& samples, const Measurements& measured, const Eigen::VectorXd& theta,
-         const CommonNoise& common_noise, int threads) {
-        return linearize({model, samples, measured, threads}, theta, common_noise);
+         const CommonNoise& common_noise, int threads, std::optional<TwistMemory*> memory) {
+        return linearize({model, samples, measured, threads, nullptr, memory.value_or(nullptr)}, theta, common_noise);
       },
       py::arg("model"), py::arg("samples"), py::arg("measured"), py::arg("theta"), py::arg("common_noise"),
-      py::arg("threads") = 1, py::call_guard<py::gil_scoped_release>(),
+      py::arg("threads") = 1, py::arg("memory") = py::none(), py::call_guard<py::gil_scoped_release>(),
       "Whitened residuals and their Jacobian at theta (model parameters and unknowns).");
 }
 

@@ -8,7 +8,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['Alignment', 'ArmBending', 'ArmStructure', 'BeamSolver', 'BlockScores', 'Candidates', 'Choice', 'Compensator', 'Effect', 'ErrorModel', 'Field', 'FoldErrors', 'Identification', 'Linearization', 'Measurements', 'Observation', 'ObservationEntry', 'Parameter', 'PoseSolver', 'RobotDescription', 'RobotModel', 'SHOWN_BY_LOADS', 'SHOWN_BY_MOTION', 'Samples', 'ScoreTests', 'Separation', 'StiffnessTable', 'StructureElement', 'StructureNode', 'SubsetSearch', 'Tracker', 'align', 'build_dh', 'build_mdh', 'build_poe', 'build_urdf', 'choose_gauge', 'draw_design', 'effect_names', 'effect_owners', 'effect_traits', 'exchange_design', 'exp_so3', 'free_parameters', 'grow_design', 'identify', 'instruction_set', 'inverse_kinematics', 'joint_jacobian', 'linearize', 'log_so3', 'make_effect', 'mass_matrix', 'observability_index', 'observation_entry', 'observation_names', 'posture_obstacles', 'quaternion_to_rotation', 'read_urdf', 'residuals', 'rotation_about', 'rotation_to_axis', 'rotation_to_rpy', 'rpy_to_rotation', 'separate', 'surrogate_inputs', 'tabulated_effect', 'visiting_order']
+__all__: list[str] = ['Alignment', 'ArmBending', 'ArmStructure', 'BeamSolver', 'BlockScores', 'Candidates', 'Choice', 'Compensator', 'Effect', 'ErrorModel', 'Field', 'FoldErrors', 'Identification', 'Linearization', 'Measurements', 'Observation', 'ObservationEntry', 'Parameter', 'PoseSolver', 'RobotDescription', 'RobotModel', 'SHOWN_BY_LOADS', 'SHOWN_BY_MOTION', 'Samples', 'ScoreTests', 'Separation', 'StiffnessTable', 'StructureElement', 'StructureNode', 'SubsetSearch', 'Tracker', 'TwistMemory', 'align', 'build_dh', 'build_mdh', 'build_poe', 'build_urdf', 'choose_gauge', 'draw_design', 'effect_names', 'effect_owners', 'effect_traits', 'exchange_design', 'exp_so3', 'free_parameters', 'grow_design', 'identify', 'instruction_set', 'inverse_kinematics', 'joint_jacobian', 'linearize', 'log_so3', 'make_effect', 'mass_matrix', 'observability_index', 'observation_entry', 'observation_names', 'posture_obstacles', 'quaternion_to_rotation', 'read_urdf', 'residuals', 'rotation_about', 'rotation_to_axis', 'rotation_to_rpy', 'rpy_to_rotation', 'separate', 'surrogate_inputs', 'tabulated_effect', 'visiting_order']
 class Parameter:
     """
     A named number of a model, in SI.
@@ -556,6 +556,12 @@ class Linearization:
         """
         (n) row of the data
         """
+class TwistMemory:
+    """
+    What the effects of one model make of one set of samples, kept from call to call.
+    """
+    def __init__(self) -> None:
+        ...
 class Candidates:
     """
     What could be measured: k rows of derivatives each, whitened and scaled.
@@ -762,7 +768,7 @@ def joint_jacobian(model: ErrorModel, samples: Samples, threads: typing.Supports
     """
     (N, 6, n): motion of the tool [v; w] by every joint, in the axes of the measuring frame.
     """
-def linearize(model: ErrorModel, samples: Samples, measured: Measurements, theta: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], common_noise: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], threads: typing.SupportsInt | typing.SupportsIndex = 1) -> Linearization:
+def linearize(model: ErrorModel, samples: Samples, measured: Measurements, theta: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], common_noise: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], threads: typing.SupportsInt | typing.SupportsIndex = 1, memory: TwistMemory | None = None) -> Linearization:
     """
     Whitened residuals and their Jacobian at theta (model parameters and unknowns).
     """

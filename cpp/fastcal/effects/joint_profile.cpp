@@ -51,10 +51,13 @@ class JointProfile : public LinearEffect {
     const double inside = periodic_ ? q : std::clamp(q, low_, high_);
     const double u = std::abs(q - inside) / (turns_ ? kFadeAngle : kFadeLength);
     if (u >= 1) return;
-    const double window = 1 - u * u * u * (10 - 15 * u + 6 * u * u);
-    const Eigen::VectorXd value = window * (curves_.values(inside) + (q - inside) * curves_.slopes(inside));
-    for (int k = 0; k < curves_.count(); ++k)
-      columns.push_back({k, joint_frame(joint_), joint_motion(types_, joint_, value[k])});
+    Eigen::VectorXd value = curves_.values(inside);
+    if (u > 0) {
+      const double window = 1 - u * u * u * (10 - 15 * u + 6 * u * u);
+      value = window * (value + (q - inside) * curves_.slopes(inside));
+    }
+    const Vector6d motion = joint_motion(types_, joint_, 1);
+    for (int k = 0; k < curves_.count(); ++k) columns.push_back({k, joint_frame(joint_), value[k] * motion});
   }
 
  private:

@@ -40,7 +40,9 @@ Linearization linearize(const Problem& problem, const Eigen::VectorXd& theta, co
       << "theta must hold " << problem.parameter_count() << " numbers, got " << theta.size();
   Samples samples = problem.samples;
   settle(problem.model, theta.head(problem.model.parameter_count()), problem.threads, samples);
-  const Problem settled{problem.model, samples, problem.measured, problem.threads};
+  TwistMemory* memory = problem.model.needs() == kNothing ? problem.memory : nullptr;  // loads move with theta
+  if (memory != nullptr) memory->prepare(problem.row_count());
+  const Problem settled{problem.model, samples, problem.measured, problem.threads, nullptr, memory};
   const Eigen::Index rows = problem.row_count();
   const Eigen::Index numbers = problem.measured.number_count();
   std::vector<int> all(static_cast<std::size_t>(theta.size()));

@@ -68,12 +68,13 @@ SmoothCurves::SmoothCurves(double low, double high, int knots, bool periodic)
     }
   }
   if (periodic) {
-    coefficients_ = waves(splines);
-    roughness_.resize(coefficients_.cols());
-    for (Eigen::Index k = 0; k < coefficients_.cols(); ++k) {
-      coefficients_.col(k) /= std::sqrt(coefficients_.col(k).dot(size * coefficients_.col(k)));
-      roughness_[k] = coefficients_.col(k).dot(rough * coefficients_.col(k));
+    Eigen::MatrixXd C = waves(splines);
+    roughness_.resize(C.cols());
+    for (Eigen::Index k = 0; k < C.cols(); ++k) {
+      C.col(k) /= std::sqrt(C.col(k).dot(size * C.col(k)));
+      roughness_[k] = C.col(k).dot(rough * C.col(k));
     }
+    coefficients_ = C;
     return;
   }
   struct Curve {

@@ -10,6 +10,8 @@
 
 #include <Eigen/Core>
 
+#include "fastcal/math/types.hpp"
+
 namespace fastcal {
 
 class SmoothCurves {
@@ -33,7 +35,7 @@ class SmoothCurves {
   double low_, step_;
   int knots_;
   bool periodic_;
-  Eigen::MatrixXd coefficients_;  // (B-splines, curves)
+  RowMatrixXd coefficients_;  // (B-splines, curves)
   Eigen::VectorXd roughness_;
 };
 

@@ -219,8 +219,10 @@ def fit(problem: Problem, added: Sequence[Hypothesis], start: Fit | None = None,
     critical = np.array([name.startswith("critical") for name in names])[free]
     factor = problem.noise.factor
 
+    memory = _core.TwistMemory()
+
     def linearized(theta: FloatArray) -> _core.Linearization:
-        return _core.linearize(model, samples, problem.measured, theta, problem.common_noise, problem.threads)
+        return _core.linearize(model, samples, problem.measured, theta, problem.common_noise, problem.threads, memory)
 
     def white(near: _core.Linearization, values: FloatArray) -> FloatArray:
         return without_memory(problem, values, np.asarray(near.row, dtype=np.intp))
