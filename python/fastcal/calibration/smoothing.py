@@ -55,11 +55,11 @@ class LinearProblem:
     weak: FloatArray
 
 
-def choose_curvatures(problem: LinearProblem) -> list[float]:
-    """The s of each block. Rounded to three digits: cross-validation knows no more."""
+def choose_curvatures(problem: LinearProblem, start: Sequence[float] | None = None) -> list[float]:
+    """The s of each block, from a `start` where it is given. Rounded to three digits: folds know no more."""
     search = _Search(problem)
-    common = search.common()
-    search.weigh(huber_weights(search.left(common), problem.row))  # outliers are known once the rest fits
+    near = search.common() if start is None else np.log10(start)
+    search.weigh(huber_weights(search.left(near), problem.row))  # outliers are known once the rest fits
     return [float(f"{10.0**s:.3g}") for s in search.each(search.common())]
 
 

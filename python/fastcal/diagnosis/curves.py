@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fastcal import _core
 from fastcal.calibration.geometry_anchoring import geometry_pulls
@@ -19,9 +20,54 @@ from fastcal.diagnosis.memory import without_memory
 from fastcal.effects.entries import build_effects
 from fastcal.robot.robot import Spec
 
+FloatArray = NDArray[np.float64]
 
-def with_curvatures(at: Fit, curves: Sequence[Spec]) -> list[Spec]:
-    """The entries with their ranges and `curvature`, near a fit without them: one linearization for all."""
+
+def with_finer_knots(at: Fit, curves: Sequence[Spec]) -> list[Spec] | None:
+    """The entries with knots close enough for waves up to FINEST_ORDER; None where the rows show no finer curves.
+
+    A joint that makes more than a turn gets one curve for all of them: what gears and encoders err by comes again.
+    """
+    q = at.problem.kept.q
+    wanted, entries = [], []
+    for entry in curves:
+        own = q[:, int(entry["owner"].removeprefix("joint")) - 1]
+        bare = {"effect": entry["effect"], "owner": entry["owner"]}
+        if np.ptp(own) > 2 * np.pi:
+            own, bare = own % (2 * np.pi), {**bare, "periodic": 1}
+        wanted.append(_shown(own))
+        entries.append(bare)
+    share = min(1.0, len(at.near.r) / rules.NUMBERS_PER_KNOT / max(sum(wanted), 1))
+    coarse = [len(effect.parameters) for effect in build_effects(list(curves), at.model.robot)]
+    is_finer = [share * own > rules.FINER * before for own, before in zip(wanted, coarse, strict=True)]
+    if not any(is_finer):
+        return None
+    return [
+        {**bare, "knots": int(share * own)} if finer else entry
+        for entry, bare, own, finer in zip(curves, entries, wanted, is_finer, strict=True)
+    ]
+
+
+def _shown(q: FloatArray) -> int:
+    """How many knots show waves of FINEST_ORDER over a joint's range, or as many as it has been at places apart."""
+    span = float(np.ptp(q))
+    knots = int(span * rules.FINEST_ORDER / np.pi)
+    while knots > 0:
+        apart = span / (knots * rules.PLACES_PER_KNOT)
+        if len(np.unique(np.floor((q - q.min()) / apart))) >= knots:
+            break
+        knots = int(0.9 * knots)
+    return knots
+
+
+def with_curvatures(at: Fit, curves: Sequence[Spec], start: Sequence[float] | None = None) -> list[Spec]:
+    """The entries with their ranges and `curvature`, near a fit without them: one linearization for all.
+
+    Args:
+        at: The fit.
+        curves: The entries.
+        start: Curvatures that the search begins from, such as those of coarser knots; None: it tries all.
+    """
     problem = at.problem
     entries = [with_origins(entry, problem.start.robot, problem.kept) for entry in curves]
     if not entries:
@@ -46,6 +92,7 @@ def with_curvatures(at: Fit, curves: Sequence[Spec]) -> list[Spec]:
             [np.arange(a, b) for a, b in pairwise(ends)],
             [np.asarray(e.penalty) for e in effects],
             weak,
-        )
+        ),
+        start,
     )
     return [{**entry, "curvature": curvature} for entry, curvature in zip(entries, chosen, strict=True)]

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.diagnosis import rules
-from fastcal.diagnosis.curves import with_curvatures
+from fastcal.diagnosis.curves import with_curvatures, with_finer_knots
 from fastcal.diagnosis.fits import Fit, fit
 from fastcal.diagnosis.held_out import HeldOut, gain, is_better, positions, wins
 from fastcal.diagnosis.library import Hypothesis, without_masses
@@ -108,7 +108,7 @@ class Rivals:
         if not chosen.profiles:
             return chosen
         fewer = self._with_what_helps(chosen)
-        return fewer if _holds_elsewhere(fewer, plain) else plain
+        return _finer(fewer) if _holds_elsewhere(fewer, plain) else plain
 
     def _with_what_helps(self, model: Model) -> Model:
         """The model less the names and curves without which held-out rows are predicted as well, the least first."""
@@ -230,9 +230,13 @@ def _with_profiles(state: SearchNode, profiles: Sequence[Spec]) -> Model | None:
     return _on_more_rows(Model(state, curves, at, problem.noise, problem.used))
 
 
-def _fitted(state: SearchNode, curves: list[Spec], problem: Problem, near: Fit) -> Fit | None:
-    """The set and these curves beside it, on the rows of a problem; None as `_with_profiles`."""
-    names = near if near is state.fit else fit(problem, state.names, near)
+def _fitted(state: SearchNode, curves: list[Spec], problem: Problem, near: Fit, names: Fit | None = None) -> Fit | None:
+    """The set and these curves beside it, on the rows of a problem; None as `_with_profiles`.
+
+    `names` is the set alone on these rows, where that has been fitted.
+    """
+    if names is None:
+        names = near if near is state.fit else fit(problem, state.names, near)
     found = fit(problem, [*state.names, *map(Hypothesis, curves)], names, pulled=True)
     return found if found.converged and all(found.value(name).any() for name in state.names) else None
 
@@ -246,11 +250,30 @@ def _on_more_rows(model: Model) -> Model:
     more = at.problem.used | (before < rules.GROSS_SIZE**2 * np.nanmedian(before))
     if np.array_equal(more, at.problem.used) or is_better(before, HeldOut(at, more).squares()):
         return model
-    found = _fitted(model.state, model.profiles, at.problem.with_rows(more), at)
+    problem = at.problem.with_rows(more)
+    names = fit(problem, model.state.names, model.state.fit)
+    curves = with_curvatures(names, model.profiles)
+    found = _fitted(model.state, curves, problem, names, names)
     if found is None:
         return model
-    fuller = replace(model, fit=found)
+    fuller = replace(model, profiles=curves, fit=found)
     return model if is_better(before, fuller.predicted) else fuller
+
+
+def _finer(model: Model) -> Model:
+    """The model with curves that show a wave a motor turn, if rows held out are then clearly predicted better."""
+    problem = model.fit.problem
+    at = fit(problem, model.state.names, model.state.fit)
+    entries = with_finer_knots(at, model.profiles)
+    if entries is None:
+        return model
+    curves = with_curvatures(at, entries, [entry["curvature"] for entry in model.profiles])
+    found = _fitted(model.state, curves, problem, at, at)
+    if found is None:
+        return model
+    finer = replace(model, profiles=curves, fit=found)
+    less, error = gain(finer.predicted, model.predicted)
+    return finer if less > rules.MIN_GAIN * error else model
 
 
 def reached(at: Fit) -> Problem:

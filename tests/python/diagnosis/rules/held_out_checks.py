@@ -9,7 +9,7 @@ from unittest import mock
 import numpy as np
 
 from fastcal.calibration import repeatability
-from fastcal.diagnosis import grading, held_out, rivals, unexplained
+from fastcal.diagnosis import curves, grading, held_out, rivals, unexplained
 from fastcal.diagnosis.search import Family, SearchNode
 
 from .linear_world import ROWS, World, columns, name
@@ -95,10 +95,13 @@ def curves_are_fitted_to_what_they_leave_out_but_for_gross_rows() -> None:
     used = square < 2
     tried = []
     problem = SimpleNamespace(used=used, with_rows=lambda rows: tried.append(rows) or SimpleNamespace(used=rows))
-    model = rivals.Model(SimpleNamespace(), [], SimpleNamespace(problem=problem), None, used)
+    state = SimpleNamespace(names=[], fit=None)
+    model = rivals.Model(state, [], SimpleNamespace(problem=problem), None, used)
     with (
         mock.patch.object(rivals, "HeldOut", return_value=SimpleNamespace(squares=lambda: square)),
-        mock.patch.object(rivals, "_fitted", lambda state, curves, problem, near: SimpleNamespace(problem=problem)),
+        mock.patch.object(rivals, "fit", lambda problem, names, near: SimpleNamespace(problem=problem)),
+        mock.patch.object(rivals, "with_curvatures", return_value=[]),
+        mock.patch.object(rivals, "_fitted", lambda state, curves, problem, *_: SimpleNamespace(problem=problem)),
     ):
         after = rivals._on_more_rows(model)
     assert after.fit.problem.used[7]
@@ -157,6 +160,29 @@ def a_rival_is_fitted_again_to_the_rows_that_it_reaches() -> None:
         model = rivals._with_profiles(SimpleNamespace(fit=at, names=[]), [])
     assert model.fit.problem.used is rows[1]
     assert len(fitted) == 3  # to the first rows, the names to those that this reaches, and both again
+
+
+@falls_with(FINEST_ORDER=40.0)
+@falls_with(FINER=100.0)
+@falls_with(PLACES_PER_KNOT=10**7)
+@falls_with(NUMBERS_PER_KNOT=1)
+def knots_are_as_close_as_rows_and_the_finest_wave_allow() -> None:
+    entry = {"effect": "joint_profile", "owner": "joint1", "curvature": 0.01}
+
+    def knots(q: np.ndarray, numbers: int) -> int | None:
+        robot = SimpleNamespace(robot=None)
+        problem = SimpleNamespace(kept=SimpleNamespace(q=q[:, np.newaxis]))
+        at = SimpleNamespace(problem=problem, near=SimpleNamespace(r=np.zeros(numbers)), model=robot)
+        coarse = SimpleNamespace(parameters=range(30))
+        with mock.patch.object(curves, "build_effects", return_value=[coarse]):
+            entries = curves.with_finer_knots(at, [entry])
+        return None if entries is None else entries[0]["knots"]
+
+    anywhere = np.linspace(-1.0, 1.0, 2000)
+    grid = np.linspace(-1.0, 1.0, 12)[np.arange(2000) % 12] + 1e-6 * np.random.default_rng(1).uniform(size=2000)
+    assert knots(anywhere, 6000) == 76  # two a wave of order 120 on 2 rad
+    assert knots(anywhere, 200) == 50
+    assert knots(grid, 6000) is None
 
 
 @falls_with(MIN_GAIN=-1e9)
