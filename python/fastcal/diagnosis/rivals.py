@@ -273,7 +273,11 @@ def _finer(model: Model) -> Model:
         return model
     finer = replace(model, profiles=curves, fit=found)
     less, error = gain(finer.predicted, model.predicted)
-    return finer if less > rules.MIN_GAIN * error else model
+    if not less > rules.MIN_GAIN * error:
+        return model
+    every = reached(found)
+    calmer = _fitted(model.state, curves, replace(problem, noise=every.noise), found)
+    return model if calmer is None else replace(finer, fit=calmer, noise=every.noise, reaches=every.used)
 
 
 def reached(at: Fit) -> Problem:
