@@ -49,12 +49,13 @@ void bind_subset_search(py::module_& m) {
   m.def(
       "linearize",
       [](const ErrorModel& model, const Samples& samples, const Measurements& measured, const Eigen::VectorXd& theta,
-         const CommonNoise& common_noise, int threads, std::optional<TwistMemory*> memory) {
-        return linearize({model, samples, measured, threads, nullptr, memory.value_or(nullptr)}, theta, common_noise);
+         const CommonNoise& common_noise, int threads, std::optional<TwistMemory*> memory, bool columns) {
+        return linearize({model, samples, measured, threads, nullptr, memory.value_or(nullptr)}, theta, common_noise,
+                         columns);
       },
       py::arg("model"), py::arg("samples"), py::arg("measured"), py::arg("theta"), py::arg("common_noise"),
-      py::arg("threads") = 1, py::arg("memory") = py::none(), py::call_guard<py::gil_scoped_release>(),
-      "Whitened residuals and their Jacobian at theta (model parameters and unknowns).");
+      py::arg("threads") = 1, py::arg("memory") = py::none(), py::arg("columns") = true, py::call_guard<py::gil_scoped_release>(),
+      "Whitened residuals and, with `columns`, their Jacobian at theta (model parameters and unknowns).");
 }
 
 }  // namespace fastcal

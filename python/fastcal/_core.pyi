@@ -768,9 +768,9 @@ def joint_jacobian(model: ErrorModel, samples: Samples, threads: typing.Supports
     """
     (N, 6, n): motion of the tool [v; w] by every joint, in the axes of the measuring frame.
     """
-def linearize(model: ErrorModel, samples: Samples, measured: Measurements, theta: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], common_noise: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], threads: typing.SupportsInt | typing.SupportsIndex = 1, memory: TwistMemory | None = None) -> Linearization:
+def linearize(model: ErrorModel, samples: Samples, measured: Measurements, theta: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], common_noise: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], threads: typing.SupportsInt | typing.SupportsIndex = 1, memory: TwistMemory | None = None, columns: bool = True) -> Linearization:
     """
-    Whitened residuals and their Jacobian at theta (model parameters and unknowns).
+    Whitened residuals and, with `columns`, their Jacobian at theta (model parameters and unknowns).
     """
 def log_so3(R: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 3]"]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
     """

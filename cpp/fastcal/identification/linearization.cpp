@@ -34,7 +34,7 @@ Eigen::Index write(WhitenedRows& rows, Eigen::Index begin, Eigen::Index end, Eig
 
 }  // namespace
 
-Linearization linearize(const Problem& problem, const Eigen::VectorXd& theta, const CommonNoise& tau) {
+Linearization linearize(const Problem& problem, const Eigen::VectorXd& theta, const CommonNoise& tau, bool columns) {
   problem.check();
   FASTCAL_CHECK(theta.size() == problem.parameter_count())
       << "theta must hold " << problem.parameter_count() << " numbers, got " << theta.size();
@@ -45,11 +45,11 @@ Linearization linearize(const Problem& problem, const Eigen::VectorXd& theta, co
   const Problem settled{problem.model, samples, problem.measured, problem.threads, nullptr, memory};
   const Eigen::Index rows = problem.row_count();
   const Eigen::Index numbers = problem.measured.number_count();
-  std::vector<int> all(static_cast<std::size_t>(theta.size()));
+  std::vector<int> all(columns ? static_cast<std::size_t>(theta.size()) : 0);
   std::iota(all.begin(), all.end(), 0);
-  const Eigen::VectorXd one = Eigen::VectorXd::Ones(theta.size());
+  const Eigen::VectorXd one = Eigen::VectorXd::Ones(static_cast<Eigen::Index>(all.size()));
 
-  Linearization out{RowMatrixXd(rows * numbers, theta.size()), Eigen::VectorXd(rows * numbers),
+  Linearization out{RowMatrixXd(rows * numbers, one.size()), Eigen::VectorXd(rows * numbers),
                     Eigen::VectorXi(rows * numbers), Eigen::VectorXi(rows * numbers)};
   std::vector<Eigen::Index> found(static_cast<std::size_t>(chunk_count(rows)));
   parallel_chunks(

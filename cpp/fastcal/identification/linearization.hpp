@@ -18,7 +18,8 @@ struct Linearization {
 };
 
 /// Loads are brought to equilibrium at theta first. Standard deviation of a number: its own claim and `tau`, root of
-/// squares.
-Linearization linearize(const Problem& problem, const Eigen::VectorXd& theta, const CommonNoise& tau);
+/// squares. Without `columns` J has none.
+Linearization linearize(const Problem& problem, const Eigen::VectorXd& theta, const CommonNoise& tau,
+                        bool columns = true);
 
 }  // namespace fastcal

@@ -150,7 +150,7 @@ def misfit(model: Robot, data: Dataset, noise: tuple[float, float, float], unkno
     measured = measurements(data, model)
     theta = np.concatenate([np.asarray(core.start), unknowns])
     common = noise_by_observation(measured, noise)
-    r = np.asarray(_core.linearize(core, model.samples(data), measured, theta, common, threads).r)
+    r = np.asarray(_core.linearize(core, model.samples(data), measured, theta, common, threads, columns=False).r)
     return float(r @ r)
 
 
