@@ -21,7 +21,7 @@ from fastcal.diagnosis.fits import Fit, fit, is_beyond_bounds
 from fastcal.diagnosis.library import Hypothesis, Library, build_library, parse_exclusions
 from fastcal.diagnosis.many_rows import on_all_rows, searched_rows
 from fastcal.diagnosis.memory import with_memory_named
-from fastcal.diagnosis.noise import NoiseLevel, with_estimated_noise
+from fastcal.diagnosis.noise import NoiseLevel, over_claim, with_estimated_noise
 from fastcal.diagnosis.one_curve import waves_of_one_curve, with_orders_between
 from fastcal.diagnosis.periodic import is_periodic
 from fastcal.diagnosis.plan import SeparatingPlan, separating_plan
@@ -340,6 +340,9 @@ class _Found:
             grade, limits = "B", (*limits, Because(Reason.TURNED_DIRECTION))
         if grade == "A" and self.library.has_exclusions:
             grade, limits = "B", (Because(Reason.NAMES_EXCLUDED),)
+        excess = over_claim(self.level, self.data, self.sigma)
+        if grade == "A" and excess > rules.MAX_OVER_CLAIM:
+            grade, limits = "B", (Because(Reason.NOISE_OVER_CLAIM, value=excess),)
         return Finding(
             effect=name.effect,
             owner=name.owner,

@@ -242,6 +242,15 @@ def _from_repeats(problem: Problem, rich: RichFit, data: Dataset, option: float 
     return NoiseLevel(noise, sigma, "repeats", note)
 
 
+def over_claim(level: NoiseLevel, data: Dataset, option: float | None) -> float:
+    """The noise over what is claimed, 0 where nothing is; repeated poses are more than a claim."""
+    if level.source == "repeats":
+        return 0.0
+    if option is not None:
+        return level.sigma / option
+    return 0.0 if data.sigma_position is None else level.sigma / float(np.sqrt(np.nanmean(data.sigma_position**2)))
+
+
 def _rms_sigma(problem: Problem, data: Dataset) -> float:
     """Of a coordinate (or a length), claims and common part together [m]."""
     common = problem.noise.common[0] if data.position is not None else problem.noise.common[2]

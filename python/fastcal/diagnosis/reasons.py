@@ -32,6 +32,7 @@ class Reason(Enum):
     LOAD_MODIFIER = "a large effect of loads may have this form"
     UNSURE_COMPANION = "another effect of the set is not sure"
     NAMES_EXCLUDED = "not every name was tried"
+    NOISE_OVER_CLAIM = "more remains than the claimed noise"
     CURVE_WITHOUT_NAME = "a joint errs by its own position"
 
 

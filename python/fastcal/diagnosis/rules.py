@@ -179,6 +179,8 @@ GRADE_A_SNR_SLOW = 40.0
 MAX_PLAUSIBLE_SIZE = 30.0
 # Standard errors by which held-out rows must be predicted better for grade A.
 GRADE_A_GAIN = 2.0
+# Noise over what is claimed of it, from which on nothing is sure: the claim is too small, or something remains.
+MAX_OVER_CLAIM = 1.2
 # Share of the folds without which the same name must come first for grade A.
 GRADE_A_STABILITY = 0.8
 # Names that may come first in a part of the data: those of the largest statistics in all of them.

@@ -52,6 +52,8 @@ _REASONS = {
     Reason.LOAD_MODIFIER: "it may be the form of a large effect of loads rather than a cause of its own",
     Reason.UNSURE_COMPANION: "another effect of the set is not sure, and may make up for its form",
     Reason.NAMES_EXCLUDED: "names were excluded, so that not everything that could be mistaken for it was tried",
+    Reason.NOISE_OVER_CLAIM: "what remains is {value:.1f} times the claimed noise: the claim is too small, or "
+    "something remains that has no name",
     Reason.CURVE_WITHOUT_NAME: "the joint errs by its own position in a way that no single name has",
 }
 

@@ -8,13 +8,14 @@ from unittest import mock
 
 import numpy as np
 
-from fastcal.diagnosis import grading
+from fastcal.diagnosis import diagnose, grading
 from fastcal.diagnosis.grading import Evidence
-from fastcal.diagnosis.reasons import BlockLabel, Label
+from fastcal.diagnosis.reasons import BlockLabel, Label, Reason
 from fastcal.diagnosis.search import Search
 
 from .linear_world import ROWS, World, columns, name
 from .mutants import falls_with
+from .small_arm import SIGMA, arm, measured
 
 SURE = Evidence(
     statistic=50.0**2,
@@ -132,3 +133,14 @@ def a_part_of_the_data_may_have_another_name_first() -> None:
     fold = np.r_[0, 1 + np.arange(ROWS - 1) % 4]
     with world.search() as search, mock.patch.object(grading, "folds", return_value=fold):
         assert grading._stability(search, search.start, cause) == 0.8
+
+
+@falls_with(MAX_OVER_CLAIM=0.9)
+@falls_with(MAX_OVER_CLAIM=2.0)
+def nothing_is_sure_where_more_remains_than_is_claimed() -> None:
+    """A cause that the library lacks may look like a name, and leave what passes for noise."""
+    rows = measured([{"effect": "reduction_ratio", "owner": "joint2", "parameters": {"error": 4e-4}}], rows=110)
+    sure, unsure = (diagnose(arm(), rows, sigma=SIGMA / over).effects for over in (1.0, 1.6))
+    assert [(f.label, f.grade) for f in sure] == [("reduction_ratio@joint2", "A")]
+    assert [(f.label, f.grade) for f in unsure] == [("reduction_ratio@joint2", "B")]
+    assert [because.reason for because in unsure[0].limits] == [Reason.NOISE_OVER_CLAIM]
