@@ -54,7 +54,8 @@ void bind_subset_search(py::module_& m) {
                          columns);
       },
       py::arg("model"), py::arg("samples"), py::arg("measured"), py::arg("theta"), py::arg("common_noise"),
-      py::arg("threads") = 1, py::arg("memory") = py::none(), py::arg("columns") = true, py::call_guard<py::gil_scoped_release>(),
+      py::arg("threads") = 1, py::arg("memory") = py::none(), py::arg("columns") = true,
+      py::call_guard<py::gil_scoped_release>(),
       "Whitened residuals and, with `columns`, their Jacobian at theta (model parameters and unknowns).");
 }
 

@@ -41,8 +41,8 @@ def test_the_work_for_twenty_thousand_rows_is_that_for_a_few_and_a_handful_of_fi
     numbers: list[int] = []
     linearize = _core.linearize
 
-    def counted(*arguments: Any) -> Any:
-        near = linearize(*arguments)
+    def counted(*arguments: Any, **options: Any) -> Any:
+        near = linearize(*arguments, **options)
         numbers.append(len(near.r))
         return near
 
