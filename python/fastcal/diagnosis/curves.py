@@ -37,7 +37,8 @@ def with_finer_knots(at: Fit, curves: Sequence[Spec]) -> list[Spec] | None:
             own, bare = own % (2 * np.pi), {**bare, "periodic": 1}
         wanted.append(_shown(own))
         entries.append(bare)
-    share = min(1.0, len(at.near.r) / rules.NUMBERS_PER_KNOT / max(sum(wanted), 1))
+    most = min(len(at.near.r) / rules.NUMBERS_PER_KNOT, rules.MAX_KNOTS)
+    share = min(1.0, most / max(sum(wanted), 1))
     coarse = [len(effect.parameters) for effect in build_effects(list(curves), at.model.robot)]
     is_finer = [share * own > rules.FINER * before for own, before in zip(wanted, coarse, strict=True)]
     if not any(is_finer):

@@ -163,8 +163,9 @@ CURVE_SCALES = (0.07, 0.15, 0.35, 0.8)
 
 # Order of the finest waves that a curve over a joint's position may show: one a motor turn behind a usual reduction;
 # its knots over those of the coarser curve, from which on it is tried; parts of an interval between knots, of which on
-# average one must hold rows; measured numbers a knot at least.
-FINEST_ORDER, FINER, PLACES_PER_KNOT, NUMBERS_PER_KNOT = 120.0, 1.25, 4, 4
+# average one must hold rows; measured numbers a knot at least; knots of all curves at most (a file holds
+# their covariance).
+FINEST_ORDER, FINER, PLACES_PER_KNOT, NUMBERS_PER_KNOT, MAX_KNOTS = 120.0, 1.25, 4, 4, 850
 
 # --- Grades -----------------------------------------------------------------------------------------------------------
 # Signal-to-noise ratio of grade A: from here on a look-alike of correlation 0.95 would have shown itself. Simulated.

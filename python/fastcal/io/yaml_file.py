@@ -18,8 +18,8 @@ import yaml
 from fastcal.errors import ParseError
 from fastcal.io.regular_file import read_bytes
 
-MAX_BYTES = 8_000_000
-MAX_VALUES = 200_000
+MAX_BYTES = 16_000_000
+MAX_VALUES = 500_000  # a covariance of 950 parameters is 450,000
 MAX_DEPTH = 32
 
 _LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # libyaml where it is built in; only its events are used

@@ -13,6 +13,7 @@ from fastcal.diagnosis.curves import with_curvatures, with_finer_knots
 from fastcal.diagnosis.fits import fit
 from fastcal.diagnosis.problem import Noise, Problem, prepared_problem
 from fastcal.effects.entries import build_effects
+from fastcal.io import yaml_file
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot, Spec
 
@@ -103,6 +104,13 @@ def test_ripples_are_taken_into_the_curves_of_their_joints(monkeypatch: pytest.M
     assert coarse is not None
     assert left < 0.75 * coarse
     assert found.sigma_mm == pytest.approx(SIGMA * 1e3, rel=0.25)  # what coarser curves leave was taken for noise
+
+
+def test_a_model_of_as_many_knots_as_there_may_be_can_be_read_again() -> None:
+    """Its file holds the covariance of all its parameters; one of 640 was once written and then refused."""
+    parameters = rules.MAX_KNOTS + 100
+    assert parameters * (parameters + 1) // 2 + 4 * parameters < yaml_file.MAX_VALUES
+    assert 24 * parameters * (parameters + 1) // 2 < yaml_file.MAX_BYTES
 
 
 def test_the_linear_problem_is_the_same_from_memory() -> None:

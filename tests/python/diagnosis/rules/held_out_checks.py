@@ -166,6 +166,7 @@ def a_rival_is_fitted_again_to_the_rows_that_it_reaches() -> None:
 @falls_with(FINER=100.0)
 @falls_with(PLACES_PER_KNOT=10**7)
 @falls_with(NUMBERS_PER_KNOT=1)
+@falls_with(MAX_KNOTS=40)
 def knots_are_as_close_as_rows_and_the_finest_wave_allow() -> None:
     entry = {"effect": "joint_profile", "owner": "joint1", "curvature": 0.01}
 
