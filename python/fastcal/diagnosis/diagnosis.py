@@ -338,11 +338,9 @@ class _Found:
         values = adaptation.values(model, name.entry)
         if grading.is_turned(self.best.fit.effect(name).data_columns, values):
             grade, limits = "B", (*limits, Because(Reason.TURNED_DIRECTION))
-        if grade == "A" and self.library.has_exclusions:
-            grade, limits = "B", (Because(Reason.NAMES_EXCLUDED),)
-        excess = over_claim(self.level, self.data, self.sigma)
-        if grade == "A" and excess > rules.MAX_OVER_CLAIM:
-            grade, limits = "B", (Because(Reason.NOISE_OVER_CLAIM, value=excess),)
+        doubts = grading.doubts(self.library, over_claim(self.level, self.data, self.sigma))
+        if grade == "A" and doubts:
+            grade, limits = "B", doubts
         return Finding(
             effect=name.effect,
             owner=name.owner,

@@ -101,7 +101,7 @@ class Library:
 
     names: list[Hypothesis]
     untestable: list[Untestable]
-    has_exclusions: bool = False
+    left_out: bool = False
 
 
 def parse_exclusions(texts: Collection[str], robot: Robot) -> set[tuple[str, str | None]]:

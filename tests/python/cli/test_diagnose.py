@@ -5,9 +5,12 @@
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from fastcal.io.measurements import load_measurements
 from fastcal.io.measurements_out import write_measurements
+from fastcal.io.robot_file import load_robot
 from fastcal.units import from_si
 
 VERDICTS = ("none", "named", "one_of", "several", "unexplained")
@@ -113,3 +116,16 @@ def test_a_bad_option_ends_with_2_and_leaves_the_old_result(files, fastcal, tmp_
     assert "Traceback" not in answer.err
     assert [(path.name, path.read_text()) for path in out.iterdir()] == [("diagnosis.json", "old")]
     assert [path.name for path in tmp_path.iterdir()] == ["out"]
+
+
+def test_the_model_of_a_large_real_set_can_be_read_again(process, shared_data: Path, tmp_path: Path) -> None:
+    """UR10: hundreds of knots, whose covariance fills megabytes of YAML."""
+    robot, rows = (shared_data / "ur10_tmac" / name for name in ("robot.yaml", "campaign_b.csv"))
+    said = process("diagnose", robot, rows, "-o", "out", cwd=tmp_path)
+    assert (said.code, said.err) == (0, "")
+    rms = json.loads((tmp_path / "out" / "diagnosis.json").read_text())["gap"][-1]["train_rms_mm"]
+    assert (tmp_path / "out" / "model.yaml").stat().st_size > 4e6
+    model = load_robot(tmp_path / "out" / "model.yaml")
+    read = load_measurements(rows, model)
+    off = np.linalg.norm(model.forward(read.q)[:, :3, 3] - read.position, axis=1)
+    assert 1e3 * np.median(off) < rms
