@@ -51,32 +51,47 @@ RowEvaluator::RowEvaluator(const ErrorModel& model, const Eigen::Ref<const Eigen
     : model_(model),
       theta_(checked(model, theta)),
       chain_(model.robot().chain(theta.head(model.robot().nominal().size()))),
-      xi_(Twists::Zero(6, chain_.frame_count())) {}
+      xi_(Twists::Zero(6, chain_.frame_count())),
+      steady_(xi_) {}
 
-void RowEvaluator::evaluate(const State& state, bool with_columns) {
-  if (model_.effects().empty()) return forward(chain_, state.q, nullptr, frames_);
-  xi_.setZero();
-  columns_.clear();
-  int first = static_cast<int>(model_.robot().nominal().size());
+void RowEvaluator::deflect(const State& state, bool with_needs, Twists& xi) const {
+  Eigen::Index first = model_.robot().nominal().size();
   for (const auto& effect : model_.effects()) {
-    const std::size_t before = columns_.size();
-    effect->deflect(state, theta_.data() + first, xi_, with_columns ? &columns_ : nullptr);
-    for (std::size_t i = before; i < columns_.size(); ++i) columns_[i].parameter += first;
-    first += static_cast<int>(effect->parameters().size());
+    if ((effect->needs() != kNothing) == with_needs) effect->deflect(state, theta_.data() + first, xi, nullptr);
+    first += static_cast<Eigen::Index>(effect->parameters().size());
   }
+}
+
+void RowEvaluator::evaluate(const State& state, bool again) {
+  if (model_.effects().empty()) return forward(chain_, state.q, nullptr, frames_);
+  if (!again) {
+    steady_.setZero();
+    deflect(state, false, steady_);
+  }
+  xi_ = steady_;
+  deflect(state, true, xi_);
   forward(chain_, state.q, &xi_, frames_);
 }
 
-const std::vector<Pose>& RowEvaluator::frames(const State& state, bool deflected) {
+const std::vector<Pose>& RowEvaluator::frames(const State& state, bool deflected, bool again) {
   if (deflected)
-    evaluate(state, false);
+    evaluate(state, again);
   else
     forward(chain_, state.q, nullptr, frames_);
   return frames_;
 }
 
 const std::vector<Pose>& RowEvaluator::columns(const State& state) {
-  evaluate(state, true);
+  xi_.setZero();
+  columns_.clear();
+  int first = static_cast<int>(model_.robot().nominal().size());
+  for (const auto& effect : model_.effects()) {
+    const std::size_t before = columns_.size();
+    effect->deflect(state, theta_.data() + first, xi_, &columns_);
+    for (std::size_t i = before; i < columns_.size(); ++i) columns_[i].parameter += first;
+    first += static_cast<int>(effect->parameters().size());
+  }
+  forward(chain_, state.q, model_.effects().empty() ? nullptr : &xi_, frames_);
   return frames_;
 }
 

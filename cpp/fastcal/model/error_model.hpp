@@ -61,16 +61,19 @@ class RowEvaluator {
   /// before it.
   void motion(int frame, Eigen::Ref<Eigen::Matrix<double, 6, Eigen::Dynamic>> J) const;
 
-  /// Poses of all frames, with (default) or without the effects' twists.
-  const std::vector<Pose>& frames(const State& state, bool deflected = true);
+  /// Poses of all frames, with (default) or without the effects' twists. `again`: only what settle() computes of the
+  /// row has changed since its last evaluation, so that effects without needs stay as they are.
+  const std::vector<Pose>& frames(const State& state, bool deflected = true, bool again = false);
 
  private:
-  void evaluate(const State& state, bool with_columns);
+  void evaluate(const State& state, bool again);
+  /// Adds the twists of the effects that have needs, or of those that have none, to `xi`.
+  void deflect(const State& state, bool with_needs, Twists& xi) const;
 
   const ErrorModel& model_;
   Eigen::VectorXd theta_;
   Chain chain_;
-  Twists xi_;
+  Twists xi_, steady_;    // of all effects, and of those without needs
   TwistColumns columns_;  // of the effects, this row
   std::vector<Pose> frames_;
 };

@@ -10,6 +10,8 @@
 namespace fastcal {
 namespace {
 
+constexpr std::size_t kManyColumns = 24;  // from there on their sum, row by row, is quicker than a table of them
+
 void write(const Pose& pose, double* out, Eigen::Index step) {
   for (int k = 0; k < 9; ++k) out[k * step] = pose.R(k % 3, k / 3);
   for (int k = 0; k < 3; ++k) out[(9 + k) * step] = pose.p[k];
@@ -55,8 +57,9 @@ void RowBlock::forward(const Samples& samples, Eigen::Index begin, Eigen::Index 
   stride_ = (rows_ + kernels::kGroup - 1) / kernels::kGroup * kernels::kGroup;
   std::fill(moved_.begin(), moved_.end(), false);
   std::fill(general_.begin(), general_.end(), false);
-  if (!linear_.empty()) evaluate_linear_effects(samples, begin, memory);
-  if (!others_.empty()) ask_others(samples, begin);
+  const bool sums = free_count_ == 0 && memory == nullptr;
+  if (!linear_.empty()) evaluate_linear_effects(samples, begin, memory, sums);
+  if (!others_.empty() || sums) ask_others(samples, begin, sums);
   for (int f = 0; f < frame_count(); ++f) {
     const auto k = static_cast<std::size_t>(f);
     kernels::FrameRows& frame = frames_[k];
@@ -90,7 +93,7 @@ double* RowBlock::move(int frame) {
   return xi;
 }
 
-void RowBlock::evaluate_linear_effects(const Samples& samples, Eigen::Index begin, TwistMemory* memory) {
+void RowBlock::evaluate_linear_effects(const Samples& samples, Eigen::Index begin, TwistMemory* memory, bool sums) {
   TwistMemory::Chunk* known = memory == nullptr ? nullptr : &memory->chunk(begin);
   table_ = known != nullptr && known->known ? &known->table : &own_table_;
   if (table_ == &own_table_) {
@@ -99,6 +102,7 @@ void RowBlock::evaluate_linear_effects(const Samples& samples, Eigen::Index begi
       const State state = samples.row(begin + i);
       columns_.clear();
       for (const auto& [effect, first] : linear_) {
+        if (sums && effect->parameters().size() >= kManyColumns) continue;
         const std::size_t before = columns_.size();
         effect->basis(state, columns_);
         for (std::size_t c = before; c < columns_.size(); ++c) columns_[c].parameter += first;
@@ -123,15 +127,20 @@ void RowBlock::evaluate_linear_effects(const Samples& samples, Eigen::Index begi
   }
 }
 
-void RowBlock::ask_others(const Samples& samples, Eigen::Index begin) {
+void RowBlock::ask_others(const Samples& samples, Eigen::Index begin, bool sums) {
   other_table_.clear(stride_);
+  std::vector<std::pair<const Effect*, int>> asked = others_;
+  for (const auto& [effect, first] : linear_) {
+    if (sums && effect->parameters().size() >= kManyColumns) asked.emplace_back(effect, first);
+  }
+  if (asked.empty()) return;
   for (int i = 0; i < rows_; ++i) {
     const State state = samples.row(begin + i);
     xi_.setZero();
     columns_.clear();
-    for (const auto& [effect, first] : others_) {
+    for (const auto& [effect, first] : asked) {
       const std::size_t before = columns_.size();
-      effect->deflect(state, theta_.data() + first, xi_, &columns_);
+      effect->deflect(state, theta_.data() + first, xi_, sums ? nullptr : &columns_);
       for (std::size_t c = before; c < columns_.size(); ++c) columns_[c].parameter += first;
     }
     other_table_.add(columns_, i);

@@ -67,9 +67,10 @@ class RowBlock {
     return poses_.data()[((i / kernels::kGroup * frame_count() + frame) * kernels::kPoseNumbers + k) * kernels::kGroup +
                          i % kernels::kGroup];
   }
-  /// The tables of these rows, and the sums of the twists by frame.
-  void evaluate_linear_effects(const Samples& samples, Eigen::Index begin, TwistMemory* memory);
-  void ask_others(const Samples& samples, Eigen::Index begin);
+  /// The tables of these rows, and the sums of the twists by frame. With `sums`, when nobody wants the columns, the
+  /// others are asked for their twists alone, and so are linear effects of many columns.
+  void evaluate_linear_effects(const Samples& samples, Eigen::Index begin, TwistMemory* memory, bool sums);
+  void ask_others(const Samples& samples, Eigen::Index begin, bool sums);
   /// Sum of the twists of a frame, (6, stride); marks it as moved.
   double* move(int frame);
   Vector6d frame_twist(int frame, int i) const {

@@ -106,7 +106,7 @@ double settle(const ErrorModel& model, const Eigen::Ref<const Eigen::VectorXd>& 
       double change = 0;
       for (int round = 0; round < kMaxRounds; ++round) {
         // The first round loads the undeflected arm; each next one the arm as the last loads deflect it.
-        const std::vector<Pose>& T = evaluator.frames(state, goes_on || round > 0);
+        const std::vector<Pose>& T = evaluator.frames(state, goes_on || round > 0, round > (goes_on ? 0 : 1));
         std::copy(T.begin(), T.end(), samples.frames.begin() + i * frames);
         before = samples.load.row(i);
         frame_loads(robot, chain, T, state, samples.gravity, samples.load.row(i).data(),

@@ -11,6 +11,7 @@
 #include <functional>
 
 #include "effects/loaded.hpp"
+#include "fastcal/model/settle.hpp"
 #include "support/robots.hpp"
 
 namespace fastcal::test {
@@ -128,6 +129,35 @@ TEST(Equilibrium, IsWhereThePotentialEnergyIsLeast) {
     const Twists first =
         twists(with(arm.robot, causes).with_equilibrium(false), posture({q.data(), q.data() + n}, arm.payload));
     EXPECT_GT((first - xi).norm(), 1e-7);
+  }
+}
+
+// Effects that look at no load are asked once a row, not once a round: frames must be those of all effects at the end.
+TEST(Equilibrium, HoldsWhatLoadsDoNotMove) {
+  Random random(31);
+  const int n = 4;
+  Tables tables = random_tables(random, n);
+  RobotDescription description = build("dh", tables).description();
+  for (Body& body : description.bodies) {
+    body.mass = random.uniform(5, 80);
+    body.com = random.vector(0.4);
+  }
+  const RobotModel robot = build_dh(description, tables.rows);
+  const std::vector<Cause> steady = {{"reduction_ratio", "joint2", {0.02}, {}},
+                                     {"reduction_ratio", "joint3", {0.01}, {}}};
+  std::vector<Cause> all = steady;
+  for (int j = 0; j < n; ++j) all.push_back({"joint_compliance", "joint" + std::to_string(j + 1), {1e-5}, {}});
+  const ErrorModel model = with(robot, all);
+  Samples samples;
+  samples.q = RowMatrixXd::NullaryExpr(20, n, [&] { return random.uniform(-1.5, 1.5); });
+  EXPECT_LT(settle(model, model.start(), 1, samples), 1e-13);
+  RowEvaluator rows(model, model.start());
+  for (Eigen::Index i = 0; i < samples.count(); ++i) {
+    const std::vector<Pose>& T = rows.frames(samples.row(i));
+    for (std::size_t f = 0; f < T.size(); ++f) {
+      const Pose& kept = samples.frames[static_cast<std::size_t>(i) * T.size() + f];
+      ASSERT_LT((kept.p - T[f].p).norm() + (kept.R - T[f].R).norm(), 1e-12) << "row " << i << ", frame " << f;
+    }
   }
 }
 

@@ -55,6 +55,19 @@ class Bent : public Effect {
   std::vector<Parameter> parameters_{{"bent", "a", "m", 1, "squared"}};
 };
 
+/// Linear, of so many columns that their sum alone is asked for where nobody wants them.
+class ManyTwists : public LinearEffect {
+ public:
+  const std::vector<Parameter>& parameters() const override { return parameters_; }
+  void basis(const State& state, TwistColumns& columns) const override {
+    for (int k = 0; k < 40; ++k)
+      columns.push_back({k, k % 2 == 0 ? joint_frame(1) : link_frame(1), std::sin(k + state.q[1]) * Vector6d::Unit(5)});
+  }
+
+ private:
+  std::vector<Parameter> parameters_ = std::vector<Parameter>(40, {"many", "a", "rad", 1, "a wave"});
+};
+
 int robot_tool(const ErrorModel& model) { return tool_frame(model.robot().joint_count()); }
 
 /// The tool's position as coordinates, and all six parts of the motion of a frame: of another frame, less that of the
@@ -136,6 +149,27 @@ TEST(RowBlock, IsTheRowsOneByOne) {
     expect_rows(model, samples, theta, &memory);  // fills it,
     theta.tail(2).setZero();
     expect_rows(model, samples, theta, &memory);  // uses it
+  }
+}
+
+TEST(RowBlock, PosesAreTheRowsWhereNobodyWantsTheColumns) {
+  Random random(5);
+  const RobotModel robot = test::build("dh", test::random_tables(random, 3));
+  const ErrorModel model(robot, {std::make_shared<RowTwists>(false), std::make_shared<ManyTwists>(),
+                                 std::make_shared<Bent>(), std::make_shared<ManyTwists>()});
+  const Eigen::VectorXd theta = model.start() + random.values(model.parameter_count(), 0.3);
+  Samples samples;
+  samples.q = RowMatrixXd::NullaryExpr(kChunkRows + 21, 3, [&] { return random.uniform(-3, 3); });
+  RowBlock block(model, theta, {}, {});
+  RowEvaluator rows(model, theta);
+  for (Eigen::Index begin = 0; begin < samples.count(); begin += kChunkRows) {
+    const Eigen::Index end = std::min(begin + kChunkRows, samples.count());
+    block.forward(samples, begin, end, nullptr);
+    for (Eigen::Index i = begin; i < end; ++i) {
+      const Pose T = rows.pose(samples.row(i));
+      const Pose at = block.frame(robot_tool(model), static_cast<int>(i - begin));
+      ASSERT_LT((at.p - T.p).norm() + (at.R - T.R).norm(), 1e-13) << "row " << i;
+    }
   }
 }
 
