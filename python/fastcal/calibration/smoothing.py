@@ -22,7 +22,9 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 FOLDS = 5
-_GRID = np.arange(-6.0, 1.01, 0.5)  # log10 of s
+_LIMITS = (-6.0, 1.0)  # of log10 of s
+_GRID = np.arange(-6.0, 1.01, 0.5)
+_NEAR = np.arange(-1.0, 1.01, 0.5)
 _FINE = 0.25
 _STEP = 0.5
 _SEED = 0
@@ -58,9 +60,10 @@ class LinearProblem:
 def choose_curvatures(problem: LinearProblem, start: Sequence[float] | None = None) -> list[float]:
     """The s of each block, from a `start` where it is given. Rounded to three digits: folds know no more."""
     search = _Search(problem)
-    near = search.common() if start is None else np.log10(start)
+    near = search.common(_GRID) if start is None else np.log10(start)
     search.weigh(huber_weights(search.left(near), problem.row))  # outliers are known once the rest fits
-    return [float(f"{10.0**s:.3g}") for s in search.each(search.common())]
+    tried = _GRID if start is None else _FINE * np.round(np.median(near) / _FINE) + _NEAR
+    return [float(f"{10.0**s:.3g}") for s in search.each(search.common(tried))]
 
 
 class _Search:
@@ -84,13 +87,15 @@ class _Search:
             self._folds.append((J.T @ J, J.T @ r, float(r @ r)))
         self._A = np.sum([A for A, _, _ in self._folds], axis=0)
         self._g = np.sum([g for _, g, _ in self._folds], axis=0)
+        self._others = [(self._A - A, self._g - g) for A, g, _ in self._folds]
 
-    def common(self) -> FloatArray:
-        """log10 of the best s that all blocks share, one each."""
+    def common(self, tried: FloatArray) -> FloatArray:
+        """log10 of the best s that all blocks share, one each: among those `tried`, then beside the best."""
         blocks = len(self._problem.blocks)
-        best = float(_GRID[np.argmin([self._error(np.full(blocks, s)) for s in _GRID])])
-        near = [best - _FINE, best, best + _FINE]
-        return np.full(blocks, near[int(np.argmin([self._error(np.full(blocks, s)) for s in near]))])
+        errors = {s: self._error(np.full(blocks, s)) for s in np.clip(tried, *_LIMITS)}
+        best = min(errors, key=errors.__getitem__)
+        errors |= {s: self._error(np.full(blocks, s)) for s in (best - _FINE, best + _FINE)}
+        return np.full(blocks, min(errors, key=errors.__getitem__))
 
     def each(self, log_s: FloatArray) -> FloatArray:
         """From a common start every s by itself: down while it costs nothing, up while it gains."""
@@ -100,7 +105,7 @@ class _Search:
             for direction, slack in ((-_STEP, nothing), (_STEP, -nothing)):
                 while True:
                     trial = best.copy()
-                    trial[block] = np.clip(trial[block] + direction, _GRID[0], _GRID[-1])
+                    trial[block] = np.clip(trial[block] + direction, *_LIMITS)
                     if trial[block] == best[block] or (error := self._error(trial)) > least + slack:
                         break
                     best, least = trial, min(error, least)
@@ -113,8 +118,8 @@ class _Search:
     def _error(self, log_s: FloatArray) -> float:
         """Weighted sum of squares of the rows of every fold, fitted to the others."""
         total = 0.0
-        for A, g, squares in self._folds:
-            b = self._solve(self._A - A, self._g - g, log_s)
+        for (A, g, squares), (A_others, g_others) in zip(self._folds, self._others, strict=True):
+            b = self._solve(A_others, g_others, log_s)
             total += squares - 2 * b @ g + b @ A @ b
         return float(total)
 
@@ -123,7 +128,8 @@ class _Search:
         S = self._problem.weak.copy()
         for columns, penalty, exponent in zip(self._problem.blocks, self._problem.penalties, log_s, strict=True):
             S[columns] = 1 / np.hypot(1 / S[columns], 1 / prior_deviations(10.0**exponent, penalty))
-        scaled = A * np.outer(S, S)
+        scaled = A * S[:, np.newaxis]
+        scaled *= S
         scaled[np.diag_indices_from(scaled)] += 1
         from scipy import linalg  # takes longer to import than a fit, and few models have curves
 

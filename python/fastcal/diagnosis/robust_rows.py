@@ -135,7 +135,8 @@ def _without(Z: FloatArray, left: FloatArray, is_out: BoolArray) -> tuple[FloatA
 
 
 def _suspects(Z: FloatArray, r: FloatArray, row: IntArray) -> IntArray:
-    """`suspects` by an orthonormal basis Z."""
+    """`suspects` by an orthonormal basis Z; in single precision, ample for a guess that the next rounds mend."""
+    Z, r = Z.astype(np.float32), r.astype(np.float32)
     rows, place, count = np.unique(row, return_inverse=True, return_counts=True)
     weight = np.ones(len(rows))
     b = Z.T @ r
@@ -150,7 +151,7 @@ def _suspects(Z: FloatArray, r: FloatArray, row: IntArray) -> IntArray:
             weight = np.where(u < rules.TUKEY_SIZE, (1 - (u / rules.TUKEY_SIZE) ** 2) ** 2, 0.0)
         weight[rows < 0] = 1.0
         if round_ < rules.NOISE_ROUNDS - 1:
-            b = _weighted(Z, r, weight[place], b)
+            b = _weighted(Z, r, weight[place].astype(np.float32), b)
     return np.asarray(rows[weight < rules.SUSPECT_WEIGHT])
 
 
