@@ -14,6 +14,7 @@ from fastcal.units import factor
 Triple = tuple[float | None, float | None, float | None]
 MM, DEG = factor("mm"), factor("deg")  # [m], [rad]: what a paper prints, and what is drawn
 STATISTICS = ("mean", "std", "max")
+MEAN_LENGTH = (8 / np.pi) ** 0.5  # of three normal deviates of 1: what a tracker's noise alone leaves
 
 
 @dataclass(frozen=True)

@@ -21,6 +21,7 @@ from fastcal.io.robot_file import load_robot
 from fastcal.measurements.dataset import Dataset
 from fastcal.papers.exhibits import (
     DEG,
+    MEAN_LENGTH,
     MM,
     Absent,
     Cell,
@@ -190,7 +191,7 @@ def page(runs: Sequence[Run]) -> Page:
             "What fastcal's best leaves is for lack of poses: of 200 unseen ones "
             f"{spread(runs, '15', 'best15', 'unseen', 'mean').median:.3f} mm in the mean from 15 poses and "
             f"{spread(runs, '100', 'best100', 'unseen', 'mean').median:.3f} mm from 100. The tracker's noise alone "
-            f"has a mean of {1.596 * NOISE_MM:.3f} mm.",
+            f"has a mean of {MEAN_LENGTH * NOISE_MM:.3f} mm.",
         ],
     )
 

@@ -8,7 +8,19 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fastcal.papers.exhibits import Absent, Cell, Chart, Exhibit, Headline, Page, Section, Series, Table, spread
+from fastcal.papers.exhibits import (
+    MEAN_LENGTH,
+    Absent,
+    Cell,
+    Chart,
+    Exhibit,
+    Headline,
+    Page,
+    Section,
+    Series,
+    Table,
+    spread,
+)
 from fastcal.papers.learning import WITHOUT_TORCH
 from fastcal.papers.study import Run
 
@@ -30,7 +42,7 @@ NETWORKS = {
 }
 PAPER_SETS = {"GA10": 0.376, "GA20": 0.381, "GB10": 0.381, "GB20": 0.397, "GB30": 0.381}
 BINS = 30
-TRACKER_MM, TRACKER_RMS_MM = 0.02 * 1.596, 0.02 * 3**0.5  # of the length of three normal deviates, the noise
+TRACKER_MM, TRACKER_RMS_MM = 0.02 * MEAN_LENGTH, 0.02 * 3**0.5  # of the length of the noise
 
 
 def page(runs: Sequence[Run]) -> Page:

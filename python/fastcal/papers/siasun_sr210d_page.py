@@ -8,6 +8,7 @@ from collections.abc import Sequence
 
 from fastcal.papers.exhibits import (
     COMPARED,
+    MEAN_LENGTH,
     Absent,
     Cell,
     Chart,
@@ -32,7 +33,7 @@ JOINT_MODEL = (
     f"geometry, ratios, coupling, compliances by the load and {OWN_SAG}, in one fit to the 100 poses without and with "
     "load"
 )
-TRACKER_MM = 0.02 * 1.596  # mean length of three normal deviates of the tracker's noise
+TRACKER_MM = 0.02 * MEAN_LENGTH
 _MODELS_LEAVE = (("geometry", "best_held_out"), ("stiffness", "best_others"))
 _WITHOUT_WAVES = (("without_waves", "held_out"), ("without_waves", "others"))
 STARTS = {"random": "a random start", "bso": "BSO, the paper's", "pso": "PSO", "ga": "GA", "abc": "ABC"}

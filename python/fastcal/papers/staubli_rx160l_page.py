@@ -10,6 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from fastcal.papers.exhibits import (
+    MEAN_LENGTH,
     Absent,
     Cell,
     Chart,
@@ -46,7 +47,7 @@ NETWORKS = {
 }
 LOADS = ("5.95 kg", "9.95 kg")
 BEST = "fastcal's best: gp behind geometry of the same rows"
-TRACKER_MM = 0.01 * 1.596  # mean length of three normal deviates of the tracker's noise
+TRACKER_MM = 0.01 * MEAN_LENGTH
 
 
 def page(runs: Sequence[Run]) -> Page:
