@@ -12,6 +12,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.calibration.columns import column_lengths
 from fastcal.calibration.row_weights import huber_weights
 
 FloatArray = NDArray[np.float64]
@@ -55,7 +56,7 @@ def find_step(
 
 def _basis(J: FloatArray) -> FloatArray:
     """Orthonormal columns that span those of J."""
-    scale = np.linalg.norm(J, axis=0)
+    scale = column_lengths(J)
     U, s, _ = np.linalg.svd(J[:, scale > 0] / scale[scale > 0], full_matrices=False)
     return np.asarray(U[:, s > _RANK * s[0]])
 

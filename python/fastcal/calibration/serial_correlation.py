@@ -23,6 +23,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.calibration.columns import column_lengths
+
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.int64]
@@ -187,7 +189,7 @@ def _lagged(a: FloatArray, others: Sequence[FloatArray]) -> list[FloatArray]:
 
 def _unit(J: FloatArray) -> tuple[FloatArray, FloatArray]:
     """J (m, p) with columns of length 1, and its normal matrix: a tenth of the work of a QR, which few fits need."""
-    length = np.linalg.norm(J, axis=0)
+    length = column_lengths(J)
     J = J / np.where(length > 0, length, 1.0)
     normal = J.T @ J
     normal[np.diag_indices_from(normal)] += _RIDGE

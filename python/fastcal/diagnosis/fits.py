@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from fastcal import _core
+from fastcal.calibration.columns import column_lengths
 from fastcal.calibration.geometry_anchoring import geometry_pulls
 from fastcal.calibration.parameter_limits import has_prior
 from fastcal.calibration.parameter_table import unknowns_by_owner
@@ -296,7 +297,7 @@ def held(prior: FloatArray, pull: FloatArray) -> FloatArray:
 
 def _inverse_triangle(A: FloatArray) -> FloatArray:
     """(p, p) R^-1 of A = Q R (m, p), in whatever units its columns are."""
-    length = np.linalg.norm(A, axis=0)
+    length = column_lengths(A)
     R = linalg.qr(A / length, mode="r", check_finite=False)[0][: A.shape[1]]
     return np.asarray(linalg.solve_triangular(R, np.eye(len(R)), check_finite=False) / length[:, np.newaxis])
 
@@ -307,7 +308,7 @@ def _sizes(problem: Problem, model: _core.ErrorModel, near: _core.Linearization)
     One that moves nothing where it is has the size that its model gives it, and lengths and angles of the geometry
     MAX_GEOMETRY_SIZE of these at most: beyond, the tool moves along a curve.
     """
-    length = np.linalg.norm(np.asarray(near.J), axis=0)
+    length = column_lengths(np.asarray(near.J))
     given = _given_sizes(problem, model)
     is_nil = moves_nothing(problem, model, near)
     size = np.where(is_nil, given, problem.misfit / np.where(is_nil, 1.0, length))
@@ -320,7 +321,7 @@ def moves_nothing(problem: Problem, model: _core.ErrorModel, near: _core.Lineari
 
     So does the compliance of an upright axis, whose load is the rounding of sums that cancel.
     """
-    length = np.linalg.norm(np.asarray(near.J), axis=0)
+    length = column_lengths(np.asarray(near.J))
     return np.asarray(length * _given_sizes(problem, model) < rules.MIN_INFLUENCE * problem.misfit)
 
 

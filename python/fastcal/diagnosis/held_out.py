@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
+from fastcal.calibration.columns import column_lengths
 from fastcal.calibration.repeatability import place_groups, pose_folds
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.fits import Fit, held
@@ -77,7 +78,7 @@ class HeldOut:
         value = at.theta[at.free]
         if more is not None:
             A, value = np.hstack([A, more]), np.append(value, np.zeros(more.shape[1]))
-        length = np.linalg.norm(A, axis=0)
+        length = column_lengths(A)
         self._A = A / np.where(length > 0, length, 1.0)
         self._value = value * length
         self._factor = at.problem.noise.factor
@@ -93,7 +94,7 @@ class HeldOut:
         self._normal = [part.T @ part for part in parts]
         prior = self._A[self._priors]
         self._whole = np.sum(self._normal, axis=0) + prior.T @ prior
-        self._prior = np.linalg.norm(prior, axis=0)  # one row a parameter
+        self._prior = column_lengths(prior)  # one row a parameter
         self._is_pulled = np.zeros(A.shape[1], dtype=bool)
         self._is_pulled[: len(at.free)] = np.isfinite(at.pull[at.free])
         self._beside = [i for name in at.added if name.traits.role == "curve" for i in at.columns(name)]

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
+from fastcal.calibration.columns import column_lengths
 from fastcal.calibration.repeatability import visit_groups
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.blocks import Blocks, blocks, columns_at
@@ -141,7 +142,7 @@ def _rich_columns(at: Fit) -> FloatArray:
             columns.append(known.of(index))
             budget -= ranks[index]
     X = np.hstack(columns)
-    length = np.linalg.norm(X, axis=0)
+    length = column_lengths(X)
     return np.asarray(X[:, length > 0] / length[length > 0])
 
 

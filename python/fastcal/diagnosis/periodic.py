@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.calibration.columns import column_lengths
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.held_out import fold_of
 from fastcal.diagnosis.library import Hypothesis, harmonics
@@ -131,7 +132,7 @@ def _held_out_share(state: SearchNode, chosen: list[int]) -> float:
     A, r, row = state.fit.whitened
     C = state.blocks.columns_of(chosen)
     sets = np.array([np.zeros(C.shape[1], dtype=bool), np.ones(C.shape[1], dtype=bool)])
-    scale = [np.where(norm > 0, norm, 1.0) for norm in (np.linalg.norm(A, axis=0), np.linalg.norm(C, axis=0))]
+    scale = [np.where(norm > 0, norm, 1.0) for norm in (column_lengths(A), column_lengths(C))]
     shares = []
     for owner in sorted({state.blocks.names[i].owner for i in chosen}):
         fold = fold_of(state.fit.problem.kept, owner).astype(np.int32)[row]

@@ -17,6 +17,7 @@ from scipy import linalg
 from scipy.linalg import blas, lapack
 
 from fastcal import _core
+from fastcal.calibration.columns import column_lengths
 
 FloatArray = NDArray[np.float64]
 
@@ -26,7 +27,7 @@ _MANY = 1.5  # times as many rows as columns: from there on a triangle is worth 
 
 def score_tests(A: FloatArray, C: FloatArray, r: FloatArray, sizes: Sequence[int]) -> _core.ScoreTests:
     """Tests of the blocks of C (m, c), `sizes` columns each, beside the fitted columns A (m, p), of r (m,)."""
-    length = np.sqrt(np.einsum("ij,ij->j", C, C))
+    length = column_lengths(C)
     R = np.asfortranarray(C / np.where(length > 0, length, 1.0))
     Q = basis(A)
     if R.size and Q.size:  # BLAS takes no empty matrix
@@ -39,7 +40,7 @@ def score_tests(A: FloatArray, C: FloatArray, r: FloatArray, sizes: Sequence[int
 
 def basis(A: FloatArray) -> FloatArray:
     """(m, rank) an orthonormal basis of the columns of A (m, p), in whatever units they are."""
-    length = np.linalg.norm(A, axis=0)
+    length = column_lengths(A)
     A = A / np.where(length > 0, length, 1.0)
     if A.shape[1] == 0:
         return A

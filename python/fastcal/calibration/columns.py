@@ -1,0 +1,15 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Columns of linear problems."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+
+def column_lengths(A: FloatArray) -> FloatArray:
+    """(p,) length of each column of A (m, p), as `numpy.linalg.norm` has it, which makes a copy of A on the way."""
+    return np.asarray(np.sqrt(np.einsum("ij,ij->j", A, A)))
