@@ -26,20 +26,18 @@ void forward(const Chain& chain, const double* q, const Twists* xi, std::vector<
   Pose T;
   for (int f = 0; f < frames; ++f) {
     T = T * chain.constants[static_cast<std::size_t>(f)];
+    double turn = 0;
     if (f % 2 == 1 && f < frames - 1) {
       const int joint = f / 2;
       if (chain.joint_types[static_cast<std::size_t>(joint)] == JointType::kRevolute)
-        turn_about_z(q[joint], T);
+        turn = q[joint];
       else
         T.p += q[joint] * T.R.col(2);
     }
-    if (xi != nullptr) {
-      const auto twist = xi->col(f);
-      if (is_turn_about_z(twist))  // most effects move joints: these need no general exponential
-        turn_about_z(twist[5], T);
-      else
-        T = T * exp_se3(twist);
-    }
+    const bool only_turns = xi == nullptr || is_turn_about_z(xi->col(f));  // as most effects do: they move joints
+    if (xi != nullptr && only_turns) turn += (*xi)(5, f);
+    turn_about_z(turn, T);
+    if (!only_turns) T = T * exp_se3(xi->col(f));
     T_world_frame[static_cast<std::size_t>(f)] = T;
   }
 }

@@ -78,14 +78,15 @@ void frame_loads(const RobotDescription& robot, const Chain& chain, const std::v
                  const State& state, const Eigen::Vector3d& gravity, double* load, double* payload_load) {
   const int n = chain.joint_count();
   const Wrench payload = payload_wrench(robot, T_world_frame, state, gravity);
+  const bool carries = !payload.force.isZero(0) || !payload.moment.isZero(0);
   Wrench sum = payload;
   const auto write = [&](int frame) {
     const Pose& T = T_world_frame[static_cast<std::size_t>(frame)];
     sum.write(T, load + 6 * frame);
-    payload.write(T, payload_load + 6 * frame);
+    if (carries) payload.write(T, payload_load + 6 * frame);
   };
   std::fill(load + 6 * tool_frame(n), load + 6 * tool_frame(n) + 6, 0.0);
-  std::fill(payload_load + 6 * tool_frame(n), payload_load + 6 * tool_frame(n) + 6, 0.0);
+  std::fill(payload_load + (carries ? 6 * tool_frame(n) : 0), payload_load + 6 * tool_frame(n) + 6, 0.0);
   for (int joint = n - 1; joint >= 0; --joint) {
     write(link_frame(joint));
     const auto i = static_cast<std::size_t>(joint);
