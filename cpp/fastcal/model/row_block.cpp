@@ -191,9 +191,9 @@ Pose RowBlock::frame(int frame, int i) const {
 }
 
 void RowBlock::write_tool(int i, double* out) const {
+  const double* parts = pose_parts(frame_count() - 1, i);
   for (int r = 0; r < 3; ++r) {
-    for (int c = 0; c < 3; ++c) out[4 * r + c] = pose_part(frame_count() - 1, i, 3 * c + r);
-    out[4 * r + 3] = position(i, r);
+    for (int c = 0; c < 4; ++c) out[4 * r + c] = parts[(3 * c + r) * kernels::kGroup];  // the position behind R
     out[12 + r] = 0;
   }
   out[15] = 1;

@@ -63,9 +63,11 @@ class RowBlock {
 
  private:
   int frame_count() const { return chain_.frame_count(); }
-  double pose_part(int frame, int i, int k) const {
-    return poses_.data()[((i / kernels::kGroup * frame_count() + frame) * kernels::kPoseNumbers + k) * kernels::kGroup +
-                         i % kernels::kGroup];
+  double pose_part(int frame, int i, int k) const { return pose_parts(frame, i)[k * kernels::kGroup]; }
+  /// Part 0; the others follow kernels::kGroup apart.
+  const double* pose_parts(int frame, int i) const {
+    return poses_.data() + (i / kernels::kGroup * frame_count() + frame) * kernels::kPoseNumbers * kernels::kGroup +
+           i % kernels::kGroup;
   }
   /// The tables of these rows, and the sums of the twists by frame. With `sums`, when nobody wants the columns, the
   /// others are asked for their twists alone, and so are linear effects of many columns.
