@@ -199,7 +199,7 @@ class _Found:
     model: rivals.Model
     final: SearchNode  # the names with the curves beside them
     remains: bool  # something beyond it
-    library: Library
+    offered: Library
     level: NoiseLevel
     sigma: float | None
     threads: int
@@ -252,7 +252,7 @@ class _Found:
             sentence="",
             effects=findings,
             unexplained=remaining,
-            untestable=sensitivity.untestable(search, self.library),
+            untestable=sensitivity.untestable(search, self.offered),
             outliers=self._outliers(is_named),
             sigma_mm=from_si(self.level.sigma, "mm"),
             sigma_source=self.level.source,
@@ -285,7 +285,7 @@ class _Found:
 
     def _stands(self, model: Robot) -> bool:
         """Does the diagnosis of the model that is written, from its first fit and noise on, find nothing new?"""
-        asked = {name.key for name in self.library.names}
+        asked = {name.key for name in self.offered.names}
         names = [name for name in build_library(model, self.data).names if name.key in asked]
         data = self.search.problem.data
         problem = prepared_problem(model, data, names, _claimed(data, self.sigma), self.threads)
@@ -338,7 +338,7 @@ class _Found:
         values = adaptation.values(model, name.entry)
         if grading.is_turned(self.best.fit.effect(name).data_columns, values):
             grade, limits = "B", (*limits, Because(Reason.TURNED_DIRECTION))
-        doubts = grading.doubts(self.library, over_claim(self.level, self.data, self.sigma))
+        doubts = grading.doubts(self.offered.left_out, over_claim(self.level, self.data, self.sigma))
         if grade == "A" and doubts:
             grade, limits = "B", doubts
         return Finding(

@@ -14,7 +14,7 @@ from scipy import linalg
 from fastcal import _core
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.held_out import folds
-from fastcal.diagnosis.library import Hypothesis, Library
+from fastcal.diagnosis.library import Hypothesis
 from fastcal.diagnosis.one_curve import is_one_curve
 from fastcal.diagnosis.periodic import is_periodic
 from fastcal.diagnosis.projection import score_tests
@@ -149,15 +149,15 @@ def grade(
     return ("B" if met else "A"), met
 
 
-def doubts(library: Library, excess: float) -> tuple[Because, ...]:
+def doubts(left_out: bool, excess: float) -> tuple[Because, ...]:
     """What keeps every name of a set from grade A.
 
     Args:
-        library: That was searched.
+        left_out: Did the user exclude names?
         excess: The noise over what is claimed.
     """
     limits = [
-        (library.left_out, Because(Reason.NAMES_EXCLUDED)),
+        (left_out, Because(Reason.NAMES_EXCLUDED)),
         (excess > rules.MAX_OVER_CLAIM, Because(Reason.NOISE_OVER_CLAIM, value=excess)),
     ]
     return tuple(because for is_met, because in limits if is_met)
