@@ -45,7 +45,7 @@ def test_grade_a_is_not_given_where_the_own_model_leaves_more(monkeypatch: pytes
     (found,) = slack().effects
     assert found.grade == "A"
     library = build_library(arm(), slack_rows())
-    this = SimpleNamespace(library=library, data=slack_rows(), search=slack().search, sigma=None, threads=1)
+    this = SimpleNamespace(offered=library, data=slack_rows(), search=slack().search, sigma=None, threads=1)
     assert diagnosis._Found._stands(this, slack().steps[-1].model)  # type: ignore[arg-type]
     assert not diagnosis._Found._stands(this, slack().steps[0].model)  # type: ignore[arg-type]
     monkeypatch.setattr(diagnosis._Found, "_stands", lambda *_: False)
