@@ -2,68 +2,99 @@
 // SPDX-License-Identifier: MIT
 #include "fastcal/kernels/chain_rows.hpp"
 
+#include "fastcal/kernels/frame_lanes.hpp"
 #include "fastcal/kernels/instruction_sets.hpp"
 #include "fastcal/kernels/lanes.hpp"
 
 namespace fastcal::kernels {
 namespace {
 
-/// R <- R A, p <- p + R a.
-template <typename Lane, typename Number>
-FASTCAL_INLINE void move(Lane (&T)[kPoseNumbers], const Number* A) {
-  for (int r = 0; r < 3; ++r) {
-    const Lane x = T[r], y = T[3 + r], z = T[6 + r];
-    T[9 + r] += A[9] * x + A[10] * y + A[11] * z;
-    for (int c = 0; c < 3; ++c) T[3 * c + r] = A[3 * c] * x + A[3 * c + 1] * y + A[3 * c + 2] * z;
-  }
-}
+constexpr double kLargeAngle = 1e5;  // it has lost digits already; the polynomials hold below 1e6
 
-/// A large angle has lost digits already; the polynomial holds below 1e6.
-template <int W>
-FASTCAL_INLINE void turn_about_z(typename Vectors<W>::Lane (&T)[kPoseNumbers], const typename Vectors<W>::Lane& angle) {
-  typename Vectors<W>::Lane s, c;
-  sine_cosine<W>(angle, s, c);
-  for (int l = 0; l < W; ++l) {
-    if (__builtin_fabs(angle[l]) > 1e5) {
-      s[l] = __builtin_sin(angle[l]);
-      c[l] = __builtin_cos(angle[l]);
+/// Far: angles are large, and the library's sines are taken.
+template <int W, bool Far>
+FASTCAL_INLINE void forward_group(const FrameRows* frames, int frame_count, int stride, int row, double* out,
+                                  typename Vectors<W>::Mask& large) {
+  using Lane = typename Vectors<W>::Lane;
+  Lane T[kPoseNumbers];
+  for (int k = 0; k < kPoseNumbers; ++k) T[k] = Lane{} + (k == 0 || k == 4 || k == 8 ? 1.0 : 0.0);
+  for (int f = 0; f < frame_count; ++f, out += kPoseNumbers * kGroup) {
+    const FrameRows& frame = frames[f];
+    move_by_constant(T, frame);
+    Lane value;
+    if (frame.slide) {
+      load(value, frame.slide + row);
+      for (int r = 0; r < 3; ++r) T[9 + r] += value * T[6 + r];
     }
-  }
-  for (int r = 0; r < 3; ++r) {
-    const auto x = T[r];
-    T[r] = c * x + s * T[3 + r];
-    T[3 + r] = c * T[3 + r] - s * x;
+    if (frame.turn) {
+      Lane s, c;
+      load(value, frame.turn + row);
+      large |= (value > kLargeAngle) | (value < -kLargeAngle);
+      sine_cosine<W>(value, s, c);
+      for (int l = 0; Far && l < W; ++l) {
+        if (__builtin_fabs(value[l]) <= kLargeAngle) continue;
+        s[l] = __builtin_sin(value[l]);
+        c[l] = __builtin_cos(value[l]);
+      }
+      turn(T, T + 3, c, s);
+    }
+    if (frame.motion) {
+      Lane M[kPoseNumbers];
+      for (int k = 0; k < kPoseNumbers; ++k) load(M[k], frame.motion + k * stride + row);
+      move(T, M);
+    }
+    if (frame.kept) {
+      for (int k = 0; k < kPoseNumbers; ++k) store(out + k * kGroup, T[k]);
+    }
   }
 }
 
 template <int W>
 FASTCAL_INLINE void forward_lanes(const FrameRows* frames, int frame_count, int stride, double* poses) {
-  using Lane = typename Vectors<W>::Lane;
   for (int row = 0; row < stride; row += W) {
     double* out = poses + row / kGroup * frame_count * kPoseNumbers * kGroup + row % kGroup;
-    Lane T[kPoseNumbers];
-    for (int k = 0; k < kPoseNumbers; ++k) T[k] = Lane{} + (k == 0 || k == 4 || k == 8 ? 1.0 : 0.0);
-    for (int f = 0; f < frame_count; ++f) {
-      const FrameRows& frame = frames[f];
-      if (!frame.stays) move(T, frame.constant);
-      Lane value;
-      if (frame.slide) {
-        load(value, frame.slide + row);
-        for (int r = 0; r < 3; ++r) T[9 + r] += value * T[6 + r];
+    typename Vectors<W>::Mask large{};
+    forward_group<W, false>(frames, frame_count, stride, row, out, large);
+    bool any = false;
+    for (int l = 0; l < W; ++l) any |= large[l] != 0;
+    if (any) forward_group<W, true>(frames, frame_count, stride, row, out, large);
+  }
+}
+
+/// The same for every set: rows of a matrix of four are as wide as four lanes.
+template <int>
+FASTCAL_INLINE void matrices_of(const double* poses, int frame, int frame_count, int rows, double* matrices) {
+  for (int row = 0; row < rows; row += 4) {
+    const double* part = poses + (row / kGroup * frame_count + frame) * kPoseNumbers * kGroup + row % kGroup;
+    for (int r = 0; r < 4; ++r) {
+      Vectors<4>::Lane lanes[4] = {{}, {}, {}, {1, 1, 1, 1}};
+      for (int c = 0; r < 3 && c < 4; ++c) load(lanes[c], part + (3 * c + r) * kGroup);
+      transpose(lanes);
+      for (int l = 0; l < 4 && row + l < rows; ++l) store(matrices + 16 * (row + l) + 4 * r, lanes[l]);
+    }
+  }
+}
+
+/// Eight rows of four columns at a time, so that each line of memory is read once.
+template <int>
+FASTCAL_INLINE void rows_of(const double* columns, int stride, int numbers, int count, int rows, double* matrices) {
+  const auto column = [&](int k, int n) { return columns + (static_cast<long>(k) * numbers + n) * stride; };
+  const auto to = [&](int row, int n) { return matrices + (static_cast<long>(row) * numbers + n) * count; };
+  for (int first = 0; first < rows; first += kGroup) {
+    const int last = first + kGroup < rows ? first + kGroup : rows;
+    for (int n = 0; n < numbers; ++n) {
+      int k = 0;
+      for (; k + 4 <= count; k += 4) {
+        for (int row = first; row < last; row += 4) {
+          Vectors<4>::Lane lanes[4];
+          for (int c = 0; c < 4; ++c) load(lanes[c], column(k + c, n) + row);
+          transpose(lanes);
+          for (int l = 0; l < 4 && row + l < last; ++l) store(to(row + l, n) + k, lanes[l]);
+        }
       }
-      if (frame.turn) {
-        load(value, frame.turn + row);
-        turn_about_z<W>(T, value);
+      for (; k < count; ++k) {
+        for (int row = first; row < last; ++row) to(row, n)[k] = column(k, n)[row];
       }
-      if (frame.motion) {
-        Lane M[kPoseNumbers];
-        for (int k = 0; k < kPoseNumbers; ++k) load(M[k], frame.motion + k * stride + row);
-        move(T, M);
-      }
-      if (frame.kept) {
-        for (int k = 0; k < kPoseNumbers; ++k) store(out + k * kGroup, T[k]);
-      }
-      out += kPoseNumbers * kGroup;
     }
   }
 }
@@ -189,12 +220,27 @@ FASTCAL_FOR_EACH_SET(forward, forward_lanes, (const FrameRows* f, int n, int str
 FASTCAL_FOR_EACH_SET(columns, columns_of,
                      (const double* poses, int n, int stride, const TwistRows* t, int count, const NumberRows& numbers),
                      (poses, n, stride, t, count, numbers))
+FASTCAL_FOR_EACH_SET(matrices, matrices_of, (const double* poses, int frame, int n, int rows, double* out),
+                     (poses, frame, n, rows, out))
+FASTCAL_FOR_EACH_SET(transposed, rows_of,
+                     (const double* columns, int stride, int numbers, int count, int rows, double* out),
+                     (columns, stride, numbers, count, rows, out))
 
 }  // namespace
 
 void forward_rows(const FrameRows* frames, int frame_count, int stride, double* poses) {
   static const auto run = FASTCAL_BEST_SET(forward);
   run(frames, frame_count, stride, poses);
+}
+
+void write_matrices(const double* poses, int frame, int frame_count, int rows, double* matrices) {
+  static const auto run = FASTCAL_BEST_SET(matrices);
+  run(poses, frame, frame_count, rows, matrices);
+}
+
+void write_rows(const double* columns, int stride, int numbers, int count, int rows, double* matrices) {
+  static const auto run = FASTCAL_BEST_SET(transposed);
+  run(columns, stride, numbers, count, rows, matrices);
 }
 
 void twist_columns(const double* poses, int frame_count, int stride, const TwistRows* twists, int twist_count,

@@ -12,10 +12,13 @@ constexpr int kGroup = 8;
 constexpr int kPoseNumbers = 12;  // a rotation, column by column, and a position
 constexpr int kNumbers = 32;      // that a row may hold at most
 
+/// What a rotation does, so that its zeros and ones cost nothing.
+enum class Turn { kNone, kAboutX, kAboutZ, kAny };
+
 /// T_f = T_(f-1) C Tz(slide) Rz(turn) M; each of the last three by row, null where there is none.
 struct FrameRows {
   double constant[kPoseNumbers];  ///< C
-  bool stays;                     ///< C is the identity
+  Turn constant_turn;             ///< what its rotation is
   bool kept;                      ///< its pose is wanted
   const double* slide;            ///< [m]
   const double* turn;             ///< [rad]
@@ -24,6 +27,9 @@ struct FrameRows {
 
 /// Poses of the frames: (stride / kGroup, frames, kPoseNumbers, kGroup).
 void forward_rows(const FrameRows* frames, int frame_count, int stride, double* poses);
+
+/// Poses of one frame in `rows` rows, as forward_rows() left them, as 4 x 4 matrices in C order.
+void write_matrices(const double* poses, int frame, int frame_count, int rows, double* matrices);
 
 /// One parameter's twist in the axes of one frame.
 struct TwistRows {
@@ -55,5 +61,8 @@ struct NumberRows {
 /// Columns of the Jacobian; `twists` in the order of their frames.
 void twist_columns(const double* poses, int frame_count, int stride, const TwistRows* twists, int twist_count,
                    const NumberRows& numbers);
+
+/// Columns (count, numbers, stride) as matrices (rows, numbers, count) in C order.
+void write_rows(const double* columns, int stride, int numbers, int count, int rows, double* matrices);
 
 }  // namespace fastcal::kernels

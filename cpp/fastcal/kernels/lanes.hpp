@@ -27,6 +27,29 @@ FASTCAL_INLINE void store(double* to, const Lane& from) {
   *reinterpret_cast<typename Vectors<sizeof(Lane) / sizeof(double)>::Memory*>(to) = from;
 }
 
+/// The lanes of a and b, as if in one row, that the numbers name.
+template <int... From, typename Lane>
+FASTCAL_INLINE void shuffle(Lane& to, const Lane& a, const Lane& b) {
+#if defined(__clang__)
+  to = __builtin_shufflevector(a, b, From...);
+#else
+  to = __builtin_shuffle(a, b, typename Vectors<sizeof...(From)>::Mask{From...});
+#endif
+}
+
+/// Four lanes of four numbers as a matrix, transposed.
+FASTCAL_INLINE void transpose(Vectors<4>::Lane (&rows)[4]) {
+  Vectors<4>::Lane even[2], odd[2];
+  for (int k = 0; k < 2; ++k) {
+    shuffle<0, 4, 2, 6>(even[k], rows[2 * k], rows[2 * k + 1]);
+    shuffle<1, 5, 3, 7>(odd[k], rows[2 * k], rows[2 * k + 1]);
+  }
+  shuffle<0, 1, 4, 5>(rows[0], even[0], even[1]);
+  shuffle<0, 1, 4, 5>(rows[1], odd[0], odd[1]);
+  shuffle<2, 3, 6, 7>(rows[2], even[0], even[1]);
+  shuffle<2, 3, 6, 7>(rows[3], odd[0], odd[1]);
+}
+
 /// Sine and cosine: x less a multiple of pi / 2 in three parts, then polynomials that interpolate
 /// (sin r - r) / r^3 and (cos r - 1 + r^2 / 2) / r^4 in Chebyshev points of [0, pi / 4]; |x| < 1e6, error 2 ulp.
 template <int W>
