@@ -59,6 +59,9 @@ class Effect {
   virtual double output_error(int /*joint*/, const double* /*theta*/) const { return 0; }
   virtual double joint_compliance(const State& /*state*/, int /*joint*/, const double* /*theta*/) const { return 0; }
 
+  /// Does it move joints by joint_compliance() times their loads, in all states the same, and nothing else?
+  virtual bool is_spring() const { return false; }
+
   /// What the effect's weights add to those of the robot file: part of every load from the next settle() on.
   virtual void add_weights(const double* /*theta*/, Weights& /*weights*/) const {}
 

@@ -23,6 +23,7 @@ class JointCompliance : public LinearEffect {
 
   const std::vector<Parameter>& parameters() const override { return parameters_; }
   unsigned needs() const override { return kLoads; }
+  bool is_spring() const override { return true; }
   double joint_compliance(const State&, int joint, const double* theta) const override {
     return joint == joint_ ? theta[0] : 0;
   }

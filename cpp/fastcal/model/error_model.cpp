@@ -36,6 +36,19 @@ ErrorModel ErrorModel::with_equilibrium(bool at_equilibrium) const {
   return out;
 }
 
+Eigen::VectorXd ErrorModel::springs(const Eigen::Ref<const Eigen::VectorXd>& theta) const {
+  const int n = robot_.joint_count();
+  if (needs_ != kLoads || !at_equilibrium_ || robot_.description().compensator) return {};
+  Eigen::VectorXd out = Eigen::VectorXd::Zero(n);
+  Eigen::Index first = robot_.nominal().size();
+  for (const auto& effect : effects_) {
+    if (effect->needs() != kNothing && !effect->is_spring()) return {};
+    for (int j = 0; j < n; ++j) out[j] += effect->joint_compliance({}, j, theta.data() + first);
+    first += static_cast<Eigen::Index>(effect->parameters().size());
+  }
+  return out;
+}
+
 namespace {
 
 const Eigen::Ref<const Eigen::VectorXd>& checked(const ErrorModel& model,

@@ -29,6 +29,9 @@ class ErrorModel {
   /// Loads are taken in the deflected posture, at equilibrium; false: in the undeflected one, to first order.
   bool at_equilibrium() const { return at_equilibrium_; }
   ErrorModel with_equilibrium(bool at_equilibrium) const;
+  /// Compliances (n) of the joints [rad/(N m), m/N] where they and the weights of the arm and its payload alone decide
+  /// the equilibrium; empty where anything else looks at loads or puts some on the arm.
+  Eigen::VectorXd springs(const Eigen::Ref<const Eigen::VectorXd>& theta) const;
   int parameter_count() const { return static_cast<int>(parameters_.size()); }
   /// The robot's own values and the effects' starting values.
   const Eigen::VectorXd& start() const { return start_; }

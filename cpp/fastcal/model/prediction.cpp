@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <optional>
 #include <vector>
 
 #include "fastcal/math/check.hpp"
@@ -40,29 +41,30 @@ std::vector<kernels::Sight> turns(int others, int tool, int stride, AlignedNumbe
   return out;
 }
 
-/// Columns (P, rows, stride) as rows (count, rows, P): eight rows at a time, so that each line of memory is read once.
-void write_rows(const double* columns, int stride, int rows, Eigen::Index p, Eigen::Index count, double* J) {
-  for (Eigen::Index first = 0; first < count; first += kernels::kGroup) {
-    const Eigen::Index last = std::min<Eigen::Index>(count, first + kernels::kGroup);
-    for (int n = 0; n < rows; ++n) {
-      for (Eigen::Index k = 0; k < p; ++k) {
-        const double* from = columns + (k * rows + n) * stride;
-        for (Eigen::Index i = first; i < last; ++i) J[(i * rows + n) * p + k] = from[i];
-      }
-    }
-  }
-}
-
 }  // namespace
 
 void predict(const ErrorModel& model, const Samples& samples, const Eigen::Ref<const Eigen::VectorXd>& theta,
              int threads, double* poses) {
   check(model, samples, theta);
+  const Eigen::VectorXd springs = model.springs(theta);
+  struct Worker {
+    RowBlock block;
+    std::optional<RowBlock> with_springs;
+    Worker(const ErrorModel& of, const Eigen::Ref<const Eigen::VectorXd>& at, const Eigen::VectorXd& springs)
+        : block(of, at, {}, {}, RowBlock::Frames::kTool) {
+      if (springs.size() > 0)
+        with_springs.emplace(of, at, std::vector<int>(), Eigen::VectorXd(), RowBlock::Frames::kTool, springs);
+    }
+  };
   parallel_chunks(
-      samples.count(), threads, [&] { return RowBlock(model, theta, {}, {}, RowBlock::Frames::kTool); },
-      [&](RowBlock& block, Eigen::Index, Eigen::Index begin, Eigen::Index end) {
-        forward(model, theta, samples, begin, end, block);
-        for (Eigen::Index i = begin; i < end; ++i) block.write_tool(static_cast<int>(i - begin), poses + 16 * i);
+      samples.count(), threads, [&] { return Worker(model, theta, springs); },
+      [&](Worker& worker, Eigen::Index, Eigen::Index begin, Eigen::Index end) {
+        if (worker.with_springs) {
+          worker.with_springs->forward(samples, begin, end, nullptr);
+          if (worker.with_springs->settled()) return worker.with_springs->write_tool(poses + 16 * begin);
+        }
+        forward(model, theta, samples, begin, end, worker.block);
+        worker.block.write_tool(poses + 16 * begin);
       });
 }
 
@@ -95,7 +97,8 @@ void parameter_jacobian(const ErrorModel& model, const Samples& samples, const E
         const std::vector<kernels::Sight> sights = turns(rows - 3, tool, stride, worker.slopes);
         worker.block.jacobian({true, rows - 3, factor.data(), sights.data(), static_cast<int>(sights.size())}, columns,
                               ld);
-        write_rows(columns, stride, rows, p, end - begin, J + begin * rows * p);
+        kernels::write_rows(columns, stride, rows, static_cast<int>(p), static_cast<int>(end - begin),
+                            J + begin * rows * p);
       });
 }
 

@@ -6,6 +6,7 @@
 #include <initializer_list>
 
 #include "fastcal/math/se3.hpp"
+#include "fastcal/robot/statics.hpp"
 
 namespace fastcal {
 namespace {
@@ -17,10 +18,18 @@ void write(const Pose& pose, double* out, Eigen::Index step) {
   for (int k = 0; k < 3; ++k) out[(9 + k) * step] = pose.p[k];
 }
 
+kernels::Turn turn_of(const Eigen::Matrix3d& R) {
+  const bool keeps_x = R(0, 0) == 1 && R(1, 0) == 0 && R(2, 0) == 0;
+  const bool keeps_z = R(2, 2) == 1 && R(0, 2) == 0 && R(1, 2) == 0;
+  if (keeps_x && keeps_z) return kernels::Turn::kNone;
+  return keeps_x ? kernels::Turn::kAboutX : keeps_z ? kernels::Turn::kAboutZ : kernels::Turn::kAny;
+}
+
 }  // namespace
 
 RowBlock::RowBlock(const ErrorModel& model, const Eigen::Ref<const Eigen::VectorXd>& theta,
-                   const std::vector<int>& free, const Eigen::VectorXd& scale, Frames kept)
+                   const std::vector<int>& free, const Eigen::VectorXd& scale, Frames kept,
+                   const Eigen::VectorXd& springs)
     : theta_(theta),
       chain_(model.robot().chain(theta.head(model.robot().nominal().size()))),
       wanted_(static_cast<std::size_t>(model.parameter_count()), {-1, 0.0}),
@@ -38,18 +47,34 @@ RowBlock::RowBlock(const ErrorModel& model, const Eigen::Ref<const Eigen::Vector
   }
   int first = static_cast<int>(model.robot().nominal().size());
   for (const auto& effect : model.effects()) {
-    if (const auto* linear = dynamic_cast<const LinearEffect*>(effect.get()))
+    const bool apart = springs.size() > 0 && effect->is_spring();
+    if (const auto* linear = dynamic_cast<const LinearEffect*>(effect.get()); linear != nullptr && !apart)
       linear_.emplace_back(linear, first);
-    else
+    else if (!apart)
       others_.emplace_back(effect.get(), first);
     first += static_cast<int>(effect->parameters().size());
   }
   for (std::size_t f = 0; f < frames_.size(); ++f) {
     const Pose& C = chain_.constants[f];
     write(C, frames_[f].constant, 1);
-    frames_[f].stays = C.R == Eigen::Matrix3d::Identity() && C.p == Eigen::Vector3d::Zero();
+    frames_[f].constant_turn = turn_of(C.R);
     frames_[f].kept = kept == Frames::kAll || f + 1 == frames_.size();
   }
+  if (springs.size() > 0) set_springs(model.robot().description(), springs);
+}
+
+void RowBlock::set_springs(const RobotDescription& robot, const Eigen::VectorXd& compliances) {
+  for (int j = 0; j < chain_.joint_count(); ++j) {
+    const auto k = static_cast<std::size_t>(j);
+    const Body& body = robot.bodies[k];
+    const Eigen::Vector3d moment = body.mass * (chain_.body_frames[k] * body.com);
+    spring_joints_.push_back(
+        {chain_.joint_types[k] == JointType::kPrismatic, compliances[j], body.mass, {moment[0], moment[1], moment[2]}});
+  }
+  springs_ = {frames_.data(), chain_.joint_count(), spring_joints_.data(), nullptr, {}, {}};
+  const Eigen::Vector3d gravity = gravity_in_world(robot, chain_.constants[kBaseFrame]);
+  std::copy(gravity.begin(), gravity.end(), springs_.gravity);
+  std::copy(robot.p_flange_payload.begin(), robot.p_flange_payload.end(), springs_.payload_at);
 }
 
 void RowBlock::forward(const Samples& samples, Eigen::Index begin, Eigen::Index end, TwistMemory* memory) {
@@ -70,9 +95,13 @@ void RowBlock::forward(const Samples& samples, Eigen::Index begin, Eigen::Index 
     const bool turned = moved_[k] && !general_[k];
     double* angle = angle_[k].resize(2 * stride_);
     double* shift = angle + stride_;
-    std::fill(angle, angle + 2 * stride_, 0.0);
     const bool revolute = joint && chain_.joint_types[static_cast<std::size_t>(f / 2)] == JointType::kRevolute;
-    for (int i = 0; joint && i < rows_; ++i) (revolute ? angle : shift)[i] = samples.q(begin + i, f / 2);
+    if (joint) {
+      double* q = revolute ? angle : shift;
+      for (int i = 0; i < rows_; ++i) q[i] = samples.q(begin + i, f / 2);
+      std::fill(q + rows_, q + stride_, 0.0);
+    }
+    if (turned && !revolute) std::fill(angle, angle + stride_, 0.0);
     for (int i = 0; turned && i < rows_; ++i) angle[i] += xi[5 * stride_ + i];
     if (revolute || turned) frame.turn = angle;
     if (joint && !revolute) frame.slide = shift;
@@ -81,8 +110,30 @@ void RowBlock::forward(const Samples& samples, Eigen::Index begin, Eigen::Index 
       frame.motion = motion_[k].data();
     }
   }
+  if (!spring_joints_.empty()) add_spring_turns(samples, begin);
   double* poses = poses_.resize(static_cast<Eigen::Index>(frame_count()) * kernels::kPoseNumbers * stride_);
   kernels::forward_rows(frames_.data(), frame_count(), stride_, poses);
+}
+
+void RowBlock::add_spring_turns(const Samples& samples, Eigen::Index begin) {
+  settled_ = samples.wrench.size() == 0 && chain_.joint_count() <= kernels::kMostSprings;
+  for (int j = 0; j < chain_.joint_count(); ++j) {
+    // A turn about z and a tilt do not commute: their sum is one twist.
+    const bool tilts = general_[static_cast<std::size_t>(joint_frame(j))];
+    settled_ &= !(tilts && spring_joints_[static_cast<std::size_t>(j)].compliance != 0);
+  }
+  if (!settled_) return;
+  double* payload = payload_.resize(stride_);
+  for (int i = 0; i < stride_; ++i)
+    payload[i] = samples.payload.size() > 0 && i < rows_ ? samples.payload[begin + i] : 0;
+  springs_.payload = payload;
+  double* give = give_.resize(static_cast<Eigen::Index>(chain_.joint_count()) * stride_);
+  settled_ = kernels::settle_springs(springs_, stride_, give);
+  for (int j = 0; settled_ && j < chain_.joint_count(); ++j, give += stride_) {
+    const auto k = static_cast<std::size_t>(joint_frame(j));
+    double* to = angle_[k].data() + (spring_joints_[static_cast<std::size_t>(j)].slides ? stride_ : 0);
+    for (int i = 0; i < stride_; ++i) to[i] += give[i];
+  }
 }
 
 double* RowBlock::move(int frame) {
@@ -188,15 +239,6 @@ Pose RowBlock::frame(int frame, int i) const {
   for (int k = 0; k < 9; ++k) out.R(k % 3, k / 3) = pose_part(frame, i, k);
   for (int k = 0; k < 3; ++k) out.p[k] = pose_part(frame, i, 9 + k);
   return out;
-}
-
-void RowBlock::write_tool(int i, double* out) const {
-  const double* parts = pose_parts(frame_count() - 1, i);
-  for (int r = 0; r < 3; ++r) {
-    for (int c = 0; c < 4; ++c) out[4 * r + c] = parts[(3 * c + r) * kernels::kGroup];  // the position behind R
-    out[12 + r] = 0;
-  }
-  out[15] = 1;
 }
 
 void RowBlock::jacobian(const kernels::NumberRows& numbers, double* block, int ld) {

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "fastcal/kernels/chain_rows.hpp"
+#include "fastcal/kernels/spring_rows.hpp"
 #include "fastcal/model/error_model.hpp"
 #include "fastcal/model/twist_table.hpp"
 
@@ -39,14 +39,18 @@ class RowBlock {
   /// Whose poses are kept: the Jacobian needs those of all frames.
   enum class Frames { kAll, kTool };
 
-  /// `free`: the parameters whose columns are wanted, `scale` by what each is multiplied.
+  /// `free`: the parameters whose columns are wanted, `scale` by what each is multiplied. `springs`: compliances of the
+  /// joints (ErrorModel::springs), by which forward() brings the arm to equilibrium; empty: effects find their loads in
+  /// the samples.
   RowBlock(const ErrorModel& model, const Eigen::Ref<const Eigen::VectorXd>& theta, const std::vector<int>& free,
-           const Eigen::VectorXd& scale, Frames kept = Frames::kAll);
+           const Eigen::VectorXd& scale, Frames kept = Frames::kAll, const Eigen::VectorXd& springs = {});
   RowBlock(const RowBlock&) = delete;
   RowBlock& operator=(const RowBlock&) = delete;
 
   /// Brings the frames of rows begin ... end - 1 up to date. `memory` (or null) knows these rows, a chunk, from before.
   void forward(const Samples& samples, Eigen::Index begin, Eigen::Index end, TwistMemory* memory);
+  /// Did forward() find the equilibrium of every row? Where it did not, settle() has other ways.
+  bool settled() const { return settled_; }
 
   /// Rows of every array, a multiple of kernels::kGroup.
   int stride() const { return stride_; }
@@ -54,8 +58,10 @@ class RowBlock {
   double position(int i, int k) const { return pose_part(frame_count() - 1, i, 9 + k); }
   /// Pose of a frame in row i of the block.
   Pose frame(int frame, int i) const;
-  /// The tool's pose in row i as a 4 x 4 matrix in C order.
-  void write_tool(int i, double* out) const;
+  /// The tool's poses in all rows as 4 x 4 matrices in C order.
+  void write_tool(double* out) const {
+    kernels::write_matrices(poses_.data(), frame_count() - 1, frame_count(), rows_, out);
+  }
 
   /// Columns of `free` in `block`, `ld` apart: d number / d parameter by factor and scale, (numbers, stride) each; 0
   /// for parameters that are not the model's.
@@ -79,6 +85,8 @@ class RowBlock {
     return Eigen::Map<const Vector6d, 0, Eigen::InnerStride<>>(frame_xi_[static_cast<std::size_t>(frame)].data() + i,
                                                                Eigen::InnerStride<>(stride_));
   }
+  void set_springs(const RobotDescription& robot, const Eigen::VectorXd& compliances);
+  void add_spring_turns(const Samples& samples, Eigen::Index begin);
   /// exp of the twists of a frame that does not only turn about z.
   void general_motion(int frame);
   /// Puts the right Jacobian before the twists of a frame: exp(xi + d) = exp(xi) exp(J_r d), exact at any size.
@@ -99,6 +107,10 @@ class RowBlock {
   std::vector<bool> moved_, general_;                      // by frame
   std::vector<AlignedNumbers> frame_xi_, angle_, motion_;  // by frame: (6, stride), (stride), (12, stride)
   std::vector<kernels::FrameRows> frames_;
+  kernels::Springs springs_{};
+  std::vector<kernels::SpringJoint> spring_joints_;  // empty: no springs
+  AlignedNumbers payload_, give_;                    // (stride), (joints, stride)
+  bool settled_ = true;
   std::vector<AlignedNumbers> turned_;  // twists behind their right Jacobians, (6, stride)
   AlignedNumbers poses_;
 };

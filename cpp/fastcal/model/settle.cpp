@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "fastcal/math/parallel.hpp"
+#include "fastcal/model/row_block.hpp"
 #include "fastcal/robot/arm_bending.hpp"
 #include "fastcal/robot/statics.hpp"
 
@@ -62,6 +63,25 @@ void fill_compliance(const ErrorModel& model, const Eigen::VectorXd& theta, Eige
   }
 }
 
+/// Frames and loads of the rows of a chunk where springs and weights alone decide; false where that found no
+/// equilibrium.
+bool settle_with_springs(const ErrorModel& model, const Eigen::VectorXd& theta, const Eigen::VectorXd& springs,
+                         Eigen::Index begin, Eigen::Index end, Samples& samples) {
+  RowBlock block(model, theta, {}, {}, RowBlock::Frames::kAll, springs);
+  block.forward(samples, begin, end, nullptr);
+  if (!block.settled()) return false;
+  const int frames = samples.chain->frame_count();
+  std::vector<Pose> T(static_cast<std::size_t>(frames));
+  for (Eigen::Index i = begin; i < end; ++i) {
+    for (int f = 0; f < frames; ++f) T[static_cast<std::size_t>(f)] = block.frame(f, static_cast<int>(i - begin));
+    std::copy(T.begin(), T.end(), samples.frames.begin() + i * frames);
+    frame_loads(model.robot().description(), *samples.chain, T, samples.row(i), samples.gravity,
+                samples.load.row(i).data(), samples.payload_load.row(i).data());
+    samples.compliance.row(i) = springs.transpose();
+  }
+  return true;
+}
+
 }  // namespace
 
 double settle(const ErrorModel& model, const Eigen::Ref<const Eigen::VectorXd>& theta, int threads, Samples& samples) {
@@ -96,8 +116,10 @@ double settle(const ErrorModel& model, const Eigen::Ref<const Eigen::VectorXd>& 
   double length = 0;
   for (const Pose& T : chain.constants) length += T.p.norm();
 
+  const Eigen::VectorXd springs = beams == nullptr && (needs & kLoads) != 0 ? model.springs(theta) : Eigen::VectorXd();
   std::vector<double> changes(static_cast<std::size_t>(chunk_count(rows)), 0.0);
   parallel_chunks(rows, threads, [&](Eigen::Index chunk, Eigen::Index begin, Eigen::Index end) {
+    if (springs.size() > 0 && settle_with_springs(model, theta, springs, begin, end, samples)) return;
     RowEvaluator evaluator(model, theta);
     Eigen::VectorXd before(6 * frames);
     Eigen::Vector3d tool_before = Eigen::Vector3d::Zero();

@@ -161,5 +161,109 @@ TEST(Equilibrium, HoldsWhatLoadsDoNotMove) {
   }
 }
 
+/// Poses (N, 16) of the tool.
+RowMatrixXd poses(const ErrorModel& model, const Samples& samples) {
+  RowMatrixXd out(samples.count(), 16);
+  predict(model, samples, model.start(), 1, out.data());
+  return out;
+}
+
+/// A frame moved by a column of the data.
+Cause moved_by_column(const std::string& frame, const std::string& axis, const std::vector<double>& values) {
+  return {"regressor", frame, values, {{"column", std::string("given")}, {"axis", axis}}};
+}
+
+/// An arm with weights, springs in its joints, and effects that look at no load.
+struct SpringArm {
+  RobotModel robot;
+  std::vector<Cause> causes;
+};
+
+SpringArm spring_arm(Random& random, int n, double compliance) {
+  Tables tables = random_tables(random, n);
+  RobotDescription description = build("dh", tables).description();
+  for (Body& body : description.bodies) {
+    if (random.chance(0.2)) continue;  // weightless
+    body.mass = random.uniform(5, 80);
+    body.com = random.vector(0.4);
+  }
+  description.p_flange_payload = random.vector(0.3);
+  SpringArm out{build_dh(description, tables.rows), {moved_by_column("base", "all", {1, 2, -1, 3, 2, 1})}};
+  for (int j = 0; j < n; ++j) {
+    const std::string joint = "joint" + std::to_string(j + 1);
+    if (random.chance(0.5)) out.causes.push_back({"reduction_ratio", joint, {random.uniform(-0.01, 0.01)}, {}});
+    if (j == 0 || random.chance(0.8))
+      out.causes.push_back({"joint_compliance", joint, {random.uniform(0, compliance)}, {}});
+  }
+  return out;
+}
+
+Samples spring_rows(Random& random, int n) {
+  Samples out;
+  out.q = RowMatrixXd::NullaryExpr(140, n, [&] { return random.uniform(-2, 2); });
+  out.payload = Eigen::VectorXd::NullaryExpr(140, [&] { return random.chance(0.3) ? 0 : random.uniform(1, 40); });
+  out.extra = RowMatrixXd::NullaryExpr(140, 1, [&] { return random.uniform(-1e-2, 1e-2); });
+  return out;
+}
+
+// Where springs and weights alone decide, the equilibrium is found for rows side by side: it is the one that the rounds
+// of settle() come to, which an effect of size 0 that looks at loads asks for.
+TEST(Equilibrium, OfSpringsIsThatOfTheRounds) {
+  Random random(37);
+  for (int repeat_index = 0; repeat_index < repeat(40); ++repeat_index) {
+    const int n = random.whole(1, 8);
+    const SpringArm arm = spring_arm(random, n, random.chance(0.5) ? 1e-5 : 1e-7);
+    const ErrorModel springs = with(arm.robot, arm.causes);
+    std::vector<Cause> more = arm.causes;
+    more.push_back({"bearing_tilt", "joint1", {0}, {}});
+    const ErrorModel rounds = with(arm.robot, more);
+    const Samples samples = spring_rows(random, n);
+    const RowMatrixXd expected = poses(rounds, samples);
+    ASSERT_TRUE(expected.allFinite());
+    EXPECT_LT((poses(springs, samples) - expected).cwiseAbs().maxCoeff(), 1e-12) << "arm " << repeat_index;
+
+    Samples by_springs = samples, by_rounds = samples;
+    EXPECT_LT(settle(springs, springs.start(), 2, by_springs), 1e-13);
+    settle(rounds, rounds.start(), 1, by_rounds);
+    const double largest = std::max(1.0, by_rounds.load.cwiseAbs().maxCoeff());
+    EXPECT_LT((by_springs.load - by_rounds.load).cwiseAbs().maxCoeff(), 1e-11 * largest);
+    EXPECT_LT((by_springs.payload_load - by_rounds.payload_load).cwiseAbs().maxCoeff(), 1e-11 * largest);
+
+    // A row is the same wherever in a batch it stands.
+    const Samples one = samples.slice(133, 134);
+    EXPECT_EQ((poses(springs, one) - poses(springs, samples).row(133)).norm(), 0);
+  }
+}
+
+// What springs and weights do not decide alone is left to the rounds: wrenches, joints that also tilt, loads taken in
+// the undeflected posture, and arms too soft to stand.
+TEST(Equilibrium, OfMoreThanSpringsIsLeftToTheRounds) {
+  Random random(41);
+  const int n = 4;
+  const SpringArm arm = spring_arm(random, n, 1e-5);
+  std::vector<Cause> with_zero = arm.causes;
+  with_zero.push_back({"bearing_tilt", "joint2", {0}, {}});
+  Samples samples = spring_rows(random, n);
+  const auto expect_same = [&](const std::vector<Cause>& causes, const std::vector<Cause>& more, bool at_equilibrium) {
+    const RowMatrixXd expected = poses(with(arm.robot, more).with_equilibrium(at_equilibrium), samples);
+    EXPECT_LT((poses(with(arm.robot, causes).with_equilibrium(at_equilibrium), samples) - expected).norm(), 1e-11);
+  };
+  expect_same(arm.causes, with_zero, false);
+  samples.wrench = RowMatrixXd::Random(samples.count(), 6) * 100;
+  expect_same(arm.causes, with_zero, true);
+  samples.wrench.resize(0, 0);
+  std::vector<Cause> tilted = arm.causes, tilted_with_zero = with_zero;
+  for (int j = 1; j <= n; ++j) {
+    const Cause tilt = moved_by_column("joint" + std::to_string(j), "rx", {1});
+    tilted.push_back(tilt);
+    tilted_with_zero.push_back(tilt);
+  }
+  expect_same(tilted, tilted_with_zero, true);
+
+  std::vector<Cause> soft;
+  for (int j = 0; j < n; ++j) soft.push_back({"joint_compliance", "joint" + std::to_string(j + 1), {0.1}, {}});
+  EXPECT_TRUE(poses(with(arm.robot, soft), samples).allFinite());
+}
+
 }  // namespace
 }  // namespace fastcal::test
