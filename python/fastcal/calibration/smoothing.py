@@ -79,6 +79,7 @@ class _Search:
 
     def weigh(self, weight: FloatArray) -> None:
         """Sums the normal equations of each fold at weights (m,)."""
+        self._known: dict[tuple[float, ...], float] = {}
         self._folds = []
         for fold in range(FOLDS):
             of = self._fold == fold
@@ -116,12 +117,16 @@ class _Search:
         return self._problem.residual - self._problem.J @ self._solve(self._A, self._g, log_s)
 
     def _error(self, log_s: FloatArray) -> float:
-        """Weighted sum of squares of the rows of every fold, fitted to the others."""
+        """Weighted sum of squares of the rows of every fold, fitted to the others; each worked out once."""
+        key = tuple(np.round(log_s, 6).tolist())
+        if key in self._known:
+            return self._known[key]
         total = 0.0
         for (A, g, squares), (A_others, g_others) in zip(self._folds, self._others, strict=True):
             b = self._solve(A_others, g_others, log_s)
             total += squares - 2 * b @ g + b @ A @ b
-        return float(total)
+        self._known[key] = float(total)
+        return self._known[key]
 
     def _solve(self, A: FloatArray, g: FloatArray, log_s: FloatArray) -> FloatArray:
         """(A + S^-2)^-1 g, S the priors' deviations; in b / S, where it is well conditioned."""
