@@ -168,7 +168,7 @@ class Effect:
 
     def _reading(self, kept: NDArray[np.intp], after: FloatArray, g: FloatArray) -> Reading:
         """`g` (K, d, p): derivatives of what is drawn by theta."""
-        variance = np.einsum("kdp,pq,kdq->kd", g, self.covariance, g)
+        variance = np.sum((g @ self.covariance) * g, axis=2)
         return Reading(kept, after, g @ self.theta, np.sqrt(np.maximum(variance, 0.0)))
 
 
