@@ -101,8 +101,7 @@ class Blocks:
 def blocks(at: Fit, columns: Columns | None = None) -> Blocks:
     """Score tests of all names and generic blocks at a fit; `columns` where they are known."""
     found = columns_at(at) if columns is None else columns
-    A, r, _row = at.whitened
-    tests = score_tests(A, found.values, r, found.sizes)
+    tests = score_tests(at.basis, found.values, at.whitened[1], found.sizes)
     return Blocks(at, found.names, found.generics, tests, found.sizes, found.directions, found.frames)
 
 

@@ -33,6 +33,7 @@ from fastcal.diagnosis import rules
 from fastcal.diagnosis.library import Hypothesis
 from fastcal.diagnosis.memory import without_memory
 from fastcal.diagnosis.problem import Problem, core_entry, with_nuisances
+from fastcal.diagnosis.projection import basis, root
 from fastcal.diagnosis.starting_values import carried
 from fastcal.effects.entries import build_effects
 from fastcal.robot.robot import Spec
@@ -140,6 +141,11 @@ class Fit:
         own = np.asarray(self.near.row, dtype=np.intp)
         r = without_memory(self.problem, -np.asarray(self.near.r) / self.problem.noise.factor, own)
         return self._with_priors(self._measured, r)
+
+    @cached_property
+    def basis(self) -> FloatArray:
+        """(m, rank) an orthonormal basis of the columns of `whitened`."""
+        return basis(self.whitened[0])
 
     @cached_property
     def standardized(self) -> tuple[FloatArray, FloatArray, NDArray[np.intp]]:
@@ -298,7 +304,9 @@ def held(prior: FloatArray, pull: FloatArray) -> FloatArray:
 def _inverse_triangle(A: FloatArray) -> FloatArray:
     """(p, p) R^-1 of A = Q R (m, p), in whatever units its columns are."""
     length = column_lengths(A)
-    R = linalg.qr(A / length, mode="r", check_finite=False)[0][: A.shape[1]]
+    A = A / length
+    L = root(A.T @ A)
+    R = linalg.qr(A, mode="r", check_finite=False)[0][: A.shape[1]] if L is None else L.T
     return np.asarray(linalg.solve_triangular(R, np.eye(len(R)), check_finite=False) / length[:, np.newaxis])
 
 

@@ -17,7 +17,7 @@ from fastcal.diagnosis.held_out import folds
 from fastcal.diagnosis.library import Hypothesis
 from fastcal.diagnosis.one_curve import is_one_curve
 from fastcal.diagnosis.periodic import is_periodic
-from fastcal.diagnosis.projection import score_tests
+from fastcal.diagnosis.projection import basis, score_tests
 from fastcal.diagnosis.reasons import Because, BlockLabel, CauseLabel, Label, Reason
 from fastcal.diagnosis.result import NamedValue
 from fastcal.diagnosis.search import Search, SearchNode
@@ -249,7 +249,7 @@ def _stability(search: Search, base: SearchNode, name: Hypothesis) -> float:
     first = 0
     for k in range(rules.FOLDS):
         kept = fold != k
-        tests = score_tests(A[kept], C[kept], r[kept], [blocks.sizes[i] for i in likely])
+        tests = score_tests(basis(A[kept]), C[kept], r[kept], [blocks.sizes[i] for i in likely])
         worth = blocks.worth(np.asarray(tests.scores.statistic), np.asarray(tests.scores.rank), np.array(likely))
         first += _is_of_one_kind(blocks.names[likely[int(np.argmax(worth))]], name)
     return first / rules.FOLDS

@@ -39,7 +39,7 @@ def is_periodic(name: Hypothesis) -> bool:
 def scan(state: SearchNode) -> list[Hypothesis]:
     """Waves of orders beyond the library's that are significant at a fit, the highest peaks of each revolute joint."""
     problem = state.fit.problem
-    A, r, row = state.fit.whitened
+    _A, r, row = state.fit.whitened
     measured = row >= 0
     waves_of_a_joint = [effect for effect in effect_names() if traits_of(effect).is_wave]
     found: list[Hypothesis] = []
@@ -57,7 +57,7 @@ def scan(state: SearchNode) -> list[Hypothesis]:
             C = np.zeros((len(r), 2 * len(orders)))
             C[measured, 0::2], C[measured, 1::2] = turn * np.sin(angle), turn * np.cos(angle)
             C[measured] = without_memory(problem, C[measured], row[measured])
-            return score_tests(A, C, r, [2] * len(orders)).scores
+            return score_tests(state.fit.basis, C, r, [2] * len(orders)).scores
 
         scores = scored(orders)
         trials = len(orders) * problem.start.robot.joint_count / 2

@@ -64,8 +64,9 @@ class Effect:
     @staticmethod
     def added(fit: Fit, C: FloatArray) -> Effect:
         """Of a block (m, p) that is not in the fit, by one linear step; rows of priors are in C, as zeros."""
-        A, r, row = fit.whitened
-        both = _beyond(A, np.column_stack([C, r]))
+        _A, r, row = fit.whitened
+        both = np.column_stack([C, r])
+        both -= fit.basis @ (fit.basis.T @ both)
         beyond, left = both[:, :-1], both[:, -1]
         theta = np.asarray(np.linalg.lstsq(beyond, left, rcond=1e-9)[0], dtype=np.float64)
         measured = row >= 0
@@ -170,12 +171,6 @@ class Effect:
         """`g` (K, d, p): derivatives of what is drawn by theta."""
         variance = np.sum((g @ self.covariance) * g, axis=2)
         return Reading(kept, after, g @ self.theta, np.sqrt(np.maximum(variance, 0.0)))
-
-
-def _beyond(A: FloatArray, C: FloatArray) -> FloatArray:
-    """C (m, q) without what the columns of A (m, p) can do: (m, q)."""
-    Q = np.linalg.qr(A / np.linalg.norm(A, axis=0))[0]
-    return np.asarray(C - Q @ (Q.T @ C))
 
 
 def _inverse(C: FloatArray) -> FloatArray:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fastcal import _core
-from fastcal.diagnosis.projection import basis, score_tests
+from fastcal.diagnosis.projection import basis, root, score_tests
 
 SIZES = [4, 5, 1, 2]
 
@@ -22,7 +22,7 @@ def test_the_tests_are_those_of_the_rows(rows: int) -> None:
     C[:, 10:] = C[:, :2]  # a twin: the columns have no full rank
     C[:, 3] = 0.0
     C *= np.logspace(-6, 6, 12)
-    expected, found = _core.ScoreTests(A, C, r, SIZES), score_tests(A, C, r, SIZES)
+    expected, found = _core.ScoreTests(A, C, r, SIZES), score_tests(basis(A), C, r, SIZES)
     assert found.null_rank == expected.null_rank == 5
     np.testing.assert_array_equal(found.scores.rank, expected.scores.rank)
     for name in ("surviving", "estimate"):
@@ -39,7 +39,7 @@ def test_columns_that_move_nothing_and_no_columns_say_nothing() -> None:
     random = np.random.default_rng(5)
     A, r = random.normal(size=(40, 3)), random.normal(size=40)
     for C, sizes in ((np.zeros((40, 2)), [2]), (np.zeros((40, 0)), [])):
-        expected, found = _core.ScoreTests(A, C, r, sizes), score_tests(A, C, r, sizes)
+        expected, found = _core.ScoreTests(A, C, r, sizes), score_tests(basis(A), C, r, sizes)
         np.testing.assert_array_equal(found.scores.rank, expected.scores.rank)
         np.testing.assert_allclose(found.remaining, expected.remaining)
 
@@ -52,3 +52,15 @@ def test_a_basis_spans_what_the_columns_do() -> None:
     assert Q.shape == (30, 3)
     np.testing.assert_allclose(Q.T @ Q, np.eye(3), atol=1e-12)
     np.testing.assert_allclose(Q @ (Q.T @ A), A, rtol=1e-9, atol=1e-15)
+
+
+def test_a_root_of_the_normal_matrix_is_refused_where_it_would_be_inexact() -> None:
+    random = np.random.default_rng(6)
+    A = np.linalg.qr(random.normal(size=(50, 4)))[0]
+    L = root(A.T @ A)
+    assert L is not None
+    np.testing.assert_allclose(L, np.eye(4), atol=1e-14)
+    A[:, 3] = A[:, 2] + 1e-4 * A[:, 3]  # of condition 1e8 squared
+    assert root(A.T @ A) is None
+    A[:, 3] = A[:, 2]
+    assert root(A.T @ A) is None

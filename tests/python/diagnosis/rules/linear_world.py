@@ -20,6 +20,7 @@ from fastcal.diagnosis.blocks import Columns
 from fastcal.diagnosis.generic import Curves, Generic
 from fastcal.diagnosis.library import Hypothesis
 from fastcal.diagnosis.problem import Noise
+from fastcal.diagnosis.projection import basis
 from fastcal.diagnosis.search import Search
 
 ROWS = 240
@@ -77,6 +78,7 @@ class World:
             freedom=float(ROWS - X.shape[1]),
             near=SimpleNamespace(r=left, row=np.arange(ROWS)),
             whitened=(X, left, np.arange(ROWS)),
+            basis=basis(X),
             place=lambda n: places[id(n)],
             columns=lambda n: list(range(places[id(n)].start, places[id(n)].stop)),
             value=lambda n: theta[places[id(n)]],
