@@ -74,27 +74,31 @@ class HeldOut:
     def __init__(
         self, at: Fit, fitted: BoolArray | None = None, more: FloatArray | None = None, owner: str | None = None
     ) -> None:
-        every, (A, self._r, row) = at.on_every_row if more is None else (at.problem, at.whitened)
+        every, (A, r, row) = at.on_every_row if more is None else (at.problem, at.whitened)
         value = at.theta[at.free]
         if more is not None:
             A, value = np.hstack([A, more]), np.append(value, np.zeros(more.shape[1]))
         length = column_lengths(A)
-        self._A = A / np.where(length > 0, length, 1.0)
         self._value = value * length
         self._factor = at.problem.noise.factor
         self._rows = every.rows
-        self._row = row
         self._count = len(at.problem.data)
         fold = folds(every, owner)
         used = (at.problem.used if fitted is None else fitted)[every.rows]
-        self._numbers = [np.flatnonzero((row >= 0) & (fold[row] == k)) for k in range(rules.FOLDS)]
-        self._fitted = [n[used[row[n]]] for n in self._numbers]
-        self._priors = np.flatnonzero(row < 0)
-        parts = [self._A[n] for n in self._fitted]
-        self._normal = [part.T @ part for part in parts]
-        prior = self._A[self._priors]
-        self._whole = np.sum(self._normal, axis=0) + prior.T @ prior
-        self._prior = column_lengths(prior)  # one row a parameter
+        # Fold by fold, in each what is fitted first, the priors last: parts of A are then parts of memory.
+        place = np.where(row < 0, 2 * rules.FOLDS, 2 * fold[row] + ~used[row])
+        order = np.argsort(place, kind="stable")
+        ends = np.searchsorted(place[order], np.arange(2 * rules.FOLDS + 1))
+        self._A = A[order]
+        self._A /= np.where(length > 0, length, 1.0)
+        self._r, self._row = r[order], row[order]
+        self._numbers = [slice(a, b) for a, b in zip(ends[:-1:2], ends[2::2], strict=True)]
+        self._fitted = [slice(a, b) for a, b in zip(ends[:-1:2], ends[1::2], strict=True)]
+        self._priors = slice(ends[-1], None)
+        self._prior = column_lengths(self._A[self._priors])  # one row a parameter
+        normal = [self._A[n].T @ self._A[n] for n in self._fitted]
+        whole = np.sum(normal, axis=0) + np.diag(self._prior**2)
+        self._others = [whole - own for own in normal]
         self._is_pulled = np.zeros(A.shape[1], dtype=bool)
         self._is_pulled[: len(at.free)] = np.isfinite(at.pull[at.free])
         self._beside = [i for name in at.added if name.traits.role == "curve" for i in at.columns(name)]
@@ -109,20 +113,25 @@ class HeldOut:
             without: Columns of the fit, as it counts its free parameters, that are left out at the value 0.
         """
         A, kept = self._A, np.setdiff1d(np.arange(self._A.shape[1]), without)
-        own = list(without)
-        r = self._r + A[:, own] @ self._value[own]
+        r = self._left_without(without)
         g = [A[n].T @ r[n] for n in self._fitted]
         whole = np.sum(g, axis=0) + A[self._priors].T @ r[self._priors]
         square = np.zeros(len(self._rows))
-        centres = self._centres(own)
+        centres = self._centres(without)
         for k, out in enumerate(self._numbers):
             step = np.zeros(A.shape[1])
             right = whole - g[k] + self._prior**2 * centres[k]
-            step[kept] = _solved(self._whole - self._normal[k], right, kept)
+            step[kept] = _solved(self._others[k], right, kept)
             square += np.bincount(self._row[out], (r[out] - A[out] @ step) ** 2, len(square))
         found = np.full(self._count, np.nan)
         found[self._rows] = square * self._factor**2
         return found
+
+    def _left_without(self, own: Sequence[int]) -> FloatArray:
+        """(m,) what the fit leaves where these columns are left out."""
+        value = np.zeros(len(self._value))
+        value[list(own)] = self._value[list(own)]
+        return np.asarray(self._r + self._A @ value)
 
     def _centres(self, without: Sequence[int]) -> list[FloatArray]:
         """By fold, how far what is pulled moves from its centre in the fit of the other folds, curves left out."""
@@ -130,27 +139,30 @@ class HeldOut:
             return [np.zeros(self._A.shape[1])] * rules.FOLDS
         out = sorted({*self._beside, *without})
         kept = np.setdiff1d(np.arange(self._A.shape[1]), out)
-        r = self._r + self._A[:, out] @ self._value[out]
+        r = self._left_without(out)
         g = [self._A[n].T @ r[n] for n in self._fitted]
         weak = self._slack**2
         right = np.sum(g, axis=0) + weak * (self._A[self._priors].T @ r[self._priors])
-        normal = self._whole - np.diag((1 - weak) * self._prior**2)
+        pulls = (1 - weak) * self._prior**2
         pulled = np.flatnonzero(self._is_pulled)
-        before = self._r[self._priors[pulled]] / self._prior[pulled]
+        before = self._r[self._priors][pulled] / self._prior[pulled]
         found = []
         for k in range(rules.FOLDS):
             step, moved = np.zeros(self._A.shape[1]), np.zeros(self._A.shape[1])
-            step[kept] = _solved(normal - self._normal[k], right - g[k], kept)
+            step[kept] = _solved(self._others[k], right - g[k], kept, pulls)
             moved[pulled] = step[pulled] - before
             found.append(moved)
         return found
 
 
-def _solved(normal: FloatArray, right: FloatArray, kept: NDArray[np.intp]) -> FloatArray:
-    """The solution of the normal equations of some columns."""
+def _solved(
+    normal: FloatArray, right: FloatArray, kept: NDArray[np.intp], pulls: FloatArray | float = 0.0
+) -> FloatArray:
+    """The solution of the normal equations of some columns, without `pulls` (p,) on the diagonal."""
     part = normal[np.ix_(kept, kept)]
-    part[np.diag_indices_from(part)] += _RIDGE
-    return np.asarray(linalg.solve(part, right[kept], assume_a="pos", check_finite=False))
+    part[np.diag_indices_from(part)] += _RIDGE - np.broadcast_to(pulls, len(normal))[kept]
+    root = linalg.cho_factor(part.T, overwrite_a=True, check_finite=False)
+    return np.asarray(linalg.cho_solve(root, right[kept], check_finite=False))
 
 
 def gain(rival: FloatArray, incumbent: FloatArray, group: NDArray[np.intp] | None = None) -> tuple[float, float]:
