@@ -132,14 +132,18 @@ def _found(
     pairs = width * int(np.sum(used[1:] & used[:-1]))
     white = len(residual) - J.shape[1]
     unit, normal = _unit(J)
-    e = table(residual - unit @ np.linalg.solve(normal, unit.T @ residual))
+    from scipy import linalg  # takes longer to import than most fits
+
+    root = linalg.cho_factor(normal, check_finite=False)
+    e = table(residual - unit @ linalg.cho_solve(root, unit.T @ residual, check_finite=False))
     alike = _neighbours(e, e) / max(float(np.sum(e * e)), 1e-300)
     if pairs == 0 or (alike + beside_fit * J.shape[1] / white) * np.sqrt(pairs) < deviations:
         return None  # whatever the mean is: a column lowers the sum of products by one square at most
     if beside_fit:
         column = table(unit)
-        inner = np.einsum("tcp,tcq->pq", column[:-1], column[1:], optimize=True)
-        mean = -float(np.trace(np.linalg.solve(normal, inner))) / white
+        p = J.shape[1]
+        inner = column[:-1].reshape(-1, p).T @ column[1:].reshape(-1, p)
+        mean = -float(np.trace(linalg.cho_solve(root, inner, check_finite=False))) / white
         if (alike - mean) * np.sqrt(pairs) < deviations:
             return None
     Q, R = np.linalg.qr(J)
@@ -176,7 +180,9 @@ def _correlation(q: FloatArray, used: BoolArray, found: float) -> float:
 
 def _lagged(a: FloatArray, others: Sequence[FloatArray]) -> list[FloatArray]:
     """(N,) of each b: sum over t of a_t . b_(t+k) + a_t . b_(t-k), of k = 0 once; a, b (N, width, p). By spectra."""
-    size = 1 << (2 * len(a)).bit_length()
+    from scipy import fft  # takes longer to import than most fits
+
+    size = int(fft.next_fast_len(2 * len(a), real=True))
     spectra = np.zeros((len(others), size // 2 + 1))
     for c in range(a.shape[1]):  # one coordinate at a time: memory
         of_a = np.fft.rfft(a[:, c].T, size)
