@@ -13,3 +13,10 @@ FloatArray = NDArray[np.float64]
 def column_lengths(A: FloatArray) -> FloatArray:
     """(p,) length of each column of A (m, p), as `numpy.linalg.norm` has it, which makes a copy of A on the way."""
     return np.asarray(np.sqrt(np.einsum("ij,ij->j", A, A)))
+
+
+def unit_columns(A: FloatArray) -> FloatArray:
+    """The columns of A (m, p) that are not 0, each at length 1."""
+    length = column_lengths(A)
+    kept = length > 0
+    return np.asarray(A / length if kept.all() else A[:, kept] / length[kept])

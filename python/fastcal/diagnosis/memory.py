@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
-from fastcal.calibration.columns import column_lengths
+from fastcal.calibration.columns import unit_columns
 from fastcal.calibration.serial_correlation import DEVIATIONS, neighbour_correlation
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.problem import Problem
@@ -50,9 +50,7 @@ def memory(problem: Problem, X: FloatArray, r: FloatArray, row: IntArray, wrong:
     order = measured[np.argsort(place[row[measured]], kind="stable")]
     if len(order) <= X.shape[1]:
         return 0.0
-    columns = X[order]
-    length = column_lengths(columns)
-    columns = columns[:, length > 0] / length[length > 0]
+    columns = unit_columns(X[order])
     beside_fit = not along_a_path(problem.data)
     deviations = -float(special.ndtri(rules.ALPHA_MEMORY)) if beside_fit else DEVIATIONS
     places, count = place[row[order]], len(problem.data)

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
-from fastcal.calibration.columns import column_lengths
+from fastcal.calibration.columns import unit_columns
 from fastcal.calibration.repeatability import visit_groups
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.blocks import Blocks, blocks, columns_at
@@ -141,9 +141,7 @@ def _rich_columns(at: Fit) -> FloatArray:
         if 0 < ranks[index] <= budget:
             columns.append(known.of(index))
             budget -= ranks[index]
-    X = np.hstack(columns)
-    length = column_lengths(X)
-    return np.asarray(X[:, length > 0] / length[length > 0])
+    return unit_columns(np.hstack(columns))
 
 
 def _clear(blocks: Blocks) -> list[int]:

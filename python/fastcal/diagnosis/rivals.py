@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from fastcal.calibration.columns import column_lengths
+from fastcal.calibration.columns import unit_columns
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.curves import with_curvatures, with_finer_knots
 from fastcal.diagnosis.fits import Fit, fit
@@ -287,8 +287,7 @@ def reached(at: Fit) -> Problem:
     A rich model that lacks a curve takes some of it for noise, and a lone pose for an outlier.
     """
     every, (A, r, row) = at.on_every_row
-    length = column_lengths(A)
-    left = without_outliers(A[:, length > 0] / length[length > 0], r, row)
+    left = without_outliers(unit_columns(A), r, row)
     used = every.used.copy()
     used[every.rows[isolated_rows(left.wrong, every.kept)]] = False
     noise = every.noise

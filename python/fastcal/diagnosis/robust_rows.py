@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg, special
 
-from fastcal.calibration.columns import column_lengths
+from fastcal.calibration.columns import unit_columns
 from fastcal.calibration.row_weights import huber
 from fastcal.diagnosis import rules
 
@@ -109,8 +109,7 @@ def suspects(X: FloatArray, r: FloatArray, row: IntArray) -> IntArray:
 
 def studentized_residuals(A: FloatArray, r: FloatArray, row: IntArray, wrong: IntArray) -> tuple[FloatArray, IntArray]:
     """`Leverage.studentized` for a linear problem that is fitted to all rows but those that are `wrong`."""
-    length = column_lengths(A)
-    Z = _basis(A[:, length > 0] / length[length > 0])
+    Z = _basis(unit_columns(A))
     left, more = _without(Z, r - Z @ (Z.T @ r), np.isin(row, wrong))
     return Leverage(Z, row).studentized(left, more, wrong)
 
