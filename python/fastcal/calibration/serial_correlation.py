@@ -134,8 +134,8 @@ def _found(
     unit, normal = _unit(J)
     from scipy import linalg  # takes longer to import than most fits
 
-    root = linalg.cho_factor(normal, check_finite=False)
-    e = table(residual - unit @ linalg.cho_solve(root, unit.T @ residual, check_finite=False))
+    factors = linalg.lu_factor(normal, check_finite=False)  # two columns alike may leave no Cholesky
+    e = table(residual - unit @ linalg.lu_solve(factors, unit.T @ residual, check_finite=False))
     alike = _neighbours(e, e) / max(float(np.sum(e * e)), 1e-300)
     if pairs == 0 or (alike + beside_fit * J.shape[1] / white) * np.sqrt(pairs) < deviations:
         return None  # whatever the mean is: a column lowers the sum of products by one square at most
@@ -143,7 +143,7 @@ def _found(
         column = table(unit)
         p = J.shape[1]
         inner = column[:-1].reshape(-1, p).T @ column[1:].reshape(-1, p)
-        mean = -float(np.trace(linalg.cho_solve(root, inner, check_finite=False))) / white
+        mean = -float(np.trace(linalg.lu_solve(factors, inner, check_finite=False))) / white
         if (alike - mean) * np.sqrt(pairs) < deviations:
             return None
     Q, R = np.linalg.qr(J)
