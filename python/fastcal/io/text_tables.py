@@ -24,7 +24,7 @@ from fastcal.io.table import EMPTY, Table, without_blank_columns
 MAX_BYTES = 64_000_000
 MAX_COLUMNS = 10_000
 QUICK_FROM = 400_000  # bytes: below, importing Arrow takes longer than the exact way
-_CHUNK = 1_000_000  # bytes: what the quotes of a file are looked at in
+_CHUNK = 200_000  # bytes: what the quotes of a file are looked at in; what is made of them stays in the cache
 LABELS = frozenset({"station", "mount", "anchor"})  # 007 stays 007 in these
 
 
