@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import fastcal
-from fastcal.calibration.problem import CalibrationProblem, prepare
+from fastcal.calibration.alignment import align
+from fastcal.calibration.problem import ALIGNED_ROWS, CalibrationProblem, prepare
 
 ROWS = 12_000  # more than the core's kThinFrom
 
@@ -63,6 +64,26 @@ def test_what_few_rows_alone_show_is_found() -> None:
     own = len(problem.model.robot.parameters)
     free = [i for i in found.free if i >= own]
     assert len(free) == 6
+
+
+def test_base_and_tool_of_very_many_rows_are_those_that_all_rows_would_give() -> None:
+    robot = fastcal.load_robot("ur5")
+    data = measured(robot, 2 * ALIGNED_ROWS)
+    found, of_all = prepare(robot, data, effects="geometry").alignment, align(robot, data)
+    # what the nominal arm is off by, over the root of so many rows, times a few for the worst direction
+    tolerance = 5 * of_all.rms / np.sqrt(ALIGNED_ROWS)
+    np.testing.assert_allclose(found.T_world_base[:3, 3], of_all.T_world_base[:3, 3], atol=tolerance)
+    np.testing.assert_allclose(found.T_flange_tool[:3, 3], of_all.T_flange_tool[:3, 3], atol=tolerance)
+    assert not np.array_equal(found.T_world_base, of_all.T_world_base)
+
+    assert data.position is not None
+    position = data.position.copy()
+    position[1:] = np.nan  # but for the first rows, too few points to find among some
+    position[:200] = data.position[:200]
+    few = fastcal.Dataset.from_arrays(data.q, position=position)
+    np.testing.assert_array_equal(
+        prepare(robot, few, effects="geometry").alignment.T_world_base, align(robot, few).T_world_base
+    )
 
 
 def test_threads_change_no_bit() -> None:
