@@ -14,7 +14,7 @@ from fastcal.report import figures
 from fastcal.report.figures import Figure, Key, Trace
 from fastcal.report.formatting import plural, significant
 from fastcal.report.language import _, decimal_sign
-from fastcal.report.trends import binned_medians
+from fastcal.report.trends import binned_medians, judged_rows
 
 Array = NDArray[np.float64]
 
@@ -94,12 +94,14 @@ def trend_panel(
 ) -> Figure:
     """Residual (N, m) in mm against x (N,): the `shown` rows as points; medians of all rows, with their 95 % bands.
 
+    Of very many rows the medians are those of some, of `judged_rows`.
     `titles` are those of the panel and of its x axis; `key` gives each of the m columns its name and look.
     """
     traces = [
         figures.points(x[shown], y[shown], entry.colour, 3, 0.22) for entry, y in zip(key, residual.T, strict=True)
     ]
-    for entry, bins in zip(key, binned_medians(x, residual), strict=True):
+    judged = judged_rows(len(x))
+    for entry, bins in zip(key, binned_medians(x[judged], residual[judged]), strict=True):
         if len(bins.x) == 0:
             continue
         around = np.concatenate([bins.x, bins.x[::-1]]), np.concatenate([bins.low, bins.high[::-1]])

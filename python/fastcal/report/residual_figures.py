@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from fastcal.report import charts, figures
 from fastcal.report.formatting import count, percent
 from fastcal.report.language import _
-from fastcal.report.trends import Trend
+from fastcal.report.trends import Trend, judged_rows
 from fastcal.report.view import Rows, Variable
 
 Array = NDArray[np.float64]
@@ -87,9 +87,17 @@ def _panel(rows: Rows, variable: Variable, trends: dict[str, Trend], y_range: fl
 
 def drawn_note(row_count: int) -> str:
     """How many of the rows are drawn, and how."""
-    drawn = min(row_count, POINT_LIMIT)
+    drawn, judged = min(row_count, POINT_LIMIT), len(judged_rows(row_count))
     if drawn == row_count:
         return _("Medians and bands are of all rows. Points beyond the axis are not drawn.")
+    if judged < row_count:
+        return _(
+            "Medians and bands are of {judged} of {all} rows, {some} of all rows are drawn as points. Points beyond "
+            "the axis are not drawn.",
+            judged=count(judged),
+            some=count(drawn),
+            all=count(row_count),
+        )
     return _(
         "Medians and bands are of all rows. {some} of {all} rows are drawn as points. Points beyond the axis are not "
         "drawn.",

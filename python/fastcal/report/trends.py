@@ -18,9 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.calibration.gamma_tail import gamma_tail
+from fastcal.calibration.some_rows import some_rows
 
 Array = NDArray[np.float64]
 
+MOST_ROWS = 50_000  # that trends are looked for in: a share of 3 % of the variance is beyond doubt with far fewer
 BIN_COUNT = 16
 ROWS_PER_BIN = 10
 FLAG_SHARE = 0.03
@@ -54,6 +56,11 @@ class Trend:
 
 
 NO_TREND = Trend(share=0.0, p_value=1.0)
+
+
+def judged_rows(row_count: int) -> NDArray[np.intp]:
+    """(K,) rows that trends are looked for in: all of them, of more than MOST_ROWS about that many."""
+    return some_rows(row_count, MOST_ROWS)
 
 
 def bins_of(x: Array, bin_count: int = BIN_COUNT) -> NDArray[np.intp]:

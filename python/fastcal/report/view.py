@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from fastcal import units
 from fastcal.report.language import _, language
-from fastcal.report.trends import Trend, trends
+from fastcal.report.trends import Trend, judged_rows, trends
 
 if TYPE_CHECKING:
     from fastcal.calibration.evaluation import ErrorStatistics, Evaluation
@@ -88,15 +88,16 @@ class Rows:
         """N."""
         return len(self.residual)
 
-    @property
+    @cached_property
     def variables(self) -> list[Variable]:
         """Joints and conditions that differ between the rows."""
         return [variable for variable in (*self.joints, *self.conditions) if _varies(variable.values)]
 
     @cached_property
     def trends(self) -> dict[str, Trend]:
-        """How much of the residual each variable explains, by its name."""
-        return trends({variable.name: variable.values for variable in self.variables}, self.residual)
+        """How much of the residual each variable explains, by its name; of very many rows, in some of them."""
+        rows = judged_rows(self.row_count)
+        return trends({variable.name: variable.values[rows] for variable in self.variables}, self.residual[rows])
 
     @property
     def with_arrows(self) -> NDArray[np.bool_]:

@@ -7,14 +7,18 @@ import pytest
 from numpy.typing import NDArray
 from scipy import stats
 
+from fastcal.calibration.some_rows import some_rows
+from fastcal.report.residual_figures import drawn_note
 from fastcal.report.trends import (
     BIN_COUNT,
+    MOST_ROWS,
     NO_TREND,
     ROWS_PER_BIN,
     Ranks,
     Trend,
     binned_median,
     bins_of,
+    judged_rows,
     trends,
 )
 
@@ -130,3 +134,18 @@ def test_numbers_that_are_missing_or_in_thin_bins_are_left_out() -> None:
     few = np.append(np.repeat([1.0, 2.0], 200), np.full(ROWS_PER_BIN - 1, 3.0))
     gross = np.append(residual[:, 0], np.full(ROWS_PER_BIN - 1, 1e3))
     assert trend(few, gross[:, None]).share == trend(few[:400], residual[:, :1]).share
+
+
+def test_of_very_many_rows_some_are_judged_and_the_page_says_so() -> None:
+    np.testing.assert_array_equal(judged_rows(MOST_ROWS), np.arange(MOST_ROWS))
+    assert len(judged_rows(6 * MOST_ROWS)) == pytest.approx(MOST_ROWS, rel=1e-3)
+    assert "of all rows. 350 of" in drawn_note(MOST_ROWS)
+    assert " of 300\u202f000 rows, 350 of all rows" in drawn_note(300_000)
+
+
+@pytest.mark.parametrize("period", [2, 6, 7, 8, 13, 34, 100])
+def test_rows_of_every_pose_of_a_cycle_are_among_some(period: int) -> None:
+    chosen = some_rows(100_000, 20_000)
+    assert np.all(np.diff(chosen) > 0)
+    shares = np.bincount(chosen % period) * period / len(chosen)
+    np.testing.assert_allclose(shares, 1.0, atol=0.05)
