@@ -19,6 +19,8 @@ _PLAIN_TEXT = re.compile(r"[A-Za-z][A-Za-z0-9_./@<-]*( [A-Za-z0-9_./@<-]+)*\Z")
 _LITERAL = re.compile(
     r"[^\n ][\t\n\x20-\x7e\xa0-\u2027\u202a-\ud7ff\ue000-\ufefe\uff00-\ufffd\U00010000-\U0010ffff]*\Z"
 )
+# Of numbers as Python writes them: 150.0, and 1e-07.
+_NOT_SHORT = re.compile(r"\.0[,\]]|[\[ -]\de")
 # Words that some YAML reader takes for something else than text.
 _RESERVED = {"null", "true", "false", "yes", "no", "on", "off", "y", "n"}
 
@@ -28,7 +30,7 @@ class _Node(NamedTuple):
 
     value: Any
     line: str
-    parts: Sequence[str] = ()  # of a collection, each on one line
+    parts: Sequence[str] = ()  # of a collection, each on one line; none of a list of plain numbers
     entries: Sequence[_Node] = ()  # of a mapping, and of a list that holds collections
 
 
@@ -44,7 +46,10 @@ def _node(value: Any) -> _Node:
         parts = [f"{_scalar(key)}: {entry.line}" for key, entry in zip(value, entries, strict=True)]
         return _Node(value, "{" + ", ".join(parts) + "}", parts, entries)
     if isinstance(value, list):
-        if any(isinstance(entry, (dict, list)) for entry in value):
+        kinds = set(map(type, value))
+        if kinds == {float}:  # the rows of a covariance: most of a model file
+            return _Node(value, _numbers(value))
+        if any(issubclass(kind, (dict, list)) for kind in kinds):
             entries = [_node(entry) for entry in value]
         parts = [entry.line for entry in entries] or [_scalar(entry) for entry in value]
         return _Node(value, "[" + ", ".join(parts) + "]", parts, entries)
@@ -94,31 +99,53 @@ def _wrapped(node: _Node, width: int) -> list[str]:
     """A flow collection or a scalar broken between its parts into lines of at most `width` where they allow it."""
     if not isinstance(node.value, (dict, list)):
         return [node.line]
-    start, end = node.line[0], node.line[-1]
-    lines = [start]
-    for i, part in enumerate(node.parts):
-        text = part + (end if i == len(node.parts) - 1 else ",")
-        if lines[-1] != start and len(lines[-1]) + 1 + len(text) > width:
-            lines.append(text)
+    if not node.parts:
+        return _wrapped_numbers(node.line, width)
+    *others, last = node.parts
+    pieces = [*(f"{part}," for part in others), last + node.line[-1]]
+    pieces[0] = node.line[0] + pieces[0]
+    lines, begin, length = [], 0, len(pieces[0])
+    for i, piece in enumerate(pieces[1:], start=1):
+        if length + 1 + len(piece) > width:
+            lines.append(" ".join(pieces[begin:i]))
+            begin, length = i, len(piece)
         else:
-            lines[-1] += text if lines[-1] == start else f" {text}"
-    return lines
+            length += 1 + len(piece)
+    return [*lines, " ".join(pieces[begin:])]
+
+
+def _wrapped_numbers(line: str, width: int) -> list[str]:
+    """The same of numbers on one line, which hold no comma."""
+    lines, begin = [], 0
+    while len(line) - begin > width:
+        end = line.rfind(", ", begin, begin + width + 1)
+        end = end if end >= 0 else line.find(", ", begin)
+        if end < 0:
+            break
+        lines.append(line[begin : end + 1])
+        begin = end + 2
+    return [*lines, line[begin:]]
 
 
 def _scalar(value: Any) -> str:
     if isinstance(value, float):
-        return _number(value)
+        return _short(repr(value))
     if isinstance(value, str):
         return value if _PLAIN_TEXT.match(value) and value.lower() not in _RESERVED else _quoted(value)
     return json.dumps(value)
 
 
-def _number(value: float) -> str:
-    """The shortest digits that give the same double; 150 for 150.0, and 1.0e-07, as YAML 1.1 wants the point."""
-    text = repr(value)
-    if text.endswith(".0") and text != "-0.0":
+def _numbers(values: list[float]) -> str:
+    """A list of plain floats on one line."""
+    line = repr(values)
+    return f"[{', '.join(map(_short, line[1:-1].split(', ')))}]" if _NOT_SHORT.search(line) else line
+
+
+def _short(text: str) -> str:
+    """What Python writes of a double, as YAML wants it: 150 for 150.0, and 1.0e-07, as YAML 1.1 wants the point."""
+    if text[-2:] == ".0" and text != "-0.0":
         return text[:-2]
-    return text.replace("e", ".0e") if "e" in text and "." not in text else text
+    return text if "." in text or "e" not in text else text.replace("e", ".0e")
 
 
 def _quoted(text: str) -> str:

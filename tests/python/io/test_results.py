@@ -12,7 +12,7 @@ import pytest
 
 from fastcal.errors import InvalidInput, ParseError
 from fastcal.io.folder import atomic_folder, check_folder
-from fastcal.io.results import read_json, write_json
+from fastcal.io.results import json_text, read_json, write_json
 
 
 def test_numbers_come_back_and_what_is_not_finite_is_null(tmp_path: Path) -> None:
@@ -23,6 +23,15 @@ def test_numbers_come_back_and_what_is_not_finite_is_null(tmp_path: Path) -> Non
     )
     assert json.loads(path.read_text(), parse_constant=pytest.fail) == read_json(path)
     assert read_json(path) == {"a": 0.1, "b": [1.5, None], "c": [None, None, 3], "d": {"1": None}}
+
+
+def test_text_is_that_of_the_standard_library() -> None:
+    content = {
+        "numbers": [0.1, -0.0, 1e22, 1e-07, 3, -4],
+        "none": [None, True, False, {}, [], ""],
+        "nested": [{"a b": {'é\n"': ["\u2028", [1.5]]}}, [[]]],
+    }
+    assert json_text(content) == json.dumps(content, indent=2, ensure_ascii=False) + "\n"
 
 
 @pytest.mark.parametrize(

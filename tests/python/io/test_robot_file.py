@@ -3,6 +3,7 @@
 """Robot files: what is written loads back bit for bit, shipped arms, and no bytes that crash or hang."""
 
 import copy
+import itertools
 from pathlib import Path
 from typing import Any
 
@@ -128,6 +129,21 @@ def test_an_unknown_arm_is_answered_with_the_arms_there_are() -> None:
         ParseError, match=r"no shipped arm has that name; did you mean ur5 or ur5e\? \(fastcal robots lists them\)$"
     ):
         read_spec("ur55")
+
+
+@pytest.mark.parametrize("repeats", range(3))
+def test_rows_of_numbers_are_wrapped_and_come_back_bit_for_bit(repeats: int) -> None:
+    # one, two ... lines; numbers that Python writes otherwise than YAML does
+    rows = [[-1.0 / 3.0] * n + [150.0, -0.0, 1e-07, 1e22] * repeats for n in range(1, 30)]
+    text = yaml_text({"rows": rows, "row": rows[-1]})
+    assert all(len(line) <= 120 for line in text.splitlines())
+    assert all("1e" not in line and "150.0" not in line for line in text.splitlines())
+    found = yaml.safe_load(text)
+    assert repr([[float(v) for v in row] for row in found["rows"]]) == repr(rows)
+    # as many numbers as fit: no line is followed by one that begins with a number that had room
+    lines = text[text.index("row:") :].splitlines()[1:]
+    for line, following in itertools.pairwise(lines):
+        assert len(line) + 1 + len(following.split()[0]) > 120
 
 
 MUTANTS_OF = [robots.path_of(name).read_bytes() for name in ("ur5", "pmc6va030", "siasun_sr210d")]  # type: ignore[union-attr]
