@@ -40,8 +40,9 @@ def covered(robot: Robot, data: Dataset) -> dict[str, tuple[float, float]]:
 def unseen_directions(found: _core.Identification, names: list[str]) -> tuple[list[str], FloatArray]:
     """Names of the parameters that move with what was held, and their directions (M, held); see CalibrationRecord."""
     directions = np.asarray(found.held_directions).reshape(len(found.asked), -1)
-    rows = [k for k, i in enumerate(found.asked) if i < len(names) and np.any(directions[k] != 0)]
     parameters, asked = found.parameters, found.asked
+    moved = np.any(directions != 0, axis=1).tolist()
+    rows = [k for k, i in enumerate(asked) if i < len(names) and moved[k]]
     return [full_name(parameters[asked[k]]) for k in rows], directions[rows]
 
 

@@ -45,9 +45,10 @@ def parameter_limits(
     parameters = model.parameters
     infinite = np.full(unknown_count, np.inf)
     limits: dict[str, FloatArray] = {}
-    if any(np.isfinite([p.lower, p.upper]).any() for p in parameters):
-        limits["lower"] = np.concatenate([[p.lower for p in parameters], -infinite])
-        limits["upper"] = np.concatenate([[p.upper for p in parameters], infinite])
+    bounds = np.array([(p.lower, p.upper) for p in parameters]).reshape(-1, 2)
+    if np.isfinite(bounds).any():
+        limits["lower"] = np.concatenate([bounds[:, 0], -infinite])
+        limits["upper"] = np.concatenate([bounds[:, 1], infinite])
     size = np.array([p.sigma for p in parameters])
     expected = np.array([p.expected for p in parameters])
     mean = np.where(model.start == 0, expected, model.start)

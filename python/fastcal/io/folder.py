@@ -151,5 +151,7 @@ def _raise(error: OSError) -> None:
 
 def _nearest(path: Path) -> Path:
     """The path itself, or the nearest of its parents that is there."""
-    path = path.absolute()
-    return next(place for place in (path, *path.parents) if place.exists())
+    place = path.absolute()
+    while not place.exists():
+        place = place.parent
+    return place

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 OWN_COLUMNS = frozenset({"order", "row", "status", "name", "pose", "direction", "cycle"}) | {
     f"target_{name}" for name in ("x_mm", "y_mm", "z_mm", "qw", "qx", "qy", "qz")
 }
+_ARGUMENTS = frozenset(inspect.signature(Dataset.from_arrays).parameters)
 ROUNDING = 1e-8  # [rad, m] beyond a limit: of a number that went through a file, of six decimals of a degree
 
 
@@ -160,7 +161,6 @@ class Columns:
 
     def observed(self, joint_count: int) -> dict[str, Any]:
         """All that was measured, as arguments of `Dataset.from_arrays`: its own ones and `observed`."""
-        own = inspect.signature(Dataset.from_arrays).parameters
         others: dict[str, FloatArray] = {}
         labels: dict[str, list[str]] = {}
         out: dict[str, Any] = {"observed": others, "observed_labels": labels}
@@ -172,10 +172,10 @@ class Columns:
                 values = readers[field_name]()
             else:
                 values = self.numbers(field_name, table.columns)
-                if values is not None and len(table.columns) == 1 and field_name in own:
+                if values is not None and len(table.columns) == 1 and field_name in _ARGUMENTS:
                     values = values[:, 0]
             if values is not None:
-                (out if field_name in own else labels if table.role == "label" else others)[field_name] = values
+                (out if field_name in _ARGUMENTS else labels if table.role == "label" else others)[field_name] = values
         return out
 
     def rotation(self) -> FloatArray | None:

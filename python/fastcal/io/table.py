@@ -67,7 +67,8 @@ class Table:
         else:
             text = "\n".join(cells)
             self._check_decimal_mark(place, text, cells)
-            values = _numbers([cell.replace(",", ".") for cell in cells] if "," in text else cells)
+            cells = [cell.replace(",", ".") for cell in cells] if "," in text else cells
+            values = _numbers(cells, plain="_" not in text)
         wrong = np.isinf(values)
         if wrong.any():
             raise self.wrong_cell(place, int(np.argmax(wrong)), "a number")
@@ -140,10 +141,10 @@ def _is_blank(column: Cells) -> bool:
     return not any(map(str.strip, column))
 
 
-def _numbers(cells: Sequence[str]) -> FloatArray:
-    """The numbers in cells, NaN where one is empty, infinite where one holds anything else."""
+def _numbers(cells: Sequence[str], *, plain: bool) -> FloatArray:
+    """The numbers in cells, NaN where one is empty, infinite where one holds anything else; `plain`: no 1_000."""
     try:
-        if not any("_" in cell for cell in cells):
+        if plain:
             return np.array(list(map(float, cells)))
     except ValueError:
         pass  # not all are plain numbers

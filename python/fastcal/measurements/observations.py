@@ -118,12 +118,18 @@ def core_tables(data: Dataset) -> tuple[dict[str, FloatArray], dict[str, tuple[N
 
 def _measured_fields(data: Dataset, kind: str) -> list[str]:
     """Names of the fields of a kind that say what was measured and that the data have."""
+    role, names = _fields_of(kind, data.q.shape[1])
+    return [name for name in names if (data.table(name) is not None if role == "measured" else data.has_labels(name))]
+
+
+@cache
+def _fields_of(kind: str, joint_count: int) -> tuple[str, list[str]]:
+    """The role and the names of the fields of a kind that say what was measured."""
     fields = _core.observation_entry(kind).fields
     role = "measured" if any(field.role == "measured" for field in fields) else "label"
-    names = [
+    return role, [
         field.name + place
         for field in fields
         if field.role == role
-        for place in ([f"@link{j}" for j in range(1, data.q.shape[1] + 1)] if field.each_link else [""])
+        for place in ([f"@link{j}" for j in range(1, joint_count + 1)] if field.each_link else [""])
     ]
-    return [name for name in names if (data.table(name) is not None if role == "measured" else data.has_labels(name))]
