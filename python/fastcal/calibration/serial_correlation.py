@@ -132,10 +132,7 @@ def _found(
     pairs = width * int(np.sum(used[1:] & used[:-1]))
     white = len(residual) - J.shape[1]
     unit, normal = _unit(J)
-    from scipy import linalg  # takes longer to import than most fits
-
-    factors = linalg.lu_factor(normal, check_finite=False)  # two columns alike may leave no Cholesky
-    e = table(residual - unit @ linalg.lu_solve(factors, unit.T @ residual, check_finite=False))
+    e = table(residual - unit @ np.linalg.solve(normal, unit.T @ residual))
     alike = _neighbours(e, e) / max(float(np.sum(e * e)), 1e-300)
     if pairs == 0 or (alike + beside_fit * J.shape[1] / white) * np.sqrt(pairs) < deviations:
         return None  # whatever the mean is: a column lowers the sum of products by one square at most
@@ -143,7 +140,7 @@ def _found(
         column = table(unit)
         p = J.shape[1]
         inner = column[:-1].reshape(-1, p).T @ column[1:].reshape(-1, p)
-        mean = -float(np.trace(linalg.lu_solve(factors, inner, check_finite=False))) / white
+        mean = -float(np.trace(np.linalg.solve(normal, inner))) / white
         if (alike - mean) * np.sqrt(pairs) < deviations:
             return None
     Q, R = np.linalg.qr(J)
