@@ -14,7 +14,7 @@
 
 namespace fastcal {
 
-constexpr Eigen::Index kChunkRows = 120;  // a chunk's Jacobian stays in the second-level cache, its columns in different sets
+constexpr Eigen::Index kChunkRows = 120;  // their Jacobian stays in the second-level cache, in all of its sets
 
 inline Eigen::Index chunk_count(Eigen::Index rows) { return (rows + kChunkRows - 1) / kChunkRows; }
 
