@@ -4,8 +4,8 @@
 
 Pinocchio's program (bench/cpp/peers/pinocchio_rows.cpp) is compiled here with -O3 -march=native against the headers
 that `pip install pin` brings, without its checks. Both get the same rows and in turn; the tool's points must agree. The
-regressor of all joint placements is what pinocchio offers for calibration, 6 x 6 n numbers a row; fastcal's Jacobian is
-that of its own parameters, to an array.
+regressor of all joint placements is what pinocchio offers for calibration, 6 x 6 n numbers a row, into one matrix that
+all rows share; fastcal's Jacobian is that of its own parameters, every row's, into an array that is given to it.
 
     python bench/python/bench_pinocchio.py [--arm ur5] [--rows 100000] [--rounds 9] [--json FILE]
 """
@@ -72,6 +72,8 @@ def main() -> None:
     joints = [f"joint{k + 1}" for k in range(robot.joint_count)]
     loaded = fastcal.Robot({**robot.spec, "effects": [{**yields, "owner": joint} for joint in joints]})
     q = fastcal.random_poses(robot, given.rows, seed=1)
+    poses = np.zeros((given.rows, 4, 4))
+    of_point, of_pose = (np.zeros((given.rows, rows, len(robot.parameter_names))) for rows in (3, 6))
     seen: dict[str, list[float]] = {}
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
@@ -82,10 +84,10 @@ def main() -> None:
             files = [str(folder / name) for name in ("chain.bin", "q.bin", "points.bin")]
             said = subprocess.run([program, *files], check=True, capture_output=True, text=True).stdout.split()
             found = dict(zip(("pinocchio, forward", "pinocchio, regressor"), map(float, said), strict=True))
-            found["fastcal, forward"] = cpu_of(lambda: robot.forward(q))
-            found["fastcal, Jacobian of the pose"] = cpu_of(lambda: robot.parameter_jacobian(q, rows=6))
-            found["fastcal, Jacobian of the point"] = cpu_of(lambda: robot.parameter_jacobian(q))
-            found["fastcal, forward with compliances"] = cpu_of(lambda: loaded.forward(q))
+            found["fastcal, forward"] = cpu_of(lambda: robot.forward(q, out=poses))
+            found["fastcal, Jacobian of the pose"] = cpu_of(lambda: robot.parameter_jacobian(q, rows=6, out=of_pose))
+            found["fastcal, Jacobian of the point"] = cpu_of(lambda: robot.parameter_jacobian(q, out=of_point))
+            found["fastcal, forward with compliances"] = cpu_of(lambda: loaded.forward(q, out=poses))
             for name, seconds in found.items() if round_ else ():
                 seen.setdefault(name, []).append(seconds)
         points = np.fromfile(folder / "points.bin").reshape(-1, 3)
@@ -97,9 +99,11 @@ def main() -> None:
     for name, seconds in medians.items():
         print(f"| {name} | {1e3 * seconds:.1f} |")
     forward = medians["pinocchio, forward"] / medians["fastcal, forward"]
-    jacobian = medians["pinocchio, regressor"] / medians["fastcal, Jacobian of the pose"]
+    of_points, of_poses = (
+        medians["pinocchio, regressor"] / medians[f"fastcal, Jacobian of the {what}"] for what in ("point", "pose")
+    )
     share = medians["fastcal, forward"] / medians["fastcal, forward with compliances"]
-    print(f"\nforward {forward:.1f} times, Jacobian {jacobian:.1f} times pinocchio")
+    print(f"\nforward {forward:.1f} times, Jacobian of points {of_points:.1f}, of poses {of_poses:.1f} times pinocchio")
     print(f"with compliances {share:.3f} of the rows of forward")
     if given.json is not None:
         given.json.write_text(json.dumps(medians, indent=1) + "\n", encoding="utf-8")
