@@ -52,7 +52,7 @@ void triangle(benchmark::State& state) {
   const Problem problem = s.problem();
   const Eigen::VectorXd scale = Eigen::VectorXd::Constant(static_cast<Eigen::Index>(s.asked.size()), 1e-3);
   for (auto _ : state)
-    benchmark::DoNotOptimize(triangular_factor(problem, s.model.start(), s.asked, scale, {5e-5}, nullptr).data());
+    benchmark::DoNotOptimize(triangular_factor(problem, s.model.start(), s.asked, scale, {{5e-5}}).data());
   rows_per_second(state);
 }
 BENCHMARK(triangle);

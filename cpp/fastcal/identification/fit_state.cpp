@@ -73,9 +73,16 @@ const RowMatrixXd& FitState::residuals_here() {
   return residuals_;
 }
 
+const RowMatrixXd& FitState::numbers() {
+  if (residuals_.rows() > 0) return residuals_;
+  const auto& observations = problem.measured.observations();
+  const bool points = observations.size() == 1 && observations.front()->coordinates() != nullptr;
+  return points ? *observations.front()->coordinates() : residuals_here();
+}
+
 const Eigen::MatrixXd& FitState::asked_factor(const Eigen::VectorXd& there) {
   if (factor_.size() == 0 || factor_at_ != there || factor_tau_ != tau) {
-    factor_ = triangular_factor(problem, there, asked, scale, tau, nullptr);
+    factor_ = triangular_factor(problem, there, asked, scale, {tau, LossKind::kNone});
     factor_at_ = there;
     factor_tau_ = tau;
   }
@@ -91,15 +98,64 @@ void FitState::bring_to_equilibrium() {
   if (problem.model.needs() != kNothing) {
     settle(problem.model, theta.head(problem.model.parameter_count()), problem.threads, settled_);
     memory_.forget();
+    if (response) response->origin = theta;
+    forget();
   }
   memory_.prepare(problem.row_count());
-  if (response) response->origin = theta;
-  forget();
 }
 
 void FitState::forget() {
   residuals_.resize(0, 0);
   factor_.resize(0, 0);
+}
+
+Stepped FitState::step(LossKind with, const std::vector<int>& of, const Eigen::VectorXd& of_scale, const Limits& within,
+                       double unjudged) {
+  constexpr double kCautious = 4;      // times what the cost says
+  constexpr double kQuadratic = 0.01;  // what is left of a step that is not judged
+  if (within.lower.size() > 0) return {};
+  const Reduced reduced(problem, theta, of, of_scale, {tau, with}, within);
+  const Eigen::VectorXd here = Eigen::VectorXd::Zero(reduced.size());
+  const NormalEquations& sums = reduced.at(here.data(), true);
+  if (!std::isfinite(sums.cost) || !sums.A.allFinite()) return {};
+  root_ = root_at(sums);
+  root_tau_ = tau;
+  const double left = root_->turned.norm();
+  const Eigen::VectorXd to = root_->step();
+  const Eigen::VectorXd before = theta;
+  theta = reduced.theta(to.data());
+  if (left <= unjudged) return {true, kQuadratic * left, reduced.of_data()};
+  // Were the Hessian H (1 + e), the cost would fall by left^2 (1 - e) / 2 and e left would be left of the step.
+  const double promised = 0.5 * left * left;
+  const double fell = sums.cost - reduced.cost_of(residuals_here(), to.data());
+  if (!(fell >= 0.5 * promised)) {
+    theta = before;
+    return {};
+  }
+  return {true, kCautious * left * std::abs(fell / promised - 1), reduced.of_data()};
+}
+
+bool FitState::step_with_factor() {
+  constexpr double kSameFactor = 1e-3;    // standard deviations: beside the arm, nothing
+  constexpr double kAtTheMinimum = 1e-8;  // standard deviations
+  Eigen::VectorXd g;
+  factor_ = triangular_factor(problem, theta, asked, scale, {root_tau_, loss}, &g);
+  // A noise that has changed since is one that all numbers share: it scales the cost and nothing else.
+  for (std::size_t k = 0; k < tau.size(); ++k) {
+    if (tau[k] != root_tau_[k]) factor_ *= root_tau_[k] / tau[k];
+  }
+  factor_at_ = theta;
+  factor_tau_ = tau;
+  const Eigen::VectorXd turned = root_->turn(g(gauge.free));
+  const double left = turned.norm();
+  const double before = root_->turned.norm();
+  // The same Hessian took the step before from `before` to `left`, and takes this one as much further.
+  if (!(left <= kSameFactor && left * left <= kAtTheMinimum * before)) return false;
+  const Eigen::VectorXd x = root_->step(turned);
+  for (std::size_t k = 0; k < free.size(); ++k)
+    theta[free[k]] += free_scale[static_cast<Eigen::Index>(k)] * x[static_cast<Eigen::Index>(k)];
+  factor_at_ = theta;
+  return true;
 }
 
 Solution FitState::refit(LossKind with, const SolverOptions& solver) {

@@ -10,8 +10,16 @@
 #include <vector>
 
 #include "fastcal/identification/identify.hpp"
+#include "fastcal/identification/reduced_problem.hpp"
 
 namespace fastcal {
+
+/// What one step of Newton came to.
+struct Stepped {
+  bool is_good = false;  ///< the cost fell by half of what its quadratic promised at least; else nothing moved
+  double rest = 0;       ///< about the step that is left [standard deviations at the present noise]
+  Eigen::MatrixXd A;     ///< of the normal equations where the step began, without priors
+};
 
 class FitState {
  public:
@@ -26,8 +34,8 @@ class FitState {
   /// Residuals (N, numbers) at theta.
   const RowMatrixXd& residuals_here();
 
-  /// Residuals at any theta: NaN where nothing was measured.
-  const RowMatrixXd& residuals_anywhere() { return residuals_.rows() > 0 ? residuals_ : residuals_here(); }
+  /// (N, numbers), NaN where nothing was measured: residuals at any theta, or what they are taken from.
+  const RowMatrixXd& numbers();
 
   /// Triangular factor of the whitened Jacobian of all that was asked for, at `there`; no priors.
   const Eigen::MatrixXd& asked_factor(const Eigen::VectorXd& there);
@@ -44,6 +52,16 @@ class FitState {
   /// Minimizes over the free parameters at the present noise.
   Solution refit(LossKind with, const SolverOptions& solver);
 
+  /// One step of Newton over parameters `of` at the present noise, judged by the residuals at its end, which the next
+  /// noise is found from: a pass with the Jacobian and one without. Not within bounds. `unjudged`: shorter ones
+  /// [standard deviations] are taken as they are.
+  Stepped step(LossKind with, const std::vector<int>& of, const Eigen::VectorXd& of_scale, const Limits& within,
+               double unjudged = kCostTells);
+
+  /// The last step of all, to where the factor is wanted: by the slope that comes with the factor, and the Hessian of
+  /// the last step() over the free parameters. False where it is too long for that, and nothing moves then.
+  bool step_with_factor();
+
  private:
   Samples settled_;     // the conditions with loads at the last outer iteration; empty where no effect needs any
   TwistMemory memory_;  // what the effects make of the rows, as they are
@@ -52,6 +70,8 @@ class FitState {
   Eigen::MatrixXd factor_;
   Eigen::VectorXd factor_at_;
   CommonNoise factor_tau_;
+  std::optional<Root> root_;  // of the last step,
+  CommonNoise root_tau_;      // at this noise
 
  public:
   Problem problem;

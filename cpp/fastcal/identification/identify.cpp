@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <set>
 
@@ -26,10 +27,16 @@ constexpr int kRoundsOfReturn = 10;        // in which a dropped row may come ba
 constexpr double kNoiseFell = 0.5;  // relative: another noise than the one by which the free parameters were chosen
 constexpr double kStepConverged = 3e-5;  // standard deviations: as far as a solve comes
 constexpr double kRoughly = 0.03;        // standard deviations: the cost, and so the noise, is right to its square
+constexpr double kNearly = 0.003;        // standard deviations: no row changes sides
+constexpr double kUnjudged = 0.1;        // standard deviations: the slope at the end of so short a step tells enough
+constexpr int kMaxSteps = 10;            // of Newton, before Ceres' trust region
+constexpr double kNoiseTuned = 3e-3;     // relative, before the outliers are dropped
 constexpr int kMaxPolishing = 10;
 constexpr double kAtTheMinimum = 1e-10;  // standard deviations: the last step of all
 constexpr double kNoiseSettled =
     1e-4;  // relative; the parameters move by far less than their deviation when the noise moves by this
+
+constexpr double kFar = std::numeric_limits<double>::infinity();
 
 /// The procedure: start, gauge, robust fit in turn with the loads, report.
 class Identifier {
@@ -61,7 +68,7 @@ class Identifier {
   /// Everything but the report; false where there are too few numbers for one.
   bool solve(bool to_the_minimum) {
     fit_.bring_to_equilibrium();
-    const auto measured = counts(fit_.problem.measured, fit_.residuals_anywhere());
+    const auto measured = counts(fit_.problem.measured, fit_.numbers());
     keep_rows(fit_, {});
     observed_ = std::count_if(measured.begin(), measured.end(), [](Eigen::Index count) { return count > 0; });
     if (fit_.measured_count == 0) return too_few("nothing was measured in any row");
@@ -140,6 +147,7 @@ class Identifier {
   void polish() {
     SolverOptions solver = fit_.options.solver;
     if (!converged_ || solver.method != Method::kLeastSquares) return;
+    if (step_to_the_minimum()) return;
     solver.settled = kAtTheMinimum;
     refit(fit_.loss, solver);
     fit_.tau = noise(fit_, rule_, fit_.loss);
@@ -150,6 +158,29 @@ class Identifier {
       fit_.tau = noise(fit_, rule_, fit_.loss);
     }
     converged_ = true;
+  }
+
+  /// The same where neither loads, priors nor bounds are: by steps of Newton, the last with the factor of the report.
+  bool step_to_the_minimum() {
+    const Limits& limits = fit_.limits;
+    if (fit_.problem.model.needs() != kNothing || fit_.has_priors() || limits.pull_sigma.size() > 0) return false;
+    bool is_near = false;
+    if (noise_is_a_factor()) {
+      is_near = rest_ <= kNearly;
+    } else {
+      fit_.tau = noise(fit_, rule_, fit_.loss);
+    }
+    for (int k = 0; k < kMaxSteps; ++k) {
+      if (is_near && fit_.step_with_factor()) {
+        out_.message = "the step that is left is below 0.0001 standard deviations";
+        return true;
+      }
+      const Stepped step = fit_.step(fit_.loss, fit_.free, fit_.free_scale, limits, kUnjudged);
+      if (!step.is_good) return false;
+      ++out_.iterations;
+      is_near = step.rest <= kNearly;
+    }
+    return false;
   }
 
   void polish_with_loads(const SolverOptions& solver) {
@@ -190,13 +221,36 @@ class Identifier {
 
   /// As near as the next estimate of the noise needs it.
   void refit_roughly(LossKind loss) {
+    for (int k = 0; k < kMaxSteps; ++k) {
+      if (approach(loss)) return;
+    }
+  }
+
+  /// A step nearer at the present noise, or all the way where that is not a good one; is it now as near as the next
+  /// estimate of the noise needs it?
+  bool approach(LossKind loss) {
     SolverOptions solver = fit_.options.solver;
+    rest_ = kFar;
+    if (solver.method == Method::kLeastSquares) {
+      Stepped step = fit_.step(loss, fit_.free, fit_.free_scale, fit_.limits);
+      if (step.is_good) {
+        ++out_.iterations;
+        near_ = std::move(step.A);
+        rest_ = step.rest;
+        converged_ = rest_ <= kRoughly;
+        fitted_at_ = fit_.tau;
+        count_freedom(fit_);
+        return converged_ && out_.iterations <= solver.max_iterations;
+      }
+    }
     solver.settled = std::max(solver.settled, kRoughly);
     refit(loss, solver);
+    return true;
   }
 
   void refit(LossKind loss, const SolverOptions& solver) {
     Solution solution = fit_.refit(loss, solver);
+    fitted_at_ = fit_.tau;
     near_ = std::move(solution.A);
     converged_ = solution.converged;
     count_freedom(fit_);
@@ -211,17 +265,22 @@ class Identifier {
     rule_ = NoiseRule::kMean;
     const LossKind loss = fit_.loss = shows_outliers(fit_) ? fit_.options.loss : LossKind::kNone;
     if (loss != LossKind::kNone && !begun_) {
-      for (int round = 0; round < 3; ++round) {
-        refit_roughly(LossKind::kHuber);
+      for (int round = 0; round < kMaxRounds; ++round) {
+        const bool is_near = approach(LossKind::kHuber);
+        const CommonNoise before = fit_.tau;
         fit_.tau = noise(fit_, NoiseRule::kMedian, LossKind::kHuber);
+        if (is_near && largest_change(before, fit_.tau) < kNoiseTolerance) break;
       }
     }
+    const bool has_loads = fit_.problem.model.needs() != kNothing;  // then the outer iterations ask for more
+    const double tuned = loss == LossKind::kNone || has_loads ? kNoiseSettled : kNoiseTuned;
+    bool is_near = false;
     for (int round = 0; round < kMaxRounds; ++round) {
       const CommonNoise before = fit_.tau;
       if (round > 0 || !begun_) fit_.tau = noise(fit_, NoiseRule::kMean, loss);
-      if (round > 0 && largest_change(before, fit_.tau) < kNoiseSettled) break;
-      refit_roughly(loss);
-      if (noise_is_a_factor()) {
+      if (is_near && largest_change(before, fit_.tau) < tuned) break;
+      is_near = approach(loss);
+      if (is_near && noise_is_a_factor()) {
         tuned_ = fit_.tau = noise(fit_, NoiseRule::kMean, loss);
         return;
       }
@@ -248,7 +307,7 @@ class Identifier {
       if (fit_.freedom * fit_.measured_count < least) break;
       rule_ = NoiseRule::kKept;
       fit_.tau = noise(fit_, NoiseRule::kKept, fit_.loss);
-      refit(fit_.loss);
+      if (largest_change(fitted_at_, fit_.tau) > kNoiseTolerance) refit_roughly(fit_.loss);
     }
     // No set of rows holds together: none is dropped.
     keep_rows(fit_, {});
@@ -292,7 +351,9 @@ class Identifier {
   NoiseRule rule_ = NoiseRule::kMean;  // by which the noise was found last
   CommonNoise tuned_;                  // the noise before the last step of fine_fit, which leaves the outliers out
   std::ptrdiff_t observed_ = 0;
-  Eigen::MatrixXd near_;  // of the normal equations, where the last fit found them
+  Eigen::MatrixXd near_;   // of the normal equations, where the last fit found them
+  CommonNoise fitted_at_;  // the noise of the last fit
+  double rest_ = kFar;     // about the step that it left [standard deviations]; far: not known
   bool converged_ = false;
   bool begun_ = false;  // at the solution of the thinned problem
   Eigen::MatrixXd thinned_factor_;

@@ -22,6 +22,24 @@ std::vector<const Loss*> losses(LossKind kind, int most) {
   return out;
 }
 
+/// Squared lengths of all rows, unweighted.
+std::vector<RowWeight> whitened_lengths(const Problem& problem, const RowMatrixXd& residuals, const CommonNoise& tau) {
+  std::vector<RowWeight> out(static_cast<std::size_t>(residuals.rows()));
+  const bool claims = problem.measured.claims_sigma();
+  for (int c = 0; c < problem.measured.number_count(); ++c) {
+    const double common = 1 / tau[problem.measured.observation_of(c)];
+    for (Eigen::Index i = 0; i < residuals.rows(); ++i) {
+      const double r = residuals(i, c);
+      if (std::isnan(r)) continue;
+      const double u = r * (claims ? 1 / whitening_deviation(problem, tau, i, c) : common);
+      RowWeight& row = out[static_cast<std::size_t>(i)];
+      row.squared += u * u;
+      ++row.components;
+    }
+  }
+  return out;
+}
+
 }  // namespace
 
 int Problem::workers() const {
@@ -41,16 +59,17 @@ NormalEquations normal_equations(const Problem& problem, const Eigen::VectorXd& 
                                  const Eigen::VectorXd& scale, const Weighting& weighting, bool with_jacobian) {
   const auto p = static_cast<Eigen::Index>(free.size());
   const auto loss = losses(weighting.loss, problem.measured.number_count());
+  const bool flattens = with_jacobian && weighting.loss != LossKind::kNone;
   NormalEquations sum;
-  double weight = 0;
-  double slope = 0;
+  if (flattens) sum.flattening = Eigen::MatrixXd::Zero(p, p);
   Eigen::MatrixXd total = Eigen::MatrixXd::Zero(p + 1, p + 1);
   // Groups of chunks bound the memory; within a group the chunks are summed in their order, whoever worked on them.
   constexpr Eigen::Index kGroupChunks = 128;
   for (Eigen::Index first = 0; first < problem.row_count(); first += kGroupChunks * kChunkRows) {
     const Eigen::Index rows = std::min(problem.row_count() - first, kGroupChunks * kChunkRows);
     std::vector<Eigen::MatrixXd> parts(static_cast<std::size_t>(chunk_count(rows)));
-    std::vector<double> costs(parts.size(), 0.0), weights(costs), slopes(costs);
+    std::vector<Eigen::MatrixXd> flat(flattens ? parts.size() : 0);
+    std::vector<double> costs(parts.size(), 0.0);
     const auto worker = [&] { return WhitenedRows(problem, theta, free, scale, weighting.tau); };
     parallel_chunks(rows, problem.workers(), worker,
                     [&](WhitenedRows& whitened, Eigen::Index chunk, Eigen::Index begin, Eigen::Index end) {
@@ -64,28 +83,38 @@ NormalEquations normal_equations(const Problem& problem, const Eigen::VectorXd& 
                         if (!with_jacobian) continue;
                         const double weight = rho.weight(row.squared);
                         if (weight != 1) whitened.weigh(i, std::sqrt(weight));
-                        weights[c] += row.components * weight;
-                        slopes[c] += rho.weight_slope(row.squared);
+                        if (flattens) whitened.flatten(i, weight, -rho.weight_slope(row.squared));
                       }
                       if (!with_jacobian) return;
+                      const double* J = whitened.jacobian();
                       parts[c] = Eigen::MatrixXd::Zero(p + 1, p + 1);
-                      kernels::gram(whitened.jacobian(), whitened.ld(), whitened.height(), static_cast<int>(p) + 1,
-                                    parts[c].data());
+                      kernels::gram(J, whitened.ld(), whitened.height(), static_cast<int>(p) + 1, parts[c].data());
+                      if (!flattens || !whitened.is_flattened()) return;
+                      flat[c] = Eigen::MatrixXd::Zero(p, p);
+                      kernels::gram(whitened.along_residuals(J), whitened.ld(), whitened.stride(), static_cast<int>(p),
+                                    flat[c].data());
                     });
     for (std::size_t c = 0; c < parts.size(); ++c) {
       sum.cost += costs[c];
-      weight += weights[c];
-      slope += slopes[c];
       if (with_jacobian) total += parts[c];
+      if (flattens && flat[c].size() > 0) sum.flattening += flat[c];
     }
   }
   if (with_jacobian) {
     sum.A = total.topLeftCorner(p, p).selfadjointView<Eigen::Upper>();
     sum.g = total.topRightCorner(p, 1);
-    constexpr double kFlattest = 0.3;  // of what rejects so much, no quadratic shows where it ends
-    if (weight > 0) sum.bend = std::clamp(1 + slope / weight, kFlattest, 1.0);
+    if (flattens) sum.flattening.triangularView<Eigen::StrictlyLower>() = sum.flattening.transpose();
   }
   return sum;
+}
+
+double cost_of(const Problem& problem, const RowMatrixXd& residuals, const Weighting& weighting) {
+  const auto loss = losses(weighting.loss, problem.measured.number_count());
+  double cost = 0;
+  for (const RowWeight& row : whitened_lengths(problem, residuals, weighting.tau)) {
+    if (row.components > 0) cost += 0.5 * loss[row.components]->rho(row.squared);
+  }
+  return cost;
 }
 
 RowMatrixXd residuals(const Problem& problem, const Eigen::VectorXd& theta) {
@@ -105,49 +134,62 @@ RowMatrixXd residuals(const Problem& problem, const Eigen::VectorXd& theta) {
 
 std::vector<RowWeight> row_weights(const Problem& problem, const RowMatrixXd& residuals, const Weighting& weighting) {
   const auto loss = losses(weighting.loss, problem.measured.number_count());
-  std::vector<RowWeight> out(static_cast<std::size_t>(residuals.rows()));
-  for (Eigen::Index i = 0; i < residuals.rows(); ++i) {
-    RowWeight& row = out[static_cast<std::size_t>(i)];
-    for (int c = 0; c < problem.measured.number_count(); ++c) {
-      if (std::isnan(residuals(i, c))) continue;
-      const double u = residuals(i, c) / whitening_deviation(problem, weighting.tau, i, c);
-      row.squared += u * u;
-      ++row.components;
-    }
-    row.weight = row.components == 0 ? 0 : loss[row.components]->weight(row.squared);
-  }
+  std::vector<RowWeight> out = whitened_lengths(problem, residuals, weighting.tau);
+  for (RowWeight& row : out) row.weight = row.components == 0 ? 0 : loss[row.components]->weight(row.squared);
   return out;
 }
 
 Eigen::MatrixXd triangular_factor(const Problem& problem, const Eigen::VectorXd& theta, const std::vector<int>& free,
-                                  const Eigen::VectorXd& scale, const CommonNoise& tau,
-                                  const std::vector<RowWeight>* rows) {
+                                  const Eigen::VectorXd& scale, const Weighting& weighting, Eigen::VectorXd* g) {
+  constexpr Eigen::Index kUnitRows = 4 * kChunkRows;  // that share a triangle: adding one to the others costs 40 rows
+  constexpr Eigen::Index kGroupRows = 64 * kUnitRows;
+  constexpr int kCachedRows = 128;  // their columns stay in the first-level cache
   const auto p = static_cast<Eigen::Index>(free.size());
-  std::vector<Eigen::MatrixXd> factors(static_cast<std::size_t>(chunk_count(problem.row_count())));
-  const auto worker = [&] { return WhitenedRows(problem, theta, free, scale, tau); };
-  parallel_chunks(problem.row_count(), problem.workers(), worker,
-                  [&](WhitenedRows& whitened, Eigen::Index chunk, Eigen::Index begin, Eigen::Index end) {
-                    whitened.evaluate(begin, end);
-                    for (Eigen::Index i = begin; rows != nullptr && i < end; ++i) {
-                      if (!((*rows)[static_cast<std::size_t>(i)].weight > 0))
-                        whitened.weigh(static_cast<int>(i - begin), 0);
-                    }
-                    constexpr int kRows = 128;  // their columns stay in the first-level cache
-                    Eigen::MatrixXd& R = factors[static_cast<std::size_t>(chunk)] = Eigen::MatrixXd::Zero(p, p);
-                    double* J = whitened.jacobian();
-                    for (int from = 0; from < whitened.height(); from += kRows) {
-                      kernels::update_triangle(J + from, whitened.ld(), std::min(kRows, whitened.height() - from),
-                                               static_cast<int>(p), R.data());
-                    }
-                  });
+  const auto loss = losses(weighting.loss, problem.measured.number_count());
   Eigen::MatrixXd R = Eigen::MatrixXd::Zero(p, p);
+  if (g != nullptr) *g = Eigen::VectorXd::Zero(p);
   const Eigen::Index rows_of_factor = (p + kernels::kGroup - 1) / kernels::kGroup * kernels::kGroup;
   Eigen::MatrixXd padded = Eigen::MatrixXd::Zero(rows_of_factor, p);
-  for (const Eigen::MatrixXd& factor : factors) {
-    padded.topRows(p) = factor;
-    padded.bottomRows(rows_of_factor - p).setZero();
-    kernels::update_triangle(padded.data(), static_cast<int>(rows_of_factor), static_cast<int>(rows_of_factor),
-                             static_cast<int>(p), R.data());
+
+  const auto add_rows = [&](WhitenedRows& whitened, Eigen::Index begin, Eigen::Index end, Eigen::MatrixXd& factor,
+                            Eigen::VectorXd& slope) {
+    whitened.evaluate(begin, end);
+    double* J = whitened.jacobian();
+    if (g != nullptr) {
+      const Eigen::Map<const Eigen::MatrixXd, 0, Eigen::OuterStride<>> columns(J, whitened.height(), p,
+                                                                               Eigen::OuterStride<>(whitened.ld()));
+      slope += columns.transpose() * whitened.weighted_residuals(loss);
+    }
+    for (int from = 0; from < whitened.height(); from += kCachedRows) {
+      kernels::update_triangle(J + from, whitened.ld(), std::min(kCachedRows, whitened.height() - from),
+                               static_cast<int>(p), factor.data());
+    }
+  };
+  for (Eigen::Index first = 0; first < problem.row_count(); first += kGroupRows) {
+    const Eigen::Index end = std::min(problem.row_count(), first + kGroupRows);
+    const auto units = static_cast<std::size_t>((end - first + kUnitRows - 1) / kUnitRows);
+    std::vector<Eigen::MatrixXd> factors(units, Eigen::MatrixXd::Zero(p, p));
+    std::vector<Eigen::VectorXd> slopes(units, Eigen::VectorXd::Zero(p));
+    const auto worker = [&] { return WhitenedRows(problem, theta, free, scale, weighting.tau); };
+    parallel_units(static_cast<Eigen::Index>(units), problem.workers(), worker,
+                   [&](WhitenedRows& whitened, Eigen::Index unit) {
+                     const Eigen::Index last = std::min(end, first + (unit + 1) * kUnitRows);
+                     for (Eigen::Index begin = first + unit * kUnitRows; begin < last; begin += kChunkRows) {
+                       add_rows(whitened, begin, std::min(last, begin + kChunkRows),
+                                factors[static_cast<std::size_t>(unit)], slopes[static_cast<std::size_t>(unit)]);
+                     }
+                   });
+    for (std::size_t unit = 0; unit < units; ++unit) {
+      if (g != nullptr) *g += slopes[unit];
+      if (first == 0 && unit == 0) {
+        R = factors[unit];
+        continue;
+      }
+      padded.topRows(p) = factors[unit];
+      padded.bottomRows(rows_of_factor - p).setZero();
+      kernels::update_triangle(padded.data(), static_cast<int>(rows_of_factor), static_cast<int>(rows_of_factor),
+                               static_cast<int>(p), R.data());
+    }
   }
   return R;
 }

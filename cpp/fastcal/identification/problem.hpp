@@ -59,9 +59,11 @@ struct RowWeight {
 /// Sums over all rows: A = J^T W J, g = J^T W r, cost = 1/2 sum rho; columns of `free`, scaled by `scale`.
 struct NormalEquations {
   Eigen::MatrixXd A;
+  /// By which the Hessian of a robust cost is flatter than A: sum of -u w'(u) (J_i^T u_i)(J_i^T u_i)^T / u^2 over the
+  /// rows i, whitened. Empty without a loss.
+  Eigen::MatrixXd flattening;
   Eigen::VectorXd g;
   double cost = 0;
-  double bend = 1;  ///< E[psi'] / E[w] over the rows: by this the Hessian of a robust cost is flatter than A
 };
 
 /// One pass over the rows. With `with_jacobian` false, only the cost is formed. The sums do not depend on the number of
@@ -72,14 +74,17 @@ NormalEquations normal_equations(const Problem& problem, const Eigen::VectorXd& 
 /// Residuals (N, numbers) as they are, NaN where not measured.
 RowMatrixXd residuals(const Problem& problem, const Eigen::VectorXd& theta);
 
+/// 1/2 sum rho of given residuals.
+double cost_of(const Problem& problem, const RowMatrixXd& residuals, const Weighting& weighting);
+
 /// Weights of all rows for given residuals.
 std::vector<RowWeight> row_weights(const Problem& problem, const RowMatrixXd& residuals, const Weighting& weighting);
 
-/// The upper triangular factor (p x p) of the whitened, scaled J without robust weights, rows with weight 0 in `rows`
-/// left out (null: all rows): QR by blocks of rows, which sees singular values down to 1e-15 of the largest where A
-/// sees 1e-8.
+/// The upper triangular factor (p x p) of the whitened, scaled J without robust weights: QR by blocks of rows, which
+/// sees singular values down to 1e-15 of the largest where A sees 1e-8. With `g`, in the same pass, also the slope
+/// J^T W r of the weighted cost.
 Eigen::MatrixXd triangular_factor(const Problem& problem, const Eigen::VectorXd& theta, const std::vector<int>& free,
-                                  const Eigen::VectorXd& scale, const CommonNoise& tau,
-                                  const std::vector<RowWeight>* rows);
+                                  const Eigen::VectorXd& scale, const Weighting& weighting,
+                                  Eigen::VectorXd* g = nullptr);
 
 }  // namespace fastcal

@@ -35,11 +35,24 @@ class Reduced {
     const Eigen::VectorXd theta_here = theta(x);
     last_ = normal_equations(problem_, theta_here, free_, scale_, weighting_, with_jacobian);
     of_priors_ = Eigen::VectorXd::Zero(size());
-    add(limits_.prior_mean, limits_.prior_sigma, theta_here, with_jacobian);
-    add(limits_.pull_mean, limits_.pull_sigma, theta_here, with_jacobian);
+    for_each_gaussian(theta_here, [&](Eigen::Index k, double u, double slope) {
+      last_.cost += 0.5 * u * u;
+      if (!with_jacobian) return;
+      last_.A(k, k) += slope * slope;
+      of_priors_[k] += slope * slope;
+      last_.g[k] += slope * u;
+    });
     last_x_ = here;
     known_ = true;
     return last_;
+  }
+
+  /// Cost at x, whose residuals these are.
+  double cost_of(const RowMatrixXd& residuals, const double* x) const {
+    const Eigen::VectorXd theta_here = theta(x);
+    double cost = fastcal::cost_of(problem_, residuals, weighting_);
+    for_each_gaussian(theta_here, [&](Eigen::Index, double u, double) { cost += 0.5 * u * u; });
+    return cost;
   }
 
   /// A of the last x without priors; empty where it was not asked for.
@@ -49,37 +62,26 @@ class Reduced {
     return out;
   }
 
-  /// A of the last x with the data's part as flat as the robust cost is on average: steps of Newton, not Gauss-Newton,
-  /// which come nearer by a tenth only where a loss redescends.
-  Eigen::MatrixXd hessian() const {
-    Eigen::MatrixXd out = last_.bend * last_.A;
-    out.diagonal() += (1 - last_.bend) * of_priors_;
-    return out;
-  }
-
  private:
-  /// A Gaussian's part of the sums.
-  void add(const Eigen::VectorXd& mean, const Eigen::VectorXd& sigma, const Eigen::VectorXd& theta_here,
-           bool with_jacobian) const {
-    for (Eigen::Index k = 0; sigma.size() > 0 && k < size(); ++k) {
-      const int index = free_[static_cast<std::size_t>(k)];
-      if (!std::isfinite(sigma[index])) continue;
-      const double u = (theta_here[index] - mean[index]) / sigma[index];
-      const double slope = scale_[k] / sigma[index];
-      last_.cost += 0.5 * u * u;
-      if (with_jacobian) {
-        last_.A(k, k) += slope * slope;
-        of_priors_[k] += slope * slope;
-        last_.g[k] += slope * u;
+  /// Calls body(k, u, du / dx_k) for every prior and pull.
+  template <typename Body>
+  void for_each_gaussian(const Eigen::VectorXd& theta_here, const Body& body) const {
+    const auto each = [&](const Eigen::VectorXd& mean, const Eigen::VectorXd& sigma) {
+      for (Eigen::Index k = 0; sigma.size() > 0 && k < size(); ++k) {
+        const int index = free_[static_cast<std::size_t>(k)];
+        if (std::isfinite(sigma[index]))
+          body(k, (theta_here[index] - mean[index]) / sigma[index], scale_[k] / sigma[index]);
       }
-    }
+    };
+    each(limits_.prior_mean, limits_.prior_sigma);
+    each(limits_.pull_mean, limits_.pull_sigma);
   }
 
   const Problem& problem_;
   const Eigen::VectorXd& theta_0_;
   const std::vector<int>& free_;
   const Eigen::VectorXd& scale_;
-  const Weighting& weighting_;
+  const Weighting weighting_;
   const Limits& limits_;
   mutable bool known_ = false;
   mutable Eigen::VectorXd last_x_;
@@ -94,17 +96,24 @@ struct Root {
     for (Eigen::Index k = 0; k < g.size(); ++k) scale[k] = A(k, k) > 0 ? 1 / std::sqrt(A(k, k)) : 1.0;
     const Eigen::MatrixXd scaled = scale.asDiagonal() * A * scale.asDiagonal();
     factor.compute(scaled);
-    turned = scale.cwiseProduct(g);
-    turned = factor.transpositionsP() * turned;
     constexpr double kFloor = 1e-13;
     diagonal = factor.vectorD().unaryExpr([](double d) { return d > kFloor ? std::sqrt(d) : 0.0; });
-    factor.matrixL().solveInPlace(turned);
-    turned = (diagonal.array() > 0).select(turned.array() / diagonal.array(), 0);
+    turned = turn(g);
   }
 
+  /// D^-1/2 L^-1 P S g of another slope.
+  Eigen::VectorXd turn(const Eigen::VectorXd& g) const {
+    Eigen::VectorXd out = factor.transpositionsP() * scale.cwiseProduct(g);
+    factor.matrixL().solveInPlace(out);
+    return (diagonal.array() > 0).select(out.array() / diagonal.array(), 0);
+  }
+
+  bool is_positive() const { return (diagonal.array() > 0).all(); }
+
   /// To where the quadratic has its minimum.
-  Eigen::VectorXd step() const {
-    Eigen::VectorXd x = (diagonal.array() > 0).select(-turned.array() / diagonal.array(), 0);
+  Eigen::VectorXd step() const { return step(turned); }
+  Eigen::VectorXd step(const Eigen::VectorXd& turned_slope) const {
+    Eigen::VectorXd x = (diagonal.array() > 0).select(-turned_slope.array() / diagonal.array(), 0);
     factor.matrixU().solveInPlace(x);
     Eigen::VectorXd out = factor.transpositionsP().transpose() * x;
     out.array() *= scale.array();
@@ -124,11 +133,13 @@ struct Root {
   Eigen::VectorXd turned;    // D^-1/2 L^-1 P S g: as long as the step, in standard deviations
 };
 
-/// At the last x; far away, where the flatter quadratic would lie below zero, that of Gauss and Newton.
-inline Root root_at(const Reduced& reduced, const NormalEquations& sums) {
-  if (sums.bend < 1) {
-    Root flat(reduced.hessian(), sums.g);
-    if (flat.turned.squaredNorm() < sums.cost) return flat;
+/// Of the Hessian: steps of Newton, which converge quadratically where Gauss-Newton's come nearer by a tenth under a
+/// loss that redescends. Far away, where the Hessian is not positive or its quadratic lies below zero, that of Gauss
+/// and Newton.
+inline Root root_at(const NormalEquations& sums) {
+  if (sums.flattening.size() > 0) {
+    Root flat(sums.A - sums.flattening, sums.g);
+    if (flat.is_positive() && flat.turned.squaredNorm() < sums.cost) return flat;
   }
   return {sums.A, sums.g};
 }

@@ -109,7 +109,7 @@ void count_freedom(FitState& fit) {
 
 void keep_rows(FitState& fit, std::vector<bool> kept) {
   fit.kept = std::move(kept);
-  const RowMatrixXd& r = fit.residuals_anywhere();
+  const RowMatrixXd& r = fit.numbers();
   fit.measured_count = 0;
   for (Eigen::Index i = 0; i < r.rows(); ++i) {
     if (fit.kept.empty() || fit.kept[static_cast<std::size_t>(i)])

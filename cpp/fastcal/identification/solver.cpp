@@ -16,8 +16,6 @@
 namespace fastcal {
 namespace {
 
-constexpr double kCostTells = 1e-4;  // standard deviations: of shorter steps rounding decides whether they help
-
 /// Bounds in x, and which parameters they hold.
 struct Box {
   Box(const Limits& limits, const std::vector<int>& free, const Eigen::VectorXd& theta_0, const Eigen::VectorXd& scale)
@@ -60,7 +58,7 @@ class RootCost : public ceres::CostFunction {
     const NormalEquations& sums = reduced_.at(parameters[0], true);
     if (!std::isfinite(sums.cost) || !sums.A.allFinite()) return false;
     const Eigen::Index p = reduced_.size();
-    const Root root = root_at(reduced_, sums);
+    const Root root = root_at(sums);
     left_ = root.turned.squaredNorm();
     active_ = box_.active(Eigen::Map<const Eigen::VectorXd>(parameters[0], p), sums.g);
     Eigen::Map<Eigen::VectorXd>(r, p) = root.turned;
@@ -117,7 +115,7 @@ double take_last_steps(const Reduced& reduced, const Box& box, double settled, E
   double before = std::numeric_limits<double>::infinity();
   for (int k = 0; k < kMaxLastSteps; ++k) {
     const NormalEquations& sums = reduced.at(x.data(), true);
-    const Root root = root_at(reduced, sums);
+    const Root root = root_at(sums);
     const double left = root.turned.norm();
     const Eigen::VectorXd to = x + root.step();
     cost = sums.cost;
@@ -139,7 +137,7 @@ Descent descend(const Reduced& reduced, const Box& box, double settled, int most
   for (int k = 0;; ++k, ++iterations) {
     const NormalEquations& sums = reduced.at(x.data(), true);
     if (!std::isfinite(sums.cost) || !sums.A.allFinite()) return Descent::kRefused;
-    const Root root = root_at(reduced, sums);
+    const Root root = root_at(sums);
     const double left = root.turned.norm();
     if (left <= settled) return Descent::kSettled;
     if (k == most) return Descent::kSpent;

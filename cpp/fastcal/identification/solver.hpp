@@ -23,6 +23,8 @@ struct Limits {
   Eigen::VectorXd pull_mean, pull_sigma;    ///< both empty: no pulls
 };
 
+inline constexpr double kCostTells = 1e-4;  // standard deviations: of shorter steps rounding decides whether they help
+
 enum class Method {
   kLeastSquares,  ///< Levenberg-Marquardt on the normal equations
   kBfgs,  ///< BFGS with line search on the root of the mean (robust) squared whitened distance (PMC paper, section

@@ -19,16 +19,20 @@ std::vector<Eigen::Index> spread_rows(Eigen::Index rows, Eigen::Index count) {
   return out;
 }
 
-/// Parameters and noise in turn, a few steps a round: this is a start, and the next round weights the rows again.
+/// Parameters and noise in turn, a step a round: this is a start, and the next round weights the rows again.
 void settle_coarsely(FitState& fit, const Limits& weak) {
+  constexpr double kCloseEnough = 1;  // standard deviations
   for (int round = 0; round < 20; ++round) {
-    const Solution solution = solve(fit.problem, fit.theta, fit.asked, fit.scale, {fit.tau, LossKind::kHuber}, weak,
-                                    {Method::kLeastSquares, 3, 0.1});
-    fit.theta = solution.theta;
+    const Stepped step = fit.step(LossKind::kHuber, fit.asked, fit.scale, weak);
+    if (!step.is_good) {
+      fit.theta = solve(fit.problem, fit.theta, fit.asked, fit.scale, {fit.tau, LossKind::kHuber}, weak,
+                        {Method::kLeastSquares, 3, 0.1})
+                      .theta;
+    }
     fit.bring_to_equilibrium();
     const CommonNoise before = fit.tau;
     fit.tau = noise(fit, NoiseRule::kMedian, LossKind::kHuber);
-    if (largest_change(before, fit.tau) < 0.05) break;
+    if (step.rest < kCloseEnough && largest_change(before, fit.tau) < 0.05) break;
   }
 }
 

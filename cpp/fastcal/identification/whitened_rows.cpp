@@ -48,6 +48,7 @@ WhitenedRows::WhitenedRows(const Problem& problem, const Eigen::VectorXd& theta,
 void WhitenedRows::evaluate(Eigen::Index begin, Eigen::Index end) {
   begin_ = begin;
   rows_ = static_cast<int>(end - begin);
+  is_flattened_ = false;
   block_.forward(problem_.samples, begin, end, problem_.memory);
   const Eigen::Index stride = block_.stride();
   const auto fresh = [stride](AlignedNumbers& numbers, Eigen::Index count) {
@@ -103,6 +104,46 @@ double* WhitenedRows::jacobian() {
   Eigen::Map<Eigen::ArrayXd>(J + p * ld(), height()) = Eigen::Map<const Eigen::ArrayXd>(residual_.data(), height()) *
                                                        Eigen::Map<const Eigen::ArrayXd>(factor_.data(), height());
   return J;
+}
+
+void WhitenedRows::flatten(int i, double weight, double slope) {
+  constexpr double kNoWeight = 1e-12;  // the curvature is as small
+  const double square = weights_[i].squared;
+  if (!(slope > 0 && weight > kNoWeight && square > 0)) return;
+  if (!is_flattened_) {
+    double* turn = turn_.resize(count_ * block_.stride());
+    std::fill(turn, turn + count_ * block_.stride(), 0.0);
+    is_flattened_ = true;
+  }
+  const double factor = std::sqrt(slope / square) / weight;
+  for (int n = 0; n < count_; ++n) at(turn_, n)[i] = factor * at(residual_, n)[i] * at(factor_, n)[i];
+}
+
+Eigen::VectorXd WhitenedRows::weighted_residuals(const std::vector<const Loss*>& loss) const {
+  Eigen::VectorXd out = Eigen::VectorXd::Zero(height());
+  for (int i = 0; i < rows_; ++i) {
+    const RowWeight& row = weights_[i];
+    if (row.components == 0) continue;
+    const double weight = loss[row.components]->weight(row.squared);
+    for (int n = 0; n < count_; ++n)
+      out[place(i, n)] = weight * residual_.data()[place(i, n)] * factor_.data()[place(i, n)];
+  }
+  return out;
+}
+
+const double* WhitenedRows::along_residuals(const double* J) {
+  const auto p = static_cast<Eigen::Index>(free_.size());
+  const Eigen::Index stride = block_.stride();
+  double* out = along_residuals_.resize(p * ld());
+  for (Eigen::Index k = 0; k < p; ++k) {
+    Eigen::Map<Eigen::ArrayXd> sum(out + k * ld(), stride);
+    sum.setZero();
+    for (int n = 0; n < count_; ++n) {
+      sum += Eigen::Map<const Eigen::ArrayXd>(at(turn_, n), stride) *
+             Eigen::Map<const Eigen::ArrayXd>(J + k * ld() + n * stride, stride);
+    }
+  }
+  return out;
 }
 
 void WhitenedRows::add(int i, int number, double r) {

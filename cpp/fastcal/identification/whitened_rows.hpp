@@ -31,6 +31,16 @@ class WhitenedRows {
     for (int n = 0; n < count_; ++n) at(factor_, n)[i] *= factor;
   }
 
+  /// Of row i, whose weight is w, -u dw/du = `slope`: what a robust loss takes from the curvature along the residual.
+  void flatten(int i, double weight, double slope);
+  bool is_flattened() const { return is_flattened_; }
+
+  /// (height): whitened residuals times the weight that each row has by its number of components.
+  Eigen::VectorXd weighted_residuals(const std::vector<const Loss*>& loss) const;
+
+  /// (stride, p) by column at ld(), of the Jacobian `J` of weighted rows: a row whose square is what flatten() said.
+  const double* along_residuals(const double* J);
+
   /// Residuals of row i as they are, NaN where not measured.
   template <typename Row>
   void raw(int i, Row out) const {
@@ -40,6 +50,7 @@ class WhitenedRows {
   }
 
   int number_count() const { return count_; }
+  int stride() const { return static_cast<int>(block_.stride()); }
   /// Where number n of row i is in a column of the block.
   Eigen::Index place(int i, int n) const { return static_cast<Eigen::Index>(n) * block_.stride() + i; }
   bool is_measured(int i, int n) const { return factor_.data()[place(i, n)] > 0; }
@@ -80,6 +91,8 @@ class WhitenedRows {
   AlignedNumbers residual_, factor_, slope_;  // (numbers, stride): r, 1 / deviation or 0; (sights, 6, stride)
   AlignedNumbers by_unknown_;                 // (numbers, kMostUnknowns, stride)
   AlignedNumbers J_;
+  bool is_flattened_ = false;
+  AlignedNumbers turn_, along_residuals_;  // (numbers, stride), by which J's rows are added up; what comes of it
 };
 
 }  // namespace fastcal

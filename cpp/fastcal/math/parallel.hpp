@@ -18,20 +18,17 @@ constexpr Eigen::Index kChunkRows = 120;  // their Jacobian stays in the second-
 
 inline Eigen::Index chunk_count(Eigen::Index rows) { return (rows + kChunkRows - 1) / kChunkRows; }
 
-/// Calls body(worker, chunk, begin, end) for every chunk of [0, rows), worker = make() one a thread; rethrows the first
-/// exception.
+/// Calls body(worker, unit) for every unit of [0, units), worker = make() one a thread; rethrows the first exception.
 template <typename Make, typename Body>
-void parallel_chunks(Eigen::Index rows, int threads, const Make& make, const Body& body) {
-  const Eigen::Index chunks = chunk_count(rows);
-  const int workers = static_cast<int>(std::min<Eigen::Index>(std::max(threads, 1), chunks));
+void parallel_units(Eigen::Index units, int threads, const Make& make, const Body& body) {
+  const int workers = static_cast<int>(std::min<Eigen::Index>(std::max(threads, 1), units));
   std::atomic<Eigen::Index> next{0};
   std::exception_ptr failure;
   std::mutex guard;
   const auto work = [&] {
     try {
       auto worker = make();
-      for (Eigen::Index chunk = next++; chunk < chunks; chunk = next++)
-        body(worker, chunk, chunk * kChunkRows, std::min(rows, (chunk + 1) * kChunkRows));
+      for (Eigen::Index unit = next++; unit < units; unit = next++) body(worker, unit);
     } catch (...) {
       const std::lock_guard<std::mutex> lock(guard);
       if (!failure) failure = std::current_exception();
@@ -39,9 +36,17 @@ void parallel_chunks(Eigen::Index rows, int threads, const Make& make, const Bod
   };
   std::vector<std::thread> pool;
   for (int i = 1; i < workers; ++i) pool.emplace_back(work);
-  if (chunks > 0) work();
+  if (units > 0) work();
   for (std::thread& thread : pool) thread.join();
   if (failure) std::rethrow_exception(failure);
+}
+
+/// The same for chunks of [0, rows): body(worker, chunk, begin, end).
+template <typename Make, typename Body>
+void parallel_chunks(Eigen::Index rows, int threads, const Make& make, const Body& body) {
+  parallel_units(chunk_count(rows), threads, make, [&body, rows](auto& worker, Eigen::Index chunk) {
+    body(worker, chunk, chunk * kChunkRows, std::min(rows, (chunk + 1) * kChunkRows));
+  });
 }
 
 /// The same for bodies that need nothing of their own: body(chunk, begin, end).

@@ -35,7 +35,7 @@ inline Fixed fixed(std::uint64_t seed, What what, Eigen::Index rows, double erro
   for (std::size_t k = 0; k < all.size(); ++k)
     hold[static_cast<Eigen::Index>(k)] = fixing_priority(out.model.parameters()[static_cast<std::size_t>(all[k])]);
   const Gauge gauge =
-      choose_gauge(triangular_factor(problem, out.model.start(), all, scale, {1e-4, 1e-4, 1e-4}, nullptr), hold);
+      choose_gauge(triangular_factor(problem, out.model.start(), all, scale, {{1e-4, 1e-4, 1e-4}}), hold);
   for (const int k : gauge.free) out.free.push_back(all[static_cast<std::size_t>(k)]);
   out.scale = Eigen::VectorXd::Constant(static_cast<Eigen::Index>(out.free.size()), 1e-3);
   return out;

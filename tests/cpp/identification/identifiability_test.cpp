@@ -48,8 +48,8 @@ Seen look(const RobotModel& robot, What what, std::uint64_t seed = 1, Eigen::Ind
     hold[k] = fixing_priority(seen.parameters.back()) *
               (1 - 1e-3 * static_cast<double>(k) / static_cast<double>(scale.size()));
   }
-  seen.R = triangular_factor({seen.model, samples, measured}, seen.model.start(), seen.asked, scale, {1e-4, 1e-4, 1e-4},
-                             nullptr);
+  seen.R =
+      triangular_factor({seen.model, samples, measured}, seen.model.start(), seen.asked, scale, {{1e-4, 1e-4, 1e-4}});
   seen.gauge = choose_gauge(seen.R, hold);
   return seen;
 }

@@ -56,7 +56,7 @@ TEST(LoadResponse, MakesTheResidualsThoseOfTheSettledArm) {
   const Scene s(1);
   const CommonNoise tau{1e-3, 1e-3, 1e-3};  // so much that opposite offsets are weak
   const Eigen::VectorXd theta = s.model.start();
-  const Eigen::MatrixXd factor = triangular_factor(s.problem(), theta, s.free, s.scale, tau, nullptr);
+  const Eigen::MatrixXd factor = triangular_factor(s.problem(), theta, s.free, s.scale, {tau});
   const auto response = load_response(s.problem(), theta, s.free, s.scale, factor);
   ASSERT_TRUE(response);
   ASSERT_EQ(response->change.size(), 1u);
@@ -85,7 +85,7 @@ TEST(LoadResponse, MakesTheResidualsThoseOfTheSettledArm) {
 TEST(LoadResponse, ThereIsNoneWhereAllIsToldWell) {
   const Scene s(2);
   const CommonNoise tau{1e-7, 1e-7, 1e-7};
-  const Eigen::MatrixXd factor = triangular_factor(s.problem(), s.model.start(), s.free, s.scale, tau, nullptr);
+  const Eigen::MatrixXd factor = triangular_factor(s.problem(), s.model.start(), s.free, s.scale, {tau});
   EXPECT_FALSE(load_response(s.problem(), s.model.start(), s.free, s.scale, factor));
 }
 

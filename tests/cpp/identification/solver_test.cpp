@@ -69,10 +69,8 @@ TEST(Solve, AgreesWithQrOfTheRowsOnAnIllConditionedProblem) {
   // Both d of two axes 1e-2 rad from parallel, and few rows.
   Fixed s = fixed(6, What::kPositions, 14);
   const double ordinary = [&] {
-    const auto values = triangular_factor(s.problem(), s.model.start(), s.free, s.scale, kTau, nullptr)
-                            .jacobiSvd()
-                            .singularValues()
-                            .eval();
+    const auto values =
+        triangular_factor(s.problem(), s.model.start(), s.free, s.scale, {kTau}).jacobiSvd().singularValues().eval();
     return values[0] / values.tail<1>()[0];
   }();
   const ErrorModel nearly(test::build("dh", test::six_axes(1e-2)));
@@ -81,7 +79,7 @@ TEST(Solve, AgreesWithQrOfTheRowsOnAnIllConditionedProblem) {
   s.truth = test::disturbed(random, nearly, 0);
   for (const int k : s.free) s.truth[k] += random.normal(1e-5);
   s.measured = test::measure(random, nearly, s.samples, s.truth, What::kPositions, {2e-7, 0});
-  const Eigen::MatrixXd R = triangular_factor(s.problem(), s.model.start(), s.free, s.scale, kTau, nullptr);
+  const Eigen::MatrixXd R = triangular_factor(s.problem(), s.model.start(), s.free, s.scale, {kTau});
   const Eigen::VectorXd values = R.jacobiSvd().singularValues();
   ASSERT_GT(values[0] / values.tail<1>()[0], 300 * ordinary);
   const Eigen::VectorXd oracle = solve_by_rows(s);
