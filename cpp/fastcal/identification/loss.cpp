@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: MIT
 #include "fastcal/identification/loss.hpp"
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -130,6 +131,18 @@ double Loss::rho(double s) const {
     default:
       return s;
   }
+}
+
+double Loss::sum(const std::vector<double>& q, double factor) const {
+  const Eigen::Map<const Eigen::ArrayXd, Eigen::Unaligned> squares(q.data(), static_cast<Eigen::Index>(q.size()));
+  if (kind == LossKind::kNone) return factor * squares.sum();
+  if (kind == LossKind::kTukey) {
+    const double c2 = tuning * tuning;
+    return c2 / 3 * (1 - (1 - factor / c2 * squares).max(0.0).cube()).sum();
+  }
+  double out = 0;
+  for (const double square : q) out += rho(factor * square);
+  return out;
 }
 
 double Loss::weight(double s) const {

@@ -8,6 +8,7 @@
 
 #include <cstddef>
 #include <string>
+#include <vector>
 
 namespace fastcal {
 
@@ -33,7 +34,9 @@ struct Loss {
   double consistency = 1;  ///< E[w(u) u^2] / d at the normal law
   double expectation = 0;  ///< E[rho(u^2)] at the normal law: both make a scale unbiased there
 
-  double rho(double s) const;           ///< s = u^2
+  double rho(double s) const;  ///< s = u^2
+  /// sum rho(factor q) over many q.
+  double sum(const std::vector<double>& q, double factor) const;
   double weight(double s) const;        ///< w = d rho / d s
   double weight_slope(double s) const;  ///< u dw/du, at u^2 = s
 };

@@ -52,57 +52,74 @@ double chi_squared_tail(int d, double x) {
   return tail;
 }
 
-bool nothing_claimed(const std::vector<ObservedRow>& rows) {
-  return std::all_of(rows.begin(), rows.end(),
-                     [](const ObservedRow& row) { return row.claimed[0] + row.claimed[1] + row.claimed[2] == 0; });
-}
-
 }  // namespace
 
-std::vector<ObservedRow> rows_of(const Problem& problem, const RowMatrixXd& r, int observation,
-                                 const std::vector<bool>& kept) {
+std::size_t ObservedRows::count() const {
+  std::size_t out = claiming.size();
+  for (const auto& squares : unclaimed) out += squares.size();
+  return out;
+}
+
+ObservedRows rows_of(const Problem& problem, const RowMatrixXd& r, int observation, const std::vector<bool>& kept) {
   const PlacedObservation& of = problem.measured.observations()[observation];
-  std::vector<ObservedRow> out;
-  out.reserve(r.rows());
+  const bool claims = of->claims_sigma();
+  ObservedRows out;
+  if (!claims) out.unclaimed[of.component_count].reserve(r.rows());
   for (Eigen::Index i = 0; i < r.rows(); ++i) {
     if (!kept.empty() && !kept[i]) continue;
     ObservedRow row;
+    double claimed = 0;
     for (int c = 0; c < of.component_count; ++c) {
       const double residual = r(i, of.first_number + c);
       if (std::isnan(residual)) continue;
       row.squares[row.components] = residual * residual;
-      const double own = of->sigma(i, c);
+      const double own = claims ? of->sigma(i, c) : 0;
+      claimed += own;
       row.claimed[row.components++] = own * own;
     }
-    if (row.components > 0) out.push_back(row);
+    if (row.components == 0) continue;
+    if (claimed > 0) {
+      out.claiming.push_back(row);
+    } else {
+      out.unclaimed[row.components].push_back(row.squares[0] + row.squares[1] + row.squares[2]);
+    }
   }
   return out;
 }
 
-double median_noise(const std::vector<ObservedRow>& rows, double floor, double guess) {
-  std::vector<double> u(rows.size());
+double median_noise(const ObservedRows& rows, double floor, double guess) {
+  const auto typical = [](int components) {
+    const double cube = 1 - 2 / (9.0 * components);
+    return components * cube * cube * cube;
+  };
+  std::vector<double> u(rows.count());
   const auto ratio = [&](double tau) {
-    for (std::size_t i = 0; i < rows.size(); ++i) {
-      const double d = rows[i].components;
-      const double cube = 1 - 2 / (9 * d);
-      u[i] = rows[i].whitened(tau) / (d * cube * cube * cube);
+    auto to = u.begin();
+    for (int d = 1; d <= kMostComponents; ++d) {
+      const double scale = 1 / (typical(d) * tau * tau);
+      for (const double square : rows.unclaimed[d]) *to++ = scale * square;
     }
+    for (const ObservedRow& row : rows.claiming) *to++ = row.whitened(tau) / typical(row.components);
     const auto middle = u.begin() + static_cast<std::ptrdiff_t>(u.size() / 2);
     std::nth_element(u.begin(), middle, u.end());
     return *middle;
   };
-  if (nothing_claimed(rows)) return std::max(floor, std::sqrt(ratio(1.0)));
+  if (rows.claiming.empty()) return std::max(floor, std::sqrt(ratio(1.0)));
   return crossing(ratio, floor, guess);
 }
 
-double mean_noise(const std::vector<ObservedRow>& rows, LossKind loss, double freedom, double floor, double guess) {
+double mean_noise(const ObservedRows& rows, LossKind loss, double freedom, double floor, double guess) {
   const LossKind kind = loss == LossKind::kNone ? LossKind::kNone : LossKind::kTukey;
+  const Loss* rho[kMostComponents + 1] = {};
+  for (int d = 1; d <= kMostComponents; ++d) rho[d] = &tuned_loss(kind, d);
   double expected = 0;
-  for (const ObservedRow& row : rows) expected += tuned_loss(kind, row.components).expectation;
-  const Loss* rho[4] = {nullptr, &tuned_loss(kind, 1), &tuned_loss(kind, 2), &tuned_loss(kind, 3)};
+  for (int d = 1; d <= kMostComponents; ++d)
+    expected += static_cast<double>(rows.unclaimed[d].size()) * rho[d]->expectation;
+  for (const ObservedRow& row : rows.claiming) expected += rho[row.components]->expectation;
   const auto ratio = [&](double tau) {
     double sum = 0;
-    for (const ObservedRow& row : rows) sum += rho[row.components]->rho(row.whitened(tau) / freedom);
+    for (int d = 1; d <= kMostComponents; ++d) sum += rho[d]->sum(rows.unclaimed[d], 1 / (freedom * tau * tau));
+    for (const ObservedRow& row : rows.claiming) sum += rho[row.components]->rho(row.whitened(tau) / freedom);
     return sum / expected;
   };
   return crossing(ratio, floor, guess);
@@ -125,9 +142,12 @@ double variance_inflation(const std::vector<RowWeight>& rows, LossKind loss, dou
   double slope_squared = 0;
   double psi_squared = 0;
   double numbers = 0;
+  const Loss* losses[kMostNumbers + 1] = {};
   for (const RowWeight& row : rows) {
     if (row.components == 0) continue;
-    const Loss& rho = tuned_loss(loss, row.components);
+    const Loss*& found = losses[row.components];
+    if (found == nullptr) found = &tuned_loss(loss, row.components);
+    const Loss& rho = *found;
     const double s = row.squared / freedom;
     const double across = rho.weight(s);
     const double along = across + rho.weight_slope(s);

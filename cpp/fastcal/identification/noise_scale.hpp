@@ -5,6 +5,7 @@
 // a robust loss costs in certainty. Noise, floor and guess are standard deviations [m or rad].
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "fastcal/identification/loss.hpp"
@@ -25,19 +26,26 @@ struct ObservedRow {
   }
 };
 
-/// Rows that hold a number of an observation; r (N, numbers) residuals, NaN where not measured; of the rows `kept`
-/// alone (empty: of all).
-std::vector<ObservedRow> rows_of(const Problem& problem, const RowMatrixXd& r, int observation,
-                                 const std::vector<bool>& kept = {});
+/// What a fit leaves of the rows that hold a number of an observation.
+struct ObservedRows {
+  /// Squared lengths of rows that claim no noise, by their count of numbers.
+  std::array<std::vector<double>, kMostComponents + 1> unclaimed;
+  std::vector<ObservedRow> claiming;
+
+  std::size_t count() const;
+};
+
+/// r (N, numbers) residuals, NaN where not measured; of the rows `kept` alone (empty: of all).
+ObservedRows rows_of(const Problem& problem, const RowMatrixXd& r, int observation, const std::vector<bool>& kept = {});
 
 /// Robust first guess: the noise at which half of the rows lie inside the median of the normal law (Wilson and
 /// Hilferty's form of it).
-double median_noise(const std::vector<ObservedRow>& rows, double floor, double guess);
+double median_noise(const ObservedRows& rows, double floor, double guess);
 
 /// M-scale: the noise at which the mean of rho is what the normal law makes it; fitting shrinks squared residuals by
 /// `freedom`. rho is Tukey's, bounded: outliers cannot blow it up, and where a tenth of the rows and more disagree it
 /// grows and takes them in instead of dropping them. Loss none: the plain variance.
-double mean_noise(const std::vector<ObservedRow>& rows, LossKind loss, double freedom, double floor, double guess);
+double mean_noise(const ObservedRows& rows, LossKind loss, double freedom, double floor, double guess);
 
 /// The whitened square u^2 beyond which a row of `components` numbers is an outlier: chi-squared so large in one of a
 /// hundred sets of `rows` such rows.

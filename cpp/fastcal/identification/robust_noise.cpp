@@ -67,9 +67,9 @@ CommonNoise noise(FitState& fit, NoiseRule rule, LossKind loss) {
   const RowMatrixXd& r = fit.residuals_here();
   CommonNoise out(fit.tau.size(), kNoiseFloor);
   for (std::size_t k = 0; k < out.size(); ++k) {
-    const std::vector<ObservedRow> rows =
+    const ObservedRows rows =
         rows_of(fit.problem, r, static_cast<int>(k), rule == NoiseRule::kKept ? fit.kept : std::vector<bool>());
-    if (rows.empty()) continue;
+    if (rows.count() == 0) continue;
     if (rule == NoiseRule::kMedian) out[k] = median_noise(rows, kNoiseFloor, fit.tau[k]);
     if (rule == NoiseRule::kMean) out[k] = mean_noise(rows, loss, fit.freedom, kNoiseFloor, fit.tau[k]);
     if (rule == NoiseRule::kKept) out[k] = mean_noise(rows, LossKind::kNone, fit.freedom, kNoiseFloor, fit.tau[k]);
@@ -134,7 +134,7 @@ void report_noise(const FitState& fit, Identification& out) {
     const int k = from.observation_of(c);
     for (Eigen::Index i = 0; i < out.residuals.rows(); ++i) {
       if (std::isnan(out.residuals(i, c))) continue;
-      const double own = from.sigma(i, c);
+      const double own = fit.claims ? from.sigma(i, c) : 0;
       squares[k] += own * own + fit.tau[k] * fit.tau[k];
     }
   }

@@ -62,6 +62,17 @@ TEST(Loss, WeightIsTheDerivativeOfRhoAndSlopeThatOfTheWeight) {
 }
 
 // What the reduction to p + 1 residuals rests on: rho is 0 at 0, grows, and is concave in u^2, so that rho >= w u^2.
+TEST(Loss, TheSumIsThatOfEach) {
+  const std::vector<double> squares{0, 0.3, 2, 7, 25, 40, 1000};
+  for (const LossKind kind : {LossKind::kNone, LossKind::kHuber, LossKind::kCauchy, LossKind::kTukey}) {
+    const Loss& loss = tuned_loss(kind, 3);
+    double sum = 0;
+    for (const double square : squares) sum += loss.rho(0.8 * square);
+    EXPECT_NEAR(loss.sum(squares, 0.8), sum, 1e-12 * sum) << loss_name(kind);
+    EXPECT_EQ(loss.sum({}, 0.8), 0);
+  }
+}
+
 TEST(Loss, RhoIsConcaveInTheSquareAndBelowIt) {
   for (const LossKind kind : kAll) {
     const Loss& loss = tuned_loss(kind, 3);

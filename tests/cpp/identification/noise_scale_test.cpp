@@ -15,17 +15,22 @@ namespace {
 constexpr double kNoise = 4e-5;
 constexpr double kFloor = 1e-10;
 
-std::vector<ObservedRow> drawn(int components, int rows, double claimed, int gross = 0) {
+ObservedRows drawn(int components, int rows, double claimed, int gross = 0) {
   std::mt19937 random(static_cast<unsigned>(components));
   std::normal_distribution<double> normal(0, std::hypot(kNoise, claimed));
-  std::vector<ObservedRow> out(static_cast<std::size_t>(rows));
+  ObservedRows out;
   for (int i = 0; i < rows; ++i) {
-    ObservedRow& row = out[static_cast<std::size_t>(i)];
+    ObservedRow row;
     row.components = components;
     for (int c = 0; c < components; ++c) {
       const double r = normal(random) + (i < gross ? 0.1 : 0);
       row.squares[c] = r * r;
       row.claimed[c] = claimed * claimed;
+    }
+    if (claimed > 0) {
+      out.claiming.push_back(row);
+    } else {
+      out.unclaimed[components].push_back(row.whitened(1));
     }
   }
   return out;
@@ -44,6 +49,20 @@ TEST(NoiseScale, TheMedianBearsGrossRowsAndTheMeanCountsDegreesOfFreedom) {
   EXPECT_NEAR(all, kNoise, 0.01 * kNoise);
   const double left = mean_noise(drawn(3, 20000, 0), LossKind::kNone, 0.64, kFloor, kNoise);
   EXPECT_NEAR(left / all, 1 / 0.8, 1e-6);
+}
+
+// A claim that is nothing beside the noise makes no difference.
+TEST(NoiseScale, RowsThatClaimHardlyAnythingCountAsThoseThatClaimNothing) {
+  for (const int components : {1, 2, 3}) {
+    const ObservedRows plain = drawn(components, 500, 0, 20);
+    const ObservedRows claiming = drawn(components, 500, 1e-14, 20);
+    ASSERT_EQ(claiming.claiming.size(), 500U);
+    EXPECT_NEAR(median_noise(plain, kFloor, kNoise) / median_noise(claiming, kFloor, kNoise), 1, 1e-9);
+    for (const LossKind loss : {LossKind::kNone, LossKind::kTukey}) {
+      const double noise = mean_noise(plain, loss, 0.9, kFloor, kNoise);
+      EXPECT_NEAR(noise / mean_noise(claiming, loss, 0.9, kFloor, kNoise), 1, 1e-9) << loss_name(loss);
+    }
+  }
 }
 
 TEST(NoiseScale, OutlierLimitsAreThoseOfTablesOfChiSquared) {
