@@ -124,7 +124,10 @@ Stepped FitState::step(LossKind with, const std::vector<int>& of, const Eigen::V
   const Eigen::VectorXd to = root_->step();
   const Eigen::VectorXd before = theta;
   theta = reduced.theta(to.data());
-  if (left <= unjudged) return {true, kQuadratic * left, reduced.of_data()};
+  if (left <= unjudged) {
+    contraction_ = kQuadratic;
+    return {true, kQuadratic * left, reduced.of_data()};
+  }
   // Were the Hessian H (1 + e), the cost would fall by left^2 (1 - e) / 2 and e left would be left of the step.
   const double promised = 0.5 * left * left;
   const double fell = sums.cost - reduced.cost_of(residuals_here(), to.data());
@@ -132,25 +135,26 @@ Stepped FitState::step(LossKind with, const std::vector<int>& of, const Eigen::V
     theta = before;
     return {};
   }
-  return {true, kCautious * left * std::abs(fell / promised - 1), reduced.of_data()};
+  contraction_ = kCautious * std::abs(fell / promised - 1);
+  return {true, contraction_ * left, reduced.of_data()};
 }
 
-bool FitState::step_with_factor() {
+bool FitState::step_with_factor(bool noise_is_a_factor) {
   constexpr double kSameFactor = 1e-3;    // standard deviations: beside the arm, nothing
-  constexpr double kAtTheMinimum = 1e-8;  // standard deviations
+  constexpr double kAtTheMinimum = 1e-7;  // standard deviations
+  const CommonNoise& noise = noise_is_a_factor ? root_tau_ : tau;
   Eigen::VectorXd g;
-  factor_ = triangular_factor(problem, theta, asked, scale, {root_tau_, loss}, &g);
-  // A noise that has changed since is one that all numbers share: it scales the cost and nothing else.
+  factor_ = triangular_factor(problem, theta, asked, scale, {noise, loss}, &g);
+  double changed = 0;  // the noise since the Hessian was found
   for (std::size_t k = 0; k < tau.size(); ++k) {
-    if (tau[k] != root_tau_[k]) factor_ *= root_tau_[k] / tau[k];
+    factor_ *= noise[k] / tau[k];
+    changed = std::max(changed, std::abs(noise[k] / root_tau_[k] - 1));
   }
   factor_at_ = theta;
   factor_tau_ = tau;
   const Eigen::VectorXd turned = root_->turn(g(gauge.free));
   const double left = turned.norm();
-  const double before = root_->turned.norm();
-  // The same Hessian took the step before from `before` to `left`, and takes this one as much further.
-  if (!(left <= kSameFactor && left * left <= kAtTheMinimum * before)) return false;
+  if (!(left <= kSameFactor && left * (contraction_ + 4 * changed) <= kAtTheMinimum)) return false;
   const Eigen::VectorXd x = root_->step(turned);
   for (std::size_t k = 0; k < free.size(); ++k)
     theta[free[k]] += free_scale[static_cast<Eigen::Index>(k)] * x[static_cast<Eigen::Index>(k)];

@@ -59,8 +59,9 @@ class FitState {
                double unjudged = kCostTells);
 
   /// The last step of all, to where the factor is wanted: by the slope that comes with the factor, and the Hessian of
-  /// the last step() over the free parameters. False where it is too long for that, and nothing moves then.
-  bool step_with_factor();
+  /// the last step() over the free parameters, at whatever noise where that is but a factor. False where this would
+  /// not lead to the minimum, and nothing moves then.
+  bool step_with_factor(bool noise_is_a_factor);
 
  private:
   Samples settled_;     // the conditions with loads at the last outer iteration; empty where no effect needs any
@@ -72,6 +73,7 @@ class FitState {
   CommonNoise factor_tau_;
   std::optional<Root> root_;  // of the last step,
   CommonNoise root_tau_;      // at this noise
+  double contraction_ = 1;    // what such a step leaves of the one before
 
  public:
   Problem problem;

@@ -30,6 +30,7 @@ constexpr double kRoughly = 0.03;        // standard deviations: the cost, and s
 constexpr double kNearly = 0.003;        // standard deviations: no row changes sides
 constexpr double kUnjudged = 0.1;        // standard deviations: the slope at the end of so short a step tells enough
 constexpr int kMaxSteps = 10;            // of Newton, before Ceres' trust region
+constexpr double kNoiseStands = 2e-4;    // relative: the last step can take in such a change
 constexpr double kNoiseTuned = 3e-3;     // relative, before the outliers are dropped
 constexpr int kMaxPolishing = 10;
 constexpr double kAtTheMinimum = 1e-10;  // standard deviations: the last step of all
@@ -164,14 +165,11 @@ class Identifier {
   bool step_to_the_minimum() {
     const Limits& limits = fit_.limits;
     if (fit_.problem.model.needs() != kNothing || fit_.has_priors() || limits.pull_sigma.size() > 0) return false;
-    bool is_near = false;
-    if (noise_is_a_factor()) {
-      is_near = rest_ <= kNearly;
-    } else {
-      fit_.tau = noise(fit_, rule_, fit_.loss);
-    }
+    const bool is_factor = noise_is_a_factor();
+    if (!is_factor) fit_.tau = noise(fit_, rule_, fit_.loss);
+    bool is_near = rest_ <= kNearly && (is_factor || largest_change(fitted_at_, fit_.tau) < kNoiseStands);
     for (int k = 0; k < kMaxSteps; ++k) {
-      if (is_near && fit_.step_with_factor()) {
+      if (is_near && fit_.step_with_factor(is_factor)) {
         out_.message = "the step that is left is below 0.0001 standard deviations";
         return true;
       }

@@ -218,7 +218,11 @@ void RowBlock::rotate_twists(int frame, std::vector<kernels::TwistRows*>& twists
     turned_.emplace_back();
     double* parts = turned_.back().resize(6 * stride_);
     for (int k = 0; k < 6; ++k) {
-      if (twist->part[k] != nullptr) std::copy(twist->part[k], twist->part[k] + stride_, parts + k * stride_);
+      if (twist->part[k] != nullptr) {
+        std::copy(twist->part[k], twist->part[k] + stride_, parts + k * stride_);
+      } else {
+        std::fill(parts + k * stride_, parts + (k + 1) * stride_, 0.0);
+      }
       twist->part[k] = parts + k * stride_;
     }
     to.push_back(parts);

@@ -5,6 +5,8 @@
 // columns of its Jacobian are one kernel's work.
 #pragma once
 
+#include <memory>
+#include <new>
 #include <utility>
 #include <vector>
 
@@ -17,20 +19,24 @@ namespace fastcal {
 /// Numbers at addresses that a vector register likes.
 class AlignedNumbers {
  public:
-  /// At least `count` of them; what was there is lost where they were fewer.
+  /// At least `count` of them, to be written before they are read; what was there is lost where they were fewer.
   double* resize(Eigen::Index count) {
-    const auto lines = static_cast<std::size_t>(count + 7) / 8;
-    if (lines_.size() < lines) lines_ = std::vector<Line>(lines);
+    if (count > count_) {
+      count_ = (count + 7) / 8 * 8;
+      numbers_.reset(static_cast<double*>(::operator new(static_cast<std::size_t>(count_) * sizeof(double), kLine)));
+    }
     return data();
   }
-  double* data() { return lines_.empty() ? nullptr : lines_.front().value; }
-  const double* data() const { return lines_.empty() ? nullptr : lines_.front().value; }
+  double* data() { return numbers_.get(); }
+  const double* data() const { return numbers_.get(); }
 
  private:
-  struct alignas(64) Line {
-    double value[8] = {};
+  static constexpr std::align_val_t kLine{64};
+  struct Free {
+    void operator()(double* numbers) const { ::operator delete(numbers, kLine); }
   };
-  std::vector<Line> lines_;
+  std::unique_ptr<double, Free> numbers_;
+  Eigen::Index count_ = 0;
 };
 
 /// Evaluates an ErrorModel at one parameter vector; one a thread.
