@@ -11,6 +11,7 @@
 namespace fastcal {
 namespace {
 
+constexpr Eigen::Index kGaugeRows = 256;  // by which the gauge is chosen where there are three times as many
 constexpr double kHoldUnknown =
     1e-5;  // what an instrument brings along is never nominal: everything else is held first
 
@@ -51,6 +52,10 @@ FitState::FitState(const Problem& given, std::vector<int> asked_of_model, const 
     asked.push_back(static_cast<int>(parameters.size()));
     parameters.push_back(unknown);
   }
+  const Eigen::Index few = std::max<Eigen::Index>(kGaugeRows, 4 * static_cast<Eigen::Index>(asked.size()));
+  const bool plain = given.model.needs() == kNothing && !has_priors() && limits.pull_sigma.size() == 0 &&
+                     limits.lower.size() == 0 && options.solver.method == Method::kLeastSquares && !options.gauge.off;
+  if (plain && given.row_count() >= 3 * few) some_ = std::make_unique<ThinnedProblem>(given, few);
   start.resize(given.parameter_count());
   start << given.model.start(), unknowns;
   theta = start;
@@ -90,8 +95,51 @@ const Eigen::MatrixXd& FitState::asked_factor(const Eigen::VectorXd& there) {
 }
 
 Eigen::MatrixXd FitState::free_factor() {
+  if (free_factor_.size() > 0 && free_factor_at_ == theta && factor_tau_ == tau) return free_factor_;
   const Eigen::MatrixXd& R = asked_factor(theta);
   return triangle(R(Eigen::all, gauge.free));
+}
+
+Eigen::MatrixXd FitState::gauge_factor(const Eigen::VectorXd& there) {
+  if (some_ == nullptr) return with_priors(asked_factor(there), asked, scale, options.limits);
+  const double share = static_cast<double>(problem.row_count()) / static_cast<double>(some_->problem().row_count());
+  return std::sqrt(share) * triangular_factor(some_->problem(), there, asked, scale, {tau, LossKind::kNone});
+}
+
+bool FitState::factor_by_sums(const CommonNoise& noise, Eigen::VectorXd& g) {
+  constexpr double kShowsNothing = 1e-3;  // times what the gauge takes for nothing, so that chance hides no direction
+  constexpr double kCondition = 1e4;      // its square times rounding is what Cholesky loses
+  const Gauge again = choose_gauge(gauge_factor(theta), hold, options.gauge);
+  if (again.free != gauge.free) return false;
+  std::vector<int> order = gauge.held;
+  order.insert(order.end(), gauge.free.begin(), gauge.free.end());
+  std::vector<int> columns;
+  for (const int k : order) columns.push_back(asked[static_cast<std::size_t>(k)]);
+  // Two mixtures of the directions that are held: where any of them shows, both are blind to it by a rare chance.
+  Eigen::MatrixXd directions(static_cast<Eigen::Index>(order.size()), again.held.empty() ? 0 : 2);
+  for (Eigen::Index m = 0; m < directions.cols(); ++m) {
+    Eigen::VectorXd mixed = Eigen::VectorXd::Zero(directions.rows());
+    for (Eigen::Index k = 0; k < again.directions.cols(); ++k)
+      mixed += std::cos(1.0 + 3.7 * static_cast<double>(k) + 2.3 * static_cast<double>(m * k * k)) *
+               again.directions.col(k).normalized();
+    directions.col(m) = mixed(order).normalized();
+  }
+  const auto p = static_cast<Eigen::Index>(gauge.free.size());
+  const PlainSums sums = plain_sums(problem, theta, columns, scale(order), {noise, loss}, p, directions);
+  const Eigen::VectorXd length = sums.A.diagonal().cwiseSqrt();
+  if (!(length.minCoeff() > 0)) return false;
+  if (!(std::sqrt(sums.along) <= kShowsNothing * options.gauge.relative_tolerance * length.maxCoeff())) return false;
+  const Eigen::LLT<Eigen::MatrixXd, Eigen::Upper> root(
+      (length.cwiseInverse().asDiagonal() * sums.A * length.cwiseInverse().asDiagonal()).eval());
+  if (root.info() != Eigen::Success) return false;
+  const Eigen::MatrixXd R = root.matrixU();
+  const Eigen::MatrixXd inverse = R.triangularView<Eigen::Upper>().solve(Eigen::MatrixXd::Identity(p, p));
+  const double smallest = 1 / (length.cwiseInverse().asDiagonal() * inverse).norm();  // singular value at least
+  if (!(inverse.norm() <= kCondition && smallest * options.gauge.practical_limit >= 1)) return false;
+  gauge.rank = again.rank;
+  g = sums.g;
+  free_factor_ = R * length.asDiagonal();
+  return true;
 }
 
 void FitState::bring_to_equilibrium() {
@@ -107,6 +155,7 @@ void FitState::bring_to_equilibrium() {
 void FitState::forget() {
   residuals_.resize(0, 0);
   factor_.resize(0, 0);
+  free_factor_.resize(0, 0);
 }
 
 Stepped FitState::step(LossKind with, const std::vector<int>& of, const Eigen::VectorXd& of_scale, const Limits& within,
@@ -114,6 +163,7 @@ Stepped FitState::step(LossKind with, const std::vector<int>& of, const Eigen::V
   constexpr double kCautious = 4;      // times what the cost says
   constexpr double kQuadratic = 0.01;  // what is left of a step that is not judged
   if (within.lower.size() > 0) return {};
+  all_agree_ = false;
   const Reduced reduced(problem, theta, of, of_scale, {tau, with}, within);
   const Eigen::VectorXd here = Eigen::VectorXd::Zero(reduced.size());
   const NormalEquations& sums = reduced.at(here.data(), true);
@@ -144,21 +194,31 @@ bool FitState::step_with_factor(bool noise_is_a_factor) {
   constexpr double kAtTheMinimum = 1e-7;  // standard deviations
   const CommonNoise& noise = noise_is_a_factor ? root_tau_ : tau;
   Eigen::VectorXd g;
-  factor_ = triangular_factor(problem, theta, asked, scale, {noise, loss}, &g);
+  double scale_of_noise = 1;
   double changed = 0;  // the noise since the Hessian was found
   for (std::size_t k = 0; k < tau.size(); ++k) {
-    factor_ *= noise[k] / tau[k];
+    scale_of_noise *= noise[k] / tau[k];
     changed = std::max(changed, std::abs(noise[k] / root_tau_[k] - 1));
   }
-  factor_at_ = theta;
+  all_agree_ = some_ != nullptr && factor_by_sums(noise, g);
+  if (all_agree_) {
+    free_factor_ *= scale_of_noise;
+    free_factor_at_ = theta;
+    factor_.resize(0, 0);
+  } else {
+    choose_by_all();
+    factor_ = scale_of_noise * triangular_factor(problem, theta, asked, scale, {noise, loss}, &g);
+    g = g(gauge.free).eval();
+    factor_at_ = theta;
+  }
   factor_tau_ = tau;
-  const Eigen::VectorXd turned = root_->turn(g(gauge.free));
+  const Eigen::VectorXd turned = root_->turn(g);
   const double left = turned.norm();
   if (!(left <= kSameFactor && left * (contraction_ + 4 * changed) <= kAtTheMinimum)) return false;
   const Eigen::VectorXd x = root_->step(turned);
   for (std::size_t k = 0; k < free.size(); ++k)
     theta[free[k]] += free_scale[static_cast<Eigen::Index>(k)] * x[static_cast<Eigen::Index>(k)];
-  factor_at_ = theta;
+  (all_agree_ ? free_factor_at_ : factor_at_) = theta;
   return true;
 }
 

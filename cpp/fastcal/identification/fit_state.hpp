@@ -6,11 +6,13 @@
 // theta.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <vector>
 
 #include "fastcal/identification/identify.hpp"
 #include "fastcal/identification/reduced_problem.hpp"
+#include "fastcal/identification/thinned_problem.hpp"
 
 namespace fastcal {
 
@@ -43,6 +45,16 @@ class FitState {
   /// The same of the free parameters, at theta.
   Eigen::MatrixXd free_factor();
 
+  /// What the gauge is chosen by at `there`: the factor of the asked parameters, or that of some rows, as if all were
+  /// like them, as long as the others show nothing else.
+  Eigen::MatrixXd gauge_factor(const Eigen::VectorXd& there);
+
+  /// Is the gauge that of some rows, and has step_with_factor() found that the others show nothing else?
+  bool is_chosen_by_some() const { return some_ != nullptr; }
+  bool all_agree() const { return all_agree_; }
+  /// The gauge is chosen by all rows from now on.
+  void choose_by_all() { some_.reset(); }
+
   /// Loads at the present parameters, constant inside a solve but for their response.
   void bring_to_equilibrium();
 
@@ -71,6 +83,13 @@ class FitState {
   Eigen::MatrixXd factor_;
   Eigen::VectorXd factor_at_;
   CommonNoise factor_tau_;
+  /// The free parameters' factor by Cholesky where all rows show no more than some do, and the condition leaves it its
+  /// digits; their slope. False: see with the factor of all.
+  bool factor_by_sums(const CommonNoise& noise, Eigen::VectorXd& g);
+  std::unique_ptr<ThinnedProblem> some_;  // rows by which the gauge is chosen; null: by all of them
+  bool all_agree_ = false;
+  Eigen::MatrixXd free_factor_;  // of the free parameters, where it was found by sums
+  Eigen::VectorXd free_factor_at_;
   std::optional<Root> root_;  // of the last step,
   CommonNoise root_tau_;      // at this noise
   double contraction_ = 1;    // what such a step leaves of the one before

@@ -25,9 +25,7 @@ Eigen::VectorXd unbent(const FitState& fit) {
 
 }  // namespace
 
-Eigen::MatrixXd gauge_factor(FitState& fit) {
-  return with_priors(fit.asked_factor(unbent(fit)), fit.asked, fit.scale, fit.options.limits);
-}
+Eigen::MatrixXd gauge_factor(FitState& fit) { return fit.gauge_factor(unbent(fit)); }
 
 void follow_loads(FitState& fit) {
   if ((fit.problem.model.needs() & kLoads) == 0) return;

@@ -13,11 +13,14 @@
 #include "fastcal/identification/gauge.hpp"
 #include "fastcal/identification/robust_noise.hpp"
 #include "fastcal/identification/start.hpp"
+#include "fastcal/identification/thinned_problem.hpp"
 #include "fastcal/math/check.hpp"
 
 namespace fastcal {
 namespace {
 
+constexpr Eigen::Index kThinFrom = 10'000;    // rows: so many and more are identified on some of them first,
+constexpr Eigen::Index kThinnedRows = 4'096;  // from where all begin within a few standard deviations
 constexpr int kMaxRounds = 30;
 constexpr int kMaxOuterRounds = 30;
 constexpr double kLoadsSettled = 1e-8;     // of a plausible size
@@ -85,19 +88,24 @@ class Identifier {
                        " parameters: any robot fits them exactly, and nothing is left to estimate the noise from");
       }
       const CommonNoise chosen_at = fit_.tau;
+      const bool by_some = fit_.is_chosen_by_some();
       outer_iterations();
       // Where no load is, before the gauge is looked at: its factor is then that of the report.
       const bool has_loads = fit_.problem.model.needs() != kNothing;
       if (to_the_minimum && !has_loads) polish();
-      const Gauge again = choose_gauge(gauge_factor(fit_), fit_.hold, fit_.options.gauge);
+      if (to_the_minimum && !fit_.all_agree()) fit_.choose_by_all();
+      const Gauge again =
+          fit_.all_agree() ? fit_.gauge : choose_gauge(gauge_factor(fit_), fit_.hold, fit_.options.gauge);
       if (begun_ && (again.free != fit_.gauge.free || !well_begun())) {
         begin_anew();
         attempt = -1;
         continue;
       }
-      // More is free where gross points that spoilt the first noise have been dropped since.
+      // More is free where gross points that spoilt the first noise have been dropped since, or some rows did not show
+      // what others do.
       const bool fewer = again.free.size() < fit_.gauge.free.size();
-      const bool more = again.free.size() > fit_.gauge.free.size() && largest_change(chosen_at, fit_.tau) > kNoiseFell;
+      const bool more = again.free.size() > fit_.gauge.free.size() &&
+                        (by_some != fit_.is_chosen_by_some() || largest_change(chosen_at, fit_.tau) > kNoiseFell);
       const bool settled = (!fewer && !more) || attempt == 2;
       fit_.gauge.rank = std::max(fit_.gauge.rank, again.rank);
       if (settled) {
@@ -400,7 +408,7 @@ Identification identify(const Problem& problem, const std::vector<int>& asked, c
       << " starting values";
   Identifier whole(problem, asked, unknowns, options);
   if (problem.row_count() < kThinFrom || options.solver.method != Method::kLeastSquares) return whole.run();
-  const ThinnedProblem some(problem);
+  const ThinnedProblem some(problem, kThinnedRows);
   Identifier thinned(some.problem(), asked, unknowns, options);
   thinned.solve(false);
   whole.begin_at(thinned);

@@ -139,6 +139,45 @@ std::vector<RowWeight> row_weights(const Problem& problem, const RowMatrixXd& re
   return out;
 }
 
+PlainSums plain_sums(const Problem& problem, const Eigen::VectorXd& theta, const std::vector<int>& columns,
+                     const Eigen::VectorXd& scale, const Weighting& weighting, Eigen::Index last,
+                     const Eigen::MatrixXd& directions) {
+  constexpr Eigen::Index kGroupRows = 128 * kChunkRows;
+  const auto p = static_cast<Eigen::Index>(columns.size());
+  const auto loss = losses(weighting.loss, problem.measured.number_count());
+  Eigen::MatrixXd total = Eigen::MatrixXd::Zero(last + 1, last + 1);
+  Eigen::VectorXd squares = Eigen::VectorXd::Zero(directions.cols());
+  for (Eigen::Index first = 0; first < problem.row_count(); first += kGroupRows) {
+    const Eigen::Index rows = std::min(problem.row_count() - first, kGroupRows);
+    std::vector<Eigen::MatrixXd> parts(static_cast<std::size_t>(chunk_count(rows)));
+    std::vector<Eigen::VectorXd> along(parts.size());
+    const auto worker = [&] { return WhitenedRows(problem, theta, columns, scale, weighting.tau); };
+    parallel_chunks(rows, problem.workers(), worker,
+                    [&](WhitenedRows& whitened, Eigen::Index chunk, Eigen::Index begin, Eigen::Index end) {
+                      const auto c = static_cast<std::size_t>(chunk);
+                      whitened.evaluate(first + begin, first + end);
+                      double* J = whitened.jacobian();
+                      const Eigen::OuterStride<> apart(whitened.ld());
+                      const int height = whitened.height();
+                      const Eigen::Map<const Eigen::MatrixXd, 0, Eigen::OuterStride<>> all(J, height, p, apart);
+                      along[c] = (all * directions).colwise().squaredNorm();
+                      Eigen::Map<Eigen::VectorXd>(J + p * whitened.ld(), height) = whitened.weighted_residuals(loss);
+                      parts[c] = Eigen::MatrixXd::Zero(last + 1, last + 1);
+                      kernels::gram(J + (p - last) * whitened.ld(), whitened.ld(), height, static_cast<int>(last) + 1,
+                                    parts[c].data());
+                    });
+    for (std::size_t c = 0; c < parts.size(); ++c) {
+      total += parts[c];
+      squares += along[c];
+    }
+  }
+  PlainSums out;
+  out.A = total.topLeftCorner(last, last).selfadjointView<Eigen::Upper>();
+  out.g = total.topRightCorner(last, 1);
+  if (squares.size() > 0) out.along = squares.maxCoeff();
+  return out;
+}
+
 Eigen::MatrixXd triangular_factor(const Problem& problem, const Eigen::VectorXd& theta, const std::vector<int>& free,
                                   const Eigen::VectorXd& scale, const Weighting& weighting, Eigen::VectorXd* g) {
   constexpr Eigen::Index kUnitRows = 4 * kChunkRows;  // that share a triangle: adding one to the others costs 40 rows

@@ -71,6 +71,16 @@ struct NormalEquations {
 NormalEquations normal_equations(const Problem& problem, const Eigen::VectorXd& theta, const std::vector<int>& free,
                                  const Eigen::VectorXd& scale, const Weighting& weighting, bool with_jacobian);
 
+/// Sums over all rows of the whitened, scaled J without robust weights, in one pass.
+struct PlainSums {
+  Eigen::MatrixXd A;  ///< J^T J of the last columns
+  Eigen::VectorXd g;  ///< J^T W r of the last columns: the slope of the weighted cost
+  double along = 0;   ///< the largest |J d|^2 of the directions d, (columns, k)
+};
+PlainSums plain_sums(const Problem& problem, const Eigen::VectorXd& theta, const std::vector<int>& columns,
+                     const Eigen::VectorXd& scale, const Weighting& weighting, Eigen::Index last,
+                     const Eigen::MatrixXd& directions);
+
 /// Residuals (N, numbers) as they are, NaN where not measured.
 RowMatrixXd residuals(const Problem& problem, const Eigen::VectorXd& theta);
 

@@ -7,17 +7,9 @@
 #include <limits>
 
 #include "fastcal/identification/robust_noise.hpp"
-#include "fastcal/math/decompositions.hpp"
 
 namespace fastcal {
 namespace {
-
-/// The middle of each of `count` equal parts of the rows.
-std::vector<Eigen::Index> spread_rows(Eigen::Index rows, Eigen::Index count) {
-  std::vector<Eigen::Index> out(static_cast<std::size_t>(count));
-  for (Eigen::Index k = 0; k < count; ++k) out[static_cast<std::size_t>(k)] = (2 * k + 1) * rows / (2 * count);
-  return out;
-}
 
 /// Parameters and noise in turn, a step a round: this is a start, and the next round weights the rows again.
 void settle_coarsely(FitState& fit, const Limits& weak) {
@@ -70,24 +62,6 @@ void try_mirror(FitState& fit, Limits weak, const PlacedObservation& of) {
 }
 
 }  // namespace
-
-ThinnedProblem::ThinnedProblem(const Problem& whole)
-    : ThinnedProblem(whole, spread_rows(whole.row_count(), kThinnedRows)) {}
-
-ThinnedProblem::ThinnedProblem(const Problem& whole, const std::vector<Eigen::Index>& rows)
-    : model_(whole.model),
-      samples_(whole.samples.pick(rows)),
-      measured_(whole.measured.pick(rows)),
-      threads_(whole.threads) {}
-
-bool represents(const Eigen::MatrixXd& R_thinned, const Eigen::MatrixXd& R_whole, double share) {
-  constexpr double kRepresented = 0.1;  // of the rows' share
-  // |R_thinned x|^2 >= kRepresented share |R_whole x|^2 for every x.
-  const Eigen::MatrixXd ratio = R_whole.transpose().triangularView<Eigen::Lower>().solve(R_thinned.transpose());
-  if (!ratio.allFinite()) return false;
-  const Eigen::VectorXd values = right_svd(ratio).values;
-  return values.size() == 0 || values.minCoeff() * values.minCoeff() >= kRepresented * share;
-}
 
 void coarse_fit(FitState& fit) {
   constexpr double kWeak = 30;  // plausible sizes
