@@ -51,6 +51,7 @@ class FitState {
 
   /// Is the gauge that of some rows, and has step_with_factor() found that the others show nothing else?
   bool is_chosen_by_some() const { return some_ != nullptr; }
+  Problem some_rows() const { return some_->problem(); }
   bool all_agree() const { return all_agree_; }
   /// The gauge is chosen by all rows from now on.
   void choose_by_all() { some_.reset(); }

@@ -47,7 +47,7 @@ class Identifier {
  public:
   Identifier(const Problem& problem, const std::vector<int>& asked, const Eigen::VectorXd& unknowns,
              const IdentifyOptions& options)
-      : fit_(problem, asked, unknowns, options) {}
+      : asked_(asked), unknowns_(unknowns), fit_(problem, asked, unknowns, options) {}
 
   /// Takes the end of an identification on some of the rows as the start; where that did not converge, nothing.
   void begin_at(Identifier& thinned) {
@@ -76,7 +76,7 @@ class Identifier {
     keep_rows(fit_, {});
     observed_ = std::count_if(measured.begin(), measured.end(), [](Eigen::Index count) { return count > 0; });
     if (fit_.measured_count == 0) return too_few("nothing was measured in any row");
-    if (!begun_) coarse_fit(fit_);
+    if (!begun_) start_coarsely();
     for (int attempt = 0; attempt < 3; ++attempt) {
       if (!begun_ || (fit_.problem.model.needs() & kLoads) != 0) choose_free(fit_);
       const std::size_t free = fit_.free.size();
@@ -118,6 +118,20 @@ class Identifier {
   }
 
  private:
+  /// A first fit to those rows that the gauge is chosen by, or to all.
+  void start_coarsely() {
+    if (!fit_.is_chosen_by_some()) {
+      coarse_fit(fit_);
+      return;
+    }
+    FitState few(fit_.some_rows(), asked_, unknowns_, fit_.options);
+    few.bring_to_equilibrium();
+    coarse_fit(few);
+    fit_.theta = few.theta;
+    fit_.start = few.start;
+    fit_.tau = few.tau;
+  }
+
   /// Solves at fixed loads, brings the loads to the equilibrium of what was found, and again until parameters and noise
   /// stand.
   void outer_iterations() {
@@ -353,6 +367,8 @@ class Identifier {
     return std::move(out_);
   }
 
+  const std::vector<int>& asked_;
+  const Eigen::VectorXd& unknowns_;
   FitState fit_;
   NoiseRule rule_ = NoiseRule::kMean;  // by which the noise was found last
   CommonNoise tuned_;                  // the noise before the last step of fine_fit, which leaves the outliers out
