@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: MIT
 #include "fastcal/identification/fit_state.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -186,6 +187,7 @@ Stepped FitState::step(LossKind with, const std::vector<int>& of, const Eigen::V
     return {};
   }
   contraction_ = kCautious * std::abs(fell / promised - 1);
+  if (with == LossKind::kHuber) contraction_ = std::max(contraction_, kQuadratic);  // a row that crosses the bend
   return {true, contraction_ * left, reduced.of_data()};
 }
 
