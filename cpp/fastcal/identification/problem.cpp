@@ -26,17 +26,21 @@ std::vector<const Loss*> losses(LossKind kind, int most) {
 std::vector<RowWeight> whitened_lengths(const Problem& problem, const RowMatrixXd& residuals, const CommonNoise& tau) {
   std::vector<RowWeight> out(static_cast<std::size_t>(residuals.rows()));
   const bool claims = problem.measured.claims_sigma();
-  for (int c = 0; c < problem.measured.number_count(); ++c) {
-    const double common = 1 / tau[problem.measured.observation_of(c)];
-    for (Eigen::Index i = 0; i < residuals.rows(); ++i) {
-      const double r = residuals(i, c);
-      if (std::isnan(r)) continue;
-      const double u = r * (claims ? 1 / whitening_deviation(problem, tau, i, c) : common);
+  const int numbers = problem.measured.number_count();
+  std::vector<double> inverse;
+  for (int c = 0; c < numbers; ++c) inverse.push_back(1 / tau[problem.measured.observation_of(c)]);
+  parallel_chunks(residuals.rows(), problem.workers(), [&](Eigen::Index, Eigen::Index begin, Eigen::Index end) {
+    for (Eigen::Index i = begin; i < end; ++i) {
       RowWeight& row = out[static_cast<std::size_t>(i)];
-      row.squared += u * u;
-      ++row.components;
+      for (int c = 0; c < numbers; ++c) {
+        const double r = residuals(i, c);
+        if (std::isnan(r)) continue;
+        const double u = r * (claims ? 1 / whitening_deviation(problem, tau, i, c) : inverse[c]);
+        row.squared += u * u;
+        ++row.components;
+      }
     }
-  }
+  });
   return out;
 }
 

@@ -46,7 +46,8 @@ std::vector<kernels::Sight> turns(int others, int tool, int stride, AlignedNumbe
 void predict(const ErrorModel& model, const Samples& samples, const Eigen::Ref<const Eigen::VectorXd>& theta,
              int threads, double* poses) {
   check(model, samples, theta);
-  const Eigen::VectorXd springs = model.springs(theta);
+  // A wrench at the tool is for the rounds of settle().
+  const Eigen::VectorXd springs = samples.wrench.size() == 0 ? model.springs(theta) : Eigen::VectorXd();
   struct Worker {
     RowBlock block;
     std::optional<RowBlock> with_springs;

@@ -116,7 +116,8 @@ double settle(const ErrorModel& model, const Eigen::Ref<const Eigen::VectorXd>& 
   double length = 0;
   for (const Pose& T : chain.constants) length += T.p.norm();
 
-  const Eigen::VectorXd springs = beams == nullptr && (needs & kLoads) != 0 ? model.springs(theta) : Eigen::VectorXd();
+  const bool by_springs = beams == nullptr && (needs & kLoads) != 0 && samples.wrench.size() == 0;
+  const Eigen::VectorXd springs = by_springs ? model.springs(theta) : Eigen::VectorXd();
   std::vector<double> changes(static_cast<std::size_t>(chunk_count(rows)), 0.0);
   parallel_chunks(rows, threads, [&](Eigen::Index chunk, Eigen::Index begin, Eigen::Index end) {
     if (springs.size() > 0 && settle_with_springs(model, theta, springs, begin, end, samples)) return;
