@@ -9,17 +9,21 @@ rougher one than the held-out rows ask for. (S. Wold, "Spline functions in data 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.calibration.parallel import each
 from fastcal.calibration.row_weights import huber_weights
+from fastcal.calibration.tall import over
 from fastcal.measurements.splits import deal
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+Solver = Callable[[FloatArray], FloatArray]
 
 FOLDS = 5
 _LIMITS = (-6.0, 1.0)  # of log10 of s
@@ -80,12 +84,14 @@ class _Search:
     def weigh(self, weight: FloatArray) -> None:
         """Sums the normal equations of each fold at weights (m,)."""
         self._known: dict[tuple[float, ...], float] = {}
-        self._folds = []
-        for fold in range(FOLDS):
+
+        def squares(fold: int) -> tuple[FloatArray, FloatArray, float]:
             of = self._fold == fold
             root = np.sqrt(weight[of])
             J, r = self._problem.J[of] * root[:, np.newaxis], self._problem.residual[of] * root
-            self._folds.append((J.T @ J, J.T @ r, float(r @ r)))
+            return J.T @ J, J.T @ r, float(r @ r)
+
+        self._folds = each(squares, range(FOLDS))
         self._A = np.sum([A for A, _, _ in self._folds], axis=0)
         self._g = np.sum([g for _, g, _ in self._folds], axis=0)
         self._others = [(self._A - A, self._g - g) for A, g, _ in self._folds]
@@ -103,11 +109,12 @@ class _Search:
         best, least = log_s.copy(), self._error(log_s)
         nothing = least / len(self._problem.residual)  # what one number's noise adds
         for block in range(len(best)):
+            solve = each(partial(self._beside, block, best), range(FOLDS))
             for direction, slack in ((-_STEP, nothing), (_STEP, -nothing)):
                 while True:
                     trial = best.copy()
                     trial[block] = np.clip(trial[block] + direction, *_LIMITS)
-                    if trial[block] == best[block] or (error := self._error(trial)) > least + slack:
+                    if trial[block] == best[block] or (error := self._error(trial, solve)) > least + slack:
                         break
                     best, least = trial, min(error, least)
         return best
@@ -116,26 +123,57 @@ class _Search:
         """(m,) what a fit to all rows leaves."""
         return self._problem.residual - self._problem.J @ self._solve(self._A, self._g, log_s)
 
-    def _error(self, log_s: FloatArray) -> float:
-        """Weighted sum of squares of the rows of every fold, fitted to the others; each worked out once."""
+    def _error(self, log_s: FloatArray, solve: Sequence[Solver] | None = None) -> float:
+        """Weighted sum of squares of the rows of every fold, fitted to the others; each worked out once.
+
+        `solve` finds the coefficients, fold by fold, where another way than `_solve` does.
+        """
         key = tuple(np.round(log_s, 6).tolist())
         if key in self._known:
             return self._known[key]
-        total = 0.0
-        for (A, g, squares), (A_others, g_others) in zip(self._folds, self._others, strict=True):
-            b = self._solve(A_others, g_others, log_s)
-            total += squares - 2 * b @ g + b @ A @ b
-        self._known[key] = float(total)
+
+        def squares_of(fold: int) -> float:
+            A, g, squares = self._folds[fold]
+            b = self._solve(*self._others[fold], log_s) if solve is None else solve[fold](log_s)
+            return float(squares - 2 * b @ g + b @ A @ b)
+
+        self._known[key] = sum(each(squares_of, range(FOLDS)))
         return self._known[key]
 
     def _solve(self, A: FloatArray, g: FloatArray, log_s: FloatArray) -> FloatArray:
         """(A + S^-2)^-1 g, S the priors' deviations; a Cholesky is as accurate in these units as in b / S."""
+        from scipy import linalg  # takes longer to import than a fit, and few models have curves
+
+        normal = A.copy()
+        normal[np.diag_indices_from(normal)] += self._precision(log_s)
+        root = np.linalg.cholesky(normal).T  # without Python's lock, which scipy's holds
+        return np.asarray(linalg.cho_solve((root, False), g, check_finite=False))
+
+    def _beside(self, block: int, log_s: FloatArray, fold: int) -> Solver:
+        """Solves for a fold's others as `_solve`, at another s of one block: the rest is eliminated once."""
+        from scipy import linalg
+
+        A, g = self._others[fold]
+        own = self._problem.blocks[block]
+        rest = np.setdiff1d(np.arange(len(g)), own)
+        normal = A[np.ix_(rest, rest)]
+        normal[np.diag_indices_from(normal)] += self._precision(log_s)[rest]
+        L = np.linalg.cholesky(normal)
+        eliminated = over(np.vstack([A[np.ix_(own, rest)], g[rest]]), L)
+        W, y = eliminated[:-1], eliminated[-1]
+        left, right = A[np.ix_(own, own)] - W @ W.T, g[own] - W @ y
+
+        def solved(log_s: FloatArray) -> FloatArray:
+            b = np.empty(len(g))
+            b[own] = np.linalg.solve(left + np.diag(self._precision(log_s)[own]), right)
+            b[rest] = linalg.solve_triangular(L.T, y - b[own] @ W, check_finite=False)
+            return b
+
+        return solved
+
+    def _precision(self, log_s: FloatArray) -> FloatArray:
+        """(p,) S^-2 of `_solve`."""
         precision = self._problem.weak**-2.0
         for columns, penalty, exponent in zip(self._problem.blocks, self._problem.penalties, log_s, strict=True):
             precision[columns] += prior_deviations(10.0**exponent, penalty) ** -2.0
-        normal = A.copy()
-        normal[np.diag_indices_from(normal)] += precision
-        from scipy import linalg  # takes longer to import than a fit, and few models have curves
-
-        root = linalg.cho_factor(normal.T, overwrite_a=True, check_finite=False)  # .T: in place
-        return np.asarray(linalg.cho_solve(root, g, check_finite=False))
+        return np.asarray(precision)

@@ -11,11 +11,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 from scipy import special
-from threadpoolctl import threadpool_limits
 
 from fastcal import _core
 from fastcal.calibration.data_notes import shared_row_notes
 from fastcal.calibration.inspection import check_columns, check_fit
+from fastcal.calibration.parallel import workers
 from fastcal.diagnosis import adaptation, grading, periodic, rivals, rules, sensitivity, unexplained
 from fastcal.diagnosis.fits import Fit, fit, is_beyond_bounds
 from fastcal.diagnosis.library import Hypothesis, Library, build_library, parse_exclusions
@@ -77,7 +77,7 @@ def diagnose(
     notify("looking at the columns")
     suspected = check_columns(robot, data, as_read=as_read)
     library = build_library(robot, data, parse_exclusions(exclude, robot))
-    with threadpool_limits(1):  # many small matrices: a BLAS that shares them out spends most of its time waiting
+    with workers(threads):
         found = _diagnosed(robot, data, test, library, sigma, threads, notify)
     unexplained_by_any = check_fit(robot, found.steps[0].train, as_read=as_read)
     shared = [] if test is None else shared_row_notes(data, test)

@@ -29,6 +29,7 @@ from fastcal.calibration.geometry_anchoring import geometry_pulls
 from fastcal.calibration.parameter_limits import has_prior
 from fastcal.calibration.parameter_table import unknowns_by_owner
 from fastcal.calibration.smoothing import prior_deviations
+from fastcal.calibration.tall import gram
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.library import Hypothesis
 from fastcal.diagnosis.memory import without_memory
@@ -84,13 +85,14 @@ class Fit:
     @cached_property
     def pulled_covariance(self) -> FloatArray:
         """(F, F) of the free parameters, (A^T A)^-1 of `whitened`: with pulls, as curves are drawn."""
-        inverse = _inverse_triangle(self.whitened[0])
+        inverse = _inverse_triangle(self.whitened[0], self._normal)
         return np.asarray(inverse @ inverse.T)
 
     @cached_property
     def _inverse(self) -> FloatArray:
         """R^-1 of A = Q R, whose rows are the measured numbers and the priors."""
-        return _inverse_triangle(np.vstack([self._measured, np.diag(1 / self.prior[self.free])]))
+        A = _above(self._measured, 1 / self.prior[self.free])
+        return _inverse_triangle(A, gram(A))
 
     def root(self, kept: list[int]) -> FloatArray:
         """Lower triangular L, L L^T the covariance of some of the free ones: no Cholesky that rounding could end."""
@@ -145,19 +147,24 @@ class Fit:
     @cached_property
     def basis(self) -> FloatArray:
         """(m, rank) an orthonormal basis of the columns of `whitened`."""
-        return basis(self.whitened[0])
+        return basis(self.whitened[0], self._normal)
+
+    @cached_property
+    def _normal(self) -> FloatArray:
+        """(F, F) A^T A of `whitened`."""
+        return gram(self.whitened[0])
 
     @cached_property
     def standardized(self) -> tuple[FloatArray, FloatArray, NDArray[np.intp]]:
         """`whitened` as it was measured, row by row: each number over its standard deviation, whatever they share."""
         factor = self.problem.noise.factor
-        return self._with_priors(np.asarray(self.near.J)[:, self.free] / factor, -np.asarray(self.near.r) / factor)
+        return self._with_priors(_columns(self.near, self.free) / factor, -np.asarray(self.near.r) / factor)
 
     def _with_priors(self, A: FloatArray, r: FloatArray) -> tuple[FloatArray, FloatArray, NDArray[np.intp]]:
         deviation = held(self.prior, self.pull)[self.free]
         away = (self.theta - self.centre)[self.free] / deviation
         row = np.concatenate([np.asarray(self.near.row, dtype=np.intp), np.full(len(away), -1)])
-        return np.vstack([A, np.diag(1 / deviation)]), np.concatenate([r, -away]), row
+        return _above(A, 1 / deviation), np.concatenate([r, -away]), row
 
     @cached_property
     def on_every_row(self) -> tuple[Problem, tuple[FloatArray, FloatArray, NDArray[np.intp]]]:
@@ -172,7 +179,8 @@ class Fit:
     @property
     def _measured(self) -> FloatArray:
         """(m, F) whitened derivatives of the measured numbers."""
-        J = np.asarray(self.near.J)[:, self.free] / self.problem.noise.factor
+        J = _columns(self.near, self.free)
+        J /= self.problem.noise.factor
         return without_memory(self.problem, J, np.asarray(self.near.row, dtype=np.intp))
 
     @cached_property
@@ -182,8 +190,7 @@ class Fit:
         m - tr(J (J^T J + D^-2)^-1 J^T), D the deviations of priors and pulls.
         """
         hold = held(self.prior, self.pull)[self.free]
-        J = self._measured * hold
-        inverse = linalg.inv(J.T @ J + np.eye(len(hold)), check_finite=False)
+        inverse = linalg.inv(gram(self._measured * hold) + np.eye(len(hold)), check_finite=False)
         determined = len(hold) - float(np.trace(inverse))
         return max(len(self.near.r) - determined, 1.0)
 
@@ -301,12 +308,24 @@ def held(prior: FloatArray, pull: FloatArray) -> FloatArray:
     return np.asarray(1 / np.hypot(1 / prior, 1 / pull))
 
 
-def _inverse_triangle(A: FloatArray) -> FloatArray:
-    """(p, p) R^-1 of A = Q R (m, p), in whatever units its columns are."""
-    length = column_lengths(A)
-    A = A / length
-    L = root(A.T @ A)
-    R = linalg.qr(A, mode="r", check_finite=False)[0][: A.shape[1]] if L is None else L.T
+def _columns(near: _core.Linearization, free: list[int]) -> FloatArray:
+    """(m, F) of the parameters that are free, row by row in memory."""
+    return np.take(np.asarray(near.J), free, axis=1)
+
+
+def _above(A: FloatArray, diagonal: FloatArray) -> FloatArray:
+    """(m + p, p) A (m, p) above a diagonal matrix."""
+    out = np.zeros((len(A) + len(diagonal), len(diagonal)))
+    out[: len(A)] = A
+    np.fill_diagonal(out[len(A) :], diagonal)
+    return out
+
+
+def _inverse_triangle(A: FloatArray, normal: FloatArray) -> FloatArray:
+    """(p, p) R^-1 of A = Q R (m, p), in whatever units its columns are; `normal` is A^T A."""
+    length = np.sqrt(np.diag(normal))
+    L = root(normal / np.outer(length, length))
+    R = linalg.qr(A / length, mode="r", check_finite=False)[0][: A.shape[1]] if L is None else L.T
     return np.asarray(linalg.solve_triangular(R, np.eye(len(R)), check_finite=False) / length[:, np.newaxis])
 
 
@@ -344,7 +363,7 @@ def _solve(J: FloatArray, scale: FloatArray, hold: FloatArray, g: FloatArray) ->
 
     By Cholesky, a tenth of the work of a QR of the rows; by that where rounding makes the squares indefinite.
     """
-    normal = (J.T @ J) * np.outer(scale, scale)
+    normal = gram(J) * np.outer(scale, scale)
     normal[np.diag_indices_from(normal)] += hold**2
     try:
         return np.asarray(linalg.cho_solve(linalg.cho_factor(normal, overwrite_a=True, check_finite=False), g))

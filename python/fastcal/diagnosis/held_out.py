@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from fastcal.calibration.columns import column_lengths
+from fastcal.calibration.parallel import each
 from fastcal.calibration.repeatability import place_groups, pose_folds
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.fits import Fit, held
@@ -96,7 +97,7 @@ class HeldOut:
         self._fitted = [slice(a, b) for a, b in zip(ends[:-1:2], ends[1::2], strict=True)]
         self._priors = slice(ends[-1], None)
         self._prior = column_lengths(self._A[self._priors])  # one row a parameter
-        normal = [self._A[n].T @ self._A[n] for n in self._fitted]
+        normal = each(self._squared, self._fitted)
         whole = np.sum(normal, axis=0) + np.diag(self._prior**2)
         self._others = [whole - own for own in normal]
         self._is_pulled = np.zeros(A.shape[1], dtype=bool)
@@ -116,22 +117,25 @@ class HeldOut:
         r = self._left_without(without)
         g = [A[n].T @ r[n] for n in self._fitted]
         whole = np.sum(g, axis=0) + A[self._priors].T @ r[self._priors]
-        square = np.zeros(len(self._rows))
         centres = self._centres(without)
-        for k, out in enumerate(self._numbers):
-            step = np.zeros(A.shape[1])
+
+        def squared(k: int) -> FloatArray:
+            out, step = self._numbers[k], np.zeros(A.shape[1])
             right = whole - g[k] + self._prior**2 * centres[k]
             step[kept] = _solved(self._others[k], right, kept)
-            square += np.bincount(self._row[out], (r[out] - A[out] @ step) ** 2, len(square))
+            return np.asarray(
+                np.bincount(self._row[out], (r[out] - A[out] @ step) ** 2, len(self._rows)), dtype=np.float64
+            )
+
+        square = np.sum(each(squared, range(rules.FOLDS)), axis=0)
         found = np.full(self._count, np.nan)
         found[self._rows] = square * self._factor**2
         return found
 
     def _left_without(self, own: Sequence[int]) -> FloatArray:
         """(m,) what the fit leaves where these columns are left out."""
-        value = np.zeros(len(self._value))
-        value[list(own)] = self._value[list(own)]
-        return np.asarray(self._r + self._A @ value)
+        own = list(own)
+        return np.asarray(self._r + self._A[:, own] @ self._value[own])
 
     def _centres(self, without: Sequence[int]) -> list[FloatArray]:
         """By fold, how far what is pulled moves from its centre in the fit of the other folds, curves left out."""
@@ -146,13 +150,19 @@ class HeldOut:
         pulls = (1 - weak) * self._prior**2
         pulled = np.flatnonzero(self._is_pulled)
         before = self._r[self._priors][pulled] / self._prior[pulled]
-        found = []
-        for k in range(rules.FOLDS):
-            step, moved = np.zeros(self._A.shape[1]), np.zeros(self._A.shape[1])
+
+        def moved(k: int) -> FloatArray:
+            step, away = np.zeros(self._A.shape[1]), np.zeros(self._A.shape[1])
             step[kept] = _solved(self._others[k], right - g[k], kept, pulls)
-            moved[pulled] = step[pulled] - before
-            found.append(moved)
-        return found
+            away[pulled] = step[pulled] - before
+            return away
+
+        return each(moved, range(rules.FOLDS))
+
+    def _squared(self, rows: slice) -> FloatArray:
+        """(p, p) products of the columns over some rows."""
+        A = self._A[rows]
+        return np.asarray(A.T @ A)
 
 
 def _solved(
@@ -161,8 +171,8 @@ def _solved(
     """The solution of the normal equations of some columns, without `pulls` (p,) on the diagonal."""
     part = normal[np.ix_(kept, kept)]
     part[np.diag_indices_from(part)] += _RIDGE - np.broadcast_to(pulls, len(normal))[kept]
-    root = linalg.cho_factor(part.T, overwrite_a=True, check_finite=False)
-    return np.asarray(linalg.cho_solve(root, right[kept], check_finite=False))
+    root = np.linalg.cholesky(part).T  # without Python's lock, which scipy's holds
+    return np.asarray(linalg.cho_solve((root, False), right[kept], check_finite=False))
 
 
 def gain(rival: FloatArray, incumbent: FloatArray, group: NDArray[np.intp] | None = None) -> tuple[float, float]:

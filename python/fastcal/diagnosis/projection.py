@@ -14,10 +14,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
-from scipy.linalg import blas, lapack
+from scipy.linalg import lapack
 
 from fastcal import _core
 from fastcal.calibration.columns import column_lengths
+from fastcal.calibration.tall import gram, inner, over, parts, summed
 
 FloatArray = NDArray[np.float64]
 
@@ -32,24 +33,36 @@ def score_tests(Q: FloatArray, C: FloatArray, r: FloatArray, sizes: Sequence[int
     Q (m, rank) is the `basis` of A.
     """
     length = column_lengths(C)
-    R = np.asfortranarray(C / np.where(length > 0, length, 1.0))
-    if R.size and Q.size:  # BLAS takes no empty matrix
-        R = blas.dgemm(-1.0, Q, Q.T @ R, 1.0, R, overwrite_c=True)
+    scale = np.where(length > 0, length, 1.0)
+    held = inner(Q, C) / scale
     left = r - Q @ (Q.T @ r)
+
+    def beyond(rows: slice) -> FloatArray:
+        return np.asfortranarray(C[rows] / scale - (held.T @ Q[rows].T).T)
+
+    def products(rows: slice) -> FloatArray:
+        R = beyond(rows)
+        return np.column_stack([R.T @ R, R.T @ left[rows]])
+
     if 0 < _MANY * C.shape[1] < len(r):
-        R, left = _triangle(R, left)
+        of_rows = summed(products, parts(len(r), C.shape[1] * (C.shape[1] + Q.shape[1])))
+        R, left = _triangle(of_rows[:, :-1], of_rows[:, -1], float(left @ left))
+    else:
+        R = beyond(slice(None))
     return _core.ScoreTests.projected(R, left, length, Q.shape[1], list(sizes))
 
 
-def basis(A: FloatArray) -> FloatArray:
-    """(m, rank) an orthonormal basis of the columns of A (m, p), in whatever units they are."""
-    length = column_lengths(A)
-    A = A / np.where(length > 0, length, 1.0)
+def basis(A: FloatArray, normal: FloatArray | None = None) -> FloatArray:
+    """(m, rank) an orthonormal basis of the columns of A (m, p), in whatever units they are; `normal` is A^T A."""
     if A.shape[1] == 0:
         return A
-    L = root(A.T @ A)
+    normal = gram(A) if normal is None else normal
+    length = np.sqrt(np.diag(normal))
+    length = np.where(length > 0, length, 1.0)
+    L = root(normal / np.outer(length, length))
     if L is not None:
-        return np.asarray(linalg.solve_triangular(L, A.T, lower=True, check_finite=False).T)
+        return over(A, length[:, np.newaxis] * L)
+    A = A / length
     Q, R = linalg.qr(A, mode="economic", check_finite=False)
     diagonal = np.abs(np.diag(R))
     if diagonal.min() < _RANK * diagonal.max():
@@ -70,12 +83,12 @@ def root(normal: FloatArray) -> FloatArray | None:
     return np.asarray(L) if _RANK * share > _EPSILON else None
 
 
-def _triangle(R: FloatArray, r: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """T (k, c) and t (k,) with T^T T = R^T R, T^T t = R^T r and t^T t = r^T r, k <= c + 1."""
-    factor, pivot, rank, _ = lapack.dpstrf(R.T @ R)
+def _triangle(normal: FloatArray, along: FloatArray, square: float) -> tuple[FloatArray, FloatArray]:
+    """T (k, c) and t (k,) with T^T T = R^T R, T^T t = R^T r and t^T t = r^T r, k <= c + 1; by these products."""
+    factor, pivot, rank, _ = lapack.dpstrf(normal)
     order = pivot - 1
-    T = np.zeros((rank + 1, R.shape[1]), order="F")
+    T = np.zeros((rank + 1, len(along)), order="F")
     T[:rank, order] = np.triu(factor[:rank])
-    own = (R.T @ r)[order[:rank]]
+    own = along[order[:rank]]
     t = linalg.solve_triangular(factor[:rank, :rank], own, trans="T", check_finite=False) if rank else own
-    return T, np.append(t, np.sqrt(max(float(r @ r) - float(t @ t), 0.0)))
+    return T, np.append(t, np.sqrt(max(square - float(t @ t), 0.0)))

@@ -17,6 +17,7 @@ from scipy import linalg, special
 
 from fastcal.calibration.columns import unit_columns
 from fastcal.calibration.row_weights import huber
+from fastcal.calibration.tall import gram, over, times
 from fastcal.diagnosis import rules
 
 FloatArray = NDArray[np.float64]
@@ -116,10 +117,9 @@ def studentized_residuals(A: FloatArray, r: FloatArray, row: IntArray, wrong: In
 
 def _basis(X: FloatArray) -> FloatArray:
     """Z (m, p), orthonormal but for the ridge."""
-    normal = X.T @ X
+    normal = gram(X)
     normal[np.diag_indices(X.shape[1])] += rules.RIDGE
-    L = linalg.cholesky(normal, lower=True, check_finite=False)
-    return np.asarray(linalg.solve_triangular(L, X.T, lower=True, check_finite=False).T)
+    return over(X, linalg.cholesky(normal, lower=True, check_finite=False))
 
 
 def _without(Z: FloatArray, left: FloatArray, is_out: BoolArray) -> tuple[FloatArray, FloatArray | None]:
@@ -130,7 +130,7 @@ def _without(Z: FloatArray, left: FloatArray, is_out: BoolArray) -> tuple[FloatA
     G = np.eye(len(out)) - out @ out.T
     G[np.diag_indices(len(out))] += rules.RIDGE
     L = linalg.cholesky(G, lower=True, check_finite=False)
-    more = linalg.solve_triangular(L, out @ Z.T, lower=True, check_finite=False).T
+    more = over(times(Z, out.T), L)
     return left + more @ linalg.solve_triangular(L, left[is_out], lower=True, check_finite=False), more
 
 

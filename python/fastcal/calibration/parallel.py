@@ -1,0 +1,45 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Independent pieces of work side by side, each worked out as it would be alone: no result depends on the threads."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from typing import TYPE_CHECKING, TypeVar
+
+if TYPE_CHECKING:
+    from concurrent.futures import Executor
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
+
+_pool: ContextVar[Executor | None] = ContextVar("pool", default=None)
+
+
+@contextmanager
+def workers(threads: int) -> Iterator[None]:
+    """Within, `each` has so many threads, and BLAS one a call: how it shares a product out changes its last bits.
+
+    It would spend most of its time waiting, too, where there are many small matrices.
+    """
+    from concurrent.futures import ThreadPoolExecutor  # only few commands need them
+
+    from threadpoolctl import threadpool_limits
+
+    with threadpool_limits(1), ThreadPoolExecutor(threads) as pool:
+        before = _pool.set(pool if threads > 1 else None)
+        try:
+            yield
+        finally:
+            _pool.reset(before)
+
+
+def each(work: Callable[[Item], Result], items: Iterable[Item]) -> list[Result]:
+    """What `work` makes of each item, in their order; the first error where one fails.
+
+    One thread outside of `workers`, and within a piece of work: a thread never waits for another one's turn.
+    """
+    pool = _pool.get()
+    return list(map(work, items) if pool is None else pool.map(work, items))
