@@ -36,7 +36,6 @@ from fastcal.diagnosis.memory import without_memory
 from fastcal.diagnosis.problem import Problem, core_entry, with_nuisances
 from fastcal.diagnosis.projection import basis, root
 from fastcal.diagnosis.starting_values import carried
-from fastcal.effects.entries import build_effects
 from fastcal.robot.robot import Spec
 
 FloatArray = NDArray[np.float64]
@@ -132,7 +131,7 @@ class Fit:
     @cached_property
     def model_effects(self) -> list[_core.Effect]:
         """The effects as the core has them."""
-        return build_effects([core_entry(entry) for entry in self.entries], self.problem.start.model.robot)
+        return self.problem.effects(self.entries)
 
     @cached_property
     def whitened(self) -> tuple[FloatArray, FloatArray, NDArray[np.intp]]:
@@ -221,11 +220,12 @@ def fit(problem: Problem, added: Sequence[Hypothesis], start: Fit | None = None,
     """
     added = tuple(added)
     entries = with_nuisances([*problem.given, *(name.entry for name in added)], problem.start.robot)
-    model, samples = problem.model(entries, problem.kept)
+    effects = problem.effects(entries)
+    model, samples = problem.model(entries, problem.kept, effects)
     places = len(problem.unknowns)
     before = problem.unknowns if start is None or places == 0 else start.theta[-places:]
-    theta = np.concatenate([carried(problem, entries, model, start), before])
-    centre = np.concatenate([carried(problem, entries, model, None, corners=start), problem.unknowns])
+    theta = np.concatenate([carried(problem, entries, effects, model, start), before])
+    centre = np.concatenate([carried(problem, entries, effects, model, None, corners=start), problem.unknowns])
     free = [*problem.geometry, *range(problem.own, len(theta))]
     no_bound = np.full(places, np.inf)
     lower = np.concatenate([[p.lower for p in model.parameters], -no_bound])[free]
@@ -261,7 +261,7 @@ def fit(problem: Problem, added: Sequence[Hypothesis], start: Fit | None = None,
     near = linearized(theta)
     work = near.J.size
     size = _sizes(problem, model, near)
-    prior = np.concatenate([_priors(problem, entries, model), no_bound])
+    prior = np.concatenate([_priors(problem, entries, effects, model), no_bound])
     centre[np.isfinite(prior)] = 0.0
     prior = np.where(np.isfinite(prior), prior, rules.PRIOR_WIDTH * size)
     pull = np.full(len(theta), np.inf)
@@ -372,13 +372,13 @@ def _solve(J: FloatArray, scale: FloatArray, hold: FloatArray, g: FloatArray) ->
         return np.asarray(linalg.cho_solve((R, False), g, check_finite=False))
 
 
-def _priors(problem: Problem, entries: Sequence[Spec], model: _core.ErrorModel) -> FloatArray:
+def _priors(
+    problem: Problem, entries: Sequence[Spec], effects: Sequence[_core.Effect], model: _core.ErrorModel
+) -> FloatArray:
     """(P,) standard deviations of what is held near 0; infinite elsewhere."""
     out = np.full(len(model.parameters), np.inf)
     at = problem.own
-    for entry, effect in zip(
-        entries, build_effects([core_entry(e) for e in entries], problem.start.model.robot), strict=True
-    ):
+    for entry, effect in zip(entries, effects, strict=True):
         count = len(effect.parameters)
         if has_prior(core_entry(entry)):
             out[at : at + count] = [p.sigma for p in effect.parameters]

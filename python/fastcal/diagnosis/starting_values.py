@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
-from fastcal.diagnosis.problem import Problem, core_entry
-from fastcal.effects.entries import build_effects, traits_of
+from fastcal.diagnosis.problem import Problem
+from fastcal.effects.entries import traits_of
 from fastcal.errors import InvalidInput
 from fastcal.robot.robot import Spec
 
@@ -23,7 +23,12 @@ FloatArray = NDArray[np.float64]
 
 
 def carried(
-    problem: Problem, entries: Sequence[Spec], model: _core.ErrorModel, start: Fit | None, corners: Fit | None = None
+    problem: Problem,
+    entries: Sequence[Spec],
+    effects: Sequence[_core.Effect],
+    model: _core.ErrorModel,
+    start: Fit | None,
+    corners: Fit | None = None,
 ) -> FloatArray:
     """(P,) where to start: the values of `start`, the robot file's, 0 for what is new, corners at their quantile.
 
@@ -44,7 +49,7 @@ def carried(
             known[identity_of(entry)] = np.asarray(file.start)[at : at + len(effect.parameters)]
             at += len(effect.parameters)
     at = problem.own
-    for entry, effect in zip(entries, build_effects([core_entry(e) for e in entries], model.robot), strict=True):
+    for entry, effect in zip(entries, effects, strict=True):
         count = len(effect.parameters)
         if identity_of(entry) in known:
             theta[at : at + count] = known[identity_of(entry)]

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fastcal.calibration.parallel import workers
 from fastcal.diagnosis import partial_residuals
 from fastcal.diagnosis.words import cause_in_words, plan_text, reason_text
 from fastcal.io.design_out import write_poses
@@ -84,7 +85,7 @@ def write_diagnosis(
 
     origin = {} if made_by is None else {"made_by": dict(made_by)}
     old = [path.name for path in Path(folder).glob(PATTERN)]
-    with atomic_folder(Path(folder), owned=(*FILES, *old)) as place:
+    with workers(found.search.problem.threads), atomic_folder(Path(folder), owned=(*FILES, *old)) as place:
         source = PurePath(found.train.data.source).name
         model = place / "model.yaml"
         write_spec(found.model.spec | origin, model, f"Diagnosed by fastcal {fastcal.__version__} from {source}")

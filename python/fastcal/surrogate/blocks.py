@@ -6,12 +6,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.calibration.parallel import each
 from fastcal.surrogate.candidates import Candidate, directions
-from fastcal.surrogate.evidence import Beside
+from fastcal.surrogate.evidence import Beside, Weighed
 from fastcal.surrogate.features import Features
 from fastcal.surrogate.problem import ResidualProblem
 from fastcal.surrogate.thresholds import Thresholds
@@ -84,15 +86,19 @@ def _most_evident(
 
     `beside` has `padding` rows more than the problem: the priors of blocks chosen before.
     """
-    best: Block | None = None
-    evidence: dict[Candidate, float] = {}
-    for candidate in considered:
-        for block in _candidate_blocks(problem, candidate):
-            found = beside.weigh(_padded(block.columns, len(problem.r) + padding))
-            evidence[candidate] = max(found.evidence, evidence.get(candidate, 0.0))
-            if found.evidence > (0.0 if best is None else best.evidence):
-                best = replace(block, size=found.size, evidence=found.evidence)
-    return best, evidence
+
+    def weighed(candidate: Candidate) -> list[Weighed]:
+        blocks = _candidate_blocks(problem, candidate)
+        return [beside.weigh(_padded(block.columns, len(problem.r) + padding)) for block in blocks]
+
+    found = {candidate: of for candidate, of in zip(considered, each(weighed, considered), strict=True) if of}
+    evidence = {candidate: max(w.evidence for w in of) for candidate, of in found.items()}
+    if not any(evidence.values()):
+        return None, evidence
+    chosen = max(evidence, key=evidence.__getitem__)
+    k, best = max(enumerate(found[chosen]), key=lambda item: item[1].evidence)
+    block = next(islice(_candidate_blocks(problem, chosen), k, None))
+    return replace(block, size=best.size, evidence=best.evidence), evidence
 
 
 def _candidate_blocks(problem: ResidualProblem, candidate: Candidate) -> Iterator[Block]:
