@@ -19,4 +19,8 @@ def unit_columns(A: FloatArray) -> FloatArray:
     """The columns of A (m, p) that are not 0, each at length 1."""
     length = column_lengths(A)
     kept = length > 0
-    return np.asarray(A / length if kept.all() else A[:, kept] / length[kept])
+    if kept.all():
+        return np.asarray(A / length)
+    out = np.take(A, np.flatnonzero(kept), axis=1)
+    out /= length[kept]
+    return out

@@ -86,9 +86,10 @@ class _Search:
         self._known: dict[tuple[float, ...], float] = {}
 
         def squares(fold: int) -> tuple[FloatArray, FloatArray, float]:
-            of = self._fold == fold
+            of = np.flatnonzero(self._fold == fold)
             root = np.sqrt(weight[of])
-            J, r = self._problem.J[of] * root[:, np.newaxis], self._problem.residual[of] * root
+            J, r = np.take(self._problem.J, of, axis=0), self._problem.residual[of] * root
+            J *= root[:, np.newaxis]
             return J.T @ J, J.T @ r, float(r @ r)
 
         self._folds = each(squares, range(FOLDS))

@@ -85,9 +85,11 @@ def with_curvatures(at: Fit, curves: Sequence[Spec], start: Sequence[float] | No
     weak = np.concatenate([held(at.prior, pull)[at.free], rules.PRIOR_WIDTH * own])
     effects = build_effects(entries, model.robot)
     ends = len(others) + np.cumsum([0, *(len(e.parameters) for e in effects)])
+    J = np.take(np.asarray(near.J), [*others, *range(first, last)], axis=1)
+    J /= problem.noise.factor
     chosen = choose_curvatures(
         LinearProblem(
-            without_memory(problem, np.asarray(near.J)[:, [*others, *range(first, last)]] / problem.noise.factor, row),
+            without_memory(problem, J, row),
             without_memory(problem, np.asarray(near.r) / problem.noise.factor, row),
             row,
             [np.arange(a, b) for a, b in pairwise(ends)],

@@ -134,8 +134,11 @@ class HeldOut:
 
     def _left_without(self, own: Sequence[int]) -> FloatArray:
         """(m,) what the fit leaves where these columns are left out."""
-        own = list(own)
-        return np.asarray(self._r + self._A[:, own] @ self._value[own])
+        if len(own) == 0:
+            return self._r
+        value = np.zeros(len(self._value))
+        value[list(own)] = self._value[list(own)]
+        return np.asarray(self._r + self._A @ value)
 
     def _centres(self, without: Sequence[int]) -> list[FloatArray]:
         """By fold, how far what is pulled moves from its centre in the fit of the other folds, curves left out."""
