@@ -23,6 +23,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.calibration import tall
 from fastcal.calibration.columns import column_lengths
 
 FloatArray = NDArray[np.float64]
@@ -119,12 +120,15 @@ def _found(
     width = int(np.bincount(numbers[numbers > 0]).argmax())
     used = numbers == width
     keep = used[row]
-    J, residual = J[keep], residual[keep]
+    if not keep.all():
+        J, residual = J[keep], residual[keep]
     if used.sum() < _FEWEST_ROWS or len(residual) <= J.shape[1]:
         return None
 
     def table(values: FloatArray) -> FloatArray:
         """(count, width, ...) with zeros in rows that are not used."""
+        if used.all():
+            return values.reshape(count, width, *values.shape[1:])
         out = np.zeros((count, width, *values.shape[1:]))
         out[used] = values.reshape(-1, width, *values.shape[1:])
         return out
@@ -139,8 +143,8 @@ def _found(
     if beside_fit:
         column = table(unit)
         p = J.shape[1]
-        inner = column[:-1].reshape(-1, p).T @ column[1:].reshape(-1, p)
-        mean = -float(np.trace(np.linalg.solve(normal, inner))) / white
+        products = tall.inner(column[:-1].reshape(-1, p), column[1:].reshape(-1, p))
+        mean = -float(np.trace(np.linalg.solve(normal, products))) / white
         if (alike - mean) * np.sqrt(pairs) < deviations:
             return None
     Q, R = np.linalg.qr(J)
@@ -163,8 +167,8 @@ def _correlation(q: FloatArray, used: BoolArray, found: float) -> float:
     beside[1:] += q[:-1]
     beside[:-1] += q[1:]
     beside[~used] = 0.0
-    K = q[:-1].reshape(-1, p).T @ q[1:].reshape(-1, p)
-    squares, products = _lagged(q, (q, (q.reshape(-1, p) @ K).reshape(q.shape) - beside))
+    K = tall.inner(q[:-1].reshape(-1, p), q[1:].reshape(-1, p))
+    squares, products = _lagged(q, (q, tall.times(q.reshape(-1, p), K).reshape(q.shape) - beside))
     numbers, pairs = width * used.sum(), width * np.sum(used[1:] & used[:-1])
     low, high, lag = 0.0, _MOST, np.arange(len(q))
     for _ in range(_STEPS):
@@ -194,7 +198,7 @@ def _unit(J: FloatArray) -> tuple[FloatArray, FloatArray]:
     """J (m, p) with columns of length 1, and its normal matrix: a tenth of the work of a QR, which few fits need."""
     length = column_lengths(J)
     J = J / np.where(length > 0, length, 1.0)
-    normal = J.T @ J
+    normal = tall.gram(J)
     normal[np.diag_indices_from(normal)] += _RIDGE
     return J, normal
 

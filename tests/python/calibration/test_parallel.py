@@ -1,0 +1,92 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Pieces of work side by side, and products of tall matrices that are shared out in parts of their rows."""
+
+import threading
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from fastcal.calibration import tall
+from fastcal.calibration.parallel import each, workers
+
+FloatArray = NDArray[np.float64]
+
+
+@pytest.mark.parametrize("threads", [1, 2, 3])
+def test_results_come_in_the_order_of_the_items(threads: int) -> None:
+    first = threading.Event()
+
+    def work(item: int) -> int:
+        if item == 0 and threads > 1:
+            first.wait(5.0)  # ends after the others
+        elif item > 0:
+            first.set()
+        return item * item
+
+    with workers(threads):
+        assert each(work, range(5)) == [0, 1, 4, 9, 16]
+
+
+def test_one_thread_does_all_where_there_are_no_workers() -> None:
+    own = threading.get_ident()
+    assert each(lambda _: threading.get_ident(), range(3)) == [own] * 3
+    with workers(2):
+        assert own not in each(lambda _: threading.get_ident(), range(3))
+    assert each(lambda _: threading.get_ident(), range(3)) == [own] * 3
+
+
+def test_a_piece_of_work_shares_nothing_out() -> None:
+    """Else all threads could wait for pieces that none is left to do."""
+
+    def within(_: int) -> bool:
+        own = threading.get_ident()
+        return set(each(lambda _: threading.get_ident(), range(3))) == {own}
+
+    with workers(2):
+        assert all(each(within, range(4)))
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_the_first_error_is_raised(threads: int) -> None:
+    def work(item: int) -> None:
+        if item > 1:
+            raise ValueError(str(item))
+
+    with pytest.raises(ValueError, match="2"), workers(threads):
+        each(work, range(4))
+
+
+def tall_matrix(p: int, seed: int) -> FloatArray:
+    return np.random.default_rng(seed).standard_normal((3001, p))
+
+
+A, B = tall_matrix(230, 0), tall_matrix(90, 1)
+L = np.linalg.cholesky(A.T @ A)
+PRODUCTS: dict[str, tuple[Callable[[], FloatArray], FloatArray]] = {
+    "gram": (lambda: tall.gram(A), A.T @ A),
+    "gram, column by column": (lambda: tall.gram(np.asfortranarray(A)), A.T @ A),
+    "inner": (lambda: tall.inner(A, B), A.T @ B),
+    "times": (lambda: tall.times(A, B[:230]), A @ B[:230]),
+    "over": (lambda: tall.over(A, L), np.linalg.solve(L, A.T).T),
+}
+
+
+@pytest.mark.parametrize("name", PRODUCTS)
+def test_products_are_those_of_whole_matrices_on_any_number_of_threads(name: str) -> None:
+    product, expected = PRODUCTS[name]
+    assert len(tall.parts(len(A), A.shape[1] * B.shape[1])) > 1
+    with workers(1):
+        alone = product()
+    np.testing.assert_allclose(alone, expected, rtol=0, atol=1e-12 * np.abs(expected).max())
+    for threads in (2, 3, 8):
+        with workers(threads):
+            np.testing.assert_array_equal(product(), alone)
+
+
+def test_few_rows_are_not_shared_out() -> None:
+    assert tall.parts(100, 60.0**2) == [slice(0, 100)]
+    assert tall.parts(0, 1e9) == [slice(0, 0)]
+    np.testing.assert_array_equal(tall.gram(A[:0]), np.zeros((230, 230)))
