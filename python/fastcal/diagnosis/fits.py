@@ -34,7 +34,7 @@ from fastcal.diagnosis import rules
 from fastcal.diagnosis.library import Hypothesis
 from fastcal.diagnosis.memory import without_memory
 from fastcal.diagnosis.problem import Problem, core_entry, with_nuisances
-from fastcal.diagnosis.projection import basis, root
+from fastcal.diagnosis.projection import basis, root, root_again
 from fastcal.diagnosis.starting_values import carried
 from fastcal.robot.robot import Spec
 
@@ -324,7 +324,9 @@ def _above(A: FloatArray, diagonal: FloatArray) -> FloatArray:
 def _inverse_triangle(A: FloatArray, normal: FloatArray) -> FloatArray:
     """(p, p) R^-1 of A = Q R (m, p), in whatever units its columns are; `normal` is A^T A."""
     length = np.sqrt(np.diag(normal))
-    L = root(normal / np.outer(length, length))
+    normal = normal / np.outer(length, length)
+    L = root(normal)
+    L = root_again(A, length, normal) if L is None else L
     R = linalg.qr(A / length, mode="r", check_finite=False)[0][: A.shape[1]] if L is None else L.T
     return np.asarray(linalg.solve_triangular(R, np.eye(len(R)), check_finite=False) / length[:, np.newaxis])
 

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from fastcal import _core
 from fastcal.calibration.columns import column_lengths
+from fastcal.calibration.parallel import each
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.held_out import fold_of
 from fastcal.diagnosis.library import Hypothesis, harmonics
@@ -39,37 +40,47 @@ def is_periodic(name: Hypothesis) -> bool:
 def scan(state: SearchNode) -> list[Hypothesis]:
     """Waves of orders beyond the library's that are significant at a fit, the highest peaks of each revolute joint."""
     problem = state.fit.problem
-    _A, r, row = state.fit.whitened
-    measured = row >= 0
     waves_of_a_joint = [effect for effect in effect_names() if traits_of(effect).is_wave]
     found: list[Hypothesis] = []
-    for joint, kind in enumerate(problem.start.robot.joint_types):
-        q = problem.kept.q[:, joint]
-        span = float(np.ptp(q))
-        if kind != "revolute" or span <= 0:
-            continue
-        orders = np.arange(1.0, rules.MAX_ORDER, np.pi / (2 * span))
-        orders = orders[orders * span > np.pi]
-        turn = state.blocks.frames[f"joint{joint + 1}"]
-
-        def scored(orders: FloatArray, turn: FloatArray = turn, q: FloatArray = q) -> _core.BlockScores:
-            angle = np.outer(q, orders)[row[measured]]
-            C = np.zeros((len(r), 2 * len(orders)))
-            C[measured, 0::2], C[measured, 1::2] = turn * np.sin(angle), turn * np.cos(angle)
-            C[measured] = without_memory(problem, C[measured], row[measured])
-            return score_tests(state.fit.basis, C, r, [2] * len(orders)).scores
-
-        scores = scored(orders)
-        trials = len(orders) * problem.start.robot.joint_count / 2
-        peaks = _peaks(orders, np.asarray(scores.statistic), np.asarray(scores.rank), problem.noise.freedom, trials)
-        step = float(orders[1] - orders[0]) if len(orders) > 1 else 0.0
-        exact = [order if order == round(order) else _refined(order, step, scored) for order in peaks]
-        new = [order for order in dict.fromkeys(exact) if order not in rules.WAVE_ORDERS]
+    for joint, new in enumerate(each(_orders(state), range(problem.start.robot.joint_count))):
         for effect in waves_of_a_joint:
             bare = {"effect": effect, "owner": f"joint{joint + 1}"}
             found += harmonics(bare, problem.start.robot, problem.kept, new)
     there = {repr(name) for name in problem.names}
     return [name for name in found if repr(name) not in there]
+
+
+def _orders(state: SearchNode) -> Callable[[int], list[float]]:
+    """The orders that `scan` finds of a joint."""
+    problem, Q, frames = state.fit.problem, state.fit.basis, state.blocks.frames
+    _A, r, row = state.fit.whitened
+    row = row[row >= 0]  # numbers that were measured come before priors
+    kinds = problem.start.robot.joint_types
+
+    def found(joint: int) -> list[float]:
+        q, turn = problem.kept.q[:, joint], frames[f"joint{joint + 1}"]
+        span = float(np.ptp(q))
+        if kinds[joint] != "revolute" or span <= 0:
+            return []
+        orders = np.arange(1.0, rules.MAX_ORDER, np.pi / (2 * span))
+        orders = orders[orders * span > np.pi]
+
+        def scored(orders: FloatArray) -> _core.BlockScores:
+            angle = np.outer(q, orders)
+            C = np.zeros((len(r), 2 * len(orders)))
+            measured = C[: len(row)]
+            measured[:, 0::2], measured[:, 1::2] = turn * np.sin(angle)[row], turn * np.cos(angle)[row]
+            measured[...] = without_memory(problem, measured, row)
+            return score_tests(Q, C, r, [2] * len(orders)).scores
+
+        scores = scored(orders)
+        trials = len(orders) * len(kinds) / 2
+        peaks = _peaks(orders, np.asarray(scores.statistic), np.asarray(scores.rank), problem.noise.freedom, trials)
+        step = float(orders[1] - orders[0]) if len(orders) > 1 else 0.0
+        exact = [order if order == round(order) else _refined(order, step, scored) for order in peaks]
+        return [order for order in dict.fromkeys(exact) if order not in rules.WAVE_ORDERS]
+
+    return found
 
 
 def _peaks(
@@ -132,11 +143,12 @@ def _held_out_share(state: SearchNode, chosen: list[int]) -> float:
     A, r, row = state.fit.whitened
     C = state.blocks.columns_of(chosen)
     sets = np.array([np.zeros(C.shape[1], dtype=bool), np.ones(C.shape[1], dtype=bool)])
-    scale = [np.where(norm > 0, norm, 1.0) for norm in (column_lengths(A), column_lengths(C))]
-    shares = []
-    for owner in sorted({state.blocks.names[i].owner for i in chosen}):
+    A, C = (values / np.where(norm > 0, norm, 1.0) for values, norm in ((A, column_lengths(A)), (C, column_lengths(C))))
+
+    def share(owner: str) -> float:
         fold = fold_of(state.fit.problem.kept, owner).astype(np.int32)[row]
         fold[row < 0] = -1
-        errors = _core.SubsetSearch(A / scale[0], C / scale[1], r, fold, least_norm=1e-6).of(sets).mean
-        shares.append(float(errors[1] / errors[0]))
-    return max(shares)
+        errors = _core.SubsetSearch(A, C, r, fold, least_norm=1e-6).of(sets).mean
+        return float(errors[1] / errors[0])
+
+    return max(each(share, sorted({state.blocks.names[i].owner for i in chosen})))
