@@ -79,6 +79,8 @@ class Fit:
     @cached_property
     def covariance(self) -> FloatArray:
         """(F, F) of the free parameters, (A^T A)^-1 of the whitened rows with their priors."""
+        if not np.isfinite(self.pull).any():
+            return self.pulled_covariance
         return np.asarray(self._inverse @ self._inverse.T)
 
     @cached_property
@@ -189,7 +191,7 @@ class Fit:
         m - tr(J (J^T J + D^-2)^-1 J^T), D the deviations of priors and pulls.
         """
         hold = held(self.prior, self.pull)[self.free]
-        inverse = linalg.inv(gram(self._measured * hold) + np.eye(len(hold)), check_finite=False)
+        inverse = linalg.inv(self._normal * np.outer(hold, hold), check_finite=False)
         determined = len(hold) - float(np.trace(inverse))
         return max(len(self.near.r) - determined, 1.0)
 
