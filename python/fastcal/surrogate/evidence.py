@@ -12,15 +12,20 @@ Source: C. Rasmussen, C. Williams, "Gaussian Processes for Machine Learning" (20
 
 from __future__ import annotations
 
+from contextlib import suppress
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
+from fastcal.calibration.columns import column_lengths
+from fastcal.calibration.tall import gram
+
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
+_INDEPENDENT = 1e-6  # of unit columns: what those before it leave of each
 _SIZES = 10.0 ** np.arange(-1.5, 3.01, 0.25)  # of a, in noise: columns of a block have mean square 1
 
 
@@ -82,4 +87,11 @@ def held_out_squares(A: FloatArray, C: FloatArray, r: FloatArray, held: BoolArra
 
 
 def _solve(A: FloatArray, b: FloatArray) -> FloatArray:
+    """(p,) least squares of A x = b: by the products of unit columns where these are independent, else by a QR."""
+    length = column_lengths(A)
+    length = np.where(length > 0, length, 1.0)
+    with suppress(np.linalg.LinAlgError):
+        root = np.linalg.cholesky(gram(A) / np.outer(length, length))
+        if np.diag(root).min(initial=1.0) > _INDEPENDENT:
+            return np.asarray(linalg.cho_solve((root.T, False), A.T @ b / length, check_finite=False) / length)
     return np.asarray(linalg.lstsq(A, b, lapack_driver="gelsy", check_finite=False)[0])

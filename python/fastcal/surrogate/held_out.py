@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.calibration.parallel import each
 from fastcal.calibration.repeatability import place_groups
 from fastcal.measurements.splits import deal
 from fastcal.surrogate.blocks import Block, choose_blocks
@@ -63,16 +64,18 @@ def _without_folds(
     thresholds: Thresholds,
 ) -> float:
     """RMS of what is left out with the blocks over that without; those among `considered` are chosen for each fold."""
-    squares = np.zeros(2)
-    for k in range(int(fold.max()) + 1):
+
+    def squares_of(k: int) -> tuple[float, float]:
         held = fold == k
         if not held.any():
-            continue
+            return 0.0, 0.0
         own = blocks
         if considered:
             as_many = replace(thresholds, evidence=0.0, blocks=len(blocks))
             again = choose_blocks(problem.without(held), considered, as_many)
             own = [block.over(problem) for block in again]
         C = np.hstack([block.columns for block in own]) if own else np.zeros((len(problem.r), 0))
-        squares += held_out_squares(problem.A, C, problem.r, held)
+        return held_out_squares(problem.A, C, problem.r, held)
+
+    squares = np.sum([(0.0, 0.0), *each(squares_of, range(int(fold.max()) + 1))], axis=0)
     return float(np.sqrt(squares[1] / squares[0])) if squares[0] > 0 else 1.0
