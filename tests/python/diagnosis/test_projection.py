@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fastcal import _core
-from fastcal.diagnosis.projection import basis, root, score_tests
+from fastcal.diagnosis.projection import basis, root, root_again, score_tests
 
 SIZES = [4, 5, 1, 2]
 
@@ -64,3 +64,17 @@ def test_a_root_of_the_normal_matrix_is_refused_where_it_would_be_inexact() -> N
     assert root(A.T @ A) is None
     A[:, 3] = A[:, 2]
     assert root(A.T @ A) is None
+
+
+def test_columns_that_are_nearly_alike_have_the_triangle_of_a_qr() -> None:
+    random = np.random.default_rng(6)
+    A = random.standard_normal((200, 8))
+    A[:, 7] = A[:, 6] + 1e-5 * A[:, 7]
+    A /= np.linalg.norm(A, axis=0)
+    assert root(A.T @ A) is None
+    L = root_again(A, np.ones(8), A.T @ A)
+    assert L is not None
+    R = np.linalg.qr(A)[1]
+    np.testing.assert_allclose(L, (R * np.sign(np.diag(R))[:, np.newaxis]).T, rtol=0, atol=1e-14)
+    A[:, 7] = A[:, 6]
+    assert root_again(A, np.ones(8), A.T @ A) is None
