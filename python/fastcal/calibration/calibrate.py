@@ -26,6 +26,7 @@ from fastcal.calibration.evaluation import evaluate
 from fastcal.calibration.extrapolation_notes import range_notes
 from fastcal.calibration.geometry_anchoring import pulls
 from fastcal.calibration.inspection import check_columns, check_fit
+from fastcal.calibration.parallel import one_blas_thread
 from fastcal.calibration.parameter_table import (
     correlated_pairs,
     length_sigma,
@@ -59,6 +60,7 @@ LOSSES = ("tukey", "huber", "cauchy", "none")
 METHODS = ("nls", "bfgs", "bfgs_mean_distance")
 
 
+@one_blas_thread()
 def calibrate(
     robot: RobotLike,
     data: DataLike,

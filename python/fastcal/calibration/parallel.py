@@ -16,19 +16,34 @@ Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 _pool: ContextVar[Executor | None] = ContextVar("pool", default=None)
+_is_alone: ContextVar[bool] = ContextVar("is_alone", default=False)
+
+
+@contextmanager
+def one_blas_thread() -> Iterator[None]:
+    """Within, BLAS has one thread a call: how it shares a product out changes its last bits.
+
+    It would spend most of its time waiting, too, where there are many small matrices.
+    """
+    if _is_alone.get():
+        yield
+        return
+    from threadpoolctl import threadpool_limits
+
+    with threadpool_limits(1, user_api="blas"):
+        before = _is_alone.set(True)
+        try:
+            yield
+        finally:
+            _is_alone.reset(before)
 
 
 @contextmanager
 def workers(threads: int) -> Iterator[None]:
-    """Within, `each` has so many threads, and BLAS one a call: how it shares a product out changes its last bits.
-
-    It would spend most of its time waiting, too, where there are many small matrices.
-    """
+    """Within, `each` has so many threads, and BLAS one a call."""
     from concurrent.futures import ThreadPoolExecutor  # only few commands need them
 
-    from threadpoolctl import threadpool_limits
-
-    with threadpool_limits(1), ThreadPoolExecutor(threads) as pool:
+    with one_blas_thread(), ThreadPoolExecutor(threads) as pool:
         before = _pool.set(pool if threads > 1 else None)
         try:
             yield

@@ -12,6 +12,7 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
+from fastcal.calibration.parallel import one_blas_thread
 from fastcal.errors import InvalidInput
 from fastcal.fleet.arms import Arm, check_names
 from fastcal.fleet.one_arm import FILES, calibrate_arm
@@ -98,6 +99,7 @@ def suspects(rows: Sequence[ArmResult]) -> set[str]:
     return odd
 
 
+@one_blas_thread()
 def _batch(
     arms: Sequence[Arm], *, options: dict[str, Any], checks: bool, out: str | None, report: bool
 ) -> list[ArmResult]:

@@ -8,9 +8,13 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from threadpoolctl import threadpool_info, threadpool_limits
 
 from fastcal.calibration import tall
-from fastcal.calibration.parallel import each, workers
+from fastcal.calibration.calibrate import calibrate
+from fastcal.calibration.parallel import each, one_blas_thread, workers
+from fastcal.calibration.simulation import simulate
+from fastcal.io.robot_file import load_robot
 
 FloatArray = NDArray[np.float64]
 
@@ -90,3 +94,20 @@ def test_few_rows_are_not_shared_out() -> None:
     assert tall.parts(100, 60.0**2) == [slice(0, 100)]
     assert tall.parts(0, 1e9) == [slice(0, 0)]
     np.testing.assert_array_equal(tall.gram(A[:0]), np.zeros((230, 230)))
+
+
+def _threads_of_blas() -> set[int]:
+    return {pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"}
+
+
+def test_calibrate_keeps_blas_to_one_thread_and_gives_the_others_back() -> None:
+    robot = load_robot("ur5")
+    data = simulate(robot, np.random.default_rng(0).uniform(-2, 2, (40, 6)), noise=5e-5)
+    seen: list[set[int]] = []
+    with threadpool_limits(2, user_api="blas"):
+        calibrate(robot, data, progress=lambda _: seen.append(_threads_of_blas()))
+        with one_blas_thread(), one_blas_thread():
+            seen.append(_threads_of_blas())
+        assert _threads_of_blas() == {2}
+    assert len(seen) > 1
+    assert all(threads == {1} for threads in seen)
