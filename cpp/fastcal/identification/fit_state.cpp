@@ -115,6 +115,7 @@ bool FitState::factor_by_sums(const CommonNoise& noise, Eigen::VectorXd& g) {
   std::vector<int> order = gauge.held;
   order.insert(order.end(), gauge.free.begin(), gauge.free.end());
   std::vector<int> columns;
+  columns.reserve(order.size());
   for (const int k : order) columns.push_back(asked[static_cast<std::size_t>(k)]);
   // Two mixtures of the directions that are held: where any of them shows, both are blind to it by a rare chance.
   Eigen::MatrixXd directions(static_cast<Eigen::Index>(order.size()), again.held.empty() ? 0 : 2);
@@ -165,7 +166,8 @@ Stepped FitState::step(LossKind with, const std::vector<int>& of, const Eigen::V
   constexpr double kQuadratic = 0.01;  // what is left of a step that is not judged
   if (within.lower.size() > 0) return {};
   all_agree_ = false;
-  const Reduced reduced(problem, theta, of, of_scale, {tau, with}, within);
+  const Eigen::VectorXd before = theta;
+  const Reduced reduced(problem, before, of, of_scale, {tau, with}, within);
   const Eigen::VectorXd here = Eigen::VectorXd::Zero(reduced.size());
   const NormalEquations& sums = reduced.at(here.data(), true);
   if (!std::isfinite(sums.cost) || !sums.A.allFinite()) return {};
@@ -173,7 +175,6 @@ Stepped FitState::step(LossKind with, const std::vector<int>& of, const Eigen::V
   root_tau_ = tau;
   const double left = root_->turned.norm();
   const Eigen::VectorXd to = root_->step();
-  const Eigen::VectorXd before = theta;
   theta = reduced.theta(to.data());
   if (left <= unjudged) {
     contraction_ = kQuadratic;

@@ -27,8 +27,8 @@ std::vector<RowWeight> whitened_lengths(const Problem& problem, const RowMatrixX
   std::vector<RowWeight> out(static_cast<std::size_t>(residuals.rows()));
   const bool claims = problem.measured.claims_sigma();
   const int numbers = problem.measured.number_count();
-  std::vector<double> inverse;
-  for (int c = 0; c < numbers; ++c) inverse.push_back(1 / tau[problem.measured.observation_of(c)]);
+  std::vector<double> inverse(static_cast<std::size_t>(numbers));
+  for (int c = 0; c < numbers; ++c) inverse[c] = 1 / tau[problem.measured.observation_of(c)];
   parallel_chunks(residuals.rows(), problem.workers(), [&](Eigen::Index, Eigen::Index begin, Eigen::Index end) {
     for (Eigen::Index i = begin; i < end; ++i) {
       RowWeight& row = out[static_cast<std::size_t>(i)];

@@ -8,18 +8,25 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "fastcal/identification/solver.hpp"
 
 namespace fastcal {
 
-/// The problem in x, priors included; remembers the last x, since Ceres asks for cost and Jacobian apart.
+/// The problem in x, priors included; remembers the last x, since Ceres asks for cost and Jacobian apart. What it is
+/// given, but for the weighting, must outlive it and stay.
 class Reduced {
  public:
   Reduced(const Problem& problem, const Eigen::VectorXd& theta_0, const std::vector<int>& free,
-          const Eigen::VectorXd& scale, const Weighting& weighting, const Limits& limits)
-      : problem_(problem), theta_0_(theta_0), free_(free), scale_(scale), weighting_(weighting), limits_(limits) {}
+          const Eigen::VectorXd& scale, Weighting weighting, const Limits& limits)
+      : problem_(problem),
+        theta_0_(theta_0),
+        free_(free),
+        scale_(scale),
+        weighting_(std::move(weighting)),
+        limits_(limits) {}
 
   Eigen::Index size() const { return static_cast<Eigen::Index>(free_.size()); }
 
@@ -81,7 +88,7 @@ class Reduced {
   const Eigen::VectorXd& theta_0_;
   const std::vector<int>& free_;
   const Eigen::VectorXd& scale_;
-  const Weighting weighting_;
+  Weighting weighting_;
   const Limits& limits_;
   mutable bool known_ = false;
   mutable Eigen::VectorXd last_x_;
