@@ -164,7 +164,9 @@ PlainSums plain_sums(const Problem& problem, const Eigen::VectorXd& theta, const
                       const Eigen::OuterStride<> apart(whitened.ld());
                       const int height = whitened.height();
                       const Eigen::Map<const Eigen::MatrixXd, 0, Eigen::OuterStride<>> all(J, height, p, apart);
-                      along[c] = (all * directions).colwise().squaredNorm();
+                      along[c].resize(directions.cols());
+                      for (Eigen::Index d = 0; d < directions.cols(); ++d)
+                        along[c][d] = (all * directions.col(d)).squaredNorm();
                       Eigen::Map<Eigen::VectorXd>(J + p * whitened.ld(), height) = whitened.weighted_residuals(loss);
                       parts[c] = Eigen::MatrixXd::Zero(last + 1, last + 1);
                       kernels::gram(J + (p - last) * whitened.ld(), whitened.ld(), height, static_cast<int>(last) + 1,

@@ -91,8 +91,9 @@ double largest_change(const CommonNoise& a, const CommonNoise& b) {
 
 std::vector<Eigen::Index> counts(const Measurements& measured, const RowMatrixXd& residuals) {
   std::vector<Eigen::Index> out(measured.observations().size(), 0);
-  for (int c = 0; c < measured.number_count(); ++c)
-    out[measured.observation_of(c)] += (residuals.col(c).array() == residuals.col(c).array()).count();
+  for (Eigen::Index i = 0; i < residuals.rows(); ++i) {
+    for (int c = 0; c < measured.number_count(); ++c) out[measured.observation_of(c)] += !std::isnan(residuals(i, c));
+  }
   return out;
 }
 
@@ -110,11 +111,15 @@ void count_freedom(FitState& fit) {
 void keep_rows(FitState& fit, std::vector<bool> kept) {
   fit.kept = std::move(kept);
   const RowMatrixXd& r = fit.numbers();
-  fit.measured_count = 0;
-  for (Eigen::Index i = 0; i < r.rows(); ++i) {
-    if (fit.kept.empty() || fit.kept[static_cast<std::size_t>(i)])
-      fit.measured_count += static_cast<double>((r.row(i).array() == r.row(i).array()).count());
+  Eigen::Index count = 0;
+  if (fit.kept.empty()) {
+    count = (r.array() == r.array()).count();
+  } else {
+    for (Eigen::Index i = 0; i < r.rows(); ++i) {
+      if (fit.kept[static_cast<std::size_t>(i)]) count += (r.row(i).array() == r.row(i).array()).count();
+    }
   }
+  fit.measured_count = static_cast<double>(count);
   if (!fit.free.empty()) count_freedom(fit);
 }
 
@@ -130,12 +135,12 @@ void report_noise(const FitState& fit, Identification& out) {
   const Measurements& from = fit.problem.measured;
   CommonNoise squares(fit.tau.size(), 0.0);
   const auto measured = counts(from, out.residuals);
-  for (int c = 0; c < from.number_count(); ++c) {
-    const int k = from.observation_of(c);
+  for (std::size_t k = 0; k < squares.size(); ++k)
+    squares[k] = static_cast<double>(measured[k]) * fit.tau[k] * fit.tau[k];
+  for (int c = 0; fit.claims && c < from.number_count(); ++c) {
     for (Eigen::Index i = 0; i < out.residuals.rows(); ++i) {
-      if (std::isnan(out.residuals(i, c))) continue;
-      const double own = fit.claims ? from.sigma(i, c) : 0;
-      squares[k] += own * own + fit.tau[k] * fit.tau[k];
+      const double own = std::isnan(out.residuals(i, c)) ? 0 : from.sigma(i, c);
+      squares[from.observation_of(c)] += own * own;
     }
   }
   out.tau = fit.tau;
