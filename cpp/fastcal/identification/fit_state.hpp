@@ -77,6 +77,10 @@ class FitState {
   bool step_with_factor(bool noise_is_a_factor);
 
  private:
+  /// Finds the free parameters' factor by Cholesky, and their slope g, where all rows show no more than some do and the
+  /// condition leaves it its digits; false where not, and it takes a QR of all rows.
+  bool factor_by_sums(const CommonNoise& noise, Eigen::VectorXd& g);
+
   Samples settled_;     // the conditions with loads at the last outer iteration; empty where no effect needs any
   TwistMemory memory_;  // what the effects make of the rows, as they are
   RowMatrixXd residuals_;
@@ -84,9 +88,6 @@ class FitState {
   Eigen::MatrixXd factor_;
   Eigen::VectorXd factor_at_;
   CommonNoise factor_tau_;
-  /// The free parameters' factor by Cholesky where all rows show no more than some do, and the condition leaves it its
-  /// digits; their slope. False: see with the factor of all.
-  bool factor_by_sums(const CommonNoise& noise, Eigen::VectorXd& g);
   std::unique_ptr<ThinnedProblem> some_;  // rows by which the gauge is chosen; null: by all of them
   bool all_agree_ = false;
   Eigen::MatrixXd free_factor_;  // of the free parameters, where it was found by sums

@@ -73,8 +73,8 @@ NormalEquations normal_equations(const Problem& problem, const Eigen::VectorXd& 
 
 /// Sums over all rows of the whitened, scaled J without robust weights, in one pass.
 struct PlainSums {
-  Eigen::MatrixXd A;  ///< J^T J of the last columns
-  Eigen::VectorXd g;  ///< J^T W r of the last columns: the slope of the weighted cost
+  Eigen::MatrixXd A;  ///< (last, last) J^T J of so many columns, the last ones
+  Eigen::VectorXd g;  ///< (last) J^T W r of these: the slope of the weighted cost
   double along = 0;   ///< the largest |J d|^2 of the directions d, (columns, k)
 };
 PlainSums plain_sums(const Problem& problem, const Eigen::VectorXd& theta, const std::vector<int>& columns,
