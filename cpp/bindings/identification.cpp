@@ -27,6 +27,39 @@ std::string status_name(Status status) {
   }
 }
 
+/// Rows that Python reads: `read(begin, end)` and `pick(rows)` return Samples and Measurements.
+class PythonRows : public RowSource {
+ public:
+  explicit PythonRows(py::object rows) : rows_(std::move(rows)), count_(static_cast<Eigen::Index>(py::len(rows_))) {}
+
+  Eigen::Index count() const override { return count_; }
+  SomeRows read(Eigen::Index begin, Eigen::Index end) const override {
+    const py::gil_scoped_acquire lock;
+    return held(rows_.attr("read")(begin, end), end - begin);
+  }
+  SomeRows pick(const std::vector<Eigen::Index>& rows) const override {
+    const py::gil_scoped_acquire lock;
+    return held(rows_.attr("pick")(rows), static_cast<Eigen::Index>(rows.size()));
+  }
+
+ private:
+  /// What Python's objects hold, which live as long as it is needed.
+  static SomeRows held(py::tuple given, Eigen::Index count) {
+    const auto* samples = given[0].cast<const Samples*>();
+    const auto* measured = given[1].cast<const Measurements*>();
+    FASTCAL_CHECK(samples->count() == count && measured->rows() == count)
+        << "expected " << count << " rows, got " << samples->count() << " and " << measured->rows();
+    const std::shared_ptr<py::tuple> owner(new py::tuple(std::move(given)), [](py::tuple* object) {
+      const py::gil_scoped_acquire lock;
+      delete object;
+    });
+    return {{owner, samples}, {owner, measured}};
+  }
+
+  py::object rows_;
+  Eigen::Index count_;
+};
+
 Eigen::VectorXd row_numbers(const Identification& result, double RowWeight::*field) {
   Eigen::VectorXd out(static_cast<Eigen::Index>(result.weights.size()));
   for (std::size_t i = 0; i < result.weights.size(); ++i) out[static_cast<Eigen::Index>(i)] = result.weights[i].*field;
@@ -90,7 +123,8 @@ void bind_identification(py::module_& m) {
          const Eigen::VectorXd& unknowns, const std::string& method, const std::string& loss,
          const Eigen::VectorXd& prior_mean, const Eigen::VectorXd& prior_sigma, const Eigen::VectorXd& lower,
          const Eigen::VectorXd& upper, const Eigen::VectorXd& pull_mean, const Eigen::VectorXd& pull_sigma,
-         int max_iterations, double practical_limit, const CommonNoise& noise, bool gauge, int threads) {
+         int max_iterations, double practical_limit, const CommonNoise& noise, bool gauge, int threads,
+         const py::object& rows) {
         IdentifyOptions options;
         options.solver = {method_of(method), max_iterations};
         options.loss = loss_kind(loss);
@@ -98,7 +132,11 @@ void bind_identification(py::module_& m) {
         options.gauge.practical_limit = practical_limit;
         options.gauge.off = !gauge;
         options.noise = noise;
-        return identify({model, samples, measured, threads}, asked, unknowns, options);
+        std::optional<PythonRows> all;
+        if (!rows.is_none()) all.emplace(rows);
+        const py::gil_scoped_release unlocked;
+        return identify({model, samples, measured, threads, nullptr, nullptr, all ? &*all : nullptr}, asked, unknowns,
+                        options);
       },
       py::arg("model"), py::arg("samples"), py::arg("measured"), py::kw_only(), py::arg("asked"),
       py::arg("unknowns") = Eigen::VectorXd(), py::arg("method") = "nls", py::arg("loss") = "tukey",
@@ -106,8 +144,10 @@ void bind_identification(py::module_& m) {
       py::arg("lower") = Eigen::VectorXd(), py::arg("upper") = Eigen::VectorXd(),
       py::arg("pull_mean") = Eigen::VectorXd(), py::arg("pull_sigma") = Eigen::VectorXd(),
       py::arg("max_iterations") = 100, py::arg("practical_limit") = 10.0, py::arg("noise") = CommonNoise(),
-      py::arg("gauge") = true, py::arg("threads") = 1, py::call_guard<py::gil_scoped_release>(),
-      "Identifies the parameters `asked` (indices) and all unknowns of the observations, from the model's start.");
+      py::arg("gauge") = true, py::arg("threads") = 1, py::arg("rows") = py::none(),
+      "Identifies the parameters `asked` (indices) and all unknowns of the observations, from the model's start.\n\n"
+      "With `rows`, samples and measured are some of them: it has a length, and read(begin, end) and pick(rows) return "
+      "Samples and Measurements of the same kinds. Residuals and weights are those of samples and measured.");
 
   m.def(
       "residuals",

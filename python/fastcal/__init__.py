@@ -33,10 +33,12 @@ if TYPE_CHECKING:
     from fastcal.ik.posture import configurations
     from fastcal.ik.redundancy_resolution import arm_angles, choose_posture
     from fastcal.importers import load_measurements
+    from fastcal.io.long_files import open_measurements
     from fastcal.io.measurements_out import write_measurements
     from fastcal.io.robot_file import load_robot
     from fastcal.io.targets import load_targets
     from fastcal.measurements.dataset import Dataset
+    from fastcal.measurements.long_dataset import LongDataset
     from fastcal.monitoring.arms import ArmChecks, check_arms
     from fastcal.monitoring.check import check
     from fastcal.monitoring.compare import Comparison, compare
@@ -69,6 +71,7 @@ _HOMES = {
     "InverseKinematics": "ik.inverse_kinematics",
     "PoseSolver": "ik.pose_solver",
     "InvalidInput": "errors",
+    "LongDataset": "measurements.long_dataset",
     "ParseError": "errors",
     "Redundancy": "calibration.parameter_identifiability",
     "Robot": "robot.robot",
@@ -98,6 +101,7 @@ _HOMES = {
     "load_measurements": "importers",
     "load_robot": "io.robot_file",
     "load_targets": "io.targets",
+    "open_measurements": "io.long_files",
     "path_accuracy": "compensation",
     "perturbed": "calibration.simulation",
     "predict": "calibration.prediction",
@@ -118,8 +122,10 @@ late.bind(
         "dataset_of_frame": "fastcal.io.measurements:dataset_of_frame",
         "frame": "fastcal.report.frames:frame",
         "headline": "fastcal.report.summaries:headline",
+        "is_long": "fastcal.io.long_files:is_long",
         "load_measurements": "fastcal.importers:load_measurements",
         "load_robot": "fastcal.io.robot_file:load_robot",
+        "open_measurements": "fastcal.io.long_files:open_measurements",
         "read_json": "fastcal.io.results:read_json",
         "notebook_html": "fastcal.report.notebook:html",
         "summary": "fastcal.report.summaries:summary",
@@ -150,6 +156,7 @@ __all__ = [
     "InertiaLoad",
     "InvalidInput",
     "InverseKinematics",
+    "LongDataset",
     "ParseError",
     "PoseSolver",
     "Redundancy",
@@ -181,6 +188,7 @@ __all__ = [
     "load_measurements",
     "load_robot",
     "load_targets",
+    "open_measurements",
     "path_accuracy",
     "perturbed",
     "predict",

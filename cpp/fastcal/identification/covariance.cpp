@@ -10,18 +10,18 @@
 
 namespace fastcal {
 
-Eigen::MatrixXd covariance_root(FitState& fit, const std::vector<RowWeight>& weights) {
+Eigen::MatrixXd covariance_root(FitState& fit, const RowErrors& errors) {
   const auto p = static_cast<Eigen::Index>(fit.free.size());
   if (p == 0) return {};
   Eigen::MatrixXd R = fit.free_factor();
   // Rows that measure nothing carry no information and are not in R; rows with weight 0 are in it, and the inflation
   // counts them out.
-  const bool mean_distance = fit.options.solver.method == Method::kBfgsMeanDistance;
-  const double inflation =
-      fit.options.noise.empty()
-          ? variance_inflation(weights, mean_distance ? LossKind::kDistance : fit.loss, fit.freedom)
-          : 1;
-  R /= std::sqrt(std::max(inflation, std::numeric_limits<double>::min()));
+  if (fit.options.noise.empty()) {
+    const bool mean_distance = fit.options.solver.method == Method::kBfgsMeanDistance;
+    VarianceInflation inflation(mean_distance ? LossKind::kDistance : fit.loss, fit.freedom);
+    for (Eigen::Index i = 0; i < errors.row_count(); ++i) inflation.add(errors.whitened(i, fit.tau));
+    R /= std::sqrt(std::max(inflation.value(), std::numeric_limits<double>::min()));
+  }
   R = with_priors(R, fit.free, fit.free_scale, fit.options.limits);
   const Eigen::MatrixXd inverse = R.triangularView<Eigen::Upper>().solve(Eigen::MatrixXd::Identity(p, p));
   // M M^T = L L^T where M^T = Q L^T: no digit is lost to a square, as in a Cholesky factor of the covariance.

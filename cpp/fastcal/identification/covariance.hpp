@@ -10,7 +10,7 @@ namespace fastcal {
 
 /// Root L (p, p) of the covariance of the free parameters, SI, lower triangular with a positive diagonal: L L^T = (R^T
 /// R / inflation + priors)^-1 with R^T R = J^T J of all rows; what a robust loss costs in certainty is in the
-/// inflation, found from the rows' `weights`.
-Eigen::MatrixXd covariance_root(FitState& fit, const std::vector<RowWeight>& weights);
+/// inflation, found from the rows' `errors`.
+Eigen::MatrixXd covariance_root(FitState& fit, const RowErrors& errors);
 
 }  // namespace fastcal

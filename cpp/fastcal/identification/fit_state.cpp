@@ -42,7 +42,8 @@ FitState::FitState(const Problem& given, std::vector<int> asked_of_model, const 
     : settled_(given.model.needs() == kNothing ? Samples() : given.samples),
       problem{given.model,    given.model.needs() == kNothing ? given.samples : settled_,
               given.measured, given.threads,
-              nullptr,        &memory_},
+              nullptr,        &memory_,
+              given.source},
       options(options_given),
       limits(options_given.limits),
       parameters(given.model.parameters()),
@@ -71,19 +72,26 @@ FitState::FitState(const Problem& given, std::vector<int> asked_of_model, const 
   }
 }
 
-const RowMatrixXd& FitState::residuals_here() {
-  if (residuals_.rows() == 0 || residuals_at_ != theta) {
-    residuals_ = residuals(problem, theta);
-    residuals_at_ = theta;
+const RowErrors& FitState::errors_here() {
+  if (!errors_ || errors_at_ != theta) {
+    errors_.reset();  // before the others come: rows may fill the memory
+    errors_.emplace(problem, theta);
+    errors_at_ = theta;
   }
-  return residuals_;
+  return *errors_;
 }
 
-const RowMatrixXd& FitState::numbers() {
-  if (residuals_.rows() > 0) return residuals_;
+const std::vector<Eigen::Index>& FitState::counts() {
+  if (!counts_.empty()) return counts_;
   const auto& observations = problem.measured.observations();
-  const bool points = observations.size() == 1 && observations.front()->coordinates() != nullptr;
-  return points ? *observations.front()->coordinates() : residuals_here();
+  const RowMatrixXd* points = observations.front()->coordinates();
+  if (!errors_ && problem.source == nullptr && observations.size() == 1 && points != nullptr) {
+    counts_ = {(points->array() == points->array()).count()};  // no robot is needed to see what is there
+    return counts_;
+  }
+  const RowErrors& rows = errors_here();
+  for (int k = 0; k < rows.observation_count(); ++k) counts_.push_back(rows.number_count(k));
+  return counts_;
 }
 
 const Eigen::MatrixXd& FitState::asked_factor(const Eigen::VectorXd& there) {
@@ -151,11 +159,11 @@ void FitState::bring_to_equilibrium() {
     if (response) response->origin = theta;
     forget();
   }
-  memory_.prepare(problem.row_count());
+  memory_.prepare(problem.samples.count());
 }
 
 void FitState::forget() {
-  residuals_.resize(0, 0);
+  errors_.reset();
   factor_.resize(0, 0);
   free_factor_.resize(0, 0);
 }
@@ -182,7 +190,7 @@ Stepped FitState::step(LossKind with, const std::vector<int>& of, const Eigen::V
   }
   // Were the Hessian H (1 + e), the cost would fall by left^2 (1 - e) / 2 and e left would be left of the step.
   const double promised = 0.5 * left * left;
-  const double fell = sums.cost - reduced.cost_of(residuals_here(), to.data());
+  const double fell = sums.cost - reduced.cost_of(errors_here(), to.data());
   if (!(fell >= 0.5 * promised)) {
     theta = before;
     return {};

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: MIT
 //
 // Where an identification has come to, which its stages (start, gauge, robust noise, covariance) read and move on:
-// parameters, loads at equilibrium, noise, what is free. Residuals and the triangular factor are found once for each
-// theta.
+// parameters, loads at equilibrium, noise, what is free. Errors of the rows and the triangular factor are found once
+// for each theta.
 #pragma once
 
 #include <memory>
@@ -33,11 +33,11 @@ class FitState {
 
   bool has_priors() const { return limits.prior_sigma.size() > 0; }
 
-  /// Residuals (N, numbers) at theta.
-  const RowMatrixXd& residuals_here();
+  /// What is left of the rows at theta.
+  const RowErrors& errors_here();
 
-  /// (N, numbers), NaN where nothing was measured: residuals at any theta, or what they are taken from.
-  const RowMatrixXd& numbers();
+  /// How many numbers of each observation were measured.
+  const std::vector<Eigen::Index>& counts();
 
   /// Triangular factor of the whitened Jacobian of all that was asked for, at `there`; no priors.
   const Eigen::MatrixXd& asked_factor(const Eigen::VectorXd& there);
@@ -83,8 +83,9 @@ class FitState {
 
   Samples settled_;     // the conditions with loads at the last outer iteration; empty where no effect needs any
   TwistMemory memory_;  // what the effects make of the rows, as they are
-  RowMatrixXd residuals_;
-  Eigen::VectorXd residuals_at_;
+  std::optional<RowErrors> errors_;
+  Eigen::VectorXd errors_at_;
+  std::vector<Eigen::Index> counts_;  // empty: not counted yet
   Eigen::MatrixXd factor_;
   Eigen::VectorXd factor_at_;
   CommonNoise factor_tau_;

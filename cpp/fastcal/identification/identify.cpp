@@ -144,11 +144,10 @@ class Identifier {
 
   Identification finish() {
     report_gauge(fit_, out_);
-    out_.residuals = fit_.residuals_here();
-    out_.weights = row_weights(fit_.problem, out_.residuals, {fit_.tau, fit_.loss});
+    const RowErrors errors = report_rows();
     out_.degrees_of_freedom = static_cast<int>(std::lround(fit_.measured_count - effective_parameters(fit_)));
-    report_noise(fit_, out_);
-    out_.covariance_root = covariance_root(fit_, out_.weights);
+    report_noise(fit_, errors, out_);
+    out_.covariance_root = covariance_root(fit_, errors);
     out_.covariance = out_.covariance_root * out_.covariance_root.transpose();
     out_.loss = fit_.loss;
     out_.theta = fit_.theta;
@@ -157,6 +156,16 @@ class Identifier {
     out_.iterations = robust_.iterations();
     if (out_.message.empty()) out_.message = robust_.message();
     return std::move(out_);
+  }
+
+  /// What is left of the rows; tells residuals and weights of those in memory.
+  RowErrors report_rows() {
+    const Problem& all = fit_.problem;
+    const Problem here{all.model, all.samples, all.measured, all.threads, all.response, all.memory};
+    out_.residuals = residuals(here, fit_.theta);
+    RowErrors errors(here, out_.residuals);
+    out_.weights = errors.weights({fit_.tau, fit_.loss});
+    return all.source == nullptr ? errors : RowErrors(all, fit_.theta);
   }
 
   const std::vector<int>& asked_;
@@ -194,6 +203,8 @@ void check_limits(const IdentifyOptions& options, int count) {
 Identification identify(const Problem& problem, const std::vector<int>& asked, const Eigen::VectorXd& unknowns,
                         const IdentifyOptions& options) {
   problem.check();
+  FASTCAL_CHECK(problem.source == nullptr || problem.model.needs() == kNothing)
+      << "loads are found for rows in memory alone: leave the effects of loads out, or take fewer rows";
   for (const int index : asked) {
     FASTCAL_CHECK(index >= 0 && index < problem.model.parameter_count())
         << "asked parameters must be 0 to " << problem.model.parameter_count() - 1 << ", got " << index;

@@ -51,8 +51,8 @@ struct Identification {
   LossKind loss = LossKind::kNone;  ///< the one that was used: none where too few numbers show any outlier
   std::vector<int> outliers;        ///< rows that the noise does not explain
   int iterations = 0;
-  RowMatrixXd residuals;           ///< (N, numbers), NaN where not measured
-  std::vector<RowWeight> weights;  ///< robust weight of each row at the solution
+  RowMatrixXd residuals;           ///< (N, numbers), NaN where not measured; of the rows in memory
+  std::vector<RowWeight> weights;  ///< robust weight of each row at the solution; of the rows in memory
 };
 
 /// Identifies the parameters `asked` (indices into the model's parameters) and all unknowns of the observations,

@@ -190,4 +190,10 @@ const Loss& tuned_loss(LossKind kind, int components) {
   return slot.loss;
 }
 
+std::vector<const Loss*> losses(LossKind kind, int most) {
+  std::vector<const Loss*> out{nullptr};
+  for (int d = 1; d <= most; ++d) out.push_back(&tuned_loss(kind, d));
+  return out;
+}
+
 }  // namespace fastcal

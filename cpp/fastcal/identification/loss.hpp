@@ -44,4 +44,7 @@ struct Loss {
 /// The tuned loss for rows of `components` numbers, 1 to kMostNumbers.
 const Loss& tuned_loss(LossKind kind, int components);
 
+/// The tuned losses by the count of numbers in a row, 1 to `most`; null for 0.
+std::vector<const Loss*> losses(LossKind kind, int most);
+
 }  // namespace fastcal

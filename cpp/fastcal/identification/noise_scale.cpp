@@ -54,39 +54,6 @@ double chi_squared_tail(int d, double x) {
 
 }  // namespace
 
-std::size_t ObservedRows::count() const {
-  std::size_t out = claiming.size();
-  for (const auto& squares : unclaimed) out += squares.size();
-  return out;
-}
-
-ObservedRows rows_of(const Problem& problem, const RowMatrixXd& r, int observation, const std::vector<bool>& kept) {
-  const PlacedObservation& of = problem.measured.observations()[observation];
-  const bool claims = of->claims_sigma();
-  ObservedRows out;
-  if (!claims) out.unclaimed[of.component_count].reserve(r.rows());
-  for (Eigen::Index i = 0; i < r.rows(); ++i) {
-    if (!kept.empty() && !kept[i]) continue;
-    ObservedRow row;
-    double claimed = 0;
-    for (int c = 0; c < of.component_count; ++c) {
-      const double residual = r(i, of.first_number + c);
-      if (std::isnan(residual)) continue;
-      row.squares[row.components] = residual * residual;
-      const double own = claims ? of->sigma(i, c) : 0;
-      claimed += own;
-      row.claimed[row.components++] = own * own;
-    }
-    if (row.components == 0) continue;
-    if (claimed > 0) {
-      out.claiming.push_back(row);
-    } else {
-      out.unclaimed[row.components].push_back(row.squares[0] + row.squares[1] + row.squares[2]);
-    }
-  }
-  return out;
-}
-
 double median_noise(const ObservedRows& rows, double floor, double guess) {
   const auto typical = [](int components) {
     const double cube = 1 - 2 / (9.0 * components);
@@ -137,28 +104,25 @@ double outlier_limit(int components, double rows) {
   return high;
 }
 
-double variance_inflation(const std::vector<RowWeight>& rows, LossKind loss, double freedom) {
-  double slope = 0;
-  double slope_squared = 0;
-  double psi_squared = 0;
-  double numbers = 0;
-  const Loss* losses[kMostNumbers + 1] = {};
-  for (const RowWeight& row : rows) {
-    if (row.components == 0) continue;
-    const Loss*& found = losses[row.components];
-    if (found == nullptr) found = &tuned_loss(loss, row.components);
-    const Loss& rho = *found;
-    const double s = row.squared / freedom;
-    const double across = rho.weight(s);
-    const double along = across + rho.weight_slope(s);
-    slope += loss == LossKind::kDistance ? across * s : (row.components - 1) * across + along;
-    slope_squared += (row.components - 1) * across * across + along * along;
-    psi_squared += across * across * s;
-    numbers += row.components;
-  }
-  const double a = slope / numbers;
-  const double k = loss == LossKind::kDistance ? 1 : 1 + (1 - freedom) * (slope_squared / numbers / (a * a) - 1);
-  return k * k * psi_squared / numbers / (a * a);
+void VarianceInflation::add(const RowWeight& row) {
+  if (row.components == 0) return;
+  const Loss*& found = losses_[static_cast<std::size_t>(row.components)];
+  if (found == nullptr) found = &tuned_loss(loss_, row.components);
+  const Loss& rho = *found;
+  const double s = row.squared / freedom_;
+  const double across = rho.weight(s);
+  const double along = across + rho.weight_slope(s);
+  slope_ += loss_ == LossKind::kDistance ? across * s : (row.components - 1) * across + along;
+  slope_squared_ += (row.components - 1) * across * across + along * along;
+  psi_squared_ += across * across * s;
+  numbers_ += row.components;
+}
+
+double VarianceInflation::value() const {
+  const double a = slope_ / numbers_;
+  const double k =
+      loss_ == LossKind::kDistance ? 1 : 1 + (1 - freedom_) * (slope_squared_ / numbers_ / (a * a) - 1);
+  return k * k * psi_squared_ / numbers_ / (a * a);
 }
 
 }  // namespace fastcal

@@ -6,37 +6,10 @@
 #pragma once
 
 #include <array>
-#include <vector>
 
-#include "fastcal/identification/loss.hpp"
-#include "fastcal/identification/problem.hpp"
+#include "fastcal/identification/row_errors.hpp"
 
 namespace fastcal {
-
-/// Squared residuals of one observation in one row, and the variances that their row claims.
-struct ObservedRow {
-  double squares[kMostComponents] = {};
-  double claimed[kMostComponents] = {};
-  int components = 0;
-
-  double whitened(double tau) const {
-    double sum = 0;
-    for (int c = 0; c < components; ++c) sum += squares[c] / (claimed[c] + tau * tau);
-    return sum;
-  }
-};
-
-/// What a fit leaves of the rows that hold a number of an observation.
-struct ObservedRows {
-  /// Squared lengths of rows that claim no noise, by their count of numbers.
-  std::array<std::vector<double>, kMostComponents + 1> unclaimed;
-  std::vector<ObservedRow> claiming;
-
-  std::size_t count() const;
-};
-
-/// r (N, numbers) residuals, NaN where not measured; of the rows `kept` alone (empty: of all).
-ObservedRows rows_of(const Problem& problem, const RowMatrixXd& r, int observation, const std::vector<bool>& kept = {});
 
 /// Robust first guess: the noise at which half of the rows lie inside the median of the normal law (Wilson and
 /// Hilferty's form of it).
@@ -57,6 +30,17 @@ double outlier_limit(int components, double rows);
 /// Statistics" 2009, 7.6). Fitting shrinks residuals by the root of the freedom (n - p) / n, so psi is taken at what
 /// they were before. The distance's psi' has a pole at 0: its mean is taken as that of psi u, the same at the normal
 /// law (C. Stein 1981), and K as 1.
-double variance_inflation(const std::vector<RowWeight>& rows, LossKind loss, double freedom);
+class VarianceInflation {
+ public:
+  VarianceInflation(LossKind loss, double freedom) : loss_(loss), freedom_(freedom) {}
+  void add(const RowWeight& row);
+  double value() const;
+
+ private:
+  LossKind loss_;
+  double freedom_;
+  std::array<const Loss*, kMostNumbers + 1> losses_{};
+  double slope_ = 0, slope_squared_ = 0, psi_squared_ = 0, numbers_ = 0;
+};
 
 }  // namespace fastcal

@@ -6,10 +6,11 @@
 // s_ic, s_ic^2 = sigma_ic^2 + tau_o^2, o the observation that c is of.
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include "fastcal/identification/loss.hpp"
-#include "fastcal/measurement/measurements.hpp"
+#include "fastcal/identification/row_source.hpp"
 #include "fastcal/model/error_model.hpp"
 #include "fastcal/model/twist_table.hpp"
 
@@ -26,19 +27,34 @@ struct LoadResponse {
 /// Model, conditions and measurements, which must outlive it.
 struct Problem {
   const ErrorModel& model;
-  const Samples& samples;
-  const Measurements& measured;
+  const Samples& samples;        ///< all rows, or some of those of `source`
+  const Measurements& measured;  ///< the same rows
   int threads = 1;
   const LoadResponse* response = nullptr;  ///< none: loads do not move
   TwistMemory* memory = nullptr;           ///< of these samples, as they are
+  const RowSource* source = nullptr;       ///< where all rows are; none: they are in memory
 
   int parameter_count() const { return model.parameter_count() + measured.unknown_count(); }
   /// Threads that a pass over the rows is worth: starting one takes as long as several chunks.
   int workers() const;
-  Eigen::Index row_count() const { return samples.count(); }
+  Eigen::Index row_count() const { return source == nullptr ? samples.count() : source->count(); }
   /// Throws InvalidInput where the tables do not fit.
   void check() const;
 };
+
+/// Calls body(part, first) for problems of all rows in their order, parts of them as far as they are not in memory.
+template <typename Body>
+void each_part(const Problem& whole, const Body& body) {
+  constexpr Eigen::Index kPartRows = 122'880;  // whole groups of chunks and units: sums are those of rows in memory
+  if (whole.source == nullptr) {
+    body(whole, Eigen::Index{0});
+    return;
+  }
+  for (Eigen::Index first = 0; first < whole.row_count(); first += kPartRows) {
+    const SomeRows rows = whole.source->read(first, std::min(whole.row_count(), first + kPartRows));
+    body(Problem{whole.model, *rows.samples, *rows.measured, whole.threads}, first);
+  }
+}
 
 /// Noise that all rows share, beside what each row claims: a standard deviation for each observation, in its unit.
 using CommonNoise = std::vector<double>;
@@ -81,14 +97,8 @@ PlainSums plain_sums(const Problem& problem, const Eigen::VectorXd& theta, const
                      const Eigen::VectorXd& scale, const Weighting& weighting, Eigen::Index last,
                      const Eigen::MatrixXd& directions);
 
-/// Residuals (N, numbers) as they are, NaN where not measured.
+/// Residuals (N, numbers) as they are, NaN where not measured, of rows in memory.
 RowMatrixXd residuals(const Problem& problem, const Eigen::VectorXd& theta);
-
-/// 1/2 sum rho of given residuals.
-double cost_of(const Problem& problem, const RowMatrixXd& residuals, const Weighting& weighting);
-
-/// Weights of all rows for given residuals.
-std::vector<RowWeight> row_weights(const Problem& problem, const RowMatrixXd& residuals, const Weighting& weighting);
 
 /// The upper triangular factor (p x p) of the whitened, scaled J without robust weights: QR by blocks of rows, which
 /// sees singular values down to 1e-15 of the largest where A sees 1e-8. With `g`, in the same pass, also the slope

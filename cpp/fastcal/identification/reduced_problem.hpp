@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "fastcal/identification/row_errors.hpp"
 #include "fastcal/identification/solver.hpp"
 
 namespace fastcal {
@@ -54,10 +55,10 @@ class Reduced {
     return last_;
   }
 
-  /// Cost at x, whose residuals these are.
-  double cost_of(const RowMatrixXd& residuals, const double* x) const {
+  /// Cost at x, which leaves these errors.
+  double cost_of(const RowErrors& errors, const double* x) const {
     const Eigen::VectorXd theta_here = theta(x);
-    double cost = fastcal::cost_of(problem_, residuals, weighting_);
+    double cost = errors.cost(weighting_);
     for_each_gaussian(theta_here, [&](Eigen::Index, double u, double) { cost += 0.5 * u * u; });
     return cost;
   }

@@ -33,7 +33,7 @@ constexpr double kNoiseSettled =
 }  // namespace
 
 void RobustFit::begin() {
-  const auto measured = counts(fit_.problem.measured, fit_.numbers());
+  const std::vector<Eigen::Index>& measured = fit_.counts();
   observed_ = std::count_if(measured.begin(), measured.end(), [](Eigen::Index count) { return count > 0; });
   keep_rows(fit_, {});
 }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include "fastcal/identification/noise_scale.hpp"
@@ -24,33 +25,35 @@ constexpr double kFreedomForOutliers = 1.0 / 3;  // of the measured numbers
 /// Degrees of freedom that the present fit leaves.
 double degrees(const FitState& fit) { return fit.freedom * fit.measured_count; }
 
-/// Rows whose squares, over the factor, no normal noise explains.
-std::vector<bool> explained(const std::vector<RowWeight>& rows, double factor) {
-  const auto used = static_cast<double>(
-      std::count_if(rows.begin(), rows.end(), [](const RowWeight& row) { return row.components > 0; }));
+/// Which rows a normal noise, its variance times the factor, explains.
+std::vector<bool> explained(const RowErrors& rows, const CommonNoise& tau, double factor) {
+  double used = 0;
+  for (Eigen::Index i = 0; i < rows.row_count(); ++i) used += rows.components(i) > 0;
   std::array<double, kMostNumbers + 1> limit{};  // found where it is needed
-  std::vector<bool> out(rows.size(), true);
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    if (rows[i].components == 0) continue;
-    double& here = limit[rows[i].components];
-    if (here == 0) here = outlier_limit(rows[i].components, used);
-    out[i] = rows[i].squared <= factor * here;
+  std::vector<bool> out(static_cast<std::size_t>(rows.row_count()), true);
+  for (Eigen::Index i = 0; i < rows.row_count(); ++i) {
+    const RowWeight row = rows.whitened(i, tau);
+    if (row.components == 0) continue;
+    double& here = limit[static_cast<std::size_t>(row.components)];
+    if (here == 0) here = outlier_limit(row.components, used);
+    out[static_cast<std::size_t>(i)] = row.squared <= factor * here;
   }
   return out;
 }
 
 /// Mean square of the rows that it explains itself, over what the fit leaves of it.
-double variance_factor(const FitState& fit, const std::vector<RowWeight>& rows) {
+double variance_factor(const FitState& fit, const RowErrors& rows) {
   double factor = 1;
   for (int round = 0; round < 50; ++round) {
-    const std::vector<bool> kept =
-        fit.loss == LossKind::kNone ? std::vector<bool>(rows.size(), true) : explained(rows, factor);
+    std::vector<bool> kept;
+    if (fit.loss != LossKind::kNone) kept = explained(rows, fit.tau, factor);
     double sum = 0;
     double count = 0;
-    for (std::size_t i = 0; i < rows.size(); ++i) {
-      if (!kept[i]) continue;
-      sum += rows[i].squared;
-      count += rows[i].components;
+    for (Eigen::Index i = 0; i < rows.row_count(); ++i) {
+      if (!kept.empty() && !kept[static_cast<std::size_t>(i)]) continue;
+      const RowWeight row = rows.whitened(i, fit.tau);
+      sum += row.squared;
+      count += row.components;
     }
     if (!(count > 0 && sum > 0)) return factor;
     const double before = factor;
@@ -64,11 +67,11 @@ double variance_factor(const FitState& fit, const std::vector<RowWeight>& rows) 
 
 CommonNoise noise(FitState& fit, NoiseRule rule, LossKind loss) {
   if (!fit.options.noise.empty()) return fit.options.noise;
-  const RowMatrixXd& r = fit.residuals_here();
+  const RowErrors& errors = fit.errors_here();
   CommonNoise out(fit.tau.size(), kNoiseFloor);
   for (std::size_t k = 0; k < out.size(); ++k) {
     const ObservedRows rows =
-        rows_of(fit.problem, r, static_cast<int>(k), rule == NoiseRule::kKept ? fit.kept : std::vector<bool>());
+        errors.observed(static_cast<int>(k), rule == NoiseRule::kKept ? fit.kept : std::vector<bool>());
     if (rows.count() == 0) continue;
     if (rule == NoiseRule::kMedian) out[k] = median_noise(rows, kNoiseFloor, fit.tau[k]);
     if (rule == NoiseRule::kMean) out[k] = mean_noise(rows, loss, fit.freedom, kNoiseFloor, fit.tau[k]);
@@ -89,14 +92,6 @@ double largest_change(const CommonNoise& a, const CommonNoise& b) {
   return change;
 }
 
-std::vector<Eigen::Index> counts(const Measurements& measured, const RowMatrixXd& residuals) {
-  std::vector<Eigen::Index> out(measured.observations().size(), 0);
-  for (Eigen::Index i = 0; i < residuals.rows(); ++i) {
-    for (int c = 0; c < measured.number_count(); ++c) out[measured.observation_of(c)] += !std::isnan(residuals(i, c));
-  }
-  return out;
-}
-
 double effective_parameters(FitState& fit) {
   if (!fit.has_priors()) return static_cast<double>(fit.free.size());
   const Eigen::MatrixXd J = fit.free_factor();
@@ -110,13 +105,14 @@ void count_freedom(FitState& fit) {
 
 void keep_rows(FitState& fit, std::vector<bool> kept) {
   fit.kept = std::move(kept);
-  const RowMatrixXd& r = fit.numbers();
   Eigen::Index count = 0;
   if (fit.kept.empty()) {
-    count = (r.array() == r.array()).count();
+    const std::vector<Eigen::Index>& counts = fit.counts();
+    count = std::accumulate(counts.begin(), counts.end(), Eigen::Index{0});
   } else {
-    for (Eigen::Index i = 0; i < r.rows(); ++i) {
-      if (fit.kept[static_cast<std::size_t>(i)]) count += (r.row(i).array() == r.row(i).array()).count();
+    const RowErrors& rows = fit.errors_here();
+    for (Eigen::Index i = 0; i < rows.row_count(); ++i) {
+      if (fit.kept[static_cast<std::size_t>(i)]) count += rows.components(i);
     }
   }
   fit.measured_count = static_cast<double>(count);
@@ -124,37 +120,29 @@ void keep_rows(FitState& fit, std::vector<bool> kept) {
 }
 
 std::vector<bool> explained_rows(FitState& fit) {
-  return explained(row_weights(fit.problem, fit.residuals_here(), {fit.tau, fit.loss}), 1);
+  return explained(fit.errors_here(), fit.tau, 1);
 }
 
 bool shows_outliers(FitState& fit) {
   return fit.measured_count - effective_parameters(fit) >= kFreedomForOutliers * fit.measured_count;
 }
 
-void report_noise(const FitState& fit, Identification& out) {
-  const Measurements& from = fit.problem.measured;
-  CommonNoise squares(fit.tau.size(), 0.0);
-  const auto measured = counts(from, out.residuals);
-  for (std::size_t k = 0; k < squares.size(); ++k)
-    squares[k] = static_cast<double>(measured[k]) * fit.tau[k] * fit.tau[k];
-  for (int c = 0; fit.claims && c < from.number_count(); ++c) {
-    for (Eigen::Index i = 0; i < out.residuals.rows(); ++i) {
-      const double own = std::isnan(out.residuals(i, c)) ? 0 : from.sigma(i, c);
-      squares[from.observation_of(c)] += own * own;
-    }
-  }
+void report_noise(FitState& fit, const RowErrors& errors, Identification& out) {
+  const std::vector<Eigen::Index>& measured = fit.counts();
   out.tau = fit.tau;
   out.sigma.assign(fit.tau.size(), 0.0);
-  for (std::size_t k = 0; k < squares.size(); ++k) {
+  for (std::size_t k = 0; k < fit.tau.size(); ++k) {
     if (measured[k] == 0) {
       out.tau[k] = 0;
       continue;
     }
+    const auto count = static_cast<double>(measured[k]);
+    const double squares = count * fit.tau[k] * fit.tau[k] + errors.claimed_variance(static_cast<int>(k));
     if (fit.tau[k] <= kNoiseFloor && fit.claims) out.tau[k] = 0;
-    out.sigma[k] = std::sqrt(squares[k] / static_cast<double>(measured[k]));
+    out.sigma[k] = std::sqrt(squares / count);
   }
-  out.variance_factor = variance_factor(fit, out.weights);
-  const std::vector<bool> kept = explained(out.weights, out.variance_factor);
+  out.variance_factor = variance_factor(fit, errors);
+  const std::vector<bool> kept = explained(errors, fit.tau, out.variance_factor);
   for (std::size_t i = 0; i < kept.size(); ++i) {
     if (!kept[i]) out.outliers.push_back(static_cast<int>(i));
   }

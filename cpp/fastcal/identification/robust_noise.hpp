@@ -21,9 +21,6 @@ CommonNoise noise(FitState& fit, NoiseRule rule, LossKind loss);
 /// Largest relative change of an observation's noise.
 double largest_change(const CommonNoise& a, const CommonNoise& b);
 
-/// How many numbers of each observation were measured; residuals (N, numbers), NaN where not measured.
-std::vector<Eigen::Index> counts(const Measurements& measured, const RowMatrixXd& residuals);
-
 /// Numbers that the fit uses up: the free parameters, less what their priors give, |J R^-1|^2 with R^T R = J^T J +
 /// priors.
 double effective_parameters(FitState& fit);
@@ -41,9 +38,9 @@ std::vector<bool> explained_rows(FitState& fit);
 /// can be thrown out until the rest fits exactly.
 bool shows_outliers(FitState& fit);
 
-/// Fills tau, sigma, variance_factor and outliers of `out` from its residuals and weights. The
-/// factor is what all variances must be multiplied by for the squares of the rows that are kept to be what they should:
-/// below 1 only where the rows claim more noise than there is.
-void report_noise(const FitState& fit, Identification& out);
+/// Fills tau, sigma, variance_factor and outliers of `out` from what is left of the rows. The factor is what all
+/// variances must be multiplied by for the squares of the rows that are kept to be what they should: below 1 only where
+/// the rows claim more noise than there is.
+void report_noise(FitState& fit, const RowErrors& errors, Identification& out);
 
 }  // namespace fastcal

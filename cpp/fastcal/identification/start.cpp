@@ -38,7 +38,7 @@ void try_mirror(FitState& fit, Limits weak, const PlacedObservation& of) {
   const int parameters = fit.problem.model.parameter_count();
   std::vector<Sights> sights;
   RowEvaluator evaluator(fit.problem.model, fit.theta.head(parameters));
-  for (Eigen::Index i = 0; i < fit.problem.row_count(); ++i) {
+  for (Eigen::Index i = 0; i < fit.problem.samples.count(); ++i) {
     const std::vector<Pose>& T = evaluator.frames(fit.problem.samples.row(i));
     sights.push_back(sights_of(of, [&](int frame) { return T[frame]; }));
   }

@@ -14,16 +14,19 @@ std::vector<Eigen::Index> spread_rows(Eigen::Index rows, Eigen::Index count) {
   return out;
 }
 
+SomeRows picked(const Problem& whole, const std::vector<Eigen::Index>& rows) {
+  if (whole.source != nullptr) return whole.source->pick(rows);
+  return {std::make_shared<const Samples>(whole.samples.pick(rows)),
+          std::make_shared<const Measurements>(whole.measured.pick(rows))};
+}
+
 }  // namespace
 
 ThinnedProblem::ThinnedProblem(const Problem& whole, Eigen::Index count)
     : ThinnedProblem(whole, spread_rows(whole.row_count(), count)) {}
 
 ThinnedProblem::ThinnedProblem(const Problem& whole, const std::vector<Eigen::Index>& rows)
-    : model_(whole.model),
-      samples_(whole.samples.pick(rows)),
-      measured_(whole.measured.pick(rows)),
-      threads_(whole.threads) {}
+    : model_(whole.model), rows_(picked(whole, rows)), threads_(whole.threads) {}
 
 bool represents(const Eigen::MatrixXd& R_thinned, const Eigen::MatrixXd& R_whole, double share) {
   constexpr double kRepresented = 0.1;  // of the rows' share

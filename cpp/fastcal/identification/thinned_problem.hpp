@@ -17,14 +17,13 @@ class ThinnedProblem {
   ThinnedProblem(const ThinnedProblem&) = delete;
   ThinnedProblem& operator=(const ThinnedProblem&) = delete;
 
-  Problem problem() const { return {model_, samples_, measured_, threads_}; }
+  Problem problem() const { return {model_, *rows_.samples, *rows_.measured, threads_}; }
 
  private:
   ThinnedProblem(const Problem& whole, const std::vector<Eigen::Index>& rows);
 
   const ErrorModel& model_;
-  Samples samples_;
-  Measurements measured_;
+  SomeRows rows_;
   int threads_;
 };
 

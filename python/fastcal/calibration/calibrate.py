@@ -26,6 +26,7 @@ from fastcal.calibration.evaluation import evaluate
 from fastcal.calibration.extrapolation_notes import range_notes
 from fastcal.calibration.geometry_anchoring import pulls
 from fastcal.calibration.inspection import check_columns, check_fit
+from fastcal.calibration.long_rows import covered_by_all, judged_on_all, long_notes, shown
 from fastcal.calibration.parallel import one_blas_thread
 from fastcal.calibration.parameter_table import (
     correlated_pairs,
@@ -45,9 +46,10 @@ from fastcal.calibration.unset_options import fill_unset_options
 from fastcal.effects.entries import extra_columns, full_name
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
+from fastcal.measurements.long_dataset import LongDataset
 from fastcal.robot.calibration_record import CalibrationRecord, lower_root
 from fastcal.robot.controller_robot import nominal_record
-from fastcal.robot.given import DataLike, RobotLike, as_data, as_robot
+from fastcal.robot.given import DataLike, RobotLike, RowsLike, as_data, as_robot, as_rows
 from fastcal.robot.identified_spec import identified_spec, with_frames
 from fastcal.robot.made_by import made_by
 from fastcal.robot.robot import Robot
@@ -63,7 +65,7 @@ METHODS = ("nls", "bfgs", "bfgs_mean_distance")
 @one_blas_thread()
 def calibrate(
     robot: RobotLike,
-    data: DataLike,
+    data: RowsLike,
     *,
     test: DataLike | None = None,
     effects: str | Sequence[str] = "geometry",
@@ -84,7 +86,8 @@ def calibrate(
     Args:
         robot: Nominal robot, or an identified one as a new start; its effects stay and are identified again. A path,
             the name of a shipped arm and a mapping are read.
-        data: Measured poses, or the path of their file, or a pandas table; read-back joint positions are never used.
+        data: Measured poses, or the path of their file, or a pandas table, or a LongDataset, which the path of a file of
+            very many rows is opened as; read-back joint positions are never used.
         test: Other poses, only reported on.
         effects: Names as on the command line; base and tool are always identified.
         parameters: Exactly these besides base and tool, such as "joint2 a" (`Robot.parameter_names`); the others keep
@@ -114,15 +117,24 @@ def calibrate(
     if method not in METHODS:
         raise InvalidInput(f"method must be one of {', '.join(METHODS)}, got '{method}'")
     robot = as_robot(robot)
-    data = as_data(data, robot)
+    given = as_rows(data, robot)
+    long = given if isinstance(given, LongDataset) else None
+    data, rows = (given, None) if isinstance(given, Dataset) else shown(given)
     test = None if test is None else as_data(test, robot)
-    origin = made_by(robot, data, who)
+    origin = made_by(robot, given, who)
     report = progress or (lambda text: None)
     report("looking at the columns")
     suspected = check_columns(robot, data, as_read=as_read) if checks else []
     report("aligning base and tool")
     problem = prepare(
-        robot, data, effects=effects, parameters=parameters, equilibrium=equilibrium, loss=loss, threads=threads
+        robot,
+        data,
+        effects=effects,
+        parameters=parameters,
+        equilibrium=equilibrium,
+        loss=loss,
+        threads=threads,
+        long=long,
     )
 
     report("identifying")
@@ -140,7 +152,7 @@ def calibrate(
 
     found = identify(problem)
     seen = Checks()
-    if checks and found.status == "converged" and len(data) <= MOST_ROWS:
+    if checks and found.status == "converged" and len(given) <= MOST_ROWS:
         found, seen = checked(problem, found, identify)
     if suspected and seen.refusal is not None:  # rows of columns taken as they are agree on nothing: no gross points
         seen = replace(seen, notes=[*seen.notes, seen.refusal], refusal=None)
@@ -168,7 +180,7 @@ def calibrate(
             from_si(sigma, "mm"),
             freedom,
             *unseen_directions(found, names),
-            covered(start, data),
+            covered(start, data) if long is None else covered_by_all(start, long),
             None if (turn := turn_sigma(problem.measured, found)) is None else from_si(turn, "deg"),
         )
         found_spec["calibration"] = record.to_spec() | {"nominal": nominal_record(start.spec)}
@@ -184,6 +196,8 @@ def calibrate(
     table, table_covariance = parameter_table(start, model, found, covariance, reached)
     beyond = [] if test is None else [f"{test.source}: {note}" for note in range_notes(result_model, test)]
     train = evaluate(result_model, data, **judge)
+    if long is not None and rows is not None:
+        train = judged_on_all(train, rows, long, result_model, **judge)
     return CalibrationResult(
         status=found.status if seen.refusal is None else "not_converged",
         message=seen.refusal or found.message,
@@ -212,12 +226,13 @@ def calibrate(
             *suspected,
             *check_fit(robot, train, as_read=as_read),
             *_notes(result_model, data),
+            *([] if long is None else long_notes(long, data)),
             *instrument_notes(result_model, data),
             *added_setups(start, robot, effects),
             *thin_data_notes(found, loss),
             *(p.bound.note(f"{p.owner} {p.name}", p.value, p.unit) for p in table if p.bound is not None),
             *seen.notes,
-            *([] if test is None else shared_row_notes(data, test)),
+            *([] if test is None else shared_row_notes([data] if long is None else long.parts(), test)),
             *beyond,
         ],
         unknowns=unknowns,

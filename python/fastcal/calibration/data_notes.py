@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -46,10 +48,14 @@ def unseen_directions(found: _core.Identification, names: list[str]) -> tuple[li
     return [full_name(parameters[asked[k]]) for k in rows], directions[rows]
 
 
-def shared_row_notes(data: Dataset, test: Dataset) -> list[str]:
+def shared_row_notes(parts: Iterable[Dataset], test: Dataset) -> list[str]:
     """A sentence where test rows are rows of the fit as well: same joints, same measured point."""
-    seen = {row.tobytes() for row in _rows(data)}
-    count = sum(row.tobytes() in seen for row in _rows(test)) if data.q.shape[1] == test.q.shape[1] else 0
+    rows = [row.tobytes() for row in _rows(test)]
+    wanted, seen = set(rows), set[bytes]()
+    for data in parts:
+        if data.q.shape[1] == test.q.shape[1]:
+            seen |= wanted.intersection(row.tobytes() for row in _rows(data))
+    count = sum(row in seen for row in rows)
     if not count:
         return []
     which = "all its rows are" if count == len(test) else f"{count} of its {len(test)} rows are"

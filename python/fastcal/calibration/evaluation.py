@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -91,6 +91,8 @@ class Evaluation(Shown):
         repeatability: Where poses repeat.
         aligned: Where another place of the tracker or the base would make the rows fit ALIGNED_BETTER times better.
         others_after: What is left of each observation that is no pose, by its name: (N, k) [m or rad].
+        rows: (N,) which of `row_count` rows these N are; None: there are no others. `before` and `after` are of all.
+        row_count: Rows that the statistics are of.
     """
 
     data: Dataset
@@ -104,10 +106,20 @@ class Evaluation(Shown):
     repeatability: Repeatability | None = None
     aligned: Realigned | None = None
     others_after: Mapping[str, FloatArray] = field(default_factory=dict)
+    rows: NDArray[np.intp] | None = None
+    row_count: int = 0
+
+    def __post_init__(self) -> None:
+        if not self.row_count:
+            object.__setattr__(self, "row_count", len(self.data))
+
+    def places(self, rows: Sequence[int]) -> NDArray[np.intp]:
+        """Where the given of all rows are among the N, as far as they are."""
+        return np.asarray(rows, dtype=np.intp) if self.rows is None else np.flatnonzero(np.isin(self.rows, rows))
 
     def to_json_dict(self) -> dict[str, Any]:
         """The blocks `train` and `test` of result.json."""
-        out: dict[str, Any] = {"count": len(self.data)}
+        out: dict[str, Any] = {"count": self.row_count}
         if self.before is not None:
             out["before_mm"] = self.before.to_mm()
         out["after_mm"] = None if self.after is None else self.after.to_mm()

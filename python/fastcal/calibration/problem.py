@@ -14,20 +14,20 @@ from numpy.typing import NDArray
 
 from fastcal import _core
 from fastcal.calibration.alignment import measurements
+from fastcal.calibration.core_rows import CoreRows
 from fastcal.calibration.options_from_data import with_origins
 from fastcal.calibration.parameter_limits import parameter_limits
 from fastcal.calibration.setups import with_setups
-from fastcal.calibration.some_rows import some_rows
+from fastcal.calibration.some_rows import SHOWN_ROWS, some_rows
 from fastcal.effects.entries import extra_columns, full_name, parse_effects, without_repeats
 from fastcal.errors import InvalidInput, Undetermined
 from fastcal.measurements.dataset import Dataset
+from fastcal.measurements.long_dataset import LongDataset
 from fastcal.measurements.observations import core_tables
 from fastcal.robot.plain_copy import plain_copy
 from fastcal.robot.robot import Robot
 
 FloatArray = NDArray[np.float64]
-
-ALIGNED_ROWS = 30_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,13 +36,14 @@ class CalibrationProblem:
 
     Attributes:
         robot: With its effects.
-        data: The measured rows.
+        data: The measured rows; of a long data set some of them.
         model: The robot's model; base and tool are those of the best rigid fit.
         samples, measured: The rows as the core reads them.
         alignment: The rigid fit; where the observations' unknowns start.
         asked: Indices of the model's parameters to identify; the observations' unknowns always are.
         loss: Robust loss on the whitened error of a row.
         threads: Cores; no result depends on it.
+        long: All rows, where `data` are some of those of a long data set.
     """
 
     robot: Robot
@@ -54,6 +55,7 @@ class CalibrationProblem:
     asked: list[int]
     loss: str = "tukey"
     threads: int = 1
+    long: LongDataset | None = None
 
     @cached_property
     def names(self) -> list[str]:
@@ -99,6 +101,8 @@ class CalibrationProblem:
             **self.limits(),
             **options,
         }
+        if self.long is not None:
+            given["rows"] = CoreRows(self.robot, self.long)
         return _core.identify(self.model, self.samples, self.measured, **given)
 
     def linearize(self, theta: FloatArray, noise: Sequence[float]) -> _core.Linearization:
@@ -115,6 +119,7 @@ def prepare(
     equilibrium: bool | None = None,
     loss: str = "tukey",
     threads: int = 1,
+    long: LongDataset | None = None,
 ) -> CalibrationProblem:
     """Adds effects, fits base and tool, and says which parameters of the model are asked for; arguments of `calibrate`.
 
@@ -131,7 +136,7 @@ def prepare(
         spec["equilibrium"] = equilibrium
     start = Robot(with_setups(spec, data))
     samples, measured = start.samples(data), measurements(data, start)
-    alignment = _aligned(start, data, samples, measured, threads)
+    alignment = _aligned(start, data, samples, measured, threads, has_others=long is not None)
     if not alignment.found:
         raise Undetermined(f"{data.source}: {alignment.message}")
     model = start.error_model.with_robot(start.core.with_base_and_tool(alignment.T_world_base, alignment.T_flange_tool))
@@ -145,19 +150,24 @@ def prepare(
             if name not in names:
                 raise InvalidInput(f"there is no parameter '{name}' to identify; there are {', '.join(names)}")
         asked = [i for i in asked if names[i] in parameters or owners[i] in ("base", "tool")]
-    return CalibrationProblem(start, data, model, samples, measured, alignment, asked, loss, threads)
+    return CalibrationProblem(start, data, model, samples, measured, alignment, asked, loss, threads, long)
 
 
 def _aligned(
-    start: Robot, data: Dataset, samples: _core.Samples, measured: _core.Measurements, threads: int
+    start: Robot, data: Dataset, samples: _core.Samples, measured: _core.Measurements, threads: int, *, has_others: bool
 ) -> _core.Alignment:
-    """The best rigid fit of base and tool to the rows, or to ALIGNED_ROWS of very many that are all alike.
+    """The best rigid fit of base and tool to the rows, or to SHOWN_ROWS of very many that are all alike.
 
     What the fit of so many leaves uncertain is a hundredth of what the nominal arm is off.
     """
     is_split = data.station is not None or data.mount is not None or len(measured.parameters) > 0
-    if len(data) > ALIGNED_ROWS and not is_split and all(np.isfinite(t).all() for t in core_tables(data)[0].values()):
-        data = data.select(some_rows(len(data), ALIGNED_ROWS))
+    if (
+        len(data) > SHOWN_ROWS
+        and not has_others
+        and not is_split
+        and all(np.isfinite(t).all() for t in core_tables(data)[0].values())
+    ):
+        data = data.select(some_rows(len(data), SHOWN_ROWS))
         samples, measured = start.samples(data), measurements(data, start)
     return _core.align(start.error_model, samples, measured, threads)
 

@@ -63,7 +63,7 @@ class CalibrationResult(Plotted):
         rank: Directions of the asked parameters that change anything that was measured.
         sigma: Noise of one measured coordinate [m], `sigma_note` says where it comes from.
         outliers: Rows whose error the noise does not explain.
-        weights: (N,) robust weight of each row, 1 is full.
+        weights: (N,) robust weight of each row of `train.data`, 1 is full.
         unknowns: Of the observations, by what they are of: the place (3,) [m] of "anchor 2" of measured lengths.
     """
 

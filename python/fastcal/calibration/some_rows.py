@@ -7,6 +7,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+SHOWN_ROWS = (
+    30_000  # of very many: base and tool are aligned to them, and of a long data set they are looked at and drawn
+)
 _GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
 
 

@@ -69,10 +69,11 @@ def calibrate(
     from fastcal.calibration import inspection
     from fastcal.calibration.acceptance_limit import judge_limit
     from fastcal.errors import InvalidInput
-    from fastcal.importers import load_measurements
+    from fastcal.importers.loading import load_measurements, load_or_open
     from fastcal.io.folder import check_folder
     from fastcal.io.robot_file import load_robot
     from fastcal.report.calibration_files import FILES, write_calibration
+    from fastcal.robot.given import as_data
     from fastcal.selection.choose_parameters import choose_parameters
     from fastcal.units import to_si
 
@@ -82,16 +83,18 @@ def calibrate(
     if choose is not None and (priors or method != "nls"):
         raise InvalidInput("--choose compares sets by least squares without priors: leave out --priors and --method")
     nominal = load_robot(robot)
-    measured = seen_by(tracker, load_measurements(data, nominal))
+    measured = load_or_open(data, nominal, lambda rows: seen_by(tracker, rows))
     other = None if test is None else load_measurements(test, nominal)
     with progress() as show:
         given: dict[str, Any] = {"test": other, "effects": effects, "loss": loss, "as_read": as_read}
         given |= {"threads": threads, "progress": show, "who": who}
-        choice = None if choose is None else choose_parameters(nominal, measured, rule=choose, **given)
+        choice = (
+            None if choose is None else choose_parameters(nominal, as_data(measured, nominal), rule=choose, **given)
+        )
         found = (
             choice.result if choice else calibration.calibrate(nominal, measured, method=method, priors=priors, **given)
         )
-        notes = [*found.notes, *inspection.readback_notes(nominal, measured)]
+        notes = [*found.notes, *inspection.readback_notes(nominal, found.train.data)]
         if found.degrees_of_freedom <= 0:
             notes.append(
                 "as many parameters as measured numbers: nothing is left to estimate the noise or any standard "

@@ -80,7 +80,7 @@ def diagnose(
     with workers(threads):
         found = _diagnosed(robot, data, test, library, sigma, threads, notify)
     unexplained_by_any = check_fit(robot, found.steps[0].train, as_read=as_read)
-    shared = [] if test is None else shared_row_notes(data, test)
+    shared = [] if test is None else shared_row_notes([data], test)
     return replace(found, notes=[*suspected, *unexplained_by_any, *shared, *found.notes])
 
 

@@ -84,7 +84,7 @@ def _row(name: str, found: CalibrationResult, checks: str) -> ArmResult:
     return ArmResult(
         name,
         found.status,
-        len(found.train.data),
+        found.train.row_count,
         rms(train["before_mm"]),
         rms(train["after_mm"]),
         None if test is None else rms(test["after_mm"]),

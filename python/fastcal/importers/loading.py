@@ -6,17 +6,17 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from fastcal.errors import InvalidInput, ParseError, TooLarge
 from fastcal.io import measurements
+from fastcal.io.columns import JOINT_TITLE
 from fastcal.measurements.dataset import Dataset
+from fastcal.measurements.long_dataset import LongDataset
 from fastcal.robot.robot import Robot
-
-_OWN = re.compile(r"\bq\d+(_read)?_(deg|rad|mrad|mm|m|um|in)\b", re.I)
 
 
 def load_measurements(
@@ -59,6 +59,26 @@ def load_measurements(
         return _imported(files, robot, joints=joints, sheet=sheet, orientation=orientation, mapping=answers)
     sets = [_load(file, robot, require_measured) for file in files]
     return sets[0] if len(sets) == 1 else Dataset.concatenate(sets, labels=_labels(files))
+
+
+def load_or_open(
+    files: Sequence[str | os.PathLike[str]], robot: Robot, seen: Callable[[Dataset], Dataset]
+) -> Dataset | LongDataset:
+    """`load_measurements`, or `open_measurements` of a file of very many rows; `seen` makes of them what is kept.
+
+    Raises:
+        ParseError, InvalidInput: As these; or such a file is one of several.
+    """
+    from fastcal.io.long_files import is_long, open_measurements
+
+    if not any(is_long(file) for file in files):
+        return seen(load_measurements(files, robot))
+    if len(files) > 1:
+        raise InvalidInput(
+            f"{files[0]}: a file of so many rows is read alone; make one of the {len(files)} files, with columns "
+            "station and mount"
+        )
+    return open_measurements(files[0], robot, seen=seen)
 
 
 def _load(path: str | os.PathLike[str], robot: Robot, require_measured: bool) -> Dataset:
@@ -112,7 +132,7 @@ def _is_own(path: str | os.PathLike[str]) -> bool:
     except ParseError:
         return False
     first = next((line for line in re.split(r"[\r\n]+", text) if line.strip()), "")
-    return _OWN.search(first) is not None
+    return JOINT_TITLE.search(first) is not None
 
 
 def _labels(files: Sequence[str | os.PathLike[str]]) -> list[str]:

@@ -23,6 +23,9 @@ KINDS: dict[str, str | None] = (
 )
 
 
+JOINT_TITLE = re.compile(r"\bq\d+(_read)?_(deg|rad|mrad|mm|m|um|in)\b", re.I)  # that fastcal's own files have
+
+
 def kinds_of_columns(joint_count: int) -> dict[str, str | None]:
     """Quantities that a file may hold besides those of the joints, None for plain numbers and labels."""
     return KINDS | {c: table.quantity for table in tables_of(joint_count).values() for c in table.columns}

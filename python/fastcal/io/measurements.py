@@ -47,13 +47,17 @@ def load_measurements(path: str | os.PathLike[str], robot: RobotFacts, *, requir
     Raises:
         ParseError: The file or something in it is invalid; one sentence with file, line and column.
     """
-    table = read_table(path)
+    return dataset_of(read_table(path), robot, require_measured)
+
+
+def dataset_of(table: Table, robot: RobotFacts, require_measured: bool, counts: RowCounts | None = None) -> Dataset:
+    """`dataset_from_table`, the exact way where something is wrong with what was read quickly."""
     try:
-        return dataset_from_table(table, robot, require_measured)
+        return dataset_from_table(table, robot, require_measured, counts)
     except ParseError:
         if table.exact is None:
             raise
-    return dataset_from_table(table.exact(), robot, require_measured)
+    return dataset_from_table(table.exact(), robot, require_measured, counts)
 
 
 def dataset_of_frame(frame: pd.DataFrame, robot: RobotFacts, *, require_measured: bool = True) -> Dataset:
@@ -69,8 +73,46 @@ def dataset_of_frame(frame: pd.DataFrame, robot: RobotFacts, *, require_measured
     )
 
 
-def dataset_from_table(table: Table, robot: RobotFacts, require_measured: bool = True) -> Dataset:
+class RowCounts:
+    """What notes count, of tables of a file that are read one after the other."""
+
+    def __init__(self, robot: RobotFacts) -> None:
+        self._robot = robot
+        self._limits = np.asarray(robot.limits, dtype=np.float64)
+        self._beyond = np.zeros(len(self._limits), dtype=np.int64)  # rows
+        self._most = np.zeros(len(self._limits))
+        self.empty_payloads = 0
+
+    def add(self, q: FloatArray) -> None:
+        """Joint positions (N, n) of further rows."""
+        beyond = np.maximum(self._limits[:, 0] - q, q - self._limits[:, 1])
+        self._beyond += (beyond > ROUNDING).sum(axis=0)
+        self._most = np.maximum(self._most, beyond.max(axis=0))
+
+    def notes(self) -> list[str]:
+        """A sentence each."""
+        empty = self.empty_payloads
+        return [f"payload is empty in {empty} rows and taken as 0 there"] * (empty > 0) + [
+            f"joint {joint + 1} is outside its limits in {'1 row' if count == 1 else f'{count} rows'}, "
+            f"by {from_si(float(most), unit):.3g} {unit} at most"
+            for joint, (kind, count, most) in enumerate(
+                zip(self._robot.joint_types, self._beyond.tolist(), self._most, strict=True)
+            )
+            if count
+            for unit in ["deg" if kind == "revolute" else "mm"]
+        ]
+
+
+def dataset_from_table(
+    table: Table, robot: RobotFacts, require_measured: bool = True, counts: RowCounts | None = None
+) -> Dataset:
     """The data set of a table whose columns are those of a measurement file.
+
+    Args:
+        table: The table.
+        robot: The arm that was measured.
+        require_measured: Refuse a table without any measured number.
+        counts: Where given, what notes count is added to it, and its notes are not among the data's.
 
     Raises:
         ParseError: Something in it is invalid; one sentence with file, line and column.
@@ -102,8 +144,12 @@ def dataset_from_table(table: Table, robot: RobotFacts, require_measured: bool =
     # Last, as the decimal mark is for the known columns to say.
     extra, extra_labels = unknown_columns(table, unknown)
     foreign = [table.names[place] for place in unknown if table.names[place] not in OWN_COLUMNS]
-    notes = [*table.notes, *(f"column '{name}' is not known and is kept as it is" for name in foreign)]
-    notes += columns.notes + _notes_on_limits(data, robot)
+    own = RowCounts(robot) if counts is None else counts
+    own.add(data.q)
+    own.empty_payloads += columns.empty_payloads
+    notes = [*table.notes, *(f"column '{name}' is not known and is kept as it is" for name in foreign), *columns.notes]
+    if counts is None:
+        notes += own.notes()
     return replace(
         data,
         rotation_angles=columns.angles(),
@@ -120,6 +166,7 @@ class Columns:
     table: Table
     known: Mapping[str, Column]
     notes: list[str] = field(default_factory=list)
+    empty_payloads: int = 0
     _sources: dict[str, Sequence[str]] = field(default_factory=dict)
 
     def joints(self, robot: RobotFacts) -> FloatArray:
@@ -226,8 +273,7 @@ class Columns:
         if found is None:
             return 0.0
         empty = np.isnan(found)
-        if empty.any():
-            self.notes.append(f"payload is empty in {int(empty.sum())} rows and taken as 0 there")
+        self.empty_payloads = int(empty.sum())
         return np.where(empty, 0.0, found)
 
     def approach(self, quantities: Sequence[str]) -> FloatArray | None:
@@ -286,23 +332,6 @@ def unknown_columns(table: Table, places: Sequence[int]) -> tuple[dict[str, Floa
         except ParseError:
             extra_labels[table.names[place]] = table.labels(place)
     return extra, extra_labels
-
-
-def _notes_on_limits(data: Dataset, robot: RobotFacts) -> list[str]:
-    limits = np.asarray(robot.limits, dtype=np.float64)
-    beyond = np.maximum(limits[:, 0] - data.q, data.q - limits[:, 1])
-    return [
-        f"joint {joint + 1} is outside its limits in {_rows(beyond[:, joint])}, "
-        f"by {from_si(float(beyond[:, joint].max()), unit):.3g} {unit} at most"
-        for joint, kind in enumerate(robot.joint_types)
-        if beyond[:, joint].max() > ROUNDING
-        for unit in ["deg" if kind == "revolute" else "mm"]
-    ]
-
-
-def _rows(beyond: FloatArray) -> str:
-    count = int((beyond > ROUNDING).sum())
-    return "1 row" if count == 1 else f"{count} rows"
 
 
 def _listed(names: Sequence[str], most: int = 12) -> str:

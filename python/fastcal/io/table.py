@@ -28,6 +28,7 @@ class Table:
         names: A name a column, no two the same.
         columns: Numbers (NaN where empty), or the texts of the cells.
         lines: The line of the file, from 1, of each row; None where unknown or where it has no lines.
+        first_row: Of the file that its first row is.
         exact: Reads the same file by the slow way that knows the lines; None where this is that way. A table that
             has it gives numbers only of columns that hold numbers.
         notes: What a reader should know, a sentence each.
@@ -37,6 +38,7 @@ class Table:
     names: Sequence[str]
     columns: Sequence[Cells]
     lines: Sequence[int] | None = None
+    first_row: int = 0
     exact: Callable[[], Table] | None = None
     notes: tuple[str, ...] = ()
     _first_with_mark: dict[str, int] = field(default_factory=dict, repr=False)
@@ -92,7 +94,7 @@ class Table:
         if row is None:
             return ParseError(message, self.path)
         if self.lines is None:
-            return ParseError(f"data row {row}, {message}", self.path)
+            return ParseError(f"data row {self.first_row + row}, {message}", self.path)
         return ParseError(message, self.path, self.lines[row])
 
     def _cell(self, place: int, row: int) -> str:

@@ -56,9 +56,11 @@ class Dataset(Shown):
         station, mount: (N,) index into `station_names`, `mount_names`: set-ups of the instrument and the target.
         approach: (N, n) +1 or -1, the direction in which the joint last moved; 0 where unknown.
         move: (N, n) last move of each joint [rad or m], from the order of rows; 0 where unknown (`last_moves`).
+        direction_before: n times +1 or -1, how the joints moved before the first row; empty where unknown.
         observed: Measured numbers of other kinds and their standard deviations by field, (N, k), NaN where not
             measured: `tilt@link2` (N, 2) [rad], `sigma_tilt` (N, 1) [rad].
         observed_labels: Labels of other kinds of observation by field, N strings, empty where a row has none: `plane`.
+        observed_label_names: Those that count from 0 on, whether these rows have them or not; the others follow.
         extra: Unknown columns that hold numbers, as they are: name to (N,), NaN where empty.
         extra_labels: Unknown columns that hold text: name to N strings.
         notes: What a reader should know, a sentence each.
@@ -88,8 +90,10 @@ class Dataset(Shown):
     mount_names: tuple[str, ...] = ()
     approach: FloatArray | None = None
     move: FloatArray | None = None
+    direction_before: tuple[float, ...] = ()
     observed: Mapping[str, FloatArray] = field(default_factory=dict)
     observed_labels: Mapping[str, list[str]] = field(default_factory=dict)
+    observed_label_names: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     extra: Mapping[str, FloatArray] = field(default_factory=dict)
     extra_labels: Mapping[str, list[str]] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
@@ -107,7 +111,7 @@ class Dataset(Shown):
     @cached_property
     def directions(self) -> FloatArray | None:
         """(N, n) +1 or -1 of each joint's last known move, from `move`; None where no moves are known."""
-        return None if self.move is None else directions(self.move)
+        return None if self.move is None else directions(self.move, self.direction_before)
 
     def table(self, field: str) -> FloatArray | None:
         """A field of numbers as (N, k), one of the data set's own or of `observed`; None where there is none."""
@@ -119,7 +123,8 @@ class Dataset(Shown):
         if field in _OWN:
             codes = getattr(self, field)
             return (np.zeros(0, dtype=np.int64), ()) if codes is None else (codes, getattr(self, f"{field}_names"))
-        codes, names = _codes(field, self.observed_labels.get(field), len(self))
+        known = self.observed_label_names.get(field, ())
+        codes, names = _codes(field, self.observed_labels.get(field), len(self), known)
         return (np.zeros(0, dtype=np.int64) if codes is None else codes), names
 
     def has_labels(self, field: str) -> bool:
@@ -369,8 +374,10 @@ def _spread(name: str, value: ArrayLike, rows: int) -> FloatArray:
     return _array(name, value, (rows,), spread=np.ndim(value) == 0)
 
 
-def _codes(name: str, labels: Labels | None, rows: int) -> tuple[IntArray | None, tuple[str, ...]]:
-    """Labels as indices into their names in the order of first appearance; an empty text is -1."""
+def _codes(
+    name: str, labels: Labels | None, rows: int, known: Sequence[str] = ()
+) -> tuple[IntArray | None, tuple[str, ...]]:
+    """Labels as indices into their names: those `known`, then in the order of first appearance; an empty text is -1."""
     if labels is None:
         return None, ()
     texts = [str(label) for label in labels]
@@ -378,7 +385,7 @@ def _codes(name: str, labels: Labels | None, rows: int) -> tuple[IntArray | None
         raise InvalidInput(f"{name} must hold {rows} labels, one a row, got {len(texts)}")
     if name in ("station", "mount") and "" in texts:
         raise BadRow(name, texts.index(""), 0, "a label", "''")
-    names = {text: index for index, text in enumerate(dict.fromkeys(text for text in texts if text))}
+    names = {text: index for index, text in enumerate(dict.fromkeys([*known, *(text for text in texts if text)]))}
     return np.array([names.get(text, -1) for text in texts], dtype=np.int64), tuple(names)
 
 

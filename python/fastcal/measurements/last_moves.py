@@ -8,6 +8,8 @@ shows that a pose in between is not in the file; all moves into that row are the
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -23,8 +25,12 @@ def last_moves(q: FloatArray, approach: FloatArray | None) -> FloatArray:
     return move
 
 
-def directions(move: FloatArray) -> FloatArray:
-    """(N, n) +1 or -1, the direction of each joint's last known move up to that row; 0 before the first."""
+def directions(move: FloatArray, before: Sequence[float] = ()) -> FloatArray:
+    """(N, n) +1 or -1, the direction of each joint's last known move up to that row.
+
+    Before the first it is what `before` says, n numbers; 0 where it says nothing.
+    """
     rows = np.where(move != 0, np.arange(len(move))[:, np.newaxis], -1)
     last = np.maximum.accumulate(rows, axis=0)
-    return np.asarray(np.where(last >= 0, np.sign(np.take_along_axis(move, np.maximum(last, 0), axis=0)), 0.0))
+    moved = np.sign(np.take_along_axis(move, np.maximum(last, 0), axis=0))
+    return np.asarray(np.where(last >= 0, moved, np.asarray(before if len(before) else 0.0, dtype=np.float64)))

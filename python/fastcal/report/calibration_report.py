@@ -52,6 +52,7 @@ def _page(result: CalibrationResult, simulated: bool, limit: LimitJudged | None)
     trends = train.trends if train else {}
     base = np.asarray(result.model.spec["base"]["xyz_mm"], float)
     arrows = residual_figures.arrows(sets)
+    outliers = result.train.places(result.outliers)
     return page.render(
         "calibration.html",
         title=_("Calibration of {robot}", robot=result.model.name),
@@ -67,7 +68,7 @@ def _page(result: CalibrationResult, simulated: bool, limit: LimitJudged | None)
         flat_views=[] if arrows is None else workspace.flat_views(*arrows),
         component_key=charts.component_key(train.components) if train else [],
         trend_panels=residual_figures.trend_panels(train, trends) if train else [],
-        trend_note=residual_figures.drawn_note(train.row_count) if train else "",
+        trend_note=residual_figures.drawn_note(train.row_count, result.train.row_count) if train else "",
         parameter_table=calibration_tables.parameter_table(result.parameters),
         unidentifiable=[
             (capitalised(in_words(item.direction)), in_words(item.parameters[0]) if item.parameters else "")
@@ -76,10 +77,10 @@ def _page(result: CalibrationResult, simulated: bool, limit: LimitJudged | None)
         correlated_table=calibration_tables.correlated_table(result.correlated),
         told_count=len(result.parameters),
         asked_count=result.asked_count,
-        normal_plot=residual_figures.normal_plot(train, result.sigma_mm, result.outliers) if train else None,
+        normal_plot=residual_figures.normal_plot(train, result.sigma_mm, outliers) if train else None,
         sigma=significant(result.sigma_mm, 2),
         sigma_note=result.sigma_note,
-        outlier_table=calibration_tables.outlier_table(train, result.outliers, result.weights) if train else None,
+        outlier_table=calibration_tables.outlier_table(train, outliers, result.weights) if train else None,
         outlier_count=len(result.outliers),
         method=_method(result),
         notes=result.notes,
@@ -125,7 +126,7 @@ def limit_sentence(limit: LimitJudged) -> str:
 def _sources(result: CalibrationResult) -> list[tuple[str, str, int]]:
     """Name, file and row count of the sets; the file without its folder, which is private."""
     sets = ((_("Training"), result.train), (_("Test"), result.test))
-    return [(name, PurePath(part.data.source).name, len(part.data)) for name, part in sets if part is not None]
+    return [(name, PurePath(part.data.source).name, part.row_count) for name, part in sets if part is not None]
 
 
 def _tiles(result: CalibrationResult, sets: list[Rows]) -> list[tuple[str, str, str]]:
@@ -204,7 +205,7 @@ def _method(result: CalibrationResult) -> list[tuple[str, str]]:
     )
     return [
         (_("Robot"), f"{result.model.name} ({result.model.kinematics}, {plural(result.model.joint_count, 'joint')})"),
-        (_("Measured"), f"{listed([_(kind) for kind in plurals(data)])}, {plural(len(data), 'row')}"),
+        (_("Measured"), f"{listed([_(kind) for kind in plurals(data)])}, {plural(result.train.row_count, 'row')}"),
         (_("Method"), _methods().get(result.method, result.method)),
         (_("Loss"), plain if result.loss == "none" else robust),
         (_("Outcome"), f"{result.status.replace('_', ' ')}, {outcome}"),

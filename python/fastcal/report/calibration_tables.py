@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -76,7 +77,7 @@ def correlated_table(pairs: list[tuple[str, str, float]]) -> Table | None:
     return Table(_("Strongly correlated parameters"), columns, [Group(rows)])
 
 
-def outlier_table(rows: Rows, outliers: list[int], weights: NDArray[np.float64]) -> Table | None:
+def outlier_table(rows: Rows, outliers: Sequence[int] | NDArray[np.intp], weights: NDArray[np.float64]) -> Table | None:
     """The worst of the outlying rows with residual, weight (N,) and posture; None where there are none."""
     if len(outliers) == 0:
         return None
@@ -89,7 +90,7 @@ def outlier_table(rows: Rows, outliers: list[int], weights: NDArray[np.float64])
     lines = []
     for row in worst:
         numbers = [
-            (row, 0),
+            (rows.numbers[row], 0),
             (error[row], 3),
             *((rows.residual[row, k], 3) for k in range(len(parts))),
             (weights[row], 2),

@@ -56,7 +56,7 @@ def what_remains(result: CalibrationResult, rows: Rows, trends: dict[str, Trend]
         named = listed([f"{titles[name]} ({100 * trends[name].share:.0f} %)" for name in flagged[:_MOST]])
         return f"the remaining error is not all noise: it depends on {named}"
     floor = known_floor(result)
-    rms = float(np.sqrt(np.nanmean(np.delete(rows.error_after, result.outliers) ** 2)))
+    rms = float(np.sqrt(np.nanmean(np.delete(rows.error_after, result.train.places(result.outliers)) ** 2)))
     if floor is not None and rms > MORE_THAN_NOISE * floor:
         return f"RMS {significant(rms)} mm remains where the known noise makes {significant(floor)} mm"
     return None

@@ -170,7 +170,8 @@ def _workspace(shown: Any) -> list[Figure]:
 
 def _noise(shown: Any) -> list[Figure]:
     sets = _sets(shown)
-    return [residual_figures.normal_plot(sets[0], shown.sigma_mm, shown.outliers)] if sets else []
+    outliers = shown.train.places(shown.outliers)
+    return [residual_figures.normal_plot(sets[0], shown.sigma_mm, outliers)] if sets else []
 
 
 def _gap(found: Diagnosis) -> list[Figure]:

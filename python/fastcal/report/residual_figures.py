@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -85,9 +86,10 @@ def _panel(rows: Rows, variable: Variable, trends: dict[str, Trend], y_range: fl
     return figures.marked(panel, badge, weight)
 
 
-def drawn_note(row_count: int) -> str:
-    """How many of the rows are drawn, and how."""
-    drawn, judged = min(row_count, POINT_LIMIT), len(judged_rows(row_count))
+def drawn_note(shown_count: int, row_count: int = 0) -> str:
+    """How many of the rows are drawn, and how; `shown_count` of all, where there are more."""
+    row_count = max(row_count, shown_count)
+    drawn, judged = min(shown_count, POINT_LIMIT), len(judged_rows(shown_count))
     if drawn == row_count:
         return _("Medians and bands are of all rows. Points beyond the axis are not drawn.")
     if judged < row_count:
@@ -106,7 +108,7 @@ def drawn_note(row_count: int) -> str:
     )
 
 
-def normal_plot(rows: Rows, sigma_mm: float, outliers: list[int]) -> figures.Figure:
+def normal_plot(rows: Rows, sigma_mm: float, outliers: Sequence[int] | NDArray[np.intp]) -> figures.Figure:
     """The normal plot of all residual components, those of outlying rows marked."""
     is_outlier = np.zeros(rows.residual.shape, bool)
     is_outlier[np.asarray(outliers, int)] = True

@@ -159,7 +159,7 @@ def _(result: CalibrationResult) -> str:
 
 @summary.register
 def _(result: CalibrationResult) -> list[str]:
-    rows = len(result.train.data)
+    rows = result.train.row_count
     state = result.status.replace("_", " ")
     lines = [f"{result.model.name}: {state}, {len(result.parameters)} parameters identified from {rows} rows"]
     for name, part in (("training", result.train), ("test", result.test)):

@@ -67,6 +67,7 @@ class Rows:
         error_before, error_after: (N,) error of each row, NaN where there is none.
         before, after: Their statistics, as the evaluation gives them.
         joints, conditions: What the residual may depend on.
+        numbers: (N,) which rows of the file these are.
     """
 
     name: str
@@ -82,6 +83,7 @@ class Rows:
     after: Statistics
     joints: list[Variable]
     conditions: list[Variable]
+    numbers: NDArray[np.intp]
 
     @property
     def row_count(self) -> int:
@@ -149,6 +151,7 @@ def _rows(
         after=_statistics(after),
         joints=_joints(data, joint_types),
         conditions=_conditions(data),
+        numbers=np.arange(len(data)) if evaluation.rows is None else evaluation.rows,
     )
 
 

@@ -145,10 +145,10 @@ def _unidentifiable(result: CalibrationResult) -> Remark:
 def _outlying(result: CalibrationResult, train: Rows) -> list[Remark]:
     if not result.outliers:
         return []
-    share = len(result.outliers) / max(1, train.row_count)
+    share = len(result.outliers) / max(1, result.train.row_count)
     numbers = {
         "rows": plural(len(result.outliers), "row"),
-        "all": count(train.row_count),
+        "all": count(result.train.row_count),
         "share": percent(share),
     }
     if result.loss == "none":

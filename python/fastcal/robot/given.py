@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias, Union
 from fastcal.display import late
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
+from fastcal.measurements.long_dataset import LongDataset
 from fastcal.robot.robot import Robot
 
 if TYPE_CHECKING:
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 
 RobotLike: TypeAlias = Robot | str | os.PathLike[str] | Mapping[str, Any]
 DataLike: TypeAlias = Union[Dataset, str, os.PathLike[str], "pd.DataFrame"]
+RowsLike: TypeAlias = DataLike | LongDataset
 
 
 def as_robot(given: RobotLike) -> Robot:
@@ -42,7 +44,21 @@ def as_robot(given: RobotLike) -> Robot:
     )
 
 
-def as_data(given: DataLike, robot: Robot, *, require_measured: bool = True) -> Dataset:
+def as_rows(given: RowsLike, robot: Robot) -> Dataset | LongDataset:
+    """`as_data`, but for a LongDataset, which stays as it is, and the path of a file of very many rows, which is one.
+
+    Raises:
+        InvalidInput, ParseError: As there.
+    """
+    if isinstance(given, LongDataset):
+        return given
+    if isinstance(given, str | os.PathLike) and late.call("is_long", given):
+        rows: LongDataset = late.call("open_measurements", given, robot)
+        return rows
+    return as_data(given, robot)
+
+
+def as_data(given: RowsLike, robot: Robot, *, require_measured: bool = True) -> Dataset:
     """A Dataset as it is; the path of a measurement file, or a pandas table with its columns, as SI arrays.
 
     Raises:
@@ -58,6 +74,8 @@ def as_data(given: DataLike, robot: Robot, *, require_measured: bool = True) -> 
         return Dataset.from_frame(given, robot, require_measured=require_measured)
     if isinstance(given, Robot):
         raise InvalidInput("the robot comes first and the data second, got a Robot for the data")
+    if isinstance(given, LongDataset):
+        raise InvalidInput(f"expected rows in memory, got {len(given)} rows in files: only calibrate takes these")
     raise InvalidInput(
         "expected a Dataset (fastcal.load_measurements, Dataset.from_arrays), the path of a measurement file or a "
         f"pandas table, got {type(given).__name__}"

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import fields
 from datetime import date
 from pathlib import PurePath
@@ -20,14 +20,27 @@ import numpy as np
 from fastcal import _core
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
+from fastcal.measurements.long_dataset import LABELLED, ColumnOnDisk, LongDataset
 from fastcal.robot.robot import Robot
 
 WHO = ("serial", "instrument", "operator", "customer", "date")  # what only a person knows
 _MOST_TEXT = 200
-_NOT_MEASURED = ("notes", "source", "joint_types", "move", "q_read", "rotation_angles")  # nothing fits them
+# Nothing fits them.
+_NOT_MEASURED = (
+    *(
+        "notes",
+        "source",
+        "joint_types",
+        "move",
+        "direction_before",
+        "observed_label_names",
+        "q_read",
+        "rotation_angles",
+    ),
+)
 
 
-def made_by(robot: Robot, data: Dataset, who: Mapping[str, str | None] | None = None) -> dict[str, Any]:
+def made_by(robot: Robot, data: Dataset | LongDataset, who: Mapping[str, str | None] | None = None) -> dict[str, Any]:
     """Version, hashes of robot and data, the data's files without their folders, and what is known of WHO.
 
     The serial number is the robot's own where `who` has none.
@@ -60,13 +73,12 @@ def checked(key: str, text: str) -> str:
     return text
 
 
-def data_hash(data: Dataset) -> str:
+def data_hash(data: Dataset | LongDataset) -> str:
     """SHA-256 of a data set's numbers and labels, but for joints read back, which are never fitted."""
     found = hashlib.sha256()
-    for field in sorted(fields(data), key=lambda f: f.name):
-        if field.name in _NOT_MEASURED:
-            continue
-        _feed(found, field.name, getattr(data, field.name))
+    for name in sorted(field.name for field in fields(Dataset)):
+        if name not in _NOT_MEASURED:
+            _feed(found, name, data.column(name) if isinstance(data, LongDataset) else getattr(data, name))
     return found.hexdigest()
 
 
@@ -80,11 +92,24 @@ def _feed(found: Any, name: str, value: Any) -> None:
     if value is None or (isinstance(value, Mapping | tuple) and not value):
         return
     found.update(name.encode())
-    if isinstance(value, np.ndarray):
-        found.update(str(value.shape).encode())
-        found.update(np.ascontiguousarray(value, "<f8" if value.dtype.kind == "f" else "<i8").tobytes())
-    elif isinstance(value, Mapping):
+    if isinstance(value, Mapping):
         for key in sorted(value):
-            _feed(found, str(key), value[key] if isinstance(value[key], np.ndarray) else list(value[key]))
+            _feed(found, str(key), value[key])
+    elif isinstance(value, np.ndarray | ColumnOnDisk):
+        if isinstance(value, ColumnOnDisk) and value.names is not None and name not in LABELLED:
+            _feed_texts(found, (value.texts(codes) for codes in value.parts()))
+            return
+        found.update(str(value.shape).encode())
+        for part in value.parts() if isinstance(value, ColumnOnDisk) else [value]:
+            found.update(np.ascontiguousarray(part, "<f8" if part.dtype.kind == "f" else "<i8").tobytes())
     else:
-        found.update(json.dumps(list(value)).encode())
+        _feed_texts(found, [list(value)])
+
+
+def _feed_texts(found: Any, parts: Iterable[list[str]]) -> None:
+    """A list of texts as JSON, from parts of it."""
+    mark = "["
+    for part in parts:
+        found.update(f"{mark}{json.dumps(part)[1:-1]}".encode())
+        mark = ", "
+    found.update(b"]")

@@ -81,15 +81,15 @@ TEST(NoiseScale, TheVarianceUnderHubersLossIsThatOfHisBook) {
   constexpr double kFreedom = 0.5;
   constexpr double kTuning = 1.345;
   const double squares[10] = {0.04, 0.25, 0.49, 1.0, 0.09, 0.36, 0.64, 0.81, 9.0, 16.0};
-  std::vector<RowWeight> rows;
+  VarianceInflation inflation(LossKind::kHuber, kFreedom);
   double within = 0;
   for (const double square : squares) {
-    rows.push_back({square * kFreedom, 1, 1});
+    inflation.add({square * kFreedom, 1, 1});
     if (square <= kTuning * kTuning) within += square;
   }
   const double K = 1 + 0.5 * 0.2 / 0.8;
   const double expected = K * K * (within + 2 * kTuning * kTuning) / 10 / (0.8 * 0.8);
-  EXPECT_NEAR(variance_inflation(rows, LossKind::kHuber, kFreedom), expected, 1e-4 * expected);
+  EXPECT_NEAR(inflation.value(), expected, 1e-4 * expected);
 }
 
 }  // namespace

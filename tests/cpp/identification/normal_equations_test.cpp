@@ -4,6 +4,7 @@
 // Normal equations and the triangular factor against plain, dense sums and differences of the cost.
 #include <gtest/gtest.h>
 
+#include "fastcal/identification/row_errors.hpp"
 #include "fastcal/model/prediction.hpp"
 #include "identification/fixed_scene.hpp"
 
@@ -150,7 +151,7 @@ TEST(NormalEquations, TheCostIsThatOfTheResiduals) {
   for (const LossKind kind : {LossKind::kNone, LossKind::kHuber, LossKind::kTukey}) {
     const Weighting weighting{kTau, kind};
     const double cost = normal_equations(s.problem(), s.model.start(), s.free, s.scale, weighting, false).cost;
-    EXPECT_NEAR(cost_of(s.problem(), residuals(s.problem(), s.model.start()), weighting), cost, 1e-12 * cost);
+    EXPECT_NEAR(RowErrors(s.problem(), s.model.start()).cost(weighting), cost, 1e-12 * cost);
   }
 }
 

@@ -8,6 +8,7 @@
 #include <ceres/ceres.h>
 #include <gtest/gtest.h>
 
+#include "fastcal/identification/row_errors.hpp"
 #include "fastcal/model/prediction.hpp"
 #include "identification/fixed_scene.hpp"
 
@@ -220,7 +221,7 @@ TEST(RowWeights, AreThoseOfTheRowsWhitenedLength) {
   s.measured.rotation.row(1).setConstant(std::nan(""));
   s.measured.rotation.row(2).setConstant(std::nan(""));
   const RowMatrixXd r = residuals(s.problem(), s.model.start());
-  const auto rows = row_weights(s.problem(), r, {kTau, LossKind::kHuber});
+  const auto rows = RowErrors(s.problem(), r).weights({kTau, LossKind::kHuber});
   const double squared =
       r.row(0).head<3>().squaredNorm() / (1e-4 * 1e-4) + r.row(0).segment<3>(3).squaredNorm() / (2e-4 * 2e-4);
   EXPECT_NEAR(rows[0].squared, squared, 1e-9 * squared);

@@ -9,7 +9,8 @@ import pytest
 
 import fastcal
 from fastcal.calibration.alignment import align
-from fastcal.calibration.problem import ALIGNED_ROWS, CalibrationProblem, prepare
+from fastcal.calibration.problem import CalibrationProblem, prepare
+from fastcal.calibration.some_rows import SHOWN_ROWS
 
 ROWS = 12_000  # more than the core's kThinFrom
 
@@ -68,10 +69,10 @@ def test_what_few_rows_alone_show_is_found() -> None:
 
 def test_base_and_tool_of_very_many_rows_are_those_that_all_rows_would_give() -> None:
     robot = fastcal.load_robot("ur5")
-    data = measured(robot, 2 * ALIGNED_ROWS)
+    data = measured(robot, 2 * SHOWN_ROWS)
     found, of_all = prepare(robot, data, effects="geometry").alignment, align(robot, data)
     # what the nominal arm is off by, over the root of so many rows, times a few for the worst direction
-    tolerance = 5 * of_all.rms / np.sqrt(ALIGNED_ROWS)
+    tolerance = 5 * of_all.rms / np.sqrt(SHOWN_ROWS)
     np.testing.assert_allclose(found.T_world_base[:3, 3], of_all.T_world_base[:3, 3], atol=tolerance)
     np.testing.assert_allclose(found.T_flange_tool[:3, 3], of_all.T_flange_tool[:3, 3], atol=tolerance)
     assert not np.array_equal(found.T_world_base, of_all.T_world_base)

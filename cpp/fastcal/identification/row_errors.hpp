@@ -1,0 +1,89 @@
+// SPDX-FileCopyrightText: 2026 The fastcal authors
+// SPDX-License-Identifier: MIT
+//
+// What a fit leaves of every row, as far as noise, costs and weights need to know it: nine bytes a row and observation
+// where no row claims a noise of its own.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "fastcal/identification/problem.hpp"
+
+namespace fastcal {
+
+/// Squared residuals of one observation in one row, and the variances that their row claims.
+struct ObservedRow {
+  double squares[kMostComponents] = {};
+  double claimed[kMostComponents] = {};
+  int components = 0;
+
+  double whitened(double tau) const {
+    double sum = 0;
+    for (int c = 0; c < components; ++c) sum += squares[c] / (claimed[c] + tau * tau);
+    return sum;
+  }
+};
+
+/// What a fit leaves of the rows that hold a number of an observation.
+struct ObservedRows {
+  /// Squared lengths of rows that claim no noise, by their count of numbers.
+  std::array<std::vector<double>, kMostComponents + 1> unclaimed;
+  std::vector<ObservedRow> claiming;
+
+  std::size_t count() const;
+};
+
+class RowErrors {
+ public:
+  /// At theta.
+  RowErrors(const Problem& problem, const Eigen::VectorXd& theta);
+  /// Of residuals (N, numbers), NaN where not measured.
+  RowErrors(const Problem& problem, const RowMatrixXd& residuals);
+
+  Eigen::Index row_count() const { return rows_; }
+  int observation_count() const { return static_cast<int>(of_.size()); }
+
+  /// Of one observation; of the rows `kept` alone (empty: of all).
+  ObservedRows observed(int observation, const std::vector<bool>& kept = {}) const;
+
+  /// Numbers of an observation that were measured.
+  Eigen::Index number_count(int observation) const;
+
+  /// Numbers that were measured in row i.
+  int components(Eigen::Index i) const {
+    int sum = 0;
+    for (const Observed& of : of_) sum += of.components[static_cast<std::size_t>(i)];
+    return sum;
+  }
+
+  /// Row i at a common noise, not weighted.
+  RowWeight whitened(Eigen::Index i, const CommonNoise& tau) const;
+
+  /// Sum of the variances that the rows claim for the numbers of an observation.
+  double claimed_variance(int observation) const;
+
+  /// 1/2 sum rho.
+  double cost(const Weighting& weighting) const;
+
+  /// Weights of all rows.
+  std::vector<RowWeight> weights(const Weighting& weighting) const;
+
+ private:
+  struct Observed {
+    int most = 0;                          // numbers of a row
+    std::vector<std::uint8_t> components;  // (N) how many of them were measured
+    std::vector<double> squares;           // (N) sum of their squares; where rows claim a noise (N x most), NaN: none
+    std::vector<double> claimed;           // (N x most) variances; empty: none is claimed
+  };
+
+  RowErrors(const Problem& problem, Eigen::Index rows);
+  int most_numbers() const;  // of a row
+  void set(const Measurements& measured, Eigen::Index i, Eigen::Index in_part, const double* residuals);
+
+  Eigen::Index rows_;
+  std::vector<Observed> of_;
+};
+
+}  // namespace fastcal

@@ -1,0 +1,255 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Measured poses in more rows than memory should hold: columns in temporary files, read part by part."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal.display.shown import Shown
+from fastcal.errors import InvalidInput
+from fastcal.measurements.dataset import Dataset
+from fastcal.measurements.last_moves import directions, last_moves
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+PART_ROWS = 122_880  # that are read at once
+_FOUND = frozenset({"move", "direction_before"})  # from the rows before
+LABELLED = ("anchor", "station", "mount")  # fields of a Dataset that are indices into names
+
+
+@dataclass
+class ColumnOnDisk:
+    """One column of all rows.
+
+    Attributes:
+        path: The file: numbers one after the other.
+        dtype: Of the numbers.
+        width: Numbers of a row; () is one.
+        count: Rows.
+        names: What the numbers of a column of labels stand for, in the order of first appearance; None: they are
+            numbers. -1 is no label.
+    """
+
+    path: Path
+    dtype: np.dtype[Any]
+    width: tuple[int, ...]
+    count: int = 0
+    names: list[str] | None = None
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """(N, ...)."""
+        return (self.count, *self.width)
+
+    def read(self, begin: int, end: int) -> NDArray[Any]:
+        """Rows begin ... end - 1."""
+        row = int(np.prod(self.width, dtype=int))
+        size = row * self.dtype.itemsize
+        values = np.fromfile(self.path, self.dtype, (end - begin) * row, offset=begin * size)
+        return values.reshape(-1, *self.width)
+
+    def parts(self) -> Iterator[NDArray[Any]]:
+        """All rows, PART_ROWS at a time."""
+        for begin in range(0, self.count, PART_ROWS):
+            yield self.read(begin, min(self.count, begin + PART_ROWS))
+
+    def texts(self, codes: NDArray[Any]) -> list[str]:
+        """The labels that codes stand for, "" where there is none."""
+        return [(self.names or [])[code] if code >= 0 else "" for code in codes.tolist()]
+
+
+class LongDataset(Shown):
+    """N measured poses of an arm, of which memory holds some at a time; `calibrate` takes it as it takes a Dataset.
+
+    Its columns lie in temporary files (in the folder that TMPDIR names), which go with it. Columns of text that no
+    field of a Dataset is for are left out.
+
+    Attributes:
+        source, notes, joint_types: As in a Dataset.
+    """
+
+    def __init__(self, *, source: str = "arrays", joint_types: Sequence[str] = ()) -> None:
+        self.source, self.joint_types = source, tuple(joint_types)
+        self.notes: tuple[str, ...] = ()
+        self._folder = tempfile.TemporaryDirectory(prefix="fastcal-")  # removed with this object, at exit at the latest
+        self._columns: dict[tuple[str, str], ColumnOnDisk] = {}  # by the field and the name in it, "" where it has none
+        self._dropped: set[tuple[str, str]] = set()
+        self._count = 0
+        self._last: Dataset | None = None  # the last row
+        self._turned: FloatArray | None = None  # each joint's direction there
+
+    def __len__(self) -> int:
+        return self._count
+
+    def append(self, part: Dataset) -> None:
+        """Adds rows behind the others; every part must have the same columns.
+
+        Raises:
+            InvalidInput: It has other columns, or there is no place for them on the disk.
+        """
+        found = dict(_columns_of(part))
+        found["directions", ""] = self._directions(part).astype(np.int8)
+        if self._count:
+            self._drop_extra(set(found) ^ set(self._columns))
+            differing = sorted(
+                " ".join(key).strip() for key in set(found) ^ set(self._columns) if key not in self._dropped
+            )
+            if differing:
+                raise InvalidInput(f"{part.source}: expected the same columns in all rows, got {', '.join(differing)}")
+        try:
+            for key, (values, names) in ((k, v if isinstance(v, tuple) else (v, None)) for k, v in found.items()):
+                if key not in self._dropped:
+                    self._append_column(key, values, names)
+        except OSError as error:
+            raise InvalidInput(
+                f"{part.source}: its rows do not fit into {self._folder.name} ({error.strerror or error}); TMPDIR names "
+                "another folder for them"
+            ) from None
+        self._count += len(part)
+        self._last = part.select([len(part) - 1])
+
+    def read(self, begin: int, end: int) -> Dataset:
+        """Rows begin ... end - 1 as arrays."""
+        first = max(begin - 1, 0)  # how a row was reached, the one before it says
+        part = self._dataset({key: column.read(first, end) for key, column in self._columns.items()}, first)
+        return part if first == begin else _without_first(part, self._columns["directions", ""].read(first, begin))
+
+    def pick(self, rows: Sequence[int] | IntArray) -> Dataset:
+        """The given rows, in ascending order, as arrays."""
+        asked = np.asarray(rows, dtype=np.int64)
+        picked = [
+            self.read(begin, min(self._count, begin + PART_ROWS)).select(asked[first:last] - begin)
+            for begin in range(0, self._count, PART_ROWS)
+            if (first := np.searchsorted(asked, begin)) < (last := np.searchsorted(asked, begin + PART_ROWS))
+        ]
+        return _joined(picked)
+
+    def parts(self) -> Iterator[Dataset]:
+        """All rows, some at a time."""
+        for begin in range(0, self._count, PART_ROWS):
+            yield self.read(begin, min(self._count, begin + PART_ROWS))
+
+    def column(self, field: str) -> ColumnOnDisk | dict[str, ColumnOnDisk] | tuple[str, ...] | None:
+        """What a field of a Dataset would hold of all rows: a column, columns by name, names of labels; None: nothing.
+
+        Raises:
+            KeyError: There is no such field.
+        """
+        if field.endswith("_names"):
+            column = self._columns.get((field.removesuffix("_names"), ""))
+            return () if column is None else tuple(column.names or ())
+        if field in ("observed", "observed_labels", "extra", "extra_labels"):
+            return {name: column for (of, name), column in self._columns.items() if of == field}
+        return self._columns.get((field, ""))
+
+    def _directions(self, part: Dataset) -> FloatArray:
+        """(N, n) each joint's direction at the end of its last known move, this part's rows behind those before."""
+        if self._last is None or self._turned is None:
+            move, before = last_moves(part.q, part.approach), ()
+        else:
+            approach = (
+                None
+                if part.approach is None or self._last.approach is None
+                else np.vstack([self._last.approach, part.approach])
+            )
+            move = last_moves(np.vstack([self._last.q, part.q]), approach)[1:]
+            before = tuple(self._turned.tolist())
+        found = directions(move, before)
+        self._turned = found[-1]
+        return found
+
+    def _drop_extra(self, differing: set[tuple[str, str]]) -> None:
+        """Columns of the user's own that are numbers in some rows alone are text."""
+        self._dropped |= {key for key in differing if key[0] == "extra"}
+        for key in self._dropped & set(self._columns):
+            self._columns.pop(key).path.unlink()
+
+    def _append_column(self, key: tuple[str, str], values: NDArray[Any], names: Sequence[str] | None) -> None:
+        if key not in self._columns:
+            path = Path(self._folder.name) / str(len(self._columns) + len(self._dropped))
+            own = None if names is None else list[str]()
+            self._columns[key] = ColumnOnDisk(path, values.dtype, values.shape[1:], names=own)
+        column = self._columns[key]
+        if names is not None and column.names is not None:
+            known = {name: code for code, name in enumerate(column.names)}
+            codes = [known.setdefault(name, len(known)) for name in names]
+            column.names = list(known)
+            values = np.where(values >= 0, np.array([*codes, -1], dtype=np.int64)[values], -1)
+        if values.shape[1:] != column.width:
+            raise InvalidInput(f"{self.source}: {' '.join(key).strip()} changes its width from row {self._count} on")
+        with column.path.open("ab") as file:
+            np.ascontiguousarray(values, column.dtype).tofile(file)
+        column.count += len(values)
+
+    def _dataset(self, arrays: Mapping[tuple[str, str], NDArray[Any]], first: int) -> Dataset:
+        """The data set of columns as they were read, of rows from `first` on."""
+        given: dict[str, Any] = {"observed": {}, "observed_labels": {}, "extra": {}}
+        label_names: dict[str, tuple[str, ...]] = {}
+        for (field, name), values in arrays.items():
+            column = self._columns[field, name]
+            if field == "directions":
+                continue
+            if field == "observed_labels":
+                given[field][name] = column.texts(values)
+                label_names[name] = tuple(column.names or ())
+            elif name:
+                given[field][name] = values
+            else:
+                given[field] = values
+                if column.names is not None:
+                    given[f"{field}_names"] = tuple(column.names)
+        before = () if first == 0 else tuple(self._columns["directions", ""].read(first - 1, first)[0].tolist())
+        return Dataset(
+            **given,
+            observed_label_names=label_names,
+            move=last_moves(given["q"], given.get("approach")),
+            direction_before=before,
+            notes=self.notes,
+            source=self.source,
+            joint_types=self.joint_types,
+        )
+
+
+def _columns_of(part: Dataset) -> Iterator[tuple[tuple[str, str], Any]]:
+    """The columns of a data set by field and name: numbers, or (codes, names) of labels."""
+    for field in fields(part):
+        value = getattr(part, field.name)
+        if field.name in _FOUND or value is None:
+            continue
+        if field.name in LABELLED:
+            yield (field.name, ""), (value, getattr(part, f"{field.name}_names"))
+        elif field.name in ("observed", "extra"):
+            yield from (((field.name, name), values) for name, values in value.items())
+        elif field.name == "observed_labels":
+            yield from (((field.name, name), part.label_codes(name)) for name in value)
+        elif isinstance(value, np.ndarray):
+            yield (field.name, ""), value
+
+
+def _without_first(part: Dataset, directions_there: NDArray[Any]) -> Dataset:
+    return replace(part.select(slice(1, None)), direction_before=tuple(directions_there[0].tolist()))
+
+
+def _joined(parts: Sequence[Dataset]) -> Dataset:
+    """Rows of one long data set behind each other; what each of them knows of the row before it stays."""
+    first = parts[0]
+    arrays: dict[str, Any] = {
+        f.name: np.concatenate([getattr(part, f.name) for part in parts])
+        for f in fields(first)
+        if isinstance(getattr(first, f.name), np.ndarray)
+    }
+    for name in ("observed", "extra"):
+        arrays[name] = {key: np.concatenate([getattr(p, name)[key] for p in parts]) for key in getattr(first, name)}
+    arrays["observed_labels"] = {
+        key: [text for part in parts for text in part.observed_labels[key]] for key in first.observed_labels
+    }
+    return replace(first, **arrays)
