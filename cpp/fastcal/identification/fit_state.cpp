@@ -156,6 +156,8 @@ void FitState::bring_to_equilibrium() {
   if (problem.model.needs() != kNothing) {
     settle(problem.model, theta.head(problem.model.parameter_count()), problem.threads, settled_);
     memory_.forget();
+    settled_at_ = theta;
+    if (problem.source != nullptr) problem.settled_at = &settled_at_;
     if (response) response->origin = theta;
     forget();
   }

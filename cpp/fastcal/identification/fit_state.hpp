@@ -8,6 +8,7 @@
 
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "fastcal/identification/identify.hpp"
@@ -35,6 +36,11 @@ class FitState {
 
   /// What is left of the rows at theta.
   const RowErrors& errors_here();
+  /// Takes what is left of the rows at theta.
+  void know(RowErrors errors) {
+    errors_ = std::move(errors);
+    errors_at_ = theta;
+  }
 
   /// How many numbers of each observation were measured.
   const std::vector<Eigen::Index>& counts();
@@ -81,8 +87,9 @@ class FitState {
   /// condition leaves it its digits; false where not, and it takes a QR of all rows.
   bool factor_by_sums(const CommonNoise& noise, Eigen::VectorXd& g);
 
-  Samples settled_;     // the conditions with loads at the last outer iteration; empty where no effect needs any
-  TwistMemory memory_;  // what the effects make of the rows, as they are
+  Samples settled_;  // the conditions with loads at the last outer iteration; empty where no effect needs any
+  Eigen::VectorXd settled_at_;  // theta there
+  TwistMemory memory_;          // what the effects make of the rows, as they are
   std::optional<RowErrors> errors_;
   Eigen::VectorXd errors_at_;
   std::vector<Eigen::Index> counts_;  // empty: not counted yet

@@ -144,7 +144,8 @@ class Identifier {
 
   Identification finish() {
     report_gauge(fit_, out_);
-    const RowErrors errors = report_rows();
+    report_rows();
+    const RowErrors& errors = fit_.errors_here();
     out_.degrees_of_freedom = static_cast<int>(std::lround(fit_.measured_count - effective_parameters(fit_)));
     report_noise(fit_, errors, out_);
     out_.covariance_root = covariance_root(fit_, errors);
@@ -158,14 +159,14 @@ class Identifier {
     return std::move(out_);
   }
 
-  /// What is left of the rows; tells residuals and weights of those in memory.
-  RowErrors report_rows() {
+  /// Tells residuals and weights of the rows in memory.
+  void report_rows() {
     const Problem& all = fit_.problem;
     const Problem here{all.model, all.samples, all.measured, all.threads, all.response, all.memory};
     out_.residuals = residuals(here, fit_.theta);
     RowErrors errors(here, out_.residuals);
     out_.weights = errors.weights({fit_.tau, fit_.loss});
-    return all.source == nullptr ? errors : RowErrors(all, fit_.theta);
+    if (all.source == nullptr) fit_.know(std::move(errors));
   }
 
   const std::vector<int>& asked_;
@@ -203,8 +204,6 @@ void check_limits(const IdentifyOptions& options, int count) {
 Identification identify(const Problem& problem, const std::vector<int>& asked, const Eigen::VectorXd& unknowns,
                         const IdentifyOptions& options) {
   problem.check();
-  FASTCAL_CHECK(problem.source == nullptr || problem.model.needs() == kNothing)
-      << "loads are found for rows in memory alone: leave the effects of loads out, or take fewer rows";
   for (const int index : asked) {
     FASTCAL_CHECK(index >= 0 && index < problem.model.parameter_count())
         << "asked parameters must be 0 to " << problem.model.parameter_count() - 1 << ", got " << index;

@@ -26,13 +26,21 @@ RowMatrixXd difference(const Problem& problem, const Eigen::VectorXd& theta, con
 
 }  // namespace
 
+std::vector<RowMatrixXd> load_changes(const Problem& problem, const Eigen::VectorXd& theta,
+                                      const Eigen::MatrixXd& steps) {
+  std::vector<RowMatrixXd> out;
+  for (const auto& step : steps.colwise())
+    out.emplace_back((difference(problem, theta, step, true) - difference(problem, theta, step, false)) / (2 * kStep));
+  return out;
+}
+
 std::optional<LoadResponse> load_response(const Problem& problem, const Eigen::VectorXd& theta,
                                           const std::vector<int>& free, const Eigen::VectorXd& scale,
                                           const Eigen::MatrixXd& factor) {
   if (free.empty()) return std::nullopt;
   const RightSvd svd = right_svd(factor);
   const Eigen::VectorXd& s = svd.values;
-  LoadResponse out{theta, {}, {}};
+  LoadResponse out{theta, {}, theta, {}, {}};
   for (Eigen::Index k = 0; k < s.size(); ++k) {
     if (s[k] >= kWeak || s[k] <= kNullSingularRatio * s[0]) continue;
     Eigen::VectorXd along = Eigen::VectorXd::Zero(theta.size());  // y = along^T (theta - origin), in plausible sizes
@@ -41,12 +49,13 @@ std::optional<LoadResponse> load_response(const Problem& problem, const Eigen::V
       along[free[static_cast<std::size_t>(i)]] = svd.V(i, k) / scale[i];
       step[free[static_cast<std::size_t>(i)]] = kStep * svd.V(i, k) * scale[i];
     }
-    out.directions.conservativeResize(theta.size(), out.directions.cols() + 1);
+    for (auto* columns : {&out.directions, &out.steps}) columns->conservativeResize(theta.size(), columns->cols() + 1);
     out.directions.rightCols(1) = along;
-    out.change.emplace_back((difference(problem, theta, step, true) - difference(problem, theta, step, false)) /
-                            (2 * kStep));
+    out.steps.rightCols(1) = step;
   }
-  if (out.change.empty()) return std::nullopt;
+  if (out.steps.cols() == 0) return std::nullopt;
+  const Problem here{problem.model, problem.samples, problem.measured, problem.threads, nullptr, problem.memory};
+  out.change = load_changes(here, theta, out.steps);
   return out;
 }
 

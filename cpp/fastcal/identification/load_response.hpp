@@ -20,4 +20,9 @@ std::optional<LoadResponse> load_response(const Problem& problem, const Eigen::V
                                           const std::vector<int>& free, const Eigen::VectorXd& scale,
                                           const Eigen::MatrixXd& factor);
 
+/// Of each of the steps (theta's size, k) from theta, what the loads' change adds to the residuals over it, there less
+/// back, halved: (N, numbers), for rows in memory.
+std::vector<RowMatrixXd> load_changes(const Problem& problem, const Eigen::VectorXd& theta,
+                                      const Eigen::MatrixXd& steps);
+
 }  // namespace fastcal

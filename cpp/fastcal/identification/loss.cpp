@@ -133,7 +133,7 @@ double Loss::rho(double s) const {
   }
 }
 
-double Loss::sum(const std::vector<double>& q, double factor) const {
+double Loss::sum(std::span<const double> q, double factor) const {
   const Eigen::Map<const Eigen::ArrayXd, Eigen::Unaligned> squares(q.data(), static_cast<Eigen::Index>(q.size()));
   if (kind == LossKind::kNone) return factor * squares.sum();
   if (kind == LossKind::kTukey) {

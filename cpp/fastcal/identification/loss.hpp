@@ -7,6 +7,7 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -36,7 +37,7 @@ struct Loss {
 
   double rho(double s) const;  ///< s = u^2
   /// sum rho(factor q) over many q.
-  double sum(const std::vector<double>& q, double factor) const;
+  double sum(std::span<const double> q, double factor) const;
   double weight(double s) const;        ///< w = d rho / d s
   double weight_slope(double s) const;  ///< u dw/du, at u^2 = s
 };

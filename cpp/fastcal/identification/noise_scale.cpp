@@ -4,7 +4,10 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
+#include <cstdint>
+#include <span>
 
 namespace fastcal {
 namespace {
@@ -52,6 +55,31 @@ double chi_squared_tail(int d, double x) {
   return tail;
 }
 
+/// The value in the middle of numbers of at least 0, as if they were sorted. Of very many only those that share its
+/// leading bits, by which such numbers are sorted too, are copied.
+double middle_of(std::span<const double> values) {
+  constexpr std::size_t kMany = 100'000;
+  constexpr int kShift = 48;
+  const auto leading = [](double value) { return std::bit_cast<std::uint64_t>(value) >> kShift; };
+  std::size_t before = 0;
+  std::vector<double> near;
+  if (values.size() < kMany) {
+    near.assign(values.begin(), values.end());
+  } else {
+    std::vector<std::size_t> count(std::size_t{1} << (64 - kShift), 0);
+    for (const double value : values) ++count[leading(value)];
+    std::size_t bin = 0;
+    while (before + count[bin] <= values.size() / 2) before += count[bin++];
+    near.reserve(count[bin]);
+    for (const double value : values) {
+      if (leading(value) == bin) near.push_back(value);
+    }
+  }
+  const auto middle = near.begin() + static_cast<std::ptrdiff_t>(values.size() / 2 - before);
+  std::nth_element(near.begin(), middle, near.end());
+  return *middle;
+}
+
 }  // namespace
 
 double median_noise(const ObservedRows& rows, double floor, double guess) {
@@ -59,19 +87,23 @@ double median_noise(const ObservedRows& rows, double floor, double guess) {
     const double cube = 1 - 2 / (9.0 * components);
     return components * cube * cube * cube;
   };
+  for (int d = 1; d <= kMostComponents; ++d) {
+    if (rows.unclaimed(d).size() == rows.count())
+      return std::max(floor, std::sqrt(middle_of(rows.unclaimed(d)) / typical(d)));
+  }
   std::vector<double> u(rows.count());
   const auto ratio = [&](double tau) {
     auto to = u.begin();
     for (int d = 1; d <= kMostComponents; ++d) {
       const double scale = 1 / (typical(d) * tau * tau);
-      for (const double square : rows.unclaimed[d]) *to++ = scale * square;
+      for (const double square : rows.unclaimed(d)) *to++ = scale * square;
     }
-    for (const ObservedRow& row : rows.claiming) *to++ = row.whitened(tau) / typical(row.components);
+    for (const ObservedRow& row : rows.claiming()) *to++ = row.whitened(tau) / typical(row.components);
     const auto middle = u.begin() + static_cast<std::ptrdiff_t>(u.size() / 2);
     std::nth_element(u.begin(), middle, u.end());
     return *middle;
   };
-  if (rows.claiming.empty()) return std::max(floor, std::sqrt(ratio(1.0)));
+  if (rows.claiming().empty()) return std::max(floor, std::sqrt(ratio(1.0)));
   return crossing(ratio, floor, guess);
 }
 
@@ -81,12 +113,12 @@ double mean_noise(const ObservedRows& rows, LossKind loss, double freedom, doubl
   for (int d = 1; d <= kMostComponents; ++d) rho[d] = &tuned_loss(kind, d);
   double expected = 0;
   for (int d = 1; d <= kMostComponents; ++d)
-    expected += static_cast<double>(rows.unclaimed[d].size()) * rho[d]->expectation;
-  for (const ObservedRow& row : rows.claiming) expected += rho[row.components]->expectation;
+    expected += static_cast<double>(rows.unclaimed(d).size()) * rho[d]->expectation;
+  for (const ObservedRow& row : rows.claiming()) expected += rho[row.components]->expectation;
   const auto ratio = [&](double tau) {
     double sum = 0;
-    for (int d = 1; d <= kMostComponents; ++d) sum += rho[d]->sum(rows.unclaimed[d], 1 / (freedom * tau * tau));
-    for (const ObservedRow& row : rows.claiming) sum += rho[row.components]->rho(row.whitened(tau) / freedom);
+    for (int d = 1; d <= kMostComponents; ++d) sum += rho[d]->sum(rows.unclaimed(d), 1 / (freedom * tau * tau));
+    for (const ObservedRow& row : rows.claiming()) sum += rho[row.components]->rho(row.whitened(tau) / freedom);
     return sum / expected;
   };
   return crossing(ratio, floor, guess);
@@ -120,8 +152,7 @@ void VarianceInflation::add(const RowWeight& row) {
 
 double VarianceInflation::value() const {
   const double a = slope_ / numbers_;
-  const double k =
-      loss_ == LossKind::kDistance ? 1 : 1 + (1 - freedom_) * (slope_squared_ / numbers_ / (a * a) - 1);
+  const double k = loss_ == LossKind::kDistance ? 1 : 1 + (1 - freedom_) * (slope_squared_ / numbers_ / (a * a) - 1);
   return k * k * psi_squared_ / numbers_ / (a * a);
 }
 

@@ -6,11 +6,13 @@
 #include <cmath>
 #include <limits>
 
+#include "fastcal/identification/load_response.hpp"
 #include "fastcal/identification/whitened_rows.hpp"
 #include "fastcal/kernels/normal_sums.hpp"
 #include "fastcal/math/check.hpp"
 #include "fastcal/math/decompositions.hpp"
 #include "fastcal/math/parallel.hpp"
+#include "fastcal/model/settle.hpp"
 
 namespace fastcal {
 namespace {
@@ -37,6 +39,22 @@ void sum_chunks(const Problem& problem, const Eigen::VectorXd& theta, const std:
 }
 
 }  // namespace
+
+Part::Part(const Problem& whole, Eigen::Index begin, Eigen::Index end)
+    : whole_(whole), rows_(whole.source->read(begin, end)) {
+  if (whole.settled_at == nullptr) return;
+  settled_ = *rows_.samples;
+  settle(whole.model, whole.settled_at->head(whole.model.parameter_count()), whole.threads, settled_);
+  if (whole.response == nullptr) return;
+  const LoadResponse& all = *whole.response;
+  response_ = {all.origin, all.directions, all.found_at, all.steps, {}};
+  response_.change = load_changes({whole.model, settled_, *rows_.measured, whole.threads}, all.found_at, all.steps);
+}
+
+Problem Part::problem() const {
+  return {whole_.model, whole_.settled_at == nullptr ? *rows_.samples : settled_, *rows_.measured, whole_.threads,
+          whole_.response == nullptr ? nullptr : &response_};
+}
 
 int Problem::workers() const {
   constexpr Eigen::Index kWorthAThread = 1024;  // rows
@@ -130,8 +148,7 @@ PlainSums plain_sums(const Problem& problem, const Eigen::VectorXd& theta, const
     for (Eigen::Index d = 0; d < directions.cols(); ++d) sums.along[d] = (all * directions.col(d)).squaredNorm();
     Eigen::Map<Eigen::VectorXd>(J + p * whitened.ld(), height) = whitened.weighted_residuals(loss);
     sums.total = Eigen::MatrixXd::Zero(last + 1, last + 1);
-    kernels::gram(J + (p - last) * whitened.ld(), whitened.ld(), height, static_cast<int>(last) + 1,
-                  sums.total.data());
+    kernels::gram(J + (p - last) * whitened.ld(), whitened.ld(), height, static_cast<int>(last) + 1, sums.total.data());
   };
   sum_chunks<Sums>(problem, theta, columns, scale, weighting.tau, evaluate, [&](const Sums& of_chunk) {
     total += of_chunk.total;

@@ -21,7 +21,9 @@ namespace fastcal {
 struct LoadResponse {
   Eigen::VectorXd origin;           ///< theta of the present loads
   Eigen::MatrixXd directions;       ///< (theta's size, k)
-  std::vector<RowMatrixXd> change;  ///< k of (N, numbers)
+  Eigen::VectorXd found_at;         ///< theta
+  Eigen::MatrixXd steps;            ///< (theta's size, k) from there to both sides, over which the change was found
+  std::vector<RowMatrixXd> change;  ///< k of (N, numbers); of the rows in memory
 };
 
 /// Model, conditions and measurements, which must outlive it.
@@ -30,9 +32,10 @@ struct Problem {
   const Samples& samples;        ///< all rows, or some of those of `source`
   const Measurements& measured;  ///< the same rows
   int threads = 1;
-  const LoadResponse* response = nullptr;  ///< none: loads do not move
-  TwistMemory* memory = nullptr;           ///< of these samples, as they are
-  const RowSource* source = nullptr;       ///< where all rows are; none: they are in memory
+  const LoadResponse* response = nullptr;       ///< none: loads do not move
+  TwistMemory* memory = nullptr;                ///< of these samples, as they are
+  const RowSource* source = nullptr;            ///< where all rows are; none: they are in memory
+  const Eigen::VectorXd* settled_at = nullptr;  ///< theta at which loads of the rows of `source` settle; none: no loads
 
   int parameter_count() const { return model.parameter_count() + measured.unknown_count(); }
   /// Threads that a pass over the rows is worth: starting one takes as long as several chunks.
@@ -42,17 +45,33 @@ struct Problem {
   void check() const;
 };
 
+/// Some rows of a problem whose rows are elsewhere, with the loads that the whole has.
+class Part {
+ public:
+  Part(const Problem& whole, Eigen::Index begin, Eigen::Index end);
+  Part(const Part&) = delete;
+  Part& operator=(const Part&) = delete;
+
+  Problem problem() const;
+
+ private:
+  const Problem& whole_;
+  SomeRows rows_;
+  Samples settled_;
+  LoadResponse response_;
+};
+
 /// Calls body(part, first) for problems of all rows in their order, parts of them as far as they are not in memory.
 template <typename Body>
 void each_part(const Problem& whole, const Body& body) {
-  constexpr Eigen::Index kPartRows = 122'880;  // whole groups of chunks and units: sums are those of rows in memory
+  constexpr Eigen::Index kPartRows = 30'720;  // whole groups of chunks and units: sums are those of rows in memory
   if (whole.source == nullptr) {
     body(whole, Eigen::Index{0});
     return;
   }
   for (Eigen::Index first = 0; first < whole.row_count(); first += kPartRows) {
-    const SomeRows rows = whole.source->read(first, std::min(whole.row_count(), first + kPartRows));
-    body(Problem{whole.model, *rows.samples, *rows.measured, whole.threads}, first);
+    const Part part(whole, first, std::min(whole.row_count(), first + kPartRows));
+    body(part.problem(), first);
   }
 }
 

@@ -119,9 +119,7 @@ void keep_rows(FitState& fit, std::vector<bool> kept) {
   if (!fit.free.empty()) count_freedom(fit);
 }
 
-std::vector<bool> explained_rows(FitState& fit) {
-  return explained(fit.errors_here(), fit.tau, 1);
-}
+std::vector<bool> explained_rows(FitState& fit) { return explained(fit.errors_here(), fit.tau, 1); }
 
 bool shows_outliers(FitState& fit) {
   return fit.measured_count - effective_parameters(fit) >= kFreedomForOutliers * fit.measured_count;

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: MIT
 #include "fastcal/identification/row_errors.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -11,8 +12,8 @@
 namespace fastcal {
 
 std::size_t ObservedRows::count() const {
-  std::size_t out = claiming.size();
-  for (const auto& squares : unclaimed) out += squares.size();
+  std::size_t out = claiming_.size();
+  for (int d = 0; d <= kMostComponents; ++d) out += unclaimed(d).size();
   return out;
 }
 
@@ -45,10 +46,17 @@ RowErrors::RowErrors(const Problem& problem, const Eigen::VectorXd& theta) : Row
                       }
                     });
   });
+  look_for_gaps();
 }
 
 RowErrors::RowErrors(const Problem& problem, const RowMatrixXd& residuals) : RowErrors(problem, residuals.rows()) {
   for (Eigen::Index i = 0; i < rows_; ++i) set(problem.measured, i, i, residuals.row(i).data());
+  look_for_gaps();
+}
+
+void RowErrors::look_for_gaps() {
+  for (Observed& of : of_)
+    of.is_whole = std::all_of(of.components.begin(), of.components.end(), [&](int count) { return count == of.most; });
 }
 
 void RowErrors::set(const Measurements& measured, Eigen::Index i, Eigen::Index in_part, const double* residuals) {
@@ -75,12 +83,15 @@ void RowErrors::set(const Measurements& measured, Eigen::Index i, Eigen::Index i
 
 ObservedRows RowErrors::observed(int observation, const std::vector<bool>& kept) const {
   const Observed& of = of_[static_cast<std::size_t>(observation)];
+  const auto wanted =
+      kept.empty() ? of.components.size() : static_cast<std::size_t>(std::count(kept.begin(), kept.end(), true));
+  if (of.claimed.empty() && of.is_whole && wanted == of.components.size()) return {of.most, of.squares};
   ObservedRows out;
-  if (of.claimed.empty()) out.unclaimed[static_cast<std::size_t>(of.most)].reserve(of.squares.size());
+  if (of.claimed.empty()) out.reserve(of.most, wanted);
   for (std::size_t i = 0; i < of.components.size(); ++i) {
     if (of.components[i] == 0 || (!kept.empty() && !kept[i])) continue;
     if (of.claimed.empty()) {
-      out.unclaimed[of.components[i]].push_back(of.squares[i]);
+      out.add(of.components[i], of.squares[i]);
       continue;
     }
     ObservedRow row;
@@ -95,9 +106,9 @@ ObservedRows RowErrors::observed(int observation, const std::vector<bool>& kept)
       row.claimed[row.components++] = of.claimed[at];
     }
     if (claimed > 0) {
-      out.claiming.push_back(row);
+      out.add(row);
     } else {
-      out.unclaimed[static_cast<std::size_t>(row.components)].push_back(sum);
+      out.add(row.components, sum);
     }
   }
   return out;

@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "fastcal/identification/problem.hpp"
@@ -27,12 +28,32 @@ struct ObservedRow {
 };
 
 /// What a fit leaves of the rows that hold a number of an observation.
-struct ObservedRows {
-  /// Squared lengths of rows that claim no noise, by their count of numbers.
-  std::array<std::vector<double>, kMostComponents + 1> unclaimed;
-  std::vector<ObservedRow> claiming;
+class ObservedRows {
+ public:
+  ObservedRows() = default;
+  /// Of rows that all have so many numbers and claim no noise: their squared lengths, which must outlive it.
+  ObservedRows(int components, std::span<const double> squares) {
+    all_[static_cast<std::size_t>(components)] = squares;
+  }
 
+  /// Room for so many rows that claim no noise.
+  void reserve(int components, std::size_t rows) { own_[static_cast<std::size_t>(components)].reserve(rows); }
+  /// A row that claims no noise.
+  void add(int components, double square) { own_[static_cast<std::size_t>(components)].push_back(square); }
+  void add(const ObservedRow& row) { claiming_.push_back(row); }
+
+  /// Squared lengths of rows that claim no noise and have so many numbers.
+  std::span<const double> unclaimed(int components) const {
+    const auto d = static_cast<std::size_t>(components);
+    return all_[d].empty() ? std::span<const double>(own_[d]) : all_[d];
+  }
+  const std::vector<ObservedRow>& claiming() const { return claiming_; }
   std::size_t count() const;
+
+ private:
+  std::array<std::span<const double>, kMostComponents + 1> all_;
+  std::array<std::vector<double>, kMostComponents + 1> own_;
+  std::vector<ObservedRow> claiming_;
 };
 
 class RowErrors {
@@ -45,7 +66,7 @@ class RowErrors {
   Eigen::Index row_count() const { return rows_; }
   int observation_count() const { return static_cast<int>(of_.size()); }
 
-  /// Of one observation; of the rows `kept` alone (empty: of all).
+  /// Of one observation, as long as this is there; of the rows `kept` alone (empty: of all).
   ObservedRows observed(int observation, const std::vector<bool>& kept = {}) const;
 
   /// Numbers of an observation that were measured.
@@ -73,6 +94,7 @@ class RowErrors {
  private:
   struct Observed {
     int most = 0;                          // numbers of a row
+    bool is_whole = true;                  // were all of them measured in all rows?
     std::vector<std::uint8_t> components;  // (N) how many of them were measured
     std::vector<double> squares;           // (N) sum of their squares; where rows claim a noise (N x most), NaN: none
     std::vector<double> claimed;           // (N x most) variances; empty: none is claimed
@@ -80,6 +102,7 @@ class RowErrors {
 
   RowErrors(const Problem& problem, Eigen::Index rows);
   int most_numbers() const;  // of a row
+  void look_for_gaps();
   void set(const Measurements& measured, Eigen::Index i, Eigen::Index in_part, const double* residuals);
 
   Eigen::Index rows_;

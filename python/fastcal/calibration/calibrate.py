@@ -86,8 +86,8 @@ def calibrate(
     Args:
         robot: Nominal robot, or an identified one as a new start; its effects stay and are identified again. A path,
             the name of a shipped arm and a mapping are read.
-        data: Measured poses, or the path of their file, or a pandas table, or a LongDataset, which the path of a file of
-            very many rows is opened as; read-back joint positions are never used.
+        data: Measured poses, or the path of their file, or a pandas table, or a LongDataset, as which a file of very
+            many rows is opened; read-back joint positions are never used.
         test: Other poses, only reported on.
         effects: Names as on the command line; base and tool are always identified.
         parameters: Exactly these besides base and tool, such as "joint2 a" (`Robot.parameter_names`); the others keep
@@ -232,7 +232,7 @@ def calibrate(
             *thin_data_notes(found, loss),
             *(p.bound.note(f"{p.owner} {p.name}", p.value, p.unit) for p in table if p.bound is not None),
             *seen.notes,
-            *([] if test is None else shared_row_notes([data] if long is None else long.parts(), test)),
+            *([] if test is None else shared_row_notes([data] if long is None else long.parts(moves=False), test)),
             *beyond,
         ],
         unknowns=unknowns,

@@ -32,11 +32,13 @@ class CoreRows:
 
     def read(self, begin: int, end: int) -> Rows:
         """Rows begin ... end - 1."""
-        return self._core_rows(self._data.read(begin, end))
+        return self._core_rows(self._data.read(begin, end, moves=bool(self._robot.effects)))
 
     def pick(self, rows: Sequence[int]) -> Rows:
         """The given rows, in ascending order."""
         return self._core_rows(self._data.pick(rows))
 
     def _core_rows(self, part: Dataset) -> Rows:
-        return self._robot.samples(part), measurements(part, self._robot)
+        robot = self._robot
+        samples = robot.samples(part) if robot.effects else robot.conditions(part.q)  # nothing else is looked at
+        return samples, measurements(part, robot)

@@ -65,7 +65,7 @@ def judged_on_all(
 ) -> Evaluation:
     """An evaluation of some rows with the statistics of all of them; arguments as `evaluate`."""
     first, last = _Sums(), _Sums()
-    for part in data.parts():
+    for part in data.parts(moves=bool(model.effects)):
         points = replace(part, rotation=None, rotation_angles=None)  # turns are told of the rows that are shown
         for sums, robot, known in ((first, before, unknowns_before), (last, model, unknowns)):
             found, lengths, *_ = residuals(robot, points, known, threads)
@@ -76,7 +76,7 @@ def judged_on_all(
 def covered_by_all(robot: Robot, data: LongDataset) -> dict[str, tuple[float, float]]:
     """`covered` of all rows."""
     out: dict[str, tuple[float, float]] = {}
-    for part in data.parts():
+    for part in data.parts(moves=False):
         for name, (least, greatest) in covered(robot, part).items():
             low, high = out.get(name, (least, greatest))
             out[name] = min(low, least), max(high, greatest)
@@ -86,6 +86,6 @@ def covered_by_all(robot: Robot, data: LongDataset) -> dict[str, tuple[float, fl
 def long_notes(data: LongDataset, some: Dataset) -> list[str]:
     """What was looked at in some rows alone."""
     return [
-        f"{len(data)} rows were read part by part: all of them are fitted and counted, and {len(some)} spread over them "
-        "are looked at for the columns, the alignment, turns and figures"
+        f"{len(data)} rows were read part by part: all of them are fitted and counted, and {len(some)} of them are "
+        "looked at for the columns, the alignment, turns and figures"
     ]

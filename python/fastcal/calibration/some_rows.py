@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 SHOWN_ROWS = (
     30_000  # of very many: base and tool are aligned to them, and of a long data set they are looked at and drawn
 )
+_PART = 1_000_000  # rows that are looked at in one go: memory does not grow with their number
 _GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
 
 
@@ -19,5 +20,8 @@ def some_rows(row_count: int, most: int) -> NDArray[np.intp]:
     Row k is one of them where the fraction of k times the golden ratio is less than most / row_count: they lie evenly,
     and in no rhythm that poses measured in turn could have too.
     """
-    rows = np.arange(row_count)
-    return rows if row_count <= most else rows[rows * _GOLDEN % 1.0 < most / row_count]
+    if row_count <= most:
+        return np.arange(row_count)
+    share = most / row_count
+    parts = (np.arange(first, min(row_count, first + _PART)) for first in range(0, row_count, _PART))
+    return np.concatenate([rows[rows * _GOLDEN % 1.0 < share] for rows in parts])

@@ -9,6 +9,7 @@ import stat
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 
 from fastcal.errors import ParseError
 from fastcal.io.columns import JOINT_TITLE
@@ -29,10 +30,10 @@ _HEADER = 1_000_000  # bytes in which the header of a CSV ends
 def is_long(path: str | os.PathLike[str]) -> bool:
     """Is it a measurement file that should be read part by part?"""
     try:
-        found = os.stat(path)
+        found = Path(path).stat()
         if not stat.S_ISREG(found.st_mode):
             return False
-        with open(path, "rb") as file:
+        with Path(path).open("rb") as file:
             first = file.read(4)
             if first == b"PAR1":
                 # A cell takes a fraction of a byte at least; the metadata alone know how many there are.
@@ -78,7 +79,7 @@ def open_measurements(
 
 def _tables(path: str | os.PathLike[str], name: str) -> Iterator[Table]:
     try:
-        with open(path, "rb") as file:
+        with Path(path).open("rb") as file:
             is_parquet = file.read(4) == b"PAR1"
     except (OSError, ValueError) as error:
         raise ParseError(f"cannot be read: {getattr(error, 'strerror', None) or error}", path) from None
@@ -117,7 +118,7 @@ def _parquet_tables(path: str | os.PathLike[str], name: str) -> Iterator[Table]:
 
 def _text_tables(path: str | os.PathLike[str], name: str) -> Iterator[Table]:
     """Tables of whole lines below the header of a CSV file."""
-    with open(path, "rb") as file:
+    with Path(path).open("rb") as file:
         header = b""
         while not header.strip():
             line = file.readline(_HEADER)

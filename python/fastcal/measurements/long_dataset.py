@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +21,7 @@ from fastcal.measurements.last_moves import directions, last_moves
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-PART_ROWS = 122_880  # that are read at once
+PART_ROWS = 30_720  # that are read at once
 _FOUND = frozenset({"move", "direction_before"})  # from the rows before
 LABELLED = ("anchor", "station", "mount")  # fields of a Dataset that are indices into names
 
@@ -84,8 +84,7 @@ class LongDataset(Shown):
         self._columns: dict[tuple[str, str], ColumnOnDisk] = {}  # by the field and the name in it, "" where it has none
         self._dropped: set[tuple[str, str]] = set()
         self._count = 0
-        self._last: Dataset | None = None  # the last row
-        self._turned: FloatArray | None = None  # each joint's direction there
+        self._turned: list[tuple[float, ...]] = []  # how each joint moved before each part, as far as it was asked for
 
     def __len__(self) -> int:
         return self._count
@@ -97,12 +96,9 @@ class LongDataset(Shown):
             InvalidInput: It has other columns, or there is no place for them on the disk.
         """
         found = dict(_columns_of(part))
-        found["directions", ""] = self._directions(part).astype(np.int8)
         if self._count:
             self._drop_extra(set(found) ^ set(self._columns))
-            differing = sorted(
-                " ".join(key).strip() for key in set(found) ^ set(self._columns) if key not in self._dropped
-            )
+            differing = [" ".join(key).strip() for key in sorted((set(found) ^ set(self._columns)) - self._dropped)]
             if differing:
                 raise InvalidInput(f"{part.source}: expected the same columns in all rows, got {', '.join(differing)}")
         try:
@@ -111,32 +107,36 @@ class LongDataset(Shown):
                     self._append_column(key, values, names)
         except OSError as error:
             raise InvalidInput(
-                f"{part.source}: its rows do not fit into {self._folder.name} ({error.strerror or error}); TMPDIR names "
-                "another folder for them"
+                f"{part.source}: its rows do not fit into {self._folder.name} ({error.strerror or error}); TMPDIR "
+                "names another folder for them"
             ) from None
         self._count += len(part)
-        self._last = part.select([len(part) - 1])
 
-    def read(self, begin: int, end: int) -> Dataset:
-        """Rows begin ... end - 1 as arrays."""
-        first = max(begin - 1, 0)  # how a row was reached, the one before it says
-        part = self._dataset({key: column.read(first, end) for key, column in self._columns.items()}, first)
-        return part if first == begin else _without_first(part, self._columns["directions", ""].read(first, begin))
+    def read(self, begin: int, end: int, *, moves: bool = True) -> Dataset:
+        """Rows begin ... end - 1 as arrays; `moves`: with how each joint came there."""
+        arrays = {key: column.read(begin, end) for key, column in self._columns.items()}
+        if not moves:
+            return self._dataset(arrays)
+        return self._dataset(arrays, self._moves(begin, end), self._direction_before(begin))
 
     def pick(self, rows: Sequence[int] | IntArray) -> Dataset:
         """The given rows, in ascending order, as arrays."""
         asked = np.asarray(rows, dtype=np.int64)
-        picked = [
-            self.read(begin, min(self._count, begin + PART_ROWS)).select(asked[first:last] - begin)
-            for begin in range(0, self._count, PART_ROWS)
-            if (first := np.searchsorted(asked, begin)) < (last := np.searchsorted(asked, begin + PART_ROWS))
-        ]
-        return _joined(picked)
+        arrays: dict[tuple[str, str], list[NDArray[Any]]] = {key: [] for key in self._columns}
+        moves = []
+        for begin in range(0, self._count, PART_ROWS):
+            end = min(self._count, begin + PART_ROWS)
+            here = asked[np.searchsorted(asked, begin) : np.searchsorted(asked, end)] - begin
+            if len(here):
+                moves.append(self._moves(begin, end)[here])
+                for key, column in self._columns.items():
+                    arrays[key].append(column.read(begin, end)[here])
+        return self._dataset({key: np.concatenate(parts) for key, parts in arrays.items()}, np.concatenate(moves))
 
-    def parts(self) -> Iterator[Dataset]:
+    def parts(self, *, moves: bool = True) -> Iterator[Dataset]:
         """All rows, some at a time."""
         for begin in range(0, self._count, PART_ROWS):
-            yield self.read(begin, min(self._count, begin + PART_ROWS))
+            yield self.read(begin, min(self._count, begin + PART_ROWS), moves=moves)
 
     def column(self, field: str) -> ColumnOnDisk | dict[str, ColumnOnDisk] | tuple[str, ...] | None:
         """What a field of a Dataset would hold of all rows: a column, columns by name, names of labels; None: nothing.
@@ -151,21 +151,24 @@ class LongDataset(Shown):
             return {name: column for (of, name), column in self._columns.items() if of == field}
         return self._columns.get((field, ""))
 
-    def _directions(self, part: Dataset) -> FloatArray:
-        """(N, n) each joint's direction at the end of its last known move, this part's rows behind those before."""
-        if self._last is None or self._turned is None:
-            move, before = last_moves(part.q, part.approach), ()
-        else:
-            approach = (
-                None
-                if part.approach is None or self._last.approach is None
-                else np.vstack([self._last.approach, part.approach])
-            )
-            move = last_moves(np.vstack([self._last.q, part.q]), approach)[1:]
-            before = tuple(self._turned.tolist())
-        found = directions(move, before)
-        self._turned = found[-1]
-        return found
+    def _moves(self, begin: int, end: int) -> FloatArray:
+        first = max(begin - 1, 0)  # how a row was reached, the one before it says
+        approach = self._columns.get(("approach", ""))
+        q = self._columns["q", ""].read(first, end)
+        return last_moves(q, None if approach is None else approach.read(first, end))[begin - first :]
+
+    def _direction_before(self, row: int) -> tuple[float, ...]:
+        """Each joint's direction at the end of its last known move before a row."""
+        part = row // PART_ROWS
+        while len(self._turned) <= part:
+            begin = PART_ROWS * (len(self._turned) - 1)
+            self._turned.append(self._turned_at(begin, begin + PART_ROWS) if self._turned else ())
+        begin = part * PART_ROWS
+        return self._turned[part] if begin == row else self._turned_at(begin, row)
+
+    def _turned_at(self, begin: int, end: int) -> tuple[float, ...]:
+        before = self._turned[begin // PART_ROWS]
+        return tuple(directions(self._moves(begin, end), before)[-1].tolist())
 
     def _drop_extra(self, differing: set[tuple[str, str]]) -> None:
         """Columns of the user's own that are numbers in some rows alone are text."""
@@ -190,14 +193,17 @@ class LongDataset(Shown):
             np.ascontiguousarray(values, column.dtype).tofile(file)
         column.count += len(values)
 
-    def _dataset(self, arrays: Mapping[tuple[str, str], NDArray[Any]], first: int) -> Dataset:
-        """The data set of columns as they were read, of rows from `first` on."""
+    def _dataset(
+        self,
+        arrays: Mapping[tuple[str, str], NDArray[Any]],
+        move: FloatArray | None = None,
+        before: tuple[float, ...] = (),
+    ) -> Dataset:
+        """The data set of columns as they were read."""
         given: dict[str, Any] = {"observed": {}, "observed_labels": {}, "extra": {}}
         label_names: dict[str, tuple[str, ...]] = {}
         for (field, name), values in arrays.items():
             column = self._columns[field, name]
-            if field == "directions":
-                continue
             if field == "observed_labels":
                 given[field][name] = column.texts(values)
                 label_names[name] = tuple(column.names or ())
@@ -207,11 +213,10 @@ class LongDataset(Shown):
                 given[field] = values
                 if column.names is not None:
                     given[f"{field}_names"] = tuple(column.names)
-        before = () if first == 0 else tuple(self._columns["directions", ""].read(first - 1, first)[0].tolist())
         return Dataset(
             **given,
             observed_label_names=label_names,
-            move=last_moves(given["q"], given.get("approach")),
+            move=move,
             direction_before=before,
             notes=self.notes,
             source=self.source,
@@ -233,23 +238,3 @@ def _columns_of(part: Dataset) -> Iterator[tuple[tuple[str, str], Any]]:
             yield from (((field.name, name), part.label_codes(name)) for name in value)
         elif isinstance(value, np.ndarray):
             yield (field.name, ""), value
-
-
-def _without_first(part: Dataset, directions_there: NDArray[Any]) -> Dataset:
-    return replace(part.select(slice(1, None)), direction_before=tuple(directions_there[0].tolist()))
-
-
-def _joined(parts: Sequence[Dataset]) -> Dataset:
-    """Rows of one long data set behind each other; what each of them knows of the row before it stays."""
-    first = parts[0]
-    arrays: dict[str, Any] = {
-        f.name: np.concatenate([getattr(part, f.name) for part in parts])
-        for f in fields(first)
-        if isinstance(getattr(first, f.name), np.ndarray)
-    }
-    for name in ("observed", "extra"):
-        arrays[name] = {key: np.concatenate([getattr(p, name)[key] for p in parts]) for key in getattr(first, name)}
-    arrays["observed_labels"] = {
-        key: [text for part in parts for text in part.observed_labels[key]] for key in first.observed_labels
-    }
-    return replace(first, **arrays)

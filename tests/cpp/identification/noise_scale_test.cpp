@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -28,9 +29,9 @@ ObservedRows drawn(int components, int rows, double claimed, int gross = 0) {
       row.claimed[c] = claimed * claimed;
     }
     if (claimed > 0) {
-      out.claiming.push_back(row);
+      out.add(row);
     } else {
-      out.unclaimed[components].push_back(row.whitened(1));
+      out.add(components, row.whitened(1));
     }
   }
   return out;
@@ -51,12 +52,26 @@ TEST(NoiseScale, TheMedianBearsGrossRowsAndTheMeanCountsDegreesOfFreedom) {
   EXPECT_NEAR(left / all, 1 / 0.8, 1e-6);
 }
 
+TEST(NoiseScale, TheMedianOfVeryManyRowsIsThatOfTheSortedOnes) {
+  std::mt19937 random(7);
+  std::chi_squared_distribution<double> squares(3);
+  for (const std::size_t rows : {std::size_t{100'000}, std::size_t{150'001}}) {
+    std::vector<double> drawn(rows);
+    for (double& square : drawn) square = kNoise * kNoise * squares(random);
+    drawn[5] = 0;
+    const double found = median_noise({3, drawn}, kFloor, kNoise);
+    std::sort(drawn.begin(), drawn.end());
+    const double cube = 1 - 2 / 27.0;
+    EXPECT_EQ(found, std::sqrt(drawn[rows / 2] / (3 * cube * cube * cube)));
+  }
+}
+
 // A claim that is nothing beside the noise makes no difference.
 TEST(NoiseScale, RowsThatClaimHardlyAnythingCountAsThoseThatClaimNothing) {
   for (const int components : {1, 2, 3}) {
     const ObservedRows plain = drawn(components, 500, 0, 20);
     const ObservedRows claiming = drawn(components, 500, 1e-14, 20);
-    ASSERT_EQ(claiming.claiming.size(), 500U);
+    ASSERT_EQ(claiming.claiming().size(), 500U);
     EXPECT_NEAR(median_noise(plain, kFloor, kNoise) / median_noise(claiming, kFloor, kNoise), 1, 1e-9);
     for (const LossKind loss : {LossKind::kNone, LossKind::kTukey}) {
       const double noise = mean_noise(plain, loss, 0.9, kFloor, kNoise);
