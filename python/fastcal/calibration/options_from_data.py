@@ -10,21 +10,26 @@ other data as well, all of them.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fastcal.effects.entries import Spec, build_effects, core_options, label, traits_of
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
+from fastcal.measurements.long_dataset import ColumnOnDisk, LongDataset
 from fastcal.robot.robot import Robot
 from fastcal.units import from_si
+
+FloatArray = NDArray[np.float64]
+Rows = Dataset | LongDataset
 
 _COVERED = ("first_s", "last_s")
 _DECIMALS = 3  # an origin is a choice: milliseconds and millikelvins of it mean nothing
 
 
-def with_origins(entry: Spec, robot: Robot, data: Dataset) -> Spec:
+def with_origins(entry: Spec, robot: Robot, data: Rows) -> Spec:
     """The entry with the options that the data decide; those that it has already stay, but for times that are covered.
 
     Raises:
@@ -37,32 +42,55 @@ def with_origins(entry: Spec, robot: Robot, data: Dataset) -> Spec:
     return {**filled, **entry, **covered}
 
 
-def _temperature(entry: Spec, robot: Robot, data: Dataset) -> Spec:
-    if data.temperature is None:
-        raise _missing(entry, "temperature_c")
-    return {"t0_c": round(from_si(float(np.mean(data.temperature)), "c"), _DECIMALS)}
+def _parts(data: Rows, field: str, name: str = "") -> Iterator[FloatArray] | None:
+    """A column, the rows of a long data set some at a time; None where there is none."""
+    if isinstance(data, LongDataset):
+        found = data.column(field)
+        column = found.get(name) if isinstance(found, dict) else found
+        return column.parts() if isinstance(column, ColumnOnDisk) else None
+    values = getattr(data, field)
+    if name:
+        values = values.get(name)
+    return None if values is None else iter([values])
 
 
-def _time(entry: Spec, robot: Robot, data: Dataset) -> Spec:
-    if data.time is None:
-        raise _missing(entry, "time_s")
-    return {"t0_s": round(float(np.mean(data.time)), _DECIMALS)}
+def _mean(entry: Spec, data: Rows, field: str, title: str) -> float:
+    parts = _parts(data, field)
+    if parts is None:
+        raise _missing(entry, title)
+    return float(sum(np.sum(part) for part in parts) / len(data))
 
 
-def _times(entry: Spec, robot: Robot, data: Dataset) -> Spec:
+def _extent(parts: Iterator[FloatArray]) -> tuple[float, float]:
+    """Least and greatest number."""
+    ends = [(float(part.min()), float(part.max())) for part in parts]
+    return min(low for low, _ in ends), max(high for _, high in ends)
+
+
+def _temperature(entry: Spec, robot: Robot, data: Rows) -> Spec:
+    return {"t0_c": round(from_si(_mean(entry, data, "temperature", "temperature_c"), "c"), _DECIMALS)}
+
+
+def _time(entry: Spec, robot: Robot, data: Rows) -> Spec:
+    return {"t0_s": round(_mean(entry, data, "time", "time_s"), _DECIMALS)}
+
+
+def _times(entry: Spec, robot: Robot, data: Rows) -> Spec:
     """From the first row to the last, and what the entry covers already."""
-    if data.time is None:
+    parts = _parts(data, "time")
+    if parts is None:
         raise _missing(entry, "time_s")
-    first, last = (round(float(t), _DECIMALS) for t in (data.time.min(), data.time.max()))
+    first, last = (round(t, _DECIMALS) for t in _extent(parts))
     return {"first_s": min(first, entry.get("first_s", first)), "last_s": max(last, entry.get("last_s", last))}
 
 
-def _labels(entry: Spec, data: Dataset, option: str) -> Spec:
+def _labels(entry: Spec, data: Rows, option: str) -> Spec:
     column = option.removesuffix("s")
-    codes, names = getattr(data, column), getattr(data, f"{column}_names")
-    if codes is None:
+    parts = _parts(data, column)
+    if parts is None:
         raise _missing(entry, column)
-    present = [names[i] for i in dict.fromkeys(codes.tolist())]
+    names = data.names(column) if isinstance(data, LongDataset) else getattr(data, f"{column}_names")
+    present = [names[i] for i in dict.fromkeys(code for part in parts for code in dict.fromkeys(part.tolist()))]
     if len(entry.get(option, present)) < 2:
         raise InvalidInput(
             f"{label(entry)} needs at least two labels in the column {column}, and the data have only '{present[0]}'"
@@ -70,26 +98,26 @@ def _labels(entry: Spec, data: Dataset, option: str) -> Spec:
     return {option: present}
 
 
-def _stations(entry: Spec, robot: Robot, data: Dataset) -> Spec:
+def _stations(entry: Spec, robot: Robot, data: Rows) -> Spec:
     return _labels(entry, data, "stations")
 
 
-def _mounts(entry: Spec, robot: Robot, data: Dataset) -> Spec:
+def _mounts(entry: Spec, robot: Robot, data: Rows) -> Spec:
     return _labels(entry, data, "mounts")
 
 
-def _range(entry: Spec, robot: Robot, data: Dataset) -> Spec:
+def _range(entry: Spec, robot: Robot, data: Rows) -> Spec:
     if core_options(entry).get("periodic"):
         return {}
     joint = int(entry["owner"].removeprefix("joint")) - 1
-    low, high = float(data.q[:, joint].min()), float(data.q[:, joint].max())
+    low, high = _extent(part[:, joint] for part in _parts(data, "q") or ())
     if not low < high:
         raise InvalidInput(f"{label(entry)} needs data in which joint {joint + 1} moves")
     unit = "rad" if robot.joint_types[joint] == "revolute" else "m"
     return {f"low_{unit}": low, f"high_{unit}": high}
 
 
-def _order(entry: Spec, robot: Robot, data: Dataset) -> Spec:
+def _order(entry: Spec, robot: Robot, data: Rows) -> Spec:
     """The order; of a wave at least half a period must fit into the joint's range, or offset and ratio do as well."""
     if entry.get("side") == "motor":
         return {}
@@ -104,16 +132,20 @@ def _order(entry: Spec, robot: Robot, data: Dataset) -> Spec:
     return {"order": order}
 
 
-def _size(entry: Spec, robot: Robot, data: Dataset) -> Spec:
+def _size(entry: Spec, robot: Robot, data: Rows) -> Spec:
     """Root mean square of the column, so that its unit does not decide what motion is plausible."""
-    column = data.extra.get(entry.get("column", ""))
-    if column is None:
+    parts = _parts(data, "extra", str(entry.get("column", "")))
+    if parts is None:
         return {}  # what reads the column says that it is not there
-    rms = float(np.sqrt(np.nanmean(np.square(column)))) if np.isfinite(column).any() else 0.0
+    squares, count = 0.0, 0
+    for part in parts:
+        squares += float(np.nansum(np.square(part)))
+        count += int((~np.isnan(part)).sum())
+    rms = math.sqrt(squares / count) if count and math.isfinite(squares) else 0.0
     return {"size": float(f"{rms:.2g}")} if rms > 0 else {}
 
 
-def _reference(entry: Spec, robot: Robot, data: Dataset) -> Spec:
+def _reference(entry: Spec, robot: Robot, data: Rows) -> Spec:
     """What its numbers count from, as the geometry is before it is identified."""
     (effect,) = build_effects([entry], robot.core)
     return dict(effect.reference)
@@ -123,7 +155,7 @@ def _missing(entry: Spec, column: str) -> InvalidInput:
     return InvalidInput(f"{label(entry)} needs the column {column}, which the data do not have")
 
 
-_FILLERS: dict[str, Callable[[Spec, Robot, Dataset], Spec]] = {
+_FILLERS: dict[str, Callable[[Spec, Robot, Rows], Spec]] = {
     "t0_c": _temperature,
     "t0_s": _time,
     "times": _times,

@@ -130,7 +130,7 @@ def prepare(
     spec = plain_copy(robot.spec)
     spec.pop("correction", None)  # it was trained on what another identification left
     spec["effects"] = without_repeats(
-        [with_origins(entry, robot, data) for entry in (spec.get("effects") or []) + added]
+        [with_origins(entry, robot, long or data) for entry in (spec.get("effects") or []) + added]
     )
     if equilibrium is not None:
         spec["equilibrium"] = equilibrium

@@ -72,8 +72,8 @@ def calibrate(
     from fastcal.importers.loading import load_measurements, load_or_open
     from fastcal.io.folder import check_folder
     from fastcal.io.robot_file import load_robot
+    from fastcal.measurements.dataset import Dataset
     from fastcal.report.calibration_files import FILES, write_calibration
-    from fastcal.robot.given import as_data
     from fastcal.selection.choose_parameters import choose_parameters
     from fastcal.units import to_si
 
@@ -84,13 +84,17 @@ def calibrate(
         raise InvalidInput("--choose compares sets by least squares without priors: leave out --priors and --method")
     nominal = load_robot(robot)
     measured = load_or_open(data, nominal, lambda rows: seen_by(tracker, rows))
+    if choose is not None and not isinstance(measured, Dataset):
+        raise InvalidInput(
+            f"{measured.source}: --choose holds rows out again and again: it needs them in memory, and takes fewer"
+        )
     other = None if test is None else load_measurements(test, nominal)
     with progress() as show:
         given: dict[str, Any] = {"test": other, "effects": effects, "loss": loss, "as_read": as_read}
         given |= {"threads": threads, "progress": show, "who": who}
-        choice = (
-            None if choose is None else choose_parameters(nominal, as_data(measured, nominal), rule=choose, **given)
-        )
+        choice = None
+        if choose is not None and isinstance(measured, Dataset):
+            choice = choose_parameters(nominal, measured, rule=choose, **given)
         found = (
             choice.result if choice else calibration.calibrate(nominal, measured, method=method, priors=priors, **given)
         )

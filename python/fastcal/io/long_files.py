@@ -65,15 +65,20 @@ def open_measurements(
     rows = LongDataset(source=name, joint_types=robot.joint_types)
     counts = RowCounts(robot)
     notes: dict[str, None] = {}
+    texts: set[str] = set()
     is_measured = False
     for table in _tables(path, name):
         part = dataset_of(table, robot, False, counts)
         is_measured = is_measured or bool(part.measured.any())
         notes |= dict.fromkeys(part.notes)
+        texts |= part.extra_labels.keys()
         rows.append(part if seen is None else seen(part))
     if not is_measured:
         raise ParseError(f"holds nothing measured; expected numbers in {expected_columns()}", name)
-    rows.notes = (*notes, *counts.notes())
+    for title in texts:
+        notes.pop(f"column '{title}' is not known and is kept as it is", None)
+    left_out = [f"column '{title}' holds text and is left out of a file of so many rows" for title in sorted(texts)]
+    rows.notes = (*notes, *left_out, *counts.notes())
     return rows
 
 

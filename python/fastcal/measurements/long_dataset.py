@@ -4,16 +4,18 @@
 
 from __future__ import annotations
 
+import math
+import os
 import tempfile
+import weakref
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields
-from pathlib import Path
+from dataclasses import fields
+from pathlib import PurePath
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fastcal.display.shown import Shown
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.last_moves import directions, last_moves
@@ -26,12 +28,10 @@ _FOUND = frozenset({"move", "direction_before"})  # from the rows before
 LABELLED = ("anchor", "station", "mount")  # fields of a Dataset that are indices into names
 
 
-@dataclass
 class ColumnOnDisk:
-    """One column of all rows.
+    """One column of all rows, in a file without a name, which goes with it.
 
     Attributes:
-        path: The file: numbers one after the other.
         dtype: Of the numbers.
         width: Numbers of a row; () is one.
         count: Rows.
@@ -39,23 +39,28 @@ class ColumnOnDisk:
             numbers. -1 is no label.
     """
 
-    path: Path
-    dtype: np.dtype[Any]
-    width: tuple[int, ...]
-    count: int = 0
-    names: list[str] | None = None
+    def __init__(self, dtype: np.dtype[Any], width: tuple[int, ...], names: list[str] | None = None) -> None:
+        self.dtype, self.width, self.names, self.count = dtype, width, names, 0
+        self._file = tempfile.TemporaryFile()  # noqa: SIM115 - closed by close() or with this object
+        self.close = weakref.finalize(self, self._file.close)
 
     @property
     def shape(self) -> tuple[int, ...]:
         """(N, ...)."""
         return (self.count, *self.width)
 
+    def append(self, values: NDArray[Any]) -> None:
+        """Adds rows."""
+        self._file.seek(0, os.SEEK_END)
+        self._file.write(np.ascontiguousarray(values, self.dtype).data)
+        self._file.flush()
+        self.count += len(values)
+
     def read(self, begin: int, end: int) -> NDArray[Any]:
         """Rows begin ... end - 1."""
-        row = int(np.prod(self.width, dtype=int))
-        size = row * self.dtype.itemsize
-        values = np.fromfile(self.path, self.dtype, (end - begin) * row, offset=begin * size)
-        return values.reshape(-1, *self.width)
+        row = math.prod(self.width)
+        self._file.seek(begin * row * self.dtype.itemsize)
+        return np.fromfile(self._file, self.dtype, (end - begin) * row).reshape(-1, *self.width)
 
     def parts(self) -> Iterator[NDArray[Any]]:
         """All rows, PART_ROWS at a time."""
@@ -67,11 +72,11 @@ class ColumnOnDisk:
         return [(self.names or [])[code] if code >= 0 else "" for code in codes.tolist()]
 
 
-class LongDataset(Shown):
+class LongDataset:
     """N measured poses of an arm, of which memory holds some at a time; `calibrate` takes it as it takes a Dataset.
 
-    Its columns lie in temporary files (in the folder that TMPDIR names), which go with it. Columns of text that no
-    field of a Dataset is for are left out.
+    Its columns lie in temporary files (in the folder that TMPDIR names), which go with it, when it is closed or no
+    longer referred to. Columns of text that no field of a Dataset is for are left out.
 
     Attributes:
         source, notes, joint_types: As in a Dataset.
@@ -80,7 +85,6 @@ class LongDataset(Shown):
     def __init__(self, *, source: str = "arrays", joint_types: Sequence[str] = ()) -> None:
         self.source, self.joint_types = source, tuple(joint_types)
         self.notes: tuple[str, ...] = ()
-        self._folder = tempfile.TemporaryDirectory(prefix="fastcal-")  # removed with this object, at exit at the latest
         self._columns: dict[tuple[str, str], ColumnOnDisk] = {}  # by the field and the name in it, "" where it has none
         self._dropped: set[tuple[str, str]] = set()
         self._count = 0
@@ -88,6 +92,20 @@ class LongDataset(Shown):
 
     def __len__(self) -> int:
         return self._count
+
+    def __repr__(self) -> str:
+        return f"<LongDataset: {PurePath(self.source).name}, {self._count} poses>"
+
+    def __enter__(self) -> LongDataset:
+        return self
+
+    def __exit__(self, *reason: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Frees the place that the rows take; nothing can be read any more."""
+        for column in self._columns.values():
+            column.close()
 
     def append(self, part: Dataset) -> None:
         """Adds rows behind the others; every part must have the same columns.
@@ -107,7 +125,7 @@ class LongDataset(Shown):
                     self._append_column(key, values, names)
         except OSError as error:
             raise InvalidInput(
-                f"{part.source}: its rows do not fit into {self._folder.name} ({error.strerror or error}); TMPDIR "
+                f"{part.source}: its rows do not fit into {tempfile.gettempdir()} ({error.strerror or error}); TMPDIR "
                 "names another folder for them"
             ) from None
         self._count += len(part)
@@ -138,18 +156,16 @@ class LongDataset(Shown):
         for begin in range(0, self._count, PART_ROWS):
             yield self.read(begin, min(self._count, begin + PART_ROWS), moves=moves)
 
-    def column(self, field: str) -> ColumnOnDisk | dict[str, ColumnOnDisk] | tuple[str, ...] | None:
-        """What a field of a Dataset would hold of all rows: a column, columns by name, names of labels; None: nothing.
-
-        Raises:
-            KeyError: There is no such field.
-        """
-        if field.endswith("_names"):
-            column = self._columns.get((field.removesuffix("_names"), ""))
-            return () if column is None else tuple(column.names or ())
+    def column(self, field: str) -> ColumnOnDisk | dict[str, ColumnOnDisk] | None:
+        """What a field of a Dataset would hold of all rows: a column, or columns by name; None: nothing."""
         if field in ("observed", "observed_labels", "extra", "extra_labels"):
             return {name: column for (of, name), column in self._columns.items() if of == field}
         return self._columns.get((field, ""))
+
+    def names(self, field: str) -> tuple[str, ...]:
+        """What the indices in a column of labels stand for, in the order of first appearance."""
+        column = self._columns.get((field, ""))
+        return () if column is None else tuple(column.names or ())
 
     def _moves(self, begin: int, end: int) -> FloatArray:
         first = max(begin - 1, 0)  # how a row was reached, the one before it says
@@ -174,13 +190,11 @@ class LongDataset(Shown):
         """Columns of the user's own that are numbers in some rows alone are text."""
         self._dropped |= {key for key in differing if key[0] == "extra"}
         for key in self._dropped & set(self._columns):
-            self._columns.pop(key).path.unlink()
+            self._columns.pop(key).close()
 
     def _append_column(self, key: tuple[str, str], values: NDArray[Any], names: Sequence[str] | None) -> None:
         if key not in self._columns:
-            path = Path(self._folder.name) / str(len(self._columns) + len(self._dropped))
-            own = None if names is None else list[str]()
-            self._columns[key] = ColumnOnDisk(path, values.dtype, values.shape[1:], names=own)
+            self._columns[key] = ColumnOnDisk(values.dtype, values.shape[1:], None if names is None else [])
         column = self._columns[key]
         if names is not None and column.names is not None:
             known = {name: code for code, name in enumerate(column.names)}
@@ -189,9 +203,7 @@ class LongDataset(Shown):
             values = np.where(values >= 0, np.array([*codes, -1], dtype=np.int64)[values], -1)
         if values.shape[1:] != column.width:
             raise InvalidInput(f"{self.source}: {' '.join(key).strip()} changes its width from row {self._count} on")
-        with column.path.open("ab") as file:
-            np.ascontiguousarray(values, column.dtype).tofile(file)
-        column.count += len(values)
+        column.append(values)
 
     def _dataset(
         self,

@@ -78,8 +78,12 @@ def data_hash(data: Dataset | LongDataset) -> str:
     found = hashlib.sha256()
     for name in sorted(field.name for field in fields(Dataset)):
         if name not in _NOT_MEASURED:
-            _feed(found, name, data.column(name) if isinstance(data, LongDataset) else getattr(data, name))
+            _feed(found, name, _of_all_rows(data, name) if isinstance(data, LongDataset) else getattr(data, name))
     return found.hexdigest()
+
+
+def _of_all_rows(data: LongDataset, name: str) -> Any:
+    return data.names(name.removesuffix("_names")) if name.endswith("_names") else data.column(name)
 
 
 def robot_hash(robot: Robot) -> str:
