@@ -18,8 +18,11 @@ Eigen::MatrixXd covariance_root(FitState& fit, const RowErrors& errors) {
   // counts them out.
   if (fit.options.noise.empty()) {
     const bool mean_distance = fit.options.solver.method == Method::kBfgsMeanDistance;
-    VarianceInflation inflation(mean_distance ? LossKind::kDistance : fit.loss, fit.freedom);
-    for (Eigen::Index i = 0; i < errors.row_count(); ++i) inflation.add(errors.whitened(i, fit.tau));
+    const VarianceInflation nothing(mean_distance ? LossKind::kDistance : fit.loss, fit.freedom);
+    VarianceInflation inflation = nothing;
+    errors.sum_rows(
+        nothing, [&](VarianceInflation& sums, Eigen::Index i) { sums.add(errors.whitened(i, fit.tau)); },
+        [&](const VarianceInflation& sums) { inflation.add(sums); });
     R /= std::sqrt(std::max(inflation.value(), std::numeric_limits<double>::min()));
   }
   R = with_priors(R, fit.free, fit.free_scale, fit.options.limits);

@@ -150,6 +150,13 @@ void VarianceInflation::add(const RowWeight& row) {
   numbers_ += row.components;
 }
 
+void VarianceInflation::add(const VarianceInflation& others) {
+  slope_ += others.slope_;
+  slope_squared_ += others.slope_squared_;
+  psi_squared_ += others.psi_squared_;
+  numbers_ += others.numbers_;
+}
+
 double VarianceInflation::value() const {
   const double a = slope_ / numbers_;
   const double k = loss_ == LossKind::kDistance ? 1 : 1 + (1 - freedom_) * (slope_squared_ / numbers_ / (a * a) - 1);

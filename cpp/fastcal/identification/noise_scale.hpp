@@ -34,6 +34,7 @@ class VarianceInflation {
  public:
   VarianceInflation(LossKind loss, double freedom) : loss_(loss), freedom_(freedom) {}
   void add(const RowWeight& row);
+  void add(const VarianceInflation& others);
   double value() const;
 
  private:

@@ -27,17 +27,24 @@ double degrees(const FitState& fit) { return fit.freedom * fit.measured_count; }
 
 /// Which rows a normal noise, its variance times the factor, explains.
 std::vector<bool> explained(const RowErrors& rows, const CommonNoise& tau, double factor) {
-  double used = 0;
-  for (Eigen::Index i = 0; i < rows.row_count(); ++i) used += rows.components(i) > 0;
-  std::array<double, kMostNumbers + 1> limit{};  // found where it is needed
-  std::vector<bool> out(static_cast<std::size_t>(rows.row_count()), true);
-  for (Eigen::Index i = 0; i < rows.row_count(); ++i) {
-    const RowWeight row = rows.whitened(i, tau);
-    if (row.components == 0) continue;
-    double& here = limit[static_cast<std::size_t>(row.components)];
-    if (here == 0) here = outlier_limit(row.components, used);
-    out[static_cast<std::size_t>(i)] = row.squared <= factor * here;
+  using Counts = std::array<Eigen::Index, kMostNumbers + 1>;  // of rows, by how many numbers they have
+  Counts counts{};
+  rows.sum_rows(
+      Counts{}, [&](Counts& sums, Eigen::Index i) { ++sums[static_cast<std::size_t>(rows.components(i))]; },
+      [&](const Counts& sums) {
+        for (std::size_t d = 0; d < sums.size(); ++d) counts[d] += sums[d];
+      });
+  const auto used = static_cast<double>(rows.row_count() - counts[0]);
+  std::array<double, kMostNumbers + 1> limit{};
+  for (std::size_t d = 1; d < limit.size(); ++d) {
+    if (counts[d] > 0) limit[d] = outlier_limit(static_cast<int>(d), used);
   }
+  std::vector<bool> out(static_cast<std::size_t>(rows.row_count()), true);
+  rows.each_row([&](Eigen::Index i) {
+    const RowWeight row = rows.whitened(i, tau);
+    if (row.components > 0)
+      out[static_cast<std::size_t>(i)] = row.squared <= factor * limit[static_cast<std::size_t>(row.components)];
+  });
   return out;
 }
 
@@ -49,12 +56,18 @@ double variance_factor(const FitState& fit, const RowErrors& rows) {
     if (fit.loss != LossKind::kNone) kept = explained(rows, fit.tau, factor);
     double sum = 0;
     double count = 0;
-    for (Eigen::Index i = 0; i < rows.row_count(); ++i) {
-      if (!kept.empty() && !kept[static_cast<std::size_t>(i)]) continue;
-      const RowWeight row = rows.whitened(i, fit.tau);
-      sum += row.squared;
-      count += row.components;
-    }
+    rows.sum_rows(
+        RowWeight{},
+        [&](RowWeight& sums, Eigen::Index i) {
+          if (!kept.empty() && !kept[static_cast<std::size_t>(i)]) return;
+          const RowWeight row = rows.whitened(i, fit.tau);
+          sums.squared += row.squared;
+          sums.components += row.components;
+        },
+        [&](const RowWeight& sums) {
+          sum += sums.squared;
+          count += sums.components;
+        });
     if (!(count > 0 && sum > 0)) return factor;
     const double before = factor;
     factor = sum / (count * fit.freedom);

@@ -7,7 +7,6 @@
 #include <limits>
 
 #include "fastcal/identification/whitened_rows.hpp"
-#include "fastcal/math/parallel.hpp"
 
 namespace fastcal {
 
@@ -17,7 +16,7 @@ std::size_t ObservedRows::count() const {
   return out;
 }
 
-RowErrors::RowErrors(const Problem& problem, Eigen::Index rows) : rows_(rows) {
+RowErrors::RowErrors(const Problem& problem, Eigen::Index rows) : rows_(rows), workers_(problem.workers()) {
   const auto count = static_cast<std::size_t>(rows);
   for (const PlacedObservation& observation : problem.measured.observations()) {
     Observed& of = of_.emplace_back();
@@ -50,7 +49,7 @@ RowErrors::RowErrors(const Problem& problem, const Eigen::VectorXd& theta) : Row
 }
 
 RowErrors::RowErrors(const Problem& problem, const RowMatrixXd& residuals) : RowErrors(problem, residuals.rows()) {
-  for (Eigen::Index i = 0; i < rows_; ++i) set(problem.measured, i, i, residuals.row(i).data());
+  each_row([&](Eigen::Index i) { set(problem.measured, i, i, residuals.row(i).data()); });
   look_for_gaps();
 }
 
@@ -154,22 +153,24 @@ int RowErrors::most_numbers() const {
 double RowErrors::cost(const Weighting& weighting) const {
   const auto loss = losses(weighting.loss, most_numbers());
   double cost = 0;
-  for (Eigen::Index i = 0; i < rows_; ++i) {
-    const RowWeight row = whitened(i, weighting.tau);
-    if (row.components > 0) cost += 0.5 * loss[static_cast<std::size_t>(row.components)]->rho(row.squared);
-  }
+  sum_rows(
+      0.0,
+      [&](double& sum, Eigen::Index i) {
+        const RowWeight row = whitened(i, weighting.tau);
+        if (row.components > 0) sum += 0.5 * loss[static_cast<std::size_t>(row.components)]->rho(row.squared);
+      },
+      [&](double sum) { cost += sum; });
   return cost;
 }
 
 std::vector<RowWeight> RowErrors::weights(const Weighting& weighting) const {
   const auto loss = losses(weighting.loss, most_numbers());
-  std::vector<RowWeight> out;
-  out.reserve(static_cast<std::size_t>(rows_));
-  for (Eigen::Index i = 0; i < rows_; ++i) {
+  std::vector<RowWeight> out(static_cast<std::size_t>(rows_));
+  each_row([&](Eigen::Index i) {
     RowWeight row = whitened(i, weighting.tau);
     row.weight = row.components == 0 ? 0 : loss[static_cast<std::size_t>(row.components)]->weight(row.squared);
-    out.push_back(row);
-  }
+    out[static_cast<std::size_t>(i)] = row;
+  });
   return out;
 }
 

@@ -5,12 +5,14 @@
 // where no row claims a noise of its own.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 #include "fastcal/identification/problem.hpp"
+#include "fastcal/math/parallel.hpp"
 
 namespace fastcal {
 
@@ -64,10 +66,32 @@ class RowErrors {
   RowErrors(const Problem& problem, const RowMatrixXd& residuals);
 
   Eigen::Index row_count() const { return rows_; }
+
+  /// Sums over all rows, the same on any number of threads: add(sums, i) for every row of a block on sums of its own,
+  /// which then are added up in the order of the blocks by join(sums).
+  template <typename Sums, typename Add, typename Join>
+  void sum_rows(const Sums& zero, const Add& add, const Join& join) const {
+    std::vector<Sums> blocks(static_cast<std::size_t>(block_count()), zero);
+    each_block([&](Eigen::Index block, Eigen::Index begin, Eigen::Index end) {
+      for (Eigen::Index i = begin; i < end; ++i) add(blocks[static_cast<std::size_t>(block)], i);
+    });
+    for (const Sums& sums : blocks) join(sums);
+  }
+
+  /// Calls body(i) for every row on all threads; rows that share a word of a vector of truth values on the same one.
+  template <typename Body>
+  void each_row(const Body& body) const {
+    each_block([&](Eigen::Index, Eigen::Index begin, Eigen::Index end) {
+      for (Eigen::Index i = begin; i < end; ++i) body(i);
+    });
+  }
   int observation_count() const { return static_cast<int>(of_.size()); }
 
   /// Of one observation, as long as this is there; of the rows `kept` alone (empty: of all).
   ObservedRows observed(int observation, const std::vector<bool>& kept = {}) const;
+
+  /// Numbers that a row may hold.
+  int most_numbers() const;
 
   /// Numbers of an observation that were measured.
   Eigen::Index number_count(int observation) const;
@@ -100,12 +124,22 @@ class RowErrors {
     std::vector<double> claimed;           // (N x most) variances; empty: none is claimed
   };
 
+  static constexpr Eigen::Index kBlockRows = 4096;
+
+  Eigen::Index block_count() const { return (rows_ + kBlockRows - 1) / kBlockRows; }
+  template <typename Body>
+  void each_block(const Body& body) const {
+    parallel_units(
+        block_count(), workers_, [] { return 0; },
+        [&](int, Eigen::Index block) { body(block, block * kBlockRows, std::min(rows_, (block + 1) * kBlockRows)); });
+  }
+
   RowErrors(const Problem& problem, Eigen::Index rows);
-  int most_numbers() const;  // of a row
   void look_for_gaps();
   void set(const Measurements& measured, Eigen::Index i, Eigen::Index in_part, const double* residuals);
 
   Eigen::Index rows_;
+  int workers_;
   std::vector<Observed> of_;
 };
 
