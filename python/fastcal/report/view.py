@@ -137,6 +137,7 @@ def _rows(
     )
     columns = {"x": point_after[:, 0], "y": point_after[:, 1], "z": point_after[:, 2], "length": length_after}
     measured = {part: column for part, column in columns.items() if np.isfinite(column).any()}
+    numbers = np.arange(len(data)) if evaluation.rows is None else evaluation.rows
     return Rows(
         name=name,
         source=str(data.source),
@@ -150,8 +151,8 @@ def _rows(
         before=_statistics(before),
         after=_statistics(after),
         joints=_joints(data, joint_types),
-        conditions=_conditions(data),
-        numbers=np.arange(len(data)) if evaluation.rows is None else evaluation.rows,
+        conditions=_conditions(data, numbers),
+        numbers=numbers,
     )
 
 
@@ -179,8 +180,8 @@ def _joints(data: Dataset, joint_types: list[str]) -> list[Variable]:
     return found
 
 
-def _conditions(data: Dataset) -> list[Variable]:
-    order = np.asarray(data.extra.get("order", np.arange(len(data.q))), float)
+def _conditions(data: Dataset, numbers: NDArray[np.intp]) -> list[Variable]:
+    order = np.asarray(data.extra.get("order", numbers), float)
     found = [Variable("order", _("order of measurement"), _("row"), order)]
     if data.time is not None and not np.array_equal(np.argsort(data.time), np.argsort(order)):
         found.append(Variable("time", _("time"), _("s since the first"), data.time - np.nanmin(data.time)))

@@ -16,6 +16,7 @@ from fastcal.calibration import long_rows
 from fastcal.calibration.some_rows import some_rows
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.long_dataset import LongDataset
+from fastcal.report.view import rows_of
 from fastcal.robot.plain_copy import plain_copy
 
 ROWS = 33_000  # more than are read at once, and than are shown
@@ -117,6 +118,9 @@ def test_the_report_shows_rows_by_their_own_numbers(tmp_path: Path, monkeypatch:
     assert set(shown[found.train.places(found.outliers)].tolist()) == outliers
     assert found.weights.shape == shown.shape
     assert (found.weights[found.train.places(found.outliers)] < 0.1).all()
+    rows = rows_of("Training", found.train, robot.joint_types)
+    assert rows is not None
+    np.testing.assert_array_equal(rows.conditions[0].values, shown)
     found.save(tmp_path / "out")
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     assert "12\u202f000 rows" in page
