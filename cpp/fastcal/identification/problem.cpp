@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "fastcal/identification/load_response.hpp"
 #include "fastcal/identification/whitened_rows.hpp"
@@ -17,21 +18,31 @@
 namespace fastcal {
 namespace {
 
+/// How many sums of so many numbers are kept until they are added up: few threads are started for many rows, and the
+/// memory does not grow with them.
+Eigen::Index group_size(Eigen::Index numbers) {
+  constexpr Eigen::Index kNumbers = 2'000'000;
+  return std::clamp<Eigen::Index>(kNumbers / std::max<Eigen::Index>(numbers, 1), 16, 4096);
+}
+
 /// Calls add(sums) for the sums of every chunk of rows in their order, which evaluate(rows, count, sums) has filled,
-/// whatever thread worked on it. Groups of chunks bound the memory.
+/// whatever thread worked on it; `numbers` are how many the sums of a chunk hold.
 template <typename Sums, typename Evaluate, typename Add>
 void sum_chunks(const Problem& problem, const Eigen::VectorXd& theta, const std::vector<int>& columns,
-                const Eigen::VectorXd& scale, const CommonNoise& tau, const Evaluate& evaluate, const Add& add) {
-  constexpr Eigen::Index kGroupRows = 128 * kChunkRows;
+                const Eigen::VectorXd& scale, const CommonNoise& tau, Eigen::Index numbers, const Evaluate& evaluate,
+                const Add& add) {
+  const Eigen::Index group = group_size(numbers) * kChunkRows;
   each_part(problem, [&](const Problem& part, Eigen::Index) {
     const auto worker = [&] { return WhitenedRows(part, theta, columns, scale, tau); };
-    for (Eigen::Index first = 0; first < part.row_count(); first += kGroupRows) {
-      const Eigen::Index rows = std::min(part.row_count() - first, kGroupRows);
+    for (Eigen::Index first = 0; first < part.row_count(); first += group) {
+      const Eigen::Index rows = std::min(part.row_count() - first, group);
       std::vector<Sums> sums(static_cast<std::size_t>(chunk_count(rows)));
       parallel_chunks(rows, part.workers(), worker,
                       [&](WhitenedRows& whitened, Eigen::Index chunk, Eigen::Index begin, Eigen::Index end) {
                         whitened.evaluate(first + begin, first + end);
-                        evaluate(whitened, static_cast<int>(end - begin), sums[static_cast<std::size_t>(chunk)]);
+                        Sums here;  // apart from those that other threads write
+                        evaluate(whitened, static_cast<int>(end - begin), here);
+                        sums[static_cast<std::size_t>(chunk)] = std::move(here);
                       });
       for (const Sums& of_chunk : sums) add(of_chunk);
     }
@@ -100,11 +111,12 @@ NormalEquations normal_equations(const Problem& problem, const Eigen::VectorXd& 
     sums.flat = Eigen::MatrixXd::Zero(p, p);
     kernels::gram(whitened.along_residuals(J), whitened.ld(), whitened.stride(), static_cast<int>(p), sums.flat.data());
   };
-  sum_chunks<Sums>(problem, theta, free, scale, weighting.tau, evaluate, [&](const Sums& of_chunk) {
-    sum.cost += of_chunk.cost;
-    if (with_jacobian) total += of_chunk.total;
-    if (of_chunk.flat.size() > 0) sum.flattening += of_chunk.flat;
-  });
+  sum_chunks<Sums>(problem, theta, free, scale, weighting.tau, (flattens ? 2 : 1) * p * p, evaluate,
+                   [&](const Sums& of_chunk) {
+                     sum.cost += of_chunk.cost;
+                     if (with_jacobian) total += of_chunk.total;
+                     if (of_chunk.flat.size() > 0) sum.flattening += of_chunk.flat;
+                   });
   if (with_jacobian) {
     sum.A = total.topLeftCorner(p, p).selfadjointView<Eigen::Upper>();
     sum.g = total.topRightCorner(p, 1);
@@ -114,8 +126,7 @@ NormalEquations normal_equations(const Problem& problem, const Eigen::VectorXd& 
 }
 
 RowMatrixXd residuals(const Problem& problem, const Eigen::VectorXd& theta) {
-  RowMatrixXd out = RowMatrixXd::Constant(problem.row_count(), problem.measured.number_count(),
-                                          std::numeric_limits<double>::quiet_NaN());
+  RowMatrixXd out(problem.row_count(), problem.measured.number_count());
   const std::vector<int> none;
   const Eigen::VectorXd scale;
   const CommonNoise one(problem.measured.observations().size(), 1.0);
@@ -123,6 +134,7 @@ RowMatrixXd residuals(const Problem& problem, const Eigen::VectorXd& theta) {
   parallel_chunks(problem.row_count(), problem.workers(), worker,
                   [&](WhitenedRows& rows, Eigen::Index, Eigen::Index begin, Eigen::Index end) {
                     rows.evaluate(begin, end);
+                    out.middleRows(begin, end - begin).setConstant(std::numeric_limits<double>::quiet_NaN());
                     for (Eigen::Index i = begin; i < end; ++i) rows.raw(static_cast<int>(i - begin), out.row(i));
                   });
   return out;
@@ -150,7 +162,7 @@ PlainSums plain_sums(const Problem& problem, const Eigen::VectorXd& theta, const
     sums.total = Eigen::MatrixXd::Zero(last + 1, last + 1);
     kernels::gram(J + (p - last) * whitened.ld(), whitened.ld(), height, static_cast<int>(last) + 1, sums.total.data());
   };
-  sum_chunks<Sums>(problem, theta, columns, scale, weighting.tau, evaluate, [&](const Sums& of_chunk) {
+  sum_chunks<Sums>(problem, theta, columns, scale, weighting.tau, last * last, evaluate, [&](const Sums& of_chunk) {
     total += of_chunk.total;
     squares += of_chunk.along;
   });
@@ -164,9 +176,9 @@ PlainSums plain_sums(const Problem& problem, const Eigen::VectorXd& theta, const
 Eigen::MatrixXd triangular_factor(const Problem& problem, const Eigen::VectorXd& theta, const std::vector<int>& free,
                                   const Eigen::VectorXd& scale, const Weighting& weighting, Eigen::VectorXd* g) {
   constexpr Eigen::Index kUnitRows = 4 * kChunkRows;  // that share a triangle: adding one to the others costs 40 rows
-  constexpr Eigen::Index kGroupRows = 64 * kUnitRows;
-  constexpr int kCachedRows = 128;  // their columns stay in the first-level cache
+  constexpr int kCachedRows = 128;                    // their columns stay in the first-level cache
   const auto p = static_cast<Eigen::Index>(free.size());
+  const Eigen::Index group = group_size(p * p) * kUnitRows;
   const auto loss = losses(weighting.loss, problem.measured.number_count());
   Eigen::MatrixXd R = Eigen::MatrixXd::Zero(p, p);
   if (g != nullptr) *g = Eigen::VectorXd::Zero(p);
@@ -201,17 +213,20 @@ Eigen::MatrixXd triangular_factor(const Problem& problem, const Eigen::VectorXd&
   };
   each_part(problem, [&](const Problem& part, Eigen::Index) {
     const auto worker = [&] { return WhitenedRows(part, theta, free, scale, weighting.tau); };
-    for (Eigen::Index first = 0; first < part.row_count(); first += kGroupRows) {
-      const Eigen::Index end = std::min(part.row_count(), first + kGroupRows);
+    for (Eigen::Index first = 0; first < part.row_count(); first += group) {
+      const Eigen::Index end = std::min(part.row_count(), first + group);
       const auto units = static_cast<std::size_t>((end - first + kUnitRows - 1) / kUnitRows);
-      std::vector<Eigen::MatrixXd> factors(units, Eigen::MatrixXd::Zero(p, p));
-      std::vector<Eigen::VectorXd> slopes(units, Eigen::VectorXd::Zero(p));
+      std::vector<Eigen::MatrixXd> factors(units);
+      std::vector<Eigen::VectorXd> slopes(units);
       parallel_units(static_cast<Eigen::Index>(units), part.workers(), worker,
                      [&](WhitenedRows& whitened, Eigen::Index unit) {
                        const auto u = static_cast<std::size_t>(unit);
                        const Eigen::Index last = std::min(end, first + (unit + 1) * kUnitRows);
+                       Eigen::VectorXd slope = Eigen::VectorXd::Zero(p);
+                       factors[u] = Eigen::MatrixXd::Zero(p, p);
                        for (Eigen::Index begin = first + unit * kUnitRows; begin < last; begin += kChunkRows)
-                         add_rows(whitened, begin, std::min(last, begin + kChunkRows), factors[u], slopes[u]);
+                         add_rows(whitened, begin, std::min(last, begin + kChunkRows), factors[u], slope);
+                       slopes[u] = std::move(slope);
                      });
       for (std::size_t unit = 0; unit < units; ++unit) {
         if (g != nullptr) *g += slopes[unit];

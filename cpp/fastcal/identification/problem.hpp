@@ -64,7 +64,7 @@ class Part {
 /// Calls body(part, first) for problems of all rows in their order, parts of them as far as they are not in memory.
 template <typename Body>
 void each_part(const Problem& whole, const Body& body) {
-  constexpr Eigen::Index kPartRows = 30'720;  // whole groups of chunks and units: sums are those of rows in memory
+  constexpr Eigen::Index kPartRows = 30'720;  // whole chunks and units: sums are those of rows in memory
   if (whole.source == nullptr) {
     body(whole, Eigen::Index{0});
     return;

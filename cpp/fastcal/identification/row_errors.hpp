@@ -73,7 +73,9 @@ class RowErrors {
   void sum_rows(const Sums& zero, const Add& add, const Join& join) const {
     std::vector<Sums> blocks(static_cast<std::size_t>(block_count()), zero);
     each_block([&](Eigen::Index block, Eigen::Index begin, Eigen::Index end) {
-      for (Eigen::Index i = begin; i < end; ++i) add(blocks[static_cast<std::size_t>(block)], i);
+      Sums sums = zero;  // apart from those that other threads write
+      for (Eigen::Index i = begin; i < end; ++i) add(sums, i);
+      blocks[static_cast<std::size_t>(block)] = sums;
     });
     for (const Sums& sums : blocks) join(sums);
   }
