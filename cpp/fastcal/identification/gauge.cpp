@@ -23,6 +23,24 @@ Eigen::VectorXd unbent(const FitState& fit) {
   return theta;
 }
 
+/// Moves theta along the null directions so that the held parameters come back to where they started; false where they
+/// were there.
+bool return_held(FitState& fit) {
+  Eigen::VectorXd x = (at(fit.theta, fit.asked) - at(fit.start, fit.asked)).cwiseQuotient(fit.scale);
+  const bool moves = (x(fit.gauge.held).array() != 0).any();
+  for (std::size_t k = 0; k < fit.gauge.held.size(); ++k)
+    x -= x[fit.gauge.held[k]] * fit.gauge.directions.col(static_cast<Eigen::Index>(k));
+  for (std::size_t k = 0; k < fit.asked.size(); ++k) {
+    const auto i = static_cast<Eigen::Index>(k);
+    fit.theta[fit.asked[k]] = fit.start[fit.asked[k]] + fit.scale[i] * x[i];
+  }
+  for (const int k : fit.gauge.held) {
+    const int index = fit.asked[static_cast<std::size_t>(k)];
+    fit.theta[index] = fit.start[index];
+  }
+  return moves;
+}
+
 }  // namespace
 
 Eigen::MatrixXd gauge_factor(FitState& fit) { return fit.gauge_factor(unbent(fit)); }
@@ -37,21 +55,19 @@ void follow_loads(FitState& fit) {
 }
 
 void choose_free(FitState& fit) {
+  // Null directions are those at constant loads, and loads change along them: an axis that leans after the coarse fit
+  // shows its compliance, but not where the gauge has put it upright. Free there, the compliance would run away by the
+  // rounding of its loads.
   follow_loads(fit);
-  fit.gauge = choose_gauge(gauge_factor(fit), fit.hold, fit.options.gauge);
-  Eigen::VectorXd x = (at(fit.theta, fit.asked) - at(fit.start, fit.asked)).cwiseQuotient(fit.scale);
-  for (std::size_t k = 0; k < fit.gauge.held.size(); ++k)
-    x -= x[fit.gauge.held[k]] * fit.gauge.directions.col(static_cast<Eigen::Index>(k));
+  Gauge here = choose_gauge(gauge_factor(fit), fit.hold, fit.options.gauge);
+  do {
+    fit.gauge = std::move(here);
+    if (!return_held(fit) || (fit.problem.model.needs() & kLoads) == 0) break;
+    fit.bring_to_equilibrium();
+    here = choose_gauge(gauge_factor(fit), fit.hold, fit.options.gauge);
+  } while (here.free.size() < fit.gauge.free.size());
   fit.free.clear();
   for (const int k : fit.gauge.free) fit.free.push_back(fit.asked[static_cast<std::size_t>(k)]);
-  for (std::size_t k = 0; k < fit.asked.size(); ++k) {
-    const auto i = static_cast<Eigen::Index>(k);
-    fit.theta[fit.asked[k]] = fit.start[fit.asked[k]] + fit.scale[i] * x[i];
-  }
-  for (const int k : fit.gauge.held) {
-    const int index = fit.asked[static_cast<std::size_t>(k)];
-    fit.theta[index] = fit.start[index];
-  }
   fit.free_scale = at(fit.scale, fit.gauge.free);
 }
 

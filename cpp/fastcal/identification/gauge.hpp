@@ -15,7 +15,7 @@ Eigen::MatrixXd gauge_factor(FitState& fit);
 void follow_loads(FitState& fit);
 
 /// The gauge at theta, and theta moved along the null directions so that the held parameters come back to where they
-/// started.
+/// started; more are held where its new loads show fewer.
 void choose_free(FitState& fit);
 
 /// Fills asked, held, held_directions, rank and unidentifiable of `out`.

@@ -6,6 +6,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <memory>
+#include <numeric>
+#include <vector>
+
+#include "fastcal/identification/identify.hpp"
 #include "fastcal/model/settle.hpp"
 #include "identification/twisted_arm.hpp"
 
@@ -74,6 +80,46 @@ TEST(LoadResponse, ThereIsNoneWhereAllIsToldWell) {
   const CommonNoise tau{1e-7, 1e-7, 1e-7};
   const Eigen::MatrixXd factor = triangular_factor(s.problem(), s.model.start(), s.free, s.scale, {tau});
   EXPECT_FALSE(load_response(s.problem(), s.model.start(), s.free, s.scale, factor));
+}
+
+/// An arm in modified DH with its tool on the last axis, whose joints 1, 4 and 5 give; nothing loads joint 1 where its
+/// axis is that of the base.
+ErrorModel compliant_arm() {
+  RobotDescription description;
+  const test::Tables tables = test::six_axes();
+  description.joint_types = tables.types;
+  description.T_flange_tool.p = {0, 0, 0.15};
+  description.bodies.resize(6);
+  description.bodies[4].mass = 300;
+  description.bodies[4].com = {0, 0, 0.3};
+  RowMatrixXd rows = tables.rows;
+  rows.row(0).tail(3).setZero();
+  rows.bottomRows(5).rightCols(3) = tables.rows.topRows(5).rightCols(3);
+  const RobotModel robot = build_mdh(description, rows);
+  std::vector<std::shared_ptr<const Effect>> effects;
+  for (const char* joint : {"joint1", "joint4", "joint5"})
+    effects.push_back(make_effect("joint_compliance", robot, joint, {}));
+  return ErrorModel(robot, effects, Eigen::VectorXd::Zero(3));
+}
+
+// The base leans, and the coarse fit lets the first axis lean in it by half of that: what then turns that axis would
+// show its compliance. The gauge puts the axis upright in the base.
+TEST(LoadResponse, WhatNothingLoadsWhereTheGaugeLeadsIsHeld) {
+  const ErrorModel model = compliant_arm();
+  const int compliance = test::index_of(model, "joint1 compliance");
+  Random random(3);
+  Samples samples = test::postures(random, 300, 6);
+  Eigen::VectorXd truth = test::disturbed(random, model, 5e-4);
+  truth[test::index_of(model, "base rx")] += 5e-3;
+  truth.tail(3) << 0, 3e-7, 1e-7;
+  settle(model, truth, 1, samples);
+  const test::Measured measured = test::measure(random, model, samples, truth, test::What::kPositions, {1e-5, 0});
+  std::vector<int> all(static_cast<std::size_t>(model.parameter_count()));
+  std::iota(all.begin(), all.end(), 0);
+  const Identification result = identify({model, samples, measured}, all, Eigen::VectorXd(), {});
+  EXPECT_EQ(result.status, Status::kConverged) << result.message;
+  EXPECT_EQ(std::count(result.held.begin(), result.held.end(), compliance), 1);
+  EXPECT_LT(result.iterations, 60);  // nothing had to be taken back
 }
 
 }  // namespace
