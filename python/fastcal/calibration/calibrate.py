@@ -118,8 +118,8 @@ def calibrate(
         raise InvalidInput(f"method must be one of {', '.join(METHODS)}, got '{method}'")
     robot = as_robot(robot)
     given = as_rows(data, robot)
-    long = given if isinstance(given, LongDataset) else None
     data, rows = (given, None) if isinstance(given, Dataset) else shown(given)
+    long = given if isinstance(given, LongDataset) and rows is not None else None
     test = None if test is None else as_data(test, robot)
     origin = made_by(robot, given, who)
     report = progress or (lambda text: None)

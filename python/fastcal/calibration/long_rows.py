@@ -46,8 +46,10 @@ class _Sums:
         return ErrorStatistics(self.count, self.mean, std, self.largest, rms)
 
 
-def shown(data: LongDataset) -> tuple[Dataset, NDArray[np.intp]]:
-    """Some rows that stand for all of them, and which they are."""
+def shown(data: LongDataset) -> tuple[Dataset, NDArray[np.intp] | None]:
+    """Some rows that stand for all of them, and which they are; None where they are all."""
+    if len(data) <= SHOWN_ROWS:
+        return data.read(0, len(data)), None
     rows = some_rows(len(data), SHOWN_ROWS)
     return data.pick(rows), rows
 

@@ -80,4 +80,4 @@ def test_what_needs_the_rows_in_memory_says_so(
     assert not out.exists()
     said = fastcal("calibrate", robot, data, "-o", out)
     assert said.code == 0
-    assert "rows were read part by part" in said.err
+    assert "rows were read part by part" not in said.err  # so few are taken into memory
