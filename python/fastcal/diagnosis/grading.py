@@ -13,7 +13,7 @@ from scipy import linalg
 
 from fastcal import _core
 from fastcal.diagnosis import rules
-from fastcal.diagnosis.held_out import folds
+from fastcal.diagnosis.held_out import folds, is_better
 from fastcal.diagnosis.library import Hypothesis
 from fastcal.diagnosis.one_curve import is_one_curve
 from fastcal.diagnosis.periodic import is_periodic
@@ -81,7 +81,8 @@ def borne_out(search: Search, state: SearchNode) -> SearchNode:
     """The set without the names that do not help to predict held-out rows, the least helpful first.
 
     Of many, the less helpful half of those that do not help at once. Beside something that remains, no wave stays that
-    is implausibly large: it makes up for what is unexplained.
+    is implausibly large: it makes up for what is unexplained. Names that help beside what comes with them, such as the
+    sag of an arm without masses, must also do better with it than the start.
     """
     while state.names:
         over = np.array(
@@ -97,7 +98,8 @@ def borne_out(search: Search, state: SearchNode) -> SearchNode:
         gone = [state.names[i] for i in worst[:at_once]]
         rest = [name for name in state.names if not any(name is g for g in gone)]
         state = search.state(rest, state) if rest else search.start
-    return state
+    helps = state.names and is_better(state.predicted, search.start.predicted)
+    return state if helps else search.start
 
 
 def _is_oversized_wave(state: SearchNode, name: Hypothesis) -> bool:

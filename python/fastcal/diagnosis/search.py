@@ -68,6 +68,11 @@ class SearchNode:
         return p_values(np.asarray(scores.statistic), np.asarray(scores.rank), self.fit.problem.noise.freedom)
 
     @cached_property
+    def predicted(self) -> FloatArray:
+        """(N,) squares of held-out rows: `HeldOut.squares`."""
+        return HeldOut(self.fit).squares()
+
+    @cached_property
     def gains(self) -> list[tuple[float, float]]:
         """By how much each name helps to predict held-out rows, and its standard error (`held_out.gain`).
 

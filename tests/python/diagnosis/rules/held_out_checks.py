@@ -12,7 +12,7 @@ from fastcal.calibration import repeatability
 from fastcal.diagnosis import curves, grading, held_out, rivals, unexplained
 from fastcal.diagnosis.search import Family, SearchNode
 
-from .linear_world import ROWS, World, columns, name
+from .linear_world import ROWS, World, columns, name, predicting
 from .mutants import falls_with
 
 
@@ -25,6 +25,7 @@ def a_name_that_does_not_help_held_out_rows_goes() -> None:
     gains = {repr(helps): (0.5, 0.1), repr(harms): (0.02, 0.04)}
     with (
         world.search() as search,
+        predicting(0.5),
         mock.patch.object(SearchNode, "gains", property(lambda self: [gains[repr(member)] for member in self.names])),
     ):
         assert grading.borne_out(search, search.state([helps, harms], search.start)).names == (helps,)
@@ -39,9 +40,23 @@ def what_is_certain_and_shows_in_few_rows_stays() -> None:
         world = World({step: C[:, 0], chance: C[:, 1]}, size * C[:, 0])
         with (
             world.search() as search,
+            predicting(0.15),
             mock.patch.object(SearchNode, "gains", property(lambda self: [(0.15, 0.1) for _ in self.names])),
         ):
             assert grading.borne_out(search, search.state([step], search.start)).names == kept
+
+
+@falls_with(MIN_RIVAL_GAIN=-1e9)
+def a_set_that_does_no_better_than_the_geometry_goes() -> None:
+    """As a bend that helps beside the sag that comes with it, where both together predict nothing."""
+    bend = name(1)
+    world = World({bend: columns(1)[:, 0]}, columns(1)[:, 0])
+    with (
+        world.search() as search,
+        predicting(0.02),
+        mock.patch.object(SearchNode, "gains", property(lambda self: [(0.7, 0.2) for _ in self.names])),
+    ):
+        assert grading.borne_out(search, search.state([bend], search.start)).names == ()
 
 
 def remains(helps: float, significant: Callable[[float, float], list[int]]) -> bool:
@@ -117,6 +132,19 @@ def a_rival_must_predict_held_out_rows_better_by_a_standard_error() -> None:
     clearly = square - jitter + jitter.mean() - 0.15
     assert not held_out.is_better(hardly, square)
     assert held_out.is_better(clearly, square)
+
+
+@falls_with(MIN_CURVE_GAIN=0.0)
+@falls_with(MIN_CURVE_GAIN=1e9)
+def curves_must_predict_held_out_rows_clearly_better() -> None:
+    square = np.random.default_rng(1).chisquare(3, 400)
+    jitter = np.random.default_rng(2).standard_normal(400)
+    noise = jitter.mean() - jitter
+    plain, hardly, clearly = (
+        SimpleNamespace(predicted=square + change, profiles=[]) for change in (0.0, noise - 0.12, noise - 0.3)
+    )
+    assert not rivals._earns_its_curves(hardly, plain)  # by 2.4 standard errors
+    assert rivals._earns_its_curves(clearly, plain)
 
 
 @falls_with(HOPELESS_SHARE=0.0)

@@ -13,7 +13,7 @@ from fastcal.diagnosis.many_rows import searched_rows
 from fastcal.diagnosis.search import Family, Search, SearchNode
 from fastcal.measurements.dataset import Dataset
 
-from .linear_world import World, columns, name
+from .linear_world import World, columns, name, predicting
 from .mutants import falls_with
 
 
@@ -153,6 +153,7 @@ def of_ten_names_those_that_help_held_out_rows_stay() -> None:
     helps = {repr(member): 3.0 if k < 6 else 1.0 for k, member in enumerate(names)}
     with (
         world.search() as search,
+        predicting(0.5),
         mock.patch.object(
             SearchNode, "gains", property(lambda self: [(0.1 * helps[repr(n)], 0.1) for n in self.names])
         ),
