@@ -12,6 +12,7 @@ from fastcal.errors import unloaded
 
 if TYPE_CHECKING:
     from fastcal.beams.frame import BeamFrame
+    from fastcal.calibration.bootstrap import Bootstrap, bootstrap
     from fastcal.calibration.calibrate import CalibrationResult, calibrate
     from fastcal.calibration.evaluation import evaluate
     from fastcal.calibration.parameter_identifiability import Redundancy, redundancy
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
     from fastcal.diagnosis.plan import foresee
     from fastcal.effects.registered import register_effect
     from fastcal.errors import FastcalError, InvalidInput, ParseError
-    from fastcal.fleet import Arm, Fleet, calibrate_many
+    from fastcal.fleet import Arm, Fleet, calibrate_many, diagnose_many
     from fastcal.ik.all_configurations import branches
     from fastcal.ik.inertia_load import InertiaLoad, inertia_load
     from fastcal.ik.inverse_kinematics import InverseKinematics, inverse_kinematics
@@ -58,6 +59,7 @@ _HOMES = {
     "BeamFrame": "beams.frame",
     "Arm": "fleet",
     "ArmChecks": "monitoring.arms",
+    "Bootstrap": "calibration.bootstrap",
     "CalibrationResult": "calibration.calibrate",
     "CheckResult": "monitoring.result",
     "Comparison": "monitoring.compare",
@@ -78,6 +80,7 @@ _HOMES = {
     "Targets": "compensation",
     "UpdateResult": "monitoring.update",
     "arm_angles": "ik.redundancy_resolution",
+    "bootstrap": "calibration.bootstrap",
     "branches": "ik.all_configurations",
     "calibrate": "calibration.calibrate",
     "calibrate_many": "fleet",
@@ -93,6 +96,7 @@ _HOMES = {
     "convert": "conversion",
     "design_poses": "design",
     "diagnose": "diagnosis",
+    "diagnose_many": "fleet",
     "evaluate": "calibration.evaluation",
     "foresee": "diagnosis.plan",
     "history": "monitoring.history",
@@ -144,6 +148,7 @@ __all__ = [
     "Arm",
     "ArmChecks",
     "BeamFrame",
+    "Bootstrap",
     "CalibrationResult",
     "CheckResult",
     "Comparison",
@@ -165,6 +170,7 @@ __all__ = [
     "UpdateResult",
     "__version__",
     "arm_angles",
+    "bootstrap",
     "branches",
     "calibrate",
     "calibrate_many",
@@ -180,6 +186,7 @@ __all__ = [
     "convert",
     "design_poses",
     "diagnose",
+    "diagnose_many",
     "evaluate",
     "foresee",
     "history",

@@ -86,7 +86,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "papers": {
         *(*ARM, "calibration", "selection", "conversion", "ik", "compensation", "design", "networks", "io", "report"),
     },
-    "fleet": {*ARM, "calibration", "io", "report", "robots"},
+    "fleet": {*ARM, "calibration", "diagnosis", "io", "report", "robots"},
 }
 # What binds the rooms together may import any of them, and is imported by none.
 DOORS = {"__init__", "__main__", "cli"}

@@ -34,27 +34,36 @@ def fleet(
         bool, typer.Option("--check-all", help="Look at columns and residuals of every arm, not of odd ones alone.")
     ] = False,
     reports: Annotated[bool, typer.Option("--reports", help="Write a page for every arm.")] = False,
+    diagnose: Annotated[
+        bool, typer.Option("--diagnose", help="Find what the model of each arm is missing, as `fastcal diagnose` does.")
+    ] = False,
 ) -> None:
-    """Calibrate many arms.
+    """Calibrate or diagnose many arms.
 
     Arms of an earlier run into the same folder whose files have not changed are taken from there.
     """
-    from fastcal.fleet import calibrate_many, read_list
+    from fastcal.errors import InvalidInput
+    from fastcal.fleet import calibrate_many, diagnose_many, read_list
     from fastcal.fleet.page import write_fleet
 
+    if diagnose and (effects != "geometry" or loss != "tukey" or check_all or reports):
+        raise InvalidInput("--diagnose goes without --effects, --loss, --check-all and --reports: it finds the effects")
     listed = read_list(arms)
     with progress() as show:
-        found = calibrate_many(
-            listed,
-            out=output,
-            jobs=jobs,
-            cluster=cluster,
-            check_all=check_all,
-            reports=reports,
-            progress=show,
-            effects=effects,
-            loss=loss,
-        )
+        if diagnose:
+            found = diagnose_many(listed, out=output, jobs=jobs, cluster=cluster, progress=show)
+        else:
+            found = calibrate_many(
+                listed,
+                out=output,
+                jobs=jobs,
+                cluster=cluster,
+                check_all=check_all,
+                reports=reports,
+                progress=show,
+                effects=effects,
+                loss=loss,
+            )
         show("writing the page")
         write_fleet(found, output)
     _say(found, output)
@@ -63,7 +72,11 @@ def fleet(
 
 
 def _say(found: Fleet, output: Path) -> None:
-    say(f"{len(found) - len(found.failed)} of {len(found)} arms calibrated")
+    done = "diagnosed" if found.is_diagnosed else "calibrated"
+    say(f"{len(found) - len(found.failed)} of {len(found)} arms {done}")
+    for arm in found:
+        if arm.verdict:
+            say(f"  {arm.name}: {arm.verdict}{': ' if arm.causes else ''}{arm.causes}")
     for arm in found.failed:
         say(f"  {arm.name}: {arm.status.replace('_', ' ')}: {arm.message}")
     say(str(output / "report.html"))

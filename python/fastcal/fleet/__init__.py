@@ -4,6 +4,6 @@
 
 from fastcal.fleet.arms import Arm, read_list
 from fastcal.fleet.result import ArmResult, Fleet
-from fastcal.fleet.side_by_side import calibrate_many
+from fastcal.fleet.side_by_side import calibrate_many, diagnose_many
 
-__all__ = ["Arm", "ArmResult", "Fleet", "calibrate_many", "read_list"]
+__all__ = ["Arm", "ArmResult", "Fleet", "calibrate_many", "diagnose_many", "read_list"]

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""The calibration of one arm of a fleet, as a worker does it: read, fit, write, and a row for the table."""
+"""One arm of a fleet, as a worker does it: read, calibrate or diagnose, write, and a row for the table."""
 
 from __future__ import annotations
 
@@ -10,10 +10,11 @@ import os
 import pickle
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import fastcal
 from fastcal.calibration.calibrate import CalibrationResult, calibrate
+from fastcal.calibration.evaluation import ErrorStatistics, Evaluation
 from fastcal.errors import FastcalError
 from fastcal.fleet.arms import Arm
 from fastcal.fleet.result import NOT_CALIBRATED, ArmResult
@@ -23,6 +24,9 @@ from fastcal.io.robot_file import load_robot, write_spec
 from fastcal.report.calibration_report import calibration_page
 from fastcal.robot.given import RobotLike
 from fastcal.robot.robot import Robot
+
+if TYPE_CHECKING:
+    from fastcal.diagnosis import Diagnosis
 
 FILES = ("model.yaml", "result.json", "report.html")
 
@@ -40,8 +44,10 @@ def calibrate_arm(
         report: Write its page too.
     """
     key = "" if folder is None else key_of(arm, options)
-    if folder is not None and (known := _known(Path(folder), key, checks, report)) is not None:
-        return known
+    if folder is not None and (known := _known(Path(folder) / "result.json", key)) is not None:
+        has_page = known.model is None or (Path(folder) / "report.html").is_file()
+        if (known.checks == "all" or not checks) and (has_page or not report):
+            return known
     found: CalibrationResult | None = None
     try:
         found = calibrate(_robot(arm.robot), arm.data, test=arm.test, checks=checks, **options)
@@ -50,6 +56,36 @@ def calibrate_arm(
         row = ArmResult(arm.name, NOT_CALIBRATED, checks="all" if checks else "fit", message=str(error))
     if folder is not None:
         _write(Path(folder), found, row, key, report)
+    return row
+
+
+def diagnose_arm(arm: Arm, options: Mapping[str, Any], *, folder: str | None = None) -> ArmResult:
+    """Diagnoses an arm; with a folder, writes its files there, or takes what they hold where nothing has changed.
+
+    Args:
+        arm: The arm.
+        options: Further arguments of `diagnose`.
+        folder: Of this arm; None: nothing is written.
+    """
+    from fastcal.diagnosis import diagnose  # takes longer to import than an arm to calibrate
+    from fastcal.report.diagnosis_report import FILES as OF_DIAGNOSIS
+    from fastcal.report.diagnosis_report import write_diagnosis
+    from fastcal.report.model_patches import PATTERN
+
+    key = "" if folder is None else key_of(arm, {"diagnose": True, **options})
+    if folder is not None and (known := _known(Path(folder) / "diagnosis.json", key)) is not None:
+        return known
+    try:
+        found = diagnose(_robot(arm.robot), arm.data, test=arm.test, **options)
+    except FastcalError as error:
+        row = ArmResult(arm.name, NOT_CALIBRATED, checks="all", message=str(error))
+        if folder is not None:
+            with atomic_folder(folder, owned=(*OF_DIAGNOSIS, PATTERN)) as place:
+                write_json(place / "diagnosis.json", _record(key, row))
+        return row
+    row = _diagnosed_row(arm.name, found)
+    if folder is not None:
+        write_diagnosis(found, folder, also=_record(key, row))
     return row
 
 
@@ -76,38 +112,63 @@ def _robot(given: RobotLike) -> RobotLike:
 
 
 def _row(name: str, found: CalibrationResult, checks: str) -> ArmResult:
-    def rms(figures: Mapping[str, Any] | None) -> float | None:
-        return None if figures is None else figures["rms"]
-
-    train = found.train.to_json_dict()
-    test = None if found.test is None else found.test.to_json_dict()
     return ArmResult(
         name,
         found.status,
-        found.train.row_count,
-        rms(train["before_mm"]),
-        rms(train["after_mm"]),
-        None if test is None else rms(test["after_mm"]),
-        found.sigma_mm,
-        len(found.outliers),
-        len(found.unidentifiable),
-        checks,
-        found.message if found.status != "converged" else "; ".join(found.notes),
-        found.model if found.status == "converged" else None,
+        **_errors(found.train, found.test),
+        sigma_mm=found.sigma_mm,
+        outliers=len(found.outliers),
+        unidentifiable=len(found.unidentifiable),
+        checks=checks,
+        message=found.message if found.status != "converged" else "; ".join(found.notes),
+        model=found.model if found.status == "converged" else None,
     )
 
 
-def _known(folder: Path, key: str, checks: bool, report: bool) -> ArmResult | None:
+def _diagnosed_row(name: str, found: Diagnosis) -> ArmResult:
+    last = found.steps[-1]
+    return ArmResult(
+        name,
+        "converged",
+        **_errors(last.train, last.test),
+        sigma_mm=found.sigma_mm,
+        outliers=len(found.outliers),
+        checks="all",
+        message=found.sentence,
+        verdict=found.verdict,
+        causes="; ".join(f"{effect.grade} {effect.label}" for effect in found.effects),
+        model=last.model,
+    )
+
+
+def _errors(train: Evaluation, test: Evaluation | None) -> dict[str, Any]:
+    """How many rows, and the fields of errors."""
+
+    def rms(figures: ErrorStatistics | None) -> float | None:
+        return None if figures is None else figures.to_mm()["rms"]
+
+    return {
+        "rows": train.row_count,
+        "before_mm": rms(train.before),
+        "after_mm": rms(train.after),
+        "test_mm": None if test is None else rms(test.after),
+    }
+
+
+def _record(key: str, row: ArmResult) -> dict[str, Any]:
+    """What a later run looks for: it takes the row where the key is that of its own arm."""
+    return {"fleet": {"key": key, "row": row.to_row()}}
+
+
+def _known(path: Path, key: str) -> ArmResult | None:
     """The row of an earlier run that was given the same, or None."""
     try:
-        fleet = read_json(folder / "result.json")["fleet"]
+        fleet = read_json(path)["fleet"]
+        if fleet["key"] != key:
+            return None
         row = dict(fleet["row"])
-        if fleet["key"] != key or (checks and row["checks"] != "all"):
-            return None
-        converged = row["status"] == "converged"
-        if report and converged and not (folder / "report.html").is_file():
-            return None
-        return ArmResult(**row, model=load_robot(folder / "model.yaml") if converged else None)
+        is_there = row["status"] == "converged"
+        return ArmResult(**row, model=load_robot(path.with_name("model.yaml")) if is_there else None)
     except (FastcalError, KeyError, TypeError):
         return None
 
@@ -117,6 +178,6 @@ def _write(folder: Path, found: CalibrationResult | None, row: ArmResult, key: s
         if row.model is not None:
             write_spec(row.model.spec, place / "model.yaml", f"Identified by fastcal {fastcal.__version__}")
         content = {"status": row.status, "message": row.message} if found is None else found.to_json_dict()
-        write_json(place / "result.json", content | {"fleet": {"key": key, "row": row.to_row()}})
+        write_json(place / "result.json", content | _record(key, row))
         if report and found is not None:
             (place / "report.html").write_text(calibration_page(found), encoding="utf-8")

@@ -35,7 +35,8 @@ def fleet_page(found: Fleet) -> str:
         title="Fleet",
         simulated=False,
         count=len(found),
-        calibrated=len(found) - len(found.failed),
+        with_model=len(found) - len(found.failed),
+        done="diagnosed" if found.is_diagnosed else "calibrated",
         failed=[(arm.name, arm.status.replace("_", " "), arm.message) for arm in found.failed[:_MOST_ROWS]],
         table=_table(found),
         notes=_notes(found)[:_MOST_NOTES],
@@ -50,13 +51,15 @@ def _worst_first(found: Fleet) -> list[ArmResult]:
 
 def _table(found: Fleet) -> Table:
     titles = ("poses", "nominal (mm)", "calibrated (mm)", "other poses (mm)", "noise (mm)", "outliers", "undetermined")
-    columns = [Column("arm", numeric=False), *map(Column, titles)]
+    told = ("verdict", "what is missing") if found.is_diagnosed else ()
+    columns = [Column("arm", numeric=False), *map(Column, titles), *(Column(title, numeric=False) for title in told)]
     rows = []
     for arm in _worst_first(found)[:_MOST_ROWS]:
         lengths = [arm.before_mm, arm.after_mm, arm.test_mm, arm.sigma_mm]
         cells = [number_cell("" if mm is None else significant(mm, 3), mm) for mm in lengths]
         counts = [Cell(str(count), float(count)) for count in (arm.outliers, arm.unidentifiable)]
-        rows.append([Cell(arm.name), Cell(str(arm.rows), float(arm.rows)), *cells, *counts])
+        causes = [Cell(text) for text in (arm.verdict, arm.causes)] if told else []
+        rows.append([Cell(arm.name), Cell(str(arm.rows), float(arm.rows)), *cells, *counts, *causes])
     caption = "Root mean square of the error of every arm."
     return Table(caption, columns, [Group(rows)], is_sortable=True)
 

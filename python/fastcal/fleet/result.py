@@ -31,7 +31,9 @@ class ArmResult:
         unidentifiable: How many directions the data can't determine.
         checks: "all": columns and residuals were looked at, as `calibrate` does; "fit": the fit alone, since it is
             like the fleet's.
-        message: Why it was refused or did not converge; notes otherwise.
+        message: Why it was refused or did not converge; else notes, or the sentence of a diagnosis.
+        verdict: Of a diagnosis.
+        causes: Grades and names that it gave, "A backlash@joint4".
         model: The identified robot; None where there is none. It is in no table.
     """
 
@@ -46,6 +48,8 @@ class ArmResult:
     unidentifiable: int = 0
     checks: str = "fit"
     message: str = ""
+    verdict: str = ""
+    causes: str = ""
     model: Robot | None = field(default=None, repr=False, compare=False)
 
     def to_row(self) -> dict[str, Any]:
@@ -75,6 +79,11 @@ class Fleet:
     def failed(self) -> list[ArmResult]:
         """Arms without a model."""
         return [arm for arm in self.arms if arm.status != "converged"]
+
+    @property
+    def is_diagnosed(self) -> bool:
+        """Were its arms diagnosed, not calibrated?"""
+        return any(arm.verdict for arm in self.arms)
 
     def columns(self) -> dict[str, list[Any]]:
         """The table, by column."""

@@ -6,13 +6,12 @@ from __future__ import annotations
 
 import dataclasses
 import importlib
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Protocol, cast
 
-import joblib
-
+from fastcal.calibration.processes import workers
 from fastcal.errors import InvalidInput
 from fastcal.papers.exhibits import Page
 
@@ -85,9 +84,8 @@ def run_study(
     if arms < 1:
         raise InvalidInput(f"a study needs at least one arm, got {arms}")
     runs: list[Run] = []
-    with _workers(cluster):
-        work = joblib.Parallel(n_jobs=min(threads, arms) if cluster is None else arms, return_as="generator")
-        for run in work(joblib.delayed(module.one_arm)(seed, full) for seed in range(arms)):
+    with workers(min(threads, arms), cluster) as side_by_side:
+        for run in side_by_side(partial(module.one_arm, full=full), range(arms)):
             runs.append(run)
             if progress is not None:
                 progress(f"{len(runs)} of {arms} arms measured")
@@ -108,25 +106,3 @@ def content(name: str, runs: Sequence[Run], *, full: bool = False) -> Run:
         **page,
         "runs": list(runs),
     }
-
-
-@contextmanager
-def _workers(cluster: str | None) -> Iterator[None]:
-    """Where the arms are run meanwhile: here, or on a cluster.
-
-    Raises:
-        InvalidInput: A cluster without Dask, or one that does not answer.
-    """
-    if cluster is None:
-        yield
-        return
-    try:
-        from dask.distributed import Client
-    except ImportError:
-        raise InvalidInput("a cluster needs Dask: pip install 'fastcal[cluster]'") from None
-    try:
-        client = Client(cluster)  # type: ignore[no-untyped-call]
-    except (OSError, ValueError) as error:
-        raise InvalidInput(f"no Dask scheduler answers at {cluster}: {error}") from None
-    with client, joblib.parallel_config("dask"):
-        yield

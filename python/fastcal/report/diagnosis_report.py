@@ -72,7 +72,11 @@ class _Card:
 
 
 def write_diagnosis(
-    found: Diagnosis, folder: str | os.PathLike[str], *, made_by: Mapping[str, Any] | None = None
+    found: Diagnosis,
+    folder: str | os.PathLike[str],
+    *,
+    made_by: Mapping[str, Any] | None = None,
+    also: Mapping[str, Any] | None = None,
 ) -> None:
     """Writes model.yaml, diagnosis.json, report.html and a patch for each effect that was added, all or none.
 
@@ -80,6 +84,7 @@ def write_diagnosis(
         found: What `diagnose` gave.
         folder: Made where it is not there; an older result in it is replaced.
         made_by: What the result comes from and who measured it; kept in all three files.
+        also: Further keys of diagnosis.json.
     """
     import fastcal
 
@@ -92,7 +97,7 @@ def write_diagnosis(
         patches = removal_patches(model.read_text(encoding="utf-8"), found.model.spec, found.effects, model.name)
         for name, text in patches.items():
             (place / name).write_text(text, encoding="utf-8")
-        write_json(place / "diagnosis.json", found.to_json_dict() | origin)
+        write_json(place / "diagnosis.json", found.to_json_dict() | origin | dict(also or {}))
         if found.plan is not None:
             write_poses(place / found.plan.file, found.plan.poses, found.model)
         (place / "report.html").write_text(diagnosis_page(found, made_by=made_by or {}), encoding="utf-8")

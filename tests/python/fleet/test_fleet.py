@@ -108,6 +108,72 @@ def test_processes_and_a_cluster_find_the_same(folder: Path, fleet: Fleet) -> No
         assert [arm.to_row() for arm in calibrate_many(arms, cluster=cluster.scheduler_address)] == rows
 
 
+@pytest.fixture(scope="module")
+def sick(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A LIST of three arms: joint 3 of one has lost motion, another one is as it should be, the third has no file."""
+    path = tmp_path_factory.mktemp("sick")
+    robot = fastcal.load_robot("staubli_rx160l")
+    play = {"effect": "backlash", "owner": "joint3", "parameters": {"gap_rad": 4e-4}}
+    approach = np.random.default_rng(1).choice([-1.0, 1.0], (90, 6))
+    for name, spec in (("play", {**robot.spec, "effects": [play]}), ("sound", robot.spec)):
+        true = fastcal.perturbed(fastcal.Robot(spec), seed=1)
+        poses = fastcal.random_poses(robot, 90, seed=2)
+        data = fastcal.simulate(true, poses, noise=5e-5, seed=3, approach=approach)
+        fastcal.write_measurements(path / f"{name}.csv", data)
+    lines = ["robot,data", *(f"staubli_rx160l,{name}.csv" for name in ("play", "sound", "absent"))]
+    (path / "arms.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return path
+
+
+def test_a_fleet_is_diagnosed(sick: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    from fastcal.cli import main
+
+    command = ["fleet", str(sick / "arms.csv"), "--diagnose", "-o", str(sick / "out")]
+    assert main(command) == 3  # one arm has no file
+    said = capfd.readouterr().out.splitlines()
+    assert said[:3] == ["2 of 3 arms diagnosed", "  play: named: A backlash@joint3", "  sound: none"]
+    assert said[3].startswith("  absent: refused: ")
+    alone = fastcal.diagnose("staubli_rx160l", sick / "play.csv")
+    with (sick / "out" / "fleet.csv").open(encoding="utf-8", newline="") as file:
+        rows = {row["name"]: row for row in csv.DictReader(file)}
+    assert rows["play"]["verdict"] == alone.verdict == "named"
+    assert float(rows["play"]["after_mm"]) == alone.steps[-1].train.to_json_dict()["after_mm"]["rms"]
+    assert float(rows["play"]["after_mm"]) < 0.5 * float(rows["play"]["before_mm"])
+    page = (sick / "out" / "report.html").read_text(encoding="utf-8")
+    assert "2 of 3 arms diagnosed" in page
+    assert "A backlash@joint3" in page
+    written = json.loads((sick / "out" / "play" / "diagnosis.json").read_text(encoding="utf-8"))
+    assert written["verdict"] == "named"
+    assert (sick / "out" / "play" / "report.html").is_file()
+
+    monkeypatch.setattr("fastcal.diagnosis.diagnose", None)  # nothing but what is new is diagnosed again
+    again = fastcal.diagnose_many(read_list(sick / "arms.csv")[:2], out=sick / "out")
+    assert again["play"].causes == "A backlash@joint3"
+    assert again["play"].model is not None
+
+
+def test_a_cluster_diagnoses_the_same(sick: Path) -> None:
+    distributed = pytest.importorskip("distributed")
+    arms = read_list(sick / "arms.csv")[:2]
+    rows = [arm.to_row() for arm in fastcal.diagnose_many(arms)]
+    assert [arm.to_row() for arm in fastcal.diagnose_many(arms, jobs=2)] == rows
+    with distributed.LocalCluster(
+        n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None
+    ) as cluster:
+        assert [arm.to_row() for arm in fastcal.diagnose_many(arms, cluster=cluster.scheduler_address)] == rows
+        drawn = fastcal.bootstrap("staubli_rx160l", sick / "sound.csv", draws=3, cluster=cluster.scheduler_address)
+    here = fastcal.bootstrap("staubli_rx160l", sick / "sound.csv", draws=3)
+    np.testing.assert_array_equal(drawn.values, here.values)
+
+
+def test_a_diagnosis_chooses_the_effects(sick: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    from fastcal.cli import main
+
+    assert main(["fleet", str(sick / "arms.csv"), "--diagnose", "--check-all", "-o", str(sick / "none")]) == 2
+    assert "--diagnose goes without" in capfd.readouterr().err
+    assert not (sick / "none").exists()
+
+
 def test_objects_in_place_of_files() -> None:
     robot = fastcal.load_robot("ur5")
     data = fastcal.simulate(robot, fastcal.random_poses(robot, 30, seed=1), noise=5e-5, seed=1)

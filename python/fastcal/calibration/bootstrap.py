@@ -1,0 +1,160 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""How far identified parameters spread without a formula: the same calibration of rows whose errors are turned around.
+
+The wild bootstrap: row i gets x_i* = f_i + v_i k (x_i - f_i), f the fit, v_i = +1 or -1 by chance, k^2 the measured
+numbers over the degrees of freedom, since a fit leaves less than the noise. Poses, loads and history stay as they are,
+and so does how precise each row is, whatever its law (C. Wu 1986; R. Davidson, E. Flachaire 2008).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal import _core
+from fastcal.calibration.calibrate import CalibrationResult, calibrate
+from fastcal.calibration.prediction import quaternions
+from fastcal.calibration.processes import workers
+from fastcal.errors import InvalidInput
+from fastcal.measurements.dataset import Dataset
+from fastcal.robot.given import DataLike, RobotLike, as_data, as_robot
+from fastcal.robot.robot import Robot
+
+FloatArray = NDArray[np.float64]
+
+_BATCH = 20  # draws that a worker takes at once
+
+
+@dataclass(frozen=True, eq=False)
+class Bootstrap:
+    """A calibration, and what the same calibration finds in draws of its errors.
+
+    Attributes:
+        result: Of the rows as they are.
+        values: (B, P) of its parameters in edge units, a draw a row; NaN where a draw did not identify one.
+        not_converged: Draws that did not converge; they are not in `values`.
+    """
+
+    result: CalibrationResult
+    values: FloatArray
+    not_converged: int
+
+    @property
+    def std(self) -> FloatArray:
+        """(P,) standard deviation of each parameter in edge units, beside `std` of `result.parameters`."""
+        return np.asarray(np.nanstd(self.values, axis=0, ddof=1))
+
+    def interval(self, level: float = 0.95) -> FloatArray:
+        """(P, 2) quantiles of each parameter in edge units that hold this share of the draws."""
+        return np.asarray(np.nanquantile(self.values, [(1 - level) / 2, (1 + level) / 2], axis=0).T)
+
+
+def bootstrap(
+    robot: RobotLike,
+    data: DataLike,
+    *,
+    draws: int = 200,
+    seed: int = 0,
+    block: int = 1,
+    jobs: int = 1,
+    cluster: str | None = None,
+    **options: Any,
+) -> Bootstrap:
+    """Calibrates, and calibrates draws of the errors that are left.
+
+    Args:
+        robot: As for `calibrate`.
+        data: Measured points or poses, or lengths without either.
+        draws: How many; 200 know a standard deviation to 5 %, and limits of 95 % want 1,000.
+        seed: The same seed gives the same draws, whatever `jobs` and `cluster` are.
+        block: Successive rows that are turned together, where the noise has a memory of so many.
+        jobs: Processes.
+        cluster: Address of a Dask scheduler in their place.
+        **options: effects, loss, priors ... of `calibrate`.
+
+    Raises:
+        InvalidInput: Fewer than two draws, a block of no row, rows that measure something else, a calibration that
+            does not converge, or a cluster that can't be reached.
+    """
+    if draws < 2 or block < 1:
+        raise InvalidInput(f"a bootstrap needs at least two draws and blocks of one row, got {draws} and {block}")
+    robot = as_robot(robot)
+    data = as_data(data, robot)
+    result = calibrate(robot, data, **options)
+    if result.status != "converged":
+        raise InvalidInput(f"{data.source}: there is nothing to draw around, the calibration ended: {result.message}")
+    errors = _Errors.of(result, data)
+    work = partial(_batch, robot=robot, errors=errors, seed=seed, block=block, options={**options, "checks": False})
+    parts = [range(at, min(at + _BATCH, draws)) for at in range(0, draws, _BATCH)]
+    with workers(jobs, cluster) as side_by_side:
+        found = [values for part in side_by_side(work, parts) for values in part]
+    kept = [values for values in found if values is not None]
+    names = [(p.owner, p.name) for p in result.parameters]
+    table = np.array([[values.get(name, np.nan) for name in names] for values in kept]).reshape(len(kept), len(names))
+    return Bootstrap(result, table, draws - len(kept))
+
+
+@dataclass(frozen=True, eq=False)
+class _Errors:
+    """Rows, what the fit makes of them, and k."""
+
+    data: Dataset
+    T: FloatArray  # (N, 4, 4) predicted
+    length: FloatArray | None  # (N,) predicted [m]
+    k: float
+
+    @staticmethod
+    def of(result: CalibrationResult, data: Dataset) -> _Errors:
+        others = [name for name in result.train.others_after if not name.startswith("length")]
+        if others:
+            raise InvalidInput(f"{data.source}: errors of points, poses and lengths can be drawn, not of {others[0]}")
+        measured = (data.position, data.rotation, data.distance)
+        of_row = (1, 0.75, 1)  # a quaternion has three numbers to measure
+        count = sum(share * np.sum(~np.isnan(x)) for x, share in zip(measured, of_row, strict=True) if x is not None)
+        length = None if data.distance is None else data.distance + np.asarray(result.train.length_after)
+        k = float(np.sqrt(count / max(result.degrees_of_freedom, 1)))
+        return _Errors(data, result.model.poses(data), length, k)
+
+    def turned(self, sign: FloatArray) -> Dataset:
+        """The rows with errors of these signs (N,)."""
+        data, along = self.data, (self.k * sign)[:, np.newaxis]
+        p = self.T[:, :3, 3]
+        return replace(
+            data,
+            position=None if data.position is None else p + along * (data.position - p),
+            rotation=None if data.rotation is None else self._turned(data.rotation, along[:, 0]),
+            rotation_angles=None,
+            distance=None
+            if data.distance is None or self.length is None
+            else self.length + along[:, 0] * (data.distance - self.length),
+        )
+
+    def _turned(self, rotation: FloatArray, along: FloatArray) -> FloatArray:
+        out = np.full(rotation.shape, np.nan)
+        known = np.flatnonzero(~np.isnan(rotation).any(axis=1))
+        turned = np.empty((len(known), 3, 3))
+        for place, i in enumerate(known):
+            R = self.T[i, :3, :3]
+            turned[place] = R @ _core.exp_so3(along[i] * _core.log_so3(R.T @ _core.quaternion_to_rotation(rotation[i])))
+        out[known] = quaternions(turned)
+        return out
+
+
+def _batch(
+    draws: Sequence[int], *, robot: Robot, errors: _Errors, seed: int, block: int, options: dict[str, Any]
+) -> list[dict[tuple[str, str], float] | None]:
+    """Values by owner and name of each draw; None where it did not converge."""
+    found: list[dict[tuple[str, str], float] | None] = []
+    count = len(errors.data)
+    for draw in draws:
+        blocks = np.random.default_rng([seed, draw]).choice([-1.0, 1.0], -(-count // block))
+        result = calibrate(robot, errors.turned(np.repeat(blocks, block)[:count]), **options)
+        values = {(p.owner, p.name): p.value for p in result.parameters}
+        found.append(values if result.status == "converged" else None)
+    return found
