@@ -3,6 +3,7 @@
 """How often `diagnose` is right: thousands of simulated sets whose cause is known, over arms that carry 6 to 500 kg.
 
     python bench/python/bench_diagnosis.py [--sets N] [--first K] [--jobs N] [--seed S] [--minutes M] [--out FILE]
+    python bench/python/bench_diagnosis.py --cluster ADDRESS ...    its workers have this folder on PYTHONPATH
     python bench/python/bench_diagnosis.py --render bench/python/bench_diagnosis.json > docs/diagnosis-performance.md
 
 Kinds of sets: none (nothing hidden), single (one cause of the library), several (two or three), outside (a cause that
@@ -20,16 +21,17 @@ import traceback
 import warnings
 from collections.abc import Sequence
 from dataclasses import asdict, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 from diagnosis_arms import HELD_OUT, Setting, setting
 from diagnosis_page import KINDS, TWIN, Record, rendered
 from diagnosis_sets import Truth, measured, named_truth, of_size, outside_truth, points_of
-from joblib import Parallel, delayed
 from threadpoolctl import threadpool_limits
 
 from fastcal import _core
+from fastcal.calibration.processes import workers
 from fastcal.diagnosis import Diagnosis, diagnose
 from fastcal.diagnosis.blocks import columns_at
 from fastcal.diagnosis.memory import without_memory
@@ -162,6 +164,7 @@ def main() -> None:
     parser.add_argument("--sets", type=int, default=2400)
     parser.add_argument("--first", type=int, default=0, help="number of the first set")
     parser.add_argument("--jobs", type=int, default=1)
+    parser.add_argument("--cluster", help="address of a Dask scheduler, in place of jobs")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--only", choices=KINDS)
     parser.add_argument("--out", type=Path, help="the records, as JSON")
@@ -174,18 +177,18 @@ def main() -> None:
         print(rendered([Record(**entry) for entries in files for entry in entries]), end="")
         return
     numbers = range(options.first, options.first + options.sets)
-    work = (delayed(tried)(k, options.seed, options.only) for k in numbers)
     records: list[Record] = []
     began = time.monotonic()
-    for result in Parallel(n_jobs=options.jobs, return_as="generator")(work):
-        if isinstance(result, Record):
-            records.append(result)
-        if not options.quiet or isinstance(result, str):
-            print(result if isinstance(result, str) else _line(result), flush=True)
-        if options.out and records and len(records) % 20 == 0:  # a cut run keeps what it has
-            _write(options.out, records)
-        if options.minutes and time.monotonic() - began > 60 * options.minutes:
-            break
+    with workers(options.jobs, options.cluster) as side_by_side:
+        for result in side_by_side(partial(tried, seed=options.seed, only=options.only), numbers):
+            if isinstance(result, Record):
+                records.append(result)
+            if not options.quiet or isinstance(result, str):
+                print(result if isinstance(result, str) else _line(result), flush=True)
+            if options.out and records and len(records) % 20 == 0:  # a cut run keeps what it has
+                _write(options.out, records)
+            if options.minutes and time.monotonic() - began > 60 * options.minutes:
+                break
     if options.out:
         _write(options.out, records)
     print(rendered(records))
