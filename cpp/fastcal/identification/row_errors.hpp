@@ -127,6 +127,7 @@ class RowErrors {
   };
 
   static constexpr Eigen::Index kBlockRows = 4096;
+  static_assert(kBlockRows % 64 == 0, "no two blocks may share a word of a vector of truth values");
 
   Eigen::Index block_count() const { return (rows_ + kBlockRows - 1) / kBlockRows; }
   template <typename Body>

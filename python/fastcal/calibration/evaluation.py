@@ -43,17 +43,39 @@ class ErrorStatistics:
     @staticmethod
     def of(distances: FloatArray) -> ErrorStatistics | None:
         """Statistics of (N,) distances [m], NaN left out; None where nothing is left."""
-        known = distances[~np.isnan(distances)]
-        if len(known) == 0:
-            return None
-        std = float(np.std(known, ddof=1)) if len(known) > 1 else 0.0
-        return ErrorStatistics(
-            len(known), float(np.mean(known)), std, float(np.max(known)), float(np.sqrt(np.mean(known**2)))
-        )
+        sums = ErrorSums()
+        sums.add(distances)
+        return sums.statistics()
 
     def to_mm(self) -> dict[str, float]:
         """mean, std, max, rms in mm, as result.json holds them."""
         return {name: from_si(getattr(self, name), "mm") for name in ("mean", "std", "max", "rms")}
+
+
+class ErrorSums:
+    """Error statistics of distances that come part by part (T. Chan, G. Golub, R. LeVeque 1983)."""
+
+    def __init__(self) -> None:
+        self._count, self._mean, self._squares, self._largest = 0, 0.0, 0.0, 0.0  # squares: about the mean
+
+    def add(self, distances: FloatArray) -> None:
+        """Adds (N,) distances [m], NaN left out."""
+        known = distances[~np.isnan(distances)]
+        if not len(known):
+            return
+        mean, whole = float(np.mean(known)), self._count + len(known)
+        apart = mean - self._mean
+        self._squares += float(np.sum((known - mean) ** 2)) + apart**2 * self._count * len(known) / whole
+        self._mean += apart * len(known) / whole
+        self._count, self._largest = whole, max(self._largest, float(np.max(known)))
+
+    def statistics(self) -> ErrorStatistics | None:
+        """Of all that was added; None where nothing was."""
+        if not self._count:
+            return None
+        std = float(np.sqrt(self._squares / (self._count - 1))) if self._count > 1 else 0.0
+        rms = float(np.sqrt(self._squares / self._count + self._mean**2))
+        return ErrorStatistics(self._count, self._mean, std, self._largest, rms)
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,8 +113,7 @@ class Evaluation(Shown):
         repeatability: Where poses repeat.
         aligned: Where another place of the tracker or the base would make the rows fit ALIGNED_BETTER times better.
         others_after: What is left of each observation that is no pose, by its name: (N, k) [m or rad].
-        rows: (N,) which of `row_count` rows these N are; None: there are no others. `before` and `after` are of all.
-        row_count: Rows that the statistics are of.
+        rows: (N,) which of `all_rows` rows these N are; None: there are no others. `before` and `after` are of all.
     """
 
     data: Dataset
@@ -107,11 +128,12 @@ class Evaluation(Shown):
     aligned: Realigned | None = None
     others_after: Mapping[str, FloatArray] = field(default_factory=dict)
     rows: NDArray[np.intp] | None = None
-    row_count: int = 0
+    all_rows: int | None = None
 
-    def __post_init__(self) -> None:
-        if not self.row_count:
-            object.__setattr__(self, "row_count", len(self.data))
+    @property
+    def row_count(self) -> int:
+        """Rows that the statistics are of."""
+        return len(self.data) if self.all_rows is None else self.all_rows
 
     def places(self, rows: Sequence[int]) -> NDArray[np.intp]:
         """Where the given of all rows are among the N, as far as they are."""

@@ -11,39 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.calibration.data_notes import covered
-from fastcal.calibration.evaluation import ErrorStatistics, Evaluation, distances, residuals
+from fastcal.calibration.evaluation import ErrorSums, Evaluation, distances, residuals
 from fastcal.calibration.some_rows import SHOWN_ROWS, some_rows
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.long_dataset import LongDataset
 from fastcal.robot.robot import Robot
 
 FloatArray = NDArray[np.float64]
-
-
-class _Sums:
-    """Error statistics of distances that come part by part (T. Chan, G. Golub, R. LeVeque 1983)."""
-
-    def __init__(self) -> None:
-        self.count, self.mean, self.squares, self.largest = 0, 0.0, 0.0, 0.0  # squares: about the mean
-
-    def add(self, values: FloatArray) -> None:
-        """Adds (N,) distances [m], NaN left out."""
-        known = values[~np.isnan(values)]
-        if not len(known):
-            return
-        mean, whole = float(np.mean(known)), self.count + len(known)
-        apart = mean - self.mean
-        self.squares += float(np.sum((known - mean) ** 2)) + apart**2 * self.count * len(known) / whole
-        self.mean += apart * len(known) / whole
-        self.count, self.largest = whole, max(self.largest, float(np.max(known)))
-
-    def statistics(self) -> ErrorStatistics | None:
-        """Of all that was added; None where nothing was."""
-        if not self.count:
-            return None
-        std = float(np.sqrt(self.squares / (self.count - 1))) if self.count > 1 else 0.0
-        rms = float(np.sqrt(self.squares / self.count + self.mean**2))
-        return ErrorStatistics(self.count, self.mean, std, self.largest, rms)
 
 
 def shown(data: LongDataset) -> tuple[Dataset, NDArray[np.intp] | None]:
@@ -66,13 +40,13 @@ def judged_on_all(
     threads: int = 1,
 ) -> Evaluation:
     """An evaluation of some rows with the statistics of all of them; arguments as `evaluate`."""
-    first, last = _Sums(), _Sums()
+    first, last = ErrorSums(), ErrorSums()
     for part in data.parts(moves=bool(model.effects)):
         points = replace(part, rotation=None, rotation_angles=None)  # turns are told of the rows that are shown
         for sums, robot, known in ((first, before, unknowns_before), (last, model, unknowns)):
             found, lengths, *_ = residuals(robot, points, known, threads)
             sums.add(distances(found, lengths))
-    return replace(some, before=first.statistics(), after=last.statistics(), rows=rows, row_count=len(data))
+    return replace(some, before=first.statistics(), after=last.statistics(), rows=rows, all_rows=len(data))
 
 
 def covered_by_all(robot: Robot, data: LongDataset) -> dict[str, tuple[float, float]]:

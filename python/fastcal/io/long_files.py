@@ -73,6 +73,8 @@ def open_measurements(
         notes |= dict.fromkeys(part.notes)
         texts |= part.extra_labels.keys()
         rows.append(part if seen is None else seen(part))
+    if not len(rows):
+        raise ParseError("holds no rows; expected rows of numbers below a header", name)
     if not is_measured:
         raise ParseError(f"holds nothing measured; expected numbers in {expected_columns()}", name)
     for title in texts:

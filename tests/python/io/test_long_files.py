@@ -136,6 +136,8 @@ def test_what_cannot_be_read_is_told_in_a_sentence(tmp_path: Path) -> None:
     nothing = {name: values for name, values in columns(50).items() if name[0] not in "xyz"}
     with pytest.raises(fastcal.ParseError, match="holds nothing measured; expected numbers in x_m"):
         open_measurements(write_csv(tmp_path / "nothing.csv", nothing), ROBOT)
+    with pytest.raises(fastcal.ParseError, match="holds no rows; expected rows of numbers below a header"):
+        open_measurements(write_csv(tmp_path / "empty.csv", columns(0)), ROBOT)
     with pytest.raises(fastcal.ParseError, match="cannot be read: No such file"):
         open_measurements(tmp_path / "missing.csv", ROBOT)
     (tmp_path / "empty.csv").write_text("\n\n")
