@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "fastcal/kernels/streams.hpp"
 #include "fastcal/math/check.hpp"
 #include "fastcal/math/parallel.hpp"
 #include "fastcal/model/row_block.hpp"
@@ -48,9 +49,11 @@ void predict(const ErrorModel& model, const Samples& samples, const Eigen::Ref<c
   check(model, samples, theta);
   // A wrench at the tool is for the rounds of settle().
   const Eigen::VectorXd springs = samples.wrench.size() == 0 ? model.springs(theta) : Eigen::VectorXd();
+  const bool past_caches = kernels::is_beyond_caches(16 * samples.count());
   struct Worker {
     RowBlock block;
     std::optional<RowBlock> with_springs;
+    AlignedNumbers poses;
     Worker(const ErrorModel& of, const Eigen::Ref<const Eigen::VectorXd>& at, const Eigen::VectorXd& springs)
         : block(of, at, {}, {}, RowBlock::Frames::kTool) {
       if (springs.size() > 0)
@@ -60,12 +63,18 @@ void predict(const ErrorModel& model, const Samples& samples, const Eigen::Ref<c
   parallel_chunks(
       samples.count(), threads, [&] { return Worker(model, theta, springs); },
       [&](Worker& worker, Eigen::Index, Eigen::Index begin, Eigen::Index end) {
+        const auto write = [&](const RowBlock& block) {
+          const Eigen::Index count = 16 * (end - begin);
+          double* out = past_caches ? worker.poses.resize(count) : poses + 16 * begin;
+          block.write_tool(out);
+          if (past_caches) kernels::copy_past_caches(out, count, poses + 16 * begin);
+        };
         if (worker.with_springs) {
           worker.with_springs->forward(samples, begin, end, nullptr);
-          if (worker.with_springs->settled()) return worker.with_springs->write_tool(poses + 16 * begin);
+          if (worker.with_springs->settled()) return write(*worker.with_springs);
         }
         forward(model, theta, samples, begin, end, worker.block);
-        worker.block.write_tool(poses + 16 * begin);
+        write(worker.block);
       });
 }
 
@@ -80,14 +89,15 @@ void parameter_jacobian(const ErrorModel& model, const Samples& samples, const E
   AlignedNumbers factor;
   std::fill_n(factor.resize(rows * kChunkRows), rows * kChunkRows, 1.0);
 
+  const bool past_caches = kernels::is_beyond_caches(samples.count() * rows * p);
   struct Worker {
     RowBlock block;
-    AlignedNumbers columns, slopes;
+    AlignedNumbers columns, slopes, matrices;
   };
   parallel_chunks(
       samples.count(), threads,
       [&] {
-        return Worker{RowBlock(model, theta, all, scale), {}, {}};
+        return Worker{RowBlock(model, theta, all, scale), {}, {}, {}};
       },
       [&](Worker& worker, Eigen::Index, Eigen::Index begin, Eigen::Index end) {
         forward(model, theta, samples, begin, end, worker.block);
@@ -98,8 +108,11 @@ void parameter_jacobian(const ErrorModel& model, const Samples& samples, const E
         const std::vector<kernels::Sight> sights = turns(rows - 3, tool, stride, worker.slopes);
         worker.block.jacobian({true, rows - 3, factor.data(), sights.data(), static_cast<int>(sights.size())}, columns,
                               ld);
-        kernels::write_rows(columns, stride, rows, static_cast<int>(p), static_cast<int>(end - begin),
-                            J + begin * rows * p);
+        const Eigen::Index count = (end - begin) * rows * p;
+        double* to = J + begin * rows * p;
+        double* out = past_caches ? worker.matrices.resize(count) : to;
+        kernels::write_rows(columns, stride, rows, static_cast<int>(p), static_cast<int>(end - begin), out);
+        if (past_caches) kernels::copy_past_caches(out, count, to);
       });
 }
 

@@ -149,3 +149,16 @@ def test_a_robot_goes_to_another_process_as_its_file() -> None:
     q = np.random.default_rng(0).uniform(-1, 1, (5, 6))
     again = pickle.loads(pickle.dumps(robot))  # noqa: S301 - what was written a moment ago
     np.testing.assert_array_equal(again.forward(q), robot.forward(q))
+
+
+def test_results_larger_than_the_caches_are_those_of_parts() -> None:
+    """They are written another way, to whatever address numpy gave."""
+    robot = load_robot("ur5")
+    rows = 33_333  # the last chunk is not full; 4.3 and 34 MB
+    q = np.random.default_rng(1).uniform(-3, 3, (rows, 6))
+    poses = np.empty(16 * rows + 1)[1:].reshape(rows, 4, 4)  # 8 bytes off any line
+    robot.forward(q, out=poses)
+    J = robot.parameter_jacobian(q)
+    for part in (slice(0, 120), slice(119, 3000), slice(30_000, rows)):
+        np.testing.assert_array_equal(poses[part], robot.forward(q[part]))
+        np.testing.assert_array_equal(J[part], robot.parameter_jacobian(q[part]))

@@ -1,0 +1,36 @@
+// SPDX-FileCopyrightText: 2026 The fastcal authors
+// SPDX-License-Identifier: MIT
+//
+// Copies past the caches put every number where it belongs, and none beside it.
+#include "fastcal/kernels/streams.hpp"
+
+#include <gtest/gtest.h>
+
+#include <numeric>
+#include <vector>
+
+namespace fastcal {
+namespace {
+
+TEST(CopyPastCaches, CopiesAnyCountToAnyPlace) {
+  std::vector<double> from(1100);
+  std::iota(from.begin(), from.end(), 1.0);
+  for (const int offset : {0, 1, 2, 3, 5, 7, 8}) {
+    for (const int count : {0, 1, 2, 3, 8, 17, 1001}) {
+      std::vector<double> to(1100, -1.0);
+      kernels::copy_past_caches(from.data() + 1, count, to.data() + offset);
+      for (int k = 0; k < 1100; ++k) {
+        const bool inside = k >= offset && k < offset + count;
+        ASSERT_EQ(to[k], inside ? from[k - offset + 1] : -1.0) << offset << ", " << count << ": " << k;
+      }
+    }
+  }
+}
+
+TEST(CopyPastCaches, IsForArraysThatNoCoreHolds) {
+  EXPECT_FALSE(kernels::is_beyond_caches(100'000));
+  EXPECT_TRUE(kernels::is_beyond_caches(12'600'000));
+}
+
+}  // namespace
+}  // namespace fastcal
