@@ -42,6 +42,14 @@ void bind_model(py::module_& m) {
            py::arg("temperature") = py::none(), py::arg("time") = py::none(), py::arg("station") = py::none(),
            py::arg("mount") = py::none(), py::arg("approach") = py::none(), py::arg("current") = py::none(),
            py::arg("extra") = py::none(), py::arg("table") = py::none())
+      .def(
+          "slice",
+          [](const Samples& self, Eigen::Index begin, Eigen::Index end) {
+            FASTCAL_CHECK(0 <= begin && begin <= end && end <= self.count())
+                << "rows " << begin << " to " << end << " are not among the " << self.count();
+            return self.slice(begin, end);
+          },
+          py::arg("begin"), py::arg("end"), "Rows begin ... end - 1.")
       .def("__len__", &Samples::count);
 
   py::class_<ErrorModel>(m, "ErrorModel", "A robot with its effects.")

@@ -257,6 +257,10 @@ class Samples:
         ...
     def __len__(self) -> int:
         ...
+    def slice(self, begin: typing.SupportsInt | typing.SupportsIndex, end: typing.SupportsInt | typing.SupportsIndex) -> Samples:
+        """
+        Rows begin ... end - 1.
+        """
 class ErrorModel:
     """
     A robot with its effects.

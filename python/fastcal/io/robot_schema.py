@@ -14,6 +14,7 @@ from typing import Any
 from fastcal.correction import Correction
 from fastcal.io.fields import REQUIRED, Fields
 from fastcal.io.structure_schema import check_structure
+from fastcal.robot.calibration_record import unpacked
 
 Spec = dict[str, Any]
 KINDS = ("dh", "mdh", "poe", "urdf")
@@ -289,17 +290,14 @@ def _effect(fields: Fields) -> Spec:
 
 
 def _calibration(fields: Fields) -> Spec:
-    """How sure an identified model is: covariance = L L^T of its parameters in SI, row i of L with i + 1 numbers."""
+    """How sure an identified model is: covariance = L L^T of its parameters in SI.
+
+    Row i of L with i + 1 numbers, or all of them as `calibration_record.packed` writes them.
+    """
     names = fields.take("parameters")
     if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
         fields.fail("parameters", "a list of names", names)
-    rows = fields.take("covariance_root")
-    if not isinstance(rows, list) or len(rows) != len(names):
-        fields.fail("covariance_root", f"a list of {len(names)} rows", rows)
-    record: Spec = {"parameters": list(names)}
-    record["covariance_root"] = [
-        fields.checked_vector(f"covariance_root[{i}]", row, i + 1) for i, row in enumerate(rows)
-    ]
+    record: Spec = {"parameters": list(names), "covariance_root": _covariance_root(fields, len(names))}
     record["sigma_mm"] = fields.number("sigma_mm")
     record["degrees_of_freedom"] = fields.count("degrees_of_freedom", 0, 10**9)
     if (turn := fields.optional("sigma_deg")) is not None:
@@ -312,6 +310,22 @@ def _calibration(fields: Fields) -> Spec:
             fields.fail("covered", "a range by quantity", covered)
         record["covered"] = {str(k): fields.checked_vector(f"covered.{k}", v, 2) for k, v in covered.items()}
     return record | fields.rest()
+
+
+def _covariance_root(fields: Fields, count: int) -> list[list[float]] | str:
+    rows = fields.take("covariance_root")
+    if isinstance(rows, str):
+        try:
+            unpacked(rows, count)
+        except ValueError:
+            numbers = count * (count + 1) // 2
+            fields.fail(
+                "covariance_root", f"{numbers} numbers of 8 bytes below 1e100 in base64", f"{len(rows)} characters"
+            )
+        return rows
+    if not isinstance(rows, list) or len(rows) != count:
+        fields.fail("covariance_root", f"a list of {count} rows", rows)
+    return [fields.checked_vector(f"covariance_root[{i}]", row, i + 1) for i, row in enumerate(rows)]
 
 
 def _held(fields: Fields) -> Spec:

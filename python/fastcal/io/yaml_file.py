@@ -18,8 +18,8 @@ import yaml
 from fastcal.errors import ParseError
 from fastcal.io.regular_file import read_bytes
 
-MAX_BYTES = 16_000_000
-MAX_VALUES = 500_000  # a covariance of 950 parameters is 450,000
+MAX_BYTES = 64_000_000  # the root of a covariance of 3,400 parameters
+MAX_VALUES = 500_000  # a covariance of 950 parameters, listed as older versions did, is 450,000
 MAX_DEPTH = 32
 
 _LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # libyaml where it is built in; only its events are used

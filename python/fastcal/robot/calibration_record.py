@@ -4,11 +4,15 @@
 
 from __future__ import annotations
 
+import base64
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+_LARGEST = 1e100  # whose square is a number as well
+_MOST_LISTED = 150  # parameters: with more, a root of millions of digits takes longer to read than to use
 
 
 def lower_root(covariance: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -23,6 +27,25 @@ def lower_root(covariance: NDArray[np.float64]) -> NDArray[np.float64]:
     root = scale[:, np.newaxis] * vectors * np.sqrt(np.maximum(values, 0.0))
     R = np.asarray(np.linalg.qr(root.T, mode="r"))
     return np.asarray(R.T * np.where(np.diag(R) < 0, -1.0, 1.0))
+
+
+def packed(root: NDArray[np.float64]) -> str:
+    """A lower triangle (P, P), row by row, as little-endian doubles in lines of base64."""
+    return base64.encodebytes(root[np.tril_indices(len(root))].astype("<f8").tobytes()).decode("ascii")
+
+
+def unpacked(text: str, count: int) -> NDArray[np.float64]:
+    """The lower triangle (count, count) of `packed`.
+
+    Raises:
+        ValueError: The text is no base64, or not of that many numbers below 1e100.
+    """
+    numbers = np.frombuffer(base64.b64decode("".join(text.split()), validate=True), dtype="<f8")
+    if len(numbers) != count * (count + 1) // 2 or not (np.abs(numbers) < _LARGEST).all():
+        raise ValueError(f"{len(numbers)} numbers are no root of {count} parameters, or one of them is none")
+    root = np.zeros((count, count))
+    root[np.tril_indices(count)] = numbers
+    return root
 
 
 @dataclass(frozen=True)
@@ -56,9 +79,9 @@ class CalibrationRecord:
         """Reads the key `calibration`; None where there is none."""
         if not spec:
             return None
-        count = len(spec["parameters"])
-        root = np.zeros((count, count))
-        for i, row in enumerate(spec["covariance_root"]):
+        count, rows = len(spec["parameters"]), spec["covariance_root"]
+        root = unpacked(rows, count) if isinstance(rows, str) else np.zeros((count, count))
+        for i, row in enumerate(() if isinstance(rows, str) else rows):
             root[i, : i + 1] = row
         held = spec.get("held") or {"parameters": [], "directions": []}
         return CalibrationRecord(
@@ -74,9 +97,11 @@ class CalibrationRecord:
 
     def to_spec(self) -> dict[str, Any]:
         """Plain numbers for the robot file."""
+        is_short = len(self.root) <= _MOST_LISTED
+        rows = [self.root[i, : i + 1].tolist() for i in range(len(self.root))] if is_short else packed(self.root)
         spec: dict[str, Any] = {
             "parameters": list(self.parameters),
-            "covariance_root": [[float(v) for v in self.root[i, : i + 1]] for i in range(len(self.root))],
+            "covariance_root": rows,
             "sigma_mm": float(self.sigma_mm),
             "degrees_of_freedom": int(self.degrees_of_freedom),
         }

@@ -30,6 +30,7 @@ from fastcal.robot.plain_copy import plain_copy
 from fastcal.units import to_si
 
 FloatArray = NDArray[np.float64]
+_MOST_NUMBERS = 2**23  # of Jacobians that are in memory at once
 CHOICES = {
     "kinematics": ("dh", "mdh", "poe", "urdf"),
     "gravity_frame": ("base", "measuring"),
@@ -143,7 +144,7 @@ class Robot(Shown):
         """Names of the columns of `parameter_jacobian`, such as "joint2 theta"."""
         return [full_name(parameter) for parameter in self.error_model.parameters]
 
-    @property
+    @cached_property
     def record(self) -> CalibrationRecord | None:
         """How sure the identified numbers are; None for a nominal robot."""
         return CalibrationRecord.from_spec(self.spec.get("calibration"))
@@ -271,8 +272,14 @@ class Robot(Shown):
         record = self.record
         if record is None:
             return np.full((len(samples), 3), np.nan)
-        surrogates = self.surrogate_deviation(samples, threads)
-        return np.asarray(np.sqrt(np.sum(self._roots(record, samples, threads) ** 2, axis=2) + surrogates**2))
+        out = np.empty((len(samples), 3))
+        step = max(1, _MOST_NUMBERS // (3 * len(self.parameter_names)))
+        for begin in range(0, len(samples), step):
+            part = samples.slice(begin, min(begin + step, len(samples)))
+            surrogates = self.surrogate_deviation(part, threads)
+            variance = np.sum(self._roots(record, part, threads) ** 2, axis=2) + surrogates**2
+            out[begin : begin + step] = np.sqrt(variance)
+        return out
 
     def position_covariance(self, q: ArrayLike, **conditions: Any) -> FloatArray:
         """(N, 3, 3) covariance [m^2] of which `position_deviation` is the root of the diagonal; NaN if nominal."""
@@ -287,8 +294,8 @@ class Robot(Shown):
     def _roots(self, record: CalibrationRecord, samples: _core.Samples, threads: int) -> FloatArray:
         """(N, 3, P + held) J L and J H: the columns are independent shifts of the points [m]."""
         J = np.asarray(self.error_model.parameter_jacobian(samples, self.error_model.start, 3, threads, None))
-        known = self._columns(J, record.parameters) @ record.root
-        return np.concatenate([known, self._columns(J, record.moved) @ record.directions], axis=2)
+        known = _times(self._columns(J, record.parameters), record.root)
+        return np.concatenate([known, _times(self._columns(J, record.moved), record.directions)], axis=2)
 
     def surrogate_deviation(self, samples: _core.Samples, threads: int = 1) -> FloatArray:
         """(N, 3) standard deviation [m] of the points that comes from the functions of surrogates; 0 without one.
@@ -310,15 +317,19 @@ class Robot(Shown):
     def _columns(self, J: FloatArray, names: list[str]) -> FloatArray:
         """(N, 3, len(names)) the columns of the parameters `names`; zero where this robot has no such parameter."""
         at = {name: i for i, name in enumerate(self.parameter_names)}
-        out = np.zeros((*J.shape[:2], len(names)))
-        for k, name in enumerate(names):
-            if name in at:
-                out[:, :, k] = J[:, :, at[name]]
-        return out
+        place = np.array([at.get(name, -1) for name in names], dtype=np.intp)
+        out = np.take(J, place, axis=2)
+        out[:, :, place < 0] = 0.0
+        return np.asarray(out)
 
     def save(self, path: str | PathLike[str]) -> None:
         """Writes the robot file; it loads back to the same predictions, bit for bit."""
         late.call("write_spec", self.spec, path)
+
+
+def _times(J: FloatArray, root: FloatArray) -> FloatArray:
+    """(N, 3, k) J (N, 3, P) times root (P, k), in one product: numpy would make one a row."""
+    return np.asarray(J.reshape(J.shape[0] * J.shape[1], len(root)) @ root).reshape(*J.shape[:2], root.shape[1])
 
 
 __all__ = ["Robot", "Spec"]
