@@ -87,8 +87,8 @@ class Rivals:
     def best_predicting(self, best: SearchNode, curved: Sequence[Spec]) -> Model:
         """The set that was found, or a rival that predicts held-out rows better, less what does not help it to.
 
-        The simpler rivals come first: each must be better than those before it, and one with curves clearly so, at most
-        positions of their joints as well.
+        The simpler rivals come first: each must be better than those before it, and one with curves at most positions
+        of their joints as well.
 
         Args:
             best: The set.
@@ -109,9 +109,7 @@ class Rivals:
         if not chosen.profiles:
             return chosen
         fewer = self._with_what_helps(chosen)
-        if not fewer.profiles:
-            return fewer
-        return _finer(fewer) if _earns_its_curves(fewer, plain) else plain
+        return _finer(fewer) if _holds_elsewhere(fewer, plain) else plain
 
     def _with_what_helps(self, model: Model) -> Model:
         """The model less the names and curves without which held-out rows are predicted as well, the least first."""
@@ -179,18 +177,15 @@ class Rivals:
         return np.inf if curves is None else float(np.sum(curves.predicted[curves.reaches]))
 
 
-def _earns_its_curves(model: Model, plain: Model) -> bool:
-    """Is a model with curves clearly better than one without, and at most positions where their joints have not been?
+def _holds_elsewhere(rival: Model, other: Model) -> bool:
+    """Does a rival predict better at most positions where the joints that it has curves of have not been?
 
     Rows that share positions of a joint share what is wrong with them: a curve that repeats it predicts other poses
     of the same positions, and nothing else.
     """
-    less, error = gain(model.predicted, plain.predicted)
-    if less <= rules.MIN_CURVE_GAIN * error:
-        return False
-    for entry in model.profiles:
-        own, its = (HeldOut(rival.fit, owner=entry["owner"]).squares() for rival in (model, plain))
-        if not wins(own, its, positions(model.fit.problem.data, entry["owner"])):
+    for entry in rival.profiles:
+        own, its = (HeldOut(model.fit, owner=entry["owner"]).squares() for model in (rival, other))
+        if not wins(own, its, positions(rival.fit.problem.data, entry["owner"])):
             return False
     return True
 

@@ -137,9 +137,6 @@ ALPHA_CERTAIN = 1e-5
 # Standard errors by which a rival must predict held-out rows better to take the place of a set, and by which a curve
 # beside others must help.
 MIN_RIVAL_GAIN = 1.0
-# Standard errors by which a model with curves must predict them better than the best one without: curves can draw
-# whatever the poses happen to show, and of hundreds of sets some show two by chance.
-MIN_CURVE_GAIN = 3.0
 # Size of a held-out row from which on it is wrong whatever is missing [typical rows]: no fit of curves holds it.
 GROSS_SIZE = 10.0
 # Share of the misfit that the most names leave, by their score tests, from which on no set is searched for: too little

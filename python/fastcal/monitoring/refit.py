@@ -6,16 +6,20 @@
 
 R the root of the model's covariance, Q each parameter's gradual drift, D the directions of what has changed by a check
 of the same rows, its rivals among them, with typical sizes S; H what the gauge held, where the new rows show it.
-Gauss-Newton iteration; the noise's variance is pooled with the calibration's.
+Gauss-Newton iteration, each step judged by its end and held back where it does not lead down (K. Levenberg 1944): a
+model may know next to nothing of some directions, and far along them nothing is linear. The noise's variance is pooled
+with the calibration's.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import linalg
 
 from fastcal.effects.entries import full_name, identity
 from fastcal.measurements.dataset import Dataset
@@ -31,7 +35,9 @@ from fastcal.robot.robot import Robot
 FloatArray = NDArray[np.float64]
 
 EVENT_SIZES = 3.0  # typical sizes: how far what has changed may be from the model
-_ROUNDS = 3  # a zero off by a degree is linear to a ten-thousandth after the second
+_ROUNDS = 30  # mostly three: a zero off by a degree is linear to a ten-thousandth after the second
+_SETTLED = 1e-3  # of the cost: a thirtieth of a standard deviation
+_LEAST, _STIFFER, _EASED = 0.1, 10.0, 5.0  # damping, in priors: where what the model hardly knows bends the arm
 _UNSEEN = 0.1  # standard deviations: less of a held direction leaves it held
 
 
@@ -47,6 +53,7 @@ class Refit:
         covariance: (P, P) of them.
         free: Indices of what has a covariance.
         held: (P, j) directions that the new rows don't show either.
+        converged: Was what is left of the cost to fall nothing?
     """
 
     spec: dict[str, Any]
@@ -59,6 +66,7 @@ class Refit:
     covariance: FloatArray
     free: list[int]
     held: FloatArray
+    converged: bool
 
 
 def refit(setting: Setting, changed: list[Hypothesis], data: Dataset, threads: int) -> Refit:
@@ -68,39 +76,104 @@ def refit(setting: Setting, changed: list[Hypothesis], data: Dataset, threads: i
     known, _ = as_known(data, record)
     names = [full_name(p) for p in arm.error_model.parameters]
     at = _places_of(setting.extended_arm, arm)
-    robot, spread, u = arm, np.zeros((0, 0)), np.zeros(0)
+    own = len(arm.core.parameters)
+    base = [i for i, p in enumerate(arm.error_model.parameters[:own]) if p.owner == "base"]
+    first = _Fitted.to(arm, known, record, None, threads)
+    F = len(record.parameters)
+    seen, held = _held(first.rows, F)
+    k = [h.directions[at] * (EVENT_SIZES * h.sizes) for h in changed if h.directions is not None]
+    G = np.hstack([first.rows.R[:, :F], _gradual_drift(arm, record, names), *k, seen])
+
+    best, damping, converged = replace(first, u=np.zeros(G.shape[1])), 0.0, False
     for _ in range(_ROUNDS):
-        places = set_ups(robot, known, threads=threads)
-        rows = linear_rows(places, record, threads=threads)
-        B, J = rows.B, rows.J
-        F = len(record.parameters)
-        seen, held = _held(rows, F)
-        k = [h.directions[at] * (EVENT_SIZES * h.sizes) for h in changed if h.directions is not None]
-        G = np.hstack([rows.R[:, :F], _gradual_drift(arm, record, names), *k, seen])
-        u = u if len(u) == G.shape[1] else np.zeros(G.shape[1])
-        A = np.block([[B, J @ G], [np.zeros((G.shape[1], B.shape[1])), np.eye(G.shape[1])]])
-        y = np.concatenate([rows.r, -u])
-        size = np.linalg.norm(A, axis=0)
-        Q, T = np.linalg.qr(A / size)
-        step = np.linalg.solve(T, Q.T @ y) / size
-        spread = np.linalg.solve(T, np.eye(len(T))) / size[:, None]
-        u = u + step[B.shape[1] :]
-        left = y - A @ step
-        theta = places[0].robot.error_model.start + G @ step[B.shape[1] :]
-        base = [i for i, p in enumerate(rows.parameters[: rows.own]) if p.owner == "base"]
-        theta[base] += step[:MOTIONS]
-        robot = Robot(identified_spec(places[0].robot, places[0].robot.error_model, Values(theta)))
+        b, du, gain = best.step(G, damping)
+        if converged := gain < _SETTLED:
+            break
+        theta = best.theta + G @ du
+        theta[base] += b[:MOTIONS]
+        moved = Robot(identified_spec(best.robot, best.robot.error_model, Values(theta)))
+        there = _Fitted.to(moved, known, record, best.u + du, threads)
+        if there.cost < best.cost:
+            best, damping = there, damping / _EASED if damping > _LEAST else 0.0
+        else:
+            damping = max(_STIFFER * damping, _LEAST)
+
+    rows, B = best.rows, best.rows.B
+    spread = best.spread(G)
     freedom = rows.freedom + len(rows.r) - B.shape[1]
-    scale = float(np.sqrt((rows.freedom + left @ left) / freedom))
-    to_theta = np.zeros((len(theta), len(step)))
+    scale = float(np.sqrt((rows.freedom + best.cost) / freedom))
+    theta = best.theta
+    theta[base] += np.linalg.lstsq(B, rows.r, rcond=None)[0][:MOTIONS]
+    to_theta = np.zeros((len(theta), len(spread)))
     to_theta[base, :MOTIONS] = np.eye(MOTIONS)
     to_theta[:, B.shape[1] :] = G
     root = scale * to_theta @ spread
     free = [i for i in range(len(theta)) if np.any(root[i] != 0)]
     covariance = root[free] @ root[free].T
-    held[base] = -np.linalg.lstsq(B[:, :MOTIONS], J @ held, rcond=None)[0]
-    spec = identified_spec(places[0].robot, places[0].robot.error_model, Values(theta, free, covariance))
-    return Refit(spec, arm, places, rows, scale, freedom, theta, covariance, free, held)
+    held[base] = -np.linalg.lstsq(B[:, :MOTIONS], rows.J @ held, rcond=None)[0]
+    spec = identified_spec(best.robot, best.robot.error_model, Values(theta, free, covariance))
+    return Refit(spec, arm, best.places, rows, scale, freedom, theta, covariance, free, held, converged)
+
+
+@dataclass(frozen=True, eq=False)
+class _Fitted:
+    """Where an iteration is: the arm before its set-ups, the linear problem there, and u, all of z, d, k and h.
+
+    Attributes:
+        cost: Sum of squares of what the rows and the priors are off, the bases at their best.
+    """
+
+    places: list[SetUp]
+    rows: LinearRows
+    u: FloatArray
+
+    @staticmethod
+    def to(robot: Robot, data: Dataset, record: CalibrationRecord, u: FloatArray | None, threads: int) -> _Fitted:
+        places = set_ups(robot, data, threads=threads)
+        return _Fitted(places, linear_rows(places, record, threads=threads), np.zeros(0) if u is None else u)
+
+    @property
+    def robot(self) -> Robot:
+        return self.places[0].robot
+
+    @property
+    def theta(self) -> FloatArray:
+        return np.array(self.robot.error_model.start)
+
+    @cached_property
+    def cost(self) -> float:
+        left = self.rows.r - self.rows.B @ np.linalg.lstsq(self.rows.B, self.rows.r, rcond=None)[0]
+        return float(left @ left + self.u @ self.u)
+
+    def step(self, G: FloatArray, damping: float) -> tuple[FloatArray, FloatArray, float]:
+        """Of b and of u, held back by `damping`, and by how much the cost would fall were all linear.
+
+        With w = 1 + damping and du = e - u / w the least of |r + M u / w - B b - M e|^2 + w |e|^2, M = J G, is wanted:
+        where M has fewer rows than columns, by the covariance 1 + M M^T / w of its rows (R. Kalman 1960).
+        """
+        r, B, M, w = self.rows.r, self.rows.B, self.rows.J @ G, 1 + damping
+        y = r + M @ self.u / w
+        if len(M) < M.shape[1]:
+            L = linalg.cholesky(np.eye(len(M)) + M @ M.T / w, lower=True)
+            y, B_white = (linalg.solve_triangular(L, x, lower=True) for x in (y, B))
+            b = np.linalg.lstsq(B_white, y, rcond=None)[0]
+            e = M.T @ linalg.solve_triangular(L, y - B_white @ b, lower=True, trans="T") / w
+        else:
+            A = np.block([[B, M], [np.zeros((M.shape[1], B.shape[1])), np.sqrt(w) * np.eye(M.shape[1])]])
+            size = np.linalg.norm(A, axis=0)
+            Q, T = np.linalg.qr(A / size)
+            b, e = np.split(np.linalg.solve(T, Q[: len(y)].T @ y) / size, [B.shape[1]])
+        du = e - self.u / w
+        left, priors = r - B @ b - M @ du, self.u + du
+        return b, du, self.cost - float(left @ left + priors @ priors)
+
+    def spread(self, G: FloatArray) -> FloatArray:
+        """The root of the covariance of b and u at noise 1."""
+        B, count = self.rows.B, G.shape[1]
+        A = np.block([[B, self.rows.J @ G], [np.zeros((count, B.shape[1])), np.eye(count)]])
+        size = np.linalg.norm(A, axis=0)
+        T = np.linalg.qr(A / size, mode="r")
+        return np.asarray(linalg.solve_triangular(T, np.eye(len(T))) / size[:, None])
 
 
 def _with_named_effects(setting: Setting, changed: list[Hypothesis]) -> Robot:

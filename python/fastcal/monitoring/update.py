@@ -40,6 +40,7 @@ class UpdateResult(Shown):
         train: Errors on the rows.
         sigma: Noise of a coordinate [m], pooled; degrees_of_freedom too.
         left_out: Rows that were left out as wrong.
+        status: converged or not_converged.
     """
 
     model: Robot
@@ -50,11 +51,12 @@ class UpdateResult(Shown):
     degrees_of_freedom: int
     left_out: list[int]
     notes: list[str] = field(default_factory=list)
+    status: str = "converged"
 
     def to_json_dict(self) -> dict[str, Any]:
         """The content of result.json."""
         return {
-            "status": "converged",
+            "status": self.status,
             "method": "update",
             "loss": "none",
             "train": self.train.to_json_dict(),
@@ -113,6 +115,8 @@ def update(
     if wrong:
         rows = ", ".join(map(str, wrong))
         notes.append(f"row{'s' if len(wrong) > 1 else ''} {rows} left out: no cause explains their error")
+    if not fitted.converged:
+        notes.append("the fit had not come to rest when it ended; the model is the best on its way")
     one = (
         replace(kept, station=None, station_names=()) if len(fitted.places) == 1 else kept.select(fitted.places[0].rows)
     )
@@ -125,6 +129,7 @@ def update(
         record.degrees_of_freedom,
         wrong,
         notes,
+        "converged" if fitted.converged else "not_converged",
     )
 
 

@@ -4,6 +4,7 @@
 
 import copy
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -136,3 +137,30 @@ def test_what_update_and_compare_refuse(calibrated) -> None:
     nominal = fastcal.compare("staubli_rx160l", calibrated.model)
     assert nominal.parameters[0].significant is None
     assert nominal.notes
+
+
+@pytest.mark.parametrize(
+    "offsets",
+    [{"joint2 theta": 0.6, "joint3 theta": -0.8}, {"joint3 theta": 1.5, "joint4 theta": 1.0, "joint5 theta": 1.5}],
+)
+def test_what_a_model_hardly_knows_is_found_however_far_it_is(offsets: dict[str, float]) -> None:
+    """Zeros that the model knows to 2 rad: far off nothing is linear, and every step must lead down."""
+    nominal = fastcal.load_robot("staubli_rx160l")
+    data = fastcal.simulate(
+        fastcal.perturbed(nominal, seed=2), fastcal.random_poses(nominal, 80, seed=2), noise=5e-5, seed=3
+    )
+    known = fastcal.calibrate(nominal, data, checks=False).model
+    record = known.record
+    assert record is not None
+    root, spec = record.root.copy(), copy.deepcopy(known.spec)
+    for name, offset in offsets.items():
+        i = record.parameters.index(name)
+        root[i, :], root[i, i] = 0.0, 2.0
+        spec["joints"][int(name[5]) - 1]["theta_deg"] += float(np.degrees(offset))
+    model = Robot(known.spec | {"calibration": replace(record, root=root).to_spec()})
+    del spec["calibration"]
+    new = fastcal.simulate(Robot(spec), fastcal.random_poses(nominal, 20, seed=5), noise=5e-5, seed=6)
+    found = fastcal.update(model, new, as_read=True)
+    assert found.status == "converged"
+    assert found.train.after is not None
+    assert found.train.after.rms < 2 * np.sqrt(3) * 5e-5
