@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.calibration.data_notes import covered
 from fastcal.calibration.evaluation import Evaluation, evaluate
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.fits import Fit
@@ -79,6 +80,7 @@ def robot_of(fit: Fit, sigma: float) -> Robot:
         fit.root(kept),
         from_si(sigma, "mm"),
         int(fit.freedom),
+        covered=covered(start, fit.problem.data),
     )
     spec["calibration"] = record.to_spec() | {"nominal": nominal_record(start.spec)}
     return Robot(spec)

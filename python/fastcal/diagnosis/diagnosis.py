@@ -97,7 +97,7 @@ def _diagnosed(
     notify("fitting the geometry")
     rows = searched_rows(data)
     looked_at = data if rows is None else data.select(rows)
-    problem = prepared_problem(robot, looked_at, library.names, _claimed(looked_at, sigma), threads)
+    problem = prepared_problem(robot, looked_at, library.names, _claimed(looked_at, sigma), threads, library.excluded)
     notify("how large the noise is")
     problem, level = with_estimated_noise(problem, fit(problem, []), sigma)
     plain, best, level = _searched(problem, level, sigma, notify)
@@ -338,7 +338,7 @@ class _Found:
         values = adaptation.values(model, name.entry)
         if grading.is_turned(self.best.fit.effect(name).data_columns, values):
             grade, limits = "B", (*limits, Because(Reason.TURNED_DIRECTION))
-        doubts = grading.doubts(self.offered.left_out, over_claim(self.level, self.data, self.sigma))
+        doubts = grading.doubts(bool(self.offered.excluded), over_claim(self.level, self.data, self.sigma))
         if grade == "A" and doubts:
             grade, limits = "B", doubts
         return Finding(

@@ -25,6 +25,7 @@ from fastcal.robot.robot import Robot, Spec
 
 FloatArray = NDArray[np.float64]
 Key = tuple[str, str]
+Exclusion = tuple[str, str | None]  # an effect and its owner; None: all of them
 
 _NOT_SCREENED = ("nuisance", "curve", "on request")  # roles: blocks without a name stand for the curves
 
@@ -97,20 +98,20 @@ class Untestable:
 
 @dataclass(frozen=True)
 class Library:
-    """What can be named, what the data lack the columns for, and whether the user left names out."""
+    """What can be named, what the data lack the columns for, and what the user left out (`parse_exclusions`)."""
 
     names: list[Hypothesis]
     untestable: list[Untestable]
-    left_out: bool = False
+    excluded: frozenset[Exclusion] = frozenset()
 
 
-def parse_exclusions(texts: Collection[str], robot: Robot) -> set[tuple[str, str | None]]:
+def parse_exclusions(texts: Collection[str], robot: Robot) -> set[Exclusion]:
     """`EFFECT` or `EFFECT@OWNER` to pairs; the owner None: all of them.
 
     Raises:
         InvalidInput: An effect or owner that this robot does not have.
     """
-    out: set[tuple[str, str | None]] = set()
+    out: set[Exclusion] = set()
     for text in texts:
         effect, at, owner = text.strip().partition("@")
         owners = effect_owners(effect, robot.core)
@@ -121,7 +122,12 @@ def parse_exclusions(texts: Collection[str], robot: Robot) -> set[tuple[str, str
     return out
 
 
-def build_library(robot: Robot, data: Dataset, excluded: Collection[tuple[str, str | None]] = ()) -> Library:
+def is_excluded(effect: str, owner: str, excluded: Collection[Exclusion]) -> bool:
+    """Did the user leave this name out?"""
+    return (effect, None) in excluded or (effect, owner) in excluded
+
+
+def build_library(robot: Robot, data: Dataset, excluded: Collection[Exclusion] = ()) -> Library:
     """All names for a robot and data, without those in its file already and those excluded."""
     there = {identity(entry) for entry in robot.spec.get("effects") or []}
     names: list[Hypothesis] = []
@@ -130,7 +136,7 @@ def build_library(robot: Robot, data: Dataset, excluded: Collection[tuple[str, s
         if traits_of(effect).role in _NOT_SCREENED:
             continue
         for owner in effect_owners(effect, robot.core):
-            if (effect, None) in excluded or (effect, owner) in excluded:
+            if is_excluded(effect, owner, excluded):
                 continue
             try:
                 entries = list(_entries(effect, owner, robot, data))
@@ -138,7 +144,7 @@ def build_library(robot: Robot, data: Dataset, excluded: Collection[tuple[str, s
                 untestable.append(Untestable(effect, owner, needs(effect, owner, columns=True)))
                 continue
             names += [name for name in entries if identity(name.entry) not in there]
-    return Library(names, untestable, bool(excluded))
+    return Library(names, untestable, frozenset(excluded))
 
 
 def needs(effect: str, owner: str, *, columns: bool) -> str:

@@ -20,7 +20,7 @@ from fastcal.calibration.columns import column_lengths
 from fastcal.calibration.parallel import each
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.held_out import fold_of
-from fastcal.diagnosis.library import Hypothesis, harmonics
+from fastcal.diagnosis.library import Hypothesis, harmonics, is_excluded
 from fastcal.diagnosis.memory import without_memory
 from fastcal.diagnosis.projection import score_tests
 from fastcal.diagnosis.tail_probabilities import p_values
@@ -45,7 +45,8 @@ def scan(state: SearchNode) -> list[Hypothesis]:
     for joint, new in enumerate(each(_orders(state), range(problem.start.robot.joint_count))):
         for effect in waves_of_a_joint:
             bare = {"effect": effect, "owner": f"joint{joint + 1}"}
-            found += harmonics(bare, problem.start.robot, problem.kept, new)
+            if not is_excluded(effect, bare["owner"], problem.excluded):
+                found += harmonics(bare, problem.start.robot, problem.kept, new)
     there = {repr(name) for name in problem.names}
     return [name for name in found if repr(name) not in there]
 

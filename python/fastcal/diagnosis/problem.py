@@ -15,7 +15,7 @@ from fastcal import _core
 from fastcal.calibration.alignment import measurements, noise_by_observation
 from fastcal.calibration.problem import CalibrationProblem, prepare
 from fastcal.diagnosis.generic import Known
-from fastcal.diagnosis.library import Hypothesis, without_masses
+from fastcal.diagnosis.library import Exclusion, Hypothesis, without_masses
 from fastcal.effects.entries import build_effects, effect_names, effect_owners, traits_of
 from fastcal.measurements.conditions import build_samples, condition_columns
 from fastcal.measurements.dataset import Dataset
@@ -49,6 +49,7 @@ class Problem:
         names: What may be added.
         noise: Of a measured number.
         known: Curves by the rows that they are over; problems with other noise or names share them.
+        excluded: Names that the user left out; a search may come upon further ones.
     """
 
     start: CalibrationProblem
@@ -58,6 +59,7 @@ class Problem:
     noise: Noise
     threads: int = 1
     known: dict[bytes, Known] = field(default_factory=dict)
+    excluded: frozenset[Exclusion] = frozenset()
 
     @property
     def curves(self) -> Known:
@@ -138,10 +140,17 @@ class Problem:
         return replace(self, noise=noise)
 
 
-def prepared_problem(robot: Robot, data: Dataset, names: list[Hypothesis], noise: Noise, threads: int) -> Problem:
+def prepared_problem(
+    robot: Robot,
+    data: Dataset,
+    names: list[Hypothesis],
+    noise: Noise,
+    threads: int,
+    excluded: frozenset[Exclusion] = frozenset(),
+) -> Problem:
     """All measured rows, base and tool fitted."""
     start = prepare(robot, data, effects="geometry", threads=threads)
-    return Problem(start, data, data.measured, names, noise, threads)
+    return Problem(start, data, data.measured, names, noise, threads, excluded=excluded)
 
 
 def core_entry(entry: Spec) -> Spec:

@@ -95,6 +95,7 @@ class Rivals:
             curved: Profiles of the joints that err by their own position beyond it.
         """
         start, every, yielding = self.search.start, self.every, self.search.yielding_joints()
+        curved = [entry for entry in curved if entry in every]
         is_begun = _key(start, every) in self.fitted and best is start  # all profiles, less those that do not help
         beside = [] if is_begun else [(best, list(curved))]
         rivals = [*((s, []) for s in (start, *yielding)), *beside, *((s, every) for s in (start, *yielding))]
@@ -138,15 +139,17 @@ class Rivals:
 
     @property
     def every(self) -> list[Spec]:
-        """Profiles of all joints that turn."""
-        kinds = self.search.problem.start.robot.joint_types
-        return [profile(f"joint{i + 1}") for i, kind in enumerate(kinds) if kind == "revolute"]
+        """Profiles of all joints that turn and have none in the model that was given."""
+        problem = self.search.problem
+        has = {entry["owner"] for entry in problem.given if entry["effect"] == curve_of("joint")}
+        turning = [f"joint{i + 1}" for i, kind in enumerate(problem.start.robot.joint_types) if kind == "revolute"]
+        return [profile(joint) for joint in turning if joint not in has]
 
     def with_profiles(self, state: SearchNode, profiles: Sequence[Spec]) -> Model | None:
-        """A set and profiles beside it; None where they make no model."""
+        """A set and profiles beside it; None where there are none, or where they make no model."""
         key = _key(state, profiles)
         if key not in self.fitted:
-            self.fitted[key] = _with_profiles(state, profiles)
+            self.fitted[key] = _with_profiles(state, profiles) if profiles else None
         return self.fitted[key]
 
     @property

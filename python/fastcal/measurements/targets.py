@@ -73,6 +73,6 @@ def _rows(name: str, value: Any, rows: NDArray[np.int64] | slice, count: int) ->
     """One condition of some rows; what stands for all stays: a number, a label, one row (6,) or (n,) of a table."""
     if isinstance(value, Mapping):
         return {key: _rows(key, part, rows, count) for key, part in value.items()}
-    each = 2 if name in TABLES else 1
+    each = 2 if name in (*TABLES, "move") else 1
     array = np.asarray(value)
     return array[rows] if value is not None and array.ndim == each and len(array) == count else value

@@ -9,6 +9,7 @@ where the instrument stood and which target was on is then no difference.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,7 @@ from scipy import linalg
 from fastcal.effects.entries import full_name, identity, traits_of
 from fastcal.errors import InvalidInput
 from fastcal.monitoring.setups import rigid, with_base
+from fastcal.robot.calibration_record import CalibrationRecord
 from fastcal.robot.core_model import length_or_angle_unit
 from fastcal.robot.identified_spec import Values, identified_spec
 from fastcal.robot.robot import Robot
@@ -30,6 +32,7 @@ _LOST = 1e-7  # least singular value, of columns of length 1: below, the posture
 _WITHIN = 1e-6  # of its length: a column beyond the span of others by less lies in it
 _APART = 1e-3  # least length, of 1, that the columns before leave of one: else they do what it does
 _SEED = 0
+_AT_REST = 1e6  # [s] between two postures
 
 
 def bare(robot: Robot) -> Robot:
@@ -63,27 +66,55 @@ def postures(a: Robot, b: Robot, threads: int) -> Postures:
         joint = int(np.argmin(low <= high)) + 1
         raise InvalidInput(f"the ranges of joint {joint} on which the two models were fitted do not meet")
     unit_cube = qmc.Sobol(len(low), rng=np.random.default_rng(_SEED)).random_base2(int(np.log2(POSTURES)))
-    loads = [r.record.covered.get("payload_kg", (0.0, 0.0)) for r in (a, b) if r.record]
-    least, most = max((v[0] for v in loads), default=0.0), min((v[1] for v in loads), default=0.0)
-    payload = np.where(np.arange(POSTURES) % 2 == 0, min(least, most), max(least, most))
-    return Postures(low + unit_cube * (high - low), payload, threads)
+    records = [r.record for r in (a, b) if r.record]
+    return Postures(low + unit_cube * (high - low), _conditions(records, len(low)), threads)
+
+
+def _conditions(records: list[CalibrationRecord], joint_count: int) -> dict[str, FloatArray]:
+    """What effects may ask of the postures: loads and temperatures that both were fitted on, by turns at their ends.
+
+    Every joint comes from either side as often; nothing pushes, and what lags has come to rest.
+    """
+
+    def by_turns(quantity: str, size: int) -> FloatArray | None:
+        ranges = [record.covered[quantity] for record in records if quantity in record.covered]
+        if not ranges:
+            return None
+        ends = max(low for low, _ in ranges), min(high for _, high in ranges)
+        return np.where(np.arange(POSTURES) // size % 2 == 0, min(ends), max(ends))
+
+    payload, temperature = by_turns("payload_kg", 1), by_turns("temperature_c", 2)
+    signs = np.random.default_rng(_SEED).choice([-1.0, 1.0], (POSTURES, joint_count))
+    out = {
+        "payload": np.zeros(POSTURES) if payload is None else payload,
+        "time": _AT_REST * np.arange(POSTURES),
+        "approach": signs,
+        "wrench": np.zeros((POSTURES, 6)),
+        "current": np.zeros((POSTURES, joint_count)),
+    }
+    return out if temperature is None else {**out, "temperature": to_si(temperature, "c")}
 
 
 @dataclass(frozen=True, eq=False)
 class Postures:
-    """Where two models are compared: q (N, n) [rad or m], payload (N,) [kg]."""
+    """Where two models are compared: q (N, n) [rad or m], under conditions as `Robot.forward` takes them."""
 
     q: FloatArray
-    payload: FloatArray
+    conditions: dict[str, Any]
     threads: int = 1
+
+    @property
+    def payload(self) -> FloatArray:
+        """(N,) [kg]."""
+        return np.asarray(self.conditions["payload"])
 
     def points(self, robot: Robot) -> FloatArray:
         """(N, 3) of the tool [m]."""
-        return robot.forward(self.q, payload=self.payload, threads=self.threads)[:, :3, 3]
+        return np.asarray(robot.forward(self.q, threads=self.threads, **self.conditions)[:, :3, 3])
 
     def jacobian(self, robot: Robot) -> FloatArray:
         """(N, 3, P)."""
-        return robot.parameter_jacobian(self.q, payload=self.payload, threads=self.threads)
+        return np.asarray(robot.parameter_jacobian(self.q, threads=self.threads, **self.conditions))
 
 
 def base_of(robot: Robot) -> FloatArray:

@@ -259,3 +259,20 @@ def test_threads_do_not_change_a_digit(arms) -> None:
 def test_invalid_input_is_refused(arms, arguments, sentence) -> None:
     with pytest.raises(InvalidInput, match=sentence):
         fastcal.compensate(arms("staubli_rx160l")[1], **arguments)
+
+
+def test_conditions_of_some_targets_are_those_of_their_rows() -> None:
+    """Moves too: a target that is tried again alone needs its own, not those of all."""
+    conditions = {
+        "payload": np.arange(3.0),
+        "move": np.arange(18.0).reshape(3, 6),
+        "approach": np.ones(6),
+        "temperature": 295.0,
+        "extra": {"order": np.arange(3.0)},
+    }
+    some = fastcal.Targets(np.tile(np.eye(4), (3, 1, 1)), None, conditions).conditions_of(np.array([2, 0]))
+    np.testing.assert_array_equal(some["payload"], [2.0, 0.0])
+    np.testing.assert_array_equal(some["move"], [[12, 13, 14, 15, 16, 17], [0, 1, 2, 3, 4, 5]])
+    np.testing.assert_array_equal(some["approach"], np.ones(6))
+    np.testing.assert_array_equal(some["extra"]["order"], [2.0, 0.0])
+    assert some["temperature"] == 295.0

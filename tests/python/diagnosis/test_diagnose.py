@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fastcal import InvalidInput, Robot, load_robot, perturbed, random_poses, simulate
+from fastcal import InvalidInput, Robot, calibrate, load_robot, perturbed, random_poses, simulate
 from fastcal.diagnosis import Diagnosis, diagnose
 from fastcal.diagnosis.grading import Evidence, grade
 from fastcal.diagnosis.library import Hypothesis, build_library, harmonics, parse_exclusions
@@ -246,3 +246,30 @@ def test_rows_that_are_wrong_are_listed_and_hide_nothing() -> None:
 def test_an_invalid_sigma_is_refused(sigma: float) -> None:
     with pytest.raises(InvalidInput, match="sigma must be a standard deviation above 0"):
         diagnose(arm(), rows([]), sigma=sigma)
+
+
+def wavy(count: int, seed: int) -> Dataset:
+    """An arm whose joint 2 errs by a wave of an order that the library does not list."""
+    nominal = load_robot("staubli_rx160l")
+    wave = {"effect": "gear_harmonic", "owner": "joint2", "order": 7}
+    wave["parameters"] = {"amplitude_rad": 3e-4, "phase_rad": 0.5}
+    true = perturbed(Robot(nominal.spec | {"effects": [wave]}), seed=1)
+    return simulate(true, random_poses(nominal, count, seed=seed), noise=5e-5, seed=seed)
+
+
+@pytest.mark.parametrize("excluded", ["gear_harmonic", "gear_harmonic@joint2"])
+def test_what_is_excluded_is_not_found_by_a_scan_either(excluded: str) -> None:
+    found = diagnose("staubli_rx160l", wavy(120, 2), exclude=[excluded])
+    assert not any(f.effect == "gear_harmonic" and f.owner == "joint2" for f in found.effects)
+    assert diagnose("staubli_rx160l", wavy(120, 2)).effects[0].label == "gear_harmonic@joint2"
+
+
+def test_a_model_with_curves_is_diagnosed_on_other_rows() -> None:
+    """Its joints get no second curve, with other knots than the first."""
+    known = calibrate("staubli_rx160l", wavy(300, 1), effects=["geometry", "joint_profile@joint1"], checks=False).model
+    found = diagnose(known, wavy(120, 2), exclude=["gear_harmonic", "reduction_ratio"])
+    curves = [e["owner"] for e in found.model.spec["effects"] if e["effect"] == "joint_profile"]
+    assert curves.count("joint1") == 1
+    record = found.model.record
+    assert record is not None
+    assert set(record.covered) >= {"q1_deg", "q6_deg", "payload_kg"}

@@ -164,3 +164,30 @@ def test_what_a_model_hardly_knows_is_found_however_far_it_is(offsets: dict[str,
     assert found.status == "converged"
     assert found.train.after is not None
     assert found.train.after.rms < 2 * np.sqrt(3) * 5e-5
+
+
+@pytest.mark.parametrize(
+    ("entry", "name"),
+    [
+        ({"effect": "backlash", "owner": "joint3", "parameters": {"gap_rad": 4e-4}}, "backlash@joint3"),
+        ({"effect": "thermal_expansion", "owner": "robot", "parameters": {}}, "thermal_expansion@robot"),
+    ],
+)
+def test_models_that_need_more_than_postures_are_compared(entry: dict, name: str) -> None:
+    """Directions of approach and temperatures are those that both were fitted on: no one is asked for them."""
+    nominal = fastcal.load_robot("staubli_rx160l")
+    true = fastcal.perturbed(Robot(nominal.spec | {"effects": [entry]}), seed=1)
+
+    def model(seed: int) -> Robot:
+        random = np.random.default_rng(seed)
+        sent = {
+            "temperature": 293 + 10 * random.random(120),
+            "time": 30.0 * np.arange(120),
+            "approach": random.choice([-1.0, 1.0], (120, 6)),
+        }
+        data = fastcal.simulate(true, fastcal.random_poses(nominal, 120, seed=seed), noise=5e-5, seed=seed, **sent)
+        return fastcal.calibrate(nominal, data, effects=["geometry", name], checks=False).model
+
+    found = fastcal.compare(model(1), model(2))
+    assert 0 < found.at_tool.rms < 1e-4  # two calibrations of one arm by noise of 0.05 mm
+    assert found.significant == []
