@@ -4,6 +4,8 @@
 // Rows that lack parts, too few rows, and none.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "fastcal/identification/identify.hpp"
 #include "fastcal/math/check.hpp"
 #include "identification/scene.hpp"
@@ -31,6 +33,16 @@ TEST(Identify, FewRowsThatClaimTheirNoiseAreAsSureAsTheyClaim) {
   expect_finite(result);
   EXPECT_EQ(result.rank, 15);
   EXPECT_LE(result.free.size(), 15U);
+}
+
+TEST(Identify, WithHardlyAnyDegreeOfFreedomRowsCountByAPlausibleNoise) {
+  // Exact rows: what is left of the noise is the plausible one, drawn to by 1 - 3 / 5 of a number beside three.
+  const Identification three = scene(29, What::kPositions, 10, {0, 0}).identified();
+  ASSERT_EQ(three.degrees_of_freedom, 3);
+  EXPECT_NEAR(three.tau[0], 1e-4 * std::sqrt(0.4 / 3.4), 1e-9);
+  const Identification nine = scene(29, What::kPositions, 12, {0, 0}).identified();
+  ASSERT_EQ(nine.degrees_of_freedom, 9);
+  EXPECT_LT(nine.tau[0], 1e-9);
 }
 
 TEST(Identify, RowsWithPartsMissingAreUsedForWhatTheyHave) {
