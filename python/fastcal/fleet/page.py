@@ -50,16 +50,18 @@ def _worst_first(found: Fleet) -> list[ArmResult]:
 
 
 def _table(found: Fleet) -> Table:
-    titles = ("poses", "nominal (mm)", "calibrated (mm)", "other poses (mm)", "noise (mm)", "outliers", "undetermined")
     told = ("verdict", "what is missing") if found.is_diagnosed else ()
-    columns = [Column("arm", numeric=False), *map(Column, titles), *(Column(title, numeric=False) for title in told)]
+    titles = ["poses", "nominal (mm)", "calibrated (mm)", "other poses (mm)", "noise (mm)", "outliers"]
+    titles += [] if told else ["undetermined"]
+    columns = [*(Column(title, numeric=False) for title in ("arm", *told)), *map(Column, titles)]
     rows = []
     for arm in _worst_first(found)[:_MOST_ROWS]:
+        causes = [Cell(text) for text in (arm.verdict, arm.causes)] if told else []
         lengths = [arm.before_mm, arm.after_mm, arm.test_mm, arm.sigma_mm]
         cells = [number_cell("" if mm is None else significant(mm, 3), mm) for mm in lengths]
-        counts = [Cell(str(count), float(count)) for count in (arm.outliers, arm.unidentifiable)]
-        causes = [Cell(text) for text in (arm.verdict, arm.causes)] if told else []
-        rows.append([Cell(arm.name), Cell(str(arm.rows), float(arm.rows)), *cells, *counts, *causes])
+        counts = [arm.outliers] if told else [arm.outliers, arm.unidentifiable]
+        numbers = [Cell(str(arm.rows), float(arm.rows)), *cells, *(Cell(str(count), float(count)) for count in counts)]
+        rows.append([Cell(arm.name), *causes, *numbers])
     caption = "Root mean square of the error of every arm."
     return Table(caption, columns, [Group(rows)], is_sortable=True)
 
