@@ -61,13 +61,13 @@ def test_an_error_names_file_and_line(tmp_path: Path) -> None:
 def test_files_that_are_none(tmp_path: Path) -> None:
     large = tmp_path / "large.yaml"
     with large.open("wb") as file:
-        file.truncate(16_000_001)
+        file.truncate(64_000_001)
     latin = tmp_path / "latin.yaml"
     latin.write_bytes(b"name: caf\xe9\n")
     for source, sentence in (
         (tmp_path / "none.yaml", "there is no such file"),
         (tmp_path, "is not a file that can be read, but a folder"),
-        (large, "expected a file of at most 16000000 bytes, got 16000001"),
+        (large, "expected a file of at most 64000000 bytes, got 64000001"),
         (latin, "expected UTF-8 text, got the byte 0xe9"),
     ):
         with pytest.raises(ParseError) as caught:
