@@ -15,7 +15,10 @@ from fastcal.diagnosis import Diagnosis, diagnose
 from fastcal.diagnosis.grading import Evidence, grade
 from fastcal.diagnosis.library import Hypothesis, build_library, harmonics, parse_exclusions
 from fastcal.diagnosis.noise import isolated_rows, repeats
+from fastcal.diagnosis.problem import Noise, prepared_problem
 from fastcal.diagnosis.reasons import Reason
+from fastcal.diagnosis.rivals import Rivals
+from fastcal.diagnosis.search import Search
 from fastcal.effects.entries import build_effects
 from fastcal.measurements.dataset import Dataset
 
@@ -267,6 +270,8 @@ def test_what_is_excluded_is_not_found_by_a_scan_either(excluded: str) -> None:
 def test_a_model_with_curves_is_diagnosed_on_other_rows() -> None:
     """Its joints get no second curve, with other knots than the first."""
     known = calibrate("staubli_rx160l", wavy(300, 1), effects=["geometry", "joint_profile@joint1"], checks=False).model
+    problem = prepared_problem(known, wavy(120, 2), [], Noise((5e-5, 1e-4, 5e-5)), 1)
+    assert [p["owner"] for p in Rivals(Search(problem)).every] == [f"joint{k}" for k in range(2, 7)]
     found = diagnose(known, wavy(120, 2), exclude=["gear_harmonic", "reduction_ratio"])
     curves = [e["owner"] for e in found.model.spec["effects"] if e["effect"] == "joint_profile"]
     assert curves.count("joint1") == 1
