@@ -120,6 +120,7 @@ class FitState {
   LossKind loss = LossKind::kNone;
   std::vector<bool> kept;     ///< rows that are no outliers; empty: all of them
   double measured_count = 0;  ///< measured numbers of the rows that are kept
+  double effective = 0;       ///< parameters that the fit uses up, less what their priors give
   double freedom = 1;         ///< share of the squared residuals that a fit leaves: degrees of freedom by numbers
   bool claims = false;        ///< do the rows claim a noise of their own?
 };

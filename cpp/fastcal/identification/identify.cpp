@@ -136,7 +136,7 @@ class Identifier {
     fit_.gauge.held.resize(fit_.asked.size());
     std::iota(fit_.gauge.held.begin(), fit_.gauge.held.end(), 0);
     fit_.gauge.directions.resize(static_cast<Eigen::Index>(fit_.asked.size()), 0);
-    count_freedom(fit_);
+    count_freedom(fit_, 0);
     fit_.tau = noise(fit_, NoiseRule::kMedian, LossKind::kHuber);
     out_ = finish();
     return false;
@@ -146,7 +146,8 @@ class Identifier {
     report_gauge(fit_, out_);
     report_rows();
     const RowErrors& errors = fit_.errors_here();
-    out_.degrees_of_freedom = static_cast<int>(std::lround(fit_.measured_count - effective_parameters(fit_)));
+    count_freedom(fit_, effective_parameters(fit_));
+    out_.degrees_of_freedom = static_cast<int>(std::lround(fit_.measured_count - fit_.effective));
     report_noise(fit_, errors, out_);
     out_.covariance_root = covariance_root(fit_, errors);
     out_.covariance = out_.covariance_root * out_.covariance_root.transpose();

@@ -128,6 +128,17 @@ struct Root {
     return out;
   }
 
+  /// Of A^-1; 0 for what is left out.
+  Eigen::VectorXd inverse_diagonal() const {
+    const Eigen::Index p = scale.size();
+    const Eigen::MatrixXd L = factor.matrixL();
+    Eigen::MatrixXd inverse = L.triangularView<Eigen::UnitLower>().solve(Eigen::MatrixXd::Identity(p, p));
+    for (Eigen::Index k = 0; k < p; ++k) inverse.row(k) *= diagonal[k] > 0 ? 1 / diagonal[k] : 0;
+    const Eigen::VectorXd squares = inverse.colwise().squaredNorm().transpose();
+    const Eigen::VectorXd unpivoted = factor.transpositionsP().transpose() * squares;
+    return unpivoted.cwiseProduct(scale.cwiseAbs2());
+  }
+
   /// R with R^T R = A.
   Eigen::MatrixXd upper() const {
     const Eigen::MatrixXd L = factor.matrixL();

@@ -39,11 +39,14 @@ void RobustFit::begin() {
 }
 
 void RobustFit::run(bool from_near) {
+  count_freedom(fit_, effective_parameters(fit_));
   for (int round = 0; round < kMaxRounds; ++round) {
     fine_fit(from_near);
-    if (fit_.problem.model.needs() == kNothing || !settle_loads()) return;
+    if (fit_.problem.model.needs() == kNothing) return;
+    const CommonNoise before = noise(fit_, rule_, fit_.loss);
+    if (!settle_loads()) return;
     // The loads were right to a per mille already, so the noise hardly moves: it is found again only where it does.
-    if (largest_change(tuned_, noise(fit_, NoiseRule::kMean, fit_.loss)) < kNoiseSettled) return;
+    if (largest_change(before, noise(fit_, rule_, fit_.loss)) < kNoiseSettled) return;
   }
 }
 
@@ -73,6 +76,7 @@ void RobustFit::polish() {
   if (step_to_the_minimum()) return;
   solver.settled = kAtTheMinimum;
   refit(fit_.loss, solver);
+  count_freedom(fit_, effective_parameters(fit_));
   fit_.tau = noise(fit_, rule_, fit_.loss);
   if (fit_.problem.model.needs() != kNothing) {
     polish_with_loads(solver);
@@ -134,12 +138,14 @@ bool RobustFit::approach(LossKind loss) {
       rest_ = step.rest;
       converged_ = rest_ <= kRoughly;
       fitted_at_ = fit_.tau;
-      count_freedom(fit_);
+      count_freedom(fit_, effective_parameters(fit_, near_));
       return converged_;
     }
   }
   solver.settled = std::max(solver.settled, kRoughly);
   refit(loss, solver);
+  const bool knows = near_.rows() == fit_.free_scale.size();
+  count_freedom(fit_, knows ? effective_parameters(fit_, near_) : effective_parameters(fit_));
   return true;
 }
 
@@ -149,7 +155,6 @@ void RobustFit::refit(LossKind loss, const SolverOptions& solver) {
   fitted_at_ = fit_.tau;
   near_ = std::move(solution.A);
   converged_ = solution.converged;
-  count_freedom(fit_);
   iterations_ += solution.iterations;
   message_ = solution.message;
 }

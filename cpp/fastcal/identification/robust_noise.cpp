@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "fastcal/identification/noise_scale.hpp"
+#include "fastcal/identification/reduced_problem.hpp"
 
 namespace fastcal {
 namespace {
@@ -112,8 +113,19 @@ double effective_parameters(FitState& fit) {
   return R.transpose().triangularView<Eigen::Lower>().solve(J.transpose()).squaredNorm();
 }
 
-void count_freedom(FitState& fit) {
-  fit.freedom = std::max(1.0, fit.measured_count - effective_parameters(fit)) / fit.measured_count;
+double effective_parameters(const FitState& fit, const Eigen::MatrixXd& A) {
+  const auto p = static_cast<Eigen::Index>(fit.free.size());
+  if (!fit.has_priors()) return static_cast<double>(p);
+  // tr(A (A + P)^-1) = p - tr(P (A + P)^-1) with the priors' P diagonal.
+  Eigen::VectorXd prior = fit.free_scale.cwiseQuotient(at(fit.limits.prior_sigma, fit.free)).cwiseAbs2();
+  Eigen::MatrixXd with_prior = A;
+  with_prior.diagonal() += prior;
+  return static_cast<double>(p) - prior.dot(Root(with_prior, Eigen::VectorXd::Zero(p)).inverse_diagonal());
+}
+
+void count_freedom(FitState& fit, double effective) {
+  fit.effective = effective;
+  fit.freedom = std::max(1.0, fit.measured_count - effective) / fit.measured_count;
 }
 
 void keep_rows(FitState& fit, std::vector<bool> kept) {
@@ -129,13 +141,13 @@ void keep_rows(FitState& fit, std::vector<bool> kept) {
     }
   }
   fit.measured_count = static_cast<double>(count);
-  if (!fit.free.empty()) count_freedom(fit);
+  if (!fit.free.empty()) count_freedom(fit, fit.effective);
 }
 
 std::vector<bool> explained_rows(FitState& fit) { return explained(fit.errors_here(), fit.tau, 1); }
 
-bool shows_outliers(FitState& fit) {
-  return fit.measured_count - effective_parameters(fit) >= kFreedomForOutliers * fit.measured_count;
+bool shows_outliers(const FitState& fit) {
+  return fit.measured_count - fit.effective >= kFreedomForOutliers * fit.measured_count;
 }
 
 void report_noise(FitState& fit, const RowErrors& errors, Identification& out) {

@@ -25,8 +25,12 @@ double largest_change(const CommonNoise& a, const CommonNoise& b);
 /// priors.
 double effective_parameters(FitState& fit);
 
-/// Brings fit.freedom up to date.
-void count_freedom(FitState& fit);
+/// The same by what a fit has at hand, A = J^T W J of the scaled free parameters at about this theta and noise: W the
+/// weights of the loss, so a little less.
+double effective_parameters(const FitState& fit, const Eigen::MatrixXd& A);
+
+/// Brings fit.freedom up to date with so many effective parameters.
+void count_freedom(FitState& fit, double effective);
 
 /// Keeps the rows that the noise explains, or all of them; measured_count and freedom follow.
 void keep_rows(FitState& fit, std::vector<bool> kept);
@@ -36,7 +40,7 @@ std::vector<bool> explained_rows(FitState& fit);
 
 /// May outliers be looked for? Where most of the numbers go into the parameters, a fit can bend to any row, and rows
 /// can be thrown out until the rest fits exactly.
-bool shows_outliers(FitState& fit);
+bool shows_outliers(const FitState& fit);
 
 /// Fills tau, sigma, variance_factor and outliers of `out` from what is left of the rows. The factor is what all
 /// variances must be multiplied by for the squares of the rows that are kept to be what they should: below 1 only where

@@ -114,6 +114,12 @@ class Rows:
         return np.take_along_axis(scores, best, axis=1)[:, 0], np.argsort(order, axis=1) <= best
 
 
+def leave_freedom(count: int, rank: int) -> bool:
+    """Can a fit of `rank` parameters leave any set of the rows that are searched, of `count`, enough freedom?"""
+    numbers = 3 * min(count, _MOST_ROWS)
+    return numbers - rank >= _FREEDOM * numbers
+
+
 def agreeing_rows(rows: Rows, kept: BoolArray, noise: float) -> BoolArray | None:
     """(N,) rows that agree far better than those that the fit kept, None where there are none.
 

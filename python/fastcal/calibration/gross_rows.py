@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from fastcal import _core
 from fastcal.calibration.alignment import measurements
-from fastcal.calibration.consensus import GROSS, Rows, agreeing_rows
+from fastcal.calibration.consensus import GROSS, Rows, agreeing_rows, leave_freedom
 from fastcal.calibration.lack_of_fit import posture_dependence
 from fastcal.calibration.problem import CalibrationProblem
 from fastcal.calibration.residuals import Residuals, near_fit, without_rows
@@ -62,7 +62,7 @@ def majority(problem: CalibrationProblem, found: _core.Identification, refit: Re
     if found.loss == "none" or near is None:
         return Majority(found, problem)
     rows, places = _points(near)
-    if len(places) == 0:
+    if not leave_freedom(len(places), len(found.free)):
         return Majority(found, problem)
     agree = agreeing_rows(_nominal(problem, near, rows, found), ~np.isin(places, found.outliers), near.scale)
     out = Majority(found, problem)

@@ -36,6 +36,30 @@ TEST(FitState, AStepIsJudgedWithThePriorsWhereItEnds) {
   EXPECT_LT(second.rest, 0.1);
 }
 
+// tr(A (A + P)^-1) by the solver's sums is |J R^-1|^2 by the factor, from priors that say nothing to those that say
+// all.
+TEST(FitState, EffectiveParametersAreTheSameByTheSolversSums) {
+  const Scene s = scene(54, What::kPositions, 60, {5e-5, 0});
+  const Problem problem{s.model, s.samples, s.measured};
+  double before = kInfinite;
+  for (const double sigma : {1e-1, 1e-3, 1e-4, 1e-5, 1e-8}) {
+    IdentifyOptions options = with(LossKind::kNone);
+    options.limits.prior_mean = s.model.start();
+    options.limits.prior_sigma = Eigen::VectorXd::Constant(s.model.parameter_count(), sigma);
+    options.limits.prior_sigma[0] = kInfinite;
+    FitState fit(problem, asked(s.model, s.what), Eigen::VectorXd(), options);
+    start(fit);
+    choose_free(fit);
+    const Eigen::MatrixXd A =
+        normal_equations(problem, fit.theta, fit.free, fit.free_scale, {fit.tau, LossKind::kNone}, true).A;
+    const double effective = effective_parameters(fit);
+    EXPECT_NEAR(effective_parameters(fit, A), effective, 1e-6 * static_cast<double>(fit.free.size()));
+    EXPECT_LT(effective, before);
+    before = effective;
+  }
+  EXPECT_NEAR(before, 1, 0.01);  // the one without a prior
+}
+
 TEST(FitState, WithinBoundsNoStepIsTaken) {
   const Scene s = scene(52, What::kPositions, 60, {5e-5, 0});
   IdentifyOptions options = with(LossKind::kNone);

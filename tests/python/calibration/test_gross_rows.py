@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from fastcal.calibration.calibrate import CalibrationResult, calibrate
-from fastcal.calibration.consensus import Rows, agreeing_rows
+from fastcal.calibration.consensus import Rows, agreeing_rows, leave_freedom
 from fastcal.io.robot_file import load_robot
 from fastcal.measurements.dataset import Dataset
 
@@ -164,3 +164,15 @@ def test_rows_that_are_a_few_times_noisier_are_not_gross() -> None:
     noise = np.where(np.arange(100) < 60, 0.1, 0.4)[:, np.newaxis]
     residual = -np.einsum("ncp,p->nc", J, rng.normal(size=6)) + noise * rng.normal(size=(100, 3))
     assert agreeing_rows(Rows(J, residual, 6), np.ones(100, dtype=bool), 1e-3) is None
+
+
+def test_no_set_is_searched_for_where_a_fit_bends_to_any() -> None:
+    """With two thirds of the numbers of the rows that are searched in the fit, no set is left a third."""
+    rng = np.random.default_rng(8)
+    J, residual = rng.normal(size=(30, 3, 70)), rng.normal(size=(30, 3))
+    assert agreeing_rows(Rows(J, residual, 70), np.ones(30, dtype=bool), 1e-3) is None
+    assert not leave_freedom(30, 70)
+    assert leave_freedom(30, 60)
+    assert not leave_freedom(100_000, 401)  # 200 of them are searched
+    assert leave_freedom(100_000, 400)
+    assert not leave_freedom(0, 1)
