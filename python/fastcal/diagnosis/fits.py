@@ -251,7 +251,7 @@ def fit(problem: Problem, added: Sequence[Hypothesis], start: Fit | None = None,
     def stepped(theta: FloatArray, near: _core.Linearization, reach: float) -> tuple[FloatArray, float]:
         """The next point, and by how much chi square would fall there if the rows were linear."""
         scale = size[free]
-        J, r = white(near, np.asarray(near.J)[:, free]), white(near, np.asarray(near.r))
+        J, r = white(near, _columns(near, free)), white(near, np.asarray(near.r))
         g = -(J.T @ r) * scale / factor**2 - (theta - centre)[free] * scale / deviation**2
         step = _solve(J, scale / factor, np.hypot(scale / deviation, 1 / reach), g)
         out = theta.copy()

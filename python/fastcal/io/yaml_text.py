@@ -150,4 +150,7 @@ def _short(text: str) -> str:
 
 def _quoted(text: str) -> str:
     """JSON's quotes; what can't be printed is escaped as one character, which JSON would make two."""
-    return "".join(c if c.isprintable() else f"\\U{ord(c):08x}" for c in json.dumps(text, ensure_ascii=False))
+    quoted = json.dumps(text, ensure_ascii=False)
+    if quoted.isprintable():
+        return quoted
+    return "".join(c if c.isprintable() else f"\\U{ord(c):08x}" for c in quoted)
