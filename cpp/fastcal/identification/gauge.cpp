@@ -50,7 +50,10 @@ void follow_loads(FitState& fit) {
   fit.problem.response = nullptr;
   fit.forget();
   fit.response = load_response(fit.problem, fit.theta, fit.asked, fit.scale, gauge_factor(fit));
-  if (fit.response) fit.problem.response = &*fit.response;
+  if (fit.response) {
+    fit.problem.response = &*fit.response;
+    keep_changes(fit.problem, *fit.response);
+  }
   fit.forget();
 }
 

@@ -25,4 +25,7 @@ std::optional<LoadResponse> load_response(const Problem& problem, const Eigen::V
 std::vector<RowMatrixXd> load_changes(const Problem& problem, const Eigen::VectorXd& theta,
                                       const Eigen::MatrixXd& steps);
 
+/// Fills `of_source` of the problem's response, so that no pass over a source finds the changes again.
+void keep_changes(const Problem& problem, LoadResponse& response);
+
 }  // namespace fastcal

@@ -58,7 +58,9 @@ Part::Part(const Problem& whole, Eigen::Index begin, Eigen::Index end)
   settle(whole.model, whole.settled_at->head(whole.model.parameter_count()), whole.threads, settled_);
   if (whole.response == nullptr) return;
   const LoadResponse& all = *whole.response;
-  response_ = {all.origin, all.directions, all.found_at, all.steps, {}};
+  response_ = {all.origin, all.directions, all.found_at, all.steps, {}, {}};
+  for (const RowMatrixXd& change : all.of_source) response_.change.emplace_back(change.middleRows(begin, end - begin));
+  if (!all.of_source.empty()) return;
   response_.change = load_changes({whole.model, settled_, *rows_.measured, whole.threads}, all.found_at, all.steps);
 }
 

@@ -19,11 +19,12 @@ namespace fastcal {
 /// What the loads' change adds to the residuals at fixed loads, r += sum_k change_k y_k, y = directions^T (theta -
 /// origin).
 struct LoadResponse {
-  Eigen::VectorXd origin;           ///< theta of the present loads
-  Eigen::MatrixXd directions;       ///< (theta's size, k)
-  Eigen::VectorXd found_at;         ///< theta
-  Eigen::MatrixXd steps;            ///< (theta's size, k) from there to both sides, over which the change was found
-  std::vector<RowMatrixXd> change;  ///< k of (N, numbers); of the rows in memory
+  Eigen::VectorXd origin;              ///< theta of the present loads
+  Eigen::MatrixXd directions;          ///< (theta's size, k)
+  Eigen::VectorXd found_at;            ///< theta
+  Eigen::MatrixXd steps;               ///< (theta's size, k) from there to both sides, over which the change was found
+  std::vector<RowMatrixXd> change;     ///< k of (N, numbers); of the rows in memory
+  std::vector<RowMatrixXd> of_source;  ///< the same of all rows of a source; none where they are too many to keep
 };
 
 /// Model, conditions and measurements, which must outlive it.

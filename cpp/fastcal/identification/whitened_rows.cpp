@@ -75,15 +75,19 @@ void WhitenedRows::evaluate(Eigen::Index begin, Eigen::Index end) {
 }
 
 bool WhitenedRows::compare_points() {
-  if (coordinates_ == nullptr || count_ != 3 || along_.size() > 0 || !(inverse_[0] > 0)) return false;
+  if (coordinates_ == nullptr || count_ != 3 || !(inverse_[0] > 0)) return false;
   const double inverse = inverse_[0];
   for (int c = 0; c < 3; ++c) {
     double* r = at(residual_, c);
     double* factor = at(factor_, c);
+    for (int i = 0; i < rows_; ++i) r[i] = block_.position(i, c) - (*coordinates_)(begin_ + i, c);
+    for (Eigen::Index k = 0; k < along_.size(); ++k) {
+      const RowMatrixXd& change = problem_.response->change[static_cast<std::size_t>(k)];
+      for (int i = 0; i < rows_; ++i) r[i] += change(begin_ + i, c) * along_[k];
+    }
     for (int i = 0; i < rows_; ++i) {
-      const double apart = block_.position(i, c) - (*coordinates_)(begin_ + i, c);
-      const bool present = apart == apart;
-      r[i] = present ? apart : 0;
+      const bool present = r[i] == r[i];
+      r[i] = present ? r[i] : 0;
       factor[i] = present ? inverse : 0;
       const double u = r[i] * factor[i];
       weights_[i].squared += u * u;
@@ -206,15 +210,24 @@ void WhitenedRows::unknown_columns(double* J) {
 }
 
 void WhitenedRows::response_columns(double* J) {
-  for (std::size_t k = 0; k < free_.size(); ++k) {
-    const Eigen::VectorXd along = problem_.response->directions.row(free_[k]).transpose() * scale_[k];
-    double* out = J + static_cast<Eigen::Index>(k) * ld();
-    for (int n = 0; n < count_; ++n, out += block_.stride()) {
+  const Eigen::Index stride = block_.stride();
+  const Eigen::Index plane = count_ * stride;  // whitened numbers of all rows
+  double* change = change_.resize(along_.size() * plane);
+  std::fill(change, change + along_.size() * plane, 0.0);
+  for (Eigen::Index d = 0; d < along_.size(); ++d) {
+    const RowMatrixXd& of = problem_.response->change[static_cast<std::size_t>(d)];
+    for (int n = 0; n < count_; ++n) {
+      double* out = change + d * plane + n * stride;
       for (int i = 0; i < rows_; ++i) {
-        double sum = 0;
-        for (Eigen::Index d = 0; d < along.size(); ++d) sum += problem_.response->change[d](begin_ + i, n) * along[d];
-        if (at(factor_, n)[i] != 0) out[i] += sum * at(factor_, n)[i];
+        if (at(factor_, n)[i] != 0) out[i] = of(begin_ + i, n) * at(factor_, n)[i];
       }
+    }
+  }
+  for (std::size_t k = 0; k < free_.size(); ++k) {
+    Eigen::Map<Eigen::ArrayXd> column(J + static_cast<Eigen::Index>(k) * ld(), plane);
+    for (Eigen::Index d = 0; d < along_.size(); ++d) {
+      const double along = problem_.response->directions(free_[k], d) * scale_[static_cast<Eigen::Index>(k)];
+      if (along != 0) column += along * Eigen::Map<const Eigen::ArrayXd>(change + d * plane, plane);
     }
   }
 }

@@ -90,6 +90,7 @@ class WhitenedRows {
   std::vector<int> first_unknown_;            // (numbers, stride), -1: depends on none
   AlignedNumbers residual_, factor_, slope_;  // (numbers, stride): r, 1 / deviation or 0; (sights, 6, stride)
   AlignedNumbers by_unknown_;                 // (numbers, kMostUnknowns, stride)
+  AlignedNumbers change_;                     // (directions, numbers, stride): the loads' response, whitened
   AlignedNumbers J_;
   bool is_flattened_ = false;
   AlignedNumbers turn_, along_residuals_;  // (numbers, stride), by which J's rows are added up; what comes of it

@@ -157,6 +157,18 @@ TEST(RowSource, EachPartHasTheLoadsOfTheWhole) {
   const Eigen::Vector3d weak = Eigen::Vector3d(1, -1, 0).normalized();
   EXPECT_LT(weak.dot(without * weak), 0.5 * weak.dot(b.A * weak));
   EXPECT_GT(rows.reads, 1);
+  // Once kept, the changes are those of the rows in memory, and no pass finds them again.
+  LoadResponse kept = *response;
+  keep_changes(parts, kept);
+  ASSERT_EQ(kept.of_source.size(), response->change.size());
+  for (std::size_t k = 0; k < kept.of_source.size(); ++k)
+    EXPECT_LT((kept.of_source[k] - response->change[k]).norm(), 1e-9 * response->change[k].norm());
+  kept.change.clear();
+  kept.found_at.setZero();  // where nothing could be found
+  const Problem with_kept{s.model, *some.samples, *some.measured, 1, &kept, nullptr, &rows, &theta};
+  const NormalEquations c = normal_equations(with_kept, there, few, scale, weighting, true);
+  EXPECT_LT((c.A - b.A).norm(), 1e-9 * b.A.norm());
+  EXPECT_LT((c.g - b.g).norm(), 1e-9 * b.g.norm());
 }
 
 TEST(RowSource, FewRowsCanBeReadToo) {
