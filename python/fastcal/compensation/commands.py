@@ -4,8 +4,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from fastcal import _core
 from fastcal.calibration.extrapolation_notes import range_notes
 from fastcal.calibration.prediction import correction_notes
+from fastcal.compensation import motion
 from fastcal.compensation.following import follow
 from fastcal.compensation.one_step import one_step, pose_errors
 from fastcal.display.shown import Shown
@@ -23,11 +25,13 @@ from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.targets import Targets, targets_of
 from fastcal.robot.controller_robot import nominal_robot
 from fastcal.robot.robot import Robot
+from fastcal.units import from_si
 
 FloatArray = NDArray[np.float64]
 
 METHODS = ("full", "one-step")
 _MOST_LISTED = 5  # rows of a kind that get a sentence of their own
+_STANDS = 1e-6  # m: a command that its own moves take further from its target does not agree with itself
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -48,6 +52,8 @@ class Compensation(Shown):
         jumps: Rows that no smooth path joins to the previous row.
         notes: What a reader should know, a sentence each.
         joint_types: `revolute` or `prismatic`, one a joint.
+        conditions: Under which the commands hold: those of the targets and, where these do not say how the joints come,
+            the approach and the move (N, n) of a path through q, each row from the one before; 0 of single points.
     """
 
     q: FloatArray
@@ -60,6 +66,7 @@ class Compensation(Shown):
     jumps: tuple[int, ...] = ()
     notes: tuple[str, ...] = ()
     joint_types: tuple[str, ...] = ()
+    conditions: Mapping[str, Any] = field(default_factory=dict, repr=False)
 
     def __len__(self) -> int:
         return len(self.q)
@@ -98,7 +105,9 @@ def compensate(
         hold: Joints, counted from 1, that stay where the first row's are (without a path: where each seed has them): a
             redundant arm moves the others.
         threads: Cores; the result does not depend on it.
-        **conditions: payload [kg], approach ... as `Robot.forward` takes them.
+        **conditions: payload [kg], approach ... as `Robot.forward` takes them. Approach and move that are not given are
+            those of the path through the commands, as `predict` reads a table; single points have none, and a note
+            says which effects would look at them.
 
     Raises:
         InvalidInput: A shape does not fit, a number is invalid, or a condition that an effect needs is missing.
@@ -112,14 +121,27 @@ def compensate(
     before = nominal_robot(model, nominal)
     q_nominal, reached, jumps = _nominal(before, targets, along_path, hold, threads)
     start = np.where(np.isfinite(q_nominal), q_nominal, 0.0)
-    found, changed = _solve(model, targets, start, along_path, hold, threads)
+    solve = partial(_solve, model, start=start, along_path=along_path, hold=hold, threads=threads)
+    aimed = motion.moved_along(targets, None, model.joint_count)
+    found, changed = solve(aimed)
+    readers = motion.readers(model, targets)
+    if readers and along_path:
+        aimed = motion.settled(lambda moving: _sent(solve(moving)[0]), targets, _sent(found))
+        found, changed = solve(aimed)
     if method == "one-step":
-        found = _stepped(model, before, targets, q_nominal, reached, found, hold)
+        found = _stepped(model, before, aimed, q_nominal, reached, found, hold)
+    told = list(targets.notes)
+    if along_path:
+        targets, found, more = _as_driven(model, targets, found, readers)
+        told += more
+    else:
+        targets = aimed
+        told += [_no_order(readers)] if readers else []
     bad = found.status == "bad_target"
     sigma = np.full(len(targets), np.nan)
     if (good := np.flatnonzero(~bad)).size:
         sigma[good] = _deviation(model, found.q[good], targets.conditions_of(good))
-    notes = [*targets.notes, *_sentences(found), *notes_on_ranges(model, found.q[good], targets.conditions_of(good))]
+    notes = [*told, *_sentences(found), *notes_on_ranges(model, found.q[good], targets.conditions_of(good))]
     weight = None
     if model.correction is not None:
         weight = np.full(len(targets), np.nan)
@@ -138,6 +160,7 @@ def compensate(
         tuple(jumps),
         tuple(notes),
         tuple(model.joint_types),
+        dict(targets.conditions),
     )
 
 
@@ -158,7 +181,8 @@ def shifts(
     """
     before = nominal_robot(model, nominal)
     wanted, sent = targets.poses[rows], before.forward(found.q[rows])
-    missed = model.forward(found.nominal_q[rows], **targets.conditions_of(rows)) - wanted
+    known = replace(targets, conditions=found.conditions).conditions_of(rows)
+    missed = model.forward(found.nominal_q[rows], **known) - wanted
     turns = np.array([_core.log_so3(b[:3, :3] @ a[:3, :3].T) for a, b in zip(wanted, sent, strict=True)])
     shift = np.column_stack([sent[:, :3, 3] - wanted[:, :3, 3], turns.reshape(-1, 3)])
     return shift, np.asarray(np.linalg.norm(missed[:, :3, 3], axis=1))
@@ -186,6 +210,56 @@ def _solve(
     for name, values in merged.items():
         values[again[better]] = getattr(retried, name)[better]
     return replace(near, **merged), again[retried.reached].tolist()
+
+
+def _sent(found: InverseKinematics) -> FloatArray:
+    """(N, n) the commands, NaN where none is sent."""
+    return np.where((found.status == "bad_target")[:, np.newaxis], np.nan, found.q)
+
+
+def _as_driven(
+    model: Robot, targets: Targets, found: InverseKinematics, readers: dict[str, str]
+) -> tuple[Targets, InverseKinematics, list[str]]:
+    """The targets with the moves of the commands themselves, what these then leave, and notes on it.
+
+    Args:
+        model: The calibrated robot.
+        targets: Those that were given.
+        found: The commands.
+        readers: The effects that look at moves which the targets do not give.
+    """
+    q = _sent(found)
+    if not readers:
+        return motion.moved_along(targets, q, model.joint_count), found, []
+    q = motion.at_rest(q)
+    driven = motion.moved_along(targets, q, model.joint_count)
+    rows = np.flatnonzero(np.isfinite(q).all(axis=1))
+    left = pose_errors(targets.poses[rows], model.forward(q[rows], **driven.conditions_of(rows)))
+    position, rotation, before = np.array(found.position_error), np.array(found.rotation_error), found.position_error
+    position[rows], rotation[rows] = np.linalg.norm(left[:, :3], axis=1), np.linalg.norm(left[:, 3:], axis=1)
+    hint = "; columns approach1 ... would count instead" if "approach" in readers.values() else ""
+    notes = [
+        f"{', '.join(readers)}: each row is taken to be driven to from the row before it, which gives directions and "
+        f"moves of the joints; before the first nothing moves{hint}"
+    ]
+    off = np.flatnonzero(found.reached & (position > before + _STANDS))
+    if off.size:
+        most = from_si(float(position[off].max()), "mm")
+        notes.append(
+            f"{_listed(off.tolist())}: a joint moves there by so little that its direction turns with its correction; "
+            f"up to {most:.3g} mm are left"
+        )
+    sent = np.where(np.isfinite(q), q, found.q)
+    return driven, replace(found, q=sent, position_error=position, rotation_error=rotation), notes
+
+
+def _no_order(readers: dict[str, str]) -> str:
+    """What single points do not say."""
+    columns = "columns approach1 ..., or " if "approach" in readers.values() else ""
+    return (
+        f"{', '.join(readers)}: single points do not say how the joints come to them; they are taken as if nothing had "
+        f"moved, and the residual leaves out what moves do; give {columns}the rows as a path"
+    )
 
 
 def _stepped(

@@ -10,7 +10,7 @@ the commanded path, square to it, the path accuracy.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
@@ -103,6 +103,7 @@ def path_accuracy(
     if not found.reached.all():
         row = int(np.argmin(found.reached))
         raise InvalidInput(f"row {row} of the path is {found.status[row]}; expected targets that can all be reached")
+    targets = replace(targets, conditions=found.conditions)  # with how the joints come to each
     before = nominal_robot(model, nominal)
     counts = _counts(targets.poses, kind, step)
     wanted = _drive(targets.poses, kind, counts)

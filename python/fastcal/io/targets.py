@@ -67,6 +67,9 @@ def _targets(table: Table, robot: Robot) -> Targets:
     extra, _ = unknown_columns(table, unknown)
     notes = [*table.notes, *(f"column '{table.names[place]}' is not known" for place in unknown), *columns.notes]
     conditions = {name: value for name, value in condition_columns(data).items() if value is not None}
+    del conditions["move"]  # of joints that are still looked for
+    if data.approach is None:
+        del conditions["approach"]
     return Targets(_poses(table, columns, position), seed, conditions | {"extra": extra}, tuple(notes))
 
 
