@@ -14,7 +14,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Any, NoReturn
 
 import numpy as np
@@ -23,11 +22,13 @@ from numpy.typing import NDArray
 from fastcal import _core
 from fastcal.compensation.commands import METHODS, notes_on_ranges
 from fastcal.compensation.configurations import Configurations
+from fastcal.compensation.motion import at_rest
 from fastcal.compensation.one_step import one_step
 from fastcal.compensation.singular_targets import command_by_small_moves
-from fastcal.effects.entries import traits_of
+from fastcal.effects.entries import lag_of, traits_of
 from fastcal.errors import InvalidInput, ParseError
 from fastcal.ik.inverse_kinematics import inverse_kinematics
+from fastcal.measurements.last_moves import directions, last_moves
 from fastcal.programs import Cell, Document, Frames, Program, Target, Word
 from fastcal.robot import se3
 from fastcal.robot.controller_robot import nominal_robot
@@ -37,6 +38,7 @@ from fastcal.units import from_si, to_si
 FloatArray = NDArray[np.float64]
 
 _REACHED = 1e-7  # m, and entries of a rotation
+_PASSES = 4  # of the way back
 _MOST_TURN = to_si(10.0, "deg")  # by which a target that is given as joints may be corrected
 
 
@@ -85,7 +87,8 @@ def compensate_program(
         method: `full` or `one-step`, as in `compensate`.
         inverse: The program is compensated: each target becomes the one where the real tool goes.
         threads: Cores; the result does not depend on it.
-        **conditions: payload [kg], temperature [K] ... of the whole program; approach is taken from the moves.
+        **conditions: payload [kg], temperature [K] ... of the whole program, in which nothing lags behind that one
+            temperature; approach and move are taken from the moves.
 
     Raises:
         ParseError: A target cannot be reached, or is used with two tools; names the line.
@@ -98,16 +101,18 @@ def compensate_program(
     if not program.targets:
         raise InvalidInput(f"{program.documents[0].name}: holds no targets of plain numbers; nothing to compensate")
     robot = robot_without_measurement(model)
+    if any(lag_of(entry) > 0 for entry in robot.spec["effects"]):
+        conditions.setdefault("time", 0.0)  # at one temperature nothing lags, whatever the time
     places = _Places(robot, nominal_robot(robot, nominal), program, cell or Cell())
     order = _order(program)
     q_given, notes = _nominal_joints(places, order)
     if inverse:
         q = _brought_back(places, q_given, order, conditions, threads)
         q_nominal = q
-        conditions.setdefault("approach", _approaches(q, order))
+        conditions = _moves(q, order) | conditions
     else:
         q_nominal = q_given
-        conditions.setdefault("approach", _approaches(q_nominal, order))
+        conditions = _moves(q_nominal, order) | conditions
         q, singular = _compensated(places, q_nominal, method, conditions, threads)
         notes += singular
     poses = places.nominal.forward(q_nominal)
@@ -166,11 +171,12 @@ def _brought_back(
 ) -> FloatArray:
     """(N, n) joints of the nominal robot where the real tool is at the commands q_given.
 
-    The sides from which joints come are those of the nominal joints, which are looked for: a second pass has them.
+    How joints come to a target is taken from the nominal joints, which are looked for: a second pass has the sides,
+    and each further one the moves closer by the share of a move that settles.
     """
     q = q_given
-    for _ in range(2):
-        real = places.robot.forward(q_given, **({"approach": _approaches(q, order)} | conditions))
+    for _ in range(_PASSES):
+        real = places.robot.forward(q_given, **(_moves(q, order) | conditions))
         found = inverse_kinematics(places.nominal, real, seed=q_given, restarts=0, threads=threads)
         for i, target in enumerate(places.program.targets):
             if not found.reached[i]:
@@ -258,15 +264,12 @@ def _nominal_joints(places: _Places, order: Sequence[int]) -> tuple[FloatArray, 
     return q, notes
 
 
-def _approaches(q: FloatArray, order: Sequence[int]) -> FloatArray:
-    """(N, n) the direction in which each joint last moved when a target is reached in the program's order."""
-    out = np.zeros_like(q)
-    last = np.zeros(q.shape[1])
-    for before, now in pairwise(order):
-        moved = np.sign(q[now] - q[before])
-        last = np.where(moved == 0, last, moved)
-        out[now] = last
-    return out
+def _moves(q: FloatArray, order: Sequence[int]) -> dict[str, FloatArray]:
+    """Conditions `approach` and `move` (N, n) of targets that are reached in the program's order."""
+    move, approach = np.zeros_like(q), np.zeros_like(q)
+    move[order] = last_moves(at_rest(q[order]), None)
+    approach[order] = directions(move[order])
+    return {"approach": approach, "move": move}
 
 
 def _changes(places: _Places, q_nominal: FloatArray, q: FloatArray) -> tuple[list[tuple[Word, str]], list[str]]:

@@ -170,6 +170,37 @@ def test_backlash_is_taken_from_the_side_the_moves_come_from(arms) -> None:
     assert shift[1] * shift[2] < 0
 
 
+def test_what_settles_is_taken_from_the_moves_and_comes_back(arms) -> None:
+    """Moves were taken to be 0: the tool missed each target by what the last move leaves."""
+    nominal, _ = arms("ur5")
+    creep = [{"effect": "settling", "owner": "joint2", "parameters": {"rad_rad": {"value": 2e-3}}}]
+    real = fastcal.Robot(nominal.spec | {"effects": creep})
+    script = "".join(f"movej([0.3, {q}, 1.3, -1.6, -1.5, 0.2])\n" for q in (-1.2, -0.7, -1.6)).encode()
+    done = compensate_program(real, read_program({"a.script": script}), nominal=nominal)
+    got = fastcal.predict(real, fastcal.Dataset.from_arrays(done.q)).position
+    np.testing.assert_allclose(got, nominal.forward(done.nominal_q)[:, :3, 3], atol=5e-6)
+    assert done.error.max() > 5e-4
+    written = {d.name: d.text.encode("latin-1") for d in done.documents}
+    back = compensate_program(real, read_program(written), nominal=nominal, inverse=True)
+    np.testing.assert_allclose(back.q, done.nominal_q, atol=2e-6)
+
+
+def test_a_temperature_that_lags_has_come_to_rest_in_a_program(arms) -> None:
+    """It asked for the column time_s, which a program can't have."""
+    nominal, _ = arms("ur5")
+    script = {"a.script": b"movej([0.3, -1.2, 1.3, -1.6, -1.5, 0.2])\n"}
+    warm = {"effect": "thermal_expansion", "owner": "robot", "t0_c": 20.0, "parameters": {"coefficient_1_k": 5e-5}}
+    lagging = {**warm, "parameters": {"coefficient_1_k": 5e-5, "lag_s": 1800.0}}
+    done = [
+        compensate_program(
+            fastcal.Robot(nominal.spec | {"effects": [effect]}), read_program(script), temperature=308.15
+        )
+        for effect in (warm, lagging)
+    ]
+    np.testing.assert_array_equal(done[0].q, done[1].q)
+    assert done[0].error.min() > 1e-4
+
+
 def test_the_measurement_s_own_effects_are_left_out(arms) -> None:
     nominal, _ = arms("ur5")
     drift = [{"effect": "measurement_scale", "owner": "instrument", "parameters": {"error": 1e-3}}]
