@@ -43,10 +43,13 @@ class Bound:
 
     def note(self, name: str, value: float, unit: str) -> str:
         """A sentence for the reader."""
-        beyond = abs(self.unbounded - value) / self.std if self.std > 0 else np.inf
+        out = value - self.unbounded if self.side == "lower" else self.unbounded - value
+        beyond = out / self.std if self.std > 0 else np.inf
         text = (
             f"{name} is held at its {self.side} bound {value:.4g} {unit}; without it the data give {self.unbounded:.3g}"
         )
+        if out <= 0:  # to first order, and the fit is not linear
+            return f"{text}, which it allows: noise decides, and its interval is one-sided"
         if beyond <= NOISE_EXPLAINS:
             return f"{text}, {beyond:.1f} standard deviations beyond it, so its interval is one-sided"
         return f"{text}, which noise does not explain: another effect may be missing, and no interval is stated for it"
@@ -55,7 +58,10 @@ class Bound:
 def bounds_reached(
     problem: CalibrationProblem, found: _core.Identification, limits: dict[str, Any]
 ) -> dict[int, tuple[Side, float]]:
-    """The side and the estimate without bounds [SI] of each parameter that is on a bound, by its index in theta."""
+    """The side and the estimate without bounds [SI] of each parameter that is on a bound, by its index in theta.
+
+    `limits` are all that the fit had as options of `problem.identify`: bounds, priors and pulls.
+    """
     if "lower" not in limits:
         return {}
     theta = np.asarray(found.theta)
@@ -67,8 +73,10 @@ def bounds_reached(
     root = np.sqrt(np.asarray(found.weights))[np.asarray(near.row)]
     scale = np.sqrt(np.diag(np.asarray(found.covariance)))
     J, r = np.asarray(near.J)[:, found.free] * root[:, np.newaxis] * scale, np.asarray(near.r) * root
-    if "prior_sigma" in limits:
-        sigma, mean = limits["prior_sigma"][found.free], limits["prior_mean"][found.free]
+    for kind in ("prior", "pull"):
+        if f"{kind}_sigma" not in limits:
+            continue
+        sigma, mean = limits[f"{kind}_sigma"][found.free], limits[f"{kind}_mean"][found.free]
         J = np.vstack([J, np.diag(scale / sigma)])
         r = np.append(r, (theta[found.free] - mean) / sigma)
     step = scale * np.linalg.lstsq(J, -r, rcond=None)[0]

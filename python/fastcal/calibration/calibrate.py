@@ -192,7 +192,7 @@ def calibrate(
         "unknowns_before": unknowns_by_owner(problem.measured, np.asarray(alignment.unknowns)),
         "threads": threads,
     }
-    reached = bounds_reached(problem, found, limits)
+    reached = bounds_reached(problem, found, {**limits, **pulled})
     table, table_covariance = parameter_table(start, model, found, covariance, reached)
     beyond = [] if test is None else [f"{test.source}: {note}" for note in range_notes(result_model, test)]
     train = evaluate(result_model, data, **judge)

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from fastcal import Robot, load_robot, simulate
-from fastcal.calibration.bounds import Bound
+from fastcal.calibration.bounds import Bound, bounds_reached
 from fastcal.calibration.calibrate import CalibrationResult, IdentifiedParameter, calibrate
+from fastcal.calibration.geometry_anchoring import pulls
 from fastcal.calibration.problem import prepare
 from fastcal.calibration.simulation import random_poses
 
@@ -72,3 +73,35 @@ def test_what_noise_does_not_explain_gets_no_interval() -> None:
     assert near.interval(5.0, 2.0) == (4.5, 5.0)
     assert "1.0 standard deviations beyond it" in near.note("spring", 5.0, "n_m")
     assert Bound("upper", 9.0, 0.5).interval(5.0, 2.0) == (-np.inf, 5.0)
+
+
+def test_an_estimate_inside_the_bound_is_not_called_beyond_it() -> None:
+    note = Bound("lower", 3e-6, 6e-6).note("joint3 compliance", 0.0, "rad_nm")
+    assert "beyond" not in note
+    assert "which it allows" in note
+    assert "beyond" not in Bound("upper", 4.0, 0.5).note("spring", 5.0, "n_m")
+
+
+def test_the_estimate_without_the_bound_knows_the_pull_of_the_geometry() -> None:
+    """Beside a curve the fit holds the geometry near its fit without: alone, lengths would take what the pull forbids.
+
+    What is held against it is the fit with the pull and no bounds.
+    """
+    entry = {"effect": "joint_profile", "owner": "joint3", "knots": 8}
+    wave = {"effect": "gear_harmonic", "owner": "joint3", "order": 1, "parameters": {"amplitude_rad": 2e-3}}
+    q = 0.5 * random_poses(ARM, 60, seed=3)
+    data = simulate(Robot(ARM.spec | {"effects": [wave]}), q, noise=5e-5, seed=3)
+    problem = prepare(Robot(ARM.spec | {"effects": [entry]}), data, effects=f"geometry,{EFFECT}", loss="none")
+    pulled = pulls(problem)
+    assert pulled
+    limits = problem.limits()
+    k = next(i for i, p in enumerate(problem.model.parameters) if p.name == "compliance")
+    free = problem.identify(**pulled, lower=np.array([]), upper=np.array([]))
+    deviation = float(np.sqrt(np.diag(np.asarray(free.covariance))[list(free.free).index(k)]))
+    limits["lower"][k] = free.theta[k] + deviation
+    found = problem.identify(**limits, **pulled)
+    side, unbounded = bounds_reached(problem, found, {**limits, **pulled})[k]
+    assert side == "lower"
+    assert unbounded == pytest.approx(free.theta[k], abs=0.05 * deviation)
+    without = bounds_reached(problem, found, limits)[k][1]
+    assert abs(without - free.theta[k]) > 0.5 * deviation
