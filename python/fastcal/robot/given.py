@@ -65,6 +65,8 @@ def as_data(given: RowsLike, robot: Robot, *, require_measured: bool = True) -> 
         InvalidInput: It is something else, and the sentence says what was meant; ParseError: as `load_measurements`.
     """
     if isinstance(given, Dataset):
+        if len(given) == 0:
+            raise InvalidInput(f"{given.source}: the data hold no rows; expected at least one")
         return given
     if isinstance(given, str | os.PathLike):
         data: Dataset = late.call("load_measurements", given, robot, require_measured=require_measured)

@@ -21,8 +21,7 @@ from fastcal.calibration.calibrate import CalibrationResult, calibrate
 from fastcal.calibration.inspection import check_columns, check_fit
 from fastcal.calibration.problem import prepare
 from fastcal.errors import InvalidInput
-from fastcal.measurements.dataset import Dataset
-from fastcal.robot.robot import Robot
+from fastcal.robot.given import DataLike, RobotLike, as_data, as_robot
 from fastcal.selection.cross_validation import CrossValidation
 from fastcal.selection.set_search import TIE, shortlist, stepwise
 from fastcal.units import from_si
@@ -106,12 +105,12 @@ class Selection:
 
 
 def choose_parameters(
-    robot: Robot,
-    data: Dataset,
+    robot: RobotLike,
+    data: DataLike,
     optional: Sequence[str] | None = None,
     *,
     always: Sequence[str] = (),
-    test: Dataset | None = None,
+    test: DataLike | None = None,
     folds: int = 10,
     deals: int = 10,
     effects: str | Sequence[str] = "geometry",
@@ -155,6 +154,8 @@ def choose_parameters(
         InvalidInput: A name, a search or a rule is unknown, or there are fewer poses than folds.
     """
     _check(optional, always, search=search, rule=rule, refits=refits, deals=deals)
+    robot = as_robot(robot)
+    data = as_data(data, robot)
     progress = progress or (lambda text: None)
     progress("looking at the columns")
     suspected = check_columns(robot, data, as_read=as_read)
