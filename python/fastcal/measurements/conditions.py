@@ -103,9 +103,15 @@ def _check_columns(
         if name.startswith("extra:"):
             _check_extra(entry, name.removeprefix("extra:"), extra, rows)
         elif name.rstrip("0123456789") not in given:  # approach4: the column of a joint
-            raise InvalidInput(f"{label(entry)} needs the column {_title(name)}, which the data do not have")
+            known = f" ({name}: one of {', '.join(map(str, labels))})" if (labels := _labels(entry, name)) else ""
+            raise InvalidInput(f"{label(entry)} needs the column {_title(name)}{known}, which the data do not have")
     for name in own.extra if own else ():
         _check_extra(entry, name, extra, rows)
+
+
+def _labels(entry: Spec, column: str) -> Sequence[str]:
+    """Labels that the entry was fitted with, of a column that holds labels."""
+    return entry.get(LABELLED[column], []) if column in LABELLED else []
 
 
 def _title(name: str) -> str:

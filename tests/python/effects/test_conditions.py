@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: MIT
 """What an effect needs of the data, and the sentence where it is not there."""
 
+import re
 from dataclasses import replace
 from typing import Any
 
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 
 from fastcal.calibration.calibrate import calibrate
+from fastcal.calibration.evaluation import evaluate
 from fastcal.calibration.simulation import simulate
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
@@ -99,3 +101,12 @@ def test_several_columns_keep_their_places(arm: Robot, poses: Dataset, with_effe
     for entries, size in (((level, tilt), 32e-3), ((tilt, level), 32e-3), ((tilt,), 30e-3)):
         moved = with_effects(arm, *entries).forward(q, extra=extra) - nominal
         assert np.linalg.norm(moved[0, :3, 3]) == pytest.approx(size, rel=1e-12)
+
+
+def test_a_missing_column_of_labels_names_those_the_model_knows(arm: Robot, poses: Dataset) -> None:
+    measured = simulate(arm, poses, noise=1e-5)
+    names = tuple(f"cell {letter}" for letter in "ABC"[: len(measured.station_names)])
+    model = calibrate(arm, replace(measured, station_names=names), effects="geometry,station_offset").model
+    listed = re.escape(f"(station: one of {', '.join(names)})")
+    with pytest.raises(InvalidInput, match=f"needs the column station {listed}, which the data do not have"):
+        evaluate(model, replace(measured, station=None, station_names=()))
