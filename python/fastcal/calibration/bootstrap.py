@@ -31,7 +31,7 @@ FloatArray = NDArray[np.float64]
 _BATCH = 20  # draws that a worker takes at once
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Bootstrap:
     """A calibration, and what the same calibration finds in draws of its errors.
 
@@ -49,6 +49,10 @@ class Bootstrap:
     def std(self) -> FloatArray:
         """(P,) standard deviation of each parameter in edge units, beside `std` of `result.parameters`."""
         return np.asarray(np.nanstd(self.values, axis=0, ddof=1))
+
+    def __repr__(self) -> str:
+        failed = f", {self.not_converged} more did not converge" if self.not_converged else ""
+        return f"<Bootstrap: {len(self.values)} draws of {len(self.result.parameters)} parameters{failed}>"
 
     def interval(self, level: float = 0.95) -> FloatArray:
         """(P, 2) quantiles of each parameter in edge units that hold this share of the draws."""

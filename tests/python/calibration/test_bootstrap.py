@@ -101,3 +101,9 @@ def test_what_can_not_be_drawn_is_refused() -> None:
     tilted = replace(data, observed={"tilt@link2": np.zeros((40, 2)), "sigma_tilt": np.full((40, 1), 1e-4)})
     with pytest.raises(fastcal.InvalidInput, match="can be drawn, not of inclination"):
         fastcal.bootstrap(arm(), tilted, draws=2)
+
+
+def test_it_shows_itself_in_one_line() -> None:
+    found = fastcal.bootstrap(arm(), points(60, 1), draws=2)
+    assert repr(found) == f"<Bootstrap: 2 draws of {len(found.result.parameters)} parameters>"
+    assert repr(replace(found, not_converged=1)).endswith("1 more did not converge>")
