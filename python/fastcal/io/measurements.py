@@ -18,6 +18,7 @@ from fastcal.io.columns import Column, kinds_of_columns, match_columns, would_do
 from fastcal.io.table import Table
 from fastcal.io.tables import read_table
 from fastcal.measurements.checks import BadRow, RobotFacts, check_whole_rows
+from fastcal.measurements.copied_rows import copied_row_notes
 from fastcal.measurements.dataset import Dataset, FloatArray
 from fastcal.measurements.instrument import along_and_across
 from fastcal.measurements.observations import expected_columns, tables_of
@@ -149,7 +150,7 @@ def dataset_from_table(
     own.empty_payloads += columns.empty_payloads
     notes = [*table.notes, *(f"column '{name}' is not known and is kept as it is" for name in foreign), *columns.notes]
     if counts is None:
-        notes += own.notes()
+        notes += [*own.notes(), *copied_row_notes(data)]
     return replace(
         data,
         rotation_angles=columns.angles(),

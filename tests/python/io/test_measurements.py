@@ -99,7 +99,7 @@ def test_one_sigma_a_coordinate(file: Callable[..., Path]) -> None:
 
 def test_unknown_columns_are_kept_and_reported(file: Callable[..., Path]) -> None:
     header = "q1_deg,q2_mm,x_mm,y_mm,z_mm,order,x_nominal_mm,operator,when,,station_id"
-    data = load_measurements(file(header, "0,0,1,2,3,5,1.5,Jo,2026-01-02,7,s1", "0,0,1,2,3,,2.5,12,,8,s2"), ARM)
+    data = load_measurements(file(header, "0,0,1,2,3,5,1.5,Jo,2026-01-02,7,s1", "0,0,1,2,4,,2.5,12,,8,s2"), ARM)
     assert list(data.extra) == ["order", "x_nominal_mm", "unnamed10"]
     np.testing.assert_array_equal(data.extra["order"], [5.0, np.nan])
     np.testing.assert_array_equal(data.extra["x_nominal_mm"], [1.5, 2.5])
@@ -195,3 +195,14 @@ def test_nothing_is_noted_of_own_columns_and_of_rounding(tmp_path: Path) -> None
     data = load_measurements(path, robot, require_measured=False)
     assert data.notes == ("joint 6 is outside its limits in 1 row, by 0.001 deg at most",)
     assert list(data.extra) == ["order"]
+
+
+def test_exact_copies_of_rows_are_reported(file: Callable[..., Path]) -> None:
+    """Neither a pose that is visited again nor one that is not measured is a copy."""
+    head = "q1_deg,q2_mm,x_mm,y_mm,z_mm,time_s"
+    once = ["10,500,800.12,0.3,1.5,0", "10,500,800.13,0.3,1.5,1", "20,500,700,0.3,1.5,2", "20,500,,,,3", "20,500,,,,4"]
+    assert load_measurements(file(head, *once), ARM).notes == ()
+    (note,) = load_measurements(file(head, *once, "10,500,800.12,0.3,1.5,5"), ARM).notes
+    assert note.startswith("1 row is an exact copy of another; a copy counts as a measurement of its own")
+    (note,) = load_measurements(file(head, *once, *once), ARM).notes
+    assert note.startswith("3 rows are exact copies of others")
