@@ -144,12 +144,13 @@ def _plan(robot: Robot, count: int, data: list[Path] | None, output: Path | None
     """Writes the poses of a check."""
     from fastcal.errors import InvalidInput
     from fastcal.io.design_out import write_poses
-    from fastcal.monitoring.plan import check_poses
+    from fastcal.monitoring.plan import assumed, check_poses
 
     if data:
         raise InvalidInput("--plan writes poses before anything is measured: leave out DATA")
     if output is None:
         raise InvalidInput("expected -o FILE, the poses to write")
     write_poses(output, check_poses(robot, count), robot)
+    warn(assumed(robot))
     say(f"{output}: {count} poses for a check of {robot.name}")
     emit({"file": str(output), "robot": robot.name, "poses": count})

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.design.candidates import Candidates, joint_ranges, postures, with_conditions
+from fastcal.design.planned import approached
 from fastcal.design.separation import separating_poses
 from fastcal.measurements.dataset import Dataset
 from fastcal.monitoring.hypotheses import Hypothesis
@@ -27,10 +28,16 @@ MOST = 6
 POWER = 0.95  # at which no more poses are asked for
 _CANDIDATES = 400
 _SEED = 0
+_ROOM_C = (20.0, 20.0)
 
 
-def candidates(robot: Robot, record: CalibrationRecord, payloads: Sequence[float]) -> Candidates:
-    """Postures within the joint ranges that the model was fitted on, with payloads at hand."""
+def candidates(
+    robot: Robot, record: CalibrationRecord, payloads: Sequence[float], approached: Sequence[int] = ()
+) -> Candidates:
+    """Postures within the joint ranges that the model was fitted on, with payloads at hand.
+
+    Joints `approached`, from 0, come from either side.
+    """
     limits = joint_ranges(robot)
     low, high = limits.T.copy()
     for i, joint in enumerate(robot.spec["joints"]):
@@ -40,7 +47,7 @@ def candidates(robot: Robot, record: CalibrationRecord, payloads: Sequence[float
             low[i], high[i] = max(low[i], to_si(covered[0], unit)), min(high[i], to_si(covered[1], unit))
     q = postures(robot, "random", _CANDIDATES, _SEED)
     q = low + (q - limits[:, 0]) / (limits[:, 1] - limits[:, 0]) * (high - low)
-    return with_conditions(q, payloads, [], _CANDIDATES, _SEED)
+    return with_conditions(q, payloads, approached, _CANDIDATES, _SEED)
 
 
 def separating(
@@ -58,7 +65,7 @@ def separating(
     if len(rivals) < 2 or any(h.directions is None for h, _ in rivals):
         return []
     pool = candidates(arm, record, _payloads(data, record))
-    J = _jacobian(arm, pool, data) / sigma
+    J = _jacobian(arm, record, pool, data) / sigma
     base, own = J[:, :, : _base_count(arm)], np.vstack([rows.R, np.zeros((J.shape[2] - len(rows.R), rows.R.shape[1]))])
     common = np.concatenate([base, J @ own], axis=2)
     causes = [J @ h.directions for h, _ in rivals if h.directions is not None]
@@ -83,8 +90,8 @@ def informative(
     A pose adds log det(1 + J C J^T), C the covariance of base, model and changes before it: the bases' and the
     changes' of their typical sizes, so that what one pose has shown the next need not.
     """
-    pool = candidates(arm, record, _payloads(data, record))
-    J = _jacobian(arm, pool, data) / sigma
+    pool = candidates(arm, record, _payloads(data, record), approached(arm) if data is None else ())
+    J = _jacobian(arm, record, pool, data) / sigma
     base = _base_count(arm)
     grown = np.vstack([R, np.zeros((J.shape[2] - len(R), R.shape[1]))])
     changes = [J @ (h.directions * h.sizes) for h in watched if h.directions is not None]
@@ -126,16 +133,31 @@ def _payloads(data: Dataset | None, record: CalibrationRecord) -> list[float]:
     return sorted(set(record.covered.get("payload_kg", (0.0, 0.0))))
 
 
-def _jacobian(arm: Robot, pool: Candidates, data: Dataset | None) -> FloatArray:
-    """(N, 3, P) of the points, other conditions as in the first row of the data."""
-    given: dict[str, Any] = dict(pool.conditions())
+def temperature_of(record: CalibrationRecord) -> float:
+    """[K] The middle of the temperatures that the model was fitted on; of a room, where none was measured."""
+    return float(np.mean(to_si(np.array(record.covered.get("temperature_c", _ROOM_C)), "c")))
+
+
+def _jacobian(arm: Robot, record: CalibrationRecord, pool: Candidates, data: Dataset | None) -> FloatArray:
+    """(N, 3, P) of the points, other conditions as in the first row of the data.
+
+    What no data say: the middle of both directions and of the temperatures of the fit, nothing lags, nothing pushes.
+    """
+    count, joints = pool.q.shape
+    given: dict[str, Any] = {
+        "approach": np.zeros((count, joints)),
+        "current": np.zeros((count, joints)),
+        "wrench": np.zeros((count, 6)),
+        "temperature": temperature_of(record),
+        "time": 0.0,
+    }
     if data is not None:
         for name in ("temperature", "time"):
             if getattr(data, name) is not None:
-                given[name] = np.full(len(pool), getattr(data, name)[0])
+                given[name] = np.full(count, getattr(data, name)[0])
         if data.approach is not None:
-            given["approach"] = np.repeat(data.approach[:1], len(pool), axis=0)
-    return arm.parameter_jacobian(pool.q, **given)
+            given["approach"] = np.repeat(data.approach[:1], count, axis=0)
+    return arm.parameter_jacobian(pool.q, **(given | pool.conditions()))
 
 
 def _base_count(arm: Robot) -> int:

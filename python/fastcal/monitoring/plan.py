@@ -7,21 +7,24 @@ from __future__ import annotations
 import numpy as np
 
 from fastcal.design.candidates import Candidates
-from fastcal.effects.entries import full_name
+from fastcal.effects.entries import full_name, label, traits_of
+from fastcal.effects.registered import find
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.monitoring.hypotheses import extended, hypotheses
 from fastcal.monitoring.linear import covariance_root, record_of
-from fastcal.monitoring.next_poses import informative
+from fastcal.monitoring.next_poses import informative, temperature_of
 from fastcal.monitoring.setups import bare_arm
 from fastcal.robot.given import RobotLike, as_robot
-from fastcal.units import to_si
+from fastcal.units import from_si, to_si
 
 FEWEST = 4
 
 
 def check_poses(model: RobotLike, count: int = 8) -> Candidates:
     """Poses within the joint ranges that the model was fitted on, with the least and the greatest payload of these.
+
+    A joint whose side matters, as of play, comes from either. All are at one temperature (`assumed`).
 
     Raises:
         InvalidInput: The model keeps no covariance, or fewer than four poses are asked for.
@@ -39,3 +42,25 @@ def check_poses(model: RobotLike, count: int = 8) -> Candidates:
     base = np.array([i < own and p.owner == "base" for i, p in enumerate(parameters)])
     R = covariance_root(record, [full_name(p) for p in parameters], base)
     return informative(more, record, None, watched, R, to_si(record.sigma_mm, "mm"), count)
+
+
+def assumed(model: RobotLike) -> list[str]:
+    """What `check_poses` takes the conditions to be that nobody has measured yet, a sentence each."""
+    robot = as_robot(model)
+    entries = robot.spec.get("effects") or []
+    asking = [
+        label(entry)
+        for entry, effect in zip(entries, robot.effects, strict=True)
+        if not find(entry["effect"])
+        and not traits_of(entry["effect"]).of_the_measurement
+        and "temperature" in effect.data_columns
+    ]
+    if not asking:
+        return []
+    record = record_of(robot)
+    middle = from_si(temperature_of(record), "c")
+    known = "the middle of what the model was fitted on" if "temperature_c" in record.covered else "a room's"
+    return [
+        f"{', '.join(asking)}: the poses are chosen for one temperature, {middle:.4g} degC, {known}; measure "
+        "temperature_c with them"
+    ]
