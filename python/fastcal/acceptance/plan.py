@@ -20,10 +20,12 @@ from fastcal.acceptance.cube import POSES, Cube, largest_cube
 from fastcal.compensation.programs import robot_without_measurement
 from fastcal.errors import InvalidInput
 from fastcal.ik.inverse_kinematics import inverse_kinematics
+from fastcal.measurements.last_moves import last_moves
 from fastcal.programs import Document, read_program
 from fastcal.programs.measuring import Cycles, Stop, write_cycles
 from fastcal.robot.controller_robot import nominal_robot
 from fastcal.robot.robot import Robot
+from fastcal.robot.steady import steady, warmed
 from fastcal.units import from_si
 
 FloatArray = NDArray[np.float64]
@@ -56,6 +58,7 @@ class AcceptancePlan:
         approach: (N, n) direction in which each joint arrives.
         commanded: (N, 4, 4) T_base_tool that each visit is to reach.
         payload: [kg].
+        temperature: [K] that the commands are made for; None where they do not depend on it.
         compensated: Do the commands bring the calibrated arm there, or the controller's nominal one?
         notes: What a reader should know.
     """
@@ -67,6 +70,7 @@ class AcceptancePlan:
     approach: FloatArray
     commanded: FloatArray
     payload: float
+    temperature: float | None
     compensated: bool
     notes: tuple[str, ...]
 
@@ -83,6 +87,7 @@ def plan_acceptance(
     edge: float | None = None,
     rotation: FloatArray | None = None,
     payload: float = 0.0,
+    temperature: float | None = None,
     dwell_s: float = 3.0,
     speed: float = 0.5,
 ) -> AcceptancePlan:
@@ -99,6 +104,8 @@ def plan_acceptance(
         edge: Of the cube [m].
         rotation: (3, 3) of the tool in the base, in all poses.
         payload: Mass at the tool during the test [kg].
+        temperature: Of the arm during the test [K], which no effect lags behind; None: the middle of what the model was
+            fitted on.
         dwell_s: Wait at each measured stop [s].
         speed: Share of the greatest speed.
 
@@ -111,24 +118,54 @@ def plan_acceptance(
     poses = cube.poses(points)
     q_nominal = _solved(controller, poses, np.vstack([q, q[_seeds(len(points))]]), names)
     stops = [stop for count, several in loops for _ in range(count) for stop in several]
-    arrivals = _arrivals(q_nominal, [stop.target for stop in stops])
+    order = [stop.target for stop in stops]
+    arrivals = _arrivals(q_nominal, order)
     is_measured = np.array([stop.is_measured for stop in stops])
     q = q_nominal
+    notes: list[str] = []
     if compensate:
         # One command a pose, from whichever side it is reached: that of its first visit.
         first = [next(i for i, stop in enumerate(stops) if stop.target == at) for at in range(len(names))]
         first[0] = next(i for i, stop in enumerate(stops) if stop.target == 0 and stop.is_measured)
         arm = robot_without_measurement(model)
-        q = _solved(arm, poses, q_nominal, names, payload=payload, approach=arrivals[first])
+        temperature, notes = _temperature(arm, temperature)
+        known = {"approach": arrivals[first], "move": last_moves(q_nominal[order], None)[first], **steady(arm)}
+        q = _solved(arm, poses, q_nominal, names, payload=payload, temperature=temperature, **known)
+    else:
+        temperature = None
     comment = ["ISO 9283 test by fastcal", f"arm: {model.name[:40]}", f"measured stops: {len(measured)}"]
     comment.append("targets are compensated" if compensate else "targets are not compensated")
     documents = write_cycles(language, program, Cycles(names, q, loops, dwell_s, speed, comment))
     at = [stop.target for stop in stops if stop.is_measured]
-    notes = [] if cycles >= CYCLES else [f"{cycles} cycles are fewer than the {CYCLES} of ISO 9283"]
+    if cycles < CYCLES:
+        notes.append(f"{cycles} cycles are fewer than the {CYCLES} of ISO 9283")
     written = _as_written(documents, [stop for _, several in loops for stop in several], q)[at]
     return AcceptancePlan(
-        cube, documents, measured, written, arrivals[is_measured], poses[at], payload, compensate, tuple(notes)
+        cube,
+        documents,
+        measured,
+        written,
+        arrivals[is_measured],
+        poses[at],
+        payload,
+        temperature,
+        compensate,
+        tuple(notes),
     )
+
+
+def _temperature(arm: Robot, given: float | None) -> tuple[float | None, list[str]]:
+    """[K] The temperature of the commands, None where no effect of the arm asks for it, and a note on its choice."""
+    asking = warmed(arm)
+    if not asking or given is not None:
+        return (given if asking else None), []
+    if arm.record is None:
+        raise InvalidInput(
+            f"{asking[0]} needs the temperature of the test: {arm.name} holds no calibration to take it from"
+        )
+    middle = from_si(arm.record.temperature, "c")
+    known = "the middle of what the model was fitted on" if "temperature_c" in arm.record.covered else "a room's"
+    return arm.record.temperature, [f"{', '.join(asking)}: the commands are for {middle:.4g} degC, {known}"]
 
 
 def _seeds(count: int) -> list[int]:

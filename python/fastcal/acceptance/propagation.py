@@ -91,7 +91,7 @@ def _scatter(errors: list[FloatArray]) -> FloatArray:
 
 def _scene(found: Campaign, budget: Budget, model: Robot | None) -> Scene:
     T = found.T_base_world
-    first = [station.rows[0] for station in found.stations]
+    last = np.array([station.rows[-1] for station in found.stations])  # the first row of all comes from nowhere
     own = None if model is None else model.core.base_and_tool(model.core.nominal)[0][:3, :3].T
     return Scene(
         found.commanded,
@@ -99,9 +99,10 @@ def _scene(found: Campaign, budget: Budget, model: Robot | None) -> Scene:
         T[:3, :3] @ budget.instrument + T[:3, 3],
         np.zeros(3),
         model,
-        found.data.q[first],
-        float(found.data.payload[first].mean()),
+        found.data.q[last],
+        float(found.data.payload[last].mean()),
         own,
+        found.conditions(last),
     )
 
 

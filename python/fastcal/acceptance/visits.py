@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 from fastcal.calibration.prediction import rotations
 from fastcal.calibration.repeatability import pose_groups, turns_between, visit_groups
 from fastcal.errors import InvalidInput
+from fastcal.measurements.conditions import condition_columns
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot import se3
 from fastcal.robot.robot import Robot
@@ -66,6 +68,12 @@ class Campaign:
     def commanded(self) -> FloatArray:
         """(K, 3) commanded points [m]."""
         return np.array([station.commanded[:3, 3] for station in self.stations])
+
+    def conditions(self, rows: RowArray) -> dict[str, Any]:
+        """What the data say of some rows beside their joints, as `Robot.forward` takes it."""
+        columns = {name: value for name, value in condition_columns(self.data).items() if value is not None}
+        extra = {name: values[rows] for name, values in columns.pop("extra").items()}
+        return {name: values[rows] for name, values in columns.items()} | {"extra": extra}
 
     def errors(self, k: int) -> FloatArray:
         """(n, 3) attained less commanded points of station k [m]."""

@@ -48,24 +48,30 @@ def predicted_uncertainty(model: Robot, found: Campaign, budget: Budget) -> Pred
     if model.record is None:
         return None
     poses = {s.pose: s.commanded for s in found.stations}
-    seeds = {s.pose: found.data.q[s.rows[0]] for s in found.stations}
+    visits = {s.pose: int(s.rows[-1]) for s in found.stations}  # the first row of all comes from nowhere
     points = np.array([T[:3, 3] for T in poses.values()])
     low, high = points.min(axis=0), points.max(axis=0)
-    names, T, q = list(poses), list(poses.values()), list(seeds.values())
+    names, T, rows = list(poses), list(poses.values()), list(visits.values())
     for i, at in enumerate(np.ndindex(2, 2, 2), start=1):
         corner = np.where(at, high, low)
         nearest = int(np.argmin(np.linalg.norm(points - corner, axis=1)))
         names.append(f"C{i}")
         T.append(se3.pose(T[nearest][:3, :3], corner))
-        q.append(q[nearest])
-    return _at(model, names, np.array(T), np.array(q), float(found.data.payload.mean()), budget)
+        rows.append(rows[nearest])
+    return _at(model, found, names, np.array(T), np.array(rows), budget)
 
 
-def _at(model: Robot, names: list[str], T: FloatArray, q: FloatArray, payload: float, budget: Budget) -> Predicted:
+def _at(
+    model: Robot, found: Campaign, names: list[str], T: FloatArray, rows: NDArray[np.int64], budget: Budget
+) -> Predicted:
+    """At poses T (K, 4, 4) in the base, driven to as the data's `rows` (K,) were, with the mean payload of all."""
+    payload = float(found.data.payload.mean())
     T_world_base = model.core.base_and_tool(model.core.nominal)[0]
-    solved = inverse_kinematics(model, T_world_base @ T, seed=q, restarts=0, payload=payload)
+    known = found.conditions(rows) | {"payload": payload}
+    solved = inverse_kinematics(model, T_world_base @ T, seed=found.data.q[rows], restarts=0, **known)
     kept = np.flatnonzero(solved.reached)
     T, q, names = T[kept], solved.q[kept], [names[i] for i in kept]
+    known = found.conditions(rows[kept]) | {"payload": payload}
     R = T_world_base[:3, :3]
     inputs = tuple(
         replace(each, common=True)
@@ -73,9 +79,9 @@ def _at(model: Robot, names: list[str], T: FloatArray, q: FloatArray, payload: f
         if each.kind in _OF_PREDICTIONS or (each.kind == "range" and each.quantity == "per_length")
     )
     # The scale acts about the base: the instrument stands there, as far as lengths of the arm go.
-    scene = Scene(T[:, :3, 3], T[:, :3, :3], np.zeros(3), np.zeros(3), model, q, payload, R.T)
+    scene = Scene(T[:, :3, 3], T[:, :3, :3], np.zeros(3), np.zeros(3), model, q, payload, R.T, known)
     components = components_of(Budget(inputs), scene)
-    known = np.einsum("ab,kbc,cd->kad", R.T, model.position_covariance(q, payload=payload), R)
+    known = np.einsum("ab,kbc,cd->kad", R.T, model.position_covariance(q, **known), R)
     freedom = float(max(model.record.degrees_of_freedom, 1)) if model.record is not None else np.inf
 
     def along(k: int, direction: FloatArray) -> Uncertainty:

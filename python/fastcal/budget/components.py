@@ -11,8 +11,9 @@ an input is drawn again at each pose, one field a pose.
 from __future__ import annotations
 
 import copy
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,6 +39,7 @@ class Scene:
         base: (3,) origin of the arm's base [m].
         model, q, payload: What moves with loads: the arm, (K, n) its joints and [kg] its load; None: not known.
         to_frame: (3, 3) from the model's measuring frame to the frame of the points.
+        conditions: Other ones of the arm, as `Robot.forward` takes them.
     """
 
     points: FloatArray
@@ -48,6 +50,7 @@ class Scene:
     q: FloatArray | None = None
     payload: float = 0.0
     to_frame: FloatArray | None = None
+    conditions: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,11 +135,13 @@ def _by_load(each: Input, scene: Scene) -> FloatArray:
     if each.kind == "payload":
         step = min(step, scene.payload) or step
         low, high = max(scene.payload - step, 0.0), scene.payload + step
-        ends = [scene.model.forward(scene.q, payload=load)[:, :3, 3] for load in (low, high)]
+        ends = [scene.model.forward(scene.q, **{**scene.conditions, "payload": load})[:, :3, 3] for load in (low, high)]
         field = (ends[1] - ends[0]) / (high - low)
     else:
         ends = [
-            _with_masses(scene.model, 1 + sign * step).forward(scene.q, payload=scene.payload)[:, :3, 3]
+            _with_masses(scene.model, 1 + sign * step).forward(
+                scene.q, **{**scene.conditions, "payload": scene.payload}
+            )[:, :3, 3]
             for sign in (-1, 1)
         ]
         field = (ends[1] - ends[0]) / (2 * step)

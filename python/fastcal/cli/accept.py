@@ -47,6 +47,9 @@ def accept(
         str | None, typer.Option(metavar="R,P,Y", help="Orientation of the tool in the base, in all poses.")
     ] = None,
     payload_kg: Annotated[float, typer.Option(min=0, help="What the tool carries.")] = 0.0,
+    temperature_c: Annotated[
+        float | None, typer.Option(help="With --plan --compensated: of the arm; default: the middle of MODEL's data.")
+    ] = None,
     dwell_s: Annotated[float, typer.Option(min=0, help="Wait of the program at each measured stop.")] = 3.0,
     speed_percent: Annotated[float, typer.Option(min=1, max=100, help="Of the arm's greatest speed.")] = 50.0,
     targets: Annotated[
@@ -95,6 +98,7 @@ def accept(
                 "edge": None if edge_mm is None else to_si(edge_mm, "mm"),
                 "rotation": None if tool_rpy_deg is None else _rotation(tool_rpy_deg),
                 "payload": payload_kg,
+                "temperature": None if temperature_c is None else to_si(temperature_c, "c"),
                 "dwell_s": dwell_s,
                 "speed": speed_percent / 100,
             },
@@ -135,6 +139,7 @@ def _plan(robot: Robot, output: Path, options: dict[str, Any]) -> None:
             "edge_mm": edge,
             "visits": len(made.visits),
             "compensated": made.compensated,
+            "temperature_c": None if made.temperature is None else from_si(made.temperature, "c"),
             "files": list(map(str, files)),
         }
     )

@@ -25,7 +25,7 @@ from fastcal.compensation.configurations import Configurations
 from fastcal.compensation.motion import at_rest
 from fastcal.compensation.one_step import one_step
 from fastcal.compensation.singular_targets import command_by_small_moves
-from fastcal.effects.entries import lag_of, traits_of
+from fastcal.effects.entries import traits_of
 from fastcal.errors import InvalidInput, ParseError
 from fastcal.ik.inverse_kinematics import inverse_kinematics
 from fastcal.measurements.last_moves import directions, last_moves
@@ -33,6 +33,7 @@ from fastcal.programs import Cell, Document, Frames, Program, Target, Word
 from fastcal.robot import se3
 from fastcal.robot.controller_robot import nominal_robot
 from fastcal.robot.robot import Robot
+from fastcal.robot.steady import steady
 from fastcal.units import from_si, to_si
 
 FloatArray = NDArray[np.float64]
@@ -101,8 +102,7 @@ def compensate_program(
     if not program.targets:
         raise InvalidInput(f"{program.documents[0].name}: holds no targets of plain numbers; nothing to compensate")
     robot = robot_without_measurement(model)
-    if any(lag_of(entry) > 0 for entry in robot.spec["effects"]):
-        conditions.setdefault("time", 0.0)  # at one temperature nothing lags, whatever the time
+    conditions = {**steady(robot), **conditions}
     places = _Places(robot, nominal_robot(robot, nominal), program, cell or Cell())
     order = _order(program)
     q_given, notes = _nominal_joints(places, order)

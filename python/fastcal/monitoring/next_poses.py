@@ -28,7 +28,6 @@ MOST = 6
 POWER = 0.95  # at which no more poses are asked for
 _CANDIDATES = 400
 _SEED = 0
-_ROOM_C = (20.0, 20.0)
 
 
 def candidates(
@@ -133,11 +132,6 @@ def _payloads(data: Dataset | None, record: CalibrationRecord) -> list[float]:
     return sorted(set(record.covered.get("payload_kg", (0.0, 0.0))))
 
 
-def temperature_of(record: CalibrationRecord) -> float:
-    """[K] The middle of the temperatures that the model was fitted on; of a room, where none was measured."""
-    return float(np.mean(to_si(np.array(record.covered.get("temperature_c", _ROOM_C)), "c")))
-
-
 def _jacobian(arm: Robot, record: CalibrationRecord, pool: Candidates, data: Dataset | None) -> FloatArray:
     """(N, 3, P) of the points, other conditions as in the first row of the data.
 
@@ -148,7 +142,7 @@ def _jacobian(arm: Robot, record: CalibrationRecord, pool: Candidates, data: Dat
         "approach": np.zeros((count, joints)),
         "current": np.zeros((count, joints)),
         "wrench": np.zeros((count, 6)),
-        "temperature": temperature_of(record),
+        "temperature": record.temperature,
         "time": 0.0,
     }
     if data is not None:

@@ -7,15 +7,15 @@ from __future__ import annotations
 import numpy as np
 
 from fastcal.design.candidates import Candidates
-from fastcal.effects.entries import full_name, label, traits_of
-from fastcal.effects.registered import find
+from fastcal.effects.entries import full_name
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.monitoring.hypotheses import extended, hypotheses
 from fastcal.monitoring.linear import covariance_root, record_of
-from fastcal.monitoring.next_poses import informative, temperature_of
+from fastcal.monitoring.next_poses import informative
 from fastcal.monitoring.setups import bare_arm
 from fastcal.robot.given import RobotLike, as_robot
+from fastcal.robot.steady import warmed
 from fastcal.units import from_si, to_si
 
 FEWEST = 4
@@ -47,18 +47,11 @@ def check_poses(model: RobotLike, count: int = 8) -> Candidates:
 def assumed(model: RobotLike) -> list[str]:
     """What `check_poses` takes the conditions to be that nobody has measured yet, a sentence each."""
     robot = as_robot(model)
-    entries = robot.spec.get("effects") or []
-    asking = [
-        label(entry)
-        for entry, effect in zip(entries, robot.effects, strict=True)
-        if not find(entry["effect"])
-        and not traits_of(entry["effect"]).of_the_measurement
-        and "temperature" in effect.data_columns
-    ]
+    asking = warmed(robot)
     if not asking:
         return []
     record = record_of(robot)
-    middle = from_si(temperature_of(record), "c")
+    middle = from_si(record.temperature, "c")
     known = "the middle of what the model was fitted on" if "temperature_c" in record.covered else "a room's"
     return [
         f"{', '.join(asking)}: the poses are chosen for one temperature, {middle:.4g} degC, {known}; measure "

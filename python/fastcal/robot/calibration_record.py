@@ -11,7 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.units import to_si
+
 _LARGEST = 1e100  # whose square is a number as well
+_ROOM_C = (20.0, 20.0)
 _MOST_LISTED = 150  # parameters: with more, a root of millions of digits takes longer to read than to use
 
 
@@ -73,6 +76,11 @@ class CalibrationRecord:
     directions: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 0)))
     covered: dict[str, tuple[float, float]] = field(default_factory=dict)
     sigma_deg: float | None = None
+
+    @property
+    def temperature(self) -> float:
+        """[K] The middle of the measured temperatures; that of a room where none was measured."""
+        return float(np.mean(to_si(np.array(self.covered.get("temperature_c", _ROOM_C)), "c")))
 
     @staticmethod
     def from_spec(spec: dict[str, Any] | None) -> CalibrationRecord | None:
