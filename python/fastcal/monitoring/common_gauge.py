@@ -3,7 +3,9 @@
 """One model written in another one's parameters: those with which the other predicts what the one does.
 
 Over postures of the joint ranges that both were fitted on, base and tool free: what the two gauges hold differently,
-where the instrument stood and which target was on is then no difference.
+where the instrument stood and which target was on is then no difference. What the postures hardly show stays as it is:
+each step costs its size in plausible sizes, so that a direction moves only as far as it moves the tool beyond noise
+(A. Tikhonov 1963, iterated). Alone, least squares would turn what the models lack into lengths of kilometres.
 """
 
 from __future__ import annotations
@@ -31,6 +33,8 @@ _ROUNDS = 4
 _LOST = 1e-7  # least singular value, of columns of length 1: below, the postures don't tell the parameters apart
 _WITHIN = 1e-6  # of its length: a column beyond the span of others by less lies in it
 _APART = 1e-3  # least length, of 1, that the columns before leave of one: else they do what it does
+_LEAST_NOISE = 1e-5  # [m] of models that know none
+_ANYWHERE = 1.0  # [m, rad] plausible size of where the base stands and the target sits
 _SEED = 0
 _AT_REST = 1e6  # [s] between two postures
 
@@ -181,26 +185,47 @@ def _zeros(robot: Robot) -> list[int]:
     return [i for i, p in enumerate(robot.error_model.parameters[:own]) if (p.owner, p.name) in known]
 
 
-def fitted_to(start: Robot, at: Postures, points: FloatArray, free: list[int]) -> tuple[Robot, FloatArray]:
+def fitted_to(
+    start: Robot, at: Postures, points: FloatArray, free: list[int], noise: float
+) -> tuple[Robot, FloatArray]:
     """The robot with `free` parameters such that it predicts the points of x (N, 4, 4), and their changes (P,).
 
-    Gauss and Newton's iteration, after the base in closed form.
+    Gauss and Newton's iteration, each step held by the sizes, after the base in closed form.
     """
     robot = with_base(start, rigid(at.points(start), points, start.name) @ base_of(start))
     change = np.zeros(len(start.error_model.parameters))
+    size = sizes(start, free)
     for _ in range(_ROUNDS):
         model = robot.error_model
         J = at.jacobian(robot)[:, :, free].reshape(-1, len(free))
         r = (points - at.points(robot)).ravel()
         step = np.zeros(len(change))
-        step[free] = pseudo_inverse(J) @ r
+        step[free] = held_inverse(J, size, noise, rounds=1)[0] @ r
         change += step
         robot = Robot(identified_spec(robot, model, Values(np.asarray(model.start) + step)))
     return robot, change
 
 
-def pseudo_inverse(J: FloatArray) -> FloatArray:
-    """J^+ (p, m), without directions that the rows do not determine."""
-    size = np.linalg.norm(J, axis=0)
-    size = np.where(size > 0, size, 1.0)
-    return np.asarray(np.linalg.pinv(J / size, rcond=_LOST) / size[:, None])
+def noise_of(a: Robot, b: Robot) -> float:
+    """[m] of a coordinate, of what the two models were fitted to."""
+    each = [to_si(robot.record.sigma_mm, "mm") if robot.record else 0.0 for robot in (a, b)]
+    return max(_LEAST_NOISE, float(np.linalg.norm(each)))
+
+
+def sizes(robot: Robot, free: list[int]) -> FloatArray:
+    """(p,) plausible sizes of the free parameters; base and tool may be anywhere."""
+    parameters, placed = robot.error_model.parameters, set(ends(robot))
+    return np.array([_ANYWHERE if i in placed else parameters[i].sigma for i in free])
+
+
+def held_inverse(J: FloatArray, size: FloatArray, noise: float, rounds: int = _ROUNDS) -> tuple[FloatArray, FloatArray]:
+    """What `rounds` steps of least squares make of the rows, each of them held by the sizes, and what they leave.
+
+    With J S = U s V^T and h = n^2 / (s^2 + n^2), of noise n: (p, m) S V (1 - h^k) / s U^T, the pseudo-inverse where s
+    is far above n; and (p, p) S V h^k, how far plausible changes that the rows do not show move each parameter.
+    """
+    U, s, Vt = np.linalg.svd(J * size, full_matrices=False)
+    left = (noise**2 / (s**2 + noise**2)) ** rounds
+    gain = np.where(s > 0, 1 - left, 0.0) / np.where(s > 0, s, 1.0)
+    V = size[:, None] * Vt.T
+    return np.asarray((V * gain) @ U.T), np.asarray(V * left)

@@ -5,7 +5,7 @@
 The second model is written in the first one's parameters: those that make the first predict what the second does, over
 postures of the joint ranges that both were fitted on, base and tool free. So what the two gauges hold differently,
 where the instrument stood and which target was on is no difference. With d = M theta_b - theta_a, M the least squares:
-cov d = C_a + M C_b M^T.
+cov d = C_a + M C_b M^T + H H^T, H the plausible changes that these postures do not show.
 """
 
 from __future__ import annotations
@@ -21,7 +21,17 @@ from fastcal.calibration.evaluation import ErrorStatistics
 from fastcal.display import late
 from fastcal.display.shown import Shown
 from fastcal.errors import InvalidInput
-from fastcal.monitoring.common_gauge import bare, base_of, ends, fitted_to, identified, postures, readable, union_of
+from fastcal.monitoring.common_gauge import (
+    bare,
+    base_of,
+    ends,
+    fitted_to,
+    identified,
+    noise_of,
+    postures,
+    readable,
+    union_of,
+)
 from fastcal.monitoring.differences import Difference, differences
 from fastcal.robot.given import RobotLike, as_robot
 from fastcal.robot.robot import Robot
@@ -95,13 +105,13 @@ def compare(first: RobotLike, second: RobotLike, *, threads: int = 1) -> Compari
     at = postures(a, b, threads)
     x = at.points(b)
     union = union_of(a, b)
-    alone, _ = fitted_to(union, at, x, ends(union))
+    alone, _ = fitted_to(union, at, x, ends(union), noise_of(a, b))
     distance = np.linalg.norm(at.points(alone) - x, axis=1)
     statistics = ErrorStatistics.of(distance)
     if statistics is None or statistics.rms > OTHER_ARM * a.reach:
         raise InvalidInput(f"{a.name} and {b.name} differ by more than a twentieth of their reach; expected one arm")
     free = readable(union, at, sorted({*ends(union), *identified(union, a, b)}))
-    fitted, change = fitted_to(union, at, x, free)
+    fitted, change = fitted_to(union, at, x, free, noise_of(a, b))
     left = at.points(fitted) - x
     inside = np.asarray(np.linalg.inv(base_of(a)) @ np.vstack([at.points(a).T, np.ones(len(x))]), dtype=np.float64)
     notes = [] if a.record and b.record else ["a model without covariance has no standard deviations to judge by"]

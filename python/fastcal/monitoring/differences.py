@@ -1,6 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Which parameters of two models differ beyond noise: cov d = C_a + M C_b M^T, M the common gauge's least squares."""
+"""Which parameters of two models differ beyond noise: cov d = C_a + M C_b M^T + H H^T.
+
+M is the common gauge's least squares and H what its postures leave open, so that nothing they hardly show is beyond
+noise.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +15,7 @@ from numpy.typing import NDArray
 from scipy import special
 
 from fastcal.effects.entries import edge_name, edge_unit, full_name
-from fastcal.monitoring.common_gauge import Postures, ends, pseudo_inverse
+from fastcal.monitoring.common_gauge import Postures, ends, held_inverse, noise_of, sizes
 from fastcal.robot.calibration_record import CalibrationRecord
 from fastcal.robot.robot import Robot
 from fastcal.units import factor
@@ -87,11 +91,11 @@ def _deviation(union: Robot, a: Robot, b: Robot, free: list[int], shown: list[in
     if a.record is None or b.record is None:
         return None
     J_union, J_b = at.jacobian(union), at.jacobian(b)
-    M = pseudo_inverse(J_union[:, :, free].reshape(-1, len(free)))
+    M, unseen = held_inverse(J_union[:, :, free].reshape(-1, len(free)), sizes(union, free), noise_of(a, b))
     rows = [free.index(i) for i in shown]
     root_b = (M @ _moved(J_b, b, b.record))[rows]
     root_a = (M @ _moved(J_union[:, :, : len(a.parameter_names)], a, a.record))[rows]
-    return np.asarray(np.sqrt(np.sum(root_a**2, axis=1) + np.sum(root_b**2, axis=1)))
+    return np.asarray(np.sqrt(sum(np.sum(root**2, axis=1) for root in (root_a, root_b, unseen[rows]))))
 
 
 def _moved(J: FloatArray, robot: Robot, record: CalibrationRecord) -> FloatArray:
