@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from fastcal.cli.console import emit, progress, say, warn
+from fastcal.cli.console import NOT_CONVERGED, emit, fail, progress, say, warn
 from fastcal.cli.options import AsRead, DataFiles, ModelFile, OutFolder, PageLanguage, Threads
 from fastcal.cli.tracker import Tracker, seen_by
 from fastcal.cli.who import Who
@@ -49,6 +49,9 @@ def update(
         say(line)
     say(str(output / "report.html"))
     emit(found.to_json_dict())
+    if found.status != "converged":
+        fail("the update has not converged: measure more poses, or calibrate again")
+        raise typer.Exit(NOT_CONVERGED)
 
 
 def compare(

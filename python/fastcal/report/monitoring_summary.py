@@ -49,12 +49,15 @@ def _(found: ArmChecks) -> list[str]:
 
 @headline.register
 def _(found: UpdateResult) -> str:
-    return f"{found.model.name}, updated from {len(found.before.data)} poses"
+    unsettled = "" if found.status == "converged" else ", not converged"
+    return f"{found.model.name}, updated from {len(found.before.data)} poses{unsettled}"
 
 
 @summary.register
 def _(found: UpdateResult) -> list[str]:
-    lines = [f"{found.model.name}: up to date from {len(found.before.data)} poses", f"before: {found.before.sentence}"]
+    poses = len(found.before.data)
+    said = f"up to date from {poses} poses" if found.status == "converged" else f"not converged on {poses} poses"
+    lines = [f"{found.model.name}: {said}", f"before: {found.before.sentence}"]
     if found.train.after is not None:
         after = found.train.after.to_mm()
         lines.append(f"error on these poses: RMS {found.before.rms_mm:.4f} mm before, {after['rms']:.4f} mm after")

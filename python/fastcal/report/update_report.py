@@ -37,8 +37,8 @@ def update_page(found: UpdateResult, language: str = "en") -> str:
             simulated=False,
             meta=[plural(len(found.before.data), "pose"), *who_measured(found.model.spec["made_by"])],
             verdict=Verdict(
-                "good",
-                _("Up to date"),
+                "good" if found.status == "converged" else "bad",
+                _("Up to date") if found.status == "converged" else _("Not converged"),
                 _(
                     "The model's RMS error on the new poses is {after} mm; it was {before} mm.",
                     after=fixed(after, 3),

@@ -10,8 +10,11 @@ import numpy as np
 import pytest
 
 import fastcal
+from fastcal.cli import main
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
+from fastcal.monitoring.common_gauge import held_inverse
+from fastcal.report.update_report import update_page
 from fastcal.robot.robot import Robot
 
 NOISE = 3e-5
@@ -191,3 +194,54 @@ def test_models_that_need_more_than_postures_are_compared(entry: dict, name: str
     found = fastcal.compare(model(1), model(2))
     assert 0 < found.at_tool.rms < 1e-4  # two calibrations of one arm by noise of 0.05 mm
     assert found.significant == []
+
+
+def test_what_common_postures_hardly_show_is_no_difference(calibrated) -> None:
+    """Joint 1's length, where the ranges of the curves share little of joints 1 and 5."""
+    nominal = fastcal.load_robot("staubli_rx160l")
+    curves = [f"joint_profile@joint{joint}" for joint in range(1, 7)]
+    away = 0.68 * nominal.limits[:, 1] * np.array([1.0, 0.3, 0.3, 0.3, 0.95, 0.3])
+
+    def model(seed: int, middle: float) -> Robot:
+        q = middle * away + 0.35 * fastcal.random_poses(nominal, 260, seed=seed)
+        data = fastcal.simulate(calibrated.true, q, noise=NOISE, seed=seed)
+        return fastcal.calibrate(nominal, data, effects=["geometry", *curves], checks=False).model
+
+    found = fastcal.compare(model(1, 0.0), model(2, 1.0))
+    assert found.at_tool.rms < 5e-4
+    assert found.unexplained < 5e-5
+    assert ("joint1", "a_mm") not in [(d.owner, d.name) for d in found.significant]
+    assert max(abs(d.difference) for d in found.parameters if d.unit == "mm") < 1.5
+
+
+def test_least_squares_of_what_the_rows_hardly_show_stay_small() -> None:
+    """Two columns that differ by a millionth: what a third direction of noise would put into their difference."""
+    J = np.array([[1.0, 1.0], [0.0, 1e-6], [1.0, 1.0]])
+    size, noise = np.array([1e-3, 1e-3]), 3e-5
+    inverse, unseen = held_inverse(J, size, noise)
+    rows = np.array([1e-3, 1e-5, 1e-3])
+    assert np.abs(np.linalg.pinv(J) @ rows).max() > 1.0
+    np.testing.assert_allclose(inverse @ rows, [5e-4, 5e-4], rtol=1e-3)
+    np.testing.assert_allclose(np.linalg.norm(unseen, axis=1), 1e-3 / np.sqrt(2), rtol=1e-3)
+    shown, unseen = held_inverse(np.eye(2), np.ones(2), 1e-5)
+    np.testing.assert_allclose(shown, np.eye(2), rtol=1e-15)
+    assert np.abs(unseen).max() < 1e-30
+
+
+def test_an_update_that_has_not_come_to_rest_says_so(calibrated, monkeypatch, capsys, tmp_path) -> None:
+    monkeypatch.setattr("fastcal.monitoring.refit._ROUNDS", 1)
+    spec = calibrated.spec()
+    spec["joints"][2]["theta_deg"] += 0.5
+    data = calibrated.measured(spec, 12)
+    found = fastcal.update(calibrated.model, data)
+    assert found.status == "not_converged"
+    assert repr(found).endswith("not converged>")
+    assert "up to date" not in found.summary()
+    assert "Not converged" in update_page(found)
+    calibrated.model.save(tmp_path / "model.yaml")
+    fastcal.write_measurements(tmp_path / "new.csv", data)
+    arguments = ["update", tmp_path / "model.yaml", tmp_path / "new.csv", "-o", tmp_path / "out"]
+    assert main([str(argument) for argument in arguments]) == 3
+    said = capsys.readouterr()
+    assert "not converged on 12 poses" in said.out
+    assert "fastcal: error: the update has not converged" in said.err
