@@ -69,21 +69,24 @@ def at_rest(q: FloatArray) -> FloatArray:
 def settled(solve: Callable[[Targets], FloatArray], targets: Targets, q: FloatArray) -> Targets:
     """The targets with the moves of their own commands.
 
+    Where a joint moves by less than its play, each side leads to the other one: there it is to come from neither, which
+    leaves half the play.
+
     Args:
         solve: Commands (N, n) of targets with moves, NaN in rows that are not driven to.
         targets: What is known of them.
         q: The commands as if nothing had moved.
-
-    Where a joint moves by less than its play, it comes from the one side and then from the other: the rounds end.
     """
-    passed: list[Targets] = []
+    passed = [moved_along(targets, at_rest(q), q.shape[1])]
     for _ in range(MOST_ROUNDS):
-        aimed = moved_along(targets, at_rest(q), q.shape[1])
-        if any(_same(aimed, other) for other in passed[-2:]):
-            break
+        aimed = moved_along(targets, at_rest(solve(passed[-1])), q.shape[1])
+        if _same(aimed, passed[-1]):
+            return aimed
         passed.append(aimed)
-        q = solve(aimed)
-    return aimed
+        if any(_same(aimed, other) for other in passed[-3:-1]):
+            break
+    sides = [np.asarray(each.conditions["approach"]) for each in passed[-2:]]
+    return replace(aimed, conditions={**aimed.conditions, "approach": np.where(sides[0] == sides[1], sides[1], 0.0)})
 
 
 def _same(a: Targets, b: Targets) -> bool:

@@ -95,7 +95,7 @@ def test_a_joint_that_stays_keeps_its_side_and_a_move_within_the_play_is_told() 
     poses = _arm().forward(q)
     found = fastcal.compensate(arm, poses, q)
     np.testing.assert_allclose(found.position_error, _missed(arm, found, poses), atol=1e-9)
-    assert found.position_error[2] > 1e-4
+    assert 1e-4 < found.position_error.max() < 2.3e-4  # half the play; the whole of it is 0.425 mm
     assert found.notes[1].startswith("rows 2, 3: a joint moves there by so little that its direction turns")
 
 
