@@ -5,7 +5,7 @@
 Over postures of the joint ranges that both were fitted on, base and tool free: what the two gauges hold differently,
 where the instrument stood and which target was on is then no difference. What the postures hardly show stays as it is:
 each step costs its size in plausible sizes, so that a direction moves only as far as it moves the tool beyond noise
-(A. Tikhonov 1963, iterated). Alone, least squares would turn what the models lack into lengths of kilometres.
+(A. Tikhonov 1963, iterated). Alone, least squares would turn what the models lack into hundreds of metres.
 """
 
 from __future__ import annotations
