@@ -13,10 +13,11 @@ from numpy.typing import NDArray
 
 from fastcal import _core
 from fastcal.diagnosis import generic
-from fastcal.diagnosis.fits import Fit, moves_nothing
+from fastcal.diagnosis.fits import Fit
 from fastcal.diagnosis.generic import Curves, Generic
 from fastcal.diagnosis.library import Hypothesis
 from fastcal.diagnosis.memory import without_memory
+from fastcal.diagnosis.priors import moves_nothing
 from fastcal.diagnosis.problem import ONE, Problem
 from fastcal.diagnosis.projection import score_tests
 from fastcal.diagnosis.reasons import Label

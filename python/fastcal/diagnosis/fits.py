@@ -4,8 +4,9 @@
 
 What a parameter is worth is what it moves the measured numbers over these rows: its plausible size is the one at which
 it alone moves them as far as the nominal robot is off, whatever its unit. Every parameter has a prior of PRIOR_WIDTH
-such sizes about its start. That decides nothing the data show, and it gives the directions that they do not show (the
-parallel axes of a cobot, a wrist's gauge) the same value in the fit as in the tests that follow it.
+such sizes about its start, the arm's geometry a narrower one (`priors`). That decides nothing the data show, and it
+gives the directions that they do not show (the parallel axes of a cobot, a wrist's gauge) the same value in the fit as
+in the tests that follow it.
 
 Why not the core's `identify`, which takes the same priors and noise without a gauge: it ends at the same minimum, chi
 square to 0.6 (this one stops where less is to be gained), but it brings loads to equilibrium in an outer loop and
@@ -24,16 +25,13 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from fastcal import _core
-from fastcal.calibration.columns import column_lengths
 from fastcal.calibration.geometry_anchoring import geometry_pulls
-from fastcal.calibration.parameter_limits import has_prior
 from fastcal.calibration.parameter_table import unknowns_by_owner
-from fastcal.calibration.smoothing import prior_deviations
 from fastcal.calibration.tall import gram
-from fastcal.diagnosis import rules
+from fastcal.diagnosis import priors, rules
 from fastcal.diagnosis.library import Hypothesis
 from fastcal.diagnosis.memory import without_memory
-from fastcal.diagnosis.problem import Problem, core_entry, with_nuisances
+from fastcal.diagnosis.problem import Problem, with_nuisances
 from fastcal.diagnosis.projection import basis, root, root_again
 from fastcal.diagnosis.starting_values import carried
 from fastcal.robot.robot import Spec
@@ -262,10 +260,11 @@ def fit(problem: Problem, added: Sequence[Hypothesis], start: Fit | None = None,
 
     near = linearized(theta)
     work = near.J.size
-    size = _sizes(problem, model, near)
-    prior = np.concatenate([_priors(problem, entries, effects, model), no_bound])
+    size = priors.plausible_sizes(problem, model, near)
+    prior = np.concatenate([priors.of_effects(problem, entries, effects, model), no_bound])
     centre[np.isfinite(prior)] = 0.0
     prior = np.where(np.isfinite(prior), prior, rules.PRIOR_WIDTH * size)
+    prior = np.minimum(prior, priors.widest(problem, model, near, entries, effects))
     pull = np.full(len(theta), np.inf)
     if pulled and start is not None:
         own = slice(problem.own)
@@ -333,35 +332,6 @@ def _inverse_triangle(A: FloatArray, normal: FloatArray) -> FloatArray:
     return np.asarray(linalg.solve_triangular(R, np.eye(len(R)), check_finite=False) / length[:, np.newaxis])
 
 
-def _sizes(problem: Problem, model: _core.ErrorModel, near: _core.Linearization) -> FloatArray:
-    """(P,) plausible size of each parameter: it alone moves the rows by the root mean square that the start leaves.
-
-    One that moves nothing where it is has the size that its model gives it, and lengths and angles of the geometry
-    MAX_GEOMETRY_SIZE of these at most: beyond, the tool moves along a curve.
-    """
-    length = column_lengths(np.asarray(near.J))
-    given = _given_sizes(problem, model)
-    is_nil = moves_nothing(problem, model, near)
-    size = np.where(is_nil, given, problem.misfit / np.where(is_nil, 1.0, length))
-    size[: problem.own] = np.minimum(size[: problem.own], rules.MAX_GEOMETRY_SIZE * given[: problem.own])
-    return size
-
-
-def moves_nothing(problem: Problem, model: _core.ErrorModel, near: _core.Linearization) -> BoolArray:
-    """(P,) does a parameter of the size that its model gives it move the rows by no more than rounding?
-
-    So does the compliance of an upright axis, whose load is the rounding of sums that cancel.
-    """
-    length = column_lengths(np.asarray(near.J))
-    return np.asarray(length * _given_sizes(problem, model) < rules.MIN_INFLUENCE * problem.misfit)
-
-
-def _given_sizes(problem: Problem, model: _core.ErrorModel) -> FloatArray:
-    """(P,) plausible sizes as the model's parameters bring them; 1 where they bring none."""
-    given = np.concatenate([[p.sigma for p in model.parameters], np.ones(len(problem.unknowns))])
-    return np.where(np.isfinite(given), given, 1.0)
-
-
 def _solve(J: FloatArray, scale: FloatArray, hold: FloatArray, g: FloatArray) -> FloatArray:
     """The solution x of (S J^T J S + H^2) x = g, S and H diagonal: each column has a prior, so it has full rank.
 
@@ -374,19 +344,3 @@ def _solve(J: FloatArray, scale: FloatArray, hold: FloatArray, g: FloatArray) ->
     except linalg.LinAlgError:
         R = linalg.qr(np.vstack([J * scale, np.diag(hold)]), mode="r", check_finite=False)[0][: len(g)]
         return np.asarray(linalg.cho_solve((R, False), g, check_finite=False))
-
-
-def _priors(
-    problem: Problem, entries: Sequence[Spec], effects: Sequence[_core.Effect], model: _core.ErrorModel
-) -> FloatArray:
-    """(P,) standard deviations of what is held near 0; infinite elsewhere."""
-    out = np.full(len(model.parameters), np.inf)
-    at = problem.own
-    for entry, effect in zip(entries, effects, strict=True):
-        count = len(effect.parameters)
-        if has_prior(core_entry(entry)):
-            out[at : at + count] = [p.sigma for p in effect.parameters]
-        elif effect.penalty and "curvature" in entry:
-            out[at : at + count] = prior_deviations(float(entry["curvature"]), np.asarray(effect.penalty))
-        at += count
-    return out

@@ -15,6 +15,9 @@ where nothing is said, it was chosen by what its comment says and is held by tha
 # Standard deviation of the prior that every parameter has about its start [plausible sizes]: wide enough to
 # decide nothing that the data show, and the same in fits and tests along directions that they do not show.
 PRIOR_WIDTH = 30.0
+# The same of the arm's angles and of curves of its joints, at most, unless the arm is farther off [rad; of lengths, of
+# the reach]: what the rows hardly show stays near nominal, as `calibrate` holds it.
+GEOMETRY_WIDTH = 5e-3
 # Longest reach of a step along what the data hardly show [plausible sizes]. Numerical.
 MAX_STEP = 30.0
 # Linearizations of a fit at most. Numerical.

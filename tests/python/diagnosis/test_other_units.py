@@ -152,5 +152,6 @@ def test_an_arm_of_another_size_gets_the_same_answer(sigma: float | None) -> Non
     data = Dataset.from_arrays(rows().q, robot=small, payload=payload, position=SHRUNK * points)
     given = None if sigma is None else SHRUNK * sigma
     found, whole = diagnose(small, data, sigma=given), as_it_is() if sigma else diagnose(arm(), rows())
-    same_answer(found, whole, 1e-3)
-    assert found.sigma_mm == pytest.approx(SHRUNK * whole.sigma_mm, rel=1e-3)
+    accuracy = 1e-3 if sigma else 3e-3  # the first guess of the noise is a length, and weighs the geometry's prior
+    same_answer(found, whole, accuracy)
+    assert found.sigma_mm == pytest.approx(SHRUNK * whole.sigma_mm, rel=accuracy)

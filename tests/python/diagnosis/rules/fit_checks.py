@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from fastcal.diagnosis import blocks, diagnosis, fits, noise, periodic
+from fastcal.diagnosis import blocks, diagnosis, noise, periodic, priors
 from fastcal.diagnosis.fits import fit
 from fastcal.diagnosis.search import Search
 
@@ -47,8 +47,24 @@ def a_parameter_is_worth_what_it_moves() -> None:
     J = np.diag([1e-3, 5.0, 0.02, 1e-12])
     given = SimpleNamespace(misfit=10.0, own=2, unknowns=np.zeros(0))
     model = SimpleNamespace(parameters=[SimpleNamespace(sigma=s) for s in (1.0, 1.0, 1.0, 7.0)])
-    size = fits._sizes(given, model, SimpleNamespace(J=J))
+    size = priors.plausible_sizes(given, model, SimpleNamespace(J=J))
     np.testing.assert_allclose(size, [30.0, 2.0, 500.0, 7.0])
+
+
+@falls_with(GEOMETRY_WIDTH=np.inf)
+@falls_with(GEOMETRY_WIDTH=0.0)
+def what_hardly_shows_stays_near_nominal() -> None:
+    """Angles of the arm, of which the first moves nothing and the last hardly anything, a length, the tool, a curve."""
+    joints = [("joint1", "rad"), ("joint2", "rad"), ("joint3", "rad"), ("joint4", "rad"), ("joint2", "m")]
+    owners = [*joints, ("tool", "rad"), ("joint1", "rad")]
+    model = SimpleNamespace(parameters=[SimpleNamespace(owner=o, sigma=1e-3, unit=u) for o, u in owners])
+    near = SimpleNamespace(J=np.diag([1e-12, 2.0, 1.0, 1e-4, 1.0, 1.0, 0.1]))
+    curve, start = SimpleNamespace(parameters=[None]), SimpleNamespace(robot=SimpleNamespace(reach=2.0))
+    entries = [{"effect": "joint_profile", "owner": "joint1"}]
+    for misfit, turn, length in ((1e-4, 5e-3, 0.01), (0.04, 0.04, 0.04)):
+        given = SimpleNamespace(misfit=misfit, own=6, unknowns=np.zeros(0), start=start)
+        width = priors.widest(given, model, near, entries, [curve])
+        np.testing.assert_allclose(width, [*4 * [turn], length, np.inf, turn])
 
 
 @falls_with(RICH_MODEL_SHARE=0.0)

@@ -1,0 +1,98 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""What parameters may be before the rows are looked at: plausible sizes, and the deviations of their priors."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal import _core
+from fastcal.calibration.columns import column_lengths
+from fastcal.calibration.parameter_limits import has_prior
+from fastcal.calibration.smoothing import prior_deviations
+from fastcal.diagnosis import rules
+from fastcal.diagnosis.problem import Problem, core_entry
+from fastcal.effects.entries import curve_of
+from fastcal.robot.robot import Spec
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+
+def plausible_sizes(problem: Problem, model: _core.ErrorModel, near: _core.Linearization) -> FloatArray:
+    """(P,) plausible size of each parameter: it alone moves the rows by the root mean square that the start leaves.
+
+    One that moves nothing where it is has the size that its model gives it, and lengths and angles of the geometry
+    MAX_GEOMETRY_SIZE of these at most: beyond, the tool moves along a curve.
+    """
+    length = column_lengths(np.asarray(near.J))
+    given = _given_sizes(problem, model)
+    is_nil = moves_nothing(problem, model, near)
+    size = np.where(is_nil, given, problem.misfit / np.where(is_nil, 1.0, length))
+    size[: problem.own] = np.minimum(size[: problem.own], rules.MAX_GEOMETRY_SIZE * given[: problem.own])
+    return size
+
+
+def widest(
+    problem: Problem,
+    model: _core.ErrorModel,
+    near: _core.Linearization,
+    entries: Sequence[Spec],
+    effects: Sequence[_core.Effect],
+) -> FloatArray:
+    """(P,) deviation of the widest prior that a parameter may have; inf: any, and so for base and tool.
+
+    Points alone hardly show how the last joints lie: by a wide prior noise would turn the hand by degrees. For the arm
+    and for curves of its joints it is GEOMETRY_WIDTH, of the reach for a length; on an arm that is far off, the size at
+    which a usual length or angle alone moves the rows by what the start leaves.
+    """
+    out = np.full(len(model.parameters) + len(problem.unknowns), np.inf)
+    length, still = column_lengths(np.asarray(near.J)), moves_nothing(problem, model, near)
+    every = model.parameters
+    arm = [i for i in range(problem.own) if every[i].owner not in ("base", "tool")]
+    curves = list[int]()
+    at = problem.own
+    for entry, effect in zip(entries, effects, strict=True):
+        if entry["effect"] == curve_of("joint"):
+            curves += range(at, at + len(effect.parameters))
+        at += len(effect.parameters)
+    for unit, whole in (("m", problem.start.robot.reach), ("rad", 1.0)):
+        shown = [length[i] for i in arm if every[i].unit == unit and not still[i]]
+        usual = problem.misfit / float(np.median(shown)) if shown else 0.0
+        own = [i for i in (*arm, *curves) if every[i].unit == unit]
+        out[own] = max(rules.GEOMETRY_WIDTH * whole, usual)
+    return out
+
+
+def moves_nothing(problem: Problem, model: _core.ErrorModel, near: _core.Linearization) -> BoolArray:
+    """(P,) does a parameter of the size that its model gives it move the rows by no more than rounding?
+
+    So does the compliance of an upright axis, whose load is the rounding of sums that cancel.
+    """
+    length = column_lengths(np.asarray(near.J))
+    return np.asarray(length * _given_sizes(problem, model) < rules.MIN_INFLUENCE * problem.misfit)
+
+
+def _given_sizes(problem: Problem, model: _core.ErrorModel) -> FloatArray:
+    """(P,) plausible sizes as the model's parameters bring them; 1 where they bring none."""
+    given = np.concatenate([[p.sigma for p in model.parameters], np.ones(len(problem.unknowns))])
+    return np.where(np.isfinite(given), given, 1.0)
+
+
+def of_effects(
+    problem: Problem, entries: Sequence[Spec], effects: Sequence[_core.Effect], model: _core.ErrorModel
+) -> FloatArray:
+    """(P,) standard deviations of what is held near 0; infinite elsewhere."""
+    out = np.full(len(model.parameters), np.inf)
+    at = problem.own
+    for entry, effect in zip(entries, effects, strict=True):
+        count = len(effect.parameters)
+        if has_prior(core_entry(entry)):
+            out[at : at + count] = [p.sigma for p in effect.parameters]
+        elif effect.penalty and "curvature" in entry:
+            out[at : at + count] = prior_deviations(float(entry["curvature"]), np.asarray(effect.penalty))
+        at += count
+    return out
