@@ -41,13 +41,13 @@ IkResult inverse_kinematics(const ErrorModel& model, const Eigen::Ref<const Eige
     std::vector<IkRow> wanted;
     for (Eigen::Index i = begin; i < end; ++i) {
       if (follows) out.q.row(i) = out.q.row(i - 1);
-      IkRow row{i, {}, out.q.row(i).transpose(), {}, {}};
+      IkRow row{i, {}, out.q.row(i).transpose(), {}, {}, {}};
       if (to_target(targets.row(i).data(), row.target)) wanted.push_back(std::move(row));
     }
     const bool may_jump = !follows && options.restarts > 0;
-    solver.solve_chain(wanted, may_jump ? options.restarts : 0);
-    if (!model.effects().empty()) solver.approach(wanted, samples);
     ModelFrames frames(model, theta, samples);
+    solver.solve_chain(wanted, frames, may_jump ? options.restarts : 0);
+    if (!model.effects().empty()) solver.approach(wanted, samples);
     for (const IkRow& row : wanted) {
       SearchPoint found;
       const IkStatus status = solver.finish(row, frames, may_jump, found);

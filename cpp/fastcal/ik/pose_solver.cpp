@@ -38,7 +38,7 @@ IkStatus PoseSolver::solve(const double* target, const double* seed, SearchPoint
   row.seed = q;
   if (!q.allFinite() || !to_target(target, row.target)) return IkStatus::kBadTarget;
   const bool may_jump = options_.restarts > 0;
-  solver_.solve_chain(rows, options_.restarts);
+  solver_.solve_chain(rows, frames_, options_.restarts);
   if (!model_.effects().empty()) solver_.approach(rows, conditions_);
   return solver_.finish(row, frames_, may_jump, found);
 }

@@ -33,6 +33,18 @@ ChainSettings settings_of(const IkOptions& options, bool bare) {
           options.random_seed, options.held};
 }
 
+/// Is there an effect of base or tool that is not nil?
+bool moves_ends(const ErrorModel& model, const Eigen::VectorXd& theta) {
+  Eigen::Index k = model.robot().nominal().size();
+  for (const auto& effect : model.effects()) {
+    for (const Parameter& parameter : effect->parameters()) {
+      if ((parameter.owner == "base" || parameter.owner == "tool") && theta[k] != 0) return true;
+      ++k;
+    }
+  }
+  return false;
+}
+
 }  // namespace
 
 bool to_target(const double* numbers, Pose& target) {
@@ -53,18 +65,28 @@ RowSolver::RowSolver(const ErrorModel& model, const Eigen::VectorXd& theta, cons
       limits_(options.limits),
       unlimited_(JointLimits::Constant(options.limits.rows(), 2, std::numeric_limits<double>::infinity())),
       bare_(model.effects().empty()),
+      moves_ends_(moves_ends(model, theta)),
       settings_(settings_of(options, bare_)),
       within_(chain_, limits_, settings_) {
   unlimited_.col(0) *= -1;
 }
 
-void RowSolver::solve_chain(std::vector<IkRow>& rows, int restarts) const {
+Pose RowSolver::seen_by_chain(const IkRow& row, ModelFrames& frames) const {
+  if (!moves_ends_) return row.target;
+  frames.choose(row.index);
+  const std::vector<Pose>& T = frames.at(row.seed);
+  const Pose tool = T[T.size() - 2].inverse() * T.back();
+  return chain_.constants.front() * (T.front().inverse() * row.target * tool.inverse()) * chain_.constants.back();
+}
+
+void RowSolver::solve_chain(std::vector<IkRow>& rows, ModelFrames& frames, int restarts) const {
   std::vector<Eigen::Index> indices;
   std::vector<Pose> targets;
   std::vector<JointVector> seeds;
-  for (const IkRow& row : rows) {
+  for (IkRow& row : rows) {
+    row.of_chain = seen_by_chain(row, frames);
     indices.push_back(row.index);
-    targets.push_back(row.target);
+    targets.push_back(row.of_chain);
     seeds.push_back(row.seed);
   }
   std::vector<ChainSolution> found = within_.solve(indices, targets, seeds, restarts, kClose);
@@ -233,7 +255,7 @@ std::vector<JointVector> RowSolver::chain_solutions(const IkRow& row, const Join
                                                     int restarts, int& evaluations) const {
   const ChainSolver solver(chain_, limits, settings_);
   const std::vector<Eigen::Index> indices(static_cast<std::size_t>(count), row.index);
-  const std::vector<Pose> targets(static_cast<std::size_t>(count), row.target);
+  const std::vector<Pose> targets(static_cast<std::size_t>(count), row.of_chain);
   std::vector<JointVector> seeds{row.chain.q};
   for (int k = 1; k < count; ++k) {
     seeds.push_back(within_.restart(row.index, k));

@@ -19,6 +19,7 @@ struct IkRow {
   Eigen::Index index = 0;
   Pose target;
   JointVector seed;
+  Pose of_chain;  ///< the target as the arm without effects sees it: from its own base, with its own tool
   ChainSolution chain;
   SearchPoint model;  ///< where the model is, as far as approach() brought it
 };
@@ -32,7 +33,7 @@ class RowSolver {
   RowSolver(const ErrorModel& model, const Eigen::VectorXd& theta, const IkOptions& options);
 
   /// The chain without effects, of all rows side by side.
-  void solve_chain(std::vector<IkRow>& rows, int restarts) const;
+  void solve_chain(std::vector<IkRow>& rows, ModelFrames& frames, int restarts) const;
 
   /// Takes the rows together from the chain's solution to the model's, as long as every step helps much: the Jacobian
   /// is the chain's in the deflected posture, so what is left of the error is the share by which the deflection
@@ -44,6 +45,8 @@ class RowSolver {
 
  private:
   Goal goal_of(const IkRow& row) const;
+  /// The row's target less what its effects make of base and tool at the seed, such as another station or mount.
+  Pose seen_by_chain(const IkRow& row, ModelFrames& frames) const;
   bool is_held(Eigen::Index joint) const;
   /// The limits, of joints that are held the seed (as far as the limits have it).
   JointLimits held_at(const JointVector& seed, const JointLimits& limits) const;
@@ -69,6 +72,7 @@ class RowSolver {
   Chain chain_;
   JointLimits limits_, unlimited_;
   bool bare_;
+  bool moves_ends_;  // have effects moved base or tool?
   ChainSettings settings_;
   ChainSolver within_;  // within the limits
 };

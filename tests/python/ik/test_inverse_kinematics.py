@@ -199,3 +199,17 @@ def test_invalid_input_is_refused(change: dict[str, Any], words: str) -> None:
     robot = load_robot("ur5")
     with pytest.raises(InvalidInput, match=words):
         inverse_kinematics(robot, **({"targets": robot.forward(np.zeros(6))} | change))
+
+
+def test_a_seed_that_reaches_is_found_from_another_station() -> None:
+    """Where the instrument stood elsewhere, the arm without its effects is a metre away and out of its limits."""
+    robot = load_robot("ur10")
+    there = {"station2_x_mm": 950.0, "station2_y_mm": -450.0, "station2_rz_rad": 0.3}
+    effect = {"effect": "station_offset", "owner": "base", "stations": ["A", "B"], "parameters": there}
+    seen = Robot(robot.spec | {"effects": [effect]})
+    q = random_poses(seen, 60, seed=3)
+    for station in ("A", "B"):
+        known = {"station": np.full(60, station)}
+        found = inverse_kinematics(seen, seen.forward(q, **known), seed=q, restarts=0, **known)
+        assert found.reached.all()
+        np.testing.assert_allclose(found.q, q, atol=1e-6)
