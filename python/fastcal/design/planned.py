@@ -10,9 +10,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fastcal import _core
 from fastcal.design.candidates import Candidates
 from fastcal.effects import registered
-from fastcal.effects.entries import Spec, label, parse_effects, without_repeats
+from fastcal.effects.entries import Spec, identity, label, parse_effects, without_repeats
 from fastcal.errors import InvalidInput
 from fastcal.ik.inverse_kinematics import inverse_kinematics
 from fastcal.measurements.dataset import Dataset
@@ -22,26 +23,43 @@ from fastcal.robot.robot import Robot
 FloatArray = NDArray[np.float64]
 
 
-def planned_model(robot: Robot, effects: str | Sequence[str], rivals: list[list[Spec]]) -> tuple[Robot, bool]:
-    """The robot with all effects that the poses are to determine, and is its geometry among them?
+def planned_model(
+    robot: Robot, effects: str | Sequence[str], rivals: list[list[Spec]]
+) -> tuple[Robot, bool, list[str]]:
+    """The robot with all effects that the poses are to determine, is its geometry among them, and notes.
+
+    Effects of the robot's own that look at what no design chooses, as of heat or of another station, are left out:
+    they hardly change what a pose shows of the others.
 
     Raises:
-        InvalidInput: An effect needs a condition that a design cannot choose.
+        InvalidInput: An effect that was asked for needs a condition that a design cannot choose.
     """
     geometry, entries = parse_effects(effects, robot.core)
     spec = copy.deepcopy(robot.spec)
     added = [*entries, *(entry for rival in rivals for entry in rival)]
-    spec["effects"] = without_repeats([*(spec.get("effects") or []), *added])
+    asked = {identity(entry) for entry in added}
+    kept, left_out = list[Spec](), list[str]()
+    for entry, effect in zip(robot.spec.get("effects") or [], robot.effects, strict=True):
+        if _unvaried(entry, effect) and identity(entry) not in asked:
+            left_out.append(label(entry))
+        else:
+            kept.append(entry)
+    spec["effects"] = without_repeats([*kept, *added])
+    if left_out:
+        spec.pop("calibration", None)  # of effects that are gone
     model = Robot(spec)
     for entry, effect in zip(spec["effects"], model.effects, strict=True):
-        own = registered.find(entry["effect"])
-        needs = [*own.columns, *own.extra] if own else effect.data_columns
-        for column in needs:
-            if column.rstrip("0123456789") not in ("payload", "approach"):
-                raise InvalidInput(
-                    f"{label(entry)} depends on '{column.removeprefix('extra:')}', which no choice of poses varies"
-                )
-    return model, geometry
+        for column in _unvaried(entry, effect):
+            raise InvalidInput(f"{label(entry)} depends on '{column}', which no choice of poses varies")
+    notes = [f"the poses are not chosen for {', '.join(left_out)}: nothing that a design chooses shows it"]
+    return model, geometry, notes if left_out else []
+
+
+def _unvaried(entry: Spec, effect: _core.Effect) -> list[str]:
+    """Columns that an effect looks at and no choice of poses varies."""
+    own = registered.find(entry["effect"])
+    needs = [*own.columns, *own.extra] if own else effect.data_columns
+    return [c.removeprefix("extra:") for c in needs if c.rstrip("0123456789") not in ("payload", "approach")]
 
 
 def approached(model: Robot) -> list[int]:

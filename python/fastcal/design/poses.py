@@ -99,7 +99,7 @@ def design_poses(
         raise InvalidInput(f"until_sigma must be above 0 and goes without separate, got {until_sigma}")
     progress = progress or (lambda text: None)
     rivals = rival_entries(separate, robot)
-    model, geometry = planned_model(robot, effects, rivals)
+    model, geometry, left_out = planned_model(robot, effects, rivals)
     instruments = Instruments() if instruments is None else instruments
     instruments.check(model)
 
@@ -155,7 +155,7 @@ def design_poses(
     else:
         found = search.run(count)
     ordered = in_order(model, pool.select(found.members))
-    notes += too_few_touches(ordered)
+    notes += [*left_out, *too_few_touches(ordered)]
     reached = float(np.sqrt(search.variance(found.members)))
     k = problem.row_count
     measured_rows = rows.reshape(-1, k, rows.shape[1])[found.members].reshape(-1, rows.shape[1])

@@ -245,6 +245,18 @@ def test_half_of_the_poses_tell_two_effects_apart(arm: fastcal.Robot) -> None:
     assert np.nanmin(found.separation.power_after) > np.nanmin(found.separation.power_before)
 
 
+def test_effects_of_the_model_that_no_pose_shows_are_left_out(arm: fastcal.Robot) -> None:
+    """The model of an arm that was measured warm and from two stations; with them asked for it is refused."""
+    warm = {"effect": "thermal_expansion", "owner": "robot", "parameters": {"coefficient_1_k": 2e-5}}
+    stations = {"effect": "station_offset", "owner": "base", "stations": ["A", "B"]}
+    model = fastcal.Robot(arm.spec | {"effects": [*(arm.spec.get("effects") or []), warm, stations]})
+    found, bare = (design_poses(robot, 12, candidate_count=1000) for robot in (model, arm))
+    np.testing.assert_array_equal(found.q, bare.q)
+    assert found.notes[0].startswith("the poses are not chosen for thermal_expansion@robot, station_offset@base")
+    with pytest.raises(InvalidInput, match="thermal_expansion@robot depends on 'temperature'"):
+        design_poses(model, 12, effects="geometry,thermal_expansion", candidate_count=1000)
+
+
 @pytest.mark.parametrize(
     ("options", "said"),
     [
