@@ -9,6 +9,7 @@ from fastcal.effects.entries import core_options, label, traits_of
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.core_model import length_or_angle_unit
 from fastcal.robot.robot import Robot, Spec
+from fastcal.robot.steady import warmed
 from fastcal.units import from_si
 
 # A quantity whose range in the measurements is no larger stood still.
@@ -16,8 +17,11 @@ STILL = {"deg": 1.0, "mm": 2.0, "kg": 0.0, "c": 0.5}
 
 
 def range_notes(robot: Robot, data: Dataset) -> list[str]:
-    """A sentence for each profile or drift that some row is outside of, and each quantity that the data move first."""
-    notes = unmoved_notes(robot, data)
+    """A sentence for each profile or drift that some row is outside of, and each quantity that the data move first.
+
+    And for temperatures that are far from those that the model was fitted on.
+    """
+    notes = [*unmoved_notes(robot, data), *_far_temperatures(robot, data)]
     for entry in robot.spec.get("effects") or []:
         known = traits_of(entry["effect"]).options_from_data
         if "range" in known:
@@ -53,6 +57,22 @@ def _beyond_its_times(entry: Spec, data: Dataset) -> list[str]:
     return [
         f"the time is outside the {options['first']:.6g} to {options['last']:.6g} s that {label(entry)} was fitted on "
         f"in {int(outside.sum())} rows; there it stands still"
+    ]
+
+
+def _far_temperatures(robot: Robot, data: Dataset) -> list[str]:
+    """Farther outside of the temperatures of the fit than these lie apart: a line through them says little there."""
+    name = "temperature_c"
+    here = ranges(robot, data).get(name)
+    if robot.record is None or here is None or name not in robot.record.covered or not warmed(robot):
+        return []
+    low, high = robot.record.covered[name]
+    outside = (here < 2 * low - high) | (here > 2 * high - low)
+    if high - low <= STILL["c"] or not outside.any():
+        return []
+    return [
+        f"the temperature is far outside the {low:.4g} to {high:.4g} deg C that the model was fitted on in "
+        f"{int(outside.sum())} rows ({here.min():.4g} to {here.max():.4g} deg C in all)"
     ]
 
 

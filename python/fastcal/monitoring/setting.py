@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fastcal.calibration.extrapolation_notes import range_notes
 from fastcal.calibration.inspection import BAD_SHARE, check_columns
 from fastcal.display import late
 from fastcal.errors import InvalidInput
@@ -77,7 +78,8 @@ def prepared(robot: Robot, measured: Dataset, *, as_read: bool, threads: int) ->
         [h.sizes for h in possible],
         rows.freedom,
     )
-    return Setting(arm, more, rows, possible, evidence), places, [*notes, *arm_notes, *left_out]
+    notes += [*arm_notes, *left_out, *range_notes(robot, measured)]
+    return Setting(arm, more, rows, possible, evidence), places, notes
 
 
 def _refuse_other_robot(robot: Robot, data: Dataset, places: list[SetUp], as_read: bool) -> None:

@@ -203,3 +203,32 @@ def test_results_show_themselves(calibrated) -> None:
     assert "joint2" in found._repr_html_()
     assert found.made_by["serial"] == "RX-0042"
     assert found.made_by["rows"] == 8
+
+
+def test_a_check_says_what_lies_beyond_the_model() -> None:
+    """Rows in kelvin under a heading of deg C, and a joint beyond its profile."""
+    robot = fastcal.load_robot("ur5")
+    warm = {"effect": "thermal_expansion", "owner": "robot", "parameters": {"coefficient_1_k": 2e-5}}
+    curve = {
+        "effect": "joint_profile",
+        "owner": "joint2",
+        "knots": 5,
+        "curvature": 1e-3,
+        "low_rad": -1.0,
+        "high_rad": 1.0,
+        "parameters": {"curve2_rad": 1e-4},
+    }
+    true = Robot(dict(fastcal.perturbed(robot, seed=1).spec) | {"effects": [warm, curve]})
+    random = np.random.default_rng(2)
+
+    def measured(count: int, reach: float, warmth: float) -> fastcal.Dataset:
+        q = random.uniform(-reach, reach, (count, 6))
+        return fastcal.simulate(true, q, noise=3e-5, seed=count, temperature=warmth + random.uniform(0, 10, count))
+
+    start = Robot(robot.spec | {"effects": [warm, {**curve, "parameters": {}}]})
+    model = fastcal.calibrate(start, measured(120, 1.0, 293.15)).model
+    within = fastcal.check(model, measured(20, 0.9, 293.15)).notes
+    assert not any("outside" in note for note in within)
+    beyond = fastcal.check(model, measured(30, 1.5, 566.3)).notes
+    assert any(note.startswith("joint 2 is outside the -57.3 to 57.3 deg") for note in beyond)
+    assert any(note.startswith("the temperature is far outside the 20.") for note in beyond)
