@@ -25,7 +25,7 @@ from fastcal.programs import Document, read_program
 from fastcal.programs.measuring import Cycles, Stop, write_cycles
 from fastcal.robot.controller_robot import nominal_robot
 from fastcal.robot.robot import Robot
-from fastcal.robot.steady import steady, warmed
+from fastcal.robot.steady import assumed_temperature, steady, warmed
 from fastcal.units import from_si
 
 FloatArray = NDArray[np.float64]
@@ -163,9 +163,7 @@ def _temperature(arm: Robot, given: float | None) -> tuple[float | None, list[st
         raise InvalidInput(
             f"{asking[0]} needs the temperature of the test: {arm.name} holds no calibration to take it from"
         )
-    middle = from_si(arm.record.temperature, "c")
-    known = "the middle of what the model was fitted on" if "temperature_c" in arm.record.covered else "a room's"
-    return arm.record.temperature, [f"{', '.join(asking)}: the commands are for {middle:.4g} degC, {known}"]
+    return arm.record.temperature, [f"{', '.join(asking)}: the commands are for {assumed_temperature(arm.record)}"]
 
 
 def _seeds(count: int) -> list[int]:

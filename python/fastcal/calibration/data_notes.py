@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from fastcal import _core
 from fastcal.effects.entries import full_name
+from fastcal.measurements.copied_rows import row_bytes
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.core_model import length_or_angle_unit
 from fastcal.robot.robot import Robot
@@ -50,11 +51,11 @@ def unseen_directions(found: _core.Identification, names: list[str]) -> tuple[li
 
 def shared_row_notes(parts: Iterable[Dataset], test: Dataset) -> list[str]:
     """A sentence where test rows are rows of the fit as well: same joints, same measured point."""
-    rows = [row.tobytes() for row in _rows(test)]
+    rows = row_bytes(_rows(test))
     wanted, seen = set(rows), set[bytes]()
     for data in parts:
         if data.q.shape[1] == test.q.shape[1]:
-            seen |= wanted.intersection(row.tobytes() for row in _rows(data))
+            seen |= wanted.intersection(row_bytes(_rows(data)))
     count = sum(row in seen for row in rows)
     if not count:
         return []
@@ -65,9 +66,9 @@ def shared_row_notes(parts: Iterable[Dataset], test: Dataset) -> list[str]:
 
 
 def _rows(data: Dataset) -> FloatArray:
-    """(N, n + 3) joints and points, a contiguous row each."""
+    """(N, n + 3) joints and points."""
     measured = np.zeros((len(data), 0)) if data.position is None else data.position
-    return np.ascontiguousarray(np.hstack([data.q, measured]))
+    return np.hstack([data.q, measured])
 
 
 def instrument_notes(model: Robot, data: Dataset) -> list[str]:

@@ -15,8 +15,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from fastcal.effects import registered
-from fastcal.effects.entries import MOVE, label, own_columns
+from fastcal.effects.entries import MOVE, conditions_read, label, own_columns
 from fastcal.measurements.last_moves import directions, last_moves
 from fastcal.measurements.targets import Targets
 from fastcal.robot.robot import Robot
@@ -32,8 +31,7 @@ def readers(model: Robot, targets: Targets) -> dict[str, str]:
     """The effects, as on a command line, that look at what the targets do not give: "approach" or "move"."""
     found = {}
     for entry, effect in zip(model.spec.get("effects") or [], model.effects, strict=True):
-        own = registered.find(entry["effect"])
-        columns = [*(own.columns if own else effect.data_columns), *own_columns(entry)]
+        columns = [*conditions_read(entry, effect), *own_columns(entry)]
         for name, start in (("approach", "approach"), ("move", MOVE)):
             if not _given(targets, name) and any(column.startswith(start) for column in columns):
                 found[label(entry)] = name

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from fastcal import _core
 from fastcal.design.candidates import Candidates
 from fastcal.effects import registered
-from fastcal.effects.entries import Spec, identity, label, parse_effects, without_repeats
+from fastcal.effects.entries import Spec, conditions_read, identity, label, parse_effects, without_repeats
 from fastcal.errors import InvalidInput
 from fastcal.ik.inverse_kinematics import inverse_kinematics
 from fastcal.measurements.dataset import Dataset
@@ -58,7 +58,7 @@ def planned_model(
 def _unvaried(entry: Spec, effect: _core.Effect) -> list[str]:
     """Columns that an effect looks at and no choice of poses varies."""
     own = registered.find(entry["effect"])
-    needs = [*own.columns, *own.extra] if own else effect.data_columns
+    needs = [*conditions_read(entry, effect), *(own.extra if own else ())]
     return [c.removeprefix("extra:") for c in needs if c.rstrip("0123456789") not in ("payload", "approach")]
 
 
@@ -66,8 +66,7 @@ def approached(model: Robot) -> list[int]:
     """Joints, from 0, whose direction of approach some effect asks for."""
     joints = set()
     for entry, effect in zip(model.spec["effects"], model.effects, strict=True):
-        own = registered.find(entry["effect"])
-        for column in own.columns if own else effect.data_columns:
+        for column in conditions_read(entry, effect):
             if column == "approach":
                 joints |= set(range(model.joint_count))
             elif column.startswith("approach"):

@@ -17,7 +17,15 @@ from fastcal.calibration.options_from_data import with_origins
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.reasons import CauseLabel
 from fastcal.effects import registered
-from fastcal.effects.entries import build_effects, effect_names, effect_owners, identity, label, traits_of
+from fastcal.effects.entries import (
+    build_effects,
+    conditions_read,
+    effect_names,
+    effect_owners,
+    identity,
+    label,
+    traits_of,
+)
 from fastcal.effects.traits import Traits, filled
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
@@ -167,8 +175,7 @@ def _entries(effect: str, owner: str, robot: Robot, data: Dataset) -> Iterator[H
         bare[option] = value
     entry = with_origins(bare, robot, data)
     known = registered.find(effect)
-    columns = known.columns if known else build_effects([entry], robot.core)[0].data_columns
-    for column in columns:
+    for column in conditions_read(entry, build_effects([entry], robot.core)[0]):
         if getattr(data, column.rstrip("0123456789"), None) is None:
             raise InvalidInput(f"{effect} needs the column {column}")
     for column in known.extra if known else ():

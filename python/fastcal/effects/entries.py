@@ -186,6 +186,12 @@ def extra_columns(entries: Sequence[Spec]) -> list[str]:
     return list(dict.fromkeys(column for entry in entries for column in own_columns(entry)))
 
 
+def conditions_read(entry: Spec, effect: _core.Effect) -> list[str]:
+    """Conditions that an entry's effect looks at, as the core names them: "temperature", "approach4" ..."""
+    own = registered.find(entry["effect"])
+    return list(own.columns if own else effect.data_columns)
+
+
 def own_columns(entry: Spec) -> list[str]:
     """The user's own column that an entry names, or what follows from several rows: a filtered temperature, moves."""
     if "column" in entry:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from fastcal import _core
 from fastcal.effects import registered
-from fastcal.effects.entries import LAGGED, MOVE, Spec, extra_columns, label, options_of, traits_of
+from fastcal.effects.entries import LAGGED, MOVE, Spec, conditions_read, extra_columns, label, options_of, traits_of
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.thermal_lag import lagged
@@ -99,7 +99,7 @@ def _check_columns(
 ) -> None:
     """Raises InvalidInput where the data lack what the effect cannot do without."""
     own = registered.find(entry["effect"])
-    for name in own.columns if own else effect.data_columns:
+    for name in conditions_read(entry, effect):
         if name.startswith("extra:"):
             _check_extra(entry, name.removeprefix("extra:"), extra, rows)
         elif name.rstrip("0123456789") not in given:  # approach4: the column of a joint

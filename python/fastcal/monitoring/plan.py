@@ -15,8 +15,8 @@ from fastcal.monitoring.linear import covariance_root, record_of
 from fastcal.monitoring.next_poses import informative
 from fastcal.monitoring.setups import bare_arm
 from fastcal.robot.given import RobotLike, as_robot
-from fastcal.robot.steady import warmed
-from fastcal.units import from_si, to_si
+from fastcal.robot.steady import assumed_temperature, warmed
+from fastcal.units import to_si
 
 FEWEST = 4
 
@@ -50,10 +50,5 @@ def assumed(model: RobotLike) -> list[str]:
     asking = warmed(robot)
     if not asking:
         return []
-    record = record_of(robot)
-    middle = from_si(record.temperature, "c")
-    known = "the middle of what the model was fitted on" if "temperature_c" in record.covered else "a room's"
-    return [
-        f"{', '.join(asking)}: the poses are chosen for one temperature, {middle:.4g} degC, {known}; measure "
-        "temperature_c with them"
-    ]
+    words = assumed_temperature(record_of(robot))
+    return [f"{', '.join(asking)}: the poses are chosen for one temperature, {words}; measure temperature_c with them"]
