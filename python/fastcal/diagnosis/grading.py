@@ -15,8 +15,9 @@ from fastcal import _core
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.held_out import folds, is_better
 from fastcal.diagnosis.library import Hypothesis
+from fastcal.diagnosis.moved_zeros import moved_zeros
 from fastcal.diagnosis.one_curve import is_one_curve
-from fastcal.diagnosis.periodic import is_periodic
+from fastcal.diagnosis.periodic import is_periodic, orders_alike
 from fastcal.diagnosis.projection import basis, score_tests
 from fastcal.diagnosis.reasons import Because, BlockLabel, CauseLabel, Label, Reason
 from fastcal.diagnosis.result import NamedValue
@@ -40,6 +41,7 @@ class Evidence:
         is_richer_needed: Does it need what sets it apart from its simpler relative?
         is_plausible: Are its sizes?
         follows_loads: Does it yield to loads, as many things that look alike do?
+        alike: What does the same as an effect of its kind: waves of other orders, a joint whose zero moved.
     """
 
     statistic: float
@@ -50,6 +52,7 @@ class Evidence:
     is_richer_needed: bool
     is_plausible: bool
     follows_loads: bool = False
+    alike: tuple[Because, ...] = ()
 
 
 def evidence(search: Search, state: SearchNode, name: Hypothesis) -> Evidence:
@@ -63,6 +66,7 @@ def evidence(search: Search, state: SearchNode, name: Hypothesis) -> Evidence:
     gain = state.gains[state.names.index(name)]
     rivals: tuple[Label, ...] = ()
     stability = 1.0
+    alike = moved_zeros(state, name)
     if len(state.names) <= search.most:
         base = search.without(state, name)
         statistic = max(base.fit.remaining - state.fit.remaining, 0.0)  # Wald's stops at what is unsure of a load
@@ -70,11 +74,13 @@ def evidence(search: Search, state: SearchNode, name: Hypothesis) -> Evidence:
         together = [n for n in state.names if n.owner == name.owner and is_periodic(n)]
         if name in together and is_one_curve(search, state, together):
             rivals += (BlockLabel(name.owner, (f"q{name.owner.removeprefix('joint')}",)),)
+        orders = orders_alike(base, name) if name.traits.is_wave else ()
+        alike += (Because(Reason.ORDERS_ALIKE, orders=orders),) if orders else ()
     parameters = state.fit.model.parameters[place]
     plausible = _is_plausible(parameters, theta)
     richer = _richer_needed(name, parameters, theta, own)
     loads = state.fit.effect(name).follows_loads
-    return Evidence(statistic, len(at), gain, stability, rivals, richer, plausible, loads)
+    return Evidence(statistic, len(at), gain, stability, rivals, richer, plausible, loads, alike)
 
 
 def borne_out(search: Search, state: SearchNode) -> SearchNode:
@@ -147,7 +153,7 @@ def grade(
         ),
         (name.traits.role == "load modifier", Because(Reason.LOAD_MODIFIER)),
     ]
-    met = tuple(because for is_met, because in limits if is_met)
+    met = (*(because for is_met, because in limits if is_met), *found.alike)
     return ("B" if met else "A"), met
 
 

@@ -31,6 +31,10 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 
+_ORDERS_AT_ONCE = 64  # that are scored together, for the memory that their columns take
+_PEAK_SHARE = 0.8  # of a peak that the nearest order of a scan has at least: it is an eighth of a lobe away at most
+_MOST_ALIKE = 12  # orders that are looked at more closely: one is enough
+
 
 def is_periodic(name: Hypothesis) -> bool:
     """Is it a piece of what a curve over the joint's position would do as a whole: a wave, a slope?"""
@@ -53,27 +57,16 @@ def scan(state: SearchNode) -> list[Hypothesis]:
 
 def _orders(state: SearchNode) -> Callable[[int], list[float]]:
     """The orders that `scan` finds of a joint."""
-    problem, Q, frames = state.fit.problem, state.fit.basis, state.blocks.frames
-    _A, r, row = state.fit.whitened
-    row = row[row >= 0]  # numbers that were measured come before priors
+    problem = state.fit.problem
     kinds = problem.start.robot.joint_types
+    scores_of = [_scored(state, joint) for joint in range(len(kinds))]
 
     def found(joint: int) -> list[float]:
-        q, turn = problem.kept.q[:, joint], frames[f"joint{joint + 1}"]
-        span = float(np.ptp(q))
+        span = float(np.ptp(problem.kept.q[:, joint]))
         if kinds[joint] != "revolute" or span <= 0:
             return []
-        orders = np.arange(1.0, rules.MAX_ORDER, np.pi / (2 * span))
-        orders = orders[orders * span > np.pi]
-
-        def scored(orders: FloatArray) -> _core.BlockScores:
-            angle = np.outer(q, orders)
-            C = np.zeros((len(r), 2 * len(orders)))
-            measured = C[: len(row)]
-            measured[:, 0::2], measured[:, 1::2] = turn * np.sin(angle)[row], turn * np.cos(angle)[row]
-            measured[...] = without_memory(problem, measured, row)
-            return score_tests(Q, C, r, [2] * len(orders)).scores
-
+        orders = _spaced(span, rules.MAX_ORDER)
+        scored = scores_of[joint]
         scores = scored(orders)
         trials = len(orders) * len(kinds) / 2
         peaks = _peaks(orders, np.asarray(scores.statistic), np.asarray(scores.rank), problem.noise.freedom, trials)
@@ -82,6 +75,62 @@ def _orders(state: SearchNode) -> Callable[[int], list[float]]:
         return [order for order in dict.fromkeys(exact) if order not in rules.WAVE_ORDERS]
 
     return found
+
+
+def _spaced(span: float, highest: float) -> FloatArray:
+    """Orders half a resolution apart of which half a period fits into a range [rad]."""
+    orders = np.arange(1.0, highest, np.pi / (2 * span))
+    return orders[orders * span > np.pi]
+
+
+def _scored(state: SearchNode, joint: int) -> Callable[[FloatArray], _core.BlockScores]:
+    """Score tests of waves of a joint by their orders, at a fit."""
+    problem, Q = state.fit.problem, state.fit.basis
+    q, turn = problem.kept.q[:, joint], state.blocks.frames[f"joint{joint + 1}"]
+    _A, r, row = state.fit.whitened
+    row = row[row >= 0]  # numbers that were measured come before priors
+
+    def scored(orders: FloatArray) -> _core.BlockScores:
+        angle = np.outer(q, orders)
+        C = np.zeros((len(r), 2 * len(orders)))
+        measured = C[: len(row)]
+        measured[:, 0::2], measured[:, 1::2] = turn * np.sin(angle)[row], turn * np.cos(angle)[row]
+        measured[...] = without_memory(problem, measured, row)
+        return score_tests(Q, C, r, [2] * len(orders)).scores
+
+    return scored
+
+
+def orders_alike(base: SearchNode, name: Hypothesis) -> tuple[float, ...]:
+    """Other orders that do as well as that of a wave, at the fit without it: the lowest first, a dozen at most.
+
+    Over positions a step s apart the orders n and k 2 pi / s +- n are one and the same wave. Orders within the
+    resolution of the joint's range, 2 pi over it, are not others.
+    """
+    joint, own = int(name.owner.removeprefix("joint")) - 1, float(name.entry["order"])
+    span = float(np.ptp(base.fit.problem.kept.q[:, joint]))
+    orders = _spaced(span, rules.FINEST_ORDER)
+    scored, step = _scored(base, joint), np.pi / (2 * span)
+
+    def best(order: float) -> tuple[float, float]:
+        """The highest statistic within a step of an order, and where."""
+        width = step
+        for _ in range(2):
+            near = np.linspace(max(order - width, 1.0), order + width, rules.ORDERS_OF_A_STEP)
+            statistic = np.asarray(scored(near).statistic)
+            order = float(near[int(np.argmax(statistic))])
+            width = float(near[1] - near[0])
+        return float(statistic.max()), order
+
+    enough = best(own)[0] - rules.OTHER_ORDER_LOSS
+    parts = np.array_split(orders, max(1, len(orders) // _ORDERS_AT_ONCE))
+    statistic = np.concatenate([np.asarray(scored(part).statistic) for part in parts])
+    inner = np.r_[-np.inf, statistic, -np.inf]
+    top = (statistic >= inner[:-2]) & (statistic >= inner[2:]) & (statistic > _PEAK_SHARE * enough)
+    apart = top & (np.abs(orders - own) > 2 * np.pi / span)
+    likeliest = np.flatnonzero(apart)[np.argsort(-statistic[apart], kind="stable")][:_MOST_ALIKE]
+    refined = [best(float(orders[i])) for i in likeliest]
+    return tuple(sorted(order for height, order in refined if height >= enough))
 
 
 def _peaks(

@@ -33,6 +33,9 @@ class Reason(Enum):
     UNSURE_COMPANION = "another effect of the set is not sure"
     NAMES_EXCLUDED = "not every name was tried"
     NOISE_OVER_CLAIM = "more remains than the claimed noise"
+    ORDERS_ALIKE = "waves of other orders do as well"
+    ZERO_JUMPED = "a joint whose zero jumped does the same"
+    ZERO_CREEPS = "a joint whose zero creeps does the same"
     CURVE_WITHOUT_NAME = "a joint errs by its own position"
 
 
@@ -72,6 +75,7 @@ class Because:
         limit: What the value would have to reach.
         subjects: The hypotheses or blocks that it speaks of.
         waves: (cycles a turn, amplitude [rad]) of a curve's main orders.
+        orders: Cycles a turn that the data can't tell from that of a wave.
     """
 
     reason: Reason
@@ -79,3 +83,4 @@ class Because:
     limit: float = 0.0
     subjects: tuple[Label, ...] = ()
     waves: tuple[tuple[int, float], ...] = ()
+    orders: tuple[float, ...] = ()

@@ -191,6 +191,11 @@ GRADE_A_STABILITY = 0.8
 MAX_CONTENDERS = 12
 # Share of a signature from which on a block without a name holds it, and is no other shape.
 SAME_SHAPE = 0.98
+# Chi square by which a wave of any other order must fit worse for grade A, up to FINEST_ORDER: five standard
+# deviations, as CONTRAST. Over a grid of positions other orders are the same wave, to the last digit.
+OTHER_ORDER_LOSS = 25.0
+# Chance to take a moved zero of a joint for a motion of base, instrument or target that is more than that. Level.
+ALPHA_MOVED_ZERO = 1e-3
 # Standard deviations by which two parameters must differ for what sets a name apart from a simpler one.
 CONTRAST = 5.0
 

@@ -54,6 +54,9 @@ _REASONS = {
     Reason.NAMES_EXCLUDED: "names were excluded, so that not everything that could be mistaken for it was tried",
     Reason.NOISE_OVER_CLAIM: "what remains is {value:.1f} times the claimed noise: the claim is too small, or "
     "something remains that has no name",
+    Reason.ORDERS_ALIKE: "orders {orders} look the same at these positions of the joint: measure between them",
+    Reason.ZERO_JUMPED: "a jump of the zero of {places} does the same: check its mastering",
+    Reason.ZERO_CREEPS: "a creeping zero of {places} does the same: check its mastering",
     Reason.CURVE_WITHOUT_NAME: "the joint errs by its own position in a way that no single name has",
 }
 
@@ -75,9 +78,20 @@ def cause_in_words(effect: str, owner: str) -> str:
 def reason_text(because: Because, speak: Speak = str) -> str:
     """A reason as a clause without a full stop; `speak` puts hypotheses and blocks into words."""
     subjects = ", ".join(map(speak, because.subjects))
-    text = _REASONS[because.reason].format(subjects=subjects, value=because.value, limit=because.limit)
+    places = " or ".join(owner_in_words(subject.owner) for subject in because.subjects)
+    orders = _listed([f"{round(order, 1):g}" for order in because.orders])
+    text = _REASONS[because.reason].format(
+        subjects=subjects, places=places, orders=orders, value=because.value, limit=because.limit
+    )
     waves = " and ".join(f"{n} ({from_si(a, 'mrad'):.2g} mrad)" for n, a in because.waves)
     return f"{text}; mostly periodic, cycles a turn: {waves}" if waves else text
+
+
+def _listed(orders: list[str]) -> str:
+    """["37", "43"] to "37 and 43"; of many the first few."""
+    if len(orders) > rules.MAX_WAVES_LISTED:
+        orders = [*orders[: rules.MAX_WAVES_LISTED], "others"]
+    return " and ".join(part for part in (", ".join(orders[:-1]), *orders[-1:]) if part)
 
 
 def plan_text(plan: SeparatingPlan, speak: Speak = str) -> str:

@@ -8,14 +8,16 @@ from unittest import mock
 
 import numpy as np
 
-from fastcal.diagnosis import diagnose, grading
+from fastcal.diagnosis import diagnose, grading, periodic
+from fastcal.diagnosis.fits import fit
 from fastcal.diagnosis.grading import Evidence
+from fastcal.diagnosis.library import Hypothesis
 from fastcal.diagnosis.reasons import BlockLabel, Label, Reason
-from fastcal.diagnosis.search import Search
+from fastcal.diagnosis.search import Family, Search, SearchNode
 
 from .linear_world import ROWS, World, columns, name
 from .mutants import falls_with
-from .small_arm import SIGMA, arm, measured
+from .small_arm import SIGMA, arm, measured, problem
 
 SURE = Evidence(
     statistic=50.0**2,
@@ -144,3 +146,37 @@ def nothing_is_sure_where_more_remains_than_is_claimed() -> None:
     assert [(f.label, f.grade) for f in sure] == [("reduction_ratio@joint2", "A")]
     assert [(f.label, f.grade) for f in unsure] == [("reduction_ratio@joint2", "B")]
     assert [because.reason for because in unsure[0].limits] == [Reason.NOISE_OVER_CLAIM]
+
+
+def orders_alike(q: np.ndarray) -> tuple[float, ...]:
+    """Orders that can't be told from a wave of three cycles a turn over these positions."""
+    wave = name(1, "gear_harmonic", order=3.0)
+    columns = np.column_stack([np.sin(3 * q), np.cos(3 * q)])
+    with World({wave: columns}, 3.0 * columns[:, 0], q=q[:, np.newaxis]).search() as search:
+        return periodic.orders_alike(search.start, wave)
+
+
+@falls_with(OTHER_ORDER_LOSS=-1e9)
+@falls_with(OTHER_ORDER_LOSS=1e9)
+def over_a_grid_of_positions_orders_are_alike() -> None:
+    """Steps of 10 degrees: 36 k +- 3 cycles a turn are the same wave."""
+    steps = np.random.default_rng(4).integers(-12, 13, ROWS)
+    assert np.round(orders_alike(np.radians(10.0) * steps), 1).tolist() == [33, 39, 69, 75, 105, 111]
+    assert orders_alike(np.random.default_rng(4).uniform(-2.1, 2.1, ROWS)) == ()
+
+
+def zeros_that_would_do(turn: float, tilt: float) -> list[str]:
+    """In place of a step of the base, where it turned by so much [rad] about joint 1's axis and across."""
+    moment = 60.0 * ROWS / 2
+    bumped = {"step_rz_rad": turn, "step_ry_rad": tilt}
+    step = Hypothesis({"effect": "base_step", "owner": "base", "at_s": moment})
+    rows = measured([dict(step.entry) | {"parameters": bumped}], rows=ROWS, time=60.0 * np.arange(ROWS))
+    state = SearchNode(fit(problem(rows), [step]), Family(1, 1))
+    return [label.owner for because in grading.moved_zeros(state, step) for label in because.subjects]
+
+
+@falls_with(ALPHA_MOVED_ZERO=1.0)
+@falls_with(ALPHA_MOVED_ZERO=1e-300)
+def a_base_that_only_turned_about_joint_1_may_be_a_zero_that_jumped() -> None:
+    assert zeros_that_would_do(5e-4, 0.0) == ["joint1"]
+    assert zeros_that_would_do(5e-4, 2e-4) == []

@@ -1,0 +1,125 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Causes that these rows can't tell from the one that is named: another order of a wave, a joint whose zero moved."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fastcal import Robot, diagnose, load_robot, perturbed, random_poses, simulate
+from fastcal.diagnosis import grading
+from fastcal.diagnosis.fits import fit
+from fastcal.diagnosis.library import Hypothesis
+from fastcal.diagnosis.problem import Noise, prepared_problem
+from fastcal.diagnosis.reasons import Because, Reason
+from fastcal.diagnosis.result import Diagnosis, Finding
+from fastcal.diagnosis.search import Family, SearchNode
+from fastcal.measurements.dataset import Dataset
+from fastcal.robot.robot import Spec
+
+ARM = load_robot("pmc6va030")
+SIGMA = 3e-5  # [m]
+ROWS = 120
+TIME = 60.0 * np.arange(ROWS)  # [s]
+HALF = TIME[ROWS // 2] - 30.0  # [s], between two rows
+LATER = (TIME > HALF).astype(float)
+
+
+def diagnosed(q: np.ndarray, effects: list[Spec], off: np.ndarray | None = None, **columns: Any) -> Diagnosis:
+    """Rows of an arm with effects, its joints where they are said to be plus `off`."""
+    true = Robot(dict(perturbed(ARM, seed=7).spec) | {"effects": effects})
+    there = q if off is None else q + off
+    seen = simulate(true, Dataset.from_arrays(there, robot=ARM, **columns), noise=SIGMA, seed=7)
+    return diagnose(ARM, Dataset.from_arrays(q, robot=ARM, position=seen.position, **columns), sigma=SIGMA)
+
+
+def the_one(found: Diagnosis) -> tuple[Finding, dict[Reason, Because]]:
+    (effect,) = found.effects
+    return effect, {because.reason: because for because in effect.limits}
+
+
+def zero_of(joint: int, course: np.ndarray) -> np.ndarray:
+    """(N, 6) a joint off by a course [rad]."""
+    return np.outer(course, np.eye(6)[joint - 1])
+
+
+def wave(order: float) -> list[Spec]:
+    parameters = {"order": order, "amplitude_rad": 4e-4, "phase_rad": 0.7}
+    return [{"effect": "gear_harmonic", "owner": "joint2", "parameters": parameters}]
+
+
+def test_a_wave_over_a_grid_of_positions_has_many_orders() -> None:
+    """Order 100.5, measured in steps of 12 degrees, was named as one of 10.5 and sure."""
+    q = random_poses(ARM, ROWS, seed=7)
+    q[:, 1] = np.radians(12.0) * np.round(q[:, 1] / np.radians(12.0))
+    effect, limits = the_one(diagnosed(q, wave(100.5)))
+    assert effect.label == "gear_harmonic@joint2"
+    assert effect.grade == "B"
+    assert 1 <= effect.parameters["order"].value <= 40
+    found = (*limits[Reason.ORDERS_ALIKE].orders, effect.parameters["order"].value)
+    assert min(abs(order - 100.5) for order in found) < 0.1
+    (sentence,) = (text for text in effect.reasons if "look the same" in text)
+    assert sentence.startswith("orders ")
+    assert sentence.endswith(" and others look the same at these positions of the joint: measure between them")
+
+
+@pytest.mark.parametrize("order", [2.0, 6.0, 31.0])
+def test_random_positions_tell_all_orders_apart(order: float) -> None:
+    effect, limits = the_one(diagnosed(random_poses(ARM, ROWS, seed=7), wave(order)))
+    assert (effect.label, effect.grade, limits) == ("gear_harmonic@joint2", "A", {})
+    assert effect.parameters["order"].value == pytest.approx(order, abs=0.04)
+
+
+def test_a_zero_of_joint_1_that_jumped_is_no_sure_step_of_the_base() -> None:
+    """What follows a crash: every other cause was said to be refused."""
+    effect, limits = the_one(diagnosed(random_poses(ARM, ROWS, seed=7), [], zero_of(1, 8e-4 * LATER), time=TIME))
+    assert (effect.label, effect.grade) == ("base_step@base", "B")
+    assert [label.owner for label in limits[Reason.ZERO_JUMPED].subjects] == ["joint1"]
+    assert "a jump of the zero of joint 1 does the same: check its mastering" in effect.reasons
+
+
+def test_a_zero_of_joint_1_that_creeps_is_no_sure_drift_of_the_base() -> None:
+    course = 8e-4 * TIME / TIME[-1]
+    effect, limits = the_one(diagnosed(random_poses(ARM, ROWS, seed=7), [], zero_of(1, course), time=TIME))
+    assert (effect.label, effect.grade) == ("base_drift@base", "B")
+    assert Reason.ZERO_CREEPS in limits
+    assert "a creeping zero of joint 1 does the same: check its mastering" in effect.reasons
+
+
+def test_a_base_that_was_knocked_askew_is_sure() -> None:
+    knocked = {"step_x_mm": 0.1, "step_rx_rad": 1e-4, "step_ry_rad": 2e-4, "step_rz_rad": 3e-4}
+    step = {"effect": "base_step", "owner": "base", "at_s": HALF, "parameters": knocked}
+    effect, limits = the_one(diagnosed(random_poses(ARM, ROWS, seed=7), [step], time=TIME))
+    assert (effect.label, effect.grade, limits) == ("base_step@base", "A", {})
+
+
+def test_a_zero_of_the_last_joint_that_jumped_between_mounts_is_no_sure_shift_of_the_target() -> None:
+    mount = np.where(np.random.default_rng(1).random(ROWS) < 0.5, "first", "second")
+    q = random_poses(ARM, ROWS, seed=7)
+    effect, limits = the_one(diagnosed(q, [], zero_of(6, 2e-3 * (mount == "second")), mount=mount))
+    assert (effect.label, effect.grade) == ("tool_shift@tool", "B")
+    assert [label.owner for label in limits[Reason.ZERO_JUMPED].subjects] == ["joint6"]
+
+
+def moved(robot: Robot, off: np.ndarray) -> list[str]:
+    """Joints whose zero would do in place of a step of the base, by the fit with one."""
+    q = random_poses(robot, ROWS, seed=5)
+    seen = simulate(perturbed(robot, seed=5), Dataset.from_arrays(q + off, robot=robot), noise=SIGMA, seed=5)
+    data = Dataset.from_arrays(q, robot=robot, position=seen.position, time=TIME)
+    step = Hypothesis({"effect": "base_step", "owner": "base", "at_s": float(HALF)})
+    problem = prepared_problem(robot, data, [step], Noise((SIGMA, 1e-4, SIGMA)), 1)
+    state = SearchNode(fit(problem, [step]), Family(1.0, 1.0))
+    return [label.owner for because in grading.moved_zeros(state, step) for label in because.subjects]
+
+
+def test_the_first_axis_may_lie_anywhere_and_slide() -> None:
+    """The measuring frame lies askew to the arm; on a track the base slides along joint 1."""
+    askew = {"xyz_mm": [700.0, -300.0, 200.0], "rpy_deg": [40.0, -70.0, 25.0]}
+    arm = Robot(dict(ARM.spec) | {"base": askew})
+    assert moved(arm, zero_of(1, 8e-4 * LATER)) == ["joint1"]
+    assert moved(arm, zero_of(1, 8e-4 * LATER) + zero_of(2, 8e-4 * LATER)) == []
+    rail = {"type": "prismatic", "theta_deg": 0.0, "d_mm": 0.0, "a_mm": 0.0, "alpha_deg": 90.0, "beta_deg": 0.0}
+    joints = [rail | {"min_mm": -500.0, "max_mm": 500.0}, *ARM.spec["joints"][1:]]
+    track = Robot(dict(arm.spec) | {"joints": joints})
+    assert moved(track, zero_of(1, 3e-4 * LATER)) == ["joint1"]
