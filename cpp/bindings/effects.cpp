@@ -98,8 +98,14 @@ void bind_effects(py::module_& m) {
                              "Columns of the data that it cannot do without, beside q.")
       .def_property_readonly("penalty", &Effect::penalty,
                              "Weights of a quadratic penalty on the parameters, one each; empty: none.")
-      .def_property_readonly("reference", &Effect::reference,
-                             "Options by which the numbers keep their meaning on a robot whose geometry has moved.");
+      .def_property_readonly(
+          "reference",
+          [](const Effect& effect) {
+            std::map<std::string, std::pair<std::string, std::vector<double>>> out;
+            for (const auto& [name, option] : effect.reference()) out[name] = {option.unit, option.values};
+            return out;
+          },
+          "Options by which the numbers keep their meaning on a robot whose geometry has moved: unit and SI values.");
   m.attr("SHOWN_BY_LOADS") = kShownByLoads;
   m.attr("SHOWN_BY_MOTION") = kShownByMotion;
   m.def("effect_names", &effect_names, "Names of all registered effects, sorted.");

@@ -128,9 +128,9 @@ class Effect:
         Weights of a quadratic penalty on the parameters, one each; empty: none.
         """
     @property
-    def reference(self) -> dict[str, list[float]]:
+    def reference(self) -> dict[str, tuple[str, list[float]]]:
         """
-        Options by which the numbers keep their meaning on a robot whose geometry has moved.
+        Options by which the numbers keep their meaning on a robot whose geometry has moved: unit and SI values.
         """
 class Field:
     """

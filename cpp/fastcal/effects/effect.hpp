@@ -30,6 +30,12 @@ enum Need : unsigned {
   kBending = 16,    ///< State::bending
 };
 
+/// An option whose value is a list of numbers, SI; `unit` is "1" for plain ones.
+struct ListOption {
+  std::string unit;
+  std::vector<double> values;
+};
+
 class Effect {
  public:
   Effect() = default;
@@ -52,7 +58,7 @@ class Effect {
   virtual std::vector<double> penalty() const { return {}; }
 
   /// Options by which the numbers keep their meaning on a robot whose geometry has moved; they are kept with them.
-  virtual std::map<std::string, std::vector<double>> reference() const { return {}; }
+  virtual std::map<std::string, ListOption> reference() const { return {}; }
 
   /// What a reduction ratio adds to k - 1 of a joint (State::output), and what a compliance adds to d q / d torque of
   /// it (State::compliance).

@@ -62,9 +62,9 @@ class GravitySag : public LinearEffect {
     return out;
   }
 
-  std::map<std::string, std::vector<double>> reference() const override {
+  std::map<std::string, ListOption> reference() const override {
     if (slides(first_)) return {};
-    return {{kEven, even_}, {kShape, scale_}};
+    return {{kEven, {"1", even_}}, {kShape, {"1", scale_}}};
   }
 
   void basis(const State& state, TwistColumns& columns) const override {

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: MIT
 //
 // The four kinds of geometry, each written as its elementary motions.
+#include <algorithm>
 #include <string>
 #include <utility>
 
@@ -18,11 +19,11 @@ Parameter parameter(int joint, const std::string& name, const std::string& unit,
   return {"joint" + std::to_string(joint + 1), name, unit, kSigma, doc};
 }
 
-/// Along a, or along d where a is 0. An identified table has fractions of a millimetre where the nominal one has 0: the
-/// link stays the same one.
+/// Along a, or along d where a is 0. An identified table has millimetres where the nominal one has 0: the link stays
+/// the same one.
 Eigen::Vector3d beam_axis(const Eigen::Vector3d& a, double d) {
   constexpr double kNoMore = 0.02;  // of d
-  return a.norm() > kNoMore * std::abs(d) ? a : Eigen::Vector3d(0, 0, d);
+  return a.norm() >= std::max(kShortestLink, kNoMore * std::abs(d)) ? a : Eigen::Vector3d(0, 0, d);
 }
 
 void check_rows(const RobotDescription& description, Eigen::Index rows, Eigen::Index cols, Eigen::Index wanted_cols) {

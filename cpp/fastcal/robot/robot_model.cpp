@@ -111,10 +111,9 @@ void RobotModel::set_link_axis(int joint, const Eigen::Vector3d& axis) {
 }
 
 Eigen::Vector3d RobotModel::link_axis(int joint) const {
-  constexpr double kShortest = 5e-3;  // [m] less is no beam, but what a calibration leaves of 0
   const Eigen::Vector3d axis = link_axes_.empty() ? chain().constants[static_cast<std::size_t>(link_frame(joint))].p
                                                   : link_axes_[static_cast<std::size_t>(joint)];
-  return axis.norm() < kShortest ? Eigen::Vector3d::Zero() : axis;
+  return axis.norm() < kShortestLink ? Eigen::Vector3d::Zero() : axis;
 }
 
 void RobotModel::finish() {

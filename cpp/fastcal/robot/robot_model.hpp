@@ -106,6 +106,7 @@ constexpr int kBaseFrame = 0;
 constexpr int joint_frame(int joint) { return 2 * joint + 1; }  ///< joint counts from 0
 constexpr int link_frame(int joint) { return 2 * joint + 2; }
 constexpr int tool_frame(int joint_count) { return 2 * joint_count + 1; }
+constexpr double kShortestLink = 5e-3;  ///< [m] what is shorter is no beam, but what a calibration leaves of 0
 
 /// Const once built. Parameter order: base (x, y, z, rx, ry, rz), the joints' rows, tool (x, y, z, rx, ry, rz).
 class RobotModel {
@@ -134,8 +135,8 @@ class RobotModel {
   Chain chain() const { return chain(nominal_); }
 
   /// The link as a beam: the vector [m] along its own axis from root to far end, in the axes of joint_i. DH: a_i along
-  /// x, MDH: the a of row i + 1, where these are 0 the d of the link along z; POE and URDF: from the joint's origin to
-  /// the next joint's.
+  /// x, MDH: the a of row i + 1, where these are 0 (or what a calibration leaves of it) the d of the link along z; POE
+  /// and URDF: from the joint's origin to the next joint's. 0 where that is shorter than kShortestLink.
   Eigen::Vector3d link_axis(int joint) const;
 
   /// Name of a frame: "base", "joint2", "link2", "tool".

@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from fastcal.effects.entries import Spec, build_effects, core_options, label, traits_of
+from fastcal.effects.entries import Spec, build_effects, core_options, label, traits_of, written_list
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.long_dataset import ColumnOnDisk, LongDataset
@@ -148,7 +148,7 @@ def _size(entry: Spec, robot: Robot, data: Rows) -> Spec:
 def _reference(entry: Spec, robot: Robot, data: Rows) -> Spec:
     """What its numbers count from, as the geometry is before it is identified."""
     (effect,) = build_effects([entry], robot.core)
-    return dict(effect.reference)
+    return dict(written_list(*option) for option in effect.reference.items())
 
 
 def _missing(entry: Spec, column: str) -> InvalidInput:

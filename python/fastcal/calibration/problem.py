@@ -126,7 +126,7 @@ def prepare(
     Raises:
         InvalidInput: An unknown effect or parameter, data without a measured column, or poses that fix no base.
     """
-    geometry, added = parse_effects(effects, robot.core)
+    geometry, added = parse_effects(effects, robot.core, robot.spec.get("effects") or [])
     spec = plain_copy(robot.spec)
     spec.pop("correction", None)  # it was trained on what another identification left
     spec["effects"] = without_repeats(

@@ -88,7 +88,8 @@ def with_setups(spec: Spec, data: Dataset) -> Spec:
 
 def added_setups(start: Robot, robot: Robot, effects: str | Sequence[str]) -> list[str]:
     """A sentence for each effect that `with_setups` added to what was asked for."""
-    asked = {entry["effect"] for entry in [*(robot.spec.get("effects") or []), *parse_effects(effects, robot.core)[1]]}
+    there = robot.spec.get("effects") or []
+    asked = {entry["effect"] for entry in [*there, *parse_effects(effects, robot.core, there)[1]]}
     out = []
     for entry in start.spec.get("effects") or []:
         if entry["effect"] in ("station_offset", "tool_shift") and entry["effect"] not in asked:

@@ -34,7 +34,7 @@ def planned_model(
     Raises:
         InvalidInput: An effect that was asked for needs a condition that a design cannot choose.
     """
-    geometry, entries = parse_effects(effects, robot.core)
+    geometry, entries = parse_effects(effects, robot.core, robot.spec.get("effects") or [])
     spec = copy.deepcopy(robot.spec)
     added = [*entries, *(entry for rival in rivals for entry in rival)]
     asked = {identity(entry) for entry in added}

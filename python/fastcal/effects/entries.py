@@ -149,8 +149,17 @@ def core_options(entry: Spec) -> Spec:
         number = isinstance(value, (int, float)) and not isinstance(value, bool)
         if not number and not _is_option(value):
             raise InvalidInput(f"{label(entry)}: expected a number, a word or a list of numbers for its option '{key}'")
-        out[name if unit else key] = to_si(float(value), unit or "1") if number else value
+        many = unit is not None and isinstance(value, (list, tuple))
+        si = [to_si(float(x), unit or "1") for x in value] if many else value
+        out[name if unit else key] = to_si(float(value), unit or "1") if number else si
     return out
+
+
+def written_list(name: str, option: tuple[str, Sequence[float]]) -> tuple[str, list[float]]:
+    """A list of the core's, (unit, SI values), as an option of a file: its name with the unit behind, and numbers."""
+    unit, values = option
+    written = _EFFECT_UNITS.get(unit, unit)
+    return (name if unit == "1" else f"{name}_{written}"), [from_si(float(value), written) for value in values]
 
 
 def _is_option(value: object) -> bool:
@@ -217,10 +226,18 @@ def lag_of(entry: Spec) -> float:
     return float(options_of(entry).get("lag_s", 0.0)) if "lag_s" in traits_of(entry["effect"]).among_parameters else 0.0
 
 
-def parse_effects(text: str | Sequence[str], core: _core.RobotModel) -> tuple[bool, list[Spec]]:
+def parse_effects(
+    text: str | Sequence[str], core: _core.RobotModel, there: Sequence[Spec] = ()
+) -> tuple[bool, list[Spec]]:
     """Reads `geometry,joint_compliance@joint2,gear_harmonic@joint1:order=2` into (is geometry asked for, entries).
 
     All owners of a name unless one is given. A name behind a colon is an option; numbers are read as numbers.
+
+    Args:
+        text: What is asked for.
+        core: The robot.
+        there: Entries that it has. Their owners may be asked for as they are, even where the identified geometry would
+            not make them owners: a link that came out too short to bend.
 
     Raises:
         InvalidInput: A name, owner or option is unknown.
@@ -237,6 +254,10 @@ def parse_effects(text: str | Sequence[str], core: _core.RobotModel) -> tuple[bo
             geometry = True
             continue
         owners = effect_owners(name, core)
+        own = [entry for entry in there if (entry["effect"], entry["owner"]) == (name, owner)]
+        if own and owner not in owners and not options:
+            entries += own
+            continue
         if owner and owner not in owners:
             raise InvalidInput(f"{name} has no owner '{owner}' on this robot; there are {', '.join(owners) or 'none'}")
         for chosen in [owner] if owner else owners:

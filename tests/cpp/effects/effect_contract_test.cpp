@@ -131,15 +131,14 @@ Eigen::ArrayXd read(const std::vector<double>& values) {
   return Eigen::Map<const Eigen::ArrayXd>(values.data(), static_cast<Eigen::Index>(values.size()));
 }
 
-/// To the bit where an effect states a reference. Links bend and twist about the axes and lengths of the robot's own
-/// rows, which changes them by thousandths, by more where they are short.
+/// To the bit where an effect states a reference; others count from what a moved geometry changes by hundredths.
 TEST_P(EffectContract, KeepsItsMeaningWhereTheGeometryHasMoved) {
   const RobotModel robot = complete_arm(), moved = complete_arm(2e-3);
   const Samples samples = complete_samples(7);
   for (const std::string& owner : owners()) {
     const auto effect = make_effect(GetParam(), robot, owner, least_options(GetParam()));
     Options options = least_options(GetParam());
-    for (const auto& [key, list] : effect->reference()) options[key] = list;
+    for (const auto& [key, list] : effect->reference()) options[key] = list.values;
     const auto again = make_effect(GetParam(), moved, owner, options);
     Eigen::VectorXd values(static_cast<Eigen::Index>(effect->parameters().size()));
     for (Eigen::Index k = 0; k < values.size(); ++k) {

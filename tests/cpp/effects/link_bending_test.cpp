@@ -6,6 +6,8 @@
 //   w/6)/EI.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "effects/loaded.hpp"
 #include "fastcal/math/check.hpp"
 
@@ -70,6 +72,11 @@ TEST(LinkBending, TheBeamRunsAsTheTableSays) {
   rows(0, 2) = 4e-4;
   rows(1, 2) = 4e-4;
   EXPECT_TRUE(build_mdh(description, rows).link_axis(0).isApprox(Eigen::Vector3d(0, 0, 0.7)));
+  // Nor where the link is short: an a of 0.6 mm beside a d of 20 mm.
+  RobotDescription wrist;
+  wrist.joint_types = {JointType::kRevolute};
+  EXPECT_TRUE(build_dh(wrist, one_row(0, 0.02, 6e-4)).link_axis(0).isApprox(Eigen::Vector3d(0, 0, 0.02)));
+  EXPECT_TRUE(build_dh(wrist, one_row(0, 0.02, -0.03)).link_axis(0).isApprox(Eigen::Vector3d(-0.03, 0, 0)));
   // DH with a = 0: a column along z, loaded by 100 N along x at its end.
   RobotDescription column;
   column.joint_types = {JointType::kRevolute};
@@ -81,6 +88,40 @@ TEST(LinkBending, TheBeamRunsAsTheTableSays) {
   samples.wrench(0, 0) = 100;
   const Vector6d expected = (Vector6d() << 100 * 8.0 / 3, 0, 0, 0, 100 * 2, 0).finished() / kEI;
   EXPECT_TRUE(twists(model, samples).col(link_frame(0)).isApprox(expected, 1e-14));
+}
+
+/// What it was first fitted on stays its beam, whatever the same fit makes of the table.
+TEST(LinkBending, KeepsTheBeamThatItIsGiven) {
+  RobotDescription description;
+  description.joint_types = {JointType::kRevolute};
+  description.wrench_frame = WrenchFrame::kFlange;
+  const RowMatrixXd nominal = one_row(0, 0.3, 0);
+  Samples samples = posture({0.4});
+  samples.wrench = RowMatrixXd::Zero(1, 6);
+  samples.wrench.row(0) << 100, 30, -20, 4, -2, 7;
+  for (const std::string name : {"link_bending", "link_torsion"}) {
+    const auto first = make_effect(name, build_dh(description, nominal), "link1", {});
+    ASSERT_EQ(first->reference().size(), 1);
+    EXPECT_EQ(first->reference().at("beam").unit, "m");
+    const Options kept{{"beam", first->reference().at("beam").values}};
+    const Twists expected =
+        twists(with(build_dh(description, nominal), {{name, "link1", {1e-3}, {}}}).with_equilibrium(false), samples);
+    EXPECT_GT(expected.norm(), 1e-4);
+    // An a that passes for the beam's own, and a link that is too short for one.
+    for (const RowMatrixXd& identified : {one_row(0.002, 0.301, 0.008), one_row(0.002, 0.0048, 0.001)}) {
+      const RobotModel moved = build_dh(description, identified);
+      EXPECT_FALSE(moved.link_axis(0).isApprox(Eigen::Vector3d(0, 0, 0.3), 0.1));
+      EXPECT_EQ(make_effect(name, moved, "link1", kept)->reference().at("beam").values,
+                first->reference().at("beam").values);
+      const ErrorModel again = with(moved, {{name, "link1", {1e-3}, kept}}).with_equilibrium(false);
+      EXPECT_TRUE(twists(again, samples).isApprox(expected, 1e-12)) << name;
+    }
+    const RobotModel robot = build_dh(description, nominal);
+    EXPECT_THROW(make_effect(name, robot, "link1", {{"beam", std::vector<double>{0, 0.3}}}), InvalidInput);
+    EXPECT_THROW(make_effect(name, robot, "link1", {{"beam", std::vector<double>{0, 0, 0}}}), InvalidInput);
+    EXPECT_THROW(make_effect(name, robot, "link1", {{"beam", std::vector<double>{0, 0, INFINITY}}}), InvalidInput);
+    EXPECT_THROW(make_effect(name, robot, "link1", {{"beam", std::vector<double>{}}}), InvalidInput);
+  }
 }
 
 }  // namespace
