@@ -15,10 +15,11 @@ from collections.abc import Callable, Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from fastcal.effects.entries import Spec, build_effects, core_options, label, traits_of, written_list
+from fastcal.effects.entries import Spec, build_effects, core_options, effect_owners, label, traits_of, written_list
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.long_dataset import ColumnOnDisk, LongDataset
+from fastcal.robot.controller_robot import nominal_robot
 from fastcal.robot.robot import Robot
 from fastcal.units import from_si
 
@@ -146,8 +147,17 @@ def _size(entry: Spec, robot: Robot, data: Rows) -> Spec:
 
 
 def _reference(entry: Spec, robot: Robot, data: Rows) -> Spec:
-    """What its numbers count from, as the geometry is before it is identified."""
-    (effect,) = build_effects([entry], robot.core)
+    """What its numbers count from, as the geometry is before it is identified.
+
+    That of a model that keeps its nominal one, where the entry is new: what an identification leaves of a length says
+    little of how the link is built. The numbers that a file has already count from its own table.
+    """
+    core = robot.core
+    if not entry.get("parameters") and (robot.spec.get("calibration") or {}).get("nominal"):
+        nominal = nominal_robot(robot).core
+        if entry["owner"] in effect_owners(entry["effect"], nominal):
+            core = nominal
+    (effect,) = build_effects([entry], core)
     return dict(written_list(*option) for option in effect.reference.items())
 
 

@@ -55,6 +55,17 @@ def test_the_model_that_is_written_is_the_one_that_was_fitted(
     np.testing.assert_allclose(again.model.poses(data), written.poses(data), atol=1e-6)  # a tenth of the noise
 
 
+def test_the_beam_of_a_calibrated_model_is_the_nominal_link(arm: Robot, poses: Dataset) -> None:
+    """Where it gets its effect later, its own table has an a of 6 mm that would pass for the link."""
+    beam = [0.0, -200.0, 0.0]
+    cause = {"effect": "link_bending", "owner": OWNER, "beam_mm": beam, "parameters": {NUMBERS["link_bending"]: 1e-4}}
+    data = fastcal.simulate(wrist(arm, 200.0, 6.0, cause), poses, noise=1e-5, seed=2)
+    geometry = fastcal.calibrate(wrist(arm, 200.0, 0.0), data, effects="geometry", loss="none").model
+    assert abs(geometry.spec["joints"][5]["a_mm"]) > 5
+    later = fastcal.calibrate(geometry, data, effects=f"geometry,link_bending@{OWNER}", loss="none").model
+    assert later.spec["effects"][0]["beam_mm"] == pytest.approx(beam, abs=1e-9)
+
+
 @pytest.mark.parametrize("effect", NUMBERS)
 def test_a_link_that_came_out_too_short_stays_an_owner(effect: str, arm: Robot, poses: Dataset) -> None:
     there = {"effect": effect, "owner": OWNER, "beam_mm": [0.0, -5.2, 0.0], "parameters": {NUMBERS[effect]: 1e-3}}
