@@ -16,25 +16,27 @@ from fastcal import _core
 from fastcal.calibration.data_notes import shared_row_notes
 from fastcal.calibration.inspection import check_columns, check_fit
 from fastcal.calibration.parallel import workers
-from fastcal.diagnosis import adaptation, grading, periodic, rivals, rules, sensitivity, unexplained
+from fastcal.diagnosis import adaptation, grading, rivals, rules, sensitivity, unexplained
 from fastcal.diagnosis.fits import Fit, fit, is_beyond_bounds
 from fastcal.diagnosis.library import Hypothesis, Library, build_library, parse_exclusions
 from fastcal.diagnosis.many_rows import on_all_rows, searched_rows
 from fastcal.diagnosis.memory import with_memory_named
-from fastcal.diagnosis.noise import NoiseLevel, over_claim, with_estimated_noise
+from fastcal.diagnosis.noise import NoiseLevel, over_claim, row_run_notes, with_estimated_noise
 from fastcal.diagnosis.one_curve import waves_of_one_curve, with_orders_between
 from fastcal.diagnosis.periodic import is_periodic
 from fastcal.diagnosis.plan import SeparatingPlan, separating_plan
-from fastcal.diagnosis.problem import Noise, Problem, prepared_problem
+from fastcal.diagnosis.problem import Problem, prepared_problem
 from fastcal.diagnosis.reasons import Because, Reason
 from fastcal.diagnosis.remaining_surrogate import with_surrogate
 from fastcal.diagnosis.result import AdaptedModel, Diagnosis, Finding, Unexplained
-from fastcal.diagnosis.robust_rows import studentized_residuals
+from fastcal.diagnosis.robust_rows import gross_rows, studentized_residuals
+from fastcal.diagnosis.rounds import claimed, searched
 from fastcal.diagnosis.search import Search, SearchNode
 from fastcal.diagnosis.tail_probabilities import p_values
 from fastcal.diagnosis.words import sentence_of
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
+from fastcal.measurements.observations import without_measured
 from fastcal.robot.given import DataLike, RobotLike, as_data, as_robot
 from fastcal.robot.robot import Robot, Spec
 from fastcal.units import from_si
@@ -78,13 +80,22 @@ def diagnose(
     suspected = check_columns(robot, data, as_read=as_read)
     library = build_library(robot, data, parse_exclusions(exclude, robot))
     with workers(threads):
-        found = _diagnosed(robot, data, test, library, sigma, threads, notify)
-    unexplained_by_any = check_fit(robot, found.steps[0].train, as_read=as_read)
+        found = _found(robot, data, test, library, sigma, threads, notify)
+        for _ in range(rules.MAX_REFITS):
+            gross = found.gross
+            if not gross:
+                break
+            lost = sorted({*found.lost, *gross})
+            notify(f"without {len(lost)} rows that nothing explains")
+            found = _found(robot, data, test, library, sigma, threads, notify, lost)
+        notify("adding what was found")
+        result = found.result()
+    unexplained_by_any = check_fit(robot, result.steps[0].train, as_read=as_read)
     shared = [] if test is None else shared_row_notes([data], test)
-    return replace(found, notes=[*suspected, *unexplained_by_any, *shared, *found.notes])
+    return replace(result, notes=[*suspected, *unexplained_by_any, *shared, *result.notes])
 
 
-def _diagnosed(
+def _found(
     robot: Robot,
     data: Dataset,
     test: Dataset | None,
@@ -92,15 +103,17 @@ def _diagnosed(
     sigma: float | None,
     threads: int,
     notify: Callable[[str], None],
-) -> Diagnosis:
-    """`diagnose`, its arguments checked."""
+    lost: Sequence[int] = (),
+) -> _Found:
+    """`diagnose` without its result, its arguments checked; `lost` are rows that are not looked at."""
     notify("fitting the geometry")
-    rows = searched_rows(data)
-    looked_at = data if rows is None else data.select(rows)
-    problem = prepared_problem(robot, looked_at, library.names, _claimed(looked_at, sigma), threads, library.excluded)
+    trusted = without_measured(data, np.array(lost, dtype=np.intp)) if lost else data
+    rows = searched_rows(trusted)
+    looked_at = trusted if rows is None else trusted.select(rows)
+    problem = prepared_problem(robot, looked_at, library.names, claimed(looked_at, sigma), threads, library.excluded)
     notify("how large the noise is")
     problem, level = with_estimated_noise(problem, fit(problem, []), sigma)
-    plain, best, level = _searched(problem, level, sigma, notify)
+    plain, best, level = searched(problem, level, sigma, notify)
     search = plain.search
     if not best.suffices and (search.explains_little(best) or unexplained.one_block_does_better(search, best)):
         best = search.start  # what explains so little is no name
@@ -117,74 +130,7 @@ def _diagnosed(
     level = level.calmer(model.noise) if model.profiles else level
     final = model.state if not model.profiles else SearchNode(model.fit, search.start.family)
     remains = remains if final is best else unexplained.remains(final)
-    found = _Found(robot, data, rows, test, search, model, final, remains, library, level, sigma, threads)
-    notify("adding what was found")
-    return found.result()
-
-
-def _claimed(data: Dataset, sigma: float | None) -> Noise:
-    """The noise to begin with: as the data or the user claim it, else a guess."""
-    first = sigma if sigma is not None else (0.0 if data.sigma_position is not None else rules.NOISE_GUESS)
-    turn = 0.0 if data.sigma_rotation is not None else rules.NOISE_GUESS
-    return Noise((first, turn, first))
-
-
-def _searched(
-    problem: Problem, level: NoiseLevel, sigma: float | None, notify: Callable[[str], None]
-) -> tuple[rivals.Rivals, SearchNode, NoiseLevel]:
-    """The rivals of a search, its best set, and the noise that this shows; begun again where that differs from before.
-
-    Where names are hopeless, none is searched for, and once more with the waves of the scan among them.
-    """
-    plain = rivals.Rivals(Search(problem, notify))
-    was_hopeless = False
-    for round_ in range(rules.MAX_SEARCHES):
-        again: Problem | None
-        if plain.names_are_hopeless:
-            best = plain.search.start
-            waves = [] if was_hopeless else periodic.scan(best)
-            again = replace(problem, names=[*problem.names, *waves]) if waves else None
-            was_hopeless = True
-        else:
-            best = _best(plain.search.grow())
-            again, level = _again(problem, best, sigma)
-            again = None if plain.search.is_cut_short else again
-        if again is None or round_ == rules.MAX_SEARCHES - 1:
-            break
-        plain = plain.again(again)
-        problem = again
-    return plain, best, level
-
-
-def _again(problem: Problem, best: SearchNode, sigma: float | None) -> tuple[Problem | None, NoiseLevel]:
-    """The noise as the set that was found shows it.
-
-    With a new start where it shows waves of other orders, markedly less noise than there seemed to be, or a memory that
-    the search did not allow for or that is none; else None.
-    """
-    waves = [] if best.suffices else periodic.scan(best)
-    claimed = replace(problem, names=[*problem.names, *waves], noise=_claimed(problem.data, sigma))
-    calmer, level = with_estimated_noise(claimed, best.fit, sigma)
-    remembers, remembered = calmer.noise.memory > 0, problem.noise.memory > 0
-    return (calmer if waves or remembers != remembered or _is_calmer(calmer, problem) else None), level
-
-
-def _is_calmer(now: Problem, before: Problem) -> bool:
-    """Is the noise of one problem markedly below that of another one?"""
-    return _mean_variance(now) < rules.RESTART_BELOW * _mean_variance(before)
-
-
-def _mean_variance(problem: Problem) -> float:
-    """Of a coordinate or a length, claims and common part together [m^2]."""
-    claims, noise = problem.data.sigma_position, problem.noise
-    return noise.factor**2 * (noise.common[0] ** 2 + (0.0 if claims is None else float(np.nanmean(claims**2))))
-
-
-def _best(levels: list[list[SearchNode]]) -> SearchNode:
-    """The most likely set that suffices, unless one that leaves something is still likelier by DECISIVE_BIC."""
-    likeliest = min((state for level in levels for state in level if not state.impossible), key=lambda s: s.bic)
-    enough = min((state for state in levels[-1] if state.suffices), key=lambda s: s.bic, default=likeliest)
-    return likeliest if likeliest.bic < enough.bic - rules.DECISIVE_BIC else enough
+    return _Found(robot, data, rows, test, search, model, final, remains, library, level, sigma, threads, tuple(lost))
 
 
 @dataclass(frozen=True, eq=False)
@@ -203,6 +149,7 @@ class _Found:
     level: NoiseLevel
     sigma: float | None
     threads: int
+    lost: tuple[int, ...]  # rows that were not looked at
 
     @property
     def best(self) -> SearchNode:
@@ -224,10 +171,19 @@ class _Found:
         """(N,) rows of all that the model reaches."""
         return self.model.reaches if self.rows is None else self.whole.used
 
+    @property
+    def gross(self) -> list[int]:
+        """Rows that the fit of the model holds and that are far off it: nothing that was found explains them."""
+        problem = self.model.fit.problem
+        A, r, row = self.model.fit.whitened
+        at = problem.rows[gross_rows(A, r, row)]
+        return [int(i) for i in (at if self.rows is None else self.rows[at])]
+
     def result(self) -> Diagnosis:
         """Calibrated models, grades, what remains, and everything else that a reader should know."""
         best, search = self.best, self.search
         is_named = not self.remains and not self.model.profiles
+        outliers = self._outliers(is_named)
         few = is_named and len(best.names) <= search.most
         equivalents = search.alternatives(best) if few else [[] for _ in best.names]
         proofs = [grading.evidence(search, best, name) for name in best.names]
@@ -253,7 +209,7 @@ class _Found:
             effects=findings,
             unexplained=remaining,
             untestable=sensitivity.untestable(search, self.offered),
-            outliers=self._outliers(is_named),
+            outliers=outliers,
             sigma_mm=from_si(self.level.sigma, "mm"),
             sigma_source=self.level.source,
             sigma_note=with_memory_named(self.level.note, search.problem.noise.memory),
@@ -266,13 +222,13 @@ class _Found:
             state=best,
             final=self.final,
             plan=self._plan(equivalents),
-            notes=[*self.data.notes, *self._limits()],
+            notes=[*self.data.notes, *self._limits(outliers)],
         )
         return replace(found, sentence=sentence_of(found))
 
-    def _limits(self) -> list[str]:
+    def _limits(self, outliers: list[int]) -> list[str]:
         """What the search did not look at, in sentences."""
-        out = []
+        out = row_run_notes(self.data, outliers)
         if self.rows is not None:
             share = f"{len(self.rows)} of {int(self.data.measured.sum())} measured rows"
             out.append(f"causes were searched for in {share}, spread evenly; the models are fitted to all of them")
@@ -288,7 +244,7 @@ class _Found:
         asked = {name.key for name in self.offered.names}
         names = [name for name in build_library(model, self.data).names if name.key in asked]
         data = self.search.problem.data
-        problem = prepared_problem(model, data, names, _claimed(data, self.sigma), self.threads)
+        problem = prepared_problem(model, data, names, claimed(data, self.sigma), self.threads)
         problem, _level = with_estimated_noise(problem, fit(problem, []), self.sigma)
         return Search(problem).start.suffices
 
@@ -312,7 +268,7 @@ class _Found:
     def _outliers(self, is_named: bool) -> list[int]:
         """Rows that the model can't reach."""
         if self.rows is None and is_named:
-            return _outliers(self.best)
+            return sorted({*_outliers(self.best), *self.lost})
         # What is missing from a poorer model puts no row on the list.
         return [int(i) for i in np.flatnonzero(self.data.measured & ~self.reaches)]
 

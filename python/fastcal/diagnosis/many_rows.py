@@ -20,7 +20,7 @@ from fastcal import _core
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.fits import Fit
 from fastcal.diagnosis.memory import measuring_place
-from fastcal.diagnosis.noise import isolated_rows
+from fastcal.diagnosis.noise import left_out
 from fastcal.diagnosis.problem import Problem
 from fastcal.measurements.dataset import Dataset
 
@@ -68,8 +68,9 @@ def on_all_rows(at: Fit, data: Dataset) -> Problem:
     typical = max(1.0, float(np.median(square[held] / special.chdtri(count[held], 0.5))))
     limit = typical * special.chdtri(np.maximum(count, 1), rules.ALPHA_OUTLIER / len(every.rows))
     wrong = np.flatnonzero(held & (square > limit))
+    gross = wrong[square[wrong] > rules.GROSS_SIZE**2 * typical * count[wrong]]
     if len(wrong) > rules.MAX_OUTLIER_SHARE * len(every.rows):
         return every  # no outliers but an effect
     used = every.used.copy()
-    used[every.rows[isolated_rows(wrong, every.kept)]] = False
+    used[every.rows[left_out(wrong, gross, every.kept)]] = False
     return replace(every, used=used)

@@ -8,6 +8,7 @@ leaves is noise, whatever is missing (Baarda 1968, with the alternatives themsel
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -79,26 +80,51 @@ def with_estimated_noise(problem: Problem, at: Fit, option: float | None) -> tup
         rich = rich_fit(whole, rich.wrong)
     level = known or noise_level(every, rich, problem.data, option)
     used = every.used.copy()
-    used[every.rows[isolated_rows(rich.wrong, every.kept)]] = False
+    used[every.rows[left_out(rich.wrong, rich.gross, every.kept)]] = False
     return replace(every, used=used, noise=level.noise), level
+
+
+def left_out(wrong: IntArray, gross: IntArray, data: Dataset) -> IntArray:
+    """Rows that no fit should hold: those of `wrong` that stand alone, and `gross` ones wherever they stand.
+
+    What a rich model misses by so much is no effect that the search could name, and would bend everything else.
+    """
+    return np.union1d(isolated_rows(wrong, data), gross)
 
 
 def isolated_rows(wrong: IntArray, data: Dataset) -> IntArray:
     """Those of the rows `wrong` that do not stand in a run of OUTLIER_RUN or more, one measured after the other.
 
-    Where every row of a stretch of time is off, something moved: that is an effect and no outliers. A run goes on over
-    single rows that happen to fit. Nor are there any where all of them share a posture.
+    Where every row of a stretch of time is off, something moved: that is an effect and no outliers. Nor are there any
+    where all of them share a posture.
     """
     if _share_a_posture(wrong, data.q):
         return wrong[:0]
+    moved = _runs(wrong, data)
+    return wrong[~np.isin(wrong, np.concatenate(moved))] if moved else wrong
+
+
+def row_run_notes(data: Dataset, outliers: Sequence[int]) -> list[str]:
+    """A sentence for each run of outliers, one measured after the other: chance makes no such run."""
+    at = np.flatnonzero(data.measured)
+    found = _runs(np.flatnonzero(np.isin(at, outliers)), data.select(at))
+    rows = [np.intersect1d(at[run], outliers) for run in found]
+    return [
+        f"rows {own[0]} to {own[-1]} were measured one after the other and are far off ({len(own)} of them): nothing "
+        "that was tried explains them, and no fit holds them; look at what happened there"
+        for own in rows
+    ]
+
+
+def _runs(wrong: IntArray, data: Dataset) -> list[IntArray]:
+    """Runs with OUTLIER_RUN of the rows `wrong` and more without a gap; a run goes on over single rows that fit."""
     order = np.argsort(data.time, kind="stable") if data.time is not None else np.arange(len(data))
     is_wrong = np.isin(order, wrong)
     padded = np.r_[False, is_wrong, False]
     bridged = is_wrong | (padded[:-2] & padded[2:])
     ends = np.flatnonzero(np.diff(np.r_[False, bridged, False].astype(int)))
     runs = [slice(a, b) for a, b in zip(ends[::2], ends[1::2], strict=True)]
-    moved = [order[run] for run in runs if rules.OUTLIER_RUN in np.convolve(is_wrong[run], np.ones(rules.OUTLIER_RUN))]
-    return wrong[~np.isin(wrong, np.concatenate(moved))] if moved else wrong
+    return [order[run] for run in runs if rules.OUTLIER_RUN in np.convolve(is_wrong[run], np.ones(rules.OUTLIER_RUN))]
 
 
 def _share_a_posture(wrong: IntArray, q: FloatArray) -> bool:

@@ -21,7 +21,7 @@ from fastcal.diagnosis.curves import with_curvatures, with_finer_knots
 from fastcal.diagnosis.fits import Fit, fit
 from fastcal.diagnosis.held_out import HeldOut, gain, is_better, positions, wins
 from fastcal.diagnosis.library import Hypothesis, without_masses
-from fastcal.diagnosis.noise import isolated_rows
+from fastcal.diagnosis.noise import left_out
 from fastcal.diagnosis.periodic import forward
 from fastcal.diagnosis.problem import Noise, Problem
 from fastcal.diagnosis.robust_rows import without_outliers
@@ -292,7 +292,7 @@ def reached(at: Fit) -> Problem:
     every, (A, r, row) = at.on_every_row
     left = without_outliers(unit_columns(A), r, row)
     used = every.used.copy()
-    used[every.rows[isolated_rows(left.wrong, every.kept)]] = False
+    used[every.rows[left_out(left.wrong, left.gross, every.kept)]] = False
     noise = every.noise
     calmer = replace(noise, factor=noise.factor * float(np.sqrt(left.mean_square)), freedom=left.freedom)
     return replace(every, used=used, noise=calmer if left.mean_square < 1 else noise)

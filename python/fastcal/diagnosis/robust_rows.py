@@ -35,11 +35,13 @@ class RichFit:
         mean_square: Of the rows that fit.
         freedom: Their degrees of freedom.
         wrong: Rows that do not fit.
+        gross: Those of them that are off by GROSS_SIZE and more of what the others are.
     """
 
     mean_square: float
     freedom: float
     wrong: IntArray
+    gross: IntArray
 
 
 class Leverage:
@@ -96,11 +98,23 @@ def without_outliers(X: FloatArray, r: FloatArray, row: IntArray, begun: IntArra
         several = max((count > 0).sum(), 1)
         limit = mean_square * special.chdtri(np.maximum(count, 1), rules.ALPHA_OUTLIER / several)
         now = _largest(np.flatnonzero((count > 0) & (square > limit)), square, row)
-        found = RichFit(mean_square, freedom, wrong)
+        size = square[wrong] / (mean_square * np.maximum(count[wrong], 1))
+        found = RichFit(mean_square, freedom, wrong, wrong[size > rules.GROSS_SIZE**2])
         if np.array_equal(now, wrong):
             break
         wrong = now
     return found
+
+
+def gross_rows(X: FloatArray, r: FloatArray, row: IntArray) -> IntArray:
+    """`RichFit.gross` of a fit that left no row out; where no row is far off to begin with, without another fit."""
+    held = row >= 0
+    square = np.bincount(row[held], r[held] ** 2)
+    count = np.bincount(row[held])
+    mean = square[count > 0] / count[count > 0]
+    if not (mean > rules.TUKEY_SIZE**2 * np.median(mean)).any():
+        return np.zeros(0, dtype=np.intp)
+    return without_outliers(unit_columns(X), r, row).gross
 
 
 def suspects(X: FloatArray, r: FloatArray, row: IntArray) -> IntArray:

@@ -140,7 +140,7 @@ ALPHA_CERTAIN = 1e-5
 # Standard errors by which a rival must predict held-out rows better to take the place of a set, and by which a curve
 # beside others must help.
 MIN_RIVAL_GAIN = 1.0
-# Size of a held-out row from which on it is wrong whatever is missing [typical rows]: no fit of curves holds it.
+# Size of a row that a fit has not seen, from which on it is wrong whatever is missing [typical rows]: no fit holds it.
 GROSS_SIZE = 10.0
 # Share of the misfit that the most names leave, by their score tests, from which on no set is searched for: too little
 # explained to be given, with a margin for what fits add to score tests.

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import TYPE_CHECKING
 
@@ -86,6 +86,19 @@ def measured_rows(data: Dataset) -> NDArray[np.bool_]:
             values = data.table(field)
             known |= data.label_codes(field)[0] >= 0 if values is None else ~np.isnan(values).all(axis=1)
     return known
+
+
+def without_measured(data: Dataset, rows: NDArray[np.intp]) -> Dataset:
+    """The same rows, as if nothing had been measured in some of them (indices)."""
+    observed, labels, own = dict(data.observed), dict(data.observed_labels), dict[str, FloatArray]()
+    for field in (field for kind in kinds_of(data) for field in _measured_fields(data, kind)):
+        if field in labels:
+            labels[field] = ["" if i in rows else label for i, label in enumerate(labels[field])]
+            continue
+        into = observed if field in observed else own
+        into[field] = np.array(getattr(data, field) if into is own else observed[field])
+        into[field][rows] = np.nan
+    return replace(data, observed=observed, observed_labels=labels, **own)  # type: ignore[arg-type]
 
 
 def present_numbers(data: Dataset, kind: str, width: int) -> NDArray[np.bool_]:

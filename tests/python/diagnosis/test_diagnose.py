@@ -21,6 +21,7 @@ from fastcal.diagnosis.rivals import Rivals
 from fastcal.diagnosis.search import Search
 from fastcal.effects.entries import build_effects
 from fastcal.measurements.dataset import Dataset
+from fastcal.measurements.observations import without_measured
 
 SIGMA = 4e-5  # [m]
 ROWS = 110
@@ -213,6 +214,35 @@ def test_rows_that_are_off_one_after_the_other_are_no_outliers() -> None:
     assert isolated_rows(wrong[:1], backwards).tolist() == [3]
     shuffled = rows([], time=np.random.default_rng(0).permutation(float(ROWS) * np.arange(ROWS)))
     assert isolated_rows(wrong, shuffled).tolist() == wrong.tolist()
+
+
+@pytest.mark.parametrize("size_mm", [1.0, 10.0, 1000.0])
+def test_gross_rows_one_after_the_other_bend_no_model(size_mm: float) -> None:
+    """Five of 110: few enough for outliers, and so many in a row that they were taken for an effect, and fitted."""
+    data = rows([])
+    assert data.position is not None
+    off = np.random.default_rng(7).standard_normal((5, 3))
+    position = data.position.copy()
+    position[60:65] += 1e-3 * size_mm * off / np.linalg.norm(off, axis=1)[:, np.newaxis]
+    found = diagnose(arm(), replace(data, position=position), sigma=SIGMA)
+    assert set(found.outliers) >= set(range(60, 65))
+    assert len(found.outliers) <= 7
+    assert any("rows 60 to 64 were measured one after the other" in note for note in found.notes)
+    exact = simulate(perturbed(arm(), seed=1), data, noise=0.0, seed=1)
+    assert exact.position is not None
+    left = found.model.poses(data)[:, :3, 3] - exact.position
+    assert np.sqrt(np.mean(left**2)) < SIGMA
+
+
+def test_rows_without_their_measurements_keep_their_place() -> None:
+    data = rows([])
+    labels = ["low", "high"] * (ROWS // 2)
+    touched = replace(data, observed_labels={"plane": labels})
+    bare = without_measured(touched, np.array([3, 8]))
+    assert np.flatnonzero(~bare.measured).tolist() == [3, 8]
+    assert touched.measured.all()
+    np.testing.assert_array_equal(bare.q, data.q)
+    assert bare.observed_labels["plane"][2:5] == ["low", "", "low"]
 
 
 def test_the_first_rows_that_are_all_off_hide_no_effect() -> None:

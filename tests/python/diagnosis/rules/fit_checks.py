@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from fastcal.diagnosis import blocks, diagnosis, noise, periodic, priors
+from fastcal.diagnosis import blocks, noise, periodic, priors, rounds
 from fastcal.diagnosis.fits import fit
 from fastcal.diagnosis.search import Search
 
@@ -95,7 +95,7 @@ def what_is_clearly_missing_comes_first_in_the_rich_model() -> None:
 def the_noise_is_found_from_a_guess() -> None:
     data = measured([COMPLIANCE])
     given = problem(data)
-    guessed = given.with_noise(diagnosis._claimed(data, None))
+    guessed = given.with_noise(rounds.claimed(data, None))
     _, level = noise.with_estimated_noise(guessed, fit(guessed, []), None)
     assert abs(level.sigma / SIGMA - 1) < 0.25
 

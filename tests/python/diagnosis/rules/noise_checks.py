@@ -94,7 +94,7 @@ def rows_that_share_a_posture_are_no_outliers() -> None:
 @falls_with(ALPHA_NOISE=0.99)
 def a_claim_is_wrong_where_chance_makes_it_so_in_one_of_a_hundred() -> None:
     """Of 300 degrees of freedom, chi square / 300 lies between 0.80 and 1.22 in 99 of 100."""
-    assert [noise._agreement(RichFit(ms, 300.0, NONE)) for ms in (0.75, 0.85, 1.15, 1.28)] == [-1, 0, 0, 1]
+    assert [noise._agreement(RichFit(ms, 300.0, NONE, NONE)) for ms in (0.75, 0.85, 1.15, 1.28)] == [-1, 0, 0, 1]
 
 
 @falls_with(ALPHA_MEMORY=1e-12)
@@ -140,7 +140,7 @@ def warmer_visits_are_no_repeats() -> None:
 @falls_with(MIN_REPEAT_FREEDOM=1000)
 def few_repeats_do_not_determine_the_noise() -> None:
     problem = SimpleNamespace(noise=Noise((2e-5, 1e-4, 2e-5)))
-    rich = RichFit(1.0, 300.0, NONE)
+    rich = RichFit(1.0, 300.0, NONE, NONE)
     assert noise._from_repeats(problem, rich, visits(4, 2, 0.0), None) is None
     assert noise._from_repeats(problem, rich, visits(20, 2, 0.0), None) is not None
 

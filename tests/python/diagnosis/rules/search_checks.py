@@ -8,7 +8,7 @@ from unittest import mock
 
 import numpy as np
 
-from fastcal.diagnosis import diagnosis, grading, rivals, rules
+from fastcal.diagnosis import grading, rivals, rounds, rules
 from fastcal.diagnosis.many_rows import searched_rows
 from fastcal.diagnosis.search import Family, Search, SearchNode
 from fastcal.measurements.dataset import Dataset
@@ -208,8 +208,8 @@ def a_set_that_leaves_something_is_given_where_it_is_likelier_by_150_to_1() -> N
     enough = SimpleNamespace(bic=100.0, suffices=True, impossible=False)
     hardly = SimpleNamespace(bic=91.0, suffices=False, impossible=False)
     clearly = SimpleNamespace(bic=89.0, suffices=False, impossible=False)
-    assert diagnosis._best([[enough, hardly]]) is enough
-    assert diagnosis._best([[clearly], [enough]]) is clearly
+    assert rounds._best([[enough, hardly]]) is enough
+    assert rounds._best([[clearly], [enough]]) is clearly
 
 
 @falls_with(MIN_EXPLAINED_SHARE=0.0)
@@ -240,11 +240,11 @@ def waves_of_other_orders_begin_the_search_again() -> None:
         return SimpleNamespace(search=search, names_are_hopeless=False, again=more)
 
     with (
-        mock.patch.object(diagnosis, "Search", search_of),
+        mock.patch.object(rounds, "Search", search_of),
         mock.patch.object(rivals, "Rivals", rivals_of),
-        mock.patch.object(diagnosis, "_again", lambda problem, best, sigma: again[id(best)]),
+        mock.patch.object(rounds, "_again", lambda problem, best, sigma: again[id(best)]),
     ):
-        _, best, level = diagnosis._searched(problems["first"], "level 0", None, print)
+        _, best, level = rounds.searched(problems["first"], "level 0", None, print)
     assert best is second
     assert level == "level 2"
 
@@ -256,5 +256,5 @@ def markedly_less_noise_begins_the_search_again() -> None:
         noise = SimpleNamespace(factor=factor, common=(1e-4, 1e-4, 1e-4))
         return SimpleNamespace(noise=noise, data=SimpleNamespace(sigma_position=None))
 
-    assert diagnosis._is_calmer(problem(0.8), problem(1.0))
-    assert not diagnosis._is_calmer(problem(0.97), problem(1.0))
+    assert rounds._is_calmer(problem(0.8), problem(1.0))
+    assert not rounds._is_calmer(problem(0.97), problem(1.0))

@@ -1,0 +1,81 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""A search, begun again where what it finds shows other noise or waves than it began with."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from fastcal.diagnosis import periodic, rivals, rules
+from fastcal.diagnosis.noise import NoiseLevel, with_estimated_noise
+from fastcal.diagnosis.problem import Noise, Problem
+from fastcal.diagnosis.search import Search, SearchNode
+from fastcal.measurements.dataset import Dataset
+
+
+def claimed(data: Dataset, sigma: float | None) -> Noise:
+    """The noise to begin with: as the data or the user claim it, else a guess."""
+    first = sigma if sigma is not None else (0.0 if data.sigma_position is not None else rules.NOISE_GUESS)
+    turn = 0.0 if data.sigma_rotation is not None else rules.NOISE_GUESS
+    return Noise((first, turn, first))
+
+
+def searched(
+    problem: Problem, level: NoiseLevel, sigma: float | None, notify: Callable[[str], None]
+) -> tuple[rivals.Rivals, SearchNode, NoiseLevel]:
+    """The rivals of a search, its best set, and the noise that this shows; begun again where that differs from before.
+
+    Where names are hopeless, none is searched for, and once more with the waves of the scan among them.
+    """
+    plain = rivals.Rivals(Search(problem, notify))
+    was_hopeless = False
+    for round_ in range(rules.MAX_SEARCHES):
+        again: Problem | None
+        if plain.names_are_hopeless:
+            best = plain.search.start
+            waves = [] if was_hopeless else periodic.scan(best)
+            again = replace(problem, names=[*problem.names, *waves]) if waves else None
+            was_hopeless = True
+        else:
+            best = _best(plain.search.grow())
+            again, level = _again(problem, best, sigma)
+            again = None if plain.search.is_cut_short else again
+        if again is None or round_ == rules.MAX_SEARCHES - 1:
+            break
+        plain = plain.again(again)
+        problem = again
+    return plain, best, level
+
+
+def _again(problem: Problem, best: SearchNode, sigma: float | None) -> tuple[Problem | None, NoiseLevel]:
+    """The noise as the set that was found shows it.
+
+    With a new start where it shows waves of other orders, markedly less noise than there seemed to be, or a memory that
+    the search did not allow for or that is none; else None.
+    """
+    waves = [] if best.suffices else periodic.scan(best)
+    again = replace(problem, names=[*problem.names, *waves], noise=claimed(problem.data, sigma))
+    calmer, level = with_estimated_noise(again, best.fit, sigma)
+    remembers, remembered = calmer.noise.memory > 0, problem.noise.memory > 0
+    return (calmer if waves or remembers != remembered or _is_calmer(calmer, problem) else None), level
+
+
+def _is_calmer(now: Problem, before: Problem) -> bool:
+    """Is the noise of one problem markedly below that of another one?"""
+    return _mean_variance(now) < rules.RESTART_BELOW * _mean_variance(before)
+
+
+def _mean_variance(problem: Problem) -> float:
+    """Of a coordinate or a length, claims and common part together [m^2]."""
+    claims, noise = problem.data.sigma_position, problem.noise
+    return noise.factor**2 * (noise.common[0] ** 2 + (0.0 if claims is None else float(np.nanmean(claims**2))))
+
+
+def _best(levels: list[list[SearchNode]]) -> SearchNode:
+    """The most likely set that suffices, unless one that leaves something is still likelier by DECISIVE_BIC."""
+    likeliest = min((state for level in levels for state in level if not state.impossible), key=lambda s: s.bic)
+    enough = min((state for state in levels[-1] if state.suffices), key=lambda s: s.bic, default=likeliest)
+    return likeliest if likeliest.bic < enough.bic - rules.DECISIVE_BIC else enough
