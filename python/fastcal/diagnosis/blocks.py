@@ -77,7 +77,7 @@ class Blocks:
         if index < self.count:
             return self.columns_of([index])
         block, direction = self.generics[index - self.count], self.directions[index - self.count]
-        row = np.asarray(self.at.near.row, dtype=np.intp)
+        row = self.at.near.row
         values = np.zeros((len(row) + len(self.at.free), self.sizes[index]), order="F")
         _fill(values[: len(row)], block, direction, row)
         values[: len(row)] = without_memory(self.at.problem, values[: len(row)], row)
@@ -130,9 +130,9 @@ def columns_at(at: Fit, alone: list[Hypothesis] | None = None) -> Columns:
             }
             theta[part] = corner_start(name.entry, at, known)
             theta[part.start : part.start + 2] = 0.0
-    near = _core.linearize(model, samples, problem.measured, theta, problem.common_noise, problem.threads)
-    row = np.asarray(near.row, dtype=np.intp)
-    J = np.asarray(near.J)
+    near = problem.linearized(model, samples, theta)
+    row = near.row
+    J = near.J
     last = first[offset + len(names)]
     still = moves_nothing(problem, model, near)
     frame = np.where(still[last:], 0.0, J[:, last:] / problem.noise.factor)

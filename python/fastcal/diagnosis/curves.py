@@ -10,7 +10,6 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from fastcal import _core
 from fastcal.calibration.geometry_anchoring import geometry_pulls
 from fastcal.calibration.options_from_data import with_origins
 from fastcal.calibration.smoothing import LinearProblem, choose_curvatures
@@ -76,8 +75,8 @@ def with_curvatures(at: Fit, curves: Sequence[Spec], start: Sequence[float] | No
     model, samples = problem.model([*at.entries, *entries], problem.kept)
     first, last = len(at.model.parameters), len(model.parameters)
     theta = np.concatenate([at.theta[:first], np.zeros(last - first), at.theta[first:]])
-    near = _core.linearize(model, samples, problem.measured, theta, problem.common_noise, problem.threads)
-    row = np.asarray(near.row, dtype=np.int64)
+    near = problem.linearized(model, samples, theta)
+    row = near.row
     others = [i if i < first else i + last - first for i in at.free]
     pull = np.full(len(at.prior), np.inf)
     pull[: problem.own] = geometry_pulls(model)
@@ -85,12 +84,12 @@ def with_curvatures(at: Fit, curves: Sequence[Spec], start: Sequence[float] | No
     weak = np.concatenate([held(at.prior, pull)[at.free], rules.PRIOR_WIDTH * own])
     effects = build_effects(entries, model.robot)
     ends = len(others) + np.cumsum([0, *(len(e.parameters) for e in effects)])
-    J = np.take(np.asarray(near.J), [*others, *range(first, last)], axis=1)
+    J = np.take(near.J, [*others, *range(first, last)], axis=1)
     J /= problem.noise.factor
     chosen = choose_curvatures(
         LinearProblem(
             without_memory(problem, J, row),
-            without_memory(problem, np.asarray(near.r) / problem.noise.factor, row),
+            without_memory(problem, near.r / problem.noise.factor, row),
             row,
             [np.arange(a, b) for a, b in pairwise(ends)],
             [np.asarray(e.penalty) for e in effects],

@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
-from fastcal import _core
 from fastcal.calibration.data_notes import shared_row_notes
 from fastcal.calibration.inspection import check_columns, check_fit
 from fastcal.calibration.parallel import workers
@@ -345,7 +344,7 @@ def _outliers(best: SearchNode) -> list[int]:
     problem = best.fit.problem
     every = problem.with_rows(problem.data.measured)
     model, samples = every.model(best.fit.entries, every.kept)
-    near = _core.linearize(model, samples, every.measured, best.fit.theta, every.common_noise, every.threads)
+    near = every.linearized(model, samples, best.fit.theta)
     A, r, row = replace(best.fit, problem=every, model=model, samples=samples, near=near).whitened
     wrong = np.flatnonzero(~np.isin(every.rows, problem.rows))
     square, count = studentized_residuals(A, r, row, wrong)

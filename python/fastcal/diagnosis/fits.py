@@ -31,7 +31,7 @@ from fastcal.calibration.tall import gram
 from fastcal.diagnosis import priors, rules
 from fastcal.diagnosis.library import Hypothesis
 from fastcal.diagnosis.memory import without_memory
-from fastcal.diagnosis.problem import Problem, with_nuisances
+from fastcal.diagnosis.problem import Linearization, Problem, with_nuisances
 from fastcal.diagnosis.projection import basis, root, root_again
 from fastcal.diagnosis.starting_values import carried
 from fastcal.robot.robot import Spec
@@ -70,7 +70,7 @@ class Fit:
     pull: FloatArray
     centre: FloatArray
     remaining: float
-    near: _core.Linearization
+    near: Linearization
     converged: bool = True
     work: int = 0
 
@@ -139,8 +139,8 @@ class Fit:
 
         Of white noise: what rows share with those measured before them is taken out.
         """
-        own = np.asarray(self.near.row, dtype=np.intp)
-        r = without_memory(self.problem, -np.asarray(self.near.r) / self.problem.noise.factor, own)
+        own = self.near.row
+        r = without_memory(self.problem, -self.near.r / self.problem.noise.factor, own)
         return self._with_priors(self._measured, r)
 
     @cached_property
@@ -157,12 +157,12 @@ class Fit:
     def standardized(self) -> tuple[FloatArray, FloatArray, NDArray[np.intp]]:
         """`whitened` as it was measured, row by row: each number over its standard deviation, whatever they share."""
         factor = self.problem.noise.factor
-        return self._with_priors(_columns(self.near, self.free) / factor, -np.asarray(self.near.r) / factor)
+        return self._with_priors(_columns(self.near, self.free) / factor, -self.near.r / factor)
 
     def _with_priors(self, A: FloatArray, r: FloatArray) -> tuple[FloatArray, FloatArray, NDArray[np.intp]]:
         deviation = held(self.prior, self.pull)[self.free]
         away = (self.theta - self.centre)[self.free] / deviation
-        row = np.concatenate([np.asarray(self.near.row, dtype=np.intp), np.full(len(away), -1)])
+        row = np.concatenate([self.near.row, np.full(len(away), -1)])
         return _above(A, 1 / deviation), np.concatenate([r, -away]), row
 
     @cached_property
@@ -172,7 +172,7 @@ class Fit:
             return self.problem, self.whitened
         every = self.problem.with_rows(self.problem.data.measured)
         model, samples = every.model(self.entries, every.kept)
-        near = _core.linearize(model, samples, every.measured, self.theta, every.common_noise, every.threads)
+        near = every.linearized(model, samples, self.theta)
         return every, replace(self, problem=every, model=model, samples=samples, near=near).whitened
 
     @property
@@ -180,7 +180,7 @@ class Fit:
         """(m, F) whitened derivatives of the measured numbers."""
         J = _columns(self.near, self.free)
         J /= self.problem.noise.factor
-        return without_memory(self.problem, J, np.asarray(self.near.row, dtype=np.intp))
+        return without_memory(self.problem, J, self.near.row)
 
     @cached_property
     def freedom(self) -> float:
@@ -235,21 +235,21 @@ def fit(problem: Problem, added: Sequence[Hypothesis], start: Fit | None = None,
 
     memory = _core.TwistMemory()
 
-    def linearized(theta: FloatArray) -> _core.Linearization:
-        return _core.linearize(model, samples, problem.measured, theta, problem.common_noise, problem.threads, memory)
+    def linearized(theta: FloatArray) -> Linearization:
+        return problem.linearized(model, samples, theta, memory)
 
-    def white(near: _core.Linearization, values: FloatArray) -> FloatArray:
-        return without_memory(problem, values, np.asarray(near.row, dtype=np.intp))
+    def white(near: Linearization, values: FloatArray) -> FloatArray:
+        return without_memory(problem, values, near.row)
 
-    def remaining(theta: FloatArray, near: _core.Linearization) -> float:
-        r = white(near, np.asarray(near.r)) / factor
+    def remaining(theta: FloatArray, near: Linearization) -> float:
+        r = white(near, near.r) / factor
         away = (theta - centre)[free] / deviation
         return float(r @ r + away @ away)
 
-    def stepped(theta: FloatArray, near: _core.Linearization, reach: float) -> tuple[FloatArray, float]:
+    def stepped(theta: FloatArray, near: Linearization, reach: float) -> tuple[FloatArray, float]:
         """The next point, and by how much chi square would fall there if the rows were linear."""
         scale = size[free]
-        J, r = white(near, _columns(near, free)), white(near, np.asarray(near.r))
+        J, r = white(near, _columns(near, free)), white(near, near.r)
         g = -(J.T @ r) * scale / factor**2 - (theta - centre)[free] * scale / deviation**2
         step = _solve(J, scale / factor, np.hypot(scale / deviation, 1 / reach), g)
         out = theta.copy()
@@ -309,9 +309,9 @@ def held(prior: FloatArray, pull: FloatArray) -> FloatArray:
     return np.asarray(1 / np.hypot(1 / prior, 1 / pull))
 
 
-def _columns(near: _core.Linearization, free: list[int]) -> FloatArray:
+def _columns(near: Linearization, free: list[int]) -> FloatArray:
     """(m, F) of the parameters that are free, row by row in memory."""
-    return np.take(np.asarray(near.J), free, axis=1)
+    return np.take(near.J, free, axis=1)
 
 
 def _above(A: FloatArray, diagonal: FloatArray) -> FloatArray:

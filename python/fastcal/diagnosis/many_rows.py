@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
-from fastcal import _core
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.fits import Fit
 from fastcal.diagnosis.memory import measuring_place
@@ -60,10 +59,10 @@ def on_all_rows(at: Fit, data: Dataset) -> Problem:
     """
     every = replace(at.problem, data=data, used=data.measured, known={})
     model, samples = every.model(at.entries, every.kept)
-    near = _core.linearize(model, samples, every.measured, at.theta, every.common_noise, every.threads)
-    row = np.asarray(near.row, dtype=np.intp)
+    near = every.linearized(model, samples, at.theta)
+    row = near.row
     count = np.bincount(row, minlength=len(every.rows))
-    square = np.bincount(row, np.asarray(near.r) ** 2, len(every.rows)) / every.noise.factor**2
+    square = np.bincount(row, near.r**2, len(every.rows)) / every.noise.factor**2
     held = count > 0
     typical = max(1.0, float(np.median(square[held] / special.chdtri(count[held], 0.5))))
     limit = typical * special.chdtri(np.maximum(count, 1), rules.ALPHA_OUTLIER / len(every.rows))

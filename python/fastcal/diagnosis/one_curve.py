@@ -66,7 +66,7 @@ def is_one_curve(search: Search, state: SearchNode, waves: Sequence[Hypothesis])
     A, r, _ = base.fit.whitened
     beside = Beside(A, r)
     turn = base.blocks.frames[owner][:, 0]
-    row = np.asarray(base.fit.near.row, dtype=np.intp)
+    row = base.fit.near.row
     q = search.problem.kept.q[:, int(owner.removeprefix("joint")) - 1]
 
     def evidence(functions: FloatArray) -> float:

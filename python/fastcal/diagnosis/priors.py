@@ -14,7 +14,7 @@ from fastcal.calibration.columns import column_lengths
 from fastcal.calibration.parameter_limits import has_prior
 from fastcal.calibration.smoothing import prior_deviations
 from fastcal.diagnosis import rules
-from fastcal.diagnosis.problem import Problem, core_entry
+from fastcal.diagnosis.problem import Linearization, Problem, core_entry
 from fastcal.effects.entries import curve_of
 from fastcal.robot.robot import Spec
 
@@ -22,13 +22,13 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 
-def plausible_sizes(problem: Problem, model: _core.ErrorModel, near: _core.Linearization) -> FloatArray:
+def plausible_sizes(problem: Problem, model: _core.ErrorModel, near: Linearization) -> FloatArray:
     """(P,) plausible size of each parameter: it alone moves the rows by the root mean square that the start leaves.
 
     One that moves nothing where it is has the size that its model gives it, and lengths and angles of the geometry
     MAX_GEOMETRY_SIZE of these at most: beyond, the tool moves along a curve.
     """
-    length = column_lengths(np.asarray(near.J))
+    length = column_lengths(near.J)
     given = _given_sizes(problem, model)
     is_nil = moves_nothing(problem, model, near)
     size = np.where(is_nil, given, problem.misfit / np.where(is_nil, 1.0, length))
@@ -39,7 +39,7 @@ def plausible_sizes(problem: Problem, model: _core.ErrorModel, near: _core.Linea
 def widest(
     problem: Problem,
     model: _core.ErrorModel,
-    near: _core.Linearization,
+    near: Linearization,
     entries: Sequence[Spec],
     effects: Sequence[_core.Effect],
 ) -> FloatArray:
@@ -50,7 +50,7 @@ def widest(
     which a usual length or angle alone moves the rows by what the start leaves.
     """
     out = np.full(len(model.parameters) + len(problem.unknowns), np.inf)
-    length, still = column_lengths(np.asarray(near.J)), moves_nothing(problem, model, near)
+    length, still = column_lengths(near.J), moves_nothing(problem, model, near)
     every = model.parameters
     arm = [i for i in range(problem.own) if every[i].owner not in ("base", "tool")]
     curves = list[int]()
@@ -67,12 +67,12 @@ def widest(
     return out
 
 
-def moves_nothing(problem: Problem, model: _core.ErrorModel, near: _core.Linearization) -> BoolArray:
+def moves_nothing(problem: Problem, model: _core.ErrorModel, near: Linearization) -> BoolArray:
     """(P,) does a parameter of the size that its model gives it move the rows by no more than rounding?
 
     So does the compliance of an upright axis, whose load is the rounding of sums that cancel.
     """
-    length = column_lengths(np.asarray(near.J))
+    length = column_lengths(near.J)
     return np.asarray(length * _given_sizes(problem, model) < rules.MIN_INFLUENCE * problem.misfit)
 
 

@@ -40,6 +40,21 @@ class Noise:
 
 
 @dataclass(frozen=True, eq=False)
+class Linearization:
+    """A problem near a parameter vector; one row a measured number, whitened but for `Noise.factor`.
+
+    Attributes:
+        J: (m, P) derivatives by the parameters of the model and the observations' unknowns.
+        r: (m,) predicted less measured.
+        row: (m,) the fitted row that the number belongs to.
+    """
+
+    J: FloatArray
+    r: FloatArray
+    row: NDArray[np.intp]
+
+
+@dataclass(frozen=True, eq=False)
 class Problem:
     """A robot, its measurements, what may be missing, and how noise and rows are taken.
 
@@ -97,10 +112,17 @@ class Problem:
         """(U,) unknowns of the observations, to begin with: places of anchors, planes ..."""
         return np.asarray(self.start.alignment.unknowns, dtype=np.float64)
 
-    @property
-    def common_noise(self) -> list[float]:
-        """`noise.common` by observation, as the core takes it."""
-        return noise_by_observation(self.measured, self.noise.common)
+    def linearized(
+        self,
+        model: _core.ErrorModel,
+        samples: _core.Samples,
+        theta: FloatArray,
+        memory: _core.TwistMemory | None = None,
+    ) -> Linearization:
+        """What was measured in the fitted rows, near parameters of a model; `memory` as the core takes it."""
+        common = noise_by_observation(self.measured, self.noise.common)
+        near = _core.linearize(model, samples, self.measured, theta, common, self.threads, memory)
+        return Linearization(near.J, near.r, np.asarray(near.row, dtype=np.intp))
 
     @cached_property
     def misfit(self) -> float:
@@ -110,7 +132,7 @@ class Problem:
         """
         model, samples = self.model(self.given, self.kept)
         theta = np.concatenate([model.start, self.unknowns])
-        near = _core.linearize(model, samples, self.measured, theta, self.common_noise, self.threads)
+        near = self.linearized(model, samples, theta)
         return max(float(np.linalg.norm(near.r)), self.noise.factor * float(np.sqrt(len(near.r))))
 
     @property

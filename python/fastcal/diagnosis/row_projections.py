@@ -75,7 +75,7 @@ class Effect:
     @cached_property
     def row(self) -> NDArray[np.intp]:
         """(m,) fitted row of each measured number, ascending."""
-        return np.asarray(self.fit.near.row, dtype=np.intp)
+        return self.fit.near.row
 
     @property
     def count(self) -> int:
