@@ -341,12 +341,9 @@ def _replacement(best: SearchNode, other: SearchNode) -> Hypothesis:
 
 def _outliers(best: SearchNode) -> list[int]:
     """Rows that the set can't reach: where noise alone makes one row so large in one of a hundred such sets."""
-    problem = best.fit.problem
-    every = problem.with_rows(problem.data.measured)
-    model, samples = every.model(best.fit.entries, every.kept)
-    near = every.linearized(model, samples, best.fit.theta)
-    A, r, row = replace(best.fit, problem=every, model=model, samples=samples, near=near).whitened
-    wrong = np.flatnonzero(~np.isin(every.rows, problem.rows))
+    whole = best.fit.on_every_row
+    every, (A, r, row) = whole.problem, whole.whitened
+    wrong = np.flatnonzero(~np.isin(every.rows, best.fit.problem.rows))
     square, count = studentized_residuals(A, r, row, wrong)
     limit = special.chdtri(np.maximum(count, 1), rules.ALPHA_OUTLIER / len(every.rows))
     return [int(every.rows[i]) for i in np.flatnonzero((count > 0) & (square > limit))]

@@ -166,14 +166,14 @@ class Fit:
         return _above(A, 1 / deviation), np.concatenate([r, -away]), row
 
     @cached_property
-    def on_every_row(self) -> tuple[Problem, tuple[FloatArray, FloatArray, NDArray[np.intp]]]:
-        """The problem of all measured rows, and `whitened` of these at the same parameters."""
+    def on_every_row(self) -> Fit:
+        """Of all measured rows, at the same parameters."""
         if np.array_equal(self.problem.used, self.problem.data.measured):
-            return self.problem, self.whitened
+            return self
         every = self.problem.with_rows(self.problem.data.measured)
         model, samples = every.model(self.entries, every.kept)
         near = every.linearized(model, samples, self.theta)
-        return every, replace(self, problem=every, model=model, samples=samples, near=near).whitened
+        return replace(self, problem=every, model=model, samples=samples, near=near)
 
     @property
     def _measured(self) -> FloatArray:

@@ -75,7 +75,8 @@ class HeldOut:
     def __init__(
         self, at: Fit, fitted: BoolArray | None = None, more: FloatArray | None = None, owner: str | None = None
     ) -> None:
-        every, (A, r, row) = at.on_every_row if more is None else (at.problem, at.whitened)
+        whole = at.on_every_row if more is None else at
+        every, (A, r, row) = whole.problem, whole.whitened
         value = at.theta[at.free]
         if more is not None:
             A, value = np.hstack([A, more]), np.append(value, np.zeros(more.shape[1]))

@@ -289,7 +289,7 @@ def reached(at: Fit) -> Problem:
 
     A rich model that lacks a curve takes some of it for noise, and a lone pose for an outlier.
     """
-    every, (A, r, row) = at.on_every_row
+    every, (A, r, row) = at.on_every_row.problem, at.on_every_row.whitened
     left = without_outliers(unit_columns(A), r, row)
     used = every.used.copy()
     used[every.rows[left_out(left.wrong, left.gross, every.kept)]] = False
