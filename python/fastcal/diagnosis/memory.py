@@ -10,8 +10,6 @@ are those of white noise. rho is found beside the rich model (`noise.py`): a mis
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy import special
@@ -106,8 +104,3 @@ def with_memory_named(note: str, rho: float) -> str:
         return note
     shared = f"errors of successive rows are correlated ({rho:.2f}), and all tests and stated deviations allow for it"
     return f"{note}; {shared}"
-
-
-def remembering(problem: Problem, rho: float) -> Problem:
-    """The problem with noise of this memory."""
-    return problem.with_noise(replace(problem.noise, memory=rho))

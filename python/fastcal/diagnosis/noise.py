@@ -21,7 +21,8 @@ from fastcal.calibration.repeatability import visit_groups
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.blocks import Blocks, blocks, columns_at
 from fastcal.diagnosis.fits import Fit, fit
-from fastcal.diagnosis.memory import memory, remembering
+from fastcal.diagnosis.memory import memory
+from fastcal.diagnosis.noise_scales import others_note, with_others_kept, with_own_scales
 from fastcal.diagnosis.problem import Noise, Problem
 from fastcal.diagnosis.robust_rows import RichFit, without_outliers
 from fastcal.measurements.dataset import Dataset
@@ -61,27 +62,24 @@ def with_estimated_noise(problem: Problem, at: Fit, option: float | None) -> tup
     Where the rows claim too little, a variance common to all is added, and the sum scaled to what the rich fit leaves.
     """
     every = problem.with_rows(problem.data.measured)
-    whole = at if at.problem is every else fit(every, at.added, at)
-    X = _rich_columns(whole)
-    _A, r, row = whole.whitened
-    rich = without_outliers(X, r, row)
-    rho = memory(every, X, r, row, rich.wrong)
+    beside = RichModel.of(at if at.problem is every else fit(every, at.added, at)).by_kind
+    _A, r, row = beside.fit.whitened
+    rho = memory(every, beside.columns, r, row, beside.left.wrong)
     if rho > 0:
-        every = remembering(every, rho)
-        whole = fit(every, at.added, whole)
-        rich = rich_fit(whole, rich.wrong)
-    known = _from_repeats(every, rich, problem.data, option)
-    if known is None and problem.data.sigma_position is not None and _agreement(rich) > 0:
-        more = _rms_sigma(every, problem.data) * np.sqrt(max(rich.mean_square - 1.0, 0.0))
-        position, turn, length = every.noise.common
+        beside = beside.again(replace(beside.noise, memory=rho))
+    known = _from_repeats(beside.problem, beside.left, problem.data, option)
+    if known is None and problem.data.sigma_position is not None and _agreement(beside.left) > 0:
+        more = _rms_sigma(beside.problem, problem.data) * np.sqrt(max(beside.left.mean_square - 1.0, 0.0))
+        position, turn, length = beside.noise.common
         common = (float(np.hypot(position, more)), turn, float(np.hypot(length, more)))
-        every = every.with_noise(replace(every.noise, common=common))
-        whole = fit(every, at.added, whole)
-        rich = rich_fit(whole, rich.wrong)
-    level = known or noise_level(every, rich, problem.data, option)
+        beside = beside.again(replace(beside.noise, common=common)).by_kind
+    level = known or noise_level(beside.problem, beside.left, problem.data, option)
+    found = replace(beside.problem, noise=with_others_kept(level.noise, beside.problem, beside.left.mean_square))
     used = every.used.copy()
-    used[every.rows[left_out(rich.wrong, rich.gross, every.kept)]] = False
-    return replace(every, used=used, noise=level.noise), level
+    used[every.rows[left_out(beside.left.wrong, beside.left.gross, every.kept)]] = False
+    others = others_note(found)
+    note = f"{level.note}; {others}" if others else level.note
+    return replace(found, used=used), replace(level, noise=found.noise, note=note)
 
 
 def left_out(wrong: IntArray, gross: IntArray, data: Dataset) -> IntArray:
@@ -149,10 +147,45 @@ def _agreement(rich: RichFit) -> int:
     return int(rich.mean_square > high) - int(rich.mean_square < low)
 
 
-def rich_fit(at: Fit, begun: IntArray | None = None) -> RichFit:
-    """A robust fit of the rich model; `begun` as in `without_outliers`."""
-    _A, r, row = at.whitened
-    return without_outliers(_rich_columns(at), r, row, begun)
+@dataclass(frozen=True, eq=False)
+class RichModel:
+    """A fit, the unit columns (m, p) of the rich model beside it, and what this leaves."""
+
+    fit: Fit
+    columns: FloatArray
+    left: RichFit
+
+    @classmethod
+    def of(cls, at: Fit, begun: IntArray | None = None) -> RichModel:
+        """The rich model at a fit; `begun` as in `without_outliers`."""
+        X = _rich_columns(at)
+        _A, r, row = at.whitened
+        return cls(at, X, without_outliers(X, r, row, begun))
+
+    @property
+    def problem(self) -> Problem:
+        """Of the fit."""
+        return self.fit.problem
+
+    @property
+    def noise(self) -> Noise:
+        """That it is whitened with."""
+        return self.problem.noise
+
+    def again(self, noise: Noise) -> RichModel:
+        """With other noise."""
+        return RichModel.of(fit(self.problem.with_noise(noise), self.fit.added, self.fit), self.left.wrong)
+
+    @property
+    def by_kind(self) -> RichModel:
+        """With a scale for each kind of observation that has noise of its own."""
+        out = self
+        for _ in range(rules.SCALE_ROUNDS):
+            noise = with_own_scales(out.fit, out.left)
+            if noise is out.noise:
+                break
+            out = out.again(noise)
+        return out
 
 
 def _rich_columns(at: Fit) -> FloatArray:

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -28,7 +28,7 @@ ONE = " one"  # a column of ones: a regressor on it moves a frame, which gives t
 
 @dataclass(frozen=True, eq=False)
 class Noise:
-    """Standard deviation of a measured number: root of its claim's square and common^2, times factor.
+    """Standard deviation of a measured number: root of its claim's square and common^2, times factor and scale.
 
     `memory` is the correlation of rows measured one after the other.
     """
@@ -37,6 +37,7 @@ class Noise:
     factor: float = 1.0
     freedom: float = np.inf  # degrees of freedom that it was estimated with
     memory: float = 0.0
+    scale: Mapping[str, float] = field(default_factory=dict)  # by kind of observation; 1 where there is none
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,11 +48,13 @@ class Linearization:
         J: (m, P) derivatives by the parameters of the model and the observations' unknowns.
         r: (m,) predicted less measured.
         row: (m,) the fitted row that the number belongs to.
+        number: (m,) which number of its row.
     """
 
     J: FloatArray
     r: FloatArray
     row: NDArray[np.intp]
+    number: NDArray[np.intp]
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,7 +125,16 @@ class Problem:
         """What was measured in the fitted rows, near parameters of a model; `memory` as the core takes it."""
         common = noise_by_observation(self.measured, self.noise.common)
         near = _core.linearize(model, samples, self.measured, theta, common, self.threads, memory)
-        return Linearization(near.J, near.r, np.asarray(near.row, dtype=np.intp))
+        row, number = (np.asarray(index, dtype=np.intp) for index in (near.row, near.number))
+        if not self.noise.scale:
+            return Linearization(near.J, near.r, row, number)
+        scale = np.array([self.noise.scale.get(kind, 1.0) for kind in self.kinds])[number]
+        return Linearization(near.J / scale[:, np.newaxis], near.r / scale, row, number)
+
+    @cached_property
+    def kinds(self) -> list[str]:
+        """Kind of observation of each number of a row: position three times, orientation three times."""
+        return [of.name for of in self.measured.observations for _ in of.components]
 
     @cached_property
     def misfit(self) -> float:

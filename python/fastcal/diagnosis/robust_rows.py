@@ -9,7 +9,7 @@ left out. (R. D. Cook, S. Weisberg, "Residuals and Influence in Regression", 198
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,12 +36,21 @@ class RichFit:
         freedom: Their degrees of freedom.
         wrong: Rows that do not fit.
         gross: Those of them that are off by GROSS_SIZE and more of what the others are.
+        squares: (m,) squares of what is left of the numbers and priors, 0 of rows that do not fit.
+        shares: (m,) their parts of the degrees of freedom.
     """
 
     mean_square: float
     freedom: float
     wrong: IntArray
     gross: IntArray
+    squares: FloatArray = field(default_factory=lambda: np.zeros(0))
+    shares: FloatArray = field(default_factory=lambda: np.zeros(0))
+
+    def of(self, numbers: BoolArray) -> tuple[float, float]:
+        """Mean square and degrees of freedom of some numbers (m,)."""
+        freedom = float(self.shares[numbers].sum())
+        return float(self.squares[numbers].sum()) / max(freedom, 1.0), freedom
 
 
 class Leverage:
@@ -91,15 +100,16 @@ def without_outliers(X: FloatArray, r: FloatArray, row: IntArray, begun: IntArra
         is_out = np.isin(row, wrong)
         left, more = _without(Z, left_by_all, is_out)
         kept = ~is_out & (row >= 0)
-        taken = float(np.sum(leverage.power[kept])) + (0.0 if more is None else float(np.sum(more[kept] ** 2)))
-        freedom = max(float(kept.sum()) - taken, 1.0)
-        mean_square = float(np.sum(left[kept] ** 2)) / freedom
+        taken = leverage.power if more is None else leverage.power + np.einsum("ij,ij->i", more, more)
+        squares, shares = np.where(kept, left**2, 0.0), np.where(kept, 1.0 - taken, 0.0)
+        freedom = max(float(shares.sum()), 1.0)
+        mean_square = float(squares.sum()) / freedom
         square, count = leverage.studentized(left, more, wrong)
         several = max((count > 0).sum(), 1)
         limit = mean_square * special.chdtri(np.maximum(count, 1), rules.ALPHA_OUTLIER / several)
         now = _largest(np.flatnonzero((count > 0) & (square > limit)), square, row)
         size = square[wrong] / (mean_square * np.maximum(count[wrong], 1))
-        found = RichFit(mean_square, freedom, wrong, wrong[size > rules.GROSS_SIZE**2])
+        found = RichFit(mean_square, freedom, wrong, wrong[size > rules.GROSS_SIZE**2], squares, shares)
         if np.array_equal(now, wrong):
             break
         wrong = now

@@ -14,12 +14,15 @@ from fastcal.diagnosis.noise import NoiseLevel, with_estimated_noise
 from fastcal.diagnosis.problem import Noise, Problem
 from fastcal.diagnosis.search import Search, SearchNode
 from fastcal.measurements.dataset import Dataset
+from fastcal.measurements.observations import kinds_of, sigma_field, tables_of
 
 
 def claimed(data: Dataset, sigma: float | None) -> Noise:
     """The noise to begin with: as the data or the user claim it, else a guess."""
     first = sigma if sigma is not None else (0.0 if data.sigma_position is not None else rules.NOISE_GUESS)
-    turn = 0.0 if data.sigma_rotation is not None else rules.NOISE_GUESS
+    angles = {table.name for table in tables_of(data.q.shape[1]).values() if table.quantity == "angle"}
+    claims = {sigma_field(kind) for kind in kinds_of(data)} & angles
+    turn = 0.0 if claims and all(data.table(claim) is not None for claim in claims) else rules.NOISE_GUESS
     return Noise((first, turn, first))
 
 
@@ -57,7 +60,8 @@ def _again(problem: Problem, best: SearchNode, sigma: float | None) -> tuple[Pro
     the search did not allow for or that is none; else None.
     """
     waves = [] if best.suffices else periodic.scan(best)
-    again = replace(problem, names=[*problem.names, *waves], noise=claimed(problem.data, sigma))
+    begun = replace(claimed(problem.data, sigma), scale=problem.noise.scale)
+    again = replace(problem, names=[*problem.names, *waves], noise=begun)
     calmer, level = with_estimated_noise(again, best.fit, sigma)
     remembers, remembered = calmer.noise.memory > 0, problem.noise.memory > 0
     return (calmer if waves or remembers != remembered or _is_calmer(calmer, problem) else None), level

@@ -58,6 +58,9 @@ NEAR_STEPS = 0.6
 REPEAT_TEMPERATURE = 0.5
 # Degrees of freedom from which on repeats determine the noise (sigma within 13 %).
 MIN_REPEAT_FREEDOM = 30
+# The noise of one kind of observation beside another's is found when it moves by less than this share, or after so many
+# rounds: where one is far finer than it was taken for, each round brings it half way. Numerical.
+SCALE_CHANGE, SCALE_ROUNDS = 0.03, 12
 # Rounds of reweighting and of rejecting rows, each. Numerical.
 NOISE_ROUNDS = 6
 # Size of a row from which on Huber's and Tukey's weights fall [medians of a row].

@@ -73,6 +73,11 @@ def sharing(data: Dataset, field: str) -> int:
     return sum(any(f.name == field for f in _core.observation_entry(kind).fields) for kind in kinds_of(data))
 
 
+def sigma_field(kind: str) -> str:
+    """The field of the standard deviations of a kind of observation."""
+    return next(field.name for field in _core.observation_entry(kind).fields if field.role == "sigma")
+
+
 def plurals(data: Dataset) -> list[str]:
     """What a data set has, in words: positions, lengths ..."""
     return [_core.observation_entry(kind).plural for kind in kinds_of(data)]

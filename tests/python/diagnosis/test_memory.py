@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from fastcal import Robot, diagnose, load_robot, perturbed, random_poses, simulate
 from fastcal.diagnosis import Diagnosis
 from fastcal.diagnosis.fits import fit
-from fastcal.diagnosis.memory import remembering, without_memory
+from fastcal.diagnosis.memory import without_memory
 from fastcal.diagnosis.problem import Noise, prepared_problem
 from fastcal.diagnosis.row_projections import Effect
 from fastcal.measurements.dataset import Dataset
@@ -88,21 +88,21 @@ def test_a_cause_is_found_beside_slow_noise() -> None:
 def test_fits_are_generalized_least_squares() -> None:
     """Beside the dense correlation matrix, with rows that were not used between the others."""
     data = rows(RHO)
-    problem = prepared_problem(arm(), data, [], Noise((SIGMA, 1e-4, SIGMA)), 1)
+    problem = prepared_problem(arm(), data, [], Noise((SIGMA, 1e-4, SIGMA), memory=0.7), 1)
     used = problem.used.copy()
     used[[3, 4, 70]] = False
-    problem = remembering(problem.with_rows(used), 0.7)
+    problem = problem.with_rows(used)
     at = fit(problem, [])
     assert data.time is not None
     place = np.argsort(np.argsort(data.time))[np.flatnonzero(used)]
-    row = np.asarray(at.near.row, dtype=np.intp)
+    row = at.near.row
     apart = np.abs(place[row][:, np.newaxis] - place[row])
     same = np.arange(len(row)) % 3
     Omega = np.where(same[:, np.newaxis] == same, 0.7**apart, 0.0)
-    J = np.asarray(at.near.J)[:, at.free]
+    J = at.near.J[:, at.free]
     normal = J.T @ np.linalg.solve(Omega, J) + np.diag(at.prior[at.free] ** -2)
     scale = np.sqrt(np.diag(normal))
     covariance = np.linalg.inv(normal / np.outer(scale, scale)) / np.outer(scale, scale)
     np.testing.assert_allclose(np.diag(at.covariance), np.diag(covariance), rtol=1e-6)
-    r = without_memory(problem, np.asarray(at.near.r), row)
+    r = without_memory(problem, at.near.r, row)
     np.testing.assert_allclose(r @ r, at.near.r @ np.linalg.solve(Omega, at.near.r), rtol=1e-9)

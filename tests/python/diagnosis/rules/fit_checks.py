@@ -2,17 +2,20 @@
 # SPDX-License-Identifier: MIT
 """Fits, and the noise that a rich model leaves."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 
+from fastcal import perturbed
 from fastcal.diagnosis import blocks, noise, periodic, priors, rounds
 from fastcal.diagnosis.fits import fit
+from fastcal.diagnosis.problem import prepared_problem
 from fastcal.diagnosis.search import Search
 
 from .linear_world import ROWS, World, columns, name
 from .mutants import falls_with
-from .small_arm import SIGMA, measured, problem
+from .small_arm import SIGMA, arm, measured, problem
 
 COMPLIANCE = {"effect": "joint_compliance", "owner": "joint2", "parameters": {"compliance_rad_nm": 2e-5}}
 
@@ -75,7 +78,7 @@ def a_missing_effect_is_no_noise_and_enough_is_left_to_estimate_it() -> None:
     world = World(dict(zip(names, C.T, strict=True)), 40.0 * C[:, 150])
     start = world.fit(world.problem, [])
     with world.looked_at():
-        rich = noise.rich_fit(start)
+        rich = noise.RichModel.of(start).left
     assert abs(rich.mean_square - 1) < 0.25
     assert rich.freedom > ROWS / 2
 
@@ -98,6 +101,21 @@ def the_noise_is_found_from_a_guess() -> None:
     guessed = given.with_noise(rounds.claimed(data, None))
     _, level = noise.with_estimated_noise(guessed, fit(guessed, []), None)
     assert abs(level.sigma / SIGMA - 1) < 0.25
+
+
+@falls_with(SCALE_ROUNDS=1)
+@falls_with(SCALE_CHANGE=1.0)
+def the_noise_of_much_finer_lengths_is_found_beside_that_of_points() -> None:
+    points = measured([], rows=120)
+    random = np.random.default_rng(3)
+    true = perturbed(arm(), seed=1, length=5e-4, angle=5e-4)
+    lengths = np.linalg.norm(true.forward(points.q)[:, :3, 3] - [1.5, 0.3, 0.2], axis=1)
+    lengths += SIGMA / 5 * random.standard_normal(120)
+    data = replace(points, distance=lengths, anchor=np.zeros(120, dtype=np.int64), anchor_names=("a",))
+    given = prepared_problem(arm(), data, [], rounds.claimed(data, None), 1)
+    found = noise.with_estimated_noise(given, fit(given, []), None)[0].noise
+    own = found.common[2] * found.factor * found.scale["length"]
+    assert abs(own / (SIGMA / 5) - 1) < 0.25
 
 
 @falls_with(ORDERS_OF_A_STEP=1)

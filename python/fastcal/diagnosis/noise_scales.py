@@ -1,0 +1,83 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Positions, orientations, lengths and tilts each have noise of their own.
+
+A tracker's points say nothing of how well its probe's orientations are known, and a kind that is whitened by the noise
+of another weighs too much or too little in every fit and test (variance components; F. R. Helmert 1924). The first kind
+with a unit of length has the `factor` of the noise, each other one a `scale` beside it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from scipy import special
+
+from fastcal.diagnosis import rules
+from fastcal.diagnosis.fits import Fit
+from fastcal.diagnosis.problem import Noise, Problem
+from fastcal.diagnosis.robust_rows import RichFit
+from fastcal.measurements.observations import sigma_field
+from fastcal.units import from_si
+
+
+def other_kinds(problem: Problem) -> list[str]:
+    """Kinds of observation beside the one that has no scale."""
+    observations = problem.measured.observations
+    first = next((of for of in observations if of.unit == "m"), observations[0])
+    return list(dict.fromkeys(of.name for of in observations if of.name != first.name))
+
+
+def with_own_scales(at: Fit, rich: RichFit) -> Noise:
+    """The noise of a fit with a scale for each kind of which a rich model leaves more, or less, than of the first.
+
+    By the mean squares of the two, where F (two-sided, ALPHA_NOISE) tells them apart, and from then on until it moves
+    by less than SCALE_CHANGE; `at` is the fit behind `rich`.
+    """
+    others, noise = other_kinds(at.problem), at.problem.noise
+    if not others:
+        return noise
+    kind = np.array([*at.problem.kinds, "prior"])[np.append(at.near.number, np.full(len(at.free), -1))]
+    whole, whole_freedom = rich.of(~np.isin(kind, [*others, "prior"]))
+    scale = dict(noise.scale)
+    for other in others:
+        own, freedom = rich.of(kind == other)
+        if min(whole, own) <= 0 or min(whole_freedom, freedom) < 1:
+            continue
+        tail = rules.ALPHA_NOISE / 2
+        low, high = special.fdtri(freedom, whole_freedom, [tail, 1 - tail])
+        by = float(np.sqrt(own / whole))
+        if abs(np.log(by)) > rules.SCALE_CHANGE if other in scale else not low <= by**2 <= high:
+            scale[other] = scale.get(other, 1.0) * by
+    return noise if scale == noise.scale else replace(noise, scale=scale)
+
+
+def with_others_kept(noise: Noise, problem: Problem, mean_square: float) -> Noise:
+    """Another noise of the first kind for a problem: the others have what a rich model left of them.
+
+    Args:
+        noise: As it is to be, but for the others.
+        problem: Whose noise the rich model was whitened with.
+        mean_square: What it left. A claim of another kind that it bore out stays.
+    """
+    claimed = {of.name for of in problem.measured.observations if of.claims_sigma}
+    by = problem.noise.factor * float(np.sqrt(mean_square)) / noise.factor
+    before = problem.noise.scale
+    moved = [kind for kind in other_kinds(problem) if kind in before or kind not in claimed]
+    return replace(noise, scale={**noise.scale, **{kind: before.get(kind, 1.0) * by for kind in moved}})
+
+
+def others_note(problem: Problem) -> str:
+    """The noise of the other kinds, in words; empty where there are none."""
+    said = []
+    for of in problem.measured.observations:
+        if of.name not in other_kinds(problem):
+            continue
+        common = problem.noise.common[1 if of.unit == "rad" else 2]
+        claims = problem.data.table(sigma_field(of.name))
+        square = common**2 + (0.0 if claims is None else float(np.nanmean(claims**2)))
+        size = problem.noise.factor * problem.noise.scale.get(of.name, 1.0) * float(np.sqrt(square))
+        unit = "deg" if of.unit == "rad" else "mm"
+        said.append(f"{of.name} {from_si(size, unit):.4f} {unit}")
+    return ", ".join(dict.fromkeys(said))
