@@ -92,7 +92,8 @@ def named_truth(at: Setting, wanted: float, random: Random) -> Truth | None:
 
 def drawable(at: Setting, but: Collection[str] = ABSORBED) -> list[Hypothesis]:
     """Names of the library for these rows."""
-    known = build_library(at.complete, replace(at.poses, position=at.still)).names
+    rows = replace(at.poses, position=at.still).select(np.arange(at.count))
+    known = build_library(at.complete, rows).names
     return [n for n in known if n.effect not in but and (at.has_masses or not _is_hidden(n, at))]
 
 

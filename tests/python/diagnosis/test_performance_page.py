@@ -6,6 +6,9 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
+import pytest
+
 TOP = Path(__file__).parents[3]
 RECORD = TOP / "bench" / "python" / "bench_diagnosis.json"
 
@@ -14,3 +17,15 @@ def test_the_page_is_rendered_from_the_record() -> None:
     command = [sys.executable, str(TOP / "bench" / "python" / "bench_diagnosis.py"), "--render", str(RECORD)]
     page = subprocess.run(command, check=True, capture_output=True, text=True).stdout
     assert page == (TOP / "docs" / "diagnosis-performance.md").read_text(encoding="utf-8")
+
+
+def test_a_model_is_judged_on_many_poses_in_the_conditions_of_a_usual_test(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of sixty held-out poses chance makes some model seem 2 % worse; a clock ten times as long would ask for more."""
+    monkeypatch.syspath_prepend(str(TOP / "bench" / "python"))
+    from diagnosis_arms import setting
+
+    at = setting(np.random.default_rng(1), "ur10e", 120)
+    assert (at.count, len(at.poses)) == (120, 1120)
+    time = at.poses.time
+    assert time is not None
+    assert time[-1] - time[119] == pytest.approx(0.5 * (time[119] - time[0]), rel=0.1)
