@@ -49,7 +49,8 @@ def smallest(state: SearchNode) -> list[DetectableEffect]:
     core = state.fit.problem.start.model.robot
     tested: dict[Key, int] = {}
     for i, name in enumerate(found.names):
-        if rank[i] > 0 and not name.is_start:  # the size of those depends on corner or moment
+        least = found.sizes[i] if name.traits.is_wave else 1  # a wave that can hide in its phase shows at no size
+        if rank[i] >= least and not name.is_start:  # the size of those depends on corner or moment
             tested.setdefault(name.key, i)
     columns = [int(c) for i in tested.values() for c in range(first[i], first[i + 1])]
     detected = np.asarray(found.tests.detectable(columns, _limits(state), rules.DETECTION_POWER))
@@ -91,7 +92,7 @@ def _sizes(
         return
     (effect,) = build_effects([name.entry], core)
     for parameter, own, at in zip(effect.parameters, length, root, strict=True):
-        if at <= rules.MAX_PLAUSIBLE_SIZE * parameter.sigma * own:
+        if np.isfinite(at) and at <= rules.MAX_PLAUSIBLE_SIZE * parameter.sigma * own:
             value = from_si(float(at / own), edge_unit(parameter, geometry=False))
             yield edge_name(parameter, geometry=False), value
 

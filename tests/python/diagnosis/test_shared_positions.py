@@ -2,10 +2,12 @@
 # SPDX-License-Identifier: MIT
 """Rows that share positions of their joints, and what is wrong with them: neither a gear nor a curve of a joint is."""
 
+import json
+
 import numpy as np
 import pytest
 
-from fastcal import diagnose, load_robot, perturbed
+from fastcal import diagnose, load_robot, perturbed, simulate
 from fastcal.measurements.dataset import Dataset
 
 ARM = load_robot("pmc6va030")
@@ -44,3 +46,14 @@ def test_what_batches_of_rows_share_is_not_named_and_makes_nothing_worse(batches
     assert before is not None
     assert after is not None
     assert after <= 1.02 * before
+
+
+def test_a_wave_that_hides_in_its_phase_is_promised_at_no_size() -> None:
+    """At two positions of a joint the cosine of any wave is a constant, which its zero takes up."""
+    q = np.random.default_rng(2).uniform([-1.7, -0.3, -0.7, 0.2, 0.6, -1.2], [0.3, 0.9, 0.2, 1.2, 1.4, 1.2], (120, 6))
+    q[:, 0] = np.where(np.arange(120) % 2, 0.5, -0.5)
+    found = diagnose(ARM, simulate(perturbed(ARM, seed=3), Dataset.from_arrays(q, robot=ARM), noise=5e-5, seed=3))
+    json.dumps(found.to_json_dict(), allow_nan=False)
+    waves = {s.owner for s in found.smallest if s.effect == "gear_harmonic"}
+    assert "joint1" not in waves
+    assert "joint2" in waves
