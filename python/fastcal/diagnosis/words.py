@@ -77,8 +77,8 @@ def cause_in_words(effect: str, owner: str) -> str:
 
 def reason_text(because: Because, speak: Speak = str) -> str:
     """A reason as a clause without a full stop; `speak` puts hypotheses and blocks into words."""
-    subjects = ", ".join(map(speak, because.subjects))
-    places = " or ".join(owner_in_words(subject.owner) for subject in because.subjects)
+    subjects = ", ".join(dict.fromkeys(map(speak, because.subjects)))
+    places = " or ".join(dict.fromkeys(owner_in_words(subject.owner) for subject in because.subjects))
     orders = _listed([f"{round(order, 1):g}" for order in because.orders])
     text = _REASONS[because.reason].format(
         subjects=subjects, places=places, orders=orders, value=because.value, limit=because.limit
@@ -161,9 +161,9 @@ def _unproven(found: list[Finding]) -> str:
     """Those of grade B in one sentence, the places of one effect together."""
     if len(found) == 1:
         return f"The data are consistent with {cause_in_words(found[0].effect, found[0].owner)}, but do not prove it."
-    places: dict[str, list[str]] = {}
+    places: dict[str, dict[str, None]] = {}  # each once: a joint may have waves of several orders
     for f in found:
-        places.setdefault(traits_of(f.effect).phrase, []).append(owner_in_words(f.owner))
+        places.setdefault(traits_of(f.effect).phrase, {})[owner_in_words(f.owner)] = None
     listed = "; ".join(f"{phrase} at {', '.join(owners)}" for phrase, owners in places.items())
     return f"The data are consistent with the following, but prove none of them: {listed}."
 
