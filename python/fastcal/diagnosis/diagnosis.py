@@ -34,6 +34,7 @@ from fastcal.diagnosis.search import Search, SearchNode
 from fastcal.diagnosis.tail_probabilities import p_values
 from fastcal.diagnosis.words import sentence_of
 from fastcal.errors import InvalidInput
+from fastcal.measurements.copied_rows import counted_once
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.observations import without_measured
 from fastcal.robot.given import DataLike, RobotLike, as_data, as_robot
@@ -73,7 +74,7 @@ def diagnose(
     if sigma is not None and not (np.isfinite(sigma) and sigma > 0):
         raise InvalidInput(f"sigma must be a standard deviation above 0, got {sigma}")
     robot = as_robot(robot)
-    data = as_data(data, robot)
+    data = counted_once(as_data(data, robot))
     test = None if test is None else as_data(test, robot)
     notify("looking at the columns")
     suspected = check_columns(robot, data, as_read=as_read)

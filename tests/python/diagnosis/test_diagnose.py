@@ -76,6 +76,18 @@ def test_one_effect_is_named_with_its_size_and_closes_the_gap() -> None:
     np.testing.assert_allclose(np.diag(correlation), np.ones(len(names)), atol=1e-9)
 
 
+def test_copies_of_rows_are_no_evidence() -> None:
+    """A row that stands twice in a file was measured once: the answer is that without the copies."""
+    data = rows([{"effect": "backlash", "owner": "joint4", "parameters": {"gap_rad": 1e-4}}])
+    twice = data.select(np.append(np.arange(ROWS), np.arange(0, ROWS, 2)))
+    once, found = diagnose(arm(), data), diagnose(arm(), twice)
+    assert (found.verdict, found.sentence) == (once.verdict, once.sentence)
+    assert found.sigma_mm == pytest.approx(once.sigma_mm, rel=1e-9)
+    assert found.outliers == once.outliers
+    assert [f.snr for f in found.effects] == pytest.approx([f.snr for f in once.effects], rel=1e-6)
+    assert f"{ROWS // 2} rows are exact copies of others; each counts once" in found.notes
+
+
 def test_a_name_that_a_set_can_do_without_is_dropped() -> None:
     found = one()
     assert found.search is not None
