@@ -4,9 +4,9 @@
 
 Each block (a place and what it may depend on) is a Gaussian process beside the geometry, one amplitude by marginal
 likelihood; the block with the most evidence first, the next beside it. A block must have evidence, and the whole must
-predict poses that were left out: what is added where nothing is missing does harm on other poses. The whole model must
-leave less than the one before, recomputed and not from the linearization. The function comes with the shift of the
-geometry that makes both together orthogonal to the geometry (`surrogate.cpp`).
+predict poses that were left out, also where blocks are chosen without them: what is added where nothing is missing does
+harm on other poses. The whole model must leave less than the one before, recomputed and not from the linearization. The
+function comes with the shift of the geometry that makes both together orthogonal to the geometry (`surrogate.cpp`).
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from fastcal.robot.robot import Robot, Spec
 from fastcal.surrogate.blocks import choose_blocks
 from fastcal.surrogate.candidates import candidates
 from fastcal.surrogate.entries import curve, effect_entries
-from fastcal.surrogate.held_out import at_other_inputs, at_other_poses
+from fastcal.surrogate.held_out import at_other_inputs, at_other_poses, lead_at_other_poses
 from fastcal.surrogate.problem import misfit, residual_problem
 from fastcal.surrogate.thresholds import Thresholds
 
@@ -41,8 +41,9 @@ class AddedSurrogate:
         owner, depends_on: The place with the most evidence and what it depends on; None and () where none has any.
         share: Of the sum of squares of what was left, what that block explains.
         evidence: Of that block, twice a log ratio of likelihoods.
-        held_out: RMS of poses left out with everything that was tried over that without; 1 where nothing was. Beside a
-            first block without enough evidence, nothing else is tried.
+        held_out: RMS of poses left out with everything that was tried over that without; 1 where nothing was, or where
+            blocks that are chosen without these poses do not lead. Beside a first block without enough evidence,
+            nothing else is tried.
         inputs, curve: (N, inputs) and (N, directions) [rad, m]: the first block's function over the rows.
         unknowns: (U,) of the observations, shifted as the geometry is.
     """
@@ -111,6 +112,9 @@ def add_surrogate(
     for block in blocks:
         if ratio < thresholds.held_out:  # one that fails is enough
             ratio = max(ratio, at_other_inputs(problem, blocks, block, considered, thresholds))
+    may_be_added = is_less and first.evidence >= thresholds.evidence and ratio < thresholds.held_out
+    if may_be_added and lead_at_other_poses(problem, blocks, considered, thresholds) < thresholds.lead:
+        may_be_added, ratio = False, 1.0
     found = AddedSurrogate(
         model=model,
         added=(),
@@ -123,7 +127,7 @@ def add_surrogate(
         curve=curve(problem, first, entries[0]),
         unknowns=places,
     )
-    if first.evidence < thresholds.evidence or ratio >= thresholds.held_out or not is_less:
+    if not may_be_added:
         return found
     names = tuple(f"surrogate@{b.candidate.owner}" for b in blocks)
     return replace(found, model=extended, added=names, unknowns=beside)

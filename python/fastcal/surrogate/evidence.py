@@ -75,15 +75,15 @@ class Beside:
         return Weighed(float(gain[best]), float(_SIZES[best])) if gain[best] > 0 else Weighed(0.0, 0.0)
 
 
-def held_out_squares(A: FloatArray, C: FloatArray, r: FloatArray, held: BoolArray) -> tuple[float, float]:
-    """Sums of squares of the held-out rows, fitted to the others: by A alone, and with C of weights ~ N(0, I)."""
+def held_out_squares(A: FloatArray, C: FloatArray, r: FloatArray, held: BoolArray) -> tuple[FloatArray, FloatArray]:
+    """Squares of the held-out rows, fitted to the others: by A alone, and with C of weights ~ N(0, I)."""
     kept = ~held
     alone = _solve(A[kept], r[kept])
     count = C.shape[1]
     prior = np.hstack([np.zeros((count, A.shape[1])), np.eye(count)])
     whole = np.hstack([A, C])
     both = _solve(np.vstack([whole[kept], prior]), np.append(r[kept], np.zeros(count)))
-    return float(np.sum((r[held] - A[held] @ alone) ** 2)), float(np.sum((r[held] - whole[held] @ both) ** 2))
+    return (r[held] - A[held] @ alone) ** 2, (r[held] - whole[held] @ both) ** 2
 
 
 def _solve(A: FloatArray, b: FloatArray) -> FloatArray:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.calibration.parallel import each
-from fastcal.calibration.repeatability import place_groups
+from fastcal.calibration.repeatability import place_groups, pose_groups
 from fastcal.measurements.splits import deal
 from fastcal.surrogate.blocks import Block, choose_blocks
 from fastcal.surrogate.candidates import Candidate
@@ -19,7 +19,10 @@ from fastcal.surrogate.evidence import held_out_squares
 from fastcal.surrogate.problem import FOLDS, ResidualProblem
 from fastcal.surrogate.thresholds import Thresholds
 
+FloatArray = NDArray[np.float64]
+
 _FEW_ROWS = 100  # where the choice of blocks itself is part of what poses left out must confirm
+_CHOSEN_AGAIN = 400  # rows up to which that costs little for the one surrogate that has passed all else
 _SHARED = 0.8  # distinct places over rows, from which on poses are as good as places
 
 
@@ -31,7 +34,24 @@ def at_other_poses(
     Few rows choose blocks by chance: there the choice among `considered` is made again without each fold.
     """
     few = len(problem.data) < _FEW_ROWS
-    return _without_folds(problem, problem.fold, blocks, considered if few else [], thresholds)
+    return _ratio(*_left_out(problem, problem.fold, blocks, considered if few else [], thresholds))
+
+
+def lead_at_other_poses(
+    problem: ResidualProblem, blocks: list[Block], considered: Sequence[Candidate], thresholds: Thresholds
+) -> float:
+    """Standard errors by which the sum of squares of poses left out is less with blocks than without.
+
+    As many as `blocks`, chosen among `considered` without each fold: a choice that saw the poses left out takes what
+    is alike in them by chance for a curve.
+    """
+    again = considered if len(problem.data) <= _CHOSEN_AGAIN else []
+    before, after = _left_out(problem, problem.fold, blocks, again, thresholds)
+    measured = problem.row >= 0
+    pose = pose_groups(problem.data)[problem.row[measured]]
+    less = np.bincount(pose, (before - after)[measured])
+    error = float(np.std(less, ddof=1)) * np.sqrt(len(less)) if len(less) > 1 else 0.0
+    return float(less.sum()) / error if error > 0 else 0.0
 
 
 def at_other_inputs(
@@ -41,7 +61,7 @@ def at_other_inputs(
     considered: Sequence[Candidate],
     thresholds: Thresholds,
 ) -> float:
-    """The same of all rows at values of a block's inputs: poses of a grid share them, and what is wrong there.
+    """The RMS of all rows at values of a block's inputs: poses of a grid share them, and what is wrong there.
 
     0 where the inputs have few values, such as a direction of approach, or hardly any that rows share: poses left out
     test these.
@@ -53,22 +73,23 @@ def at_other_inputs(
     fold = deal(int(place.max()) + 1, FOLDS, np.random.default_rng(0))[place]
     few = len(np.unique(values, axis=0)) < _FEW_ROWS
     fold_of_number = np.where(problem.row >= 0, fold[problem.row], -1)
-    return _without_folds(problem, fold_of_number, blocks, considered if few else [], thresholds)
+    return _ratio(*_left_out(problem, fold_of_number, blocks, considered if few else [], thresholds))
 
 
-def _without_folds(
+def _left_out(
     problem: ResidualProblem,
     fold: NDArray[np.int64],
     blocks: list[Block],
     considered: Sequence[Candidate],
     thresholds: Thresholds,
-) -> float:
-    """RMS of what is left out with the blocks over that without; those among `considered` are chosen for each fold."""
+) -> tuple[FloatArray, FloatArray]:
+    """(m,) squares of what is left out of each fold, without and with blocks; 0 in the rows of priors.
 
-    def squares_of(k: int) -> tuple[float, float]:
+    Where any are `considered`, as many as `blocks` are chosen among them for each fold.
+    """
+
+    def squares_of(k: int) -> tuple[FloatArray, FloatArray]:
         held = fold == k
-        if not held.any():
-            return 0.0, 0.0
         own = blocks
         if considered:
             as_many = replace(thresholds, evidence=0.0, blocks=len(blocks))
@@ -77,5 +98,14 @@ def _without_folds(
         C = np.hstack([block.columns for block in own]) if own else np.zeros((len(problem.r), 0))
         return held_out_squares(problem.A, C, problem.r, held)
 
-    squares = np.sum([(0.0, 0.0), *each(squares_of, range(int(fold.max()) + 1))], axis=0)
-    return float(np.sqrt(squares[1] / squares[0])) if squares[0] > 0 else 1.0
+    before, after = np.zeros((2, len(problem.r)))
+    folds = [k for k in range(int(fold.max()) + 1) if (fold == k).any()]
+    for k, squares in zip(folds, each(squares_of, folds), strict=True):
+        before[fold == k], after[fold == k] = squares
+    return before, after
+
+
+def _ratio(before: FloatArray, after: FloatArray) -> float:
+    """Of the RMS; 1 where nothing was left out."""
+    whole = float(before.sum())
+    return float(np.sqrt(after.sum() / whole)) if whole > 0 else 1.0

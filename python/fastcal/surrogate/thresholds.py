@@ -15,6 +15,7 @@ class Thresholds:
         evidence: Of the first block, twice the log of a ratio of likelihoods.
         further_evidence: Of a further block.
         held_out: RMS of poses left out with everything that is added over that without, which must be less.
+        lead: Standard errors, over poses, by which poses left out must lie nearer with blocks chosen without them.
         blocks: At most.
         bins: Parts of an input's range: rows in the same parts of all inputs are left out together.
     """
@@ -22,5 +23,6 @@ class Thresholds:
     evidence: float
     further_evidence: float
     held_out: float
+    lead: float
     blocks: int
     bins: int

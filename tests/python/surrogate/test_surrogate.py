@@ -3,6 +3,7 @@
 """What is missing without a name is placed and added, what is not missing is not, and a model keeps it."""
 
 import copy
+from dataclasses import replace
 from itertools import chain, repeat
 from typing import Any
 
@@ -147,6 +148,19 @@ def test_few_poses_choose_nothing_by_chance(arm: Robot, poses: Dataset) -> None:
     measured = simulate(perturbed(arm, seed=5), poses.select(slice(0, 30)), noise=NOISE, seed=5)
     found = calibrate(arm, measured, loss="none")
     assert add_surrogate(found.model, measured, noise=(NOISE, 1e-4, NOISE), thresholds=thresholds()).added == ()
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_choice_that_saw_the_poses_left_out_is_made_again_without_them(arm: Robot, poses: Dataset, seed: int) -> None:
+    """Of hundreds of blocks one always seems to predict noise, if those that are left out took part in its choice."""
+    measured = simulate(perturbed(arm, seed=seed), poses.select(slice(0, 110)), noise=NOISE, seed=seed)
+    found = calibrate(arm, measured, loss="huber")
+    lenient = replace(thresholds(), evidence=0.0, held_out=1.0)
+    noise = (found.sigma, 1e-4, found.sigma)
+    assert add_surrogate(found.model, measured, noise=noise, thresholds=replace(lenient, lead=-np.inf)).added
+    added = add_surrogate(found.model, measured, noise=noise, thresholds=lenient)
+    assert added.added == ()
+    assert added.held_out == 1.0
 
 
 @pytest.mark.parametrize("near", [True, False])
