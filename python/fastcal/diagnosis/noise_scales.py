@@ -12,14 +12,18 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import special
 
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.fits import Fit
 from fastcal.diagnosis.problem import Noise, Problem
 from fastcal.diagnosis.robust_rows import RichFit
+from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.observations import sigma_field
 from fastcal.units import from_si
+
+FloatArray = NDArray[np.float64]
 
 
 def other_kinds(problem: Problem) -> list[str]:
@@ -66,6 +70,26 @@ def with_others_kept(noise: Noise, problem: Problem, mean_square: float) -> Nois
     before = problem.noise.scale
     moved = [kind for kind in other_kinds(problem) if kind in before or kind not in claimed]
     return replace(noise, scale={**noise.scale, **{kind: before.get(kind, 1.0) * by for kind in moved}})
+
+
+def without_scales(problem: Problem) -> tuple[Dataset, tuple[float, float, float]]:
+    """All rows with their claims, and the common part of the noise, with `factor` and `scale` multiplied in.
+
+    Of several kinds with one common part, such as orientations and tilts without claims, it is that of the first.
+    """
+    data, noise = problem.data, problem.noise
+    own = {of.name: noise.factor * noise.scale.get(of.name, 1.0) for of in reversed(problem.measured.observations)}
+    common, observed, claims = list(noise.common), dict(data.observed), dict[str, FloatArray]()
+    for of in reversed(problem.measured.observations):
+        part = 1 if of.unit == "rad" else 0 if of.field == "position" else 2
+        common[part] = noise.common[part] * own[of.name]
+        name = sigma_field(of.name)
+        if name in observed:
+            observed[name] = data.observed[name] * own[of.name]
+        elif data.table(name) is not None:
+            claims[name] = getattr(data, name) * own[of.name]
+    scaled = replace(data, observed=observed, **claims)  # type: ignore[arg-type]
+    return scaled, (common[0], common[1], common[2])
 
 
 def others_note(problem: Problem) -> str:

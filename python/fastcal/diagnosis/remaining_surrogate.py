@@ -13,6 +13,7 @@ from fastcal.calibration.parameter_table import unknowns_by_owner
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.adaptation import Judge, gap_step, nominal
 from fastcal.diagnosis.fits import Fit
+from fastcal.diagnosis.noise_scales import without_scales
 from fastcal.diagnosis.result import AdaptedModel, GapStep, Unexplained
 from fastcal.surrogate import Thresholds, add_surrogate, formulas
 
@@ -34,11 +35,11 @@ def with_surrogate(
             has evidence; where it is None, only what poses left out confirm counts as unexplained.
     """
     problem = fit.problem
-    common = np.asarray(problem.noise.common, dtype=float) * problem.noise.factor
+    data, noise = without_scales(problem)
     found = add_surrogate(
         last.model,
-        problem.data.select(reached),
-        noise=(float(common[0]), float(common[1]), float(common[2])),
+        data.select(reached),
+        noise=noise,
         thresholds=thresholds(),
         unknowns=fit.theta[len(fit.model.parameters) :],
         exclude=_SLOW if problem.noise.memory > 0 else frozenset(),

@@ -10,7 +10,8 @@ import pytest
 from fastcal import Dataset, Robot, calibrate, diagnose, perturbed, random_poses, simulate
 from fastcal.diagnosis.fits import fit
 from fastcal.diagnosis.noise import NoiseLevel, with_estimated_noise
-from fastcal.diagnosis.problem import Problem, prepared_problem
+from fastcal.diagnosis.noise_scales import without_scales
+from fastcal.diagnosis.problem import Noise, Problem, prepared_problem
 from fastcal.diagnosis.rounds import claimed
 
 from .rules.small_arm import SIGMA, arm
@@ -126,3 +127,16 @@ def test_tilts_without_a_claim_beside_orientations_with_one_get_a_noise() -> Non
     claims = {"sigma_tilt": np.full((ROWS, 1), 1e-4), "tilt@link2": np.zeros((ROWS, 2))}
     assert claimed(replace(mixed, observed=claims), None).common[1] == 0
     assert claimed(replace(mixed, observed=claims, rotation=None, sigma_rotation=None), None).common[1] == 0
+
+
+def test_claims_and_scales_together_are_the_noise() -> None:
+    """What a surrogate is whitened with is what the fits are whitened with."""
+    data = replace(poses(1e-3), sigma_position=np.full((ROWS, 3), SIGMA), sigma_rotation=np.full(ROWS, 1e-3))
+    noise = Noise((2e-5, 1e-4, 2e-5), factor=1.5, scale={"orientation": 4.0})
+    given = prepared_problem(arm(), data, [], noise, 1)
+    scaled, common = without_scales(given)
+    plain = prepared_problem(arm(), scaled, [], Noise(common), 1)
+    at = fit(given, [])
+    near = plain.linearized(at.model, at.samples, at.theta)
+    np.testing.assert_allclose(at.near.r / 1.5, near.r, rtol=1e-9)
+    np.testing.assert_allclose(at.near.J / 1.5, near.J, rtol=1e-9, atol=1e-9)
