@@ -20,7 +20,7 @@ from fastcal.diagnosis.fits import Fit, fit, is_beyond_bounds
 from fastcal.diagnosis.library import Hypothesis, Library, build_library, parse_exclusions
 from fastcal.diagnosis.many_rows import on_all_rows, searched_rows
 from fastcal.diagnosis.memory import with_memory_named
-from fastcal.diagnosis.noise import NoiseLevel, over_claim, row_run_notes, with_estimated_noise
+from fastcal.diagnosis.noise import NoiseLevel, of_no_posture, over_claim, row_run_notes, with_estimated_noise
 from fastcal.diagnosis.one_curve import waves_of_one_curve, with_orders_between
 from fastcal.diagnosis.periodic import is_periodic
 from fastcal.diagnosis.plan import SeparatingPlan, separating_plan
@@ -176,7 +176,7 @@ class _Found:
         """Rows that the fit of the model holds and that are far off it: nothing that was found explains them."""
         problem = self.model.fit.problem
         A, r, row = self.model.fit.whitened
-        at = problem.rows[gross_rows(A, r, row)]
+        at = problem.rows[of_no_posture(gross_rows(A, r, row), problem.kept)]
         return [int(i) for i in (at if self.rows is None else self.rows[at])]
 
     def result(self) -> Diagnosis:
@@ -192,6 +192,7 @@ class _Found:
         steps = self._adapted(names)
         profiles = self.model.profiles
         remaining = unexplained.located(search, self.final) if self.remains else None
+        remaining = remaining or unexplained.at_a_posture(steps[0].train, outliers, self.level.sigma)
         gap = adaptation.gap(steps, names, profiles)
         judge = adaptation.Judge(self.data, self.test, self.threads)
         more, step, remaining = with_surrogate(steps[-1], self.fit, self.reaches, judge, remaining)

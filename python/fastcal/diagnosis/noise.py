@@ -83,11 +83,29 @@ def with_estimated_noise(problem: Problem, at: Fit, option: float | None) -> tup
 
 
 def left_out(wrong: IntArray, gross: IntArray, data: Dataset) -> IntArray:
-    """Rows that no fit should hold: those of `wrong` that stand alone, and `gross` ones wherever they stand.
+    """Rows that no fit should hold: those of `wrong` that stand alone, and `gross` ones but for those of a posture."""
+    return np.union1d(isolated_rows(wrong, data), of_no_posture(gross, data))
 
-    What a rich model misses by so much is no effect that the search could name, and would bend everything else.
+
+def of_no_posture(gross: IntArray, data: Dataset) -> IntArray:
+    """Those of the rows `gross` that no effect explains, wherever they stand: they would bend everything else.
+
+    Rows that share a posture though they were measured at different times may lie on a bump that the rich model has no
+    curve for.
     """
-    return np.union1d(isolated_rows(wrong, data), gross)
+    shared = shared_posture(gross, data)
+    return gross if shared is None else np.setdiff1d(gross, shared[1])
+
+
+def shared_posture(wrong: IntArray, data: Dataset) -> tuple[int, IntArray] | None:
+    """The joint of whose way rows among `wrong` share a small part, by more than chance, and these rows; or None.
+
+    Rows of a run share one wherever successive poses are near: they do not count.
+    """
+    runs = _runs(wrong, data)
+    alone = wrong[~np.isin(wrong, np.concatenate(runs))] if runs else wrong
+    joint = _posture(alone, data.q)
+    return None if joint is None else (joint, alone)
 
 
 def isolated_rows(wrong: IntArray, data: Dataset) -> IntArray:
@@ -96,22 +114,31 @@ def isolated_rows(wrong: IntArray, data: Dataset) -> IntArray:
     Where every row of a stretch of time is off, something moved: that is an effect and no outliers. Nor are there any
     where all of them share a posture.
     """
-    if _share_a_posture(wrong, data.q):
+    if _posture(wrong, data.q) is not None:
         return wrong[:0]
     moved = _runs(wrong, data)
     return wrong[~np.isin(wrong, np.concatenate(moved))] if moved else wrong
 
 
 def row_run_notes(data: Dataset, outliers: Sequence[int]) -> list[str]:
-    """A sentence for each run of outliers, one measured after the other: chance makes no such run."""
+    """A sentence for outliers that share a posture and for each run of them in time: chance makes neither."""
     at = np.flatnonzero(data.measured)
     found = _runs(np.flatnonzero(np.isin(at, outliers)), data.select(at))
     rows = [np.intersect1d(at[run], outliers) for run in found]
-    return [
+    shared = shared_posture(np.flatnonzero(np.isin(at, outliers)), data.select(at))
+    told = [] if shared is None else [_shared_note(shared[0], at[shared[1]])]
+    return told + [
         f"rows {own[0]} to {own[-1]} were measured one after the other and are far off ({len(own)} of them): nothing "
         "that was tried explains them, and no fit holds them; look at what happened there"
         for own in rows
     ]
+
+
+def _shared_note(joint: int, rows: IntArray) -> str:
+    return (
+        f"rows {', '.join(map(str, rows))} are far off and share a small part of the way of joint {joint + 1}, which "
+        "outliers do not: something is wrong there that too few poses show to say more"
+    )
 
 
 def _runs(wrong: IntArray, data: Dataset) -> list[IntArray]:
@@ -125,17 +152,18 @@ def _runs(wrong: IntArray, data: Dataset) -> list[IntArray]:
     return [order[run] for run in runs if rules.OUTLIER_RUN in np.convolve(is_wrong[run], np.ones(rules.OUTLIER_RUN))]
 
 
-def _share_a_posture(wrong: IntArray, q: FloatArray) -> bool:
-    """Do OUTLIER_RUN rows or more lie within so small a part of a joint's way as chance puts them in one of a thousand?
+def _posture(wrong: IntArray, q: FloatArray) -> int | None:
+    """The joint where OUTLIER_RUN rows or more lie within so small a part of its way as in one of a thousand by chance.
 
     k rows drawn from N lie in a window that holds a share f of them with a chance of k f^(k - 1) at most.
     """
     k = len(wrong)
     if k < rules.OUTLIER_RUN:
-        return False
+        return None
     low, high = q[wrong].min(axis=0), q[wrong].max(axis=0)
     share = np.mean((q >= low) & (q <= high), axis=0)
-    return bool(q.shape[1] * k * np.min(share) ** (k - 1) < rules.ALPHA_POSTURE)
+    joint = int(np.argmin(share))
+    return joint if q.shape[1] * k * share[joint] ** (k - 1) < rules.ALPHA_POSTURE else None
 
 
 def _agreement(rich: RichFit) -> int:

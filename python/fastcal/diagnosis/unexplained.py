@@ -4,11 +4,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.calibration.evaluation import Evaluation
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.held_out import HeldOut, gain
+from fastcal.diagnosis.noise import shared_posture
 from fastcal.diagnosis.result import Unexplained
 from fastcal.diagnosis.search import Search, SearchNode
 from fastcal.diagnosis.tail_probabilities import p_values
@@ -128,6 +132,22 @@ def located(search: Search, state: SearchNode) -> Unexplained:
     share = (statistic[generic][index] - rank[generic][index]) / misfit
     share *= (state.fit.problem.noise.factor / search.problem.noise.factor) ** 2  # in one unit
     return Unexplained(block.owner, float(np.clip(share, 0.0, 1.0)), block.curves.depends_on)
+
+
+def at_a_posture(geometry: Evaluation, outliers: Sequence[int], sigma: float) -> Unexplained | None:
+    """What is wrong over a part of a joint's way that holds too few rows to show more; None: outliers share none.
+
+    Its share is theirs of the squared distances that the geometry leaves beyond noise of `sigma` a coordinate [m].
+    """
+    shared = shared_posture(np.array(outliers, dtype=np.intp), geometry.data)
+    if shared is None:
+        return None
+    joint, rows = shared
+    beyond = np.nan_to_num(np.sum(geometry.error_after**2, axis=1) - 3 * sigma**2)
+    if geometry.length_after is not None:
+        beyond += np.nan_to_num(geometry.length_after**2 - sigma**2)
+    share = float(beyond[rows].sum()) / max(float(beyond.sum()), float(beyond[rows].sum()), 1e-300)
+    return Unexplained(f"joint{joint + 1}", float(np.clip(share, 0.0, 1.0)), (f"q{joint + 1}",))
 
 
 def one_block_does_better(search: Search, best: SearchNode) -> bool:

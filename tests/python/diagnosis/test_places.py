@@ -78,3 +78,24 @@ def test_an_instrument_s_circle_is_the_instrument_s() -> None:
     owners = {f.owner for f in found.effects} | ({found.unexplained.owner} if found.unexplained else set())
     assert "instrument" in owners
     assert all(f.owner == "instrument" or f.grade != "A" for f in found.effects)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3, 4])
+def test_what_is_wrong_in_a_small_part_of_a_joints_way_is_not_thrown_out(seed: int) -> None:
+    """A bump that few rows show predicts no held-out row: they are told with their place, and nothing is 'none'."""
+
+    def bump(q: FloatArray, approach: FloatArray) -> FloatArray:
+        out = np.zeros_like(q)
+        centre = np.quantile(q[:, 3], 0.4)
+        out[:, 3] = 4e-3 * np.exp(-(((q[:, 3] - centre) / 0.08) ** 2))
+        return out
+
+    data = measured(bump, seed)
+    wrong = np.flatnonzero(np.abs(data.q[:, 3] - np.quantile(data.q[:, 3], 0.4)) < 0.08)
+    assert len(wrong) >= 4
+    found = diagnose(arm(), data)
+    assert found.verdict != "none"
+    assert all(f.grade != "A" for f in found.effects)
+    assert found.unexplained is not None or [f.owner for f in found.effects] == ["joint4"]
+    if found.unexplained is not None:
+        assert found.unexplained.owner == "joint4"

@@ -10,7 +10,9 @@ from unittest import mock
 import numpy as np
 
 from fastcal import calibrate
+from fastcal.calibration.alignment import measurements
 from fastcal.diagnosis import remaining_surrogate
+from fastcal.diagnosis.problem import Noise
 from fastcal.diagnosis.remaining_surrogate import with_surrogate
 from fastcal.diagnosis.result import Unexplained
 from fastcal.measurements.dataset import Dataset
@@ -36,9 +38,8 @@ def calibrated(curves: bool) -> tuple[Any, Dataset]:
 def added(curves: bool) -> tuple[str, Unexplained | None]:
     """The surrogates that are added, and what remains."""
     model, data = calibrated(curves)
-    noise = SimpleNamespace(common=(SIGMA, 1e-4, SIGMA), factor=1.0, memory=0.0)
     fit: Any = SimpleNamespace(
-        problem=SimpleNamespace(noise=noise, data=data, measured=None),
+        problem=SimpleNamespace(noise=Noise((SIGMA, 1e-4, SIGMA)), data=data, measured=measurements(data, arm())),
         theta=np.zeros(0),
         model=SimpleNamespace(parameters=[]),
     )
