@@ -18,7 +18,7 @@ from fastcal.calibration.parallel import workers
 from fastcal.diagnosis import adaptation, grading, rivals, rules, sensitivity, unexplained
 from fastcal.diagnosis.fits import Fit, fit, is_beyond_bounds
 from fastcal.diagnosis.library import Hypothesis, Library, build_library, parse_exclusions
-from fastcal.diagnosis.many_rows import on_all_rows, searched_rows
+from fastcal.diagnosis.many_rows import all_moved, on_all_rows, searched_rows
 from fastcal.diagnosis.memory import with_memory_named
 from fastcal.diagnosis.noise import NoiseLevel, of_no_posture, over_claim, row_run_notes, with_estimated_noise
 from fastcal.diagnosis.one_curve import waves_of_one_curve, with_orders_between
@@ -32,7 +32,7 @@ from fastcal.diagnosis.robust_rows import gross_rows, studentized_residuals
 from fastcal.diagnosis.rounds import claimed, searched
 from fastcal.diagnosis.search import Search, SearchNode
 from fastcal.diagnosis.tail_probabilities import p_values
-from fastcal.diagnosis.words import sentence_of
+from fastcal.diagnosis.words import noise_doubts, sentence_of
 from fastcal.errors import InvalidInput
 from fastcal.measurements.copied_rows import counted_once
 from fastcal.measurements.dataset import Dataset
@@ -113,6 +113,10 @@ def _found(
     problem = prepared_problem(robot, looked_at, library.names, claimed(looked_at, sigma), threads, library.excluded)
     notify("how large the noise is")
     problem, level = with_estimated_noise(problem, fit(problem, []), sigma)
+    moved = all_moved(level.moved, trusted, rows)
+    if moved and len(lost) + len(moved) <= rules.MAX_MOVED_SHARE * data.measured.sum():
+        notify(f"without {len(moved)} rows that lie off together")
+        return _found(robot, data, test, library, sigma, threads, notify, sorted({*lost, *moved}))
     plain, best, level = searched(problem, level, sigma, notify)
     search = plain.search
     if not best.suffices and (search.explains_little(best) or unexplained.one_block_does_better(search, best)):
@@ -204,6 +208,8 @@ class _Found:
         findings += [_curve(steps[-1].model, entry) for entry in profiles]
         if more is not None and step is not None:
             steps, gap = [*steps, more], [*gap, step]
+        runs = row_run_notes(self.data, outliers, steps[-1].train.error_after)
+        doubts = noise_doubts(over_claim(self.level, self.data, self.sigma), search.problem.noise.memory)
         found = Diagnosis(
             verdict=_verdict(findings, remaining),
             sentence="",
@@ -223,13 +229,14 @@ class _Found:
             state=best,
             final=self.final,
             plan=self._plan(equivalents),
-            notes=[*self.data.notes, *self._limits(outliers)],
+            notes=[*self.data.notes, *runs, *doubts, *self._limits()],
         )
-        return replace(found, sentence=sentence_of(found))
+        left_out = [f"{len(outliers)} rows that nothing explains were left out"] if runs else []
+        return replace(found, sentence=sentence_of(found, [*left_out, *doubts]))
 
-    def _limits(self, outliers: list[int]) -> list[str]:
+    def _limits(self) -> list[str]:
         """What the search did not look at, in sentences."""
-        out = row_run_notes(self.data, outliers)
+        out = []
         if self.rows is not None:
             share = f"{len(self.rows)} of {int(self.data.measured.sum())} measured rows"
             out.append(f"causes were searched for in {share}, spread evenly; the models are fitted to all of them")

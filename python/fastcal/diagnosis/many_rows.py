@@ -10,6 +10,7 @@ ranges.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -73,3 +74,12 @@ def on_all_rows(at: Fit, data: Dataset) -> Problem:
     used = every.used.copy()
     used[every.rows[left_out(wrong, gross, every.kept)]] = False
     return replace(every, used=used)
+
+
+def all_moved(moved: Sequence[int], data: Dataset, rows: IntArray | None) -> list[int]:
+    """Measured rows of `data` from the first to the last of those that moved, which are of the searched `rows`."""
+    if not moved:
+        return []
+    place = measuring_place(data)
+    own = place[np.array(moved) if rows is None else rows[np.array(moved)]]
+    return [int(i) for i in np.flatnonzero(data.measured & (place >= own.min()) & (place <= own.max()))]

@@ -10,6 +10,8 @@ are those of white noise. rho is found beside the rich model (`noise.py`): a mis
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy import special
@@ -71,25 +73,11 @@ def along_a_path(data: Dataset) -> bool:
 
 
 def without_memory(problem: Problem, values: FloatArray, row: IntArray) -> FloatArray:
-    """Numbers (m, ...) of measured rows, decorrelated; the same where the noise has no memory.
-
-    A row that holds as many numbers as the one before it follows on that one; any other starts again.
-    """
-    rho = problem.noise.memory
-    if rho == 0:
+    """Numbers (m, ...) of measured rows, decorrelated; the same where the noise has no memory."""
+    if problem.noise.memory == 0:
         return values
-    place = measuring_place(problem.data)[problem.rows]
-    first = np.searchsorted(row, np.arange(len(place)))
-    count = np.bincount(row, minlength=len(place))
-    order = np.argsort(place, kind="stable")
-    order = order[count[order] > 0]
-    before, after = order[:-1], order[1:]
-    follows = count[before] == count[after]
-    source, share = np.arange(len(place)), np.zeros(len(place))  # by row; a share of 0 begins again
-    source[after[follows]] = before[follows]
-    share[after[follows]] = rho ** (place[after] - place[before])[follows].astype(float)
-    share = share[row].reshape(-1, *[1] * (values.ndim - 1))
-    here = np.arange(len(row)) + (first[source] - first)[row]
+    here, share = _followed(problem, row)
+    share = share.reshape(-1, *[1] * (values.ndim - 1))
     is_by_row = values.flags.c_contiguous
     out = np.take(values, here, axis=0) if is_by_row else np.take(values.T, here, axis=-1).T
     out *= -share
@@ -98,9 +86,37 @@ def without_memory(problem: Problem, values: FloatArray, row: IntArray) -> Float
     return out
 
 
+def log_determinant(problem: Problem, row: IntArray) -> float:
+    """Of the correlation of numbers of measured rows: what white noise of the same size lacks in -2 log likelihood."""
+    return 0.0 if problem.noise.memory == 0 else float(np.sum(np.log1p(-(_followed(problem, row)[1] ** 2))))
+
+
+def _followed(problem: Problem, row: IntArray) -> tuple[IntArray, FloatArray]:
+    """(m,) the number that each follows on, and its correlation with that, 0 where it begins again.
+
+    A row that holds as many numbers as the one before it follows on that one; any other starts again.
+    """
+    place = measuring_place(problem.data)[problem.rows]
+    first = np.searchsorted(row, np.arange(len(place)))
+    count = np.bincount(row, minlength=len(place))
+    order = np.argsort(place, kind="stable")
+    order = order[count[order] > 0]
+    before, after = order[:-1], order[1:]
+    follows = count[before] == count[after]
+    source, share = np.arange(len(place)), np.zeros(len(place))  # by row
+    source[after[follows]] = before[follows]
+    share[after[follows]] = problem.noise.memory ** (place[after] - place[before])[follows].astype(float)
+    return np.arange(len(row)) + (first[source] - first)[row], share[row]
+
+
 def with_memory_named(note: str, rho: float) -> str:
     """A sentence about the noise, with its memory where the tests allow for one."""
     if rho == 0:
         return note
     shared = f"errors of successive rows are correlated ({rho:.2f}), and all tests and stated deviations allow for it"
     return f"{note}; {shared}"
+
+
+def remembering(problem: Problem, rho: float) -> Problem:
+    """The problem with noise of this memory."""
+    return problem.with_noise(replace(problem.noise, memory=rho))

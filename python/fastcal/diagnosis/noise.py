@@ -1,30 +1,25 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""How large the noise is, and which rows are wrong: against a rich model, so that no missing effect passes for either.
-
-The rich model is the fit with as many named and unnamed blocks as RICH_MODEL_SHARE allows. What it
-leaves is noise, whatever is missing (Baarda 1968, with the alternatives themselves as the model).
-"""
+"""How large the noise is and which rows are wrong, against a rich model: no missing effect passes for either."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
-from fastcal.calibration.columns import unit_columns
 from fastcal.calibration.repeatability import visit_groups
 from fastcal.diagnosis import rules
-from fastcal.diagnosis.blocks import Blocks, blocks, columns_at
 from fastcal.diagnosis.fits import Fit, fit
 from fastcal.diagnosis.memory import memory
-from fastcal.diagnosis.noise_scales import others_note, with_others_kept, with_own_scales
+from fastcal.diagnosis.noise_scales import others_note, with_others_kept
 from fastcal.diagnosis.problem import Noise, Problem
-from fastcal.diagnosis.robust_rows import RichFit, without_outliers
+from fastcal.diagnosis.rich_model import RichModel
+from fastcal.diagnosis.robust_rows import RichFit
+from fastcal.diagnosis.slow_motion import SlowMotion, slow_motions
 from fastcal.measurements.dataset import Dataset
 from fastcal.units import from_si
 
@@ -41,12 +36,14 @@ class NoiseLevel:
         sigma: Of a measured coordinate or length, RMS over the rows [m].
         source: repeats, column, option or residual.
         note: A sentence for a person.
+        moved: Rows that lie off together, between others that do not, as if base or target had been knocked.
     """
 
     noise: Noise
     sigma: float
     source: str
     note: str
+    moved: tuple[int, ...] = ()
 
     def calmer(self, noise: Noise) -> NoiseLevel:
         """With the noise that curves of the joints leave, where that is less than the richest model left."""
@@ -63,6 +60,9 @@ def with_estimated_noise(problem: Problem, at: Fit, option: float | None) -> tup
     """
     every = problem.with_rows(problem.data.measured)
     beside = RichModel.of(at if at.problem is every else fit(every, at.added, at)).by_kind
+    slow = slow_motions(beside.fit, beside.at_rest, beside.left.wrong, beside.offered.frames)
+    if slow:
+        beside = beside.with_motions(slow)
     _A, r, row = beside.fit.whitened
     rho = memory(every, beside.columns, r, row, beside.left.wrong)
     if rho > 0:
@@ -74,6 +74,7 @@ def with_estimated_noise(problem: Problem, at: Fit, option: float | None) -> tup
         common = (float(np.hypot(position, more)), turn, float(np.hypot(length, more)))
         beside = beside.again(replace(beside.noise, common=common)).by_kind
     level = known or noise_level(beside.problem, beside.left, problem.data, option)
+    level = replace(level, moved=tuple(map(int, moved_together(slow, problem.data))))
     found = replace(beside.problem, noise=with_others_kept(level.noise, beside.problem, beside.left.mean_square))
     used = every.used.copy()
     used[every.rows[left_out(beside.left.wrong, beside.left.gross, every.kept)]] = False
@@ -120,16 +121,20 @@ def isolated_rows(wrong: IntArray, data: Dataset) -> IntArray:
     return wrong[~np.isin(wrong, np.concatenate(moved))] if moved else wrong
 
 
-def row_run_notes(data: Dataset, outliers: Sequence[int]) -> list[str]:
-    """A sentence for outliers that share a posture and for each run of them in time: chance makes neither."""
+def row_run_notes(data: Dataset, outliers: Sequence[int], error: FloatArray) -> list[str]:
+    """A sentence for outliers that share a posture and for each run of them in time: chance makes neither.
+
+    `error` (N, 3) is what the model leaves of their points [m], NaN where none was measured.
+    """
     at = np.flatnonzero(data.measured)
-    found = _runs(np.flatnonzero(np.isin(at, outliers)), data.select(at))
+    wrong = np.flatnonzero(np.isin(at, outliers))
+    found = _runs(wrong, data.select(at))
     rows = [np.intersect1d(at[run], outliers) for run in found]
-    shared = shared_posture(np.flatnonzero(np.isin(at, outliers)), data.select(at))
+    shared = shared_posture(wrong, data.select(at))
     told = [] if shared is None else [_shared_note(shared[0], at[shared[1]])]
     return told + [
-        f"rows {own[0]} to {own[-1]} were measured one after the other and are far off ({len(own)} of them): nothing "
-        "that was tried explains them, and no fit holds them; look at what happened there"
+        f"rows {own[0]} to {own[-1]} were measured one after the other and {_how_far(error[own])} ({len(own)} of "
+        "them): nothing that was tried explains them, and no fit holds them; look at what happened there"
         for own in rows
     ]
 
@@ -139,6 +144,30 @@ def _shared_note(joint: int, rows: IntArray) -> str:
         f"rows {', '.join(map(str, rows))} are far off and share a small part of the way of joint {joint + 1}, which "
         "outliers do not: something is wrong there that too few poses show to say more"
     )
+
+
+def _how_far(error: FloatArray) -> str:
+    """What is wrong with rows whose points are off by `error` (n, 3) [m]."""
+    known = error[~np.isnan(error).any(axis=1)]
+    if len(known) == 0:
+        return "are far off"
+    mean = known.mean(axis=0)
+    if float(mean @ mean) < rules.TOGETHER * float(np.mean(np.sum(known**2, axis=1))):
+        return "are far off"
+    shift = from_si(float(np.linalg.norm(mean)), "mm")
+    return f"lie {shift:.2g} mm off together, as if something had been moved and put back"
+
+
+def moved_together(slow: Sequence[SlowMotion], data: Dataset) -> IntArray:
+    """Rows of the blocks among the motions, where nothing but when they were measured sets them apart.
+
+    What a posture, a payload or a direction of approach sets apart may be an effect.
+    """
+    conditions = [data.payload, data.approach, *data.extra.values()]
+    labels = [np.unique(own, return_inverse=True)[1] for own in (data.station, data.mount) if own is not None]
+    apart = np.column_stack([data.q, *(c for c in conditions if c is not None), *labels])
+    blocks = [motion.block for motion in slow if _posture(motion.block, apart) is None]
+    return np.concatenate([np.zeros(0, dtype=np.intp), *blocks])
 
 
 def _runs(wrong: IntArray, data: Dataset) -> list[IntArray]:
@@ -173,92 +202,6 @@ def _agreement(rich: RichFit) -> int:
         for p in (1 - rules.ALPHA_NOISE / 2, rules.ALPHA_NOISE / 2)
     )
     return int(rich.mean_square > high) - int(rich.mean_square < low)
-
-
-@dataclass(frozen=True, eq=False)
-class RichModel:
-    """A fit, the unit columns (m, p) of the rich model beside it, and what this leaves."""
-
-    fit: Fit
-    columns: FloatArray
-    left: RichFit
-
-    @classmethod
-    def of(cls, at: Fit, begun: IntArray | None = None) -> RichModel:
-        """The rich model at a fit; `begun` as in `without_outliers`."""
-        X = _rich_columns(at)
-        _A, r, row = at.whitened
-        return cls(at, X, without_outliers(X, r, row, begun))
-
-    @property
-    def problem(self) -> Problem:
-        """Of the fit."""
-        return self.fit.problem
-
-    @property
-    def noise(self) -> Noise:
-        """That it is whitened with."""
-        return self.problem.noise
-
-    def again(self, noise: Noise) -> RichModel:
-        """With other noise."""
-        return RichModel.of(fit(self.problem.with_noise(noise), self.fit.added, self.fit), self.left.wrong)
-
-    @property
-    def by_kind(self) -> RichModel:
-        """With a scale for each kind of observation that has noise of its own."""
-        out = self
-        for _ in range(rules.SCALE_ROUNDS):
-            noise = with_own_scales(out.fit, out.left)
-            if noise is out.noise:
-                break
-            out = out.again(noise)
-        return out
-
-
-def _rich_columns(at: Fit) -> FloatArray:
-    """Unit columns of the parameters and as many blocks as RICH_MODEL_SHARE allows, those that are clear first."""
-    known = columns_at(at)
-    tested = blocks(at, known)
-    A = at.whitened[0]
-    ranks = np.asarray(tested.tests.scores.rank)
-    budget = rules.RICH_MODEL_SHARE * at.freedom
-    columns = [A]
-    for index in dict.fromkeys([*_clear(tested), *_order(tested)]):
-        if 0 < ranks[index] <= budget:
-            columns.append(known.of(index))
-            budget -= ranks[index]
-    return unit_columns(np.hstack(columns))
-
-
-def _clear(blocks: Blocks) -> list[int]:
-    """Blocks in the order in which each explains most for its functions beyond those before it, while that is clear.
-
-    They come first: a missing effect must not pass for noise because the model was full before its turn.
-    """
-    among = np.arange(len(blocks.sizes))
-    added: list[int] = []
-    while len(added) < rules.MAX_CLEAR_BLOCKS:
-        left = blocks.tests.given(added)
-        worth = blocks.worth(np.asarray(left.statistic), np.asarray(left.rank), among)
-        best = int(np.argmax(worth))
-        if worth[best] < rules.CLEAR_BLOCK_BIC:
-            break
-        added.append(best)
-    return added
-
-
-def _order(blocks: Blocks) -> list[int]:
-    """Names without their variants, curves of one variable, then the rest."""
-    seen: set[tuple[Any, ...]] = set()
-    first: list[int] = []
-    later: list[int] = []
-    for i, name in enumerate(blocks.names):
-        (later if name.cause in seen else first).append(i)
-        seen.add(name.cause)
-    single = [blocks.count + i for i, g in enumerate(blocks.generics) if len(g.curves.depends_on) != 2]
-    pairs = [blocks.count + i for i, g in enumerate(blocks.generics) if len(g.curves.depends_on) == 2]
-    return [*first, *single, *pairs, *later]
 
 
 def noise_level(problem: Problem, rich: RichFit, data: Dataset, option: float | None) -> NoiseLevel:

@@ -54,8 +54,16 @@ ALPHA_MEMORY = 0.01
 # Successive poses nearer than this share of the distance of poses half the set apart are a path, as a grid is measured:
 # what is missing is alike in successive rows too, and only plain correlation counts as memory. Share.
 NEAR_STEPS = 0.6
+# BIC by which a motion of base or tool in time must do better than noise with a memory does not to be that noise (odds
+# of 1 : 22 000), and share of the rows that may lie off together and be left out.
+SLOW_MOTION_BIC, MAX_MOVED_SHARE = 20.0, 0.35
 # Rows of one command are repeats of each other if their temperatures agree within [K].
 REPEAT_TEMPERATURE = 0.5
+# Share of the square of what rows are off by that their mean makes, from which on they lie off together: where they
+# scatter it is one over their number.
+TOGETHER = 0.5
+# Correlation of successive rows from which on something slow may hide in the noise, and a verdict says so.
+STRONG_MEMORY = 0.5
 # Degrees of freedom from which on repeats determine the noise (sigma within 13 %).
 MIN_REPEAT_FREEDOM = 30
 # The noise of one kind of observation beside another's is found when it moves by less than this share, or after so many

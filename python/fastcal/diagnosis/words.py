@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from fastcal.diagnosis import rules
@@ -109,16 +110,34 @@ def plan_text(plan: SeparatingPlan, speak: Speak = str) -> str:
     )
 
 
-def sentence_of(found: Diagnosis) -> str:
-    """The first sentence of the page."""
-    return " ".join(part for part in (_causes(found), _unexplained(found.unexplained), _gain(found)) if part)
+def noise_doubts(over_claim: float, memory: float) -> list[str]:
+    """Why noise may hold what is no noise, in clauses.
+
+    Args:
+        over_claim: The noise over what is claimed of it.
+        memory: Correlation of successive rows.
+    """
+    out = []
+    if over_claim > rules.MAX_OVER_CLAIM:
+        size = f"the noise is {over_claim:.1f} times what is claimed"
+        out.append(f"{size}: the claim is too small, or something is missing that passes for noise")
+    if memory >= rules.STRONG_MEMORY:
+        alike = f"errors of successive rows are strongly correlated ({memory:.2f})"
+        out.append(f"{alike}: something that moves slowly may hide in the noise")
+    return out
 
 
-def _causes(found: Diagnosis) -> str:
+def sentence_of(found: Diagnosis, doubts: Sequence[str] = ()) -> str:
+    """The first sentence of the page; `doubts` are about the noise."""
+    return " ".join(part for part in (_causes(found, doubts), _unexplained(found.unexplained), _gain(found)) if part)
+
+
+def _causes(found: Diagnosis, doubts: Sequence[str] = ()) -> str:
     if not found.effects:
         if found.unexplained:
             return "Something is missing in the model, and no effect of the library explains it."
-        return f"Nothing is missing that these data could show above their noise of {found.sigma_mm:.3f} mm."
+        but = "".join(f"; but {doubt}" if k == 0 else f"; and {doubt}" for k, doubt in enumerate(doubts))
+        return f"Nothing is missing that these data could show above their noise of {found.sigma_mm:.3f} mm{but}."
     waves = [f for f in found.effects if traits_of(f.effect).is_wave and f.grade != "C"]
     many = len(waves) > rules.MAX_WAVES_LISTED
     sentences = [_many_waves(waves)] if many else []

@@ -7,12 +7,13 @@ from dataclasses import replace
 from functools import cache
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
 from fastcal import Robot, diagnose, load_robot, perturbed, random_poses, simulate
 from fastcal.diagnosis import Diagnosis
 from fastcal.diagnosis.fits import fit
-from fastcal.diagnosis.memory import without_memory
+from fastcal.diagnosis.memory import log_determinant, without_memory
 from fastcal.diagnosis.problem import Noise, prepared_problem
 from fastcal.diagnosis.row_projections import Effect
 from fastcal.measurements.dataset import Dataset
@@ -64,6 +65,7 @@ def test_slow_noise_is_noticed_and_is_no_cause() -> None:
     assert abs(found.search.problem.noise.memory - RHO) < 0.12
     (written,) = re.findall(r"rows are correlated \(([-.0-9]+)\)", found.sigma_note)
     assert abs(float(written) - RHO) < 0.12
+    assert "but errors of successive rows are strongly correlated" in found.sentence
 
 
 def test_white_noise_has_no_memory() -> None:
@@ -104,5 +106,6 @@ def test_fits_are_generalized_least_squares() -> None:
     scale = np.sqrt(np.diag(normal))
     covariance = np.linalg.inv(normal / np.outer(scale, scale)) / np.outer(scale, scale)
     np.testing.assert_allclose(np.diag(at.covariance), np.diag(covariance), rtol=1e-6)
+    assert log_determinant(problem, row) == pytest.approx(np.linalg.slogdet(Omega)[1], rel=1e-9)
     r = without_memory(problem, at.near.r, row)
     np.testing.assert_allclose(r @ r, at.near.r @ np.linalg.solve(Omega, at.near.r), rtol=1e-9)

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from fastcal import perturbed
-from fastcal.diagnosis import blocks, noise, periodic, priors, rounds
+from fastcal.diagnosis import blocks, noise, periodic, priors, rich_model, rounds
 from fastcal.diagnosis.fits import fit
 from fastcal.diagnosis.problem import prepared_problem
 from fastcal.diagnosis.search import Search
@@ -78,7 +78,7 @@ def a_missing_effect_is_no_noise_and_enough_is_left_to_estimate_it() -> None:
     world = World(dict(zip(names, C.T, strict=True)), 40.0 * C[:, 150])
     start = world.fit(world.problem, [])
     with world.looked_at():
-        rich = noise.RichModel.of(start).left
+        rich = rich_model.RichModel.of(start).left
     assert abs(rich.mean_square - 1) < 0.25
     assert rich.freedom > ROWS / 2
 
@@ -91,7 +91,7 @@ def what_is_clearly_missing_comes_first_in_the_rich_model() -> None:
     names = [name(k + 1) for k in range(20)]
     world = World(dict(zip(names, C.T, strict=True)), 40.0 * C[:, 15] + 30.0 * C[:, 7])
     with world.looked_at():
-        assert noise._clear(blocks.blocks(world.fit(world.problem, []))) == [15, 7]
+        assert rich_model._clear(blocks.blocks(world.fit(world.problem, []))) == [15, 7]
 
 
 @falls_with(NOISE_GUESS=1e3)

@@ -14,7 +14,7 @@ from unittest import mock
 
 import numpy as np
 
-from fastcal.diagnosis import blocks, noise
+from fastcal.diagnosis import blocks, rich_model
 from fastcal.diagnosis import search as search_module
 from fastcal.diagnosis.blocks import Columns
 from fastcal.diagnosis.generic import Curves, Generic
@@ -105,7 +105,7 @@ class World:
         """What could be added to fits is what this world has."""
         with (
             mock.patch.object(blocks, "columns_at", self.columns_at),
-            mock.patch.object(noise, "columns_at", self.columns_at),
+            mock.patch.object(rich_model, "columns_at", self.columns_at),
         ):
             yield
 

@@ -2,16 +2,22 @@
 # SPDX-License-Identifier: MIT
 """How large the noise is, and which rows are wrong."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 
-from fastcal.diagnosis import noise, robust_rows
+from fastcal.diagnosis import diagnose, noise, robust_rows
+from fastcal.diagnosis.blocks import columns_at
+from fastcal.diagnosis.fits import fit
 from fastcal.diagnosis.memory import along_a_path, memory
 from fastcal.diagnosis.noise import RichFit
 from fastcal.diagnosis.problem import Noise
+from fastcal.diagnosis.slow_motion import SlowMotion, slow_motions
+from fastcal.diagnosis.words import noise_doubts
 from fastcal.measurements.dataset import Dataset
 
+from . import small_arm
 from .mutants import falls_with
 
 POINTS = 120
@@ -114,6 +120,54 @@ def poses_along_a_path_are_told_from_poses_in_any_order() -> None:
     path = np.linspace(0, 1, 200)[:, np.newaxis] * np.array([1.0, 0.3, 0.0])
     assert along_a_path(Dataset.from_arrays(path))
     assert not along_a_path(Dataset.from_arrays(np.zeros((20, 2))))
+
+
+def small_set(error: np.ndarray) -> Dataset:
+    """Rows of a small arm, measured with `error` (N, 3) [sigma]."""
+    data = small_arm.measured([], rows=len(error), time=20.0 * np.arange(len(error)))
+    assert data.position is not None
+    return replace(data, position=data.position + small_arm.SIGMA * error)
+
+
+def knocked() -> Dataset:
+    """Ten rows of 80 lie elsewhere by six times the noise."""
+    return small_set(6.0 * np.isin(np.arange(80), np.arange(30, 40))[:, np.newaxis] * np.array([0.6, 0.8, 0.0]))
+
+
+def motions(data: Dataset) -> list[SlowMotion]:
+    at = fit(small_arm.problem(data), [])
+    return slow_motions(at, at.whitened[0], NONE, columns_at(at).frames)
+
+
+@falls_with(SLOW_MOTION_BIC=1e9)
+@falls_with(SLOW_MOTION_BIC=-1e9)
+def a_block_of_rows_is_no_noise_and_noise_with_a_memory_is_no_block() -> None:
+    found = [set(motion.block) for motion in motions(knocked())]
+    assert found == [set(range(30, 40))]
+    e = 3.0 * np.random.default_rng(2).standard_normal((80, 3))
+    for k in range(1, len(e)):
+        e[k] = 0.7 * e[k - 1] + np.sqrt(1 - 0.7**2) * e[k]
+    assert motions(small_set(e)) == []
+
+
+@falls_with(MAX_MOVED_SHARE=0.05)
+def rows_that_lie_off_together_are_left_out_where_they_are_few() -> None:
+    assert len(set(diagnose(small_arm.arm(), knocked()).outliers) ^ set(range(30, 40))) <= 2
+
+
+@falls_with(STRONG_MEMORY=0.1)
+@falls_with(STRONG_MEMORY=0.95)
+def noise_that_is_strongly_correlated_may_hide_something() -> None:
+    assert [len(noise_doubts(0.0, rho)) for rho in (0.0, 0.3, 0.8)] == [0, 0, 1]
+
+
+@falls_with(TOGETHER=0.01)
+@falls_with(TOGETHER=1.5)
+def a_shift_is_told_from_rows_that_scatter() -> None:
+    scattered = 1e-3 * np.random.default_rng(5).standard_normal((12, 3))
+    assert noise._how_far(scattered) == "are far off"
+    assert "lie 2 mm off together" in noise._how_far(np.tile([0.0, 0.0, 2e-3], (12, 1)) + 0.1 * scattered)
+    assert noise._how_far(np.full((3, 3), np.nan)) == "are far off"
 
 
 def visits(poses: int, count: int, rise: float, sigma: float = 2e-5) -> Dataset:

@@ -1,0 +1,151 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""A model rich enough to leave nothing but noise, whatever is missing: a fit and the blocks beside it.
+
+As many named and unnamed blocks as RICH_MODEL_SHARE allows, linear at the fit (Baarda 1968, with the alternatives
+themselves as the model).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal.calibration.columns import unit_columns
+from fastcal.diagnosis import rules
+from fastcal.diagnosis.blocks import Blocks, Columns, blocks, columns_at
+from fastcal.diagnosis.fits import Fit, fit
+from fastcal.diagnosis.noise_scales import with_own_scales
+from fastcal.diagnosis.problem import Noise, Problem
+from fastcal.diagnosis.robust_rows import RichFit, without_outliers
+from fastcal.diagnosis.slow_motion import SlowMotion, is_in_time
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.intp]
+
+
+@dataclass(frozen=True, eq=False)
+class RichModel:
+    """A fit, the blocks beside it, and what both leave.
+
+    Attributes:
+        offered: Columns of all blocks at the fit; `tested` how much each explains.
+        columns: (m, p) unit columns of the model.
+        slow: Motions in time that it holds as well.
+    """
+
+    fit: Fit
+    offered: Columns
+    tested: Blocks
+    columns: FloatArray
+    slow: Sequence[SlowMotion]
+    left: RichFit
+
+    @classmethod
+    def of(cls, at: Fit, begun: IntArray | None = None, slow: Sequence[SlowMotion] = ()) -> RichModel:
+        """The rich model at a fit; `begun` as in `without_outliers`."""
+        offered = columns_at(at)
+        tested = blocks(at, offered)
+        return cls._with(at, offered, tested, _rich_columns(tested, offered), begun, slow)
+
+    @classmethod
+    def _with(
+        cls,
+        at: Fit,
+        offered: Columns,
+        tested: Blocks,
+        X: FloatArray,
+        begun: IntArray | None,
+        slow: Sequence[SlowMotion],
+    ) -> RichModel:
+        _A, r, row = at.whitened
+        if slow:
+            X = unit_columns(np.hstack([X, *(motion.columns(offered.frames, at.problem, row) for motion in slow)]))
+        return cls(at, offered, tested, X, slow, without_outliers(X, r, row, begun))
+
+    @property
+    def problem(self) -> Problem:
+        """Of the fit."""
+        return self.fit.problem
+
+    @property
+    def noise(self) -> Noise:
+        """That it is whitened with."""
+        return self.problem.noise
+
+    @property
+    def at_rest(self) -> FloatArray:
+        """(m, p') unit columns of a rich model in which neither base nor tool moves with time."""
+        return _rich_columns(self.tested, self.offered, at_rest=True)
+
+    def with_motions(self, slow: Sequence[SlowMotion]) -> RichModel:
+        """With motions in time."""
+        return RichModel._with(self.fit, self.offered, self.tested, self.columns, self.left.wrong, slow)
+
+    def again(self, noise: Noise) -> RichModel:
+        """With other noise."""
+        at = fit(self.problem.with_noise(noise), self.fit.added, self.fit)
+        return RichModel.of(at, self.left.wrong, self.slow)
+
+    @property
+    def by_kind(self) -> RichModel:
+        """With a scale for each kind of observation that has noise of its own."""
+        out = self
+        for _ in range(rules.SCALE_ROUNDS):
+            noise = with_own_scales(out.fit, out.left)
+            if noise is out.noise:
+                break
+            out = out.again(noise)
+        return out
+
+
+def _rich_columns(tested: Blocks, offered: Columns, *, at_rest: bool = False) -> FloatArray:
+    """Unit columns of the parameters and as many blocks as RICH_MODEL_SHARE allows, those that are clear first.
+
+    `at_rest`: without those that let base or tool move with time, which `slow_motions` looks for itself.
+    """
+    ranks = np.asarray(tested.tests.scores.rank)
+    in_time = [*map(is_in_time, tested.names), *map(is_in_time, tested.generics)]
+    allowed = np.flatnonzero(~(at_rest & np.array(in_time)))
+    budget = rules.RICH_MODEL_SHARE * tested.at.freedom
+    columns = [tested.at.whitened[0]]
+    for index in dict.fromkeys([*_clear(tested, allowed), *_order(tested)]):
+        if index in allowed and 0 < ranks[index] <= budget:
+            columns.append(offered.of(index))
+            budget -= ranks[index]
+    return unit_columns(np.hstack(columns))
+
+
+def _clear(blocks: Blocks, among: IntArray | None = None) -> list[int]:
+    """Blocks in the order in which each explains most for its functions beyond those before it, while that is clear.
+
+    They come first: a missing effect must not pass for noise because the model was full before its turn. `among`: of
+    these blocks only.
+    """
+    among = np.arange(len(blocks.sizes)) if among is None else among
+    added: list[int] = []
+    while len(added) < rules.MAX_CLEAR_BLOCKS:
+        left = blocks.tests.given(added)
+        worth = blocks.worth(np.asarray(left.statistic)[among], np.asarray(left.rank)[among], among)
+        best = int(np.argmax(worth))
+        if worth[best] < rules.CLEAR_BLOCK_BIC:
+            break
+        added.append(int(among[best]))
+    return added
+
+
+def _order(blocks: Blocks) -> list[int]:
+    """Names without their variants, curves of one variable, then the rest."""
+    seen: set[tuple[Any, ...]] = set()
+    first: list[int] = []
+    later: list[int] = []
+    for i, name in enumerate(blocks.names):
+        (later if name.cause in seen else first).append(i)
+        seen.add(name.cause)
+    single = [blocks.count + i for i, g in enumerate(blocks.generics) if len(g.curves.depends_on) != 2]
+    pairs = [blocks.count + i for i, g in enumerate(blocks.generics) if len(g.curves.depends_on) == 2]
+    return [*first, *single, *pairs, *later]

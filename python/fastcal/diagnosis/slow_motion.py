@@ -1,0 +1,249 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""What looks like noise with a memory and is none: a base or a target that drifts, or is knocked and put back.
+
+Rows in succession err alike then as well, and noise with a memory (`memory.py`) would take it in. It says less about
+the rows: they are correlated, not which way they move. So each motion in time is tested beside that noise, in the
+rows that it whitens, where noise with a memory leaves nothing: polynomials of time, a step, a block of rows between two
+moments, of base and of tool. What is decisive there is no noise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal.diagnosis import rules
+from fastcal.diagnosis.fits import Fit
+from fastcal.diagnosis.generic import Generic, orthonormal, polynomials
+from fastcal.diagnosis.library import Hypothesis
+from fastcal.diagnosis.memory import log_determinant, measuring_place, memory, remembering, without_memory
+from fastcal.diagnosis.problem import Problem
+from fastcal.diagnosis.projection import basis, score_tests
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.intp]
+Frames = dict[str, FloatArray]
+
+_OWNERS = ("base", "tool")
+_MOMENTS = 48  # that ends of a block are looked for at before every row near the best ones is
+_RANK = 1e-8  # of a motion, its columns at length 1
+_MOST = 4  # motions of one data set
+_ALL = 1.0 - 1e-12  # of a square
+_NONE = np.zeros(0, dtype=np.intp)
+
+
+@dataclass(frozen=True, eq=False)
+class SlowMotion:
+    """A frame that moves with time.
+
+    Attributes:
+        owner: "base" or "tool".
+        curves: (N, k) over all rows of the data: what each of its motions follows.
+        block: Rows of the data that lie off together, between others that do not; none: a drift or a step.
+    """
+
+    owner: str
+    curves: FloatArray
+    block: IntArray
+
+    def columns(self, frames: Frames, problem: Problem, row: IntArray) -> FloatArray:
+        """(m, k') for numbers of the fitted rows `row` (m,), -1 a prior's; whitened as the problem has it."""
+        measured = row >= 0
+        curves, frame = self.curves[problem.rows[row[measured]]], frames[self.owner]
+        moved = (frame[:, :, np.newaxis] * curves[:, np.newaxis]).reshape(len(frame), -1)
+        out = np.zeros((len(row), moved.shape[1]))
+        out[measured] = without_memory(problem, moved, row[measured])
+        return out
+
+
+def is_in_time(block: Hypothesis | Generic) -> bool:
+    """Does it let base or tool move with time?"""
+    on = block.traits.depends_on if isinstance(block, Hypothesis) else block.curves.depends_on
+    return block.owner in _OWNERS and "time_s" in on
+
+
+def slow_motions(at: Fit, X: FloatArray, wrong: IntArray, frames: Frames) -> list[SlowMotion]:
+    """Motions that noise with a memory would hide, each likelier than that noise by SLOW_MOTION_BIC.
+
+    A block comes alone: without its rows all of this is asked again.
+
+    Args:
+        at: A fit, whitened without a memory.
+        X: (m, p) columns of a rich model at it in which nothing `is_in_time`.
+        wrong: Rows that do not fit.
+        frames: As `Columns` have them.
+    """
+    found: list[SlowMotion] = []
+    rows = _Rows.of(at, X, wrong, frames)
+    while rows.rho > 0 and len(found) < _MOST:
+        worth, motion, rows = rows.with_likeliest()
+        if worth < rules.SLOW_MOTION_BIC or (at.problem.data.time is None and not len(motion.block)):
+            break  # without times no model can have a drift
+        found.append(motion)
+        if len(motion.block):
+            break
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class _Rows:
+    """The rows that a linear model fits, and the noise with a memory that it leaves: X (m, p), r and row (m,)."""
+
+    problem: Problem
+    frames: Frames
+    X: FloatArray
+    r: FloatArray
+    row: IntArray
+
+    @staticmethod
+    def of(at: Fit, X: FloatArray, wrong: IntArray, frames: Frames) -> _Rows:
+        """Without the rows that are wrong; the arguments as of `slow_motions`."""
+        _A, r, row = at.whitened
+        held = ~np.isin(row, wrong)
+        left = np.delete(at.problem.rows, wrong)
+        own = np.where(row < 0, -1, np.searchsorted(left, at.problem.rows[row]))
+        used = np.zeros_like(at.problem.used)
+        used[left] = True
+        kept = {owner: frames[owner][held[row >= 0]] for owner in _OWNERS}
+        return _Rows(at.problem.with_rows(used), kept, X[held], r[held], own[held])
+
+    @cached_property
+    def rho(self) -> float:
+        """The memory."""
+        return memory(self.problem, self.X, self.r, self.row, _NONE)
+
+    @cached_property
+    def misfit(self) -> float:
+        """-2 log likelihood, but for a constant."""
+        slow, measured = remembering(self.problem, self.rho), self.row >= 0
+
+        def white(values: FloatArray) -> FloatArray:
+            out = values.copy()
+            out[measured] = without_memory(slow, values[measured], self.row[measured])
+            return out
+
+        Q, r = basis(white(self.X)), white(self.r)
+        left = r - Q @ (Q.T @ r)
+        return len(r) * float(np.log(left @ left)) + log_determinant(slow, self.row[measured])
+
+    @cached_property
+    def at_rest(self) -> tuple[FloatArray, FloatArray]:
+        """An orthonormal basis of the model, and what it leaves; white noise."""
+        Q = basis(self.X)
+        return Q, self.r - Q @ (Q.T @ self.r)
+
+    def with_likeliest(self) -> tuple[float, SlowMotion, _Rows]:
+        """The motion that is likeliest beside the memory that it leaves, by how much BIC falls, and the rows with it.
+
+        Of blocks and of all else the likeliest beside white noise is tried; a block has to be decisively better.
+        """
+        tried = list(_motions(self))
+        columns = [motion.columns(self.frames, self.problem, self.row) for motion, _ in tried]
+        Q, r = self.at_rest
+        scores = score_tests(Q, np.hstack(columns), r, [c.shape[1] for c in columns]).scores
+        share = np.clip(np.asarray(scores.statistic) / float(r @ r), 0.0, _ALL)
+        paid = (np.asarray(scores.rank) + np.array([moments for _, moments in tried])) * np.log(len(r))
+        guess = -len(r) * np.log1p(-share) - paid
+        is_block = np.array([len(motion.block) > 0 for motion, _ in tried])
+        best: list[tuple[float, SlowMotion, _Rows]] = []
+        for among in (np.flatnonzero(~is_block), np.flatnonzero(is_block)):
+            if len(among):
+                k = int(among[np.argmax(guess[among])])
+                after = replace(self, X=np.hstack([self.X, columns[k]]))
+                worth = self.misfit - after.misfit - float(paid[k]) - rules.DECISIVE_BIC * float(is_block[k])
+                best.append((worth, tried[k][0], after))
+        return max(best, key=lambda found: found[0])
+
+
+def _motions(rows: _Rows) -> Iterator[tuple[SlowMotion, int]]:
+    """Motions to be tested, and the moments that each was searched at."""
+    data, place = rows.problem.data, measuring_place(rows.problem.data)
+    Q, left = rows.at_rest
+    own = place[rows.problem.rows]
+    turn = np.argsort(own, kind="stable")
+    rank = np.empty(len(own), dtype=np.intp)
+    rank[turn] = np.arange(len(own))
+    order = np.flatnonzero(rows.row >= 0)
+    order = order[np.argsort(rank[rows.row[order]], kind="stable")]
+    for owner in _OWNERS:
+        for degree in range(1, rules.TIME_DEGREE + 1):
+            slow = polynomials(place.astype(float) if data.time is None else data.time, degree)
+            yield SlowMotion(owner, orthonormal(slow), _NONE), 0
+        blocks = _Blocks(Q[order], rows.frames[owner][order], left[order], rank[rows.row[order]], len(own))
+        for first, end in blocks.best():
+            # Wrong rows beside the block are of it: what is far off stands among the first on that list.
+            inside = place > own[turn[first - 1]]
+            inside &= place < own[turn[end]] if end < len(own) else True
+            block = np.flatnonzero(inside & data.measured) if end < len(own) else _NONE
+            yield SlowMotion(owner, inside[:, np.newaxis].astype(float), block), 1 + (end < len(own))
+
+
+class _Blocks:
+    """What a motion of the rows of places first ... end - 1 explains beside a model, of all such blocks.
+
+    As `change_point` does it, with sums over the rows: |r|^2 falls by b^T A^-1 b.
+    """
+
+    def __init__(self, Q: FloatArray, F: FloatArray, clean: FloatArray, place: IntArray, count: int) -> None:
+        """Q (m, p) is an orthonormal basis of the model, F (m, k) the motion, by ascending `place` (m,) of `count`."""
+        self._Q, self._F, self._clean, self._place, self._count = Q, F, clean, place, count
+
+    def best(self) -> Iterator[tuple[int, int]]:
+        """The best block between other rows, of half of the rows at most, and the best step: (first, end)."""
+        count, least = self._count, rules.MIN_ROWS_BESIDE_STEP
+        if count < 3 * least:
+            return
+        inner = np.unique(np.linspace(least, count - least, _MOMENTS).round().astype(np.intp))
+        for ends in (inner, np.array([count])):
+            first, end = self._best(inner, ends)
+            step = -(-count // _MOMENTS)
+            near = [inner, ends] if len(inner) > count - 2 * least else [_near(first, step), _near(end, step)]
+            near = [np.intersect1d(moments, np.arange(least, count - least + 1)) for moments in near]
+            yield self._best(near[0], near[1] if end < count else ends)
+
+    def _best(self, firsts: IntArray, ends: IntArray) -> tuple[int, int]:
+        """The best of these moments; of all rows but the first and last ones."""
+        moments = np.union1d(firsts, ends)
+        squares, held, along = self._sums(moments)
+        chosen, most = (int(firsts[0]), int(ends[-1])), -1.0
+        for first in firsts:
+            i = int(np.searchsorted(moments, first))
+            allowed = (ends >= first + rules.MIN_ROWS_BESIDE_STEP) & (
+                (ends == self._count) | (ends - first <= self._count // 2)
+            )
+            if not allowed.any():
+                continue
+            j = np.searchsorted(moments, ends[allowed])
+            D = held[j] - held[i]
+            gain = _gain(squares[j] - squares[i] - D @ D.transpose(0, 2, 1), along[j] - along[i])
+            k = int(np.argmax(gain))
+            if gain[k] > most:
+                most, chosen = float(gain[k]), (int(first), int(ends[allowed][k]))
+        return chosen
+
+    def _sums(self, moments: IntArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """F^T F, F^T Q and F^T r of the rows before each moment."""
+        cuts = [int(k) for k in np.searchsorted(self._place, [0, *moments.tolist()])]
+        parts = [slice(cuts[k], cuts[k + 1]) for k in range(len(moments))]
+
+        def before(other: FloatArray) -> FloatArray:
+            return np.cumsum([self._F[part].T @ other[part] for part in parts], axis=0)
+
+        return before(self._F), before(self._Q), before(self._clean)
+
+
+def _near(moment: int, step: int) -> IntArray:
+    return np.arange(moment - step, moment + step + 1)
+
+
+def _gain(A: FloatArray, b: FloatArray) -> FloatArray:
+    """(n,) b^T A^+ b of A (n, k, k), b (n, k)."""
+    scale = np.sqrt(np.maximum(np.einsum("nkk->nk", A), np.finfo(float).tiny))
+    values, vectors = np.linalg.eigh(A / (scale[:, :, np.newaxis] * scale[:, np.newaxis]))
+    along = np.einsum("nij,ni->nj", vectors, b / scale)
+    return np.asarray(np.where(values > _RANK, along**2 / np.maximum(values, _RANK), 0.0).sum(axis=1))
