@@ -140,7 +140,8 @@ class _Rows:
     def with_likeliest(self) -> tuple[float, SlowMotion, _Rows]:
         """The motion that is likeliest beside the memory that it leaves, by how much BIC falls, and the rows with it.
 
-        Of blocks and of all else the likeliest beside white noise is tried; a block has to be decisively better.
+        Of blocks and of all else the likeliest beside white noise is tried. A block has to be decisively better and to
+        leave no strong memory: batches that each lie off by their own make some block likely as well.
         """
         tried = list(_motions(self))
         columns = [motion.columns(self.frames, self.problem, self.row) for motion, _ in tried]
@@ -155,7 +156,9 @@ class _Rows:
             if len(among):
                 k = int(among[np.argmax(guess[among])])
                 after = replace(self, X=np.hstack([self.X, columns[k]]))
-                worth = self.misfit - after.misfit - float(paid[k]) - rules.DECISIVE_BIC * float(is_block[k])
+                worth = self.misfit - after.misfit - float(paid[k])
+                if is_block[k]:
+                    worth = worth - rules.DECISIVE_BIC if after.rho < rules.STRONG_MEMORY else -np.inf
                 best.append((worth, tried[k][0], after))
         return max(best, key=lambda found: found[0])
 
