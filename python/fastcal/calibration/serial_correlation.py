@@ -18,7 +18,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,10 +61,12 @@ def serial_correlation(
 
     Arguments as of `neighbour_correlation`.
     """
-    found = _found(J, residual, row, count, deviations, beside_fit=True)
-    if found is None:
+    alike = _alike(J, residual, row, count, deviations, beside_fit=True)
+    if alike is None:
         return None
-    rho, used, q, R, r = found
+    Q, R = np.linalg.qr(alike.J)
+    r = alike.left(Q)
+    q, used, rho = alike.table(Q), alike.used, alike.correlation(Q)
     width, white = q.shape[1], len(r) - len(R)
     Omega_q = _smoothed(q, rho) * used[:, np.newaxis, np.newaxis]
     inner = np.einsum("tcp,tcq->pq", q, Omega_q, optimize=True)
@@ -99,23 +100,52 @@ def neighbour_correlation(
         beside_fit: Compare with what white noise leaves beside the fit; else with 0, as before any fit, which asks for
             more: neighbours are alike too where an effect is missing and the order of rows is one of poses.
     """
-    found = _found(J, residual, row, count, deviations, beside_fit)
-    return None if found is None else found.rho
+    alike = _alike(J, residual, row, count, deviations, beside_fit)
+    if alike is None:
+        return None
+    return alike.correlation(tall.over(alike.unit, np.asarray(np.linalg.cholesky(alike.normal))))
 
 
-class _Found(NamedTuple):
-    """rho, the rows that count (N,), Q (N, width, p) and R of their columns and what these leave of them (m,)."""
+@dataclass(frozen=True, eq=False)
+class _Alike:
+    """Rows whose neighbours err more alike than white noise would make them.
 
-    rho: float
+    Attributes:
+        used: (N,) rows that count, those with `width` numbers.
+        J: (m, p) their columns; `unit` of length 1, `normal` unit^T unit.
+        residual: (m,).
+    """
+
     used: BoolArray
-    q: FloatArray
-    R: FloatArray
-    left: FloatArray
+    width: int
+    J: FloatArray
+    unit: FloatArray
+    normal: FloatArray
+    residual: FloatArray
+
+    def table(self, values: FloatArray) -> FloatArray:
+        """(N, width, ...) with zeros in rows that are not used."""
+        if self.used.all():
+            return values.reshape(-1, self.width, *values.shape[1:])
+        out = np.zeros((len(self.used), self.width, *values.shape[1:]))
+        out[self.used] = values.reshape(-1, self.width, *values.shape[1:])
+        return out
+
+    def left(self, Q: FloatArray) -> FloatArray:
+        """(m,) what columns with the orthonormal basis Q (m, p) leave."""
+        return self.residual - Q @ (Q.T @ self.residual)
+
+    def correlation(self, Q: FloatArray) -> float:
+        """rho, beside the columns with this basis."""
+        r = self.left(Q)
+        e = self.table(r)
+        return _correlation(self.table(Q), self.used, _neighbours(e, e) / float(r @ r))
 
 
-def _found(
+def _alike(
     J: FloatArray, residual: FloatArray, row: IntArray, count: int, deviations: float, beside_fit: bool
-) -> _Found | None:
+) -> _Alike | None:
+    """None where white noise would do; arguments as of `neighbour_correlation`."""
     numbers = np.bincount(row, minlength=count)
     width = int(np.bincount(numbers[numbers > 0]).argmax())
     used = numbers == width
@@ -125,32 +155,22 @@ def _found(
     if used.sum() < _FEWEST_ROWS or len(residual) <= J.shape[1]:
         return None
 
-    def table(values: FloatArray) -> FloatArray:
-        """(count, width, ...) with zeros in rows that are not used."""
-        if used.all():
-            return values.reshape(count, width, *values.shape[1:])
-        out = np.zeros((count, width, *values.shape[1:]))
-        out[used] = values.reshape(-1, width, *values.shape[1:])
-        return out
-
     pairs = width * int(np.sum(used[1:] & used[:-1]))
     white = len(residual) - J.shape[1]
     unit, normal = _unit(J)
-    e = table(residual - unit @ np.linalg.solve(normal, unit.T @ residual))
+    found = _Alike(used, width, J, unit, normal, residual)
+    e = found.table(residual - unit @ np.linalg.solve(normal, unit.T @ residual))
     alike = _neighbours(e, e) / max(float(np.sum(e * e)), 1e-300)
     if pairs == 0 or (alike + beside_fit * J.shape[1] / white) * np.sqrt(pairs) < deviations:
         return None  # whatever the mean is: a column lowers the sum of products by one square at most
     if beside_fit:
-        column = table(unit)
+        column = found.table(unit)
         p = J.shape[1]
         products = tall.inner(column[:-1].reshape(-1, p), column[1:].reshape(-1, p))
         mean = -float(np.trace(np.linalg.solve(normal, products))) / white
         if (alike - mean) * np.sqrt(pairs) < deviations:
             return None
-    Q, R = np.linalg.qr(J)
-    r = residual - Q @ (Q.T @ residual)
-    e, q = table(r), table(Q)
-    return _Found(_correlation(q, used, _neighbours(e, e) / float(r @ r)), used, q, R, r)
+    return found
 
 
 def _correlation(q: FloatArray, used: BoolArray, found: float) -> float:

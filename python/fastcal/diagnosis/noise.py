@@ -60,11 +60,13 @@ def with_estimated_noise(problem: Problem, at: Fit, option: float | None) -> tup
     """
     every = problem.with_rows(problem.data.measured)
     beside = RichModel.of(at if at.problem is every else fit(every, at.added, at)).by_kind
-    slow = slow_motions(beside.fit, beside.at_rest, beside.left.wrong, beside.offered.frames)
+    at_rest = beside.at_rest
+    slow, rho = slow_motions(beside.fit, at_rest, beside.left.wrong, beside.offered.frames)
     if slow:
         beside = beside.with_motions(slow)
-    _A, r, row = beside.fit.whitened
-    rho = memory(every, beside.columns, r, row, beside.left.wrong)
+    if rho > 0 and beside.columns is not at_rest:
+        _A, r, row = beside.fit.whitened
+        rho = memory(every, beside.columns, r, row, beside.left.wrong)
     if rho > 0:
         beside = beside.again(replace(beside.noise, memory=rho))
     known = _from_repeats(beside.problem, beside.left, problem.data, option)

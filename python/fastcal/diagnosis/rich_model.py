@@ -19,6 +19,8 @@ from fastcal.calibration.columns import unit_columns
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.blocks import Blocks, Columns, blocks, columns_at
 from fastcal.diagnosis.fits import Fit, fit
+from fastcal.diagnosis.generic import Generic
+from fastcal.diagnosis.library import Hypothesis
 from fastcal.diagnosis.noise_scales import with_own_scales
 from fastcal.diagnosis.problem import Noise, Problem
 from fastcal.diagnosis.robust_rows import RichFit, without_outliers
@@ -80,6 +82,9 @@ class RichModel:
     @property
     def at_rest(self) -> FloatArray:
         """(m, p') unit columns of a rich model in which neither base nor tool moves with time."""
+        blocks: list[Hypothesis | Generic] = [*self.tested.names, *self.tested.generics]
+        if not any(map(is_in_time, blocks)):
+            return self.columns
         return _rich_columns(self.tested, self.offered, at_rest=True)
 
     def with_motions(self, slow: Sequence[SlowMotion]) -> RichModel:

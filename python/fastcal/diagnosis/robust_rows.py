@@ -93,7 +93,7 @@ def without_outliers(X: FloatArray, r: FloatArray, row: IntArray, begun: IntArra
 
     `begun`: rows that nearly the same model did not reach, to begin with; None: the suspects.
     """
-    Z = _basis(X)
+    Z = ridged_basis(X)
     leverage, left_by_all = Leverage(Z, row), r - Z @ (Z.T @ r)
     wrong = _largest(_suspects(Z, r, row) if begun is None else begun, None, row)
     for _ in range(rules.NOISE_ROUNDS):
@@ -129,18 +129,18 @@ def gross_rows(X: FloatArray, r: FloatArray, row: IntArray) -> IntArray:
 
 def suspects(X: FloatArray, r: FloatArray, row: IntArray) -> IntArray:
     """Rows to which iteratively reweighted least squares (Huber, then Tukey) gives hardly any weight."""
-    return _suspects(_basis(X), r, row)
+    return _suspects(ridged_basis(X), r, row)
 
 
 def studentized_residuals(A: FloatArray, r: FloatArray, row: IntArray, wrong: IntArray) -> tuple[FloatArray, IntArray]:
     """`Leverage.studentized` for a linear problem that is fitted to all rows but those that are `wrong`."""
-    Z = _basis(unit_columns(A))
+    Z = ridged_basis(unit_columns(A))
     left, more = _without(Z, r - Z @ (Z.T @ r), np.isin(row, wrong))
     return Leverage(Z, row).studentized(left, more, wrong)
 
 
-def _basis(X: FloatArray) -> FloatArray:
-    """Z (m, p), orthonormal but for the ridge."""
+def ridged_basis(X: FloatArray) -> FloatArray:
+    """Z (m, p) of unit columns, orthonormal but for the ridge: a fraction of the work of a QR."""
     normal = gram(X)
     normal[np.diag_indices(X.shape[1])] += rules.RIDGE
     return over(X, linalg.cholesky(normal, lower=True, check_finite=False))

@@ -17,13 +17,15 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.calibration.columns import unit_columns
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.fits import Fit
 from fastcal.diagnosis.generic import Generic, orthonormal, polynomials
 from fastcal.diagnosis.library import Hypothesis
 from fastcal.diagnosis.memory import log_determinant, measuring_place, memory, remembering, without_memory
 from fastcal.diagnosis.problem import Problem
-from fastcal.diagnosis.projection import basis, score_tests
+from fastcal.diagnosis.projection import score_tests
+from fastcal.diagnosis.robust_rows import ridged_basis
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
@@ -67,8 +69,8 @@ def is_in_time(block: Hypothesis | Generic) -> bool:
     return block.owner in _OWNERS and "time_s" in on
 
 
-def slow_motions(at: Fit, X: FloatArray, wrong: IntArray, frames: Frames) -> list[SlowMotion]:
-    """Motions that noise with a memory would hide, each likelier than that noise by SLOW_MOTION_BIC.
+def slow_motions(at: Fit, X: FloatArray, wrong: IntArray, frames: Frames) -> tuple[list[SlowMotion], float]:
+    """Motions that noise with a memory would hide, each likelier than that noise by SLOW_MOTION_BIC, and its memory.
 
     A block comes alone: without its rows all of this is asked again.
 
@@ -81,13 +83,14 @@ def slow_motions(at: Fit, X: FloatArray, wrong: IntArray, frames: Frames) -> lis
     found: list[SlowMotion] = []
     rows = _Rows.of(at, X, wrong, frames)
     while rows.rho > 0 and len(found) < _MOST:
-        worth, motion, rows = rows.with_likeliest()
+        worth, motion, after = rows.with_likeliest()
         if worth < rules.SLOW_MOTION_BIC or (at.problem.data.time is None and not len(motion.block)):
             break  # without times no model can have a drift
         found.append(motion)
+        rows = after
         if len(motion.block):
             break
-    return found
+    return found, rows.rho
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,14 +130,14 @@ class _Rows:
             out[measured] = without_memory(slow, values[measured], self.row[measured])
             return out
 
-        Q, r = basis(white(self.X)), white(self.r)
+        Q, r = ridged_basis(unit_columns(white(self.X))), white(self.r)
         left = r - Q @ (Q.T @ r)
         return len(r) * float(np.log(left @ left)) + log_determinant(slow, self.row[measured])
 
     @cached_property
     def at_rest(self) -> tuple[FloatArray, FloatArray]:
         """An orthonormal basis of the model, and what it leaves; white noise."""
-        Q = basis(self.X)
+        Q = ridged_basis(unit_columns(self.X))
         return Q, self.r - Q @ (Q.T @ self.r)
 
     def with_likeliest(self) -> tuple[float, SlowMotion, _Rows]:

@@ -136,7 +136,7 @@ def knocked() -> Dataset:
 
 def motions(data: Dataset) -> list[SlowMotion]:
     at = fit(small_arm.problem(data), [])
-    return slow_motions(at, at.whitened[0], NONE, columns_at(at).frames)
+    return slow_motions(at, at.whitened[0], NONE, columns_at(at).frames)[0]
 
 
 @falls_with(SLOW_MOTION_BIC=1e9)
@@ -222,5 +222,5 @@ def what_a_row_is_off_is_seen_as_far_as_the_others_leave_it_to_chance() -> None:
 def the_ridge_of_the_rich_model_does_not_shrink_it() -> None:
     X, r, _ = points({})
     wanted = r - X @ np.linalg.lstsq(X, r, rcond=None)[0]
-    Z = robust_rows._basis(X)
+    Z = robust_rows.ridged_basis(X)
     np.testing.assert_allclose(r - Z @ (Z.T @ r), wanted, atol=1e-6)
