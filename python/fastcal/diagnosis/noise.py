@@ -59,7 +59,8 @@ def with_estimated_noise(problem: Problem, at: Fit, option: float | None) -> tup
     Where the rows claim too little, a variance common to all is added, and the sum scaled to what the rich fit leaves.
     """
     every = problem.with_rows(problem.data.measured)
-    beside = RichModel.of(at if at.problem is every else fit(every, at.added, at)).by_kind
+    near = at if at.problem is problem else fit(problem.with_rows(at.problem.used), at.added, at)
+    beside = RichModel.of(near.on_every_row).without_gross.by_kind
     at_rest = beside.at_rest
     slow, rho = slow_motions(beside.fit, at_rest, beside.left.wrong, beside.offered.frames)
     if slow:

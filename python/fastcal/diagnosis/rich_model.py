@@ -29,6 +29,8 @@ from fastcal.diagnosis.slow_motion import SlowMotion, is_in_time
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 
+_NONE = np.zeros(0, dtype=np.intp)
+
 
 @dataclass(frozen=True, eq=False)
 class RichModel:
@@ -92,9 +94,21 @@ class RichModel:
         return RichModel._with(self.fit, self.offered, self.tested, self.columns, self.left.wrong, slow)
 
     def again(self, noise: Noise) -> RichModel:
-        """With other noise."""
-        at = fit(self.problem.with_noise(noise), self.fit.added, self.fit)
-        return RichModel.of(at, self.left.wrong, self.slow)
+        """With other noise, at a fit to what is not grossly wrong: the model is linear, and centimetres bend it."""
+        used = self.problem.used.copy()
+        used[self.problem.rows[self.left.gross]] = False
+        at = fit(self.problem.with_noise(noise).with_rows(used), self.fit.added, self.fit)
+        return RichModel.of(at.on_every_row, self.left.wrong, self.slow)
+
+    @property
+    def without_gross(self) -> RichModel:
+        """At a fit that holds no row which is grossly wrong beside it."""
+        out, gone = self, _NONE
+        for _ in range(rules.MAX_REFITS):
+            if np.isin(out.left.gross, gone).all():
+                break
+            gone, out = np.union1d(gone, out.left.gross), out.again(out.noise)
+        return out
 
     @property
     def by_kind(self) -> RichModel:

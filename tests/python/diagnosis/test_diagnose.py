@@ -246,6 +246,19 @@ def test_gross_rows_one_after_the_other_bend_no_model(size_mm: float) -> None:
     assert np.sqrt(np.mean(left**2)) < SIGMA
 
 
+@pytest.mark.parametrize("count", [5, 8])
+def test_rows_that_another_pose_was_measured_for_say_nothing_of_the_noise(count: int) -> None:
+    """A list that slipped by one: metres, which bend the fit that a model without them is linear at."""
+    data = rows([])
+    assert data.position is not None
+    position = data.position.copy()
+    position[60 : 60 + count] = data.position[61 : 61 + count]
+    found = diagnose(arm(), replace(data, position=position, sigma_position=None))
+    assert found.verdict == "none"
+    assert set(found.outliers) >= set(range(60, 60 + count))
+    assert found.sigma_mm == pytest.approx(1e3 * SIGMA, rel=0.2)
+
+
 def test_rows_without_their_measurements_keep_their_place() -> None:
     data = rows([])
     labels = ["low", "high"] * (ROWS // 2)
