@@ -195,11 +195,12 @@ class _Found:
         names = [best.names[k] for k in order]
         steps = self._adapted(names)
         profiles = self.model.profiles
-        remaining = unexplained.located(search, self.final) if self.remains else None
-        remaining = remaining or unexplained.at_a_posture(steps[0].train, outliers, self.level.sigma)
+        remaining = self._remaining(steps[0], outliers)
         gap = adaptation.gap(steps, names, profiles)
         judge = adaptation.Judge(self.data, self.test, self.threads)
-        more, step, remaining = with_surrogate(steps[-1], self.fit, self.reaches, judge, remaining)
+        more, step, remaining = with_surrogate(
+            steps[-1], self.fit, self.reaches, judge, remaining, drifts=self.level.slow.drifts
+        )
         findings = [self._finding(best.names[k], proofs[k], equivalents[k], steps[-1].model, remaining) for k in order]
         if findings and all(f.grade == "A" for f in findings) and not self._stands(steps[-1].model):
             findings = [replace(f, grade="B", limits=(Because(Reason.OWN_MODEL),)) for f in findings]
@@ -233,6 +234,14 @@ class _Found:
         )
         left_out = [f"{len(outliers)} rows that nothing explains were left out"] if runs else []
         return replace(found, sentence=sentence_of(found, [*left_out, *doubts]))
+
+    def _remaining(self, geometry: AdaptedModel, outliers: list[int]) -> Unexplained | None:
+        """What the names leave: where the most of it is."""
+        placed = unexplained.located(self.search, self.final) if self.remains else None
+        found = [one for one in (placed, unexplained.in_order(self.level.slow)) if one is not None]
+        if not found:
+            return unexplained.at_a_posture(geometry.train, outliers, self.level.sigma)
+        return max(found, key=lambda one: one.share)
 
     def _limits(self) -> list[str]:
         """What the search did not look at, in sentences."""

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,7 @@ from fastcal.diagnosis.noise_scales import others_note, with_others_kept
 from fastcal.diagnosis.problem import Noise, Problem
 from fastcal.diagnosis.rich_model import RichModel
 from fastcal.diagnosis.robust_rows import RichFit
-from fastcal.diagnosis.slow_motion import SlowMotion, slow_motions
+from fastcal.diagnosis.slow_motion import SlowMotion, SlowMotions, slow_motions
 from fastcal.measurements.dataset import Dataset
 from fastcal.units import from_si
 
@@ -37,6 +37,7 @@ class NoiseLevel:
         source: repeats, column, option or residual.
         note: A sentence for a person.
         moved: Rows that lie off together, between others that do not, as if base or target had been knocked.
+        slow: What moves in time, and is none of it.
     """
 
     noise: Noise
@@ -44,13 +45,15 @@ class NoiseLevel:
     source: str
     note: str
     moved: tuple[int, ...] = ()
+    slow: SlowMotions = field(default_factory=lambda: SlowMotions([], 0.0))
 
     def calmer(self, noise: Noise) -> NoiseLevel:
         """With the noise that curves of the joints leave, where that is less than the richest model left."""
         if noise.factor >= self.noise.factor:
             return self
         sigma = self.sigma * noise.factor / self.noise.factor
-        return NoiseLevel(noise, sigma, "residual", f"what curves of the joints leave; without them: {self.note}")
+        note = f"what curves of the joints leave; without them: {self.note}"
+        return replace(self, noise=noise, sigma=sigma, source="residual", note=note)
 
 
 def with_estimated_noise(problem: Problem, at: Fit, option: float | None) -> tuple[Problem, NoiseLevel]:
@@ -62,9 +65,10 @@ def with_estimated_noise(problem: Problem, at: Fit, option: float | None) -> tup
     near = at if at.problem is problem else fit(problem.with_rows(at.problem.used), at.added, at)
     beside = RichModel.of(near.on_every_row).without_gross.by_kind
     at_rest = beside.at_rest
-    slow, rho = slow_motions(beside.fit, at_rest, beside.left.wrong, beside.offered.frames)
-    if slow:
-        beside = beside.with_motions(slow)
+    slow = slow_motions(beside.fit, at_rest, beside.left.wrong, beside.offered.frames)
+    rho = slow.rho
+    if slow.found:
+        beside = beside.with_motions(slow.found)
     if rho > 0 and beside.columns is not at_rest:
         _A, r, row = beside.fit.whitened
         rho = memory(every, beside.columns, r, row, beside.left.wrong)
@@ -77,7 +81,7 @@ def with_estimated_noise(problem: Problem, at: Fit, option: float | None) -> tup
         common = (float(np.hypot(position, more)), turn, float(np.hypot(length, more)))
         beside = beside.again(replace(beside.noise, common=common)).by_kind
     level = known or noise_level(beside.problem, beside.left, problem.data, option)
-    level = replace(level, moved=tuple(map(int, moved_together(slow, problem.data))))
+    level = replace(level, slow=slow, moved=tuple(map(int, moved_together(slow.found, problem.data))))
     found = replace(beside.problem, noise=with_others_kept(level.noise, beside.problem, beside.left.mean_square))
     used = every.used.copy()
     used[every.rows[left_out(beside.left.wrong, beside.left.gross, every.kept)]] = False

@@ -22,7 +22,13 @@ _SLOW = frozenset(["time", "temperature"])  # over which noise with a memory is 
 
 
 def with_surrogate(
-    last: AdaptedModel, fit: Fit, reached: NDArray[np.bool_], judge: Judge, unexplained: Unexplained | None
+    last: AdaptedModel,
+    fit: Fit,
+    reached: NDArray[np.bool_],
+    judge: Judge,
+    unexplained: Unexplained | None,
+    *,
+    drifts: bool = False,
 ) -> tuple[AdaptedModel | None, GapStep | None, Unexplained | None]:
     """The last model with surrogates of what it leaves, its step of the gap, and what is unexplained by its place.
 
@@ -33,6 +39,7 @@ def with_surrogate(
         judge: The rows on which models are judged.
         unexplained: What remains, as the score tests place it; None: nothing that they see. It is kept where no block
             has evidence; where it is None, only what poses left out confirm counts as unexplained.
+        drifts: Something moves in time that is no noise with a memory.
     """
     problem = fit.problem
     data, noise = without_scales(problem)
@@ -42,7 +49,7 @@ def with_surrogate(
         noise=noise,
         thresholds=thresholds(),
         unknowns=fit.theta[len(fit.model.parameters) :],
-        exclude=_SLOW if problem.noise.memory > 0 else frozenset(),
+        exclude=_SLOW if problem.noise.memory > 0 and not drifts else frozenset(),
         threads=judge.threads,
     )
     if found.owner is None or found.evidence < rules.SURROGATE_EVIDENCE:

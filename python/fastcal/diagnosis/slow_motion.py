@@ -69,8 +69,30 @@ def is_in_time(block: Hypothesis | Generic) -> bool:
     return block.owner in _OWNERS and "time_s" in on
 
 
-def slow_motions(at: Fit, X: FloatArray, wrong: IntArray, frames: Frames) -> tuple[list[SlowMotion], float]:
-    """Motions that noise with a memory would hide, each likelier than that noise by SLOW_MOTION_BIC, and its memory.
+@dataclass(frozen=True, eq=False)
+class SlowMotions:
+    """What is no noise with a memory, and the noise that remains.
+
+    Attributes:
+        found: That models can have, each likelier than noise by SLOW_MOTION_BIC.
+        rho: The memory of the noise beside them.
+        untimed: Base or tool where one drifts that no model can have, since no row has a time: it stays in the noise.
+        share: Of the misfit, what that one explains.
+    """
+
+    found: list[SlowMotion]
+    rho: float
+    untimed: str | None = None
+    share: float = 0.0
+
+    @property
+    def drifts(self) -> bool:
+        """Is one of them no block of rows that could be left out?"""
+        return any(len(motion.block) == 0 for motion in self.found)
+
+
+def slow_motions(at: Fit, X: FloatArray, wrong: IntArray, frames: Frames) -> SlowMotions:
+    """Motions that noise with a memory would hide.
 
     A block comes alone: without its rows all of this is asked again.
 
@@ -84,13 +106,16 @@ def slow_motions(at: Fit, X: FloatArray, wrong: IntArray, frames: Frames) -> tup
     rows = _Rows.of(at, X, wrong, frames)
     while rows.rho > 0 and len(found) < _MOST:
         worth, motion, after = rows.with_likeliest()
-        if worth < rules.SLOW_MOTION_BIC or (at.problem.data.time is None and not len(motion.block)):
-            break  # without times no model can have a drift
+        if worth < rules.SLOW_MOTION_BIC:
+            break
+        if at.problem.data.time is None and not len(motion.block):
+            share = rows.explained(after) / max(at.remaining - at.freedom, 1.0)
+            return SlowMotions(found, rows.rho, motion.owner, min(share, 1.0))
         found.append(motion)
         rows = after
         if len(motion.block):
             break
-    return found, rows.rho
+    return SlowMotions(found, rows.rho)
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,6 +164,10 @@ class _Rows:
         """An orthonormal basis of the model, and what it leaves; white noise."""
         Q = ridged_basis(unit_columns(self.X))
         return Q, self.r - Q @ (Q.T @ self.r)
+
+    def explained(self, after: _Rows) -> float:
+        """By how much the sum of squares is less with more columns; white noise."""
+        return float(np.sum(self.at_rest[1] ** 2) - np.sum(after.at_rest[1] ** 2))
 
     def with_likeliest(self) -> tuple[float, SlowMotion, _Rows]:
         """The motion that is likeliest beside the memory that it leaves, by how much BIC falls, and the rows with it.

@@ -15,6 +15,7 @@ from fastcal.diagnosis.held_out import HeldOut, gain
 from fastcal.diagnosis.noise import shared_posture
 from fastcal.diagnosis.result import Unexplained
 from fastcal.diagnosis.search import Search, SearchNode
+from fastcal.diagnosis.slow_motion import SlowMotions
 from fastcal.diagnosis.tail_probabilities import p_values
 from fastcal.effects.entries import curve_of
 from fastcal.robot.robot import Robot, Spec
@@ -132,6 +133,11 @@ def located(search: Search, state: SearchNode) -> Unexplained:
     share = (statistic[generic][index] - rank[generic][index]) / misfit
     share *= (state.fit.problem.noise.factor / search.problem.noise.factor) ** 2  # in one unit
     return Unexplained(block.owner, float(np.clip(share, 0.0, 1.0)), block.curves.depends_on)
+
+
+def in_order(slow: SlowMotions) -> Unexplained | None:
+    """A base or a tool that drifts, or was knocked, where no row has a time; None: there is none."""
+    return None if slow.untimed is None else Unexplained(slow.untimed, slow.share, ("order",))
 
 
 def at_a_posture(geometry: Evaluation, outliers: Sequence[int], sigma: float) -> Unexplained | None:

@@ -25,6 +25,7 @@ _PLACES = {
 _VARIABLES = {
     "torque": "its load",
     "time_s": "time",
+    "order": "the order of measuring",
     "temperature_c": "temperature",
     "payload_kg": "the payload",
     "gravity": "how it is held against gravity",

@@ -136,7 +136,7 @@ def knocked() -> Dataset:
 
 def motions(data: Dataset) -> list[SlowMotion]:
     at = fit(small_arm.problem(data), [])
-    return slow_motions(at, at.whitened[0], NONE, columns_at(at).frames)[0]
+    return slow_motions(at, at.whitened[0], NONE, columns_at(at).frames).found
 
 
 @falls_with(SLOW_MOTION_BIC=1e9)
