@@ -145,10 +145,18 @@ class _Rows:
         """The memory."""
         return memory(self.problem, self.X, self.r, self.row, _NONE)
 
+    def misfit(self, rho: float) -> float:
+        """-2 log likelihood with noise of this memory, but for a constant."""
+        if rho not in self._misfits:
+            self._misfits[rho] = self._misfit(rho)
+        return self._misfits[rho]
+
     @cached_property
-    def misfit(self) -> float:
-        """-2 log likelihood, but for a constant."""
-        slow, measured = remembering(self.problem, self.rho), self.row >= 0
+    def _misfits(self) -> dict[float, float]:
+        return {}
+
+    def _misfit(self, rho: float) -> float:
+        slow, measured = remembering(self.problem, rho), self.row >= 0
 
         def white(values: FloatArray) -> FloatArray:
             out = values.copy()
@@ -158,6 +166,14 @@ class _Rows:
         Q, r = ridged_basis(unit_columns(white(self.X))), white(self.r)
         left = r - Q @ (Q.T @ r)
         return len(r) * float(np.log(left @ left)) + log_determinant(slow, self.row[measured])
+
+    def worth(self, after: _Rows) -> float:
+        """By how much a further motion lowers -2 log likelihood, each with the better one of the two memories.
+
+        That which is found is the one that explains the correlation, and not the likeliest beside many columns.
+        """
+        both = {self.rho, after.rho}
+        return min(map(self.misfit, both)) - min(map(after.misfit, both))
 
     @cached_property
     def at_rest(self) -> tuple[FloatArray, FloatArray]:
@@ -188,7 +204,7 @@ class _Rows:
             if len(among):
                 k = int(among[np.argmax(guess[among])])
                 after = replace(self, X=np.hstack([self.X, columns[k]]))
-                worth = self.misfit - after.misfit - float(paid[k])
+                worth = self.worth(after) - float(paid[k])
                 if is_block[k]:
                     worth = worth - rules.DECISIVE_BIC if after.rho < rules.STRONG_MEMORY else -np.inf
                 best.append((worth, tried[k][0], after))

@@ -82,11 +82,40 @@ def test_a_base_that_drifts_and_comes_back_remains_to_be_found(size: float, seed
     assert found.sigma_mm == pytest.approx(1e3 * SIGMA, rel=0.1)
 
 
-def test_without_times_a_block_is_told_and_a_drift_stays_noise_with_a_memory() -> None:
+def test_without_times_a_block_is_told_and_a_drift_stays_in_the_noise() -> None:
     assert set(estimated(moved(knocked(6.0), 1, time=None)).moved) <= set(BLOCK)
     level = estimated(moved(15 * SIGMA * np.sin(np.pi * np.arange(ROWS) / ROWS), 1, time=None))
     assert level.moved == ()
     assert level.noise.memory > 0.5
+
+
+def test_without_times_what_moved_is_unexplained_and_no_noise() -> None:
+    """A bolt that came loose: no effect can have the step, and it must not be none for that."""
+    found = diagnose(arm(), moved(20 * SIGMA * (np.arange(ROWS) > 80), 3, time=None))
+    assert found.verdict == "unexplained"
+    assert found.unexplained is not None
+    assert (found.unexplained.owner, found.unexplained.depends_on) == ("base", ("order",))
+    assert "depends on the order of measuring" in found.sentence
+    assert found.unexplained.share > 0.3
+
+
+def remembering(rho: float, seed: int) -> FloatArray:
+    """(ROWS, 3) noise of deviation 1 with a memory."""
+    e = np.random.default_rng(seed).standard_normal((ROWS, 3))
+    for k in range(1, ROWS):
+        e[k] = rho * e[k - 1] + np.sqrt(1 - rho**2) * e[k]
+    return e
+
+
+def test_a_drift_beside_noise_with_a_memory_is_added() -> None:
+    data = exact(8)
+    assert data.position is not None
+    way = 40 * SIGMA * np.sin(np.pi * np.arange(ROWS) / ROWS)[:, np.newaxis] * [0.6, 0.0, 0.8]
+    found = diagnose(arm(), replace(data, position=data.position + way + SIGMA * remembering(0.7, 8)))
+    assert found.unexplained is not None
+    assert found.unexplained.added == "surrogate@base"
+    assert found.gap[-1].train_rms_mm < 0.4 * found.gap[0].train_rms_mm
+    assert found.search.problem.noise.memory > 0.3
 
 
 def estimated(data: Dataset):  # type: ignore[no-untyped-def]
@@ -99,13 +128,9 @@ def estimated(data: Dataset):  # type: ignore[no-untyped-def]
 @pytest.mark.parametrize("rho", [0.4, 0.8])
 def test_noise_with_a_memory_is_no_motion(rho: float) -> None:
     for seed in range(1, 5):
-        random = np.random.default_rng(seed)
-        e = random.standard_normal((ROWS, 3))
-        for k in range(1, ROWS):
-            e[k] = rho * e[k - 1] + np.sqrt(1 - rho**2) * e[k]
         data = exact(seed)
         assert data.position is not None
-        level = estimated(replace(data, position=data.position + SIGMA * e))
+        level = estimated(replace(data, position=data.position + SIGMA * remembering(rho, seed)))
         assert level.moved == ()
         assert level.noise.memory == pytest.approx(rho, abs=0.2)
 
@@ -160,10 +185,11 @@ def test_all_rows_between_those_that_moved_have_moved() -> None:
 
 
 def test_noise_that_may_hide_something_is_told_with_the_verdict() -> None:
-    """A drift without times: nothing can be added, and nothing is sure."""
-    found: Diagnosis = diagnose(
-        arm(), moved(15 * SIGMA * np.sin(np.pi * np.arange(ROWS) / ROWS), 1, time=None), sigma=SIGMA
-    )
+    """Strong noise with a memory, and much more of it than is claimed."""
+    data = exact(1)
+    assert data.position is not None
+    noisy = replace(data, position=data.position + 4 * SIGMA * remembering(0.8, 1))
+    found: Diagnosis = diagnose(arm(), noisy, sigma=SIGMA)
     assert found.verdict == "none"
     for doubt in ("times what is claimed", "errors of successive rows are strongly correlated"):
         assert doubt in found.sentence
