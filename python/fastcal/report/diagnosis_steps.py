@@ -123,4 +123,5 @@ def _look(remaining: Unexplained) -> str:
             "and hoses that pull in some postures: the error is a smooth function of the position"
         )
     what = {"base": "the foundation and the instrument's stand", "tool": "the tool and the target's seat"}
-    return f"at {what.get(remaining.owner, place(remaining.owner))}: it moves with {on}"
+    when = "; with a column time_s a step or a drift can be named and added" if "order" in remaining.depends_on else ""
+    return f"at {what.get(remaining.owner, place(remaining.owner))}: it moves with {on}{when}"

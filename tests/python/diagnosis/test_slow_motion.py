@@ -18,6 +18,7 @@ from fastcal.diagnosis.noise import moved_together, with_estimated_noise
 from fastcal.diagnosis.problem import Noise, prepared_problem
 from fastcal.diagnosis.slow_motion import SlowMotion, _Blocks, _gain
 from fastcal.measurements.dataset import Dataset
+from fastcal.report.diagnosis_steps import next_steps
 
 FloatArray = NDArray[np.float64]
 
@@ -97,6 +98,7 @@ def test_without_times_what_moved_is_unexplained_and_no_noise() -> None:
     assert (found.unexplained.owner, found.unexplained.depends_on) == ("base", ("order",))
     assert "depends on the order of measuring" in found.sentence
     assert found.unexplained.share > 0.3
+    assert any("with a column time_s a step or a drift can be named" in step for step in next_steps(found))
 
 
 def remembering(rho: float, seed: int) -> FloatArray:
