@@ -15,12 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
+from fastcal import _core
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.fits import Fit
 from fastcal.diagnosis.problem import Noise, Problem
 from fastcal.diagnosis.robust_rows import RichFit
 from fastcal.measurements.dataset import Dataset
-from fastcal.measurements.observations import sigma_field
+from fastcal.measurements.observations import kind_of, sigma_field
 from fastcal.units import from_si
 
 FloatArray = NDArray[np.float64]
@@ -30,7 +31,7 @@ def other_kinds(problem: Problem) -> list[str]:
     """Kinds of observation beside the one that has no scale."""
     observations = problem.measured.observations
     first = next((of for of in observations if of.unit == "m"), observations[0])
-    return list(dict.fromkeys(of.name for of in observations if of.name != first.name))
+    return list(dict.fromkeys(kind_of(of) for of in observations if kind_of(of) != kind_of(first)))
 
 
 def with_own_scales(at: Fit, rich: RichFit) -> Noise:
@@ -65,7 +66,7 @@ def with_others_kept(noise: Noise, problem: Problem, mean_square: float) -> Nois
         problem: Whose noise the rich model was whitened with.
         mean_square: What it left. A claim of another kind that it bore out stays.
     """
-    claimed = {of.name for of in problem.measured.observations if of.claims_sigma}
+    claimed = {kind_of(of) for of in problem.measured.observations if of.claims_sigma}
     by = problem.noise.factor * float(np.sqrt(mean_square)) / noise.factor
     before = problem.noise.scale
     moved = [kind for kind in other_kinds(problem) if kind in before or kind not in claimed]
@@ -78,16 +79,16 @@ def without_scales(problem: Problem) -> tuple[Dataset, tuple[float, float, float
     Of several kinds with one common part, such as orientations and tilts without claims, it is that of the first.
     """
     data, noise = problem.data, problem.noise
-    own = {of.name: noise.factor * noise.scale.get(of.name, 1.0) for of in reversed(problem.measured.observations)}
     common, observed, claims = list(noise.common), dict(data.observed), dict[str, FloatArray]()
-    for of in reversed(problem.measured.observations):
-        part = 1 if of.unit == "rad" else 0 if of.field == "position" else 2
-        common[part] = noise.common[part] * own[of.name]
-        name = sigma_field(of.name)
+    kinds = {kind_of(of): of for of in reversed(problem.measured.observations)}
+    for kind, of in kinds.items():
+        own = noise.factor * noise.scale.get(kind, 1.0)
+        common[_part(of)] = noise.common[_part(of)] * own
+        name = sigma_field(kind)
         if name in observed:
-            observed[name] = data.observed[name] * own[of.name]
+            observed[name] = data.observed[name] * own
         elif data.table(name) is not None:
-            claims[name] = getattr(data, name) * own[of.name]
+            claims[name] = getattr(data, name) * own
     scaled = replace(data, observed=observed, **claims)  # type: ignore[arg-type]
     return scaled, (common[0], common[1], common[2])
 
@@ -95,13 +96,18 @@ def without_scales(problem: Problem) -> tuple[Dataset, tuple[float, float, float
 def others_note(problem: Problem) -> str:
     """The noise of the other kinds, in words; empty where there are none."""
     said = []
-    for of in problem.measured.observations:
-        if of.name not in other_kinds(problem):
+    for kind, of in {kind_of(of): of for of in problem.measured.observations}.items():
+        if kind not in other_kinds(problem):
             continue
-        common = problem.noise.common[1 if of.unit == "rad" else 2]
-        claims = problem.data.table(sigma_field(of.name))
+        common = problem.noise.common[_part(of)]
+        claims = problem.data.table(sigma_field(kind))
         square = common**2 + (0.0 if claims is None else float(np.nanmean(claims**2)))
-        size = problem.noise.factor * problem.noise.scale.get(of.name, 1.0) * float(np.sqrt(square))
+        size = problem.noise.factor * problem.noise.scale.get(kind, 1.0) * float(np.sqrt(square))
         unit = "deg" if of.unit == "rad" else "mm"
-        said.append(f"{of.name} {from_si(size, unit):.4f} {unit}")
-    return ", ".join(dict.fromkeys(said))
+        said.append(f"{kind} {from_si(size, unit):.4f} {unit}")
+    return ", ".join(said)
+
+
+def _part(of: _core.Observation) -> int:
+    """Which of `Noise.common` an observation has."""
+    return 1 if of.unit == "rad" else 0 if of.field == "position" else 2

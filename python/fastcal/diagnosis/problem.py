@@ -19,6 +19,7 @@ from fastcal.diagnosis.library import Exclusion, Hypothesis, without_masses
 from fastcal.effects.entries import build_effects, effect_names, effect_owners, traits_of
 from fastcal.measurements.conditions import build_samples, condition_columns
 from fastcal.measurements.dataset import Dataset
+from fastcal.measurements.observations import kind_of
 from fastcal.robot.robot import Robot, Spec
 
 FloatArray = NDArray[np.float64]
@@ -134,7 +135,7 @@ class Problem:
     @cached_property
     def kinds(self) -> list[str]:
         """Kind of observation of each number of a row: position three times, orientation three times."""
-        return [of.name for of in self.measured.observations for _ in of.components]
+        return [kind_of(of) for of in self.measured.observations for _ in of.components]
 
     @cached_property
     def misfit(self) -> float:

@@ -73,6 +73,11 @@ def sharing(data: Dataset, field: str) -> int:
     return sum(any(f.name == field for f in _core.observation_entry(kind).fields) for kind in kinds_of(data))
 
 
+def kind_of(observation: _core.Observation) -> str:
+    """Its kind in the registry: one that is placed on a link has that in its name, "inclination of link3"."""
+    return observation.name.partition(" of link")[0]
+
+
 def sigma_field(kind: str) -> str:
     """The field of the standard deviations of a kind of observation."""
     return next(field.name for field in _core.observation_entry(kind).fields if field.role == "sigma")

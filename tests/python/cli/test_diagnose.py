@@ -119,10 +119,12 @@ def test_a_bad_option_ends_with_2_and_leaves_the_old_result(files, fastcal, tmp_
 
 
 def test_the_model_of_a_large_real_set_can_be_read_again(process, shared_data: Path, tmp_path: Path) -> None:
-    """UR10: hundreds of knots, whose covariance fills megabytes of YAML."""
+    """UR10: hundreds of knots, whose covariance fills megabytes of YAML; claims of the instrument alone."""
     robot, rows = (shared_data / "ur10_tmac" / name for name in ("robot.yaml", "campaign_b.csv"))
     said = process("diagnose", robot, rows, "-o", "out", cwd=tmp_path)
-    assert (said.code, said.err) == (0, "")
+    assert said.code == 0
+    (warning,) = said.err.splitlines()
+    assert "times what is claimed: the claim is too small, or something is missing that passes for noise" in warning
     rms = json.loads((tmp_path / "out" / "diagnosis.json").read_text())["gap"][-1]["train_rms_mm"]
     assert (tmp_path / "out" / "model.yaml").stat().st_size > 2e6
     model = load_robot(tmp_path / "out" / "model.yaml")
