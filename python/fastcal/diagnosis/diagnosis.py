@@ -20,7 +20,7 @@ from fastcal.diagnosis.fits import Fit, fit, is_beyond_bounds
 from fastcal.diagnosis.library import Hypothesis, Library, build_library, parse_exclusions
 from fastcal.diagnosis.many_rows import all_moved, on_all_rows, searched_rows
 from fastcal.diagnosis.memory import with_memory_named
-from fastcal.diagnosis.noise import NoiseLevel, of_no_posture, over_claim, row_run_notes, with_estimated_noise
+from fastcal.diagnosis.noise import NoiseLevel, over_claim, row_run_notes, sharing_no_posture, with_estimated_noise
 from fastcal.diagnosis.one_curve import waves_of_one_curve, with_orders_between
 from fastcal.diagnosis.periodic import is_periodic
 from fastcal.diagnosis.plan import SeparatingPlan, separating_plan
@@ -180,7 +180,7 @@ class _Found:
         """Rows that the fit of the model holds and that are far off it: nothing that was found explains them."""
         problem = self.model.fit.problem
         A, r, row = self.model.fit.whitened
-        at = problem.rows[of_no_posture(gross_rows(A, r, row), problem.kept)]
+        at = problem.rows[sharing_no_posture(gross_rows(A, r, row), problem.kept)]
         return [int(i) for i in (at if self.rows is None else self.rows[at])]
 
     def result(self) -> Diagnosis:

@@ -15,7 +15,7 @@ from fastcal.calibration.repeatability import visit_groups
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.fits import Fit, fit
 from fastcal.diagnosis.memory import memory
-from fastcal.diagnosis.noise_scales import others_note, with_others_kept
+from fastcal.diagnosis.noise_scales import others_note, rms_sigma, with_others_kept
 from fastcal.diagnosis.problem import Noise, Problem
 from fastcal.diagnosis.rich_model import RichModel
 from fastcal.diagnosis.robust_rows import RichFit
@@ -76,7 +76,7 @@ def with_estimated_noise(problem: Problem, at: Fit, option: float | None) -> tup
         beside = beside.again(replace(beside.noise, memory=rho))
     known = _from_repeats(beside.problem, beside.left, problem.data, option)
     if known is None and problem.data.sigma_position is not None and _agreement(beside.left) > 0:
-        more = _rms_sigma(beside.problem, problem.data) * np.sqrt(max(beside.left.mean_square - 1.0, 0.0))
+        more = rms_sigma(beside.problem) * np.sqrt(max(beside.left.mean_square - 1.0, 0.0))
         position, turn, length = beside.noise.common
         common = (float(np.hypot(position, more)), turn, float(np.hypot(length, more)))
         beside = beside.again(replace(beside.noise, common=common)).by_kind
@@ -92,10 +92,10 @@ def with_estimated_noise(problem: Problem, at: Fit, option: float | None) -> tup
 
 def left_out(wrong: IntArray, gross: IntArray, data: Dataset) -> IntArray:
     """Rows that no fit should hold: those of `wrong` that stand alone, and `gross` ones but for those of a posture."""
-    return np.union1d(isolated_rows(wrong, data), of_no_posture(gross, data))
+    return np.union1d(isolated_rows(wrong, data), sharing_no_posture(gross, data))
 
 
-def of_no_posture(gross: IntArray, data: Dataset) -> IntArray:
+def sharing_no_posture(gross: IntArray, data: Dataset) -> IntArray:
     """Those of the rows `gross` that no effect explains, wherever they stand: they would bend everything else.
 
     Rows that share a posture though they were measured at different times may lie on a bump that the rich model has no
@@ -112,7 +112,7 @@ def shared_posture(wrong: IntArray, data: Dataset) -> tuple[int, IntArray] | Non
     """
     runs = _runs(wrong, data)
     alone = wrong[~np.isin(wrong, np.concatenate(runs))] if runs else wrong
-    joint = _posture(alone, data.q)
+    joint = _joint_of_shared_range(alone, data.q)
     return None if joint is None else (joint, alone)
 
 
@@ -122,7 +122,7 @@ def isolated_rows(wrong: IntArray, data: Dataset) -> IntArray:
     Where every row of a stretch of time is off, something moved: that is an effect and no outliers. Nor are there any
     where all of them share a posture.
     """
-    if _posture(wrong, data.q) is not None:
+    if _joint_of_shared_range(wrong, data.q) is not None:
         return wrong[:0]
     moved = _runs(wrong, data)
     return wrong[~np.isin(wrong, np.concatenate(moved))] if moved else wrong
@@ -173,7 +173,7 @@ def moved_together(slow: Sequence[SlowMotion], data: Dataset) -> IntArray:
     conditions = [data.payload, data.approach, *data.extra.values()]
     labels = [np.unique(own, return_inverse=True)[1] for own in (data.station, data.mount) if own is not None]
     apart = np.column_stack([data.q, *(c for c in conditions if c is not None), *labels])
-    blocks = [motion.block for motion in slow if _posture(motion.block, apart) is None]
+    blocks = [motion.block for motion in slow if _joint_of_shared_range(motion.block, apart) is None]
     return np.concatenate([np.zeros(0, dtype=np.intp), *blocks])
 
 
@@ -188,7 +188,7 @@ def _runs(wrong: IntArray, data: Dataset) -> list[IntArray]:
     return [order[run] for run in runs if rules.OUTLIER_RUN in np.convolve(is_wrong[run], np.ones(rules.OUTLIER_RUN))]
 
 
-def _posture(wrong: IntArray, q: FloatArray) -> int | None:
+def _joint_of_shared_range(wrong: IntArray, q: FloatArray) -> int | None:
     """The joint where OUTLIER_RUN rows or more lie within so small a part of its way as in one of a thousand by chance.
 
     k rows drawn from N lie in a window that holds a share f of them with a chance of k f^(k - 1) at most.
@@ -220,7 +220,7 @@ def noise_level(problem: Problem, rich: RichFit, data: Dataset, option: float | 
         data: All rows.
         option: Claimed by the user [m].
     """
-    own = _rms_sigma(problem, data)
+    own = rms_sigma(problem)
     ratio = rich.mean_square
     added = data.sigma_position is not None and max(problem.noise.common[0], problem.noise.common[2]) > 0
     claimed = data.sigma_position is not None or option is not None
@@ -256,7 +256,7 @@ def _from_repeats(problem: Problem, rich: RichFit, data: Dataset, option: float 
     if repeated is None or repeated[1] < rules.MIN_REPEAT_FREEDOM:
         return None
     sigma, freedom = repeated
-    own = _rms_sigma(problem, data)
+    own = rms_sigma(problem)
     against = sigma**2 / (own**2 * rich.mean_square)
     low, high = special.fdtri(freedom, rich.freedom, [rules.ALPHA_NOISE / 2, 1 - rules.ALPHA_NOISE / 2])
     if against > high:
@@ -285,15 +285,6 @@ def over_claim(level: NoiseLevel, data: Dataset, option: float | None) -> float:
     if option is not None:
         return level.sigma / option
     return 0.0 if data.sigma_position is None else level.sigma / float(np.sqrt(np.nanmean(data.sigma_position**2)))
-
-
-def _rms_sigma(problem: Problem, data: Dataset) -> float:
-    """Of a coordinate (or a length), claims and common part together [m]."""
-    common = problem.noise.common[0] if data.position is not None else problem.noise.common[2]
-    square = common**2
-    if data.sigma_position is not None:
-        square += float(np.nanmean(data.sigma_position**2))
-    return problem.noise.factor * float(np.sqrt(square))
 
 
 def repeats(data: Dataset) -> tuple[float, float] | None:

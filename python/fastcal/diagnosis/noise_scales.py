@@ -27,11 +27,24 @@ from fastcal.units import from_si
 FloatArray = NDArray[np.float64]
 
 
+def first_kind(problem: Problem) -> _core.Observation:
+    """The one that has no scale: the first with a unit of length, else the first."""
+    observations = problem.measured.observations
+    return next((of for of in observations if of.unit == "m"), observations[0])
+
+
 def other_kinds(problem: Problem) -> list[str]:
     """Kinds of observation beside the one that has no scale."""
-    observations = problem.measured.observations
-    first = next((of for of in observations if of.unit == "m"), observations[0])
-    return list(dict.fromkeys(kind_of(of) for of in observations if kind_of(of) != kind_of(first)))
+    kinds = map(kind_of, problem.measured.observations)
+    return list(dict.fromkeys(kind for kind in kinds if kind != kind_of(first_kind(problem))))
+
+
+def rms_sigma(problem: Problem, of: _core.Observation | None = None) -> float:
+    """Noise of a kind's numbers (of the first kind's), RMS over all rows: claims and common part together [m, rad]."""
+    of = first_kind(problem) if of is None else of
+    claims, noise = problem.data.table(sigma_field(kind_of(of))), problem.noise
+    square = noise.common[_part(of)] ** 2 + (0.0 if claims is None else float(np.nanmean(claims**2)))
+    return noise.factor * noise.scale.get(kind_of(of), 1.0) * float(np.sqrt(square))
 
 
 def with_own_scales(at: Fit, rich: RichFit) -> Noise:
@@ -50,10 +63,12 @@ def with_own_scales(at: Fit, rich: RichFit) -> Noise:
         own, freedom = rich.of(kind == other)
         if min(whole, own) <= 0 or min(whole_freedom, freedom) < 1:
             continue
-        tail = rules.ALPHA_NOISE / 2
-        low, high = special.fdtri(freedom, whole_freedom, [tail, 1 - tail])
+        low, high = special.fdtri(freedom, whole_freedom, [rules.ALPHA_NOISE / 2, 1 - rules.ALPHA_NOISE / 2])
         by = float(np.sqrt(own / whole))
-        if abs(np.log(by)) > rules.SCALE_CHANGE if other in scale else not low <= by**2 <= high:
+        is_told_apart = not low <= by**2 <= high
+        still_moves = abs(np.log(by)) > rules.SCALE_CHANGE
+        counts = still_moves if other in scale else is_told_apart
+        if counts:
             scale[other] = scale.get(other, 1.0) * by
     return noise if scale == noise.scale else replace(noise, scale=scale)
 
@@ -97,14 +112,9 @@ def others_note(problem: Problem) -> str:
     """The noise of the other kinds, in words; empty where there are none."""
     said = []
     for kind, of in {kind_of(of): of for of in problem.measured.observations}.items():
-        if kind not in other_kinds(problem):
-            continue
-        common = problem.noise.common[_part(of)]
-        claims = problem.data.table(sigma_field(kind))
-        square = common**2 + (0.0 if claims is None else float(np.nanmean(claims**2)))
-        size = problem.noise.factor * problem.noise.scale.get(kind, 1.0) * float(np.sqrt(square))
-        unit = "deg" if of.unit == "rad" else "mm"
-        said.append(f"{kind} {from_si(size, unit):.4f} {unit}")
+        if kind in other_kinds(problem):
+            unit = "deg" if of.unit == "rad" else "mm"
+            said.append(f"{kind} {from_si(rms_sigma(problem, of), unit):.4f} {unit}")
     return ", ".join(said)
 
 

@@ -2,14 +2,14 @@
 # SPDX-License-Identifier: MIT
 """A model rich enough to leave nothing but noise, whatever is missing: a fit and the blocks beside it.
 
-As many named and unnamed blocks as RICH_MODEL_SHARE allows, linear at the fit (Baarda 1968, with the alternatives
-themselves as the model).
+As many named and unnamed blocks as RICH_MODEL_SHARE and RICH_MODEL_COLUMNS allow, linear at the fit (Baarda 1968, with
+the alternatives themselves as the model).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -37,9 +37,11 @@ class RichModel:
     """A fit, the blocks beside it, and what both leave.
 
     Attributes:
+        fit: Where it is linear.
         offered: Columns of all blocks at the fit; `tested` how much each explains.
         columns: (m, p) unit columns of the model.
         slow: Motions in time that it holds as well.
+        left: What it leaves.
     """
 
     fit: Fit
@@ -54,22 +56,8 @@ class RichModel:
         """The rich model at a fit; `begun` as in `without_outliers`."""
         offered = columns_at(at)
         tested = blocks(at, offered)
-        return cls._with(at, offered, tested, _rich_columns(tested, offered), begun, slow)
-
-    @classmethod
-    def _with(
-        cls,
-        at: Fit,
-        offered: Columns,
-        tested: Blocks,
-        X: FloatArray,
-        begun: IntArray | None,
-        slow: Sequence[SlowMotion],
-    ) -> RichModel:
-        _A, r, row = at.whitened
-        if slow:
-            X = unit_columns(np.hstack([X, *(motion.columns(offered.frames, at.problem, row) for motion in slow)]))
-        return cls(at, offered, tested, X, slow, without_outliers(X, r, row, begun))
+        X = _beside(slow, _rich_columns(tested, offered), at, offered)
+        return cls(at, offered, tested, X, slow, without_outliers(X, *at.whitened[1:], begun))
 
     @property
     def problem(self) -> Problem:
@@ -91,7 +79,8 @@ class RichModel:
 
     def with_motions(self, slow: Sequence[SlowMotion]) -> RichModel:
         """With motions in time."""
-        return RichModel._with(self.fit, self.offered, self.tested, self.columns, self.left.wrong, slow)
+        X = _beside(slow, self.columns, self.fit, self.offered)
+        return replace(self, columns=X, slow=slow, left=without_outliers(X, *self.fit.whitened[1:], self.left.wrong))
 
     def again(self, noise: Noise) -> RichModel:
         """With other noise, at a fit to what is not grossly wrong: the model is linear, and centimetres bend it."""
@@ -122,15 +111,23 @@ class RichModel:
         return out
 
 
+def _beside(slow: Sequence[SlowMotion], X: FloatArray, at: Fit, offered: Columns) -> FloatArray:
+    """The columns X with those of the motions."""
+    if not slow:
+        return X
+    row = at.whitened[2]
+    return unit_columns(np.hstack([X, *(motion.columns(offered.frames, at.problem, row) for motion in slow)]))
+
+
 def _rich_columns(tested: Blocks, offered: Columns, *, at_rest: bool = False) -> FloatArray:
-    """Unit columns of the parameters and as many blocks as RICH_MODEL_SHARE allows, those that are clear first.
+    """Unit columns of the parameters and as many blocks as are allowed, those that are clear first.
 
     `at_rest`: without those that let base or tool move with time, which `slow_motions` looks for itself.
     """
     ranks = np.asarray(tested.tests.scores.rank)
     in_time = [*map(is_in_time, tested.names), *map(is_in_time, tested.generics)]
     allowed = np.flatnonzero(~(at_rest & np.array(in_time)))
-    budget = rules.RICH_MODEL_SHARE * tested.at.freedom
+    budget = min(rules.RICH_MODEL_SHARE * tested.at.freedom, rules.RICH_MODEL_COLUMNS)
     columns = [tested.at.whitened[0]]
     for index in dict.fromkeys([*_clear(tested, allowed), *_order(tested)]):
         if index in allowed and 0 < ranks[index] <= budget:

@@ -9,7 +9,8 @@ left out. (R. D. Cook, S. Weisberg, "Residuals and Influence in Regression", 198
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,20 +33,31 @@ class RichFit:
     """What the rich model leaves.
 
     Attributes:
-        mean_square: Of the rows that fit.
-        freedom: Their degrees of freedom.
         wrong: Rows that do not fit.
-        gross: Those of them that are off by GROSS_SIZE and more of what the others are.
+        off: (k,) mean square of the numbers of each of these, studentized.
         squares: (m,) squares of what is left of the numbers and priors, 0 of rows that do not fit.
         shares: (m,) their parts of the degrees of freedom.
     """
 
-    mean_square: float
-    freedom: float
     wrong: IntArray
-    gross: IntArray
-    squares: FloatArray = field(default_factory=lambda: np.zeros(0))
-    shares: FloatArray = field(default_factory=lambda: np.zeros(0))
+    off: FloatArray
+    squares: FloatArray
+    shares: FloatArray
+
+    @cached_property
+    def freedom(self) -> float:
+        """Degrees of freedom of the rows that fit."""
+        return max(float(self.shares.sum()), 1.0)
+
+    @cached_property
+    def mean_square(self) -> float:
+        """Of the rows that fit."""
+        return float(self.squares.sum()) / self.freedom
+
+    @property
+    def gross(self) -> IntArray:
+        """Those of the wrong rows that are off by GROSS_SIZE and more of what the others are."""
+        return self.wrong[self.off > rules.GROSS_SIZE**2 * self.mean_square]
 
     def of(self, numbers: BoolArray) -> tuple[float, float]:
         """Mean square and degrees of freedom of some numbers (m,)."""
@@ -101,15 +113,12 @@ def without_outliers(X: FloatArray, r: FloatArray, row: IntArray, begun: IntArra
         left, more = _without(Z, left_by_all, is_out)
         kept = ~is_out & (row >= 0)
         taken = leverage.power if more is None else leverage.power + np.einsum("ij,ij->i", more, more)
-        squares, shares = np.where(kept, left**2, 0.0), np.where(kept, 1.0 - taken, 0.0)
-        freedom = max(float(shares.sum()), 1.0)
-        mean_square = float(squares.sum()) / freedom
         square, count = leverage.studentized(left, more, wrong)
+        off = square[wrong] / np.maximum(count[wrong], 1)
+        found = RichFit(wrong, off, np.where(kept, left**2, 0.0), np.where(kept, 1.0 - taken, 0.0))
         several = max((count > 0).sum(), 1)
-        limit = mean_square * special.chdtri(np.maximum(count, 1), rules.ALPHA_OUTLIER / several)
+        limit = found.mean_square * special.chdtri(np.maximum(count, 1), rules.ALPHA_OUTLIER / several)
         now = _largest(np.flatnonzero((count > 0) & (square > limit)), square, row)
-        size = square[wrong] / (mean_square * np.maximum(count[wrong], 1))
-        found = RichFit(mean_square, freedom, wrong, wrong[size > rules.GROSS_SIZE**2], squares, shares)
         if np.array_equal(now, wrong):
             break
         wrong = now

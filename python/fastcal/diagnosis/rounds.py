@@ -7,10 +7,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-import numpy as np
-
 from fastcal.diagnosis import periodic, rivals, rules
 from fastcal.diagnosis.noise import NoiseLevel, with_estimated_noise
+from fastcal.diagnosis.noise_scales import rms_sigma
 from fastcal.diagnosis.problem import Noise, Problem
 from fastcal.diagnosis.search import Search, SearchNode
 from fastcal.measurements.dataset import Dataset
@@ -69,13 +68,7 @@ def _again(problem: Problem, best: SearchNode, sigma: float | None) -> tuple[Pro
 
 def _is_calmer(now: Problem, before: Problem) -> bool:
     """Is the noise of one problem markedly below that of another one?"""
-    return _mean_variance(now) < rules.RESTART_BELOW * _mean_variance(before)
-
-
-def _mean_variance(problem: Problem) -> float:
-    """Of a coordinate or a length, claims and common part together [m^2]."""
-    claims, noise = problem.data.sigma_position, problem.noise
-    return noise.factor**2 * (noise.common[0] ** 2 + (0.0 if claims is None else float(np.nanmean(claims**2))))
+    return rms_sigma(now) ** 2 < rules.RESTART_BELOW * rms_sigma(before) ** 2
 
 
 def _best(levels: list[list[SearchNode]]) -> SearchNode:

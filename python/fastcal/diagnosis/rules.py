@@ -35,6 +35,8 @@ NOISE_GUESS = 1e-4
 # Share of the degrees of freedom that the blocks of the rich model may take: more leaves too little to estimate the
 # noise from, less takes a missing effect for noise.
 RICH_MODEL_SHARE = 0.35
+# Columns of these blocks at most, as many as a thousand numbers have: more cost time and show no more.
+RICH_MODEL_COLUMNS = 350
 # Blocks that enter the rich model first at most, and the gain of BIC that each must bring (odds of 1 : 22 000).
 MAX_CLEAR_BLOCKS, CLEAR_BLOCK_BIC = 12, 20.0
 # Chance that noise alone puts one row of a data set on the list of outliers. Level.

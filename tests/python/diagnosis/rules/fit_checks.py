@@ -72,6 +72,7 @@ def what_hardly_shows_stays_near_nominal() -> None:
 
 @falls_with(RICH_MODEL_SHARE=0.0)
 @falls_with(RICH_MODEL_SHARE=0.99)
+@falls_with(RICH_MODEL_COLUMNS=0)
 def a_missing_effect_is_no_noise_and_enough_is_left_to_estimate_it() -> None:
     C = columns(200)
     names = [name(k + 1) for k in range(200)]

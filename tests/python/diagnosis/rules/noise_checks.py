@@ -100,7 +100,8 @@ def rows_that_share_a_posture_are_no_outliers() -> None:
 @falls_with(ALPHA_NOISE=0.99)
 def a_claim_is_wrong_where_chance_makes_it_so_in_one_of_a_hundred() -> None:
     """Of 300 degrees of freedom, chi square / 300 lies between 0.80 and 1.22 in 99 of 100."""
-    assert [noise._agreement(RichFit(ms, 300.0, NONE, NONE)) for ms in (0.75, 0.85, 1.15, 1.28)] == [-1, 0, 0, 1]
+    left = [RichFit(NONE, NONE, np.full(300, ms), np.ones(300)) for ms in (0.75, 0.85, 1.15, 1.28)]
+    assert list(map(noise._agreement, left)) == [-1, 0, 0, 1]
 
 
 @falls_with(ALPHA_MEMORY=1e-12)
@@ -193,10 +194,12 @@ def warmer_visits_are_no_repeats() -> None:
 @falls_with(MIN_REPEAT_FREEDOM=0)
 @falls_with(MIN_REPEAT_FREEDOM=1000)
 def few_repeats_do_not_determine_the_noise() -> None:
-    problem = SimpleNamespace(noise=Noise((2e-5, 1e-4, 2e-5)))
-    rich = RichFit(1.0, 300.0, NONE, NONE)
-    assert noise._from_repeats(problem, rich, visits(4, 2, 0.0), None) is None
-    assert noise._from_repeats(problem, rich, visits(20, 2, 0.0), None) is not None
+    points = small_arm.problem(small_arm.measured([])).measured
+    rich = RichFit(NONE, NONE, np.ones(300), np.ones(300))
+    for poses, is_enough in ((4, False), (20, True)):
+        data = visits(poses, 2, 0.0)
+        problem = SimpleNamespace(noise=Noise((2e-5, 1e-4, 2e-5)), data=data, measured=points)
+        assert (noise._from_repeats(problem, rich, data, None) is not None) == is_enough
 
 
 @falls_with(MIN_REDUNDANCY=0.0)

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: MIT
 """Detection and identification: levels, the search over sets, what may replace a member."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 from unittest import mock
@@ -13,6 +14,7 @@ from fastcal.diagnosis.many_rows import searched_rows
 from fastcal.diagnosis.search import Family, Search, SearchNode
 from fastcal.measurements.dataset import Dataset
 
+from . import small_arm
 from .linear_world import World, columns, name, predicting
 from .mutants import falls_with
 
@@ -252,9 +254,6 @@ def waves_of_other_orders_begin_the_search_again() -> None:
 @falls_with(RESTART_BELOW=0.0)
 @falls_with(RESTART_BELOW=1.0)
 def markedly_less_noise_begins_the_search_again() -> None:
-    def problem(factor: float) -> SimpleNamespace:
-        noise = SimpleNamespace(factor=factor, common=(1e-4, 1e-4, 1e-4))
-        return SimpleNamespace(noise=noise, data=SimpleNamespace(sigma_position=None))
-
-    assert rounds._is_calmer(problem(0.8), problem(1.0))
-    assert not rounds._is_calmer(problem(0.97), problem(1.0))
+    before = small_arm.problem(small_arm.measured([]))
+    assert rounds._is_calmer(before.with_noise(replace(before.noise, factor=0.8)), before)
+    assert not rounds._is_calmer(before.with_noise(replace(before.noise, factor=0.97)), before)
