@@ -103,7 +103,7 @@ def neighbour_correlation(
     alike = _alike(J, residual, row, count, deviations, beside_fit)
     if alike is None:
         return None
-    return alike.correlation(tall.over(alike.unit, np.asarray(np.linalg.cholesky(alike.normal))))
+    return alike.correlation(alike.basis)
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,15 +112,15 @@ class _Alike:
 
     Attributes:
         used: (N,) rows that count, those with `width` numbers.
-        J: (m, p) their columns; `unit` of length 1, `normal` unit^T unit.
+        J: (m, p) their columns.
+        basis: (m, p) of them, orthonormal but for a ridge.
         residual: (m,).
     """
 
     used: BoolArray
     width: int
     J: FloatArray
-    unit: FloatArray
-    normal: FloatArray
+    basis: FloatArray
     residual: FloatArray
 
     def table(self, values: FloatArray) -> FloatArray:
@@ -157,17 +157,14 @@ def _alike(
 
     pairs = width * int(np.sum(used[1:] & used[:-1]))
     white = len(residual) - J.shape[1]
-    unit, normal = _unit(J)
-    found = _Alike(used, width, J, unit, normal, residual)
-    e = found.table(residual - unit @ np.linalg.solve(normal, unit.T @ residual))
+    found = _Alike(used, width, J, _basis(J), residual)
+    e = found.table(found.left(found.basis))
     alike = _neighbours(e, e) / max(float(np.sum(e * e)), 1e-300)
     if pairs == 0 or (alike + beside_fit * J.shape[1] / white) * np.sqrt(pairs) < deviations:
         return None  # whatever the mean is: a column lowers the sum of products by one square at most
     if beside_fit:
-        column = found.table(unit)
-        p = J.shape[1]
-        products = tall.inner(column[:-1].reshape(-1, p), column[1:].reshape(-1, p))
-        mean = -float(np.trace(np.linalg.solve(normal, products))) / white
+        q = found.table(found.basis)
+        mean = -_neighbours(q, q) / white
         if (alike - mean) * np.sqrt(pairs) < deviations:
             return None
     return found
@@ -214,18 +211,18 @@ def _lagged(a: FloatArray, others: Sequence[FloatArray]) -> list[FloatArray]:
     return [np.r_[sums[0], 2 * sums[1:]] for sums in even]
 
 
-def _unit(J: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """J (m, p) with columns of length 1, and its normal matrix: a tenth of the work of a QR, which few fits need."""
+def _basis(J: FloatArray) -> FloatArray:
+    """Q (m, p) of J, but for the ridge: a tenth of the work of a QR, which few fits need."""
     length = column_lengths(J)
     J = J / np.where(length > 0, length, 1.0)
     normal = tall.gram(J)
     normal[np.diag_indices_from(normal)] += _RIDGE
-    return J, normal
+    return tall.over(J, np.asarray(np.linalg.cholesky(normal)))
 
 
 def _neighbours(a: FloatArray, b: FloatArray) -> float:
     """Sum over t of a_t b_(t+1); (N, width) or (N, width, p)."""
-    return float(np.sum(a[:-1] * b[1:]))
+    return float(np.vdot(a[:-1], b[1:]))
 
 
 def _smoothed(values: FloatArray, rho: float) -> FloatArray:
