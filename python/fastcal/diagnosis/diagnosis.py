@@ -17,6 +17,7 @@ from fastcal.calibration.inspection import check_columns, check_fit
 from fastcal.calibration.parallel import workers
 from fastcal.diagnosis import adaptation, grading, rivals, rules, sensitivity, unexplained
 from fastcal.diagnosis.fits import Fit, fit, is_beyond_bounds
+from fastcal.diagnosis.heavy_tails import weighed
 from fastcal.diagnosis.library import Hypothesis, Library, build_library, parse_exclusions
 from fastcal.diagnosis.many_rows import all_moved, on_all_rows, searched_rows
 from fastcal.diagnosis.memory import with_memory_named
@@ -193,13 +194,15 @@ class _Found:
         proofs = [grading.evidence(search, best, name) for name in best.names]
         order = sorted(range(len(best.names)), key=lambda k: -proofs[k].statistic)
         names = [best.names[k] for k in order]
-        steps = self._adapted(names)
+        judge = adaptation.Judge(self.data, self.test, self.threads)
+        written = self._written(names)
+        steps = [judge.adapted(at, self.level.sigma) for at in written]
         profiles = self.model.profiles
         remaining = self._remaining(steps[0], outliers)
         gap = adaptation.gap(steps, names, profiles)
-        judge = adaptation.Judge(self.data, self.test, self.threads)
+        last = replace(written[-1], problem=self.fit.problem)
         more, step, remaining = with_surrogate(
-            steps[-1], self.fit, self.reaches, judge, remaining, drifts=self.level.slow.drifts
+            steps[-1], last, self.reaches, judge, remaining, drifts=self.level.slow.drifts
         )
         findings = [self._finding(best.names[k], proofs[k], equivalents[k], steps[-1].model, remaining) for k in order]
         if findings and all(f.grade == "A" for f in findings) and not self._stands(steps[-1].model):
@@ -272,15 +275,17 @@ class _Found:
         others = [[_replacement(self.best, state) for state in states] for states in equivalents]
         return separating_plan(self.best, others)
 
-    def _adapted(self, names: Sequence[Hypothesis]) -> list[AdaptedModel]:
-        """The fits as robots: with each name, then with the curves."""
-        judge = adaptation.Judge(self.data, self.test, self.threads)
+    def _written(self, names: Sequence[Hypothesis]) -> list[Fit]:
+        """The fits that are written: with each name, then with the curves."""
         fits = adaptation.fits(self.search, self.best, names)
         if self.rows is not None:
             fits = [self.fit if at is self.model.fit else fit(self.whole, at.added, at) for at in fits]
         if self.model.profiles:
-            fits.append(self.fit)
-        return [judge.adapted(at, self.level.sigma) for at in fits]
+            return [*fits, self.fit]
+        if self.remains:
+            return fits  # a row that is far off may show what is missing
+        problem = weighed(self.whole, self.fit)
+        return fits if problem is self.whole else [fit(problem, at.added, at) for at in fits]
 
     def _outliers(self, is_named: bool) -> list[int]:
         """Rows that the model can't reach."""

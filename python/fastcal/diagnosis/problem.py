@@ -69,6 +69,7 @@ class Problem:
         noise: Of a measured number.
         known: Curves by the rows that they are over; problems with other noise or names share them.
         excluded: Names that the user left out; a search may come upon further ones.
+        weight: (N,) of the rows' squares, where some count for less (`heavy_tails`).
     """
 
     start: CalibrationProblem
@@ -79,6 +80,7 @@ class Problem:
     threads: int = 1
     known: dict[bytes, Known] = field(default_factory=dict)
     excluded: frozenset[Exclusion] = frozenset()
+    weight: FloatArray | None = None
 
     @property
     def curves(self) -> Known:
@@ -127,10 +129,12 @@ class Problem:
         common = noise_by_observation(self.measured, self.noise.common)
         near = _core.linearize(model, samples, self.measured, theta, common, self.threads, memory)
         row, number = (np.asarray(index, dtype=np.intp) for index in (near.row, near.number))
-        if not self.noise.scale:
+        if not self.noise.scale and self.weight is None:
             return Linearization(near.J, near.r, row, number)
-        scale = np.array([self.noise.scale.get(kind, 1.0) for kind in self.kinds])[number]
-        return Linearization(near.J / scale[:, np.newaxis], near.r / scale, row, number)
+        size = 1 / np.array([self.noise.scale.get(kind, 1.0) for kind in self.kinds])[number]
+        if self.weight is not None:
+            size *= np.sqrt(self.weight[self.rows[row]])
+        return Linearization(near.J * size[:, np.newaxis], near.r * size, row, number)
 
     @cached_property
     def kinds(self) -> list[str]:

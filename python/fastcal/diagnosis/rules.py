@@ -75,6 +75,9 @@ SCALE_CHANGE, SCALE_ROUNDS = 0.03, 12
 NOISE_ROUNDS = 6
 # Size of a row from which on Huber's and Tukey's weights fall [medians of a row].
 HUBER_SIZE, TUKEY_SIZE = 1.5, 5.0
+# Twice the log of the likelihood by which t noise must exceed normal noise for the rows of the written model to be
+# weighed: one number more, chosen where there is nothing in one of twenty sets. A wrong choice costs a few percent.
+HEAVY_TAILS_GAIN = 2.7
 # Weight below which a row is a suspect.
 SUSPECT_WEIGHT = 0.05
 # Least share of a number that the other rows leave to chance (its redundancy): below, it is fitted whatever it is.

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from fastcal import perturbed
-from fastcal.diagnosis import blocks, noise, periodic, priors, rich_model, rounds
+from fastcal.diagnosis import blocks, heavy_tails, noise, periodic, priors, rich_model, rounds
 from fastcal.diagnosis.fits import fit
 from fastcal.diagnosis.problem import prepared_problem
 from fastcal.diagnosis.search import Search
@@ -93,6 +93,18 @@ def what_is_clearly_missing_comes_first_in_the_rich_model() -> None:
     world = World(dict(zip(names, C.T, strict=True)), 40.0 * C[:, 15] + 30.0 * C[:, 7])
     with world.looked_at():
         assert rich_model._clear(blocks.blocks(world.fit(world.problem, []))) == [15, 7]
+
+
+@falls_with(HEAVY_TAILS_GAIN=-1e9)
+@falls_with(HEAVY_TAILS_GAIN=1e9)
+def rows_are_weighed_where_the_tails_are_heavy() -> None:
+    for far, is_weighed in ((0.0, False), (2e-4, True)):
+        data = measured([])
+        assert data.position is not None
+        offset = np.zeros((len(data), 3))
+        offset[:6, 2] = far
+        given = problem(replace(data, position=data.position + offset))
+        assert (heavy_tails.weighed(given, fit(given, [])).weight is not None) == is_weighed
 
 
 @falls_with(NOISE_GUESS=1e3)

@@ -47,13 +47,14 @@ def measured(
     angle: float = 5e-4,
     robot: Robot | None = None,
     time: np.ndarray[Any, Any] | None = None,
+    noise: float = SIGMA,
 ) -> Dataset:
     """Rows of an arm as a workshop builds it, errors of `length` [m] and `angle` [rad] in its sizes, with effects."""
     random = np.random.default_rng(seed)
     true = perturbed(robot or arm(), seed=seed, length=length, angle=angle)
     q, payload = random.uniform(-2.5, 2.5, (rows, 3)), random.choice([0.0, 5.0, 10.0], rows)
     poses = Dataset.from_arrays(q, payload=payload, time=time)
-    return simulate(Robot(dict(true.spec) | {"effects": effects}), poses, noise=SIGMA, seed=seed)
+    return simulate(Robot(dict(true.spec) | {"effects": effects}), poses, noise=noise, seed=seed)
 
 
 def problem(data: Dataset, sigma: float = SIGMA) -> Problem:
