@@ -20,7 +20,7 @@ from fastcal.diagnosis.fits import Fit, fit, is_beyond_bounds
 from fastcal.diagnosis.heavy_tails import weighed
 from fastcal.diagnosis.library import Hypothesis, Library, build_library, parse_exclusions
 from fastcal.diagnosis.many_rows import all_moved, on_all_rows, searched_rows
-from fastcal.diagnosis.memory import with_memory_named
+from fastcal.diagnosis.memory import along_a_path, with_memory_named
 from fastcal.diagnosis.noise import NoiseLevel, over_claim, row_run_notes, sharing_no_posture, with_estimated_noise
 from fastcal.diagnosis.one_curve import waves_of_one_curve, with_orders_between
 from fastcal.diagnosis.periodic import is_periodic
@@ -233,7 +233,7 @@ class _Found:
             state=best,
             final=self.final,
             plan=self._plan(equivalents),
-            notes=[*self.data.notes, *runs, *doubts, *self._limits()],
+            notes=[*self.data.notes, *runs, *doubts, *self._limits(remaining)],
         )
         left_out = [f"{len(outliers)} rows that nothing explains were left out"] if runs else []
         return replace(found, sentence=sentence_of(found, [*left_out, *doubts]))
@@ -246,9 +246,14 @@ class _Found:
             return unexplained.at_a_posture(geometry.train, outliers, self.level.sigma)
         return max(found, key=lambda one: one.share)
 
-    def _limits(self) -> list[str]:
-        """What the search did not look at, in sentences."""
+    def _limits(self, remaining: Unexplained | None) -> list[str]:
+        """What the search did not look at, or can't tell apart, in sentences."""
         out = []
+        if (remaining is not None or self.model.profiles) and along_a_path(self.data):
+            out.append(
+                "successive poses lie near each other, so that noise which changes slowly looks like a cause without a "
+                "name: measure some of these poses again in another order"
+            )
         if self.rows is not None:
             share = f"{len(self.rows)} of {int(self.data.measured.sum())} measured rows"
             out.append(f"causes were searched for in {share}, spread evenly; the models are fitted to all of them")

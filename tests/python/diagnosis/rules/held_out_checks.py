@@ -8,9 +8,9 @@ from unittest import mock
 
 import numpy as np
 
-from fastcal.calibration import repeatability
 from fastcal.diagnosis import curves, grading, held_out, rivals, unexplained
 from fastcal.diagnosis.search import Family, SearchNode
+from fastcal.measurements.dataset import Dataset
 
 from .linear_world import ROWS, World, columns, name, predicting
 from .mutants import falls_with
@@ -228,9 +228,8 @@ def rows_near_one_position_of_a_joint_are_held_out_together() -> None:
 @falls_with(FOLDS=ROWS)
 def each_fold_holds_out_a_fifth_and_every_visit_of_a_pose() -> None:
     q = np.repeat(np.random.default_rng(3).uniform(-1, 1, (ROWS // 2, 3)), 2, axis=0)
-    every = np.ones(ROWS, dtype=bool)
-    problem = SimpleNamespace(data=SimpleNamespace(measured=every, select=lambda rows: q), used=every)
-    with mock.patch.object(repeatability, "pose_groups", return_value=np.repeat(np.arange(ROWS // 2), 2)):
-        fold = held_out.folds(problem)
+    data, every = Dataset.from_arrays(q), np.ones(ROWS, dtype=bool)
+    problem = SimpleNamespace(data=SimpleNamespace(measured=every, select=lambda rows: data), used=every)
+    fold = held_out.folds(problem)
     np.testing.assert_array_equal(fold[::2], fold[1::2])
     np.testing.assert_array_equal(np.bincount(fold), np.full(5, ROWS // 5))

@@ -10,6 +10,7 @@ import numpy as np
 from fastcal.diagnosis import diagnose, noise, robust_rows
 from fastcal.diagnosis.blocks import columns_at
 from fastcal.diagnosis.fits import fit
+from fastcal.diagnosis.held_out import fold_of
 from fastcal.diagnosis.memory import along_a_path, memory
 from fastcal.diagnosis.noise import RichFit
 from fastcal.diagnosis.problem import Noise
@@ -121,6 +122,18 @@ def poses_along_a_path_are_told_from_poses_in_any_order() -> None:
     path = np.linspace(0, 1, 200)[:, np.newaxis] * np.array([1.0, 0.3, 0.0])
     assert along_a_path(Dataset.from_arrays(path))
     assert not along_a_path(Dataset.from_arrays(np.zeros((20, 2))))
+
+
+@falls_with(PATH_STRETCH=1)
+@falls_with(PATH_STRETCH=100)
+def along_a_path_rows_that_lie_near_each_other_are_held_out_together() -> None:
+    path = Dataset.from_arrays(np.linspace(0, 1, 300)[:, np.newaxis] * np.array([1.0, 0.3, 0.0]))
+    fold = fold_of(path)
+    assert np.count_nonzero(np.diff(fold)) >= 10  # and from all along it
+    assert np.mean(fold[5:] == fold[:-5]) > 0.7
+    shuffled = np.random.default_rng(3).permutation(300)
+    again = fold_of(replace(path, time=shuffled.astype(float)))  # measured in any order: dealt out one by one
+    assert np.mean(again[5:] == again[:-5]) < 0.4
 
 
 def small_set(error: np.ndarray) -> Dataset:
