@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -173,6 +174,12 @@ def _down(robot: Robot, base: FloatArray) -> FloatArray:
     return np.asarray((gravity if robot.spec.get("gravity_frame") == "measuring" else base @ gravity) / length)
 
 
+def _places(problem: Problem) -> FloatArray:
+    """(N, frames, 3) origins of the chain's frames [m], in the measuring frame."""
+    core = problem.start.model.robot
+    return np.array([core.frame_origins(q) for q in problem.kept.q])
+
+
 def _frames(problem: Problem) -> list[Spec]:
     robot = problem.start.robot
     moved: Spec = {"effect": curve_of("frame"), "column": ONE}
@@ -202,16 +209,21 @@ def _generic_blocks(at: Fit, frame: dict[str, FloatArray], row: NDArray[Any]) ->
     for curves in generic.frame_curves(data, known):
         add("base", curves, frame["base"])
         add("tool", curves, frame["tool"])
+    base = np.asarray(problem.start.alignment.T_world_base)[:3, :3]
+    down = _down(robot, base)
+    if down.any():
+        across = np.linalg.svd(down[np.newaxis])[2][1:]
+        lean = frame["base"][:, 3:] @ (across @ base).T
+        for curves in generic.lean_curves(across, data.q, partial(_places, problem), known):
+            add("base", curves, lean)
     if data.position is not None:
         theta = at.theta[: len(at.model.parameters)]
         pose = np.asarray(at.model.predict(at.samples, theta, problem.threads, None))
         point, turn = pose[:, :3, 3], pose[:, :3, :3]
         add("workspace", generic.field_curves(point), frame["base"][:, :3])
-        base = np.asarray(problem.start.alignment.T_world_base)[:3, :3]
         for curves, way in generic.sight_curves(point):
             along = np.einsum("mk,mk->m", frame["base"][:, :3], (way @ base)[row])
             add("instrument", curves, along[:, np.newaxis])
-        down = _down(robot, base)
         away = point / np.maximum(np.linalg.norm(point, axis=1), 1e-12)[:, np.newaxis]
         add("tool", generic.tool_curves(np.einsum("nji,j->ni", turn, down), "gravity"), frame["tool"])
         add("tool", generic.tool_curves(np.einsum("nji,nj->ni", turn, away), "sight"), frame["tool"][:, :3])

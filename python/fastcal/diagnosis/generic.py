@@ -219,6 +219,34 @@ def frame_curves(data: Dataset, known: Known | None = None) -> Iterator[Curves]:
         yield Curves(("payload_kg",), orthonormal(polynomials(data.payload, rules.CONDITION_DEGREE)))
 
 
+def lean_curves(
+    across: FloatArray, q: FloatArray, places: Callable[[], FloatArray], known: Known | None = None
+) -> Iterator[Curves]:
+    """What a lean of base or pedestal may depend on: where the arm's weight hangs, whatever its links weigh.
+
+    The moment of a link on the base is linear in the place of its centre across gravity, and nearly all of an arm's
+    weight hangs on its long links. How the first two joints stand says less of it and more of all else.
+
+    Args:
+        across: (2, 3) directions across gravity.
+        q: (N, n).
+        places: Gives (N, frames, 3) origins of the chain's frames [m], in the frame of `across`.
+        known: As in `joint_curves`.
+    """
+    known = {} if known is None else known
+
+    def reach() -> FloatArray:
+        links = np.diff(places(), axis=1) @ across.T
+        span = np.linalg.norm(np.ptp(links, axis=0), axis=1)
+        longest = np.argsort(-span, kind="stable")[: rules.LONG_LINKS]
+        return links[:, longest].reshape(len(links), -1)
+
+    yield _once(known, ("reach",), reach)
+    if q.shape[1] > 1:
+        x, y = q[:, 0], q[:, 1]
+        yield _once(known, ("q1", "q2"), lambda: _pair(_unit(x), _unit(y), x, y))
+
+
 def field_curves(point: FloatArray) -> Curves:
     """Polynomials of degree 2 ... FIELD_DEGREE in the place (N, 3): a smooth field, less its rigid part."""
     x, y, z = (_unit(point[:, k]) for k in range(3))

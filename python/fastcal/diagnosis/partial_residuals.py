@@ -82,7 +82,7 @@ def of_unexplained(state: SearchNode, owner: str, depends_on: tuple[str, ...]) -
     if len(effect.points[0]) == 0:
         return None
     if owner == "base":
-        reading = effect.motion_by(blocks.frames["base"], blocks.generics[at[0]].curves.values)
+        reading = effect.motion_by(blocks.directions[at[0]], blocks.generics[at[0]].curves.values)
         return _result(effect, depends_on, columns, "motion", "m", reading)
     if owner == "tool":
         return _result(effect, depends_on, columns, "shift", "m", effect.in_frame(blocks.frames["tool"]))

@@ -124,10 +124,10 @@ class Effect:
                 g += h * (np.sum(h * C, axis=0) / square)
         return self._reading(kept, self._metres(kept, self.r[at]), g)
 
-    def motion_by(self, frame: FloatArray, courses: FloatArray) -> Reading:
-        """Motion as above, of a block whose columns are each of the 6 of a frame (m, 6) times courses (N, k)."""
+    def motion_by(self, directions: FloatArray, courses: FloatArray) -> Reading:
+        """Motion as above, of a block whose columns are each of its directions (m, d) times courses (N, k)."""
         kept, at = self.points
-        middle = self._metres(kept, frame[at]).mean(axis=0)
+        middle = self._metres(kept, directions[at]).mean(axis=0)
         g = middle[np.newaxis, :, :, np.newaxis] * courses[kept, np.newaxis, np.newaxis, :]
         return self._reading(kept, self._metres(kept, self.r[at]), g.reshape(len(kept), 3, -1))
 

@@ -104,6 +104,8 @@ STEP_MOMENTS, MIN_ROWS_BESIDE_STEP = 24, 5
 CURVE_ORDERS = 6
 # Degrees of curves over time, temperature, and any other condition (an own column, the payload).
 TIME_DEGREE, TEMPERATURE_DEGREE, CONDITION_DEGREE = 5, 3, 2
+# Links that carry nearly all of an arm's weight, the longest: where they reach, a base that yields leans to.
+LONG_LINKS = 2
 # Degree of a smooth field over the workspace.
 FIELD_DEGREE = 3
 # Orders of an instrument's circles, and degree of its range.

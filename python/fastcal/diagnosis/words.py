@@ -28,6 +28,7 @@ _VARIABLES = {
     "order": "the order of measuring",
     "temperature_c": "temperature",
     "payload_kg": "the payload",
+    "reach": "where the arm reaches",
     "gravity": "how it is held against gravity",
     "sight": "the side from which it is looked at",
 }

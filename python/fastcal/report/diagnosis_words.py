@@ -40,6 +40,7 @@ _VARIABLES = {
     "temperature_c": "temperature",
     "payload_kg": "the payload",
     "order": "the order of measurement",
+    "reach": "where the arm reaches",
 }
 
 

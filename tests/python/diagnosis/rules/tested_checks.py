@@ -113,6 +113,20 @@ def conditions_are_followed_by_low_degrees() -> None:
     assert left_of(data.extra["coolant"] ** 2, found["coolant",]) < 1e-6
 
 
+@falls_with(LONG_LINKS=1)
+@falls_with(LONG_LINKS=4)
+def a_base_leans_to_where_the_two_long_links_reach() -> None:
+    arm = load_robot("kuka_kr6_r900")
+    commands = random().uniform(-2.0, 2.0, (ROWS, 6))
+    origins = np.array([arm.core.frame_origins(row) for row in commands])
+    level = np.eye(3)[:2]
+    found = {c.depends_on: c.values for c in generic.lean_curves(level, commands, lambda: origins)}
+    shoulder, elbow, wrist = (origins[:, k, :2] for k in (3, 5, 9))
+    moment = 20.0 * (shoulder + elbow) / 2 + 15.0 * (elbow + wrist) / 2
+    assert left_of(moment[:, 0], found["reach",]) < 0.01
+    assert found["reach",].shape[1] == 4  # what a small link adds is not worth its columns
+
+
 @falls_with(FIELD_DEGREE=2)
 @falls_with(FIELD_DEGREE=6)
 def a_field_in_the_workspace_is_cubic() -> None:
