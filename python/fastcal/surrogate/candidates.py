@@ -90,6 +90,8 @@ def _all(n: int) -> Iterator[Candidate]:
     yield Candidate("robot", ("temperature",))
     yield Candidate("base", ("time",))
     yield Candidate("base", ("q1",))
+    yield Candidate("base", ("q1", "q2"))
+    yield Candidate("base", ("x", "y", "z"))
     yield Candidate("base", ("temperature",))
     yield Candidate("tool", ("gravity_x", "gravity_y", "gravity_z"))
     yield Candidate("tool", ("time",))
