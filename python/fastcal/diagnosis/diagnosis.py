@@ -249,7 +249,7 @@ class _Found:
     def _limits(self, remaining: Unexplained | None) -> list[str]:
         """What the search did not look at, or can't tell apart, in sentences."""
         out = []
-        if (remaining is not None or self.model.profiles) and along_a_path(self.data):
+        if (remaining is not None or self.model.profiles) and along_a_path(self.data, rules.PATH_STEPS):
             out.append(
                 "successive poses lie near each other, so that noise which changes slowly looks like a cause without a "
                 "name: measure some of these poses again in another order"

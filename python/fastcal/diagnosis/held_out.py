@@ -62,7 +62,7 @@ def _stretches(data: Dataset, pose: NDArray[np.intp]) -> NDArray[np.intp]:
     place = measuring_place(data)
     first = np.full(int(pose.max()) + 1, len(data))
     np.minimum.at(first, pose, place)
-    if not along_a_path(data.select(np.sort(np.argsort(place)[first]))):
+    if not along_a_path(data.select(np.sort(np.argsort(place)[first])), rules.PATH_STEPS):
         return pose
     length = max(1, min(rules.PATH_STRETCH, len(first) // rules.FOLDS))
     return np.asarray((np.argsort(np.argsort(first)) // length)[pose])

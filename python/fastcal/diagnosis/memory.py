@@ -51,14 +51,14 @@ def memory(problem: Problem, X: FloatArray, r: FloatArray, row: IntArray, wrong:
     if len(order) <= X.shape[1]:
         return 0.0
     columns = unit_columns(X[order])
-    beside_fit = not along_a_path(problem.data)
+    beside_fit = not along_a_path(problem.data, rules.NEAR_STEPS)
     deviations = -float(special.ndtri(rules.ALPHA_MEMORY)) if beside_fit else DEVIATIONS
     places, count = place[row[order]], len(problem.data)
     return neighbour_correlation(columns, r[order], places, count, deviations, beside_fit=beside_fit) or 0.0
 
 
-def along_a_path(data: Dataset) -> bool:
-    """Are successive poses nearer than NEAR_STEPS of what poses half the set apart are, in shares of joint ranges?
+def along_a_path(data: Dataset, near: float) -> bool:
+    """Are successive poses nearer than `near` of what poses half the set apart are, in shares of joint ranges?
 
     What a model lacks is then alike in successive rows as well, and can't be told from noise that is slow.
     """
@@ -69,7 +69,7 @@ def along_a_path(data: Dataset) -> bool:
         return False
     step = np.median(np.abs(np.diff(q, axis=0)).mean(axis=1))
     apart = np.median(np.abs(q - np.roll(q, len(q) // 2, axis=0)).mean(axis=1))
-    return bool(step < rules.NEAR_STEPS * apart)
+    return bool(step < near * apart)
 
 
 def without_memory(problem: Problem, values: FloatArray, row: IntArray) -> FloatArray:

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from fastcal.diagnosis import diagnose, noise, robust_rows
+from fastcal.diagnosis import diagnose, noise, robust_rows, rules
 from fastcal.diagnosis.blocks import columns_at
 from fastcal.diagnosis.fits import fit
 from fastcal.diagnosis.held_out import fold_of
@@ -118,12 +118,14 @@ def rows_err_alike_where_chance_makes_them_so_in_one_of_a_hundred() -> None:
 @falls_with(NEAR_STEPS=10.0)
 def poses_along_a_path_are_told_from_poses_in_any_order() -> None:
     q = np.random.default_rng(6).uniform(-1, 1, (200, 6))
-    assert not along_a_path(Dataset.from_arrays(q))
+    assert not along_a_path(Dataset.from_arrays(q), rules.NEAR_STEPS)
     path = np.linspace(0, 1, 200)[:, np.newaxis] * np.array([1.0, 0.3, 0.0])
-    assert along_a_path(Dataset.from_arrays(path))
-    assert not along_a_path(Dataset.from_arrays(np.zeros((20, 2))))
+    assert along_a_path(Dataset.from_arrays(path), rules.NEAR_STEPS)
+    assert not along_a_path(Dataset.from_arrays(np.zeros((20, 2))), rules.NEAR_STEPS)
 
 
+@falls_with(PATH_STEPS=0.0)
+@falls_with(PATH_STEPS=2.0)
 @falls_with(PATH_STRETCH=1)
 @falls_with(PATH_STRETCH=100)
 def along_a_path_rows_that_lie_near_each_other_are_held_out_together() -> None:
@@ -131,8 +133,8 @@ def along_a_path_rows_that_lie_near_each_other_are_held_out_together() -> None:
     fold = fold_of(path)
     assert np.count_nonzero(np.diff(fold)) >= 10  # and from all along it
     assert np.mean(fold[5:] == fold[:-5]) > 0.7
-    shuffled = np.random.default_rng(3).permutation(300)
-    again = fold_of(replace(path, time=shuffled.astype(float)))  # measured in any order: dealt out one by one
+    turn = np.random.default_rng(3).permutation(300)
+    again = fold_of(replace(path, time=np.argsort(turn).astype(float)))[turn]  # in any order: dealt out one by one
     assert np.mean(again[5:] == again[:-5]) < 0.4
 
 
