@@ -9,7 +9,7 @@ row, orthonormal over the rows. In finite terms they are the orthogonal, embedde
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations, product
 
@@ -241,7 +241,8 @@ def lean_curves(
         longest = np.argsort(-span, kind="stable")[: rules.LONG_LINKS]
         return links[:, longest].reshape(len(links), -1)
 
-    yield _once(known, ("reach",), reach)
+    kept = _once(known, (" reach",), reach)  # a column of the data may be called "reach"
+    yield replace(kept, depends_on=("reach",))
     if q.shape[1] > 1:
         x, y = q[:, 0], q[:, 1]
         yield _once(known, ("q1", "q2"), lambda: _pair(_unit(x), _unit(y), x, y))

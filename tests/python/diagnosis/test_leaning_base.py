@@ -132,3 +132,11 @@ def started(robot: Robot, data: Dataset) -> Blocks:
 def problem_of(robot: Robot, data: Dataset) -> Problem:
     """All names, the noise known."""
     return prepared_problem(robot, data, build_library(robot, data).names, Noise((SIGMA, 1e-4, SIGMA)), 1)
+
+
+def test_a_column_called_reach_is_another_thing() -> None:
+    robot = arm("kuka_kr6_r900", FLOOR)
+    rows = leaning(robot, [1.0, 0.0, 0.0], 4e-4)
+    named = replace(rows, extra={"reach": np.arange(float(ROWS))})
+    at = {str(block): block.curves.count for block in started(robot, named).generics if block.owner == "base"}
+    assert at["base by reach"] == 4
