@@ -37,8 +37,10 @@ def weighed(problem: Problem, found: Fit) -> Problem:
 
     Noise with a memory is left alone: no row of it errs by itself.
     """
+    if problem.noise.memory > 0:
+        return problem
     rows = _Rows.of(found)
-    if problem.noise.memory > 0 or rows.worth < rules.HEAVY_TAILS_GAIN:
+    if rows.worth < rules.HEAVY_TAILS_GAIN:
         return problem
     out = problem
     for _ in range(_REFITS):

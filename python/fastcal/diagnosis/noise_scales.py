@@ -67,8 +67,8 @@ def with_own_scales(at: Fit, rich: RichFit) -> Noise:
         by = float(np.sqrt(own / whole))
         is_told_apart = not low <= by**2 <= high
         still_moves = abs(np.log(by)) > rules.SCALE_CHANGE
-        counts = still_moves if other in scale else is_told_apart
-        if counts:
+        is_rescaled = still_moves if other in scale else is_told_apart
+        if is_rescaled:
             scale[other] = scale.get(other, 1.0) * by
     return noise if scale == noise.scale else replace(noise, scale=scale)
 
