@@ -16,31 +16,43 @@ constexpr double kSigmaAngle = 1e-3;
 
 bool is_rotation(Motion motion) { return motion == Motion::kRx || motion == Motion::kRy || motion == Motion::kRz; }
 
-Eigen::Vector3d axis_of(Motion motion) {
+int axis_of(Motion motion) {
   switch (motion) {
     case Motion::kTx:
     case Motion::kRx:
-      return Eigen::Vector3d::UnitX();
+      return 0;
     case Motion::kTy:
     case Motion::kRy:
-      return Eigen::Vector3d::UnitY();
+      return 1;
     default:
-      return Eigen::Vector3d::UnitZ();
+      return 2;
   }
 }
 
-Pose move(Motion motion, double value) {
-  const Eigen::Vector3d axis = axis_of(motion);
-  if (is_rotation(motion)) return {Eigen::AngleAxisd(value, axis).toRotationMatrix(), Eigen::Vector3d::Zero()};
-  return {Eigen::Matrix3d::Identity(), value * axis};
+/// T exp(value xi) with the unit twist xi of the motion, whose axes are those of T.
+void move(Pose& T, Motion motion, double value) {
+  const int z = axis_of(motion);
+  if (!is_rotation(motion)) {
+    T.p += value * T.R.col(z);
+    return;
+  }
+  const int x = (z + 1) % 3;
+  const int y = (z + 2) % 3;
+  const double c = std::cos(value);
+  const double s = std::sin(value);
+  const Eigen::Vector3d before = T.R.col(x);
+  T.R.col(x) = c * before + s * T.R.col(y);
+  T.R.col(y) = c * T.R.col(y) - s * before;
 }
 
-Vector6d twist_of(Motion motion) {
+/// Ad(T) xi with the unit twist xi of the motion.
+Vector6d twist_of(const Pose& T, Motion motion) {
+  const auto axis = T.R.col(axis_of(motion));
   Vector6d xi = Vector6d::Zero();
   if (is_rotation(motion))
-    xi.tail<3>() = axis_of(motion);
+    xi << T.p.cross(axis), axis;
   else
-    xi.head<3>() = axis_of(motion);
+    xi.head<3>() = axis;
   return xi;
 }
 
@@ -141,8 +153,8 @@ Chain RobotModel::chain(const Eigen::Ref<const Eigen::VectorXd>& values) const {
     const int frame = static_cast<int>(out.constants.size()) - 1;  // the last one passed; kWorldFrame ahead of the base
     switch (step.kind) {
       case StepKind::kMotion: {
-        out.columns.push_back({step.parameter, frame, step.sign * adjoint(local) * twist_of(step.motion)});
-        local = local * move(step.motion, step.sign * values[step.parameter]);
+        out.columns.push_back({step.parameter, frame, step.sign * twist_of(local, step.motion)});
+        move(local, step.motion, step.sign * values[step.parameter]);
         break;
       }
       case StepKind::kConstant:
