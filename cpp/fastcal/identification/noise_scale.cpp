@@ -126,14 +126,19 @@ double mean_noise(const ObservedRows& rows, LossKind loss, double freedom, doubl
 
 double outlier_limit(int components, double rows) {
   constexpr double kShareOfSets = 0.01;
-  const double wanted = kShareOfSets / std::max(rows, 1.0);
-  double low = 0;
-  double high = 200;  // its probability is 1e-40 and less
+  const double wanted = std::log(kShareOfSets / std::max(rows, 1.0));
+  double x = components;  // the mean
   for (int i = 0; i < 60; ++i) {
-    const double middle = 0.5 * (low + high);
-    (chi_squared_tail(components, middle) > wanted ? low : high) = middle;
+    const double tail = chi_squared_tail(components, x);
+    // d log P / dx = -density / P: P is log-concave from two degrees of freedom on and log-convex for one, so that from
+    // the second step on all come from the same side.
+    const double log_density =
+        (0.5 * components - 1) * std::log(0.5 * x) - 0.5 * x - std::lgamma(0.5 * components) - std::log(2.0);
+    const double step = (std::log(tail) - wanted) * tail / std::exp(log_density);
+    x = std::max(x + step, 0.5 * x);
+    if (std::abs(step) <= 1e-14 * x) break;
   }
-  return high;
+  return x;
 }
 
 void VarianceInflation::add(const RowWeight& row) {

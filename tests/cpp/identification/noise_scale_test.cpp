@@ -88,6 +88,11 @@ TEST(NoiseScale, OutlierLimitsAreThoseOfTablesOfChiSquared) {
     EXPECT_NEAR(outlier_limit(d, 1), table[d - 1][0], 1e-3);
     EXPECT_NEAR(outlier_limit(d, 100), table[d - 1][1], 1e-3);
   }
+  // scipy.stats.chi2.isf(0.01 / N, d) for N = 50 and a million.
+  EXPECT_NEAR(outlier_limit(3, 50), 19.656115720297333, 1e-11);
+  EXPECT_NEAR(outlier_limit(3, 1e6), 40.12999901768822, 1e-11);
+  EXPECT_NEAR(outlier_limit(12, 50), 37.29607541480976, 1e-11);
+  EXPECT_NEAR(outlier_limit(12, 1e6), 61.93423194661251, 1e-11);
 }
 
 TEST(NoiseScale, TheVarianceUnderHubersLossIsThatOfHisBook) {
