@@ -5,39 +5,15 @@
 // columns of its Jacobian are one kernel's work.
 #pragma once
 
-#include <memory>
-#include <new>
 #include <utility>
 #include <vector>
 
 #include "fastcal/kernels/spring_rows.hpp"
+#include "fastcal/math/aligned_numbers.hpp"
 #include "fastcal/model/error_model.hpp"
 #include "fastcal/model/twist_table.hpp"
 
 namespace fastcal {
-
-/// Numbers at addresses that a vector register likes.
-class AlignedNumbers {
- public:
-  /// At least `count` of them, to be written before they are read; what was there is lost where they were fewer.
-  double* resize(Eigen::Index count) {
-    if (count > count_) {
-      count_ = (count + 7) / 8 * 8;
-      numbers_.reset(static_cast<double*>(::operator new(static_cast<std::size_t>(count_) * sizeof(double), kLine)));
-    }
-    return data();
-  }
-  double* data() { return numbers_.get(); }
-  const double* data() const { return numbers_.get(); }
-
- private:
-  static constexpr std::align_val_t kLine{64};
-  struct Free {
-    void operator()(double* numbers) const { ::operator delete(numbers, kLine); }
-  };
-  std::unique_ptr<double, Free> numbers_;
-  Eigen::Index count_ = 0;
-};
 
 /// Evaluates an ErrorModel at one parameter vector; one a thread.
 class RowBlock {
