@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fastcal/kernels/normal_sums.hpp"
+
 namespace fastcal {
 namespace {
 
@@ -136,17 +138,9 @@ Eigen::VectorXd WhitenedRows::weighted_residuals(const std::vector<const Loss*>&
 }
 
 const double* WhitenedRows::along_residuals(const double* J) {
-  const auto p = static_cast<Eigen::Index>(free_.size());
-  const Eigen::Index stride = block_.stride();
-  double* out = along_residuals_.resize(p * ld());
-  for (Eigen::Index k = 0; k < p; ++k) {
-    Eigen::Map<Eigen::ArrayXd> sum(out + k * ld(), stride);
-    sum.setZero();
-    for (int n = 0; n < count_; ++n) {
-      sum += Eigen::Map<const Eigen::ArrayXd>(at(turn_, n), stride) *
-             Eigen::Map<const Eigen::ArrayXd>(J + k * ld() + n * stride, stride);
-    }
-  }
+  const auto p = static_cast<int>(free_.size());
+  double* out = along_residuals_.resize(static_cast<Eigen::Index>(p) * ld());
+  kernels::add_parts(J, ld(), stride(), count_, p, turn_.data(), out);
   return out;
 }
 

@@ -52,6 +52,23 @@ FASTCAL_INLINE void gram_lanes(const double* block, int ld, int rows, int column
   }
 }
 
+template <int W>
+FASTCAL_INLINE void parts_lanes(const double* block, int ld, int stride, int parts, int columns, const double* turn,
+                                double* out) {
+  using Lane = typename Vectors<W>::Lane;
+  for (int k = 0; k < columns; ++k, block += ld, out += ld) {
+    for (int row = 0; row < stride; row += W) {
+      Lane sum = {}, b, t;
+      for (int n = 0; n < parts; ++n) {
+        load(b, block + n * stride + row);
+        load(t, turn + n * stride + row);
+        sum += t * b;
+      }
+      store(out + row, sum);
+    }
+  }
+}
+
 /// Reflects N columns: w = c (u_0 R_k + u^T B), R_k -= w u_0, B -= w u.
 template <int W, int N>
 FASTCAL_INLINE void reflect(const double* u, double u_0, double c, double* const* B, double* const* R, int rows) {
@@ -123,6 +140,9 @@ FASTCAL_INLINE void triangle_lanes(double* block, int ld, int rows, int columns,
 
 FASTCAL_FOR_EACH_SET(gram, gram_lanes, (const double* block, int ld, int rows, int columns, double* A),
                      (block, ld, rows, columns, A))
+FASTCAL_FOR_EACH_SET(parts, parts_lanes,
+                     (const double* block, int ld, int stride, int parts, int columns, const double* turn, double* out),
+                     (block, ld, stride, parts, columns, turn, out))
 FASTCAL_FOR_EACH_SET(triangle, triangle_lanes, (double* block, int ld, int rows, int columns, double* R),
                      (block, ld, rows, columns, R))
 
@@ -131,6 +151,11 @@ FASTCAL_FOR_EACH_SET(triangle, triangle_lanes, (double* block, int ld, int rows,
 void gram(const double* block, int ld, int rows, int columns, double* A) {
   static const auto run = FASTCAL_BEST_SET(gram);
   run(block, ld, rows, columns, A);
+}
+
+void add_parts(const double* block, int ld, int stride, int parts, int columns, const double* turn, double* out) {
+  static const auto run = FASTCAL_BEST_SET(parts);
+  run(block, ld, stride, parts, columns, turn, out);
 }
 
 void update_triangle(double* block, int ld, int rows, int columns, double* R) {

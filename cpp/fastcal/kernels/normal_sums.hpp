@@ -11,6 +11,10 @@ namespace fastcal::kernels {
 /// Upper triangle of B^T B, column by column into `A` (columns x columns).
 void gram(const double* block, int ld, int rows, int columns, double* A);
 
+/// Rows of each column added up in parts, `stride` of them, one beneath the other: out_i = sum_n turn_n,i B_n,i; `turn`
+/// (parts, stride), `out` as far apart as the block.
+void add_parts(const double* block, int ld, int stride, int parts, int columns, const double* turn, double* out);
+
 /// R <- upper triangle of the QR factorization of [R; B] by Householder's reflections; R (columns x columns) column by
 /// column. The block is lost.
 void update_triangle(double* block, int ld, int rows, int columns, double* R);

@@ -36,6 +36,28 @@ TEST(Gram, IsTheProductOfTheBlockWithItself) {
   }
 }
 
+TEST(AddParts, SumsTheRowsOfEachColumnThatLieAStrideApart) {
+  Random random(3);
+  for (const int columns : {1, 5}) {
+    for (const int parts : {1, 3}) {
+      constexpr int kStride = 24;
+      const int rows = parts * kStride;
+      const Eigen::MatrixXd block = block_of(random, rows + 8, rows, columns);
+      const Eigen::VectorXd turn = Eigen::VectorXd::NullaryExpr(rows, [&] { return random.uniform(-1, 1); });
+      Eigen::MatrixXd out = Eigen::MatrixXd::Constant(rows + 8, columns, 7);
+      kernels::add_parts(block.data(), rows + 8, kStride, parts, columns, turn.data(), out.data());
+      for (int k = 0; k < columns; ++k) {
+        for (int i = 0; i < kStride; ++i) {
+          double wanted = 0;
+          for (int n = 0; n < parts; ++n) wanted += turn[n * kStride + i] * block(n * kStride + i, k);
+          EXPECT_NEAR(out(i, k), wanted, 1e-15 * parts);
+        }
+      }
+      EXPECT_TRUE((out.bottomRows(rows + 8 - kStride).array() == 7).all());
+    }
+  }
+}
+
 TEST(UpdateTriangle, KeepsSmallSingularValuesThatTheGramMatrixLoses) {
   Random random(2);
   constexpr int kColumns = 13;
