@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "fastcal/identification/noise_scale.hpp"
+#include "fastcal/math/decompositions.hpp"
 
 namespace fastcal {
 
@@ -26,10 +27,8 @@ Eigen::MatrixXd covariance_root(FitState& fit, const RowErrors& errors) {
     R /= std::sqrt(std::max(inflation.value(), std::numeric_limits<double>::min()));
   }
   R = with_priors(R, fit.free, fit.free_scale, fit.options.limits);
-  const Eigen::MatrixXd inverse = R.triangularView<Eigen::Upper>().solve(Eigen::MatrixXd::Identity(p, p));
-  // M M^T = L L^T where M^T = Q L^T: no digit is lost to a square, as in a Cholesky factor of the covariance.
-  const Eigen::MatrixXd M = fit.free_scale.asDiagonal() * inverse;
-  Eigen::MatrixXd L = triangle(M.transpose()).transpose();
+  // No digit is lost to a square, as in a Cholesky factor of the covariance.
+  Eigen::MatrixXd L = fit.free_scale.asDiagonal() * inverse_of_lower(R);
   for (Eigen::Index k = 0; k < p; ++k) {
     if (L(k, k) < 0) L.col(k) *= -1;
   }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include "fastcal/math/decompositions.hpp"
@@ -16,12 +17,29 @@ constexpr Eigen::Index kGaugeRows = 256;  // by which the gauge is chosen where 
 constexpr double kHoldUnknown =
     1e-5;  // what an instrument brings along is never nominal: everything else is held first
 
+/// values[indices].
+std::vector<int> picked(const std::vector<int>& values, const std::vector<int>& indices) {
+  std::vector<int> out;
+  out.reserve(indices.size());
+  for (const int k : indices) out.push_back(values[static_cast<std::size_t>(k)]);
+  return out;
+}
+
+/// Column k of M goes to column order[k].
+Eigen::MatrixXd columns_back(const Eigen::MatrixXd& M, const std::vector<int>& order) {
+  Eigen::MatrixXd out(M.rows(), M.cols());
+  for (std::size_t k = 0; k < order.size(); ++k) out.col(order[k]) = M.col(static_cast<Eigen::Index>(k));
+  return out;
+}
+
 }  // namespace
 
 Eigen::VectorXd at(const Eigen::VectorXd& values, const std::vector<int>& indices) { return values(indices); }
 
 Eigen::MatrixXd triangle(const Eigen::MatrixXd& M) {
-  return Eigen::HouseholderQR<Eigen::MatrixXd>(M).matrixQR().topRows(M.cols()).triangularView<Eigen::Upper>();
+  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(M.rowwise().reverse());
+  const Eigen::MatrixXd upper = qr.matrixQR().topRows(M.cols()).triangularView<Eigen::Upper>();
+  return upper.reverse();
 }
 
 Eigen::MatrixXd with_priors(const Eigen::MatrixXd& R, const std::vector<int>& indices, const Eigen::VectorXd& scale,
@@ -94,19 +112,47 @@ const std::vector<Eigen::Index>& FitState::counts() {
   return counts_;
 }
 
-const Eigen::MatrixXd& FitState::asked_factor(const Eigen::VectorXd& there) {
-  if (factor_.size() == 0 || factor_at_ != there || factor_tau_ != tau) {
-    factor_ = triangular_factor(problem, there, asked, scale, {tau, LossKind::kNone});
-    factor_at_ = there;
-    factor_tau_ = tau;
+void FitState::factorize(const Eigen::VectorXd& there, const Weighting& weighting, double factor,
+                         Eigen::VectorXd* slope) {
+  order_ = free_first();
+  const Eigen::VectorXd sizes = at(scale, order_);
+  factor_ = factor * triangular_factor(problem, there, picked(asked, order_), sizes, weighting, slope);
+  factor_at_ = there;
+  factor_tau_ = tau;
+}
+
+std::vector<int> FitState::free_first() const {
+  std::vector<int> out(asked.size());
+  if (gauge.free.empty() && gauge.held.empty()) {
+    std::iota(out.begin(), out.end(), 0);
+  } else {
+    std::copy(gauge.held.begin(), gauge.held.end(), std::copy(gauge.free.rbegin(), gauge.free.rend(), out.begin()));
   }
-  return factor_;
+  return out;
+}
+
+Eigen::MatrixXd FitState::asked_factor(const Eigen::VectorXd& there) {
+  if (!is_factorized(there)) factorize(there, {tau, LossKind::kNone}, 1, nullptr);
+  return columns_back(factor_, order_);
+}
+
+bool FitState::is_factorized_by_gauge() const {
+  return std::equal(gauge.free.rbegin(), gauge.free.rend(), order_.begin(), order_.end() - gauge.held.size());
 }
 
 Eigen::MatrixXd FitState::free_factor() {
   if (free_factor_.size() > 0 && free_factor_at_ == theta && factor_tau_ == tau) return free_factor_;
-  const Eigen::MatrixXd& R = asked_factor(theta);
+  const Eigen::MatrixXd R = asked_factor(theta);
+  const auto p = static_cast<Eigen::Index>(gauge.free.size());
+  if (is_factorized_by_gauge()) return factor_.topLeftCorner(p, p).reverse();
   return triangle(R(Eigen::all, gauge.free));
+}
+
+bool FitState::confirms_gauge(const Eigen::VectorXd& there) {
+  if (has_priors() || gauge.free.empty()) return false;
+  if (!is_factorized(there)) factorize(there, {tau, LossKind::kNone}, 1, nullptr);
+  return is_factorized_by_gauge() &&
+         parts_clearly(factor_, static_cast<Eigen::Index>(gauge.free.size()), options.gauge);
 }
 
 Eigen::MatrixXd FitState::gauge_factor(const Eigen::VectorXd& there) {
@@ -115,16 +161,31 @@ Eigen::MatrixXd FitState::gauge_factor(const Eigen::VectorXd& there) {
   return std::sqrt(share) * triangular_factor(some_->problem(), there, asked, scale, {tau, LossKind::kNone});
 }
 
+Gauge FitState::gauge_of_some() {
+  const double share = static_cast<double>(problem.row_count()) / static_cast<double>(some_->problem().row_count());
+  const std::vector<int> order = free_first();
+  const Eigen::VectorXd sizes = at(scale, order);
+  const Eigen::MatrixXd R = std::sqrt(share) * triangular_factor(some_->problem(), theta, picked(asked, order), sizes,
+                                                                 {tau, LossKind::kNone});
+  const auto p = static_cast<Eigen::Index>(gauge.free.size());
+  const auto lost = static_cast<Eigen::Index>(gauge.held.size());
+  if (!parts_clearly(R, p, options.gauge)) return choose_gauge(columns_back(R, order), hold, options.gauge);
+  Gauge same = gauge;
+  same.rank = static_cast<int>(p);
+  Eigen::MatrixXd moved(lost, p + lost);  // transposed
+  moved << -R.topLeftCorner(p, p).triangularView<Eigen::Upper>().solve(R.topRightCorner(p, lost)).transpose(),
+      Eigen::MatrixXd::Identity(lost, lost);
+  same.directions = columns_back(moved, order).transpose();
+  return same;
+}
+
 bool FitState::factor_by_sums(const CommonNoise& noise, Eigen::VectorXd& g) {
   constexpr double kShowsNothing = 1e-3;  // times what the gauge takes for nothing, so that chance hides no direction
   constexpr double kCondition = 1e4;      // its square times rounding is what Cholesky loses
-  const Gauge again = choose_gauge(gauge_factor(theta), hold, options.gauge);
+  const Gauge again = gauge_of_some();
   if (again.free != gauge.free) return false;
   std::vector<int> order = gauge.held;
   order.insert(order.end(), gauge.free.begin(), gauge.free.end());
-  std::vector<int> columns;
-  columns.reserve(order.size());
-  for (const int k : order) columns.push_back(asked[static_cast<std::size_t>(k)]);
   // Two mixtures of the directions that are held: where any of them shows, both are blind to it by a rare chance.
   Eigen::MatrixXd directions(static_cast<Eigen::Index>(order.size()), again.held.empty() ? 0 : 2);
   for (Eigen::Index m = 0; m < directions.cols(); ++m) {
@@ -135,15 +196,15 @@ bool FitState::factor_by_sums(const CommonNoise& noise, Eigen::VectorXd& g) {
     directions.col(m) = mixed(order).normalized();
   }
   const auto p = static_cast<Eigen::Index>(gauge.free.size());
-  const PlainSums sums = plain_sums(problem, theta, columns, scale(order), {noise, loss}, p, directions);
+  const PlainSums sums = plain_sums(problem, theta, picked(asked, order), scale(order), {noise, loss}, p, directions);
   const Eigen::VectorXd length = sums.A.diagonal().cwiseSqrt();
   if (!(length.minCoeff() > 0)) return false;
   if (!(std::sqrt(sums.along) <= kShowsNothing * options.gauge.relative_tolerance * length.maxCoeff())) return false;
   const Eigen::LLT<Eigen::MatrixXd, Eigen::Upper> root(
-      (length.cwiseInverse().asDiagonal() * sums.A * length.cwiseInverse().asDiagonal()).eval());
+      (length.cwiseInverse().asDiagonal() * sums.A * length.cwiseInverse().asDiagonal()).reverse().eval());
   if (root.info() != Eigen::Success) return false;
-  const Eigen::MatrixXd R = root.matrixU();
-  const Eigen::MatrixXd inverse = R.triangularView<Eigen::Upper>().solve(Eigen::MatrixXd::Identity(p, p));
+  const Eigen::MatrixXd R = root.matrixU().toDenseMatrix().reverse();
+  const Eigen::MatrixXd inverse = R.triangularView<Eigen::Lower>().solve(Eigen::MatrixXd::Identity(p, p));
   const double smallest = 1 / (length.cwiseInverse().asDiagonal() * inverse).norm();  // singular value at least
   if (!(inverse.norm() <= kCondition && smallest * options.gauge.practical_limit >= 1)) return false;
   gauge.rank = again.rank;
@@ -220,9 +281,8 @@ bool FitState::step_with_factor(bool noise_is_a_factor) {
     factor_.resize(0, 0);
   } else {
     choose_by_all();
-    factor_ = scale_of_noise * triangular_factor(problem, theta, asked, scale, {noise, loss}, &g);
-    g = g(gauge.free).eval();
-    factor_at_ = theta;
+    factorize(theta, {noise, loss}, scale_of_noise, &g);
+    g = g.head(static_cast<Eigen::Index>(gauge.free.size())).reverse().eval();
   }
   factor_tau_ = tau;
   const Eigen::VectorXd turned = root_->turn(g);

@@ -45,11 +45,15 @@ class FitState {
   /// How many numbers of each observation were measured.
   const std::vector<Eigen::Index>& counts();
 
-  /// Triangular factor of the whitened Jacobian of all that was asked for, at `there`; no priors.
-  const Eigen::MatrixXd& asked_factor(const Eigen::VectorXd& there);
+  /// R with R^T R = J^T J of the whitened Jacobian of all that was asked for, at `there`; no priors.
+  Eigen::MatrixXd asked_factor(const Eigen::VectorXd& there);
 
-  /// The same of the free parameters, at theta.
+  /// The same of the free parameters, at theta: lower triangular.
   Eigen::MatrixXd free_factor();
+
+  /// Does the factor at `there` say beyond doubt that the data fix what is free, and show nothing of what is held?
+  /// False leaves it open.
+  bool confirms_gauge(const Eigen::VectorXd& there);
 
   /// What the gauge is chosen by at `there`: the factor of the asked parameters, or that of some rows, as if all were
   /// like them, as long as the others show nothing else.
@@ -83,6 +87,18 @@ class FitState {
   bool step_with_factor(bool noise_is_a_factor);
 
  private:
+  /// Positions in `asked`: of the free parameters from the last to the first, then of those that are held. A triangular
+  /// factor in this order holds that of the free ones, whose inverse is the root of their covariance.
+  std::vector<int> free_first() const;
+  /// The factor of the asked parameters at `there` in this order, and its g where `slope` is not null.
+  void factorize(const Eigen::VectorXd& there, const Weighting& weighting, double factor, Eigen::VectorXd* slope);
+  bool is_factorized(const Eigen::VectorXd& there) const {
+    return factor_.size() > 0 && factor_at_ == there && factor_tau_ == tau;
+  }
+  bool is_factorized_by_gauge() const;
+  /// The gauge at theta by the rows that it is chosen by.
+  Gauge gauge_of_some();
+
   /// Finds the free parameters' factor by Cholesky, and their slope g, where all rows show no more than some do and the
   /// condition leaves it its digits; false where not, and it takes a QR of all rows.
   bool factor_by_sums(const CommonNoise& noise, Eigen::VectorXd& g);
@@ -93,7 +109,8 @@ class FitState {
   std::optional<RowErrors> errors_;
   Eigen::VectorXd errors_at_;
   std::vector<Eigen::Index> counts_;  // empty: not counted yet
-  Eigen::MatrixXd factor_;
+  Eigen::MatrixXd factor_;            // upper triangular, of the asked parameters in this order
+  std::vector<int> order_;            // free_first() at that time
   Eigen::VectorXd factor_at_;
   CommonNoise factor_tau_;
   std::unique_ptr<ThinnedProblem> some_;  // rows by which the gauge is chosen; null: by all of them
@@ -128,11 +145,11 @@ class FitState {
 /// values[indices].
 Eigen::VectorXd at(const Eigen::VectorXd& values, const std::vector<int>& indices);
 
-/// The upper triangle of the QR factorization.
+/// Lower triangular R with R^T R = M^T M: its inverse is a lower triangular root of a covariance.
 Eigen::MatrixXd triangle(const Eigen::MatrixXd& M);
 
-/// Triangular factor R of columns `indices` (scaled by `scale`) with rows 1 / sigma of their priors beneath it, so that
-/// gauge and covariance see a prior like data.
+/// Factor R of columns `indices` (scaled by `scale`) with rows 1 / sigma of their priors beneath it, so that gauge and
+/// covariance see a prior like data; lower triangular, where there are priors at all.
 Eigen::MatrixXd with_priors(const Eigen::MatrixXd& R, const std::vector<int>& indices, const Eigen::VectorXd& scale,
                             const Limits& limits);
 

@@ -45,6 +45,8 @@ bool return_held(FitState& fit) {
 
 Eigen::MatrixXd gauge_factor(FitState& fit) { return fit.gauge_factor(unbent(fit)); }
 
+bool confirms_gauge(FitState& fit) { return !fit.is_chosen_by_some() && fit.confirms_gauge(unbent(fit)); }
+
 void follow_loads(FitState& fit) {
   if ((fit.problem.model.needs() & kLoads) == 0) return;
   fit.problem.response = nullptr;

@@ -11,6 +11,9 @@ namespace fastcal {
 /// What the gauge is chosen by: the triangular factor of the asked parameters on the unbent arm, priors included.
 Eigen::MatrixXd gauge_factor(FitState& fit);
 
+/// FitState::confirms_gauge() where gauge_factor() is taken.
+bool confirms_gauge(FitState& fit);
+
 /// Finds along which directions the loads' own change counts, from here on.
 void follow_loads(FitState& fit);
 

@@ -7,6 +7,8 @@
 #include <numeric>
 #include <optional>
 
+#include "fastcal/kernels/chain_rows.hpp"
+#include "fastcal/kernels/normal_sums.hpp"
 #include "fastcal/math/check.hpp"
 #include "fastcal/math/decompositions.hpp"
 
@@ -20,31 +22,60 @@ struct NullSpace {
   Eigen::MatrixXd basis;  // (p, lost), orthonormal
 };
 
-/// By QR with column pivoting, R P = Q [R1 R2; 0 R3], at a tenth of the price of an SVD: sigma_r >= 1 / |R1^-1| and
-/// sigma_r+1 <= |R3| (Frobenius norms). Nothing where these bounds leave any doubt of what the singular values would
-/// say.
-std::optional<NullSpace> clear_null_space(const Eigen::MatrixXd& R, const GaugeOptions& options) {
-  constexpr double kClearly = 100;
-  const Eigen::Index p = R.cols();
-  if (!R.allFinite() || R.rows() < p) return {};
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(R);
-  const Eigen::MatrixXd& packed = qr.matrixQR();
-  const double least = packed.diagonal().cwiseAbs().maxCoeff();  // that the largest singular value can be
-  const double most = R.norm();
-  const Eigen::Index rank = (packed.diagonal().cwiseAbs().array() > options.relative_tolerance * most).count();
-  if (rank == 0 || (options.off && rank < p)) return {};
-  const auto R1 = packed.topLeftCorner(rank, rank).triangularView<Eigen::Upper>();
-  const double smallest = 1 / R1.solve(Eigen::MatrixXd::Identity(rank, rank)).norm();
-  const Eigen::MatrixXd R3 = packed.block(rank, rank, p - rank, p - rank).triangularView<Eigen::Upper>();
-  const bool clear = smallest >= kClearly * options.relative_tolerance * most &&
-                     smallest * options.practical_limit >= 1 &&
-                     kClearly * R3.norm() <= options.relative_tolerance * least;
-  if (!clear) return {};
+/// M with rows of zeros beneath it, as many as the kernels ask for.
+Eigen::MatrixXd padded(const Eigen::MatrixXd& M) {
+  const Eigen::Index height = (M.rows() + kernels::kGroup - 1) / kernels::kGroup * kernels::kGroup;
+  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(height, M.cols());
+  out.topRows(M.rows()) = M;
+  return out;
+}
+
+/// Columns in the order in which Cholesky's factorization of A with full pivoting takes them (N. Higham, "Accuracy and
+/// Stability of Numerical Algorithms" 2002, 10.3).
+std::vector<int> pivots(const Eigen::MatrixXd& A) {
+  const Eigen::Index p = A.cols();
+  std::vector<int> order(static_cast<std::size_t>(p));
+  std::iota(order.begin(), order.end(), 0);
+  Eigen::MatrixXd L(p, p);  // rows in the order of A
+  Eigen::VectorXd left = A.diagonal();
+  for (Eigen::Index k = 0; k < p; ++k) {
+    const auto largest =
+        std::max_element(order.begin() + k, order.end(), [&](int a, int b) { return left[a] < left[b]; });
+    std::iter_swap(order.begin() + k, largest);
+    const int pivot = order[static_cast<std::size_t>(k)];
+    if (!(left[pivot] > 0)) break;
+    L.col(k) = A.col(pivot);
+    L.col(k).noalias() -= L.leftCols(k) * L.row(pivot).head(k).transpose();
+    L.col(k) /= std::sqrt(left[pivot]);
+    left -= L.col(k).cwiseAbs2();
+  }
+  return order;
+}
+
+/// QR with column pivoting, M P = Q [R1 R2; 0 R3], at a tenth of the price of an SVD: the pivots are those of
+/// Cholesky's factorization of M^T M, which loses sight of small ones; where this matters, parts_clearly() does not
+/// hold. Nothing where it leaves any doubt of what the singular values would say.
+std::optional<NullSpace> clear_null_space(const Eigen::MatrixXd& M, const GaugeOptions& options) {
+  if (!M.allFinite()) return {};
+  const auto p = static_cast<int>(M.cols());
+  Eigen::MatrixXd rows = padded(M);
+  const auto height = static_cast<int>(rows.rows());
+  Eigen::MatrixXd A = Eigen::MatrixXd::Zero(p, p);
+  kernels::gram(rows.data(), height, height, p, A.data());
+  A.triangularView<Eigen::StrictlyLower>() = A.transpose();
+  const std::vector<int> order = pivots(A);
+  rows = rows(Eigen::all, order).eval();
+  Eigen::MatrixXd R = Eigen::MatrixXd::Zero(p, p);
+  kernels::update_triangle(rows.data(), height, height, p, R.data());
+  const Eigen::Index rank = (R.diagonal().cwiseAbs().array() > options.relative_tolerance * R.norm()).count();
+  if (!parts_clearly(R, rank, options)) return {};
   if (rank == p) return NullSpace{static_cast<int>(rank), Eigen::MatrixXd(p, 0)};
+  Eigen::MatrixXd pivoted(p, p - rank);
+  pivoted << -R.topLeftCorner(rank, rank).triangularView<Eigen::Upper>().solve(R.topRightCorner(rank, p - rank)),
+      Eigen::MatrixXd::Identity(p - rank, p - rank);
   Eigen::MatrixXd null(p, p - rank);
-  null.topRows(rank) = -R1.solve(packed.block(0, rank, rank, p - rank));
-  null.bottomRows(p - rank).setIdentity();
-  const Eigen::HouseholderQR<Eigen::MatrixXd> orthonormal(qr.colsPermutation() * null);
+  null(order, Eigen::all) = pivoted;
+  const Eigen::HouseholderQR<Eigen::MatrixXd> orthonormal(null);
   return NullSpace{static_cast<int>(rank), orthonormal.householderQ() * Eigen::MatrixXd::Identity(p, p - rank)};
 }
 
@@ -70,6 +101,17 @@ NullSpace null_space(const Eigen::MatrixXd& R, const GaugeOptions& options) {
 
 }  // namespace
 
+bool parts_clearly(const Eigen::MatrixXd& R, Eigen::Index rank, const GaugeOptions& options) {
+  constexpr double kClearly = 100;
+  const Eigen::Index lost = R.cols() - rank;
+  if (rank == 0 || (options.off && lost > 0) || !R.allFinite()) return false;
+  const double least = R.colwise().norm().maxCoeff();  // that the largest singular value can be
+  const double most = R.norm();
+  const double smallest = 1 / inverse_of_lower(R.topLeftCorner(rank, rank).transpose()).norm();
+  return smallest >= kClearly * options.relative_tolerance * most && smallest * options.practical_limit >= 1 &&
+         kClearly * R.bottomRightCorner(lost, lost).norm() <= options.relative_tolerance * least;
+}
+
 Gauge choose_gauge(const Eigen::MatrixXd& R, const Eigen::VectorXd& hold, const GaugeOptions& options) {
   const Eigen::Index p = R.cols();
   Gauge gauge;
@@ -86,9 +128,8 @@ Gauge choose_gauge(const Eigen::MatrixXd& R, const Eigen::VectorXd& hold, const 
   }
   for (int k = 0; k < p; ++k) (is_held[static_cast<std::size_t>(k)] ? gauge.held : gauge.free).push_back(k);
   if (lost > 0) {
-    Eigen::MatrixXd at_held(lost, lost);
-    for (Eigen::Index k = 0; k < lost; ++k) at_held.row(k) = null.row(gauge.held[static_cast<std::size_t>(k)]);
-    gauge.directions = null * at_held.fullPivHouseholderQr().inverse();
+    const Eigen::MatrixXd at_held = null(gauge.held, Eigen::all);
+    gauge.directions = at_held.transpose().partialPivLu().solve(null.transpose()).transpose();
   } else {
     gauge.directions.resize(p, 0);
   }

@@ -29,6 +29,10 @@ struct Gauge {
                                ///< (nearly) nothing
 };
 
+/// Does an upper triangular factor R say beyond doubt that the data fix its first `rank` columns, and show nothing of
+/// the others? With R = [R1 R2; 0 R3], sigma_rank >= 1 / |R1^-1| and sigma_rank+1 <= |R3| (Frobenius norms).
+bool parts_clearly(const Eigen::MatrixXd& R, Eigen::Index rank, const GaugeOptions& options);
+
 /// Chooses the gauge: singular directions by SVD of R (by QR where that tells the same), then the parameters to hold by
 /// QR with column pivoting of the null basis, weighted by `hold` (large: hold this rather than others), which keeps
 /// what is left as well conditioned as the data allow (G. Golub, C. Van Loan, "Matrix Computations", 4th ed., 5.5.7:

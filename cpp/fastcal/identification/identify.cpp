@@ -72,8 +72,7 @@ class Identifier {
       const bool has_loads = fit_.problem.model.needs() != kNothing;
       if (to_the_minimum && !has_loads) robust_.polish();
       if (to_the_minimum && !fit_.all_agree()) fit_.choose_by_all();
-      const Gauge again =
-          fit_.all_agree() ? fit_.gauge : choose_gauge(gauge_factor(fit_), fit_.hold, fit_.options.gauge);
+      const Gauge again = gauge_again();
       if (begun_ && (again.free != fit_.gauge.free || !well_begun())) {
         begin_anew();
         attempt = -1;
@@ -108,6 +107,15 @@ class Identifier {
     fit_.theta = few.theta;
     fit_.start = few.start;
     fit_.tau = few.tau;
+  }
+
+  /// The gauge where the fit has come to.
+  Gauge gauge_again() {
+    if (fit_.all_agree()) return fit_.gauge;
+    if (!confirms_gauge(fit_)) return choose_gauge(gauge_factor(fit_), fit_.hold, fit_.options.gauge);
+    Gauge same = fit_.gauge;
+    same.rank = static_cast<int>(same.free.size());
+    return same;
   }
 
   /// Did the thinned rows show what all rows do?

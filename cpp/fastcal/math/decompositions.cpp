@@ -26,4 +26,17 @@ RightSvd right_svd(const Eigen::MatrixXd& A) {
   return {svd.singularValues(), qr.colsPermutation() * svd.matrixU()};
 }
 
+Eigen::MatrixXd inverse_of_lower(const Eigen::MatrixXd& L) {
+  const Eigen::Index p = L.rows();
+  Eigen::MatrixXd out = Eigen::MatrixXd::Identity(p, p);
+  for (Eigen::Index k = 0; k < p; ++k) {
+    for (Eigen::Index j = k; j < p; ++j) {
+      out(j, k) /= L(j, j);
+      const Eigen::Index below = p - 1 - j;
+      out.col(k).tail(below) -= out(j, k) * L.col(j).tail(below);
+    }
+  }
+  return out;
+}
+
 }  // namespace fastcal

@@ -26,4 +26,7 @@ struct RightSvd {
 /// end of an array and returns NaN with Success. Where A is not finite, values are NaN.
 RightSvd right_svd(const Eigen::MatrixXd& A);
 
+/// Of a lower triangular matrix, what lies above its diagonal not looked at.
+Eigen::MatrixXd inverse_of_lower(const Eigen::MatrixXd& L);
+
 }  // namespace fastcal

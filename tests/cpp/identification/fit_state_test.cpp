@@ -92,8 +92,27 @@ TEST(FitState, TheLastStepIsTakenOnlyFromNearTheMinimum) {
     // The factor, found by sums of all rows or by a QR, is that of the free columns.
     const Eigen::MatrixXd R = triangular_factor(problem, fit.theta, fit.free, fit.free_scale, {fit.tau});
     const Eigen::MatrixXd found = fit.free_factor();
+    EXPECT_TRUE(found.transpose().isUpperTriangular(0));
     EXPECT_LT((found.transpose() * found - R.transpose() * R).norm(), 1e-6 * (R.transpose() * R).norm());
   }
+}
+
+TEST(FitState, TheGaugeIsConfirmedWhereItHoldsAndLeftOpenElsewhere) {
+  const Scene s = scene(54, What::kPositions, 60, {5e-5, 0});
+  const IdentifyOptions options = with(LossKind::kNone);
+  const Problem problem{s.model, s.samples, s.measured};
+  FitState fit(problem, asked(s.model, s.what), Eigen::VectorXd(), options);
+  start(fit);
+  EXPECT_FALSE(fit.confirms_gauge(fit.theta)) << "none is chosen";
+  choose_free(fit);
+  EXPECT_EQ(choose_gauge(fit.gauge_factor(fit.theta), fit.hold).free, fit.gauge.free);
+  EXPECT_FALSE(fit.confirms_gauge(fit.theta)) << "the factor is from before the gauge";
+  fit.forget();
+  EXPECT_TRUE(fit.confirms_gauge(fit.theta));
+  fit.gauge.free.push_back(fit.gauge.held.back());
+  fit.gauge.held.pop_back();
+  fit.forget();
+  EXPECT_FALSE(fit.confirms_gauge(fit.theta)) << "one more is free than the data fix";
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <set>
 
 #include "fastcal/effects/registry.hpp"
@@ -242,6 +243,31 @@ TEST(Gauge, RankAndHeldAreThoseOfTheSingularValuesHoweverNearALimit) {
     const Eigen::VectorXd along = (kept.transpose() * gauge.directions).colwise().norm();
     EXPECT_LE(along.maxCoeff(), 1e-9 * gauge.directions.norm()) << last;
   }
+}
+
+TEST(Gauge, AFactorPartsClearlyOnlyWhereNothingIsLeftOfTheOthers) {
+  Random random(9);
+  constexpr Eigen::Index kRank = 6;
+  constexpr Eigen::Index kCount = 9;
+  Eigen::MatrixXd R = Eigen::MatrixXd::NullaryExpr(kCount, kCount, [&] { return random.normal(); });
+  R = R.triangularView<Eigen::Upper>().toDenseMatrix();
+  R.diagonal().setConstant(5);
+  R.bottomRightCorner(kCount - kRank, kCount - kRank).setZero();
+  EXPECT_TRUE(parts_clearly(R, kRank, {}));
+  EXPECT_FALSE(parts_clearly(R, kRank - 1, {})) << "a column of the others shows";
+  EXPECT_FALSE(parts_clearly(R, kRank + 1, {})) << "one of the first shows nothing";
+  EXPECT_FALSE(parts_clearly(R, 0, {}));
+  GaugeOptions off;
+  off.off = true;
+  EXPECT_FALSE(parts_clearly(R, kRank, off)) << "all are free without a gauge";
+  Eigen::MatrixXd faint = R;
+  faint(kCount - 1, kCount - 1) = 1e-9;
+  EXPECT_FALSE(parts_clearly(faint, kRank, {})) << "so little that it might count";
+  Eigen::MatrixXd weak = R;
+  weak(2, 2) = 0.05;
+  EXPECT_FALSE(parts_clearly(weak, kRank, {})) << "fixed to no better than 20 plausible sizes";
+  weak(2, 2) = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(parts_clearly(weak, kRank, {}));
 }
 
 TEST(Gauge, NothingAskedOrNothingSeenIsNoCrash) {

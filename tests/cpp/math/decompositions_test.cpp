@@ -45,6 +45,22 @@ TEST(Decompositions, RightSvdOfTriangularFactorsWithNullSpaces) {
   }
 }
 
+TEST(Decompositions, InverseOfLowerLooksAtTheTriangleAlone) {
+  std::mt19937 generator(6);
+  std::normal_distribution<double> normal;
+  for (const Eigen::Index p : {1, 2, 7, 40}) {
+    const Eigen::MatrixXd any = Eigen::MatrixXd::NullaryExpr(p, p, [&] { return normal(generator); });
+    Eigen::MatrixXd L = any.triangularView<Eigen::StrictlyLower>();
+    L.diagonal().setConstant(3);
+    Eigen::MatrixXd filled = any;
+    filled.triangularView<Eigen::Lower>() = L;
+    const Eigen::MatrixXd inverse = inverse_of_lower(filled);
+    EXPECT_TRUE(inverse.transpose().isUpperTriangular(0));
+    EXPECT_TRUE((L * inverse).isIdentity(1e-12 * inverse.norm())) << p;
+  }
+  EXPECT_EQ(inverse_of_lower(Eigen::MatrixXd(0, 0)).size(), 0);
+}
+
 TEST(Decompositions, RightSvdOfWideAndOfBadMatrices) {
   const RightSvd wide = right_svd(Eigen::MatrixXd{{3.0, 0.0, 4.0}});
   ASSERT_EQ(wide.values.size(), 1);
