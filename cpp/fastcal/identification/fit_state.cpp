@@ -13,7 +13,7 @@
 namespace fastcal {
 namespace {
 
-constexpr Eigen::Index kGaugeRows = 256;  // by which the gauge is chosen where there are three times as many
+constexpr Eigen::Index kGaugeRows = 160;  // by which the gauge is chosen where there are three times as many
 constexpr double kHoldUnknown =
     1e-5;  // what an instrument brings along is never nominal: everything else is held first
 

@@ -54,7 +54,7 @@ class Identifier {
     fit_.bring_to_equilibrium();
     robust_.begin();
     if (fit_.measured_count == 0) return too_few("nothing was measured in any row");
-    if (!begun_) start_coarsely();
+    near_ = begun_ || start_coarsely();
     for (int attempt = 0; attempt < 3; ++attempt) {
       if (!begun_ || (fit_.problem.model.needs() & kLoads) != 0) choose_free(fit_);
       const std::size_t free = fit_.free.size();
@@ -67,9 +67,10 @@ class Identifier {
       }
       const CommonNoise chosen_at = fit_.tau;
       const bool by_some = fit_.is_chosen_by_some();
-      robust_.run(begun_);
-      // Where no load is, before the gauge is looked at: its factor is then that of the report.
       const bool has_loads = fit_.problem.model.needs() != kNothing;
+      const bool from_near = begun_ || (near_ && attempt == 0 && !has_loads);  // the gauge has moved the loads
+      robust_.run(from_near, from_near && (begun_ || by_some));
+      // Where no load is, before the gauge is looked at: its factor is then that of the report.
       if (to_the_minimum && !has_loads) robust_.polish();
       if (to_the_minimum && !fit_.all_agree()) fit_.choose_by_all();
       const Gauge again = gauge_again();
@@ -95,18 +96,16 @@ class Identifier {
   }
 
  private:
-  /// A first fit to those rows that the gauge is chosen by, or to all.
-  void start_coarsely() {
-    if (!fit_.is_chosen_by_some()) {
-      coarse_fit(fit_);
-      return;
-    }
+  /// A first fit to those rows that the gauge is chosen by, or to all; coarse_fit().
+  bool start_coarsely() {
+    if (!fit_.is_chosen_by_some()) return coarse_fit(fit_);
     FitState few(fit_.some_rows(), asked_, unknowns_, fit_.options);
     few.bring_to_equilibrium();
-    coarse_fit(few);
+    const bool is_near = coarse_fit(few);
     fit_.theta = few.theta;
     fit_.start = few.start;
     fit_.tau = few.tau;
+    return is_near;
   }
 
   /// The gauge where the fit has come to.
@@ -131,7 +130,7 @@ class Identifier {
     begun_ = false;
     fit_.theta = fit_.start;
     fit_.bring_to_equilibrium();
-    coarse_fit(fit_);
+    near_ = coarse_fit(fit_);
   }
 
   /// All stay where they started.
@@ -183,6 +182,7 @@ class Identifier {
   FitState fit_;
   RobustFit robust_{fit_};
   bool begun_ = false;  // at the solution of the thinned problem
+  bool near_ = false;   // the present start is at the minimum of Huber's loss
   Eigen::MatrixXd thinned_factor_;
   CommonNoise thinned_tau_;
   Identification out_;

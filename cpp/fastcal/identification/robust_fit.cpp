@@ -19,12 +19,12 @@ constexpr double kLeastFreedom = 1.0 / 3;  // of the degrees of freedom must sta
 constexpr double kNoiseTolerance = 0.01;   // relative, of the rows that are kept
 constexpr int kRoundsOfReturn = 10;        // in which a dropped row may come back; later, some would for ever
 constexpr double kStepConverged = 3e-5;    // standard deviations: as far as a solve comes
-constexpr double kRoughly = 0.03;          // standard deviations: the cost, and so the noise, is right to its square
 constexpr double kNearly = 0.003;          // standard deviations: no row changes sides
 constexpr double kUnjudged = 0.1;          // standard deviations: the slope at the end of so short a step tells enough
 constexpr int kMaxSteps = 10;              // of Newton, before Ceres' trust region
+constexpr double kRoughly = 1;             // standard deviations, at most
 constexpr double kNoiseStands = 2e-4;      // relative: the last step can take in such a change
-constexpr double kNoiseTuned = 3e-3;       // relative, before the outliers are dropped
+constexpr double kNoiseTuned = 0.15;       // relative, before the outliers are dropped
 constexpr int kMaxPolishing = 10;
 constexpr double kAtTheMinimum = 1e-10;  // standard deviations: the last step of all
 constexpr double kNoiseSettled =
@@ -38,10 +38,10 @@ void RobustFit::begin() {
   keep_rows(fit_, {});
 }
 
-void RobustFit::run(bool from_near) {
+void RobustFit::run(bool from_near, bool knows_noise) {
   count_freedom(fit_, effective_parameters(fit_));
   for (int round = 0; round < kMaxRounds; ++round) {
-    fine_fit(from_near);
+    fine_fit(from_near, knows_noise);
     if (fit_.problem.model.needs() == kNothing) return;
     const CommonNoise before = noise(fit_, rule_, fit_.loss);
     if (!settle_loads()) return;
@@ -122,6 +122,10 @@ bool RobustFit::noise_is_a_factor() const {
   return fit_.loss == LossKind::kNone && observed_ == 1 && !fit_.claims && !fit_.has_priors();
 }
 
+double RobustFit::roughly() const {
+  return std::min(kRoughly, std::sqrt(2 * kNoiseStands * fit_.freedom * fit_.measured_count));
+}
+
 void RobustFit::refit_roughly(LossKind loss) {
   for (int k = 0; k < kMaxSteps; ++k) {
     if (approach(loss)) return;
@@ -136,13 +140,13 @@ bool RobustFit::approach(LossKind loss) {
       ++iterations_;
       near_ = std::move(step.A);
       rest_ = step.rest;
-      converged_ = rest_ <= kRoughly;
+      converged_ = rest_ <= roughly();
       fitted_at_ = fit_.tau;
       count_freedom(fit_, effective_parameters(fit_, near_));
       return converged_;
     }
   }
-  solver.settled = std::max(solver.settled, kRoughly);
+  solver.settled = std::max(solver.settled, roughly());
   refit(loss, solver);
   const bool knows = near_.rows() == fit_.free_scale.size();
   count_freedom(fit_, knows ? effective_parameters(fit_, near_) : effective_parameters(fit_));
@@ -159,7 +163,7 @@ void RobustFit::refit(LossKind loss, const SolverOptions& solver) {
   message_ = solution.message;
 }
 
-void RobustFit::fine_fit(bool from_near) {
+void RobustFit::fine_fit(bool from_near, bool knows_noise) {
   keep_rows(fit_, {});
   rule_ = NoiseRule::kMean;
   const LossKind loss = fit_.loss = shows_outliers(fit_) ? fit_.options.loss : LossKind::kNone;
@@ -176,7 +180,7 @@ void RobustFit::fine_fit(bool from_near) {
   bool is_near = false;
   for (int round = 0; round < kMaxRounds; ++round) {
     const CommonNoise before = fit_.tau;
-    if (round > 0 || !from_near) fit_.tau = noise(fit_, NoiseRule::kMean, loss);
+    if (round > 0 || !(knows_noise || noise_is_a_factor())) fit_.tau = noise(fit_, NoiseRule::kMean, loss);
     if (is_near && largest_change(before, fit_.tau) < tuned) break;
     is_near = approach(loss);
     if (is_near && noise_is_a_factor()) {

@@ -20,8 +20,9 @@ class RobustFit {
   void begin();
 
   /// Solves at fixed loads, brings the loads to the equilibrium of what was found, and again until parameters and noise
-  /// stand. `from_near`: from within a few standard deviations, at a noise that no gross row has spoilt.
-  void run(bool from_near);
+  /// stand. `from_near`: from within a few standard deviations, at a noise that no gross row has spoilt; is it known
+  /// from enough rows to weigh them by?
+  void run(bool from_near, bool knows_noise);
 
   /// To the minimum itself, in turn with its noise and its loads: what rounding made of the way there (another
   /// instruction set, say) is forgotten.
@@ -43,14 +44,17 @@ class RobustFit {
   /// cost and nothing else.
   bool noise_is_a_factor() const;
   void refit(LossKind loss, const SolverOptions& solver);
-  /// As near as the next estimate of the noise needs it.
+  /// The step [standard deviations] whose rest leaves the next estimate of the noise right to kNoiseStands: its square
+  /// is what the sum of squares, one a degree of freedom, is larger.
+  double roughly() const;
+  /// As near as that.
   void refit_roughly(LossKind loss);
-  /// A step nearer at the present noise, or all the way where that is not a good one; is it now as near as the next
-  /// estimate of the noise needs it?
+  /// A step nearer at the present noise, or all the way where that is not a good one; is it now as near as
+  /// roughly()?
   bool approach(LossKind loss);
   /// MM-estimation: Huber's loss at the median noise, whose minimum is one; from there the asked loss, alternating with
   /// the M-scale of the noise until neither moves; then at the noise of the rows that are no outliers.
-  void fine_fit(bool from_near);
+  void fine_fit(bool from_near, bool knows_noise);
   /// Outliers are found, dropped and everything refitted at the noise of the others until the same rows are left and
   /// their noise stands: each refit explains the good rows better and shows outliers that hid in the noise of the last.
   /// The first are found at the median noise, which up to half of the rows cannot spoil.

@@ -11,9 +11,11 @@
 namespace fastcal {
 namespace {
 
-/// Parameters and noise in turn, a step a round: this is a start, and the next round weights the rows again.
-void settle_coarsely(FitState& fit, const Limits& weak) {
-  constexpr double kCloseEnough = 1;  // standard deviations
+/// Parameters and noise in turn, a step a round: this is a start, and the next round weights the rows again. Did steps
+/// of Newton bring both to rest?
+bool settle_coarsely(FitState& fit, const Limits& weak) {
+  constexpr double kCloseEnough = 1;    // standard deviations
+  constexpr double kNoiseStands = 0.3;  // relative
   for (int round = 0; round < 20; ++round) {
     const Stepped step = fit.step(LossKind::kHuber, fit.asked, fit.scale, weak);
     if (!step.is_good) {
@@ -24,8 +26,9 @@ void settle_coarsely(FitState& fit, const Limits& weak) {
     fit.bring_to_equilibrium();
     const CommonNoise before = fit.tau;
     fit.tau = noise(fit, NoiseRule::kMedian, LossKind::kHuber);
-    if (step.rest < kCloseEnough && largest_change(before, fit.tau) < 0.05) break;
+    if (step.rest < kCloseEnough && largest_change(before, fit.tau) < kNoiseStands) return step.is_good;
   }
+  return false;
 }
 
 double cost(const FitState& fit, const CommonNoise& tau) {
@@ -63,7 +66,7 @@ void try_mirror(FitState& fit, Limits weak, const PlacedObservation& of) {
 
 }  // namespace
 
-void coarse_fit(FitState& fit) {
+bool coarse_fit(FitState& fit) {
   constexpr double kWeak = 30;  // plausible sizes
   Limits weak = fit.limits;
   if (!fit.has_priors()) {
@@ -76,10 +79,11 @@ void coarse_fit(FitState& fit) {
     sigma = std::min(sigma, kWeak * fit.scale[static_cast<Eigen::Index>(k)]);
   }
   fit.tau = noise(fit, NoiseRule::kMedian, LossKind::kHuber);
-  settle_coarsely(fit, weak);
+  const bool settled = settle_coarsely(fit, weak);
   for (const PlacedObservation& of : fit.problem.measured.observations()) {
     if (of.unknown_count > 0) try_mirror(fit, weak, of);
   }
+  return settled;
 }
 
 }  // namespace fastcal

@@ -8,7 +8,8 @@
 
 namespace fastcal {
 
-/// Moves all asked parameters under weak priors (30 plausible sizes) and Huber's loss, and finds a first noise.
-void coarse_fit(FitState& fit);
+/// Moves all asked parameters under weak priors (30 plausible sizes) and Huber's loss, and finds a first noise. Has it
+/// come to the minimum, within a standard deviation?
+bool coarse_fit(FitState& fit);
 
 }  // namespace fastcal
