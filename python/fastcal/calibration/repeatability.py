@@ -21,7 +21,6 @@ from numpy.typing import NDArray
 from fastcal import _core
 from fastcal.calibration.prediction import rotations
 from fastcal.measurements.dataset import Dataset
-from fastcal.measurements.splits import deal
 from fastcal.units import from_si
 
 FloatArray = NDArray[np.float64]
@@ -116,12 +115,6 @@ def pose_groups(data: Dataset) -> GroupArray:
     # 1e-6 rad or m: commands are rounded in files, and nobody commands two poses that close
     keys = np.round(np.column_stack([data.q, data.payload]) / 1e-6).astype(np.int64)
     return numbered(keys)
-
-
-def pose_folds(data: Dataset, folds: int, random: np.random.Generator) -> GroupArray:
-    """(N,) fold 0 ... folds - 1 of each row: poses are dealt out at random, all visits of one to one fold."""
-    groups = pose_groups(data)
-    return np.asarray(deal(int(groups.max()) + 1, folds, random)[groups])
 
 
 def place_groups(values: NDArray[np.float64], bins: int) -> GroupArray:

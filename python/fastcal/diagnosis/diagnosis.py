@@ -15,12 +15,13 @@ from scipy import special
 from fastcal.calibration.data_notes import shared_row_notes
 from fastcal.calibration.inspection import check_columns, check_fit
 from fastcal.calibration.parallel import workers
+from fastcal.calibration.pose_folds import along_a_path
 from fastcal.diagnosis import adaptation, grading, rivals, rules, sensitivity, unexplained
 from fastcal.diagnosis.fits import Fit, fit, is_beyond_bounds
 from fastcal.diagnosis.heavy_tails import weighed
 from fastcal.diagnosis.library import Hypothesis, Library, build_library, parse_exclusions
 from fastcal.diagnosis.many_rows import all_moved, on_all_rows, searched_rows
-from fastcal.diagnosis.memory import along_a_path, with_memory_named
+from fastcal.diagnosis.memory import with_memory_named
 from fastcal.diagnosis.noise import NoiseLevel, over_claim, row_run_notes, sharing_no_posture, with_estimated_noise
 from fastcal.diagnosis.one_curve import waves_of_one_curve, with_orders_between
 from fastcal.diagnosis.periodic import is_periodic
@@ -249,7 +250,7 @@ class _Found:
     def _limits(self, remaining: Unexplained | None) -> list[str]:
         """What the search did not look at, or can't tell apart, in sentences."""
         out = []
-        if (remaining is not None or self.model.profiles) and along_a_path(self.data, rules.PATH_STEPS):
+        if (remaining is not None or self.model.profiles) and along_a_path(self.data):
             out.append(
                 "successive poses lie near each other, so that noise which changes slowly looks like a cause without a "
                 "name: measure some of these poses again in another order"
@@ -290,7 +291,8 @@ class _Found:
         if self.remains:
             return fits  # a row that is far off may show what is missing
         problem = weighed(self.whole, self.fit)
-        return fits if problem is self.whole else [fit(problem, at.added, at) for at in fits]
+        again = fits if problem is self.whole else [fit(problem, at.added, at) for at in fits]
+        return again if all(at.converged for at in again) else fits
 
     def _outliers(self, is_named: bool) -> list[int]:
         """Rows that the model can't reach."""

@@ -35,7 +35,7 @@ _NONE = np.zeros(0, dtype=np.intp)
 def weighed(problem: Problem, found: Fit) -> Problem:
     """The problem with weights of its rows, by what a fit leaves of them; as it is where normal noise would do.
 
-    Noise with a memory is left alone: no row of it errs by itself.
+    Noise with a memory is left alone: no row of it errs by itself. So are rows whose weighed fit does not converge.
     """
     if problem.noise.memory > 0:
         return problem
@@ -48,6 +48,8 @@ def weighed(problem: Problem, found: Fit) -> Problem:
         weight[found.problem.rows[rows.at]] = rows.weight
         out = replace(problem, weight=weight, noise=replace(problem.noise, factor=rows.factor))
         found = fit(out, found.added, found)
+        if not found.converged:
+            return problem
         rows = _Rows.of(found)
     return out
 

@@ -21,10 +21,10 @@ from scipy import linalg
 
 from fastcal.calibration.columns import column_lengths
 from fastcal.calibration.parallel import each
-from fastcal.calibration.repeatability import place_groups, pose_groups
+from fastcal.calibration.pose_folds import pose_folds
+from fastcal.calibration.repeatability import place_groups
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.fits import Fit, held
-from fastcal.diagnosis.memory import along_a_path, measuring_place
 from fastcal.diagnosis.problem import Problem
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.splits import deal
@@ -48,24 +48,12 @@ def folds(problem: Problem, owner: str | None = None) -> NDArray[np.intp]:
 
 
 def fold_of(data: Dataset, owner: str | None = None) -> NDArray[np.intp]:
-    """(N,) fold of each row, by its pose, or by the position of a joint; along a path of near poses by stretches of it.
-
-    Noise with a memory errs alike in poses that are alike there: a curve that follows it predicts their neighbours.
-    """
-    group = pose_groups(data) if owner is None else positions(data, owner)
-    part = group if owner is not None else _stretches(data, group)
-    return np.asarray(deal(int(part.max()) + 1, rules.FOLDS, np.random.default_rng(0))[part])
-
-
-def _stretches(data: Dataset, pose: NDArray[np.intp]) -> NDArray[np.intp]:
-    """(N,) stretch of a path that each row is in, by the first visit of its pose; the pose where there is no path."""
-    place = measuring_place(data)
-    first = np.full(int(pose.max()) + 1, len(data))
-    np.minimum.at(first, pose, place)
-    if not along_a_path(data.select(np.sort(np.argsort(place)[first])), rules.PATH_STEPS):
-        return pose
-    length = max(1, min(rules.PATH_STRETCH, len(first) // rules.FOLDS))
-    return np.asarray((np.argsort(np.argsort(first)) // length)[pose])
+    """(N,) fold of each row, by its pose (along a path by its stretch), or by the position of a joint."""
+    random = np.random.default_rng(0)
+    if owner is None:
+        return pose_folds(data, rules.FOLDS, random)
+    part = positions(data, owner)
+    return np.asarray(deal(int(part.max()) + 1, rules.FOLDS, random)[part])
 
 
 def positions(data: Dataset, owner: str) -> NDArray[np.intp]:

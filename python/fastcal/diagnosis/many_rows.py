@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
+from fastcal.calibration.pose_folds import measuring_place
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.fits import Fit
-from fastcal.diagnosis.memory import measuring_place
 from fastcal.diagnosis.noise import left_out
 from fastcal.diagnosis.problem import Problem
 from fastcal.measurements.dataset import Dataset

@@ -17,22 +17,13 @@ from numpy.typing import NDArray
 from scipy import special
 
 from fastcal.calibration.columns import unit_columns
+from fastcal.calibration.pose_folds import along_a_path, measuring_place
 from fastcal.calibration.serial_correlation import DEVIATIONS, neighbour_correlation
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.problem import Problem
-from fastcal.measurements.dataset import Dataset
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
-
-
-def measuring_place(data: Dataset) -> IntArray:
-    """(N,) place of each row in the order of measuring: by its time, or as the file has it."""
-    if data.time is None:
-        return np.arange(len(data))
-    place = np.empty(len(data), dtype=np.intp)
-    place[np.argsort(data.time, kind="stable")] = np.arange(len(data))
-    return place
 
 
 def memory(problem: Problem, X: FloatArray, r: FloatArray, row: IntArray, wrong: IntArray) -> float:
@@ -55,21 +46,6 @@ def memory(problem: Problem, X: FloatArray, r: FloatArray, row: IntArray, wrong:
     deviations = -float(special.ndtri(rules.ALPHA_MEMORY)) if beside_fit else DEVIATIONS
     places, count = place[row[order]], len(problem.data)
     return neighbour_correlation(columns, r[order], places, count, deviations, beside_fit=beside_fit) or 0.0
-
-
-def along_a_path(data: Dataset, near: float) -> bool:
-    """Are successive poses nearer than `near` of what poses half the set apart are, in shares of joint ranges?
-
-    What a model lacks is then alike in successive rows as well, and can't be told from noise that is slow.
-    """
-    q = data.q[np.argsort(measuring_place(data), kind="stable")]
-    span = np.ptp(q, axis=0)
-    q = q[:, span > 0] / span[span > 0]
-    if len(q) < 2 or q.shape[1] == 0:
-        return False
-    step = np.median(np.abs(np.diff(q, axis=0)).mean(axis=1))
-    apart = np.median(np.abs(q - np.roll(q, len(q) // 2, axis=0)).mean(axis=1))
-    return bool(step < near * apart)
 
 
 def without_memory(problem: Problem, values: FloatArray, row: IntArray) -> FloatArray:

@@ -35,8 +35,8 @@ def first_kind(problem: Problem) -> _core.Observation:
 
 def other_kinds(problem: Problem) -> list[str]:
     """Kinds of observation beside the one that has no scale."""
-    kinds = map(kind_of, problem.measured.observations)
-    return list(dict.fromkeys(kind for kind in kinds if kind != kind_of(first_kind(problem))))
+    kinds, first = map(kind_of, problem.measured.observations), kind_of(first_kind(problem))
+    return list(dict.fromkeys(kind for kind in kinds if kind != first))
 
 
 def rms_sigma(problem: Problem, of: _core.Observation | None = None) -> float:

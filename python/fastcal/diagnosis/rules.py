@@ -56,9 +56,6 @@ ALPHA_MEMORY = 0.01
 # Successive poses nearer than this share of the distance of poses half the set apart are a path, as a grid is measured:
 # what is missing is alike in successive rows too, and only plain correlation counts as memory. Share.
 NEAR_STEPS = 0.6
-# Nearer still, noise lasts from one part of the joints' ranges to the next; and rows in succession that are held out
-# together along such a path, more than noise with a memory lasts. Share, and rows.
-PATH_STEPS, PATH_STRETCH = 0.2, 20
 # BIC by which a motion of base or tool in time must do better than noise with a memory does not to be that noise (odds
 # of 1 : 22 000), and share of the rows that may lie off together and be left out.
 SLOW_MOTION_BIC, MAX_MOVED_SHARE = 20.0, 0.35

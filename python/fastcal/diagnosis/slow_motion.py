@@ -18,11 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.calibration.columns import unit_columns
+from fastcal.calibration.pose_folds import measuring_place
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.fits import Fit
 from fastcal.diagnosis.generic import Generic, orthonormal, polynomials
 from fastcal.diagnosis.library import Hypothesis
-from fastcal.diagnosis.memory import log_determinant, measuring_place, memory, remembering, without_memory
+from fastcal.diagnosis.memory import log_determinant, memory, remembering, without_memory
 from fastcal.diagnosis.problem import Problem
 from fastcal.diagnosis.projection import score_tests
 from fastcal.diagnosis.robust_rows import ridged_basis

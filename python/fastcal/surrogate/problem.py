@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from fastcal import _core
 from fastcal.calibration.alignment import measurements, noise_by_observation
+from fastcal.calibration.pose_folds import pose_folds
 from fastcal.calibration.problem import asked_parameters
-from fastcal.calibration.repeatability import pose_folds
 from fastcal.calibration.row_weights import huber_weights
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot, Spec

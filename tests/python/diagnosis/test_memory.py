@@ -18,6 +18,8 @@ from fastcal.diagnosis.problem import Noise, prepared_problem
 from fastcal.diagnosis.row_projections import Effect
 from fastcal.measurements.dataset import Dataset
 
+from .rules import small_arm
+
 FloatArray = NDArray[np.float64]
 
 SIGMA = 5e-5  # [m]
@@ -109,3 +111,19 @@ def test_fits_are_generalized_least_squares() -> None:
     assert log_determinant(problem, row) == pytest.approx(np.linalg.slogdet(Omega)[1], rel=1e-9)
     r = without_memory(problem, at.near.r, row)
     np.testing.assert_allclose(r @ r, at.near.r @ np.linalg.solve(Omega, at.near.r), rtol=1e-9)
+
+
+def test_along_a_path_slow_noise_and_a_cause_without_a_name_are_said_to_look_alike() -> None:
+    """A joint with a bump in its way; the same rows in random order can tell."""
+    turn = np.linspace(0, 2 * np.pi, 240)
+    q = 2.2 * np.sin(np.outer(turn, [1.0, 2.0, 3.0]) + np.array([0.0, 0.7, 1.9]))
+    bump = np.exp(-(((q[:, 1] - 0.8) / 0.15) ** 2))
+    shift = np.outer(bump, [0.8, 0.0, 1.0])
+    exact = simulate(perturbed(small_arm.arm(), seed=5), Dataset.from_arrays(q), noise=SIGMA, seed=5)
+    assert exact.position is not None
+    data = replace(exact, position=exact.position + 5e-4 * shift)
+    order = np.random.default_rng(4).permutation(240)
+    for rows, is_said in ((data, True), (data.select(order), False)):
+        found = diagnose(small_arm.arm(), rows)
+        assert found.unexplained is not None or any(one.effect == "joint_curve" for one in found.effects)
+        assert any("successive poses lie near each other" in note for note in found.notes) == is_said

@@ -7,11 +7,11 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from fastcal.calibration.pose_folds import along_a_path
 from fastcal.diagnosis import diagnose, noise, robust_rows, rules
 from fastcal.diagnosis.blocks import columns_at
 from fastcal.diagnosis.fits import fit
-from fastcal.diagnosis.held_out import fold_of
-from fastcal.diagnosis.memory import along_a_path, memory
+from fastcal.diagnosis.memory import memory
 from fastcal.diagnosis.noise import RichFit
 from fastcal.diagnosis.problem import Noise
 from fastcal.diagnosis.slow_motion import SlowMotion, slow_motions
@@ -122,20 +122,6 @@ def poses_along_a_path_are_told_from_poses_in_any_order() -> None:
     path = np.linspace(0, 1, 200)[:, np.newaxis] * np.array([1.0, 0.3, 0.0])
     assert along_a_path(Dataset.from_arrays(path), rules.NEAR_STEPS)
     assert not along_a_path(Dataset.from_arrays(np.zeros((20, 2))), rules.NEAR_STEPS)
-
-
-@falls_with(PATH_STEPS=0.0)
-@falls_with(PATH_STEPS=2.0)
-@falls_with(PATH_STRETCH=1)
-@falls_with(PATH_STRETCH=100)
-def along_a_path_rows_that_lie_near_each_other_are_held_out_together() -> None:
-    path = Dataset.from_arrays(np.linspace(0, 1, 300)[:, np.newaxis] * np.array([1.0, 0.3, 0.0]))
-    fold = fold_of(path)
-    assert np.count_nonzero(np.diff(fold)) >= 10  # and from all along it
-    assert np.mean(fold[5:] == fold[:-5]) > 0.7
-    turn = np.random.default_rng(3).permutation(300)
-    again = fold_of(replace(path, time=np.argsort(turn).astype(float)))[turn]  # in any order: dealt out one by one
-    assert np.mean(again[5:] == again[:-5]) < 0.4
 
 
 def small_set(error: np.ndarray) -> Dataset:
