@@ -4,7 +4,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from fastcal.diagnosis import rules
@@ -31,6 +32,15 @@ _VARIABLES = {
     "reach": "where the arm reaches",
     "gravity": "how it is held against gravity",
     "sight": "the side from which it is looked at",
+    "forward": "the direction in which it is looked at",
+    "height": "the height at which it is looked at",
+    "range": "the distance from the instrument",
+}
+_OF_A_JOINT = {
+    "load": "the load on joint {}",
+    "move": "the last move of joint {}",
+    "approach": "the direction from which joint {} came",
+    "down": "how link {} is held against gravity",
 }
 
 
@@ -189,15 +199,28 @@ def _unproven(found: list[Finding]) -> str:
     return f"The data are consistent with the following, but prove none of them: {listed}."
 
 
+def variables_in_words(names: Iterable[str]) -> list[str]:
+    """("q4", "q5", "sight_x", "sight_y", "flow") to what they are, each once; a column of the data by its name."""
+    names = list(names)
+    joints = [f"joint {name[1:]}" for name in names if re.fullmatch(r"q\d+", name)]
+    out = dict.fromkeys([f"the position{'s' if len(joints) > 1 else ''} of {' and '.join(joints)}"] if joints else [])
+    for name in names:
+        word = re.sub(r"_[xyz]$", "", name)
+        joint = re.fullmatch(r"([a-z]+)(\d+)", word)
+        if name in ("x", "y", "z"):
+            out["the place in the workspace"] = None
+        elif joint and joint[1] in _OF_A_JOINT:
+            out[_OF_A_JOINT[joint[1]].format(joint[2])] = None
+        elif not (joint and joint[1] == "q"):
+            out[_VARIABLES.get(word, f"the column {name}")] = None
+    return list(out)
+
+
 def _unexplained(remaining: Unexplained | None) -> str:
     if remaining is None:
         return ""
     place = _PLACES.get(remaining.owner, f"at {owner_in_words(remaining.owner)}")
-    on = (
-        "the place"
-        if remaining.depends_on == ("x", "y", "z")
-        else " and ".join(_VARIABLES.get(v, v) for v in remaining.depends_on)
-    )
+    on = " and ".join(variables_in_words(remaining.depends_on))
     text = f"Something remains {place} that depends on {on}, {remaining.share:.0%} of the misfit that there was."
     if remaining.added is not None:
         text += " A smooth function of it is in the model; it proves no cause."

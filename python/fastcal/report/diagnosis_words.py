@@ -4,13 +4,12 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.reasons import Because, BlockLabel, Label, Reason
-from fastcal.diagnosis.words import owner_in_words, reason_text
+from fastcal.diagnosis.words import owner_in_words, reason_text, variables_in_words
 from fastcal.report.formatting import count, percent, plural
 from fastcal.report.words import listed
 
@@ -34,14 +33,6 @@ GRADES = {
 _SMALL = 0.01  # share of the misfit below which the unexplained part is not worth a search
 
 _VARIANTS = {"order": "order {}", "at_s": "at {} s"}  # other options are not shown
-_VARIABLES = {
-    "torque": "the load on it",
-    "time_s": "time",
-    "temperature_c": "temperature",
-    "payload_kg": "the payload",
-    "order": "the order of measurement",
-    "reach": "where the arm reaches",
-}
 
 
 def short_name(effect: str, owner: str, variant: str = "") -> str:
@@ -69,13 +60,7 @@ def place(owner: str) -> str:
 
 def depends(names: Iterable[str]) -> str:
     """("q4", "q6") to "the positions of joint 4 and joint 6"."""
-    names = list(names)
-    joints = [f"joint {n[1:]}" for n in names if re.fullmatch(r"q\d+", n)]
-    if joints:
-        return f"the position{'s' if len(joints) > 1 else ''} of {listed(joints)}"
-    if set(names) <= {"x", "y", "z"}:
-        return "the place in the workspace"
-    return listed([_VARIABLES.get(name, f"the column {name}") for name in names])
+    return listed(variables_in_words(names))
 
 
 def reason_sentence(because: Because) -> str:

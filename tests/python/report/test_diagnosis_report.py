@@ -235,6 +235,19 @@ def test_names_are_spoken() -> None:
     assert owners_text(["joint1", "joint2", "joint3", "link2"]) == "joints 1 to 3, link 2"
 
 
+def test_what_something_without_a_name_depends_on_is_spoken() -> None:
+    depends = diagnosis_words.depends
+    assert depends(["q2"]) == "the position of joint 2"
+    assert depends(["q4", "q6"]) == "the positions of joint 4 and joint 6"
+    assert depends(["approach3", "q2"]) == "the position of joint 2 and the direction from which joint 3 came"
+    assert depends(["down2_x", "down2_y", "down2_z"]) == "how link 2 is held against gravity"
+    assert depends(["sight_x", "sight_y", "sight_z"]) == "the side from which it is looked at"
+    assert depends(["gravity"]) == "how it is held against gravity"
+    assert depends(["x", "y", "z"]) == "the place in the workspace"
+    assert depends(["load4", "time_s"]) == "the load on joint 4 and time"
+    assert depends(["flow"]) == "the column flow"
+
+
 @pytest.mark.parametrize("verdict", ["none", "one_of", "several", "unexplained"])
 def test_each_verdict_has_a_page_that_says_what_to_do(found: Diagnosis, verdict: str) -> None:
     (finding,) = found.effects
