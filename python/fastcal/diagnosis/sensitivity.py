@@ -22,6 +22,9 @@ from fastcal.units import from_si
 
 FloatArray = NDArray[np.float64]
 
+_SURELY = 4.0  # standard deviations: beyond where one of two chances is enough, both are
+_HALVINGS = 40
+
 
 def untestable(search: Search, library: Library) -> list[Untestable]:
     """Names whose columns are missing or whose signature the fitted parameters absorb whole, in every variant."""
@@ -39,8 +42,7 @@ def smallest(state: SearchNode) -> list[DetectableEffect]:
     """For each parameter of each name the size that would be found four times in five, alone, in these data.
 
     Size = root of the noncentrality at which some block, the name's own or another that looks like it, passes its limit
-    of detection with probability DETECTION_POWER, over the length that the column keeps. It must help to predict
-    held-out rows as well: a root s does so by s / 2 standard errors, give or take one.
+    of detection and then helps to predict held-out rows, over the length that the column keeps.
     """
     found = state.blocks
     rank = np.asarray(found.tests.scores.rank)
@@ -54,8 +56,7 @@ def smallest(state: SearchNode) -> list[DetectableEffect]:
             tested.setdefault(name.key, i)
     columns = [int(c) for i in tested.values() for c in range(first[i], first[i + 1])]
     detected = np.asarray(found.tests.detectable(columns, _limits(state), rules.DETECTION_POWER))
-    borne_out = 2 * (rules.MIN_GAIN + float(special.ndtri(rules.DETECTION_POWER)))
-    roots = dict(zip(columns, np.maximum(detected, borne_out), strict=True))
+    roots = dict(zip(columns, _also_borne_out(detected), strict=True))
     out: list[DetectableEffect] = []
     for i in tested.values():
         part = slice(first[i], first[i + 1])
@@ -65,6 +66,23 @@ def smallest(state: SearchNode) -> list[DetectableEffect]:
             DetectableEffect(*name.key, parameter, value) for parameter, value in _sizes(name, length[part], root, core)
         ]
     return out
+
+
+def _also_borne_out(detected: FloatArray) -> FloatArray:
+    """(columns,) roots that pass both with probability DETECTION_POWER; `detected`, those that are detected so often.
+
+    A root s is detected with probability Phi(z + s - detected), Phi(z) = DETECTION_POWER, and helps to predict by s / 2
+    standard errors, give or take one, of which it needs MIN_GAIN; each by a chance of its own.
+    """
+    z = float(special.ndtri(rules.DETECTION_POWER))
+    low = np.maximum(detected, 2 * (rules.MIN_GAIN + z))
+    high = low + _SURELY
+    for _ in range(_HALVINGS):
+        s = 0.5 * (low + high)
+        with np.errstate(invalid="ignore"):  # of what no size shows
+            passes = special.ndtr(z + s - detected) * special.ndtr(s / 2 - rules.MIN_GAIN) >= rules.DETECTION_POWER
+        low, high = np.where(passes, low, s), np.where(passes, s, high)
+    return high
 
 
 def _limits(state: SearchNode) -> FloatArray:
