@@ -148,18 +148,18 @@ PlainSums plain_sums(const Problem& problem, const Eigen::VectorXd& theta, const
   const auto p = static_cast<Eigen::Index>(columns.size());
   const auto loss = losses(weighting.loss, problem.measured.number_count());
   Eigen::MatrixXd total = Eigen::MatrixXd::Zero(last + 1, last + 1);
-  Eigen::VectorXd squares = Eigen::VectorXd::Zero(directions.cols());
+  Eigen::Vector2d squares = Eigen::Vector2d::Zero();
   struct Sums {
     Eigen::MatrixXd total;
-    Eigen::VectorXd along;
+    Eigen::Vector2d along = Eigen::Vector2d::Zero();
   };
   const auto evaluate = [&](WhitenedRows& whitened, int, Sums& sums) {
     double* J = whitened.jacobian();
     const int height = whitened.height();
-    const Eigen::Map<const Eigen::MatrixXd, 0, Eigen::OuterStride<>> all(J, height, p,
-                                                                         Eigen::OuterStride<>(whitened.ld()));
-    sums.along.resize(directions.cols());
-    for (Eigen::Index d = 0; d < directions.cols(); ++d) sums.along[d] = (all * directions.col(d)).squaredNorm();
+    if (directions.size() > 0) {
+      kernels::squares_along(J, whitened.ld(), height, static_cast<int>(p), directions.col(0).data(),
+                             directions.col(1).data(), sums.along.data());
+    }
     Eigen::Map<Eigen::VectorXd>(J + p * whitened.ld(), height) = whitened.weighted_residuals(loss);
     sums.total = Eigen::MatrixXd::Zero(last + 1, last + 1);
     kernels::gram(J + (p - last) * whitened.ld(), whitened.ld(), height, static_cast<int>(last) + 1, sums.total.data());
@@ -171,7 +171,7 @@ PlainSums plain_sums(const Problem& problem, const Eigen::VectorXd& theta, const
   PlainSums out;
   out.A = total.topLeftCorner(last, last).selfadjointView<Eigen::Upper>();
   out.g = total.topRightCorner(last, 1);
-  if (squares.size() > 0) out.along = squares.maxCoeff();
+  out.along = squares.maxCoeff();
   return out;
 }
 

@@ -111,7 +111,7 @@ NormalEquations normal_equations(const Problem& problem, const Eigen::VectorXd& 
 struct PlainSums {
   Eigen::MatrixXd A;  ///< (last, last) J^T J of so many columns, the last ones
   Eigen::VectorXd g;  ///< (last) J^T W r of these: the slope of the weighted cost
-  double along = 0;   ///< the largest |J d|^2 of the directions d, (columns, k)
+  double along = 0;   ///< the larger |J d|^2 of two directions d, (columns, 2); of none, 0
 };
 PlainSums plain_sums(const Problem& problem, const Eigen::VectorXd& theta, const std::vector<int>& columns,
                      const Eigen::VectorXd& scale, const Weighting& weighting, Eigen::Index last,

@@ -52,6 +52,36 @@ FASTCAL_INLINE void gram_lanes(const double* block, int ld, int rows, int column
   }
 }
 
+/// N lanes of rows: their sums need not wait for each other.
+template <int W, int N, typename Lane>
+FASTCAL_INLINE void add_along(const double* block, int ld, int columns, const double* x, const double* y,
+                              Lane& square_x, Lane& square_y) {
+  Lane along_x[N] = {}, along_y[N] = {}, b;
+  for (int k = 0; k < columns; ++k, block += ld) {
+    for (int n = 0; n < N; ++n) {
+      load(b, block + n * W);
+      along_x[n] += x[k] * b;
+      along_y[n] += y[k] * b;
+    }
+  }
+  for (int n = 0; n < N; ++n) {
+    square_x += along_x[n] * along_x[n];
+    square_y += along_y[n] * along_y[n];
+  }
+}
+
+template <int W>
+FASTCAL_INLINE void along_lanes(const double* block, int ld, int rows, int columns, const double* x, const double* y,
+                                double* out) {
+  typename Vectors<W>::Lane square_x = {}, square_y = {};
+  int row = 0;
+  for (; row + kTile * W <= rows; row += kTile * W)
+    add_along<W, kTile>(block + row, ld, columns, x, y, square_x, square_y);
+  for (; row < rows; row += W) add_along<W, 1>(block + row, ld, columns, x, y, square_x, square_y);
+  out[0] = sum_of(square_x);
+  out[1] = sum_of(square_y);
+}
+
 template <int W>
 FASTCAL_INLINE void parts_lanes(const double* block, int ld, int stride, int parts, int columns, const double* turn,
                                 double* out) {
@@ -140,6 +170,10 @@ FASTCAL_INLINE void triangle_lanes(double* block, int ld, int rows, int columns,
 
 FASTCAL_FOR_EACH_SET(gram, gram_lanes, (const double* block, int ld, int rows, int columns, double* A),
                      (block, ld, rows, columns, A))
+FASTCAL_FOR_EACH_SET(along, along_lanes,
+                     (const double* block, int ld, int rows, int columns, const double* x, const double* y,
+                      double* out),
+                     (block, ld, rows, columns, x, y, out))
 FASTCAL_FOR_EACH_SET(parts, parts_lanes,
                      (const double* block, int ld, int stride, int parts, int columns, const double* turn, double* out),
                      (block, ld, stride, parts, columns, turn, out))
@@ -151,6 +185,12 @@ FASTCAL_FOR_EACH_SET(triangle, triangle_lanes, (double* block, int ld, int rows,
 void gram(const double* block, int ld, int rows, int columns, double* A) {
   static const auto run = FASTCAL_BEST_SET(gram);
   run(block, ld, rows, columns, A);
+}
+
+void squares_along(const double* block, int ld, int rows, int columns, const double* x, const double* y,
+                   double out[2]) {
+  static const auto run = FASTCAL_BEST_SET(along);
+  run(block, ld, rows, columns, x, y, out);
 }
 
 void add_parts(const double* block, int ld, int stride, int parts, int columns, const double* turn, double* out) {

@@ -36,6 +36,23 @@ TEST(Gram, IsTheProductOfTheBlockWithItself) {
   }
 }
 
+TEST(SquaresAlong, AreThoseOfTheBlockTimesEachDirection) {
+  Random random(4);
+  for (const int columns : {1, 5, 40}) {
+    for (const int rows : {8, 40, 384}) {
+      const Eigen::MatrixXd block = block_of(random, rows + 8, rows, columns);
+      const Eigen::MatrixXd directions =
+          Eigen::MatrixXd::NullaryExpr(columns, 2, [&] { return random.uniform(-1, 1); });
+      Eigen::Vector2d out;
+      kernels::squares_along(block.data(), rows + 8, rows, columns, directions.col(0).data(), directions.col(1).data(),
+                             out.data());
+      const Eigen::MatrixXd along = block.topRows(rows) * directions;
+      for (int d = 0; d < 2; ++d)
+        EXPECT_NEAR(out[d], along.col(d).squaredNorm(), 1e-13 * rows * columns) << columns << " columns, " << rows;
+    }
+  }
+}
+
 TEST(AddParts, SumsTheRowsOfEachColumnThatLieAStrideApart) {
   Random random(3);
   for (const int columns : {1, 5}) {
