@@ -85,7 +85,8 @@ class Identifier {
       const bool more = again.free.size() > fit_.gauge.free.size() &&
                         (by_some != fit_.is_chosen_by_some() || largest_change(chosen_at, fit_.tau) > kNoiseFell);
       const bool settled = (!fewer && !more) || attempt == 2;
-      fit_.gauge.rank = again.rank;
+      // What is held puts an axis upright that leans wherever the arm could be: what shows there counts.
+      fit_.gauge.rank = std::max(fit_.gauge.rank, again.rank);
       if (settled) {
         if (to_the_minimum && has_loads) robust_.polish();
         break;

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from fastcal import _core
 from fastcal.calibration.calibrate import CalibrationResult, calibrate
-from fastcal.calibration.simulation import simulate
+from fastcal.calibration.simulation import perturbed, simulate
 from fastcal.conversion import convert
 from fastcal.errors import InvalidInput
 from fastcal.io.measurements import load_measurements
@@ -346,3 +346,14 @@ def test_a_loaded_fit_with_gross_points_ends_when_its_loads_stand() -> None:
     assert result.status == "converged"
     assert result.iterations < 60
     assert len(result.outliers) >= 8
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_rank_is_the_same_from_the_nominal_arm_and_from_the_identified_one(seed: int) -> None:
+    """The first joint's compliance shows by how little the base leans: on the way, and hardly where the fit ends."""
+    random, arm = np.random.default_rng(seed), load_robot("ur5")
+    poses = Dataset.from_arrays(random.uniform(-2.5, 2.5, (40, 6)), payload=random.uniform(0, 3, 40))
+    data = simulate(perturbed(arm, seed=seed), poses, noise=5e-5, noise_rotation=1e-4, seed=seed)
+    first = calibrate(arm, data, effects="geometry,joint_compliance", checks=False)
+    again = calibrate(first.model, data, effects="geometry,joint_compliance", checks=False)
+    assert first.rank == again.rank == 35
