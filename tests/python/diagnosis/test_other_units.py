@@ -49,15 +49,16 @@ def as_it_is() -> Diagnosis:
     return diagnose(arm(), rows(), sigma=SIGMA)
 
 
-def same_answer(found: Diagnosis, other: Diagnosis, accuracy: float) -> None:
-    """Names, grades, noise and signals, whatever the units of the sizes."""
+def same_answer(found: Diagnosis, other: Diagnosis, accuracy: float, without: str = "") -> None:
+    """Names, grades, noise and signals, whatever the units of the sizes; `without` what is promised of one effect."""
     assert [(f.grade, f.label, f.equivalents) for f in found.effects] == [
         (f.grade, f.label, f.equivalents) for f in other.effects
     ]
     assert found.verdict == other.verdict
     assert [r.label for r in found.ranking] == [r.label for r in other.ranking]
     assert [f.snr for f in found.effects] == pytest.approx([f.snr for f in other.effects], rel=accuracy)
-    assert {(s.effect, s.owner) for s in found.smallest} == {(s.effect, s.owner) for s in other.smallest}
+    promised = [{(s.effect, s.owner) for s in of.smallest if s.effect != without} for of in (found, other)]
+    assert promised[0] == promised[1]
     assert [u.owner for u in found.untestable] == [u.owner for u in other.untestable]
 
 
@@ -153,5 +154,6 @@ def test_an_arm_of_another_size_gets_the_same_answer(sigma: float | None) -> Non
     given = None if sigma is None else SHRUNK * sigma
     found, whole = diagnose(small, data, sigma=given), as_it_is() if sigma else diagnose(arm(), rows())
     accuracy = 1e-3 if sigma else 3e-3  # the first guess of the noise is a length, and weighs the geometry's prior
-    same_answer(found, whole, accuracy)
+    # 300 mm, the largest plausible shift of a payload, are more for a cobot than for a KR 500, which shows 314 here.
+    same_answer(found, whole, accuracy, without="payload_com")
     assert found.sigma_mm == pytest.approx(SHRUNK * whole.sigma_mm, rel=accuracy)
