@@ -232,13 +232,13 @@ void FitState::forget() {
 }
 
 Stepped FitState::step(LossKind with, const std::vector<int>& of, const Eigen::VectorXd& of_scale, const Limits& within,
-                       double unjudged) {
+                       double unjudged, bool is_curved) {
   constexpr double kCautious = 4;      // times what the cost says
   constexpr double kQuadratic = 0.01;  // what is left of a step that is not judged
   if (within.lower.size() > 0) return {};
   all_agree_ = false;
   const Eigen::VectorXd before = theta;
-  const Reduced reduced(problem, before, of, of_scale, {tau, with}, within);
+  const Reduced reduced(problem, before, of, of_scale, {tau, with, is_curved}, within);
   const Eigen::VectorXd here = Eigen::VectorXd::Zero(reduced.size());
   const NormalEquations& sums = reduced.at(here.data(), true);
   if (!std::isfinite(sums.cost) || !sums.A.allFinite()) return {};

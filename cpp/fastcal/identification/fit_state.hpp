@@ -77,9 +77,9 @@ class FitState {
 
   /// One step of Newton over parameters `of` at the present noise, judged by the residuals at its end, which the next
   /// noise is found from: a pass with the Jacobian and one without. Not within bounds. `unjudged`: shorter ones
-  /// [standard deviations] are taken as they are.
+  /// [standard deviations] are taken as they are. `is_curved`: Weighting's.
   Stepped step(LossKind with, const std::vector<int>& of, const Eigen::VectorXd& of_scale, const Limits& within,
-               double unjudged = kCostTells);
+               double unjudged = kCostTells, bool is_curved = true);
 
   /// The last step of all, to where the factor is wanted: by the slope that comes with the factor, and the Hessian of
   /// the last step() over the free parameters, at whatever noise where that is but a factor. False where this would

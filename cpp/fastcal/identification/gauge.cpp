@@ -81,8 +81,8 @@ void report_gauge(FitState& fit, Identification& out) {
   out.asked = fit.asked;
   out.held_directions = fit.scale.asDiagonal() * fit.gauge.directions;
   out.rank = fit.has_priors() ? choose_gauge(fit.asked_factor(unbent(fit)), fit.hold).rank : fit.gauge.rank;
-  std::vector<Parameter> asked_parameters;
-  for (const int index : fit.asked) asked_parameters.push_back(fit.parameters[static_cast<std::size_t>(index)]);
+  std::vector<const Parameter*> asked_parameters;
+  for (const int index : fit.asked) asked_parameters.push_back(&fit.parameters[static_cast<std::size_t>(index)]);
   out.unidentifiable = describe_directions(fit.gauge, asked_parameters);
   for (std::size_t column = 0; column < out.unidentifiable.size(); ++column) {
     std::vector<int> parts{fit.asked[static_cast<std::size_t>(fit.gauge.held[column])]};

@@ -144,10 +144,10 @@ double fixing_priority(const Parameter& parameter) {
   return parameter.name == "beta" ? 10 : 1;
 }
 
-std::vector<std::string> describe_directions(const Gauge& gauge, const std::vector<Parameter>& parameters) {
+std::vector<std::string> describe_directions(const Gauge& gauge, const std::vector<const Parameter*>& parameters) {
   constexpr double kVisible = 0.02;  // of the largest part of the direction
   constexpr std::size_t kNamed = 5;
-  const auto name = [&](Eigen::Index k) { return parameters[static_cast<std::size_t>(k)].label(); };
+  const auto name = [&](Eigen::Index k) { return parameters[static_cast<std::size_t>(k)]->label(); };
   std::vector<std::string> out;
   for (Eigen::Index column = 0; column < gauge.directions.cols(); ++column) {
     const Eigen::VectorXd direction = gauge.directions.col(column);
@@ -164,16 +164,22 @@ std::vector<std::string> describe_directions(const Gauge& gauge, const std::vect
                      [&](Eigen::Index a, Eigen::Index b) { return std::abs(direction[a]) > std::abs(direction[b]); });
     const std::size_t more = parts.size() > kNamed ? parts.size() - kNamed : 0;
     parts.resize(parts.size() - more);
-    bool all_turn = parameters[static_cast<std::size_t>(held)].unit == "rad";
+    bool all_turn = parameters[static_cast<std::size_t>(held)]->unit == "rad";
     std::string text = name(held);
     for (std::size_t k = 0; k < parts.size(); ++k) {
-      all_turn = all_turn && parameters[static_cast<std::size_t>(parts[k])].unit == "rad";
+      all_turn = all_turn && parameters[static_cast<std::size_t>(parts[k])]->unit == "rad";
       text += (k + 1 == parts.size() && more == 0 ? " and " : ", ") + name(parts[k]);
     }
     if (more > 0) text += " and " + std::to_string(more) + " more";
     out.push_back(text + (all_turn && more == 0 ? " turn together" : " move together"));
   }
   return out;
+}
+
+std::vector<std::string> describe_directions(const Gauge& gauge, const std::vector<Parameter>& parameters) {
+  std::vector<const Parameter*> there;
+  for (const Parameter& parameter : parameters) there.push_back(&parameter);
+  return describe_directions(gauge, there);
 }
 
 }  // namespace fastcal

@@ -45,6 +45,7 @@ double fixing_priority(const Parameter& parameter);
 
 /// "joint1 d and base z move together", "joint6 theta changes nothing that was measured": one sentence a column of
 /// gauge.directions.
+std::vector<std::string> describe_directions(const Gauge& gauge, const std::vector<const Parameter*>& parameters);
 std::vector<std::string> describe_directions(const Gauge& gauge, const std::vector<Parameter>& parameters);
 
 }  // namespace fastcal

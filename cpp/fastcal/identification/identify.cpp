@@ -161,7 +161,7 @@ class Identifier {
     out_.covariance = out_.covariance_root * out_.covariance_root.transpose();
     out_.loss = fit_.loss;
     out_.theta = fit_.theta;
-    out_.parameters = fit_.parameters;
+    out_.parameters = std::move(fit_.parameters);
     out_.free = fit_.free;
     out_.iterations = robust_.iterations();
     if (out_.message.empty()) out_.message = robust_.message();

@@ -86,7 +86,7 @@ NormalEquations normal_equations(const Problem& problem, const Eigen::VectorXd& 
                                  const Eigen::VectorXd& scale, const Weighting& weighting, bool with_jacobian) {
   const auto p = static_cast<Eigen::Index>(free.size());
   const auto loss = losses(weighting.loss, problem.measured.number_count());
-  const bool flattens = with_jacobian && weighting.loss != LossKind::kNone;
+  const bool flattens = with_jacobian && weighting.loss != LossKind::kNone && weighting.is_curved;
   NormalEquations sum;
   if (flattens) sum.flattening = Eigen::MatrixXd::Zero(p, p);
   Eigen::MatrixXd total = Eigen::MatrixXd::Zero(p + 1, p + 1);

@@ -83,6 +83,7 @@ using CommonNoise = std::vector<double>;
 struct Weighting {
   CommonNoise tau;
   LossKind loss = LossKind::kNone;
+  bool is_curved = true;  ///< with what the loss takes from the curvature; without, the steps are Gauss and Newton's
 };
 
 /// A row's part of the weighted sum.

@@ -17,7 +17,8 @@ bool settle_coarsely(FitState& fit, const Limits& weak) {
   constexpr double kCloseEnough = 1;    // standard deviations
   constexpr double kNoiseStands = 0.3;  // relative
   for (int round = 0; round < 20; ++round) {
-    const Stepped step = fit.step(LossKind::kHuber, fit.asked, fit.scale, weak);
+    // From the start the noise is large and nearly all rows are within the bend of the loss.
+    const Stepped step = fit.step(LossKind::kHuber, fit.asked, fit.scale, weak, kCostTells, round > 0);
     if (!step.is_good) {
       fit.theta = solve(fit.problem, fit.theta, fit.asked, fit.scale, {fit.tau, LossKind::kHuber}, weak,
                         {Method::kLeastSquares, 3, 0.1})
