@@ -82,6 +82,7 @@ void report_gauge(FitState& fit, Identification& out) {
   out.held_directions = fit.scale.asDiagonal() * fit.gauge.directions;
   out.rank = fit.has_priors() ? choose_gauge(fit.asked_factor(unbent(fit)), fit.hold).rank : fit.gauge.rank;
   std::vector<const Parameter*> asked_parameters;
+  asked_parameters.reserve(fit.asked.size());
   for (const int index : fit.asked) asked_parameters.push_back(&fit.parameters[static_cast<std::size_t>(index)]);
   out.unidentifiable = describe_directions(fit.gauge, asked_parameters);
   for (std::size_t column = 0; column < out.unidentifiable.size(); ++column) {

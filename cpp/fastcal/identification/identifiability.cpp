@@ -178,6 +178,7 @@ std::vector<std::string> describe_directions(const Gauge& gauge, const std::vect
 
 std::vector<std::string> describe_directions(const Gauge& gauge, const std::vector<Parameter>& parameters) {
   std::vector<const Parameter*> there;
+  there.reserve(parameters.size());
   for (const Parameter& parameter : parameters) there.push_back(&parameter);
   return describe_directions(gauge, there);
 }
