@@ -10,7 +10,8 @@
 namespace fastcal::kernels {
 namespace {
 
-constexpr int kTile = 4;
+constexpr int kTile = 4;             // columns of a product that are summed at once,
+constexpr int kNarrowTile = 3;       // with as many others: their sums and factors fill sixteen registers
 constexpr int kReflected = 8;        // columns side by side, so that their sums need not wait for each other
 constexpr double kNothing = 1e-290;  // squared length: below, its inverse overflows
 
@@ -28,25 +29,24 @@ FASTCAL_INLINE double sum_of(const Lane& lane) {
 template <int W>
 FASTCAL_INLINE void gram_lanes(const double* block, int ld, int rows, int columns, double* A) {
   using Lane = typename Vectors<W>::Lane;
+  constexpr int kLeft = W == 4 ? kNarrowTile : kTile;
   for (int j = 0; j < columns; j += kTile) {
-    for (int i = 0; i <= j; i += kTile) {
+    for (int i = 0; i < j + kTile && i < columns; i += kLeft) {
       // At the edge the last column is taken again, unheard.
-      const double *left[kTile], *right[kTile];
-      for (int k = 0; k < kTile; ++k) {
-        left[k] = block + static_cast<long>(i + k < columns ? i + k : columns - 1) * ld;
-        right[k] = block + static_cast<long>(j + k < columns ? j + k : columns - 1) * ld;
-      }
-      Lane sums[kTile][kTile] = {};
+      const double *left[kLeft], *right[kTile];
+      for (int k = 0; k < kLeft; ++k) left[k] = block + static_cast<long>(i + k < columns ? i + k : columns - 1) * ld;
+      for (int k = 0; k < kTile; ++k) right[k] = block + static_cast<long>(j + k < columns ? j + k : columns - 1) * ld;
+      Lane sums[kLeft][kTile] = {};
       for (int row = 0; row < rows; row += W) {
-        Lane a[kTile], b;
-        for (int k = 0; k < kTile; ++k) load(a[k], left[k] + row);
+        Lane a[kLeft], b;
+        for (int k = 0; k < kLeft; ++k) load(a[k], left[k] + row);
         for (int c = 0; c < kTile; ++c) {
           load(b, right[c] + row);
-          for (int k = 0; k < kTile; ++k) sums[k][c] += a[k] * b;
+          for (int k = 0; k < kLeft; ++k) sums[k][c] += a[k] * b;
         }
       }
       for (int c = 0; c < kTile && j + c < columns; ++c) {
-        for (int k = 0; k < kTile && i + k <= j + c; ++k) A[(j + c) * columns + i + k] = sum_of(sums[k][c]);
+        for (int k = 0; k < kLeft && i + k <= j + c; ++k) A[(j + c) * columns + i + k] = sum_of(sums[k][c]);
       }
     }
   }
@@ -99,72 +99,98 @@ FASTCAL_INLINE void parts_lanes(const double* block, int ld, int stride, int par
   }
 }
 
-/// Reflects N columns: w = c (u_0 R_k + u^T B), R_k -= w u_0, B -= w u.
-template <int W, int N>
-FASTCAL_INLINE void reflect(const double* u, double u_0, double c, double* const* B, double* const* R, int rows) {
-  using Lane = typename Vectors<W>::Lane;
-  Lane sums[N] = {}, x, b;
+/// A Householder reflection I - c u u^T of a row of R and the block below it.
+struct Reflection {
+  int row;          // of R
+  const double* u;  // in the block
+  double u_0;       // in R
+  double c;
+};
+
+/// The reflection that clears column k; false where nothing is below R.
+template <int W>
+FASTCAL_INLINE bool clear_column(const double* block, int ld, int rows, int columns, int k, double* R,
+                                 Reflection& out) {
+  const double* u = block + static_cast<long>(k) * ld;
+  typename Vectors<W>::Lane square = {}, x;
   for (int row = 0; row < rows; row += W) {
     load(x, u + row);
-    for (int k = 0; k < N; ++k) {
-      load(b, B[k] + row);
-      sums[k] += x * b;
+    square += x * x;
+  }
+  const double below = sum_of(square);
+  if (!(below > kNothing)) return false;
+  double& diagonal = R[k * columns + k];
+  const double length = std::sqrt(diagonal * diagonal + below);
+  const double to = diagonal > 0 ? -length : length;
+  const double u_0 = diagonal - to;
+  out = {k, u, u_0, -1 / (to * u_0)};
+  diagonal = to;
+  return true;
+}
+
+/// Reflects N columns from the j-th on, once or twice: w = c (u_0 R_k + u^T B), R_k -= w u_0, B -= w u. Two at once
+/// read and write the block once: the second's u^T (B - w u') is u^T B - w u^T u'.
+template <int W, int N, int Count>
+FASTCAL_INLINE void reflect(const Reflection* by, double across, double* block, int ld, int rows, int columns, int j,
+                            double* R) {
+  using Lane = typename Vectors<W>::Lane;
+  double* B[N];
+  for (int n = 0; n < N; ++n) B[n] = block + static_cast<long>(j + n) * ld;
+  Lane sums[Count][N] = {}, x[Count], b;
+  for (int row = 0; row < rows; row += W) {
+    for (int m = 0; m < Count; ++m) load(x[m], by[m].u + row);
+    for (int n = 0; n < N; ++n) {
+      load(b, B[n] + row);
+      for (int m = 0; m < Count; ++m) sums[m][n] += x[m] * b;
     }
   }
-  double w[N];
-  for (int k = 0; k < N; ++k) {
-    w[k] = c * (u_0 * *R[k] + sum_of(sums[k]));
-    *R[k] -= w[k] * u_0;
+  double w[Count][N];
+  for (int n = 0; n < N; ++n) {
+    for (int m = 0; m < Count; ++m) {
+      double& above = R[(j + n) * columns + by[m].row];
+      w[m][n] = by[m].c * (by[m].u_0 * above + sum_of(sums[m][n]) - (m > 0 ? w[0][n] * across : 0.0));
+      above -= w[m][n] * by[m].u_0;
+    }
   }
   for (int row = 0; row < rows; row += W) {
-    load(x, u + row);
-    for (int k = 0; k < N; ++k) {
-      load(b, B[k] + row);
-      b -= w[k] * x;
-      store(B[k] + row, b);
+    for (int m = 0; m < Count; ++m) load(x[m], by[m].u + row);
+    for (int n = 0; n < N; ++n) {
+      load(b, B[n] + row);
+      for (int m = 0; m < Count; ++m) b -= w[m][n] * x[m];
+      store(B[n] + row, b);
     }
   }
 }
 
+template <int W, int N, int Count>
+FASTCAL_INLINE void reflect_all(const Reflection* by, double across, double* block, int ld, int rows, int columns,
+                                int first, double* R) {
+  int j = first;
+  for (; j + N <= columns; j += N) reflect<W, N, Count>(by, across, block, ld, rows, columns, j, R);
+  for (; j + 2 <= columns; j += 2) reflect<W, 2, Count>(by, across, block, ld, rows, columns, j, R);
+  if (j < columns) reflect<W, 1, Count>(by, across, block, ld, rows, columns, j, R);
+}
+
 template <int W>
 FASTCAL_INLINE void triangle_lanes(double* block, int ld, int rows, int columns, double* R) {
-  using Lane = typename Vectors<W>::Lane;
   for (int k = 0; k < columns; ++k) {
-    double* u = block + static_cast<long>(k) * ld;
-    Lane square = {}, x;
+    Reflection two[2];
+    if (!clear_column<W>(block, ld, rows, columns, k, R, two[0])) continue;
+    if (k + 1 == columns) break;
+    reflect<W, 1, 1>(two, 0, block, ld, rows, columns, k + 1, R);
+    if (!clear_column<W>(block, ld, rows, columns, k + 1, R, two[1])) {
+      reflect_all<W, kReflected, 1>(two, 0, block, ld, rows, columns, k + 2, R);
+      ++k;
+      continue;
+    }
+    typename Vectors<W>::Lane sum = {}, x, y;
     for (int row = 0; row < rows; row += W) {
-      load(x, u + row);
-      square += x * x;
+      load(x, two[0].u + row);
+      load(y, two[1].u + row);
+      sum += x * y;
     }
-    const double below = sum_of(square);
-    if (!(below > kNothing)) continue;
-    double& diagonal = R[k * columns + k];
-    const double length = std::sqrt(diagonal * diagonal + below);
-    const double to = diagonal > 0 ? -length : length;
-    const double u_0 = diagonal - to;
-    const double c = -1 / (to * u_0);
-    diagonal = to;
-    double *B[kReflected], *R_k[kReflected];
-    int j = k + 1;
-    for (; j + kReflected <= columns; j += kReflected) {
-      for (int n = 0; n < kReflected; ++n) {
-        B[n] = block + static_cast<long>(j + n) * ld;
-        R_k[n] = R + (j + n) * columns + k;
-      }
-      reflect<W, kReflected>(u, u_0, c, B, R_k, rows);
-    }
-    for (; j + 2 <= columns; j += 2) {
-      for (int n = 0; n < 2; ++n) {
-        B[n] = block + static_cast<long>(j + n) * ld;
-        R_k[n] = R + (j + n) * columns + k;
-      }
-      reflect<W, 2>(u, u_0, c, B, R_k, rows);
-    }
-    for (; j < columns; ++j) {
-      B[0] = block + static_cast<long>(j) * ld;
-      R_k[0] = R + j * columns + k;
-      reflect<W, 1>(u, u_0, c, B, R_k, rows);
-    }
+    reflect_all<W, kReflected / 2, 2>(two, sum_of(sum), block, ld, rows, columns, k + 2, R);
+    ++k;
   }
 }
 
