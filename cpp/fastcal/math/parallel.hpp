@@ -9,8 +9,8 @@
 #include <atomic>
 #include <exception>
 #include <mutex>
-#include <thread>
-#include <vector>
+
+#include "fastcal/math/thread_pool.hpp"
 
 namespace fastcal {
 
@@ -22,6 +22,12 @@ inline Eigen::Index chunk_count(Eigen::Index rows) { return (rows + kChunkRows -
 template <typename Make, typename Body>
 void parallel_units(Eigen::Index units, int threads, const Make& make, const Body& body) {
   const int workers = static_cast<int>(std::min<Eigen::Index>(std::max(threads, 1), units));
+  if (workers <= 1) {  // without what threads share: each look at a shared counter waits for all writes before it
+    if (units == 0) return;
+    auto worker = make();
+    for (Eigen::Index unit = 0; unit < units; ++unit) body(worker, unit);
+    return;
+  }
   std::atomic<Eigen::Index> next{0};
   std::exception_ptr failure;
   std::mutex guard;
@@ -34,10 +40,7 @@ void parallel_units(Eigen::Index units, int threads, const Make& make, const Bod
       if (!failure) failure = std::current_exception();
     }
   };
-  std::vector<std::thread> pool;
-  for (int i = 1; i < workers; ++i) pool.emplace_back(work);
-  if (units > 0) work();
-  for (std::thread& thread : pool) thread.join();
+  run_together(workers - 1, work);
   if (failure) std::rethrow_exception(failure);
 }
 
