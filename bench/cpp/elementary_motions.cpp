@@ -14,8 +14,10 @@
 namespace fastcal::bench {
 namespace {
 
-constexpr int kFree = 27;  // what points of this arm show of base, geometry and tool
-constexpr int kParameters = 39;
+constexpr int kFree = 33;  // what points of this arm show: 27 of base, geometry and tool, 6 ratios
+constexpr int kMotions = 39;
+constexpr int kFirstRatio = kMotions + 3;  // behind the turns of the tool, which points don't show
+constexpr int kParameters = kFirstRatio + 6;
 
 struct Motion {
   bool turns = false;
@@ -58,20 +60,55 @@ void apply(const Motion& motion, const T& value, T* p) {
   p[v] = s * before + c * p[v];
 }
 
+/// The tool's point by frames: base and tool motion by motion, a row of the table by its matrix.
+template <typename T>
+Eigen::Matrix<T, 3, 1> point_by_frames(const std::array<T, kMotions>& value) {
+  using Matrix = Eigen::Matrix<T, 3, 3>;
+  using Vector = Eigen::Matrix<T, 3, 1>;
+  const auto turn = [](int axis, const T& angle) {
+    Matrix R = Matrix::Identity();
+    const int u = (axis + 1) % 3;
+    const int v = (axis + 2) % 3;
+    R(u, u) = R(v, v) = cos(angle);
+    R(v, u) = sin(angle);
+    R(u, v) = -R(v, u);
+    return R;
+  };
+  Vector p(value[0], value[1], value[2]);
+  Matrix R = turn(0, value[3]) * turn(1, value[4]) * turn(2, value[5]);
+  for (std::size_t m = 6; m + 3 < kMotions; m += 5) {
+    const T ct = cos(value[m]), st = sin(value[m]), ca = cos(value[m + 3]), sa = sin(value[m + 3]);
+    const T cb = cos(value[m + 4]), sb = sin(value[m + 4]);
+    Matrix A;
+    A << ct * cb - st * sa * sb, -st * ca, ct * sb + st * sa * cb,  //
+        st * cb + ct * sa * sb, ct * ca, st * sb - ct * sa * cb,    //
+        -ca * sb, sa, ca * cb;
+    p += R * Vector(value[m + 2] * ct, value[m + 2] * st, value[m + 1]);
+    R = (R * A).eval();
+  }
+  return p + R * Vector(value[kMotions - 3], value[kMotions - 2], value[kMotions - 1]);
+}
+
 struct Row {
   const std::vector<Motion>& chain;
   const std::vector<int>& free;
   const double* q;
   const double* measured;
+  bool by_frames = false;
 
+  /// Of each motion.
   template <typename T>
-  std::array<T, kParameters> values(const T* x) const {
-    std::array<T, kParameters> out;
-    for (int m = 0; m < kParameters; ++m) {
-      const Motion& motion = chain[static_cast<std::size_t>(m)];
-      out[static_cast<std::size_t>(m)] = T(motion.nominal + (motion.joint >= 0 ? q[motion.joint] : 0.0));
+  std::array<T, kMotions> values(const T* x) const {
+    std::array<T, kParameters> parameter;
+    parameter.fill(T(0.0));
+    for (std::size_t k = 0; k < kFree; ++k) parameter[static_cast<std::size_t>(free[k])] = x[k];
+    std::array<T, kMotions> out;
+    for (std::size_t m = 0; m < kMotions; ++m) {
+      const Motion& motion = chain[m];
+      out[m] = parameter[m] + motion.nominal;
+      if (motion.joint >= 0)
+        out[m] += (1.0 + parameter[kFirstRatio + static_cast<std::size_t>(motion.joint)]) * q[motion.joint];
     }
-    for (std::size_t k = 0; k < kFree; ++k) out[static_cast<std::size_t>(free[k])] += x[k];
     return out;
   }
 
@@ -79,10 +116,15 @@ struct Row {
   bool operator()(const T* x, T* r) const {
     using std::cos;
     using std::sin;
-    const std::array<T, kParameters> value = values(x);
-    r[0] = r[1] = r[2] = T(0);
-    for (std::size_t m = kParameters; m-- > 0;) apply(chain[m], value[m], r);
-    for (int k = 0; k < 3; ++k) r[k] -= measured[k];
+    const std::array<T, kMotions> value = values(x);
+    Eigen::Map<Eigen::Matrix<T, 3, 1>> p(r);
+    if (by_frames) {
+      p = point_by_frames(value);
+    } else {
+      p.setConstant(T(0.0));
+      for (std::size_t m = kMotions; m-- > 0;) apply(chain[m], value[m], r);
+    }
+    for (int k = 0; k < 3; ++k) p[k] -= measured[k];
     return true;
   }
 };
@@ -93,10 +135,10 @@ class WrittenOut : public ceres::SizedCostFunction<3, kFree> {
   explicit WrittenOut(const Row& row) : row_(row) {}
 
   bool Evaluate(double const* const* x, double* r, double** J) const override {
-    const std::array<double, kParameters> value = row_.values(x[0]);
-    std::array<Eigen::Vector3d, kParameters> behind;
+    const std::array<double, kMotions> value = row_.values(x[0]);
+    std::array<Eigen::Vector3d, kMotions> behind;
     Eigen::Vector3d p = Eigen::Vector3d::Zero();
-    for (std::size_t m = kParameters; m-- > 0;) {
+    for (std::size_t m = kMotions; m-- > 0;) {
       apply(row_.chain[m], value[m], p.data());
       behind[m] = p;
     }
@@ -104,12 +146,13 @@ class WrittenOut : public ceres::SizedCostFunction<3, kFree> {
     if (J == nullptr || J[0] == nullptr) return true;
     Eigen::Map<Eigen::Matrix<double, 3, kFree, Eigen::RowMajor>> slopes(J[0]);
     Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
-    std::size_t k = 0;
-    for (std::size_t m = 0; m < kParameters; ++m) {
+    Eigen::Index k = 0;
+    for (std::size_t m = 0; m < kMotions; ++m) {
       const Motion& motion = row_.chain[m];
       const Eigen::Vector3d axis = Eigen::Vector3d::Unit(motion.axis);
-      if (k < kFree && row_.free[k] == static_cast<int>(m))
-        slopes.col(static_cast<Eigen::Index>(k++)) = R * (motion.turns ? axis.cross(behind[m]) : axis);
+      const Eigen::Vector3d slope = R * (motion.turns ? axis.cross(behind[m]) : axis);
+      if (row_.free[static_cast<std::size_t>(k)] == static_cast<int>(m)) slopes.col(k++) = slope;
+      if (motion.joint >= 0) slopes.col(kFree - 6 + motion.joint) = row_.q[motion.joint] * slope;
       if (motion.turns) R = R * Eigen::AngleAxisd(value[m], axis);
     }
     return true;
@@ -123,18 +166,18 @@ class WrittenOut : public ceres::SizedCostFunction<3, kFree> {
 
 double solve_with_ceres(const RowMatrixXd& q, const RowMatrixXd& p, const std::vector<int>& free,
                         Derivatives derivatives) {
-  if (free.size() != kFree || free.back() >= kParameters)
-    throw std::invalid_argument("the peers are written for " + std::to_string(kFree) + " free parameters");
+  if (free.size() != kFree || free[kFree - 7] >= kMotions || free[kFree - 6] != kFirstRatio)
+    throw std::invalid_argument("the peers are written for " + std::to_string(kFree - 6) + " sizes and six ratios");
   const std::vector<Motion> chain = motions();
   std::array<double, kFree> x{};
   ceres::Problem problem;
   for (Eigen::Index i = 0; i < q.rows(); ++i) {
-    const Row row{chain, free, q.row(i).data(), p.row(i).data()};
+    const Row row{chain, free, q.row(i).data(), p.row(i).data(), derivatives == Derivatives::kFrames};
     ceres::CostFunction* cost = nullptr;
-    if (derivatives == Derivatives::kAutomatic)
-      cost = new ceres::AutoDiffCostFunction<Row, 3, kFree>(new Row(row));
-    else
+    if (derivatives == Derivatives::kWrittenOut)
       cost = new WrittenOut(row);
+    else
+      cost = new ceres::AutoDiffCostFunction<Row, 3, kFree>(new Row(row));
     problem.AddResidualBlock(cost, nullptr, x.data());
   }
   ceres::Solver::Options options;

@@ -22,7 +22,7 @@ struct Targets {
   Targets() {
     predict(s.model, s.samples, s.model.start(), 1, T.data());
     test::Random random(2);
-    s.samples.q = s.samples.q.unaryExpr([&](double q) { return q + random.uniform(-0.1, 0.1); });
+    s.samples.q = s.samples.q.table().unaryExpr([&](double q) { return q + random.uniform(-0.1, 0.1); });
     options.limits = RowMatrixXd(6, 2);
     options.limits.col(0).setConstant(-3.5);
     options.limits.col(1).setConstant(3.5);
@@ -45,7 +45,7 @@ void one_at_a_time(benchmark::State& state) {
   SearchPoint found;
   Eigen::Index row = 0;
   for (auto _ : state) {
-    if (solver.solve(of.T.row(row).data(), of.s.samples.q.row(row).data(), found) != IkStatus::kReached)
+    if (solver.solve(of.T.row(row).data(), of.s.samples.q.row(row), found) != IkStatus::kReached)
       state.SkipWithError("a target was not reached");
     row = (row + 1) % kTargets;
   }
@@ -58,7 +58,7 @@ void forward_one_at_a_time(benchmark::State& state) {
   PoseSolver solver(of.s.model, of.s.samples.slice(0, 1), of.options);
   Eigen::Index row = 0;
   for (auto _ : state) {
-    benchmark::DoNotOptimize(solver.forward(of.s.samples.q.row(row).data()).p.data());
+    benchmark::DoNotOptimize(solver.forward(of.s.samples.q.row(row)).p.data());
     row = (row + 1) % kTargets;
   }
   state.SetItemsProcessed(state.iterations());
