@@ -14,18 +14,30 @@ T or_empty(const std::optional<T>& value) {
   return value ? *value : T();
 }
 
+using JointPositions = py::array_t<double, py::array::c_style | py::array::forcecast>;
+
+/// The array itself, which is not copied: nobody may write to it as long as the samples live.
+JointRows lent(const JointPositions& q) {
+  FASTCAL_CHECK(q.ndim() == 2) << "q must have shape (N, n), got " << q.ndim() << " dimensions";
+  const std::shared_ptr<const void> owner(new py::object(q), [](py::object* array) {
+    const py::gil_scoped_acquire hold;
+    delete array;
+  });
+  return {q.data(), q.shape(0), q.shape(1), owner};
+}
+
 }  // namespace
 
 void bind_model(py::module_& m) {
   py::class_<Samples>(m, "Samples", "N rows of conditions, SI; what is None was not measured.")
-      .def(py::init([](RowMatrixXd q, const std::optional<Eigen::VectorXd>& payload,
+      .def(py::init([](const JointPositions& q, const std::optional<Eigen::VectorXd>& payload,
                        const std::optional<RowMatrixXd>& wrench, const std::optional<Eigen::VectorXd>& temperature,
                        const std::optional<Eigen::VectorXd>& time, const std::optional<Eigen::VectorXi>& station,
                        const std::optional<Eigen::VectorXi>& mount, const std::optional<RowMatrixXd>& approach,
                        const std::optional<RowMatrixXd>& current, const std::optional<RowMatrixXd>& extra,
                        const std::optional<RowMatrixXd>& table) {
              Samples out;
-             out.q = std::move(q);
+             out.q = lent(q);
              out.payload = or_empty(payload);
              out.wrench = or_empty(wrench);
              out.temperature = or_empty(temperature);

@@ -102,9 +102,10 @@ bool WhitenedRows::compare_points() {
 double* WhitenedRows::jacobian() {
   const auto p = static_cast<Eigen::Index>(free_.size());
   double* J = J_.resize((p + 1) * ld());
-  block_.jacobian({coordinates_ != nullptr, count_ - (coordinates_ != nullptr ? 3 : 0), factor_.data(), sights_.data(),
-                   static_cast<int>(sights_.size())},
-                  J, ld());
+  const auto tool = coordinates_ != nullptr ? kernels::ToolNumbers::kPosition : kernels::ToolNumbers::kNone;
+  block_.jacobian(
+      {tool, count_ - static_cast<int>(tool), factor_.data(), sights_.data(), static_cast<int>(sights_.size())}, J,
+      ld());
   if (unknowns_.size() > 0) unknown_columns(J);
   if (along_.size() > 0) response_columns(J);
   Eigen::Map<Eigen::ArrayXd>(J + p * ld(), height()) = Eigen::Map<const Eigen::ArrayXd>(residual_.data(), height()) *

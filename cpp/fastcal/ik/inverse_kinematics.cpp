@@ -32,7 +32,7 @@ IkResult inverse_kinematics(const ErrorModel& model, const Eigen::Ref<const Eige
   options.check(n);
   const Eigen::VectorXd theta = theta_in;
   IkResult out;
-  out.q = samples.q;
+  out.q = samples.q.table();
   out.status.assign(static_cast<std::size_t>(rows), static_cast<int>(IkStatus::kBadTarget));
   out.iterations = Eigen::VectorXi::Zero(rows);
   out.position_error = out.rotation_error = Eigen::VectorXd::Constant(rows, std::numeric_limits<double>::quiet_NaN());

@@ -27,7 +27,7 @@ class ModelFrames {
       state.q = q.data();
       return evaluator_.frames(state);
     }
-    sample_.q.row(0) = q.transpose();
+    sample_.q.own().row(0) = q.transpose();
     settle(model_, theta_, 1, sample_);
     return evaluator_.frames(sample_.row(0));
   }

@@ -112,7 +112,7 @@ void RowSolver::approach(std::vector<IkRow>& rows, const Samples& samples) const
   SettleOptions how{.needs = model_.needs(), .tolerance = kFirstEquilibrium};
   for (int step = 0; step < kApproach && !active.empty(); ++step) {
     part = part.pick(kept);
-    for (std::size_t k = 0; k < active.size(); ++k) part.q.row(static_cast<Eigen::Index>(k)) = q[k].transpose();
+    for (std::size_t k = 0; k < active.size(); ++k) part.q.own().row(static_cast<Eigen::Index>(k)) = q[k].transpose();
     settle(model_, theta_, 1, part, how);
     const bool deflected = how.goes_on && !part.frames.empty();  // the first call begins with the undeflected arm
     how.goes_on = model_.at_equilibrium();

@@ -11,96 +11,246 @@ namespace {
 
 constexpr double kLargeAngle = 1e5;  // it has lost digits already; the polynomials hold below 1e6
 
-/// Far: angles are large, and the library's sines are taken.
-template <int W, bool Far>
-FASTCAL_INLINE void forward_group(const FrameRows* frames, int frame_count, int stride, int row, double* out,
-                                  typename Vectors<W>::Mask& large) {
-  using Lane = typename Vectors<W>::Lane;
-  Lane T[kPoseNumbers];
-  for (int k = 0; k < kPoseNumbers; ++k) T[k] = Lane{} + (k == 0 || k == 4 || k == 8 ? 1.0 : 0.0);
-  for (int f = 0; f < frame_count; ++f, out += kPoseNumbers * kGroup) {
-    const FrameRows& frame = frames[f];
-    move_by_constant(T, frame);
-    Lane value;
-    if (frame.slide) {
-      load(value, frame.slide + row);
-      for (int r = 0; r < 3; ++r) T[9 + r] += value * T[6 + r];
-    }
-    if (frame.turn) {
-      Lane s, c;
-      load(value, frame.turn + row);
-      large |= (value > kLargeAngle) | (value < -kLargeAngle);
-      sine_cosine<W>(value, s, c);
-      for (int l = 0; Far && l < W; ++l) {
-        if (__builtin_fabs(value[l]) <= kLargeAngle) continue;
-        s[l] = __builtin_sin(value[l]);
-        c[l] = __builtin_cos(value[l]);
+/// Four rows of four columns at a time; the last four columns overlap those before.
+template <int W>
+FASTCAL_INLINE void table_of(const double* table, int rows, int columns, int stride, double* out, bool& is_finite) {
+  Vectors<4>::Lane nothing{};
+  double rest = 0;
+  int row = 0;
+  for (; columns >= 4 && row + 4 <= rows; row += 4) {
+    for (int next = 0; next < columns; next += 4) {
+      const int k = next + 4 <= columns ? next : columns - 4;
+      Vectors<4>::Lane lanes[4];
+      for (int l = 0; l < 4; ++l) {
+        load(lanes[l], table + static_cast<long>(row + l) * columns + k);
+        nothing += 0 * lanes[l];
       }
-      turn(T, T + 3, c, s);
-    }
-    if (frame.motion) {
-      Lane M[kPoseNumbers];
-      for (int k = 0; k < kPoseNumbers; ++k) load(M[k], frame.motion + k * stride + row);
-      move(T, M);
-    }
-    if (frame.kept) {
-      for (int k = 0; k < kPoseNumbers; ++k) store(out + k * kGroup, T[k]);
+      transpose(lanes);
+      for (int c = 0; c < 4; ++c) store(out + (k + c) * stride + row, lanes[c]);
     }
   }
+  for (; row < stride; ++row) {
+    for (int k = 0; k < columns; ++k) {
+      const double number = row < rows ? table[static_cast<long>(row) * columns + k] : 0;
+      rest += 0 * number;
+      out[k * stride + row] = number;
+    }
+  }
+  for (int l = 0; l < 4; ++l) rest += nothing[l];
+  is_finite = rest == 0;
 }
 
 template <int W>
-FASTCAL_INLINE void forward_lanes(const FrameRows* frames, int frame_count, int stride, double* poses) {
+FASTCAL_INLINE void sines_of(const double* angle, int stride, double* sine_cosine) {
+  using Lane = typename Vectors<W>::Lane;
+  typename Vectors<W>::Mask large{};
   for (int row = 0; row < stride; row += W) {
-    double* out = poses + row / kGroup * frame_count * kPoseNumbers * kGroup + row % kGroup;
-    typename Vectors<W>::Mask large{};
-    forward_group<W, false>(frames, frame_count, stride, row, out, large);
-    bool any = false;
-    for (int l = 0; l < W; ++l) any |= large[l] != 0;
-    if (any) forward_group<W, true>(frames, frame_count, stride, row, out, large);
+    Lane value, s, c;
+    load(value, angle + row);
+    large |= (typename Vectors<W>::Mask)((value > kLargeAngle) | (value < -kLargeAngle));
+    fastcal::kernels::sine_cosine<W>(value, s, c);
+    store(sine_cosine + row, s);
+    store(sine_cosine + stride + row, c);
+  }
+  bool any = false;
+  for (int l = 0; l < W; ++l) any |= large[l] != 0;
+  for (int row = 0; any && row < stride; ++row) {
+    if (__builtin_fabs(angle[row]) <= kLargeAngle) continue;
+    sine_cosine[row] = __builtin_sin(angle[row]);
+    sine_cosine[stride + row] = __builtin_cos(angle[row]);
   }
 }
 
-/// The same for every set: rows of a matrix of four are as wide as four lanes.
-template <int>
-FASTCAL_INLINE void matrices_of(const double* poses, int frame, int frame_count, int rows, double* matrices) {
-  for (int row = 0; row < rows; row += 4) {
-    const double* part = poses + (row / kGroup * frame_count + frame) * kPoseNumbers * kGroup + row % kGroup;
-    for (int r = 0; r < 4; ++r) {
-      Vectors<4>::Lane lanes[4] = {{}, {}, {}, {1, 1, 1, 1}};
-      for (int c = 0; r < 3 && c < 4; ++c) load(lanes[c], part + (3 * c + r) * kGroup);
-      transpose(lanes);
-      for (int l = 0; l < 4 && row + l < rows; ++l) store(matrices + 16 * (row + l) + 4 * r, lanes[l]);
+/// T, the pose where the steps before have come to, in W rows.
+template <int W>
+FASTCAL_INLINE void take(typename Vectors<W>::Lane (&T)[kPoseNumbers], const ChainStep& step, int stride, int row) {
+  using Lane = typename Vectors<W>::Lane;
+  const auto shift = [&T](int axis, const auto& by) {
+    for (int r = 0; r < 3; ++r) T[9 + r] += by * T[3 * axis + r];
+  };
+  Lane a, b;
+  switch (step.kind) {
+    case ChainStep::Kind::kShift:
+      if (step.axis == 0) shift(0, step.shift);
+      if (step.axis == 1) shift(1, step.shift);
+      if (step.axis == 2) shift(2, step.shift);
+      break;
+    case ChainStep::Kind::kTurnX:
+      turn(T + 3, T + 6, step.cosine, step.sine);
+      break;
+    case ChainStep::Kind::kTurnZ:
+      turn(T, T + 3, step.cosine, step.sine);
+      break;
+    case ChainStep::Kind::kMove:
+      move(T, step.rows);
+      break;
+    case ChainStep::Kind::kSlideRows:
+      load(a, step.rows + row);
+      shift(2, a);
+      break;
+    case ChainStep::Kind::kTurnRows:
+      load(a, step.rows + row);
+      load(b, step.rows + stride + row);
+      turn(T, T + 3, b, a);
+      break;
+    case ChainStep::Kind::kMoveRows: {
+      Lane M[kPoseNumbers];
+      for (int k = 0; k < kPoseNumbers; ++k) load(M[k], step.rows + k * stride + row);
+      move(T, M);
+      break;
+    }
+    case ChainStep::Kind::kFrame:
+      break;
+  }
+}
+
+template <typename Lane>
+FASTCAL_INLINE void identity(Lane (&T)[kPoseNumbers]) {
+  for (int k = 0; k < kPoseNumbers; ++k) T[k] = Lane{} + (k == 0 || k == 4 || k == 8 ? 1.0 : 0.0);
+}
+
+template <int W>
+FASTCAL_INLINE void forward_lanes(const ChainStep* steps, int step_count, int frame_count, int stride, double* poses) {
+  for (int row = 0; row < stride; row += W) {
+    double* out = poses + row / kGroup * frame_count * kPoseNumbers * kGroup + row % kGroup;
+    typename Vectors<W>::Lane T[kPoseNumbers];
+    identity(T);
+    for (const ChainStep* step = steps; step < steps + step_count; ++step) {
+      if (step->kind != ChainStep::Kind::kFrame) {
+        take<W>(T, *step, stride, row);
+        continue;
+      }
+      for (int k = 0; k < kPoseNumbers; ++k) store(out + k * kGroup, T[k]);
+      out += kPoseNumbers * kGroup;
     }
   }
 }
 
-/// Eight rows of four columns at a time, so that each line of memory is read once.
+/// Rows of a matrix of four are as wide as four lanes, in every set.
+template <int W>
+FASTCAL_INLINE void matrices_of(const ChainStep* steps, int step_count, int stride, int rows, double* matrices) {
+  for (int row = 0; row < rows; row += W) {
+    typename Vectors<W>::Lane T[kPoseNumbers];
+    identity(T);
+    for (const ChainStep* step = steps; step < steps + step_count; ++step) take<W>(T, *step, stride, row);
+    double numbers[kPoseNumbers * W];
+    for (int k = 0; k < kPoseNumbers; ++k) store(numbers + k * W, T[k]);
+    for (int first = 0; first < W; first += 4) {
+      for (int r = 0; r < 4; ++r) {
+        Vectors<4>::Lane lanes[4] = {{}, {}, {}, {1, 1, 1, 1}};
+        for (int c = 0; r < 3 && c < 4; ++c) load(lanes[c], numbers + (3 * c + r) * W + first);
+        transpose(lanes);
+        for (int l = 0; l < 4 && row + first + l < rows; ++l)
+          store(matrices + 16 * (row + first + l) + 4 * r, lanes[l]);
+      }
+    }
+  }
+}
+
+/// Four rows of four columns at a time; the last four columns overlap those before.
 template <int>
 FASTCAL_INLINE void rows_of(const double* columns, int stride, int numbers, int count, int rows, double* matrices) {
-  const auto column = [&](int k, int n) { return columns + (static_cast<long>(k) * numbers + n) * stride; };
-  const auto to = [&](int row, int n) { return matrices + (static_cast<long>(row) * numbers + n) * count; };
-  for (int first = 0; first < rows; first += kGroup) {
-    const int last = first + kGroup < rows ? first + kGroup : rows;
+  const long apart = static_cast<long>(numbers) * stride;  // of two columns
+  const long width = static_cast<long>(numbers) * count;   // of a matrix
+  for (int row = 0; row < rows; row += 4) {
+    const int some = rows - row < 4 ? rows - row : 4;
     for (int n = 0; n < numbers; ++n) {
-      int k = 0;
-      for (; k + 4 <= count; k += 4) {
-        for (int row = first; row < last; row += 4) {
-          Vectors<4>::Lane lanes[4];
-          for (int c = 0; c < 4; ++c) load(lanes[c], column(k + c, n) + row);
-          transpose(lanes);
-          for (int l = 0; l < 4 && row + l < last; ++l) store(to(row + l, n) + k, lanes[l]);
+      const double* from = columns + n * static_cast<long>(stride) + row;
+      double* to = matrices + row * width + n * static_cast<long>(count);
+      for (int next = 0; count >= 4 && next < count; next += 4) {
+        const int k = next + 4 <= count ? next : count - 4;
+        Vectors<4>::Lane lanes[4];
+        for (int c = 0; c < 4; ++c) load(lanes[c], from + (k + c) * apart);
+        transpose(lanes);
+        for (int l = 0; l < some; ++l) store(to + l * width + k, lanes[l]);
+      }
+      for (int k = 0; count < 4 && k < count; ++k) {
+        for (int l = 0; l < some; ++l) to[l * width + k] = from[k * apart + l];
+      }
+    }
+  }
+}
+
+/// A term in W rows, times the scale of its twist.
+template <typename Lane>
+FASTCAL_INLINE void size_of(const TwistTerm& term, double scale, int row, Lane& size) {
+  size = Lane{} + term.size;
+  if (!term.rows) return;
+  load(size, term.rows + row);
+  size *= scale;
+}
+
+template <typename Lane>
+FASTCAL_INLINE void cross(const Lane* a, const Lane* b, Lane* out) {
+  out[0] = a[1] * b[2] - a[2] * b[1];
+  out[1] = a[2] * b[0] - a[0] * b[2];
+  out[2] = a[0] * b[1] - a[1] * b[0];
+}
+
+/// Columns of numbers of the tool alone, how many is known when this is compiled: a shift along an axis z of the frame
+/// moves it by z, a turn by z x lever and turns it by z. A group of rows at a time, so that a term is looked at once.
+template <int W, int Numbers, bool Weighted>
+FASTCAL_INLINE void tool_columns(const double* poses, int frame_count, int stride, const TwistRows* const* twists,
+                                 int twist_count, const double* factors, double* columns, int ld) {
+  using Lane = typename Vectors<W>::Lane;
+  constexpr int kParts = kGroup / W;
+  double still[kPoseNumbers * kGroup];  // the measuring frame
+  for (int k = 0; k < kPoseNumbers * kGroup; ++k) still[k] = k / kGroup % 4 == 0 && k / kGroup < 9 ? 1.0 : 0.0;
+  for (int row = 0; row < stride; row += kGroup) {
+    const double* from = poses + row * frame_count * kPoseNumbers;
+    const double* tool = from + (frame_count - 1) * kPoseNumbers * kGroup;
+    const double* frame = nullptr;
+    Lane lever[kParts][3];
+    for (int t = 0; t < twist_count; ++t) {
+      const TwistRows& twist = *twists[t];
+      if (t == 0 || twist.frame != twists[t - 1]->frame) {
+        frame = twist.frame < 0 ? still : from + twist.frame * kPoseNumbers * kGroup;
+        for (int part = 0; part < kParts; ++part) {
+          for (int r = 0; r < 3; ++r) {
+            Lane origin;
+            load(lever[part][r], tool + (9 + r) * kGroup + part * W);
+            load(origin, frame + (9 + r) * kGroup + part * W);
+            lever[part][r] -= origin;
+          }
         }
       }
-      for (; k < count; ++k) {
-        for (int row = first; row < last; ++row) to(row, n)[k] = column(k, n)[row];
+      double* column = columns + static_cast<long>(twist.column) * ld + row;
+      for (int u = 0; u < twist.term_count; ++u) {
+        const TwistTerm& term = twist.terms[u];
+        const double* axis = frame + 3 * term.axis * kGroup;
+        const bool adds = u > 0 || twist.adds;
+        for (int part = 0; part < kParts; ++part) {
+          Lane size, z[3], factor, sum, moved[Numbers];
+          size_of(term, twist.scale, row + part * W, size);
+          for (int r = 0; r < 3; ++r) load(z[r], axis + r * kGroup + part * W);
+          if (term.turns) {
+            cross(z, lever[part], moved);
+            for (int n = 3; n < Numbers; ++n) moved[n] = z[n - 3];
+          } else {
+            for (int n = 0; n < Numbers; ++n) moved[n] = n < 3 ? z[n % 3] : Lane{};
+          }
+          double* to = column + part * W;
+          for (int n = 0; Weighted && n < Numbers; ++n) {
+            load(factor, factors + n * stride + row + part * W);
+            moved[n] *= factor;
+          }
+          for (int n = 0; adds && n < Numbers; ++n) {
+            load(sum, to + n * stride);
+            sum += size * moved[n];
+            store(to + n * stride, sum);
+          }
+          for (int n = 0; !adds && n < Numbers; ++n) store(to + n * stride, size * moved[n]);
+        }
+      }
+      for (int n = 0; twist.term_count == 0 && !twist.adds && n < Numbers; ++n) {
+        for (int part = 0; part < kParts; ++part) store(column + n * stride + part * W, Lane{});
       }
     }
   }
 }
 
 /// What unit twists of one frame do to the numbers of W rows.
-template <int W, int Fixed>
+template <int W>
 struct Units {
   using Lane = typename Vectors<W>::Lane;
   Lane by[6][kNumbers];
@@ -109,12 +259,7 @@ struct Units {
   static FASTCAL_INLINE void turns(const Lane* T, const Lane* point, Lane (&across)[9]) {
     Lane lever[3];
     for (int r = 0; r < 3; ++r) lever[r] = point[r] - T[9 + r];
-    for (int k = 0; k < 3; ++k) {
-      const Lane* z = T + 3 * k;
-      across[3 * k] = z[1] * lever[2] - z[2] * lever[1];
-      across[3 * k + 1] = z[2] * lever[0] - z[0] * lever[2];
-      across[3 * k + 2] = z[0] * lever[1] - z[1] * lever[0];
-    }
+    for (int k = 0; k < 3; ++k) cross(T + 3 * k, lever, across + 3 * k);
   }
 
   /// T: the pose of the twist's frame; poses of all frames of these rows from `from` on.
@@ -125,14 +270,14 @@ struct Units {
     for (int r = 0; r < 3; ++r) load(point[r], from + (tool_frame * kPoseNumbers + 9 + r) * kGroup);
     turns(T, point, across);
     int n = 0;
-    for (; n < 3 && (Fixed || numbers.position); ++n) {
+    for (; n < static_cast<int>(numbers.tool); ++n) {
       load(factor, numbers.factor + n * stride + row);
       for (int k = 0; k < 3; ++k) {
         by[k][n] = factor * T[3 * k + n];
         by[3 + k][n] = factor * across[3 * k + n];
       }
     }
-    for (int s = 0; !Fixed && s < numbers.sight_count; ++s) {
+    for (int s = 0; s < numbers.sight_count; ++s) {
       const Sight& sight = numbers.sights[s];
       n = sight.number;
       if (s == 0 || numbers.sights[s - 1].number != n) {
@@ -158,84 +303,119 @@ struct Units {
     }
   }
 
-  FASTCAL_INLINE void write(const TwistRows& twist, int count, int stride, int row) const {
+  FASTCAL_INLINE void write(const TwistRows& twist, int count, int stride, int row, double* column) const {
     Lane sum[kNumbers], part;
     for (int n = 0; n < count; ++n) {
       sum[n] = Lane{};
-      if (twist.adds) load(sum[n], twist.column + n * stride + row);
+      if (twist.adds) load(sum[n], column + n * stride + row);
     }
-    for (int k = 0; k < 6; ++k) {
-      if (twist.part[k])
-        load(part, twist.part[k] + row);
-      else if (twist.xi[k] != 0)
-        part = Lane{} + twist.xi[k];
-      else
-        continue;
-      part *= twist.scale;
-      for (int n = 0; n < count; ++n) sum[n] += part * by[k][n];
+    for (int u = 0; u < twist.term_count; ++u) {
+      const TwistTerm& term = twist.terms[u];
+      size_of(term, twist.scale, row, part);
+      for (int n = 0; n < count; ++n) sum[n] += part * by[3 * term.turns + term.axis][n];
     }
-    for (int n = 0; n < count; ++n) store(twist.column + n * stride + row, sum[n]);
+    for (int n = 0; n < count; ++n) store(column + n * stride + row, sum[n]);
   }
 };
 
-/// Fixed: three coordinates and no others, known when compiled.
-template <int W, int Fixed>
-FASTCAL_INLINE void columns_lanes(const double* poses, int frame_count, int stride, const TwistRows* twists,
-                                  int twist_count, const NumberRows& numbers) {
+template <int W>
+FASTCAL_INLINE void columns_lanes(const double* poses, int frame_count, int stride, const TwistRows* const* twists,
+                                  int twist_count, const NumberRows& numbers, double* columns, int ld) {
   using Lane = typename Vectors<W>::Lane;
-  const int count = Fixed ? 3 : (numbers.position ? 3 : 0) + numbers.others;
+  const int count = static_cast<int>(numbers.tool) + numbers.others;
   bool inside = false;  // does a number look at another frame than the tool?
-  for (int s = 0; !Fixed && s < numbers.sight_count; ++s) inside |= numbers.sights[s].frame != frame_count - 1;
+  for (int s = 0; s < numbers.sight_count; ++s) inside |= numbers.sights[s].frame != frame_count - 1;
   for (int row = 0; row < stride; row += W) {
     const double* from = poses + row / kGroup * frame_count * kPoseNumbers * kGroup + row % kGroup;
     Lane T[kPoseNumbers];
-    Units<W, Fixed> units;
+    Units<W> units;
     for (int t = 0; t < twist_count; ++t) {
-      const TwistRows& twist = twists[t];
-      if (t == 0 || twist.frame != twists[t - 1].frame || (inside && twist.first_moved != twists[t - 1].first_moved)) {
-        for (int k = 0; k < kPoseNumbers; ++k) {
-          if (twist.frame < 0)
-            T[k] = Lane{} + (k == 0 || k == 4 || k == 8 ? 1.0 : 0.0);
-          else
-            load(T[k], from + (twist.frame * kPoseNumbers + k) * kGroup);
-        }
+      const TwistRows& twist = *twists[t];
+      if (t == 0 || twist.frame != twists[t - 1]->frame ||
+          (inside && twist.first_moved != twists[t - 1]->first_moved)) {
+        identity(T);
+        for (int k = 0; twist.frame >= 0 && k < kPoseNumbers; ++k)
+          load(T[k], from + (twist.frame * kPoseNumbers + k) * kGroup);
         units.of(T, twist.first_moved, from, frame_count - 1, numbers, stride, row);
       }
-      units.write(twist, count, stride, row);
+      units.write(twist, count, stride, row, columns + static_cast<long>(twist.column) * ld);
     }
   }
 }
 
 template <int W>
-FASTCAL_INLINE void columns_of(const double* poses, int frame_count, int stride, const TwistRows* twists,
-                               int twist_count, const NumberRows& numbers) {
-  if (numbers.position && numbers.others == 0)
-    columns_lanes<W, 1>(poses, frame_count, stride, twists, twist_count, numbers);
+FASTCAL_INLINE void columns_of(const double* poses, int frame_count, int stride, const TwistRows* const* twists,
+                               int twist_count, const NumberRows& numbers, double* columns, int ld) {
+  const bool of_tool = numbers.others == 0;
+  if (of_tool && numbers.tool == ToolNumbers::kPose)
+    tool_columns<W, 6, false>(poses, frame_count, stride, twists, twist_count, nullptr, columns, ld);
+  else if (of_tool && numbers.tool == ToolNumbers::kPosition && numbers.factor == nullptr)
+    tool_columns<W, 3, false>(poses, frame_count, stride, twists, twist_count, nullptr, columns, ld);
+  else if (of_tool && numbers.tool == ToolNumbers::kPosition)
+    tool_columns<W, 3, true>(poses, frame_count, stride, twists, twist_count, numbers.factor, columns, ld);
   else
-    columns_lanes<W, 0>(poses, frame_count, stride, twists, twist_count, numbers);
+    columns_lanes<W>(poses, frame_count, stride, twists, twist_count, numbers, columns, ld);
 }
 
-FASTCAL_FOR_EACH_SET(forward, forward_lanes, (const FrameRows* f, int n, int stride, double* poses),
-                     (f, n, stride, poses))
+FASTCAL_FOR_EACH_SET(table, table_of,
+                     (const double* table, int rows, int columns, int stride, double* out, bool& is_finite),
+                     (table, rows, columns, stride, out, is_finite))
+FASTCAL_FOR_EACH_SET(sines, sines_of, (const double* angle, int stride, double* out), (angle, stride, out))
+FASTCAL_FOR_EACH_SET(forward, forward_lanes, (const ChainStep* s, int n, int frames, int stride, double* poses),
+                     (s, n, frames, stride, poses))
 FASTCAL_FOR_EACH_SET(columns, columns_of,
-                     (const double* poses, int n, int stride, const TwistRows* t, int count, const NumberRows& numbers),
-                     (poses, n, stride, t, count, numbers))
-FASTCAL_FOR_EACH_SET(matrices, matrices_of, (const double* poses, int frame, int n, int rows, double* out),
-                     (poses, frame, n, rows, out))
+                     (const double* poses, int n, int stride, const TwistRows* const* t, int count,
+                      const NumberRows& numbers, double* to, int ld),
+                     (poses, n, stride, t, count, numbers, to, ld))
+FASTCAL_FOR_EACH_SET(matrices, matrices_of, (const ChainStep* s, int n, int stride, int rows, double* out),
+                     (s, n, stride, rows, out))
 FASTCAL_FOR_EACH_SET(transposed, rows_of,
                      (const double* columns, int stride, int numbers, int count, int rows, double* out),
                      (columns, stride, numbers, count, rows, out))
 
 }  // namespace
 
-void forward_rows(const FrameRows* frames, int frame_count, int stride, double* poses) {
-  static const auto run = FASTCAL_BEST_SET(forward);
-  run(frames, frame_count, stride, poses);
+bool read_rows(const double* table, int rows, int columns, int stride, double* out) {
+  static const auto run = FASTCAL_BEST_SET(table);
+  bool is_finite = true;
+  run(table, rows, columns, stride, out, is_finite);
+  return is_finite;
 }
 
-void write_matrices(const double* poses, int frame, int frame_count, int rows, double* matrices) {
+void sines_and_cosines(const double* angle, int stride, double* sine_cosine) {
+  static const auto run = FASTCAL_BEST_SET(sines);
+  run(angle, stride, sine_cosine);
+}
+
+int steps_of(const FrameRows& frame, ChainStep* steps) {
+  using Kind = ChainStep::Kind;
+  int count = 0;
+  const auto add = [&](const ChainStep& step) { steps[count++] = step; };
+  const double* C = frame.constant;
+  if (frame.constant_turn == Turn::kAny) {
+    add({Kind::kMove, 0, 0, 0, 0, C});
+  } else {
+    for (int k = 0; k < 3; ++k) {
+      if (C[9 + k] != 0) add({Kind::kShift, k, C[9 + k], 0, 0, nullptr});
+    }
+    if (frame.constant_turn == Turn::kAboutX) add({Kind::kTurnX, 0, 0, C[4], C[5], nullptr});
+    if (frame.constant_turn == Turn::kAboutZ) add({Kind::kTurnZ, 0, 0, C[0], C[1], nullptr});
+  }
+  if (frame.slide) add({Kind::kSlideRows, 0, 0, 0, 0, frame.slide});
+  if (frame.turn) add({Kind::kTurnRows, 0, 0, 0, 0, frame.sine_cosine});
+  if (frame.motion) add({Kind::kMoveRows, 0, 0, 0, 0, frame.motion});
+  add({Kind::kFrame, 0, 0, 0, 0, nullptr});
+  return count;
+}
+
+void forward_rows(const ChainStep* steps, int step_count, int frame_count, int stride, double* poses) {
+  static const auto run = FASTCAL_BEST_SET(forward);
+  run(steps, step_count, frame_count, stride, poses);
+}
+
+void forward_matrices(const ChainStep* steps, int step_count, int stride, int rows, double* matrices) {
   static const auto run = FASTCAL_BEST_SET(matrices);
-  run(poses, frame, frame_count, rows, matrices);
+  run(steps, step_count, stride, rows, matrices);
 }
 
 void write_rows(const double* columns, int stride, int numbers, int count, int rows, double* matrices) {
@@ -243,10 +423,10 @@ void write_rows(const double* columns, int stride, int numbers, int count, int r
   run(columns, stride, numbers, count, rows, matrices);
 }
 
-void twist_columns(const double* poses, int frame_count, int stride, const TwistRows* twists, int twist_count,
-                   const NumberRows& numbers) {
+void twist_columns(const double* poses, int frame_count, int stride, const TwistRows* const* twists, int twist_count,
+                   const NumberRows& numbers, double* columns, int ld) {
   static const auto run = FASTCAL_BEST_SET(columns);
-  run(poses, frame_count, stride, twists, twist_count, numbers);
+  run(poses, frame_count, stride, twists, twist_count, numbers, columns, ld);
 }
 
 }  // namespace fastcal::kernels

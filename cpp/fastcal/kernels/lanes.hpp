@@ -78,11 +78,12 @@ FASTCAL_INLINE void sine_cosine(const typename Vectors<W>::Lane& x, typename Vec
            z * (-0.0013888888888887242 +
                 z * (2.4801587298533455e-5 +
                      z * (-2.755731715246704e-7 + z * (2.0876121658871159e-9 + z * -1.1380876948169716e-11)))));
-  const Mask swap = (quadrant & 1) != 0;
+  const Mask swap = (quadrant & 1) == 1;
   const Lane a = swap ? cosine : sine;
   const Lane b = swap ? sine : cosine;
-  s = (quadrant & 2) != 0 ? -a : a;
-  c = ((quadrant + 1) & 2) != 0 ? -b : b;
+  // Two quadrants of the four have the other sign, which is the top bit.
+  s = (Lane)((Mask)a ^ ((quadrant & 2) << 62));
+  c = (Lane)((Mask)b ^ (((quadrant + 1) & 2) << 62));
 }
 
 }  // namespace fastcal::kernels

@@ -17,7 +17,7 @@ namespace fastcal {
 namespace {
 
 void check(const ErrorModel& model, const Samples& samples, const Eigen::Ref<const Eigen::VectorXd>& theta) {
-  samples.check(model.robot().joint_count());
+  samples.check_shapes(model.robot().joint_count());
   FASTCAL_CHECK(theta.size() == model.parameter_count())
       << "the model has " << model.parameter_count() << " parameters, got " << theta.size();
 }
@@ -26,20 +26,10 @@ void check(const ErrorModel& model, const Samples& samples, const Eigen::Ref<con
 void forward(const ErrorModel& model, const Eigen::Ref<const Eigen::VectorXd>& theta, const Samples& samples,
              Eigen::Index begin, Eigen::Index end, RowBlock& block) {
   if (model.needs() == kNothing) return block.forward(samples, begin, end, nullptr);
+  samples.check_finite(begin, end);
   Samples part = samples.slice(begin, end);
   settle(model, theta, 1, part);
   block.forward(part, 0, end - begin, nullptr);
-}
-
-/// The numbers after the position are the tool's turn w, so number 3 + o has slope 1 by motion 3 + o.
-std::vector<kernels::Sight> turns(int others, int tool, int stride, AlignedNumbers& slopes) {
-  double* slope = slopes.resize(6 * others * stride);
-  std::vector<kernels::Sight> out;
-  for (int o = 0; o < others; ++o) {
-    for (int k = 0; k < 6; ++k) std::fill_n(slope + (6 * o + k) * stride, stride, k == 3 + o ? 1.0 : 0.0);
-    out.push_back({3 + o, tool, slope + 6 * o * stride});
-  }
-  return out;
 }
 
 }  // namespace
@@ -55,10 +45,11 @@ void predict(const ErrorModel& model, const Samples& samples, const Eigen::Ref<c
     std::optional<RowBlock> with_springs;
     AlignedNumbers poses;
     Worker(const ErrorModel& of, const Eigen::Ref<const Eigen::VectorXd>& at, const Eigen::VectorXd& springs)
-        : block(of, at, {}, {}, RowBlock::Frames::kTool) {
+        : block(of, at, {}, {}, RowBlock::Frames::kNone) {
       if (springs.size() > 0)
-        with_springs.emplace(of, at, std::vector<int>(), Eigen::VectorXd(), RowBlock::Frames::kTool, springs);
+        with_springs.emplace(of, at, std::vector<int>(), Eigen::VectorXd(), RowBlock::Frames::kNone, springs);
     }
+    ~Worker() { kernels::finish_copies(); }
   };
   parallel_chunks(
       samples.count(), threads, [&] { return Worker(model, theta, springs); },
@@ -86,33 +77,17 @@ void parameter_jacobian(const ErrorModel& model, const Samples& samples, const E
   std::vector<int> all(static_cast<std::size_t>(p));
   std::iota(all.begin(), all.end(), 0);
   const Eigen::VectorXd scale = Eigen::VectorXd::Ones(p);
-  AlignedNumbers factor;
-  std::fill_n(factor.resize(rows * kChunkRows), rows * kChunkRows, 1.0);
-
   const bool past_caches = kernels::is_beyond_caches(samples.count() * rows * p);
   struct Worker {
     RowBlock block;
-    AlignedNumbers columns, slopes, matrices;
+    ~Worker() { kernels::finish_copies(); }
   };
   parallel_chunks(
-      samples.count(), threads,
-      [&] {
-        return Worker{RowBlock(model, theta, all, scale), {}, {}, {}};
-      },
+      samples.count(), threads, [&] { return Worker{RowBlock(model, theta, all, scale)}; },
       [&](Worker& worker, Eigen::Index, Eigen::Index begin, Eigen::Index end) {
         forward(model, theta, samples, begin, end, worker.block);
-        const int stride = worker.block.stride();
-        const int ld = rows * stride;
-        double* columns = worker.columns.resize(p * ld);
-        const int tool = tool_frame(model.robot().joint_count());
-        const std::vector<kernels::Sight> sights = turns(rows - 3, tool, stride, worker.slopes);
-        worker.block.jacobian({true, rows - 3, factor.data(), sights.data(), static_cast<int>(sights.size())}, columns,
-                              ld);
-        const Eigen::Index count = (end - begin) * rows * p;
-        double* to = J + begin * rows * p;
-        double* out = past_caches ? worker.matrices.resize(count) : to;
-        kernels::write_rows(columns, stride, rows, static_cast<int>(p), static_cast<int>(end - begin), out);
-        if (past_caches) kernels::copy_past_caches(out, count, to);
+        const auto numbers = rows == 3 ? kernels::ToolNumbers::kPosition : kernels::ToolNumbers::kPose;
+        worker.block.write_jacobian(numbers, past_caches, J + begin * rows * p);
       });
 }
 

@@ -4,7 +4,10 @@
 
 #include <algorithm>
 #include <initializer_list>
+#include <iterator>
 
+#include "fastcal/kernels/streams.hpp"
+#include "fastcal/math/check.hpp"
 #include "fastcal/math/se3.hpp"
 #include "fastcal/robot/statics.hpp"
 
@@ -25,22 +28,43 @@ kernels::Turn turn_of(const Eigen::Matrix3d& R) {
   return keeps_x ? kernels::Turn::kAboutX : keeps_z ? kernels::Turn::kAboutZ : kernels::Turn::kAny;
 }
 
+void add_term(int k, double size, const double* rows, kernels::TwistRows& twist) {
+  twist.terms[twist.term_count++] = {k % 3, k >= 3, twist.scale * size, rows};
+}
+
+bool only_turns_about_z(const kernels::TwistRows& twist) {
+  return std::all_of(twist.terms, twist.terms + twist.term_count,
+                     [](const kernels::TwistTerm& term) { return term.turns && term.axis == 2; });
+}
+
+/// By their frames; the first twist of a column begins it, the others add to it.
+void put_in_order(std::vector<kernels::TwistRows>& twists, std::vector<bool>& unmoved) {
+  std::stable_sort(twists.begin(), twists.end(), [](const auto& a, const auto& b) { return a.frame < b.frame; });
+  for (kernels::TwistRows& twist : twists) {
+    const auto column = static_cast<std::size_t>(twist.column);
+    twist.adds = !unmoved[column];
+    unmoved[column] = false;
+  }
+}
+
 }  // namespace
 
 RowBlock::RowBlock(const ErrorModel& model, const Eigen::Ref<const Eigen::VectorXd>& theta,
                    const std::vector<int>& free, const Eigen::VectorXd& scale, Frames kept,
                    const Eigen::VectorXd& springs)
     : theta_(theta),
+      kept_(kept),
       chain_(model.robot().chain(theta.head(model.robot().nominal().size()))),
       wanted_(static_cast<std::size_t>(model.parameter_count()), {-1, 0.0}),
       free_count_(free.size()),
       xi_(Twists::Zero(6, chain_.frame_count())),
       moved_(static_cast<std::size_t>(frame_count())),
-      general_(moved_),
+      tilted_(moved_),
       frame_xi_(moved_.size()),
       angle_(moved_.size()),
       motion_(moved_.size()),
-      frames_(moved_.size()) {
+      frames_(moved_.size()),
+      steps_(moved_.size() * kernels::kMostSteps) {
   for (std::size_t k = 0; k < free.size(); ++k) {
     if (free[k] < model.parameter_count())
       wanted_[static_cast<std::size_t>(free[k])] = {static_cast<int>(k), scale[static_cast<Eigen::Index>(k)]};
@@ -58,9 +82,9 @@ RowBlock::RowBlock(const ErrorModel& model, const Eigen::Ref<const Eigen::Vector
     const Pose& C = chain_.constants[f];
     write(C, frames_[f].constant, 1);
     frames_[f].constant_turn = turn_of(C.R);
-    frames_[f].kept = kept == Frames::kAll || f + 1 == frames_.size();
   }
   if (springs.size() > 0) set_springs(model.robot().description(), springs);
+  set_geometry();
 }
 
 void RowBlock::set_springs(const RobotDescription& robot, const Eigen::VectorXd& compliances) {
@@ -81,10 +105,11 @@ void RowBlock::forward(const Samples& samples, Eigen::Index begin, Eigen::Index 
   rows_ = static_cast<int>(end - begin);
   stride_ = (rows_ + kernels::kGroup - 1) / kernels::kGroup * kernels::kGroup;
   std::fill(moved_.begin(), moved_.end(), false);
-  std::fill(general_.begin(), general_.end(), false);
+  std::fill(tilted_.begin(), tilted_.end(), false);
   const bool sums = free_count_ == 0 && memory == nullptr;
   if (!linear_.empty()) evaluate_linear_effects(samples, begin, memory, sums);
   if (!others_.empty() || sums) ask_others(samples, begin, sums);
+  read_joints(samples, begin);
   for (int f = 0; f < frame_count(); ++f) {
     const auto k = static_cast<std::size_t>(f);
     kernels::FrameRows& frame = frames_[k];
@@ -92,34 +117,47 @@ void RowBlock::forward(const Samples& samples, Eigen::Index begin, Eigen::Index 
     const bool joint = f % 2 == 1 && f < frame_count() - 1;
     if (!joint && !moved_[k]) continue;
     const double* xi = frame_xi_[k].data();
-    const bool turned = moved_[k] && !general_[k];
-    double* angle = angle_[k].resize(2 * stride_);
+    const bool turned = moved_[k] && !tilted_[k];
+    double* angle = angle_[k].resize(4 * stride_);
     double* shift = angle + stride_;
     const bool revolute = joint && chain_.joint_types[static_cast<std::size_t>(f / 2)] == JointType::kRevolute;
-    if (joint) {
-      double* q = revolute ? angle : shift;
-      for (int i = 0; i < rows_; ++i) q[i] = samples.q(begin + i, f / 2);
-      std::fill(q + rows_, q + stride_, 0.0);
-    }
+    if (joint) std::copy_n(joints_.data() + f / 2 * stride_, stride_, revolute ? angle : shift);
     if (turned && !revolute) std::fill(angle, angle + stride_, 0.0);
     for (int i = 0; turned && i < rows_; ++i) angle[i] += xi[5 * stride_ + i];
     if (revolute || turned) frame.turn = angle;
     if (joint && !revolute) frame.slide = shift;
-    if (general_[k]) {
+    if (tilted_[k]) {
       general_motion(f);
       frame.motion = motion_[k].data();
     }
   }
   if (!spring_joints_.empty()) add_spring_turns(samples, begin);
-  double* poses = poses_.resize(static_cast<Eigen::Index>(frame_count()) * kernels::kPoseNumbers * stride_);
-  kernels::forward_rows(frames_.data(), frame_count(), stride_, poses);
+  step_count_ = 0;
+  for (std::size_t k = 0; k < frames_.size(); ++k) {
+    if (frames_[k].turn != nullptr) {
+      double* sine_cosine = angle_[k].data() + 2 * stride_;
+      kernels::sines_and_cosines(frames_[k].turn, stride_, sine_cosine);
+      frames_[k].sine_cosine = sine_cosine;
+    }
+    step_count_ += kernels::steps_of(frames_[k], steps_.data() + step_count_);
+    if (frames_.size() - k > static_cast<std::size_t>(kept_count())) --step_count_;  // of a frame that is not kept
+  }
+  if (kept_ == Frames::kNone) return;
+  double* poses = poses_.resize(static_cast<Eigen::Index>(kept_count()) * kernels::kPoseNumbers * stride_);
+  kernels::forward_rows(steps_.data(), step_count_, kept_count(), stride_, poses);
+}
+
+void RowBlock::read_joints(const Samples& samples, Eigen::Index begin) {
+  const int n = chain_.joint_count();
+  double* joints = joints_.resize(static_cast<Eigen::Index>(n) * stride_);
+  FASTCAL_CHECK(kernels::read_rows(samples.q.row(begin), rows_, n, stride_, joints)) << "q must be finite";
 }
 
 void RowBlock::add_spring_turns(const Samples& samples, Eigen::Index begin) {
   settled_ = samples.wrench.size() == 0 && chain_.joint_count() <= kernels::kMostSprings;
   for (int j = 0; j < chain_.joint_count(); ++j) {
     // A turn about z and a tilt do not commute: their sum is one twist.
-    const bool tilts = general_[static_cast<std::size_t>(joint_frame(j))];
+    const bool tilts = tilted_[static_cast<std::size_t>(joint_frame(j))];
     settled_ &= !(tilts && spring_joints_[static_cast<std::size_t>(j)].compliance != 0);
   }
   if (!settled_) return;
@@ -139,8 +177,16 @@ void RowBlock::add_spring_turns(const Samples& samples, Eigen::Index begin) {
 double* RowBlock::move(int frame) {
   const auto k = static_cast<std::size_t>(frame);
   double* xi = frame_xi_[k].resize(6 * stride_);
-  if (!moved_[k]) std::fill(xi, xi + 6 * stride_, 0.0);
+  if (!moved_[k]) std::fill(xi + 5 * stride_, xi + 6 * stride_, 0.0);
   moved_[k] = true;
+  return xi;
+}
+
+double* RowBlock::tilt(int frame) {
+  const auto k = static_cast<std::size_t>(frame);
+  double* xi = move(frame);
+  if (!tilted_[k]) std::fill(xi, xi + 5 * stride_, 0.0);
+  tilted_[k] = true;
   return xi;
 }
 
@@ -171,9 +217,8 @@ void RowBlock::evaluate_linear_effects(const Samples& samples, Eigen::Index begi
     for (int k = 0; k < 6; ++k) {
       const double* part = entry.part(k, stride_);
       if (part == nullptr) continue;
-      double* xi = move(entry.frame) + k * stride_;
+      double* xi = (k == 5 ? move(entry.frame) : tilt(entry.frame)) + k * stride_;
       for (int i = 0; i < stride_; ++i) xi[i] += theta * part[i];
-      if (k != 5) general_[static_cast<std::size_t>(entry.frame)] = true;
     }
   }
 }
@@ -198,9 +243,9 @@ void RowBlock::ask_others(const Samples& samples, Eigen::Index begin, bool sums)
     for (int f = 0; f < frame_count(); ++f) {
       const auto xi = xi_.col(f);
       if (xi.cwiseAbs().sum() == 0) continue;
-      double* to = move(f);
-      for (int part = 0; part < 6; ++part) to[part * stride_ + i] += xi[part];
-      if (!is_turn_about_z(xi)) general_[static_cast<std::size_t>(f)] = true;
+      const bool turns = is_turn_about_z(xi);
+      double* to = turns ? move(f) : tilt(f);
+      for (int part = turns ? 5 : 0; part < 6; ++part) to[part * stride_ + i] += xi[part];
     }
   }
 }
@@ -217,14 +262,13 @@ void RowBlock::rotate_twists(int frame, std::vector<kernels::TwistRows*>& twists
   for (kernels::TwistRows* twist : twists) {
     turned_.emplace_back();
     double* parts = turned_.back().resize(6 * stride_);
-    for (int k = 0; k < 6; ++k) {
-      if (twist->part[k] != nullptr) {
-        std::copy(twist->part[k], twist->part[k] + stride_, parts + k * stride_);
-      } else {
-        std::fill(parts + k * stride_, parts + (k + 1) * stride_, 0.0);
-      }
-      twist->part[k] = parts + k * stride_;
+    std::fill(parts, parts + 6 * stride_, 0.0);
+    for (int u = 0; u < twist->term_count; ++u) {
+      const kernels::TwistTerm& term = twist->terms[u];
+      std::copy_n(term.rows, stride_, parts + (3 * term.turns + term.axis) * stride_);
     }
+    twist->term_count = 0;
+    for (int k = 0; k < 6; ++k) add_term(k, 0, parts + k * stride_, *twist);
     to.push_back(parts);
   }
   for (int i = 0; i < rows_; ++i) {
@@ -245,24 +289,32 @@ Pose RowBlock::frame(int frame, int i) const {
   return out;
 }
 
-void RowBlock::jacobian(const kernels::NumberRows& numbers, double* block, int ld) {
-  std::vector<kernels::TwistRows> twists;
-  const auto add = [&](int parameter, int frame, int first_moved) -> kernels::TwistRows* {
-    const auto& [column, scale] = wanted_[static_cast<std::size_t>(parameter)];
-    if (column < 0) return nullptr;
-    return &twists.emplace_back(
-        kernels::TwistRows{frame, first_moved, scale, {}, {}, block + static_cast<Eigen::Index>(column) * ld, false});
-  };
+kernels::TwistRows* RowBlock::add_twist(int parameter, int frame, int first_moved,
+                                        std::vector<kernels::TwistRows>& to) const {
+  const auto& [column, scale] = wanted_[static_cast<std::size_t>(parameter)];
+  return column < 0 ? nullptr : &to.emplace_back(kernels::TwistRows{frame, first_moved, column, false, scale, 0, {}});
+}
+
+void RowBlock::set_geometry() {
   for (const Chain::Column& column : chain_.columns) {
-    if (kernels::TwistRows* twist = add(column.parameter, column.frame, column.frame + 1))
-      std::copy(column.xi.begin(), column.xi.end(), twist->xi);
+    kernels::TwistRows* twist = add_twist(column.parameter, column.frame, column.frame + 1, geometry_);
+    for (int k = 0; twist != nullptr && k < 6; ++k) {
+      if (column.xi[k] != 0) add_term(k, column.xi[k], nullptr, *twist);
+    }
   }
-  const std::size_t of_geometry = twists.size();
-  for (const TwistTable* table : std::initializer_list<const TwistTable*>{table_, &other_table_}) {
+  unmoved_.assign(free_count_, true);
+  put_in_order(geometry_, unmoved_);
+}
+
+void RowBlock::find_twists() {
+  const std::initializer_list<const TwistTable*> tables{table_, &other_table_};
+  moving_.clear();
+  for (const TwistTable* table : tables) {
     for (const TwistTable::Entry& entry : table->entries()) {
       if (entry.values.empty()) continue;
-      if (kernels::TwistRows* twist = add(entry.parameter, entry.frame, entry.frame)) {
-        for (int k = 0; k < 6; ++k) twist->part[k] = entry.part(k, stride_);
+      kernels::TwistRows* twist = add_twist(entry.parameter, entry.frame, entry.frame, moving_);
+      for (int k = 0; twist != nullptr && k < 6; ++k) {
+        if (const double* part = entry.part(k, stride_)) add_term(k, 0, part, *twist);
       }
     }
   }
@@ -271,27 +323,63 @@ void RowBlock::jacobian(const kernels::NumberRows& numbers, double* block, int l
     const auto k = static_cast<std::size_t>(f);
     if (!moved_[k]) continue;
     std::vector<kernels::TwistRows*> here;
-    for (std::size_t t = of_geometry; t < twists.size(); ++t) {
-      const auto* part = twists[t].part;
+    for (kernels::TwistRows& twist : moving_) {
       // Where both turn about z, the right Jacobian is 1.
-      if (twists[t].frame == f && (general_[k] || std::any_of(part, part + 5, [](const double* x) { return x; })))
-        here.push_back(&twists[t]);
+      if (twist.frame == f && (tilted_[k] || !only_turns_about_z(twist))) here.push_back(&twist);
     }
-    if (!here.empty()) rotate_twists(f, here);
+    if (here.empty()) continue;
+    tilt(f);
+    rotate_twists(f, here);
   }
-  std::stable_sort(twists.begin(), twists.end(), [](const auto& a, const auto& b) { return a.frame < b.frame; });
-  std::vector<bool> written(free_count_);
-  for (kernels::TwistRows& twist : twists) {
-    const auto column = static_cast<std::size_t>((twist.column - block) / ld);
-    twist.adds = written[column];
-    written[column] = true;
-  }
+  unmoved_here_ = unmoved_;
+  put_in_order(moving_, unmoved_here_);
+  twists_.clear();
+  const auto pointers = [](const std::vector<kernels::TwistRows>& from) {
+    std::vector<const kernels::TwistRows*> out;
+    for (const kernels::TwistRows& twist : from) out.push_back(&twist);
+    return out;
+  };
+  const auto of_geometry = pointers(geometry_);
+  const auto of_effects = pointers(moving_);
+  std::merge(of_geometry.begin(), of_geometry.end(), of_effects.begin(), of_effects.end(), std::back_inserter(twists_),
+             [](const auto* a, const auto* b) { return a->frame < b->frame; });
+}
+
+void RowBlock::clear_unmoved(double* block, Eigen::Index ld) const {
   for (std::size_t k = 0; k < free_count_; ++k) {
-    double* column = block + static_cast<Eigen::Index>(k) * ld;
-    if (!written[k]) std::fill(column, column + ld, 0.0);
+    if (unmoved_here_[k]) std::fill_n(block + static_cast<Eigen::Index>(k) * ld, ld, 0.0);
   }
-  kernels::twist_columns(poses_.data(), frame_count(), stride_, twists.data(), static_cast<int>(twists.size()),
-                         numbers);
+}
+
+void RowBlock::jacobian(const kernels::NumberRows& numbers, double* block, int ld) {
+  find_twists();
+  clear_unmoved(block, ld);
+  kernels::twist_columns(poses_.data(), frame_count(), stride_, twists_.data(), static_cast<int>(twists_.size()),
+                         numbers, block, ld);
+}
+
+void RowBlock::write_jacobian(kernels::ToolNumbers numbers, bool past_caches, double* out) {
+  constexpr int kGroup = kernels::kGroup;
+  const int count = static_cast<int>(numbers);
+  const int columns = static_cast<int>(free_count_);
+  const int ld = count * kGroup;
+  find_twists();
+  // Group by group, so that its columns and its matrices stay in the first cache.
+  double* block = group_.resize(2 * static_cast<Eigen::Index>(columns) * ld);
+  double* matrices = block + static_cast<Eigen::Index>(columns) * ld;
+  clear_unmoved(block, ld);
+  for (int row = 0; row < rows_; row += kGroup) {
+    kernels::twist_columns(poses_.data() + row * frame_count() * kernels::kPoseNumbers, frame_count(), kGroup,
+                           twists_.data(), static_cast<int>(twists_.size()), {numbers, 0, nullptr, nullptr, 0}, block,
+                           ld);
+    const int rows = std::min(kGroup, rows_ - row);
+    kernels::write_rows(block, kGroup, count, columns, rows, past_caches ? matrices : out);
+    if (past_caches) kernels::copy_past_caches(matrices, rows * count * columns, out);
+    out += rows * count * columns;
+    for (kernels::TwistRows& twist : moving_) {
+      for (int u = 0; u < twist.term_count; ++u) twist.terms[u].rows += kGroup;
+    }
+  }
 }
 
 }  // namespace fastcal

@@ -18,8 +18,8 @@ namespace fastcal {
 /// Evaluates an ErrorModel at one parameter vector; one a thread.
 class RowBlock {
  public:
-  /// Whose poses are kept: the Jacobian needs those of all frames.
-  enum class Frames { kAll, kTool };
+  /// Whose poses forward() keeps: the Jacobian needs those of all frames, write_tool() none.
+  enum class Frames { kAll, kTool, kNone };
 
   /// `free`: the parameters whose columns are wanted, `scale` by what each is multiplied. `springs`: compliances of the
   /// joints (ErrorModel::springs), by which forward() brings the arm to equilibrium; empty: effects find their loads in
@@ -41,40 +41,55 @@ class RowBlock {
   /// Pose of a frame in row i of the block.
   Pose frame(int frame, int i) const;
   /// The tool's poses in all rows as 4 x 4 matrices in C order.
-  void write_tool(double* out) const {
-    kernels::write_matrices(poses_.data(), frame_count() - 1, frame_count(), rows_, out);
-  }
+  void write_tool(double* out) const { kernels::forward_matrices(steps_.data(), step_count_, stride_, rows_, out); }
 
   /// Columns of `free` in `block`, `ld` apart: d number / d parameter by factor and scale, (numbers, stride) each; 0
   /// for parameters that are not the model's.
   void jacobian(const kernels::NumberRows& numbers, double* block, int ld);
+  /// The tool's Jacobian in all rows, (rows, numbers, free) in C order.
+  void write_jacobian(kernels::ToolNumbers numbers, bool past_caches, double* out);
 
  private:
   int frame_count() const { return chain_.frame_count(); }
   double pose_part(int frame, int i, int k) const { return pose_parts(frame, i)[k * kernels::kGroup]; }
   /// Part 0; the others follow kernels::kGroup apart.
   const double* pose_parts(int frame, int i) const {
-    return poses_.data() + (i / kernels::kGroup * frame_count() + frame) * kernels::kPoseNumbers * kernels::kGroup +
-           i % kernels::kGroup;
+    const int place = i / kernels::kGroup * kept_count() + kept_count() - (frame_count() - frame);
+    return poses_.data() + place * kernels::kPoseNumbers * kernels::kGroup + i % kernels::kGroup;
   }
+  /// The last so many frames are kept.
+  int kept_count() const { return kept_ == Frames::kAll ? frame_count() : kept_ == Frames::kTool ? 1 : 0; }
   /// The tables of these rows, and the sums of the twists by frame. With `sums`, when nobody wants the columns, the
   /// others are asked for their twists alone, and so are linear effects of many columns.
   void evaluate_linear_effects(const Samples& samples, Eigen::Index begin, TwistMemory* memory, bool sums);
   void ask_others(const Samples& samples, Eigen::Index begin, bool sums);
-  /// Sum of the twists of a frame, (6, stride); marks it as moved.
+  /// Sum of the twists of a frame, (6, stride), of which the last, the turn about z, may be added to; marks it as
+  /// moved.
   double* move(int frame);
+  /// The same where all six may be.
+  double* tilt(int frame);
   Vector6d frame_twist(int frame, int i) const {
     return Eigen::Map<const Vector6d, 0, Eigen::InnerStride<>>(frame_xi_[static_cast<std::size_t>(frame)].data() + i,
                                                                Eigen::InnerStride<>(stride_));
   }
+  /// The joints' positions in these rows, joint by joint.
+  void read_joints(const Samples& samples, Eigen::Index begin);
   void set_springs(const RobotDescription& robot, const Eigen::VectorXd& compliances);
   void add_spring_turns(const Samples& samples, Eigen::Index begin);
   /// exp of the twists of a frame that does not only turn about z.
   void general_motion(int frame);
   /// Puts the right Jacobian before the twists of a frame: exp(xi + d) = exp(xi) exp(J_r d), exact at any size.
   void rotate_twists(int frame, std::vector<kernels::TwistRows*>& twists);
+  /// Null where the column of a parameter is not wanted.
+  kernels::TwistRows* add_twist(int parameter, int frame, int first_moved, std::vector<kernels::TwistRows>& to) const;
+  void set_geometry();
+  /// The twists of which the columns of `free` are sums in these rows.
+  void find_twists();
+  /// Zeros for the columns that no twist is part of.
+  void clear_unmoved(double* block, Eigen::Index ld) const;
 
   Eigen::VectorXd theta_;
+  Frames kept_;
   Chain chain_;
   std::vector<std::pair<int, double>> wanted_;  // of a parameter: its column (-1: not wanted) and scale
   std::size_t free_count_;
@@ -85,16 +100,26 @@ class RowBlock {
   Twists xi_;
   TwistColumns columns_;
   TwistTable own_table_, other_table_;
-  const TwistTable* table_ = &own_table_;                  // of the linear effects
-  std::vector<bool> moved_, general_;                      // by frame
-  std::vector<AlignedNumbers> frame_xi_, angle_, motion_;  // by frame: (6, stride), (stride), (12, stride)
+  const TwistTable* table_ = &own_table_;  // of the linear effects
+  std::vector<bool> moved_, tilted_;       // by frame
+  std::vector<AlignedNumbers> frame_xi_;   // by frame: (6, stride)
+  std::vector<AlignedNumbers> angle_;      // by frame: angle, shift, sine, cosine
+  std::vector<AlignedNumbers> motion_;     // by frame: (12, stride)
+
+  AlignedNumbers joints_;  // (joints, stride)
   std::vector<kernels::FrameRows> frames_;
+  std::vector<kernels::ChainStep> steps_;
+  int step_count_ = 0;
   kernels::Springs springs_{};
   std::vector<kernels::SpringJoint> spring_joints_;  // empty: no springs
   AlignedNumbers payload_, give_;                    // (stride), (joints, stride)
   bool settled_ = true;
-  std::vector<AlignedNumbers> turned_;  // twists behind their right Jacobians, (6, stride)
+  std::vector<AlignedNumbers> turned_;                 // twists behind their right Jacobians, (6, stride)
+  std::vector<kernels::TwistRows> geometry_, moving_;  // the same in all rows; of effects in these
+  std::vector<const kernels::TwistRows*> twists_;      // both, in the order of their frames
+  std::vector<bool> unmoved_, unmoved_here_;           // by column: no twist of the geometry, no twist is part of it
   AlignedNumbers poses_;
+  AlignedNumbers group_;  // for write_jacobian()
 };
 
 }  // namespace fastcal

@@ -20,11 +20,11 @@ constexpr double kLeastScale = 1e-3;  // of the largest: where a group of beams 
 
 /// q behind the gears: q_j (1 + sum of ratio errors).
 void fill_output(const ErrorModel& model, const Eigen::VectorXd& theta, Samples& samples) {
-  samples.output = samples.q;
+  samples.output = samples.q.table();
   Eigen::Index first = model.robot().nominal().size();
   for (const auto& effect : model.effects()) {
     for (int j = 0; j < model.robot().joint_count(); ++j)
-      samples.output.col(j) += effect->output_error(j, theta.data() + first) * samples.q.col(j);
+      samples.output.col(j) += effect->output_error(j, theta.data() + first) * samples.q.table().col(j);
     first += static_cast<Eigen::Index>(effect->parameters().size());
   }
 }

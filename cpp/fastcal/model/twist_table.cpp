@@ -26,15 +26,15 @@ void TwistTable::add(const TwistColumns& columns, int row) {
       at = static_cast<std::size_t>(std::find_if(entries_.begin(), entries_.end(), same) - entries_.begin());
     if (at == entries_.size()) entries_.push_back({column.parameter, column.frame, {-1, -1, -1, -1, -1, -1}, {}});
     Entry& entry = entries_[at++];
-    for (int k = 0; k < 6; ++k) {
-      if (column.xi[k] == 0) continue;
-      int& place = entry.place[static_cast<std::size_t>(k)];
-      const auto stride = static_cast<std::size_t>(stride_);
+    const double* xi = column.xi.data();
+    for (std::size_t k = 0; k < 6; ++k) {
+      if (xi[k] == 0) continue;
+      int& place = entry.place[k];
       if (place < 0) {
-        place = static_cast<int>(entry.values.size() / stride);
-        entry.values.resize(entry.values.size() + stride, 0.0);
+        place = static_cast<int>(entry.values.size()) / stride_;
+        entry.values.resize(entry.values.size() + static_cast<std::size_t>(stride_), 0.0);
       }
-      entry.values[static_cast<std::size_t>(place) * stride + static_cast<std::size_t>(row)] += column.xi[k];
+      entry.values.data()[static_cast<std::ptrdiff_t>(place) * stride_ + row] += xi[k];
     }
   }
 }

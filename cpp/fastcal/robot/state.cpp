@@ -6,10 +6,14 @@
 
 namespace fastcal {
 
-void Samples::check(int joint_count) const {
+void Samples::check_finite(Eigen::Index begin, Eigen::Index end) const {
+  // allFinite looks at one number at a time.
+  FASTCAL_CHECK((0 * q.table().middleRows(begin, end - begin)).sum() == 0) << "q must be finite";
+}
+
+void Samples::check_shapes(int joint_count) const {
   FASTCAL_CHECK(q.cols() == joint_count) << "q must have shape (N, " << joint_count << "), got (" << q.rows() << ", "
                                          << q.cols() << ")";
-  FASTCAL_CHECK((0 * q).sum() == 0) << "q must be finite";  // allFinite looks at one number at a time
   const auto vector = [this](const auto& values, const char* name) {
     FASTCAL_CHECK(values.size() == 0 || values.size() == q.rows())
         << name << " must have shape (" << q.rows() << ",), got (" << values.size() << ",)";
@@ -40,7 +44,7 @@ Samples tables(const Samples& from, const Cut& cut_one) {
   const auto cut = [&cut_one](const auto& table, auto& to) {
     if (table.size() > 0) to = cut_one(table);
   };
-  cut(from.q, out.q);
+  cut(from.q.table(), out.q);
   cut(from.payload, out.payload);
   cut(from.wrench, out.wrench);
   cut(from.temperature, out.temperature);

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "fastcal/math/types.hpp"
+#include "fastcal/robot/joint_rows.hpp"
 #include "fastcal/robot/robot_model.hpp"
 
 namespace fastcal {
@@ -64,7 +65,7 @@ struct State {
 
 /// N rows of conditions; what is empty was not measured. `q` is required.
 struct Samples {
-  RowMatrixXd q;                      ///< (N, n)
+  JointRows q;                        ///< (N, n)
   Eigen::VectorXd payload;            ///< (N)
   RowMatrixXd wrench;                 ///< (N, 6)
   Eigen::VectorXd temperature, time;  ///< (N)
@@ -91,11 +92,17 @@ struct Samples {
   Samples pick(const std::vector<Eigen::Index>& rows) const;
 
   /// Throws InvalidInput where a table does not fit q or a joint position is not finite.
-  void check(int joint_count) const;
+  void check(int joint_count) const {
+    check_shapes(joint_count);
+    check_finite(0, count());
+  }
+  /// The two halves of check(): what the tables are, and what rows begin ... end - 1 hold.
+  void check_shapes(int joint_count) const;
+  void check_finite(Eigen::Index begin, Eigen::Index end) const;
 
   State row(Eigen::Index i) const {
     State s;
-    s.q = q.row(i).data();
+    s.q = q.row(i);
     if (payload.size() > 0) s.payload = payload[i];
     if (wrench.size() > 0) s.wrench = wrench.row(i).data();
     if (temperature.size() > 0) s.temperature = temperature[i];

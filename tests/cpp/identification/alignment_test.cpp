@@ -144,7 +144,7 @@ TEST(Alignment, PosturesOfOneJointStayFinite) {
   Random random(6);
   const Place place = random_place(random, "dh");
   Samples samples = test::postures(random, 30, 6);
-  samples.q.rightCols(5).setConstant(0.3);
+  samples.q.own().rightCols(5).setConstant(0.3);
   const Alignment found =
       align({place.nominal, samples,
              test::measure(random, place.truth, samples, place.truth.start(), What::kPositions, {1e-5})});
@@ -173,7 +173,7 @@ TEST(Alignment, AFlangeThatHardlyTurnsKeepsTheNominalTool) {
       const Pose tool{what == What::kPoses ? random.rotation() : Eigen::Matrix3d::Identity(), t.tool.p};
       const ErrorModel truth(robot.with_base_and_tool(base, tool));
       Samples samples = test::postures(random, 60, 5, 1);
-      samples.q.rightCols(2) *= turn;
+      samples.q.own().rightCols(2) *= turn;
       const Alignment found =
           align({ErrorModel(robot), samples, test::measure(random, truth, samples, truth.start(), what, {5e-4, 1e-4})});
       ASSERT_TRUE(found.found);

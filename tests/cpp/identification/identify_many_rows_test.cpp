@@ -45,12 +45,12 @@ TEST(Identify, TheCovarianceOfManyRowsIsThatOfAllOfThem) {
 // Joint 3 moves in six rows of 1,200, none of which is among those that stand for all.
 TEST(Identify, WhatFewRowsAloneShowIsFree) {
   Scene s = scene(43, What::kPositions, 1200, {5e-5, 0});
-  const Eigen::VectorXd moves = s.samples.q.col(2);
-  s.samples.q.col(2).setConstant(0.4);
+  const Eigen::VectorXd moves = s.samples.q.table().col(2);
+  s.samples.q.own().col(2).setConstant(0.4);
   Random random(44);
   s.measured = measure(random, s.model, s.samples, s.truth, What::kPositions, {5e-5, 0});
   const Identification still = s.identified();
-  for (const Eigen::Index i : {0, 1, 4, 5, 9, 13}) s.samples.q(i, 2) = moves[i];
+  for (const Eigen::Index i : {0, 1, 4, 5, 9, 13}) s.samples.q.own()(i, 2) = moves[i];
   s.measured = measure(random, s.model, s.samples, s.truth, What::kPositions, {5e-5, 0});
   const Identification result = s.identified();
   ASSERT_EQ(result.status, Status::kConverged) << result.message;

@@ -148,7 +148,7 @@ TEST(ErrorModel, BadShapesAreRefusedInASentence) {
   samples.payload = Eigen::VectorXd::Zero(2);
   EXPECT_EQ(refusal([&] { predict(model, samples, model.start(), 1, out); }), "payload must have shape (1,), got (2,)");
   samples.payload.resize(0);
-  samples.q(0, 1) = std::nan("");
+  samples.q.own()(0, 1) = std::nan("");
   EXPECT_EQ(refusal([&] { predict(model, samples, model.start(), 1, out); }), "q must be finite");
 }
 

@@ -9,6 +9,8 @@
 #include <cmath>
 #include <memory>
 
+#include "fastcal/kernels/streams.hpp"
+#include "fastcal/math/check.hpp"
 #include "fastcal/math/parallel.hpp"
 #include "fastcal/math/se3.hpp"
 #include "support/robots.hpp"
@@ -85,7 +87,7 @@ struct Numbers {
   std::vector<double> factor;
   Eigen::VectorXd slope;
   std::vector<kernels::Sight> sights;
-  kernels::NumberRows rows() const { return {true, 6, factor.data(), sights.data(), 12}; }
+  kernels::NumberRows rows() const { return {kernels::ToolNumbers::kPosition, 6, factor.data(), sights.data(), 12}; }
 };
 
 void expect_rows(const ErrorModel& model, const Samples& samples, const Eigen::VectorXd& theta, TwistMemory* memory) {
@@ -107,7 +109,12 @@ void expect_rows(const ErrorModel& model, const Samples& samples, const Eigen::V
     Eigen::MatrixXd found(ld, columns);
     block.jacobian(numbers.rows(), found.data(), ld);
     Eigen::MatrixXd points(ld, columns);
-    block.jacobian({true, 0, numbers.factor.data(), nullptr, 0}, points.data(), ld);
+    block.jacobian({kernels::ToolNumbers::kPosition, 0, numbers.factor.data(), nullptr, 0}, points.data(), ld);
+    std::vector<double> poses(static_cast<std::size_t>(6 * columns * (end - begin)));
+    block.write_jacobian(kernels::ToolNumbers::kPose, false, poses.data());
+    std::vector<double> positions(poses.size() / 2);
+    block.write_jacobian(kernels::ToolNumbers::kPosition, true, positions.data());
+    kernels::finish_copies();
     for (Eigen::Index i = 0; i < end - begin; ++i) {
       const Pose& T = rows.jacobian(samples.row(begin + i), J);
       const Pose at = block.frame(robot_tool(model), static_cast<int>(i));
@@ -123,6 +130,13 @@ void expect_rows(const ErrorModel& model, const Samples& samples, const Eigen::V
               << "row " << begin + i << ", parameter " << free[static_cast<std::size_t>(k)] << ", component " << c;
           if (c < 3) {
             ASSERT_NEAR(points(at_row, k), wanted, 1e-12 * (1 + std::abs(wanted)));
+            ASSERT_NEAR(positions[static_cast<std::size_t>((3 * i + c) * columns + k)], wanted,
+                        1e-12 * (1 + std::abs(wanted)));
+          }
+          if (c < 6) {
+            const double of_tool = scale[k] * J(c, f);
+            ASSERT_NEAR(poses[static_cast<std::size_t>((6 * i + c) * columns + k)], of_tool,
+                        1e-12 * (1 + std::abs(of_tool)));
           }
         }
       }
@@ -160,17 +174,56 @@ TEST(RowBlock, PosesAreTheRowsWhereNobodyWantsTheColumns) {
   const Eigen::VectorXd theta = model.start() + random.values(model.parameter_count(), 0.3);
   Samples samples;
   samples.q = RowMatrixXd::NullaryExpr(kChunkRows + 21, 3, [&] { return random.uniform(-3, 3); });
-  RowBlock block(model, theta, {}, {});
+  RowBlock all(model, theta, {}, {});
+  RowBlock tool(model, theta, {}, {}, RowBlock::Frames::kTool);
+  RowBlock none(model, theta, {}, {}, RowBlock::Frames::kNone);
   RowEvaluator rows(model, theta);
   for (Eigen::Index begin = 0; begin < samples.count(); begin += kChunkRows) {
     const Eigen::Index end = std::min(begin + kChunkRows, samples.count());
-    block.forward(samples, begin, end, nullptr);
+    for (RowBlock* block : {&all, &tool, &none}) block->forward(samples, begin, end, nullptr);
+    std::vector<double> matrices(static_cast<std::size_t>(16 * (end - begin)));
+    none.write_tool(matrices.data());
     for (Eigen::Index i = begin; i < end; ++i) {
       const Pose T = rows.pose(samples.row(i));
-      const Pose at = block.frame(robot_tool(model), static_cast<int>(i - begin));
-      ASSERT_LT((at.p - T.p).norm() + (at.R - T.R).norm(), 1e-13) << "row " << i;
+      const auto row = static_cast<int>(i - begin);
+      for (const RowBlock* block : {&all, &tool}) {
+        const Pose at = block->frame(robot_tool(model), row);
+        ASSERT_LT((at.p - T.p).norm() + (at.R - T.R).norm(), 1e-13) << "row " << i;
+        ASSERT_EQ(block->position(row, 1), at.p[1]);
+      }
+      const Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> matrix(matrices.data() + 16 * row);
+      ASSERT_LT((matrix.topLeftCorner<3, 3>() - T.R).norm() + (matrix.topRightCorner<3, 1>() - T.p).norm(), 1e-13);
+      ASSERT_EQ(matrix.row(3), Eigen::RowVector4d(0, 0, 0, 1));
     }
   }
+}
+
+TEST(RowBlock, RefusesAPositionThatIsNotFinite) {
+  const ErrorModel model(test::build("dh", test::six_axes(0.7)));
+  Samples samples;
+  samples.q = RowMatrixXd::Zero(9, 6);
+  RowBlock block(model, model.start(), {}, {});
+  block.forward(samples, 0, 9, nullptr);
+  for (const Eigen::Index row : {3, 8}) {  // among four, and behind the last four
+    Samples wrong = samples;
+    wrong.q.own()(row, 5) = std::nan("");
+    EXPECT_THROW(block.forward(wrong, 0, 9, nullptr), InvalidInput);
+  }
+}
+
+TEST(JointRows, LentNumbersAreReadWhereTheyLieAndCopiedToBeWritten) {
+  const auto owner = std::make_shared<const RowMatrixXd>(RowMatrixXd::Random(5, 3));
+  JointRows lent(owner->data(), 5, 3, owner);
+  const JointRows copy = lent;
+  EXPECT_EQ(copy.data(), owner->data());
+  EXPECT_EQ(copy.table(), *owner);
+  EXPECT_EQ(copy(4, 2), (*owner)(4, 2));
+  EXPECT_EQ(owner.use_count(), 3);
+  lent.own()(0, 0) = 7;
+  EXPECT_NE((*owner)(0, 0), 7);
+  EXPECT_EQ(lent(0, 0), 7);
+  EXPECT_EQ(lent.table().bottomRows(4), owner->bottomRows(4));
+  EXPECT_EQ(copy.table(), *owner);
 }
 
 // Which frame moves first: geometry moves those behind its place, an effect its own frame too.
@@ -206,7 +259,7 @@ TEST(RowBlock, HoldsAtAnglesBeyondThePolynomial) {
   const ErrorModel model(test::build("dh", test::six_axes(0.7)));
   Samples samples;
   samples.q = RowMatrixXd::Zero(2, 6);
-  samples.q.topLeftCorner<2, 3>() << 1.5e7, -3e9, 0.1, 99999.5, -99999.5, 100000.5;
+  samples.q.own().topLeftCorner<2, 3>() << 1.5e7, -3e9, 0.1, 99999.5, -99999.5, 100000.5;
   RowBlock block(model, model.start(), {}, {});
   block.forward(samples, 0, 2, nullptr);
   RowEvaluator rows(model, model.start());

@@ -5,13 +5,15 @@
 The C++ tests compare random chains of each kind with KDL; here the road from the file's own numbers is tested.
 """
 
+import gc
 import pickle
+import sys
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from fastcal import _core
+from fastcal import InvalidInput, _core, random_poses
 from fastcal.conversion import convert
 from fastcal.io.robot_file import load_robot
 from fastcal.robot.robot import Robot, Spec
@@ -162,3 +164,30 @@ def test_results_larger_than_the_caches_are_those_of_parts() -> None:
     for part in (slice(0, 120), slice(119, 3000), slice(30_000, rows)):
         np.testing.assert_array_equal(poses[part], robot.forward(q[part]))
         np.testing.assert_array_equal(J[part], robot.parameter_jacobian(q[part]))
+
+
+def test_joint_positions_are_read_where_they_lie_and_kept_as_long_as_they_are_read() -> None:
+    robot = load_robot("ur5")
+    q = random_poses(robot, 40, seed=2)
+    expected = robot.forward(q)
+    samples = robot.conditions(q)
+    held = sys.getrefcount(q)
+    again = robot.conditions(q)
+    assert sys.getrefcount(q) == held + 1
+    del again
+    assert sys.getrefcount(q) == held
+    other = robot.conditions(q[::-1])  # not in C order: a copy, whose owner the samples are
+    gc.collect()
+    model = robot.error_model
+    assert np.array_equal(model.predict(samples, model.start), expected)
+    assert np.array_equal(model.predict(other, model.start), expected[::-1])
+
+
+def test_a_position_that_is_not_finite_is_refused_wherever_it_is() -> None:
+    robot = load_robot("ur5")
+    for row in (0, 118, 399):
+        q = random_poses(robot, 400, seed=2)
+        q[row, 5] = np.inf
+        for call in (robot.forward, robot.parameter_jacobian):
+            with pytest.raises(InvalidInput, match="q must be finite"):
+                call(q)
