@@ -58,16 +58,19 @@ def separating_plan(best: SearchNode, rivals: Sequence[Sequence[Hypothesis]]) ->
 
     Args:
         best: The set that is given.
-        rivals: For each of its members the names that would do as well; the first member with any is planned for.
-            None is returned where there is none.
+        rivals: For each of its members the names that would do as well; the first that can be planned for is.
+
+    Returns:
+        None: there are no such names, or the poses that were measured have the power already, and chance, or a cause
+        that is neither, kept them from telling the names apart: more of the same is no plan.
     """
     for member, others in zip(best.names, rivals, strict=True):
-        if others:
-            return _plan(best, member, list(others))
+        if others and (found := _plan(best, member, list(others))) is not None:
+            return found
     return None
 
 
-def _plan(best: SearchNode, member: Hypothesis, others: list[Hypothesis]) -> SeparatingPlan:
+def _plan(best: SearchNode, member: Hypothesis, others: list[Hypothesis]) -> SeparatingPlan | None:
     from fastcal.design.separation import separating_poses
 
     problem = best.fit.problem
@@ -99,6 +102,8 @@ def _plan(best: SearchNode, member: Hypothesis, others: list[Hypothesis]) -> Sep
         until_power=rules.PLAN_POWER,
         threads=problem.threads,
     )
+    if not len(found.chosen):
+        return None
     before, after = float(np.nanmin(found.power_before)), float(np.nanmin(found.power_after))
     chosen = pool.select(found.chosen)
     return SeparatingPlan(chosen, before, after, tuple(cause.label for cause in causes))

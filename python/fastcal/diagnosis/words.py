@@ -110,8 +110,9 @@ def _listed(orders: list[str]) -> str:
 def plan_text(plan: SeparatingPlan, speak: Speak = str) -> str:
     """What poses would tell apart, and with which probability."""
     carried = " and ".join(f"{p:g}" for p in sorted({float(p) for p in plan.poses.payload}))
+    poses = "1 more pose" if len(plan.poses) == 1 else f"{len(plan.poses)} more poses"
     text = (
-        f"{len(plan.poses)} more poses with {carried} kg would distinguish {', '.join(map(speak, plan.causes))}: "
+        f"{poses} with {carried} kg would distinguish {', '.join(map(speak, plan.causes))}: "
         f"power {plan.power_before:.0%} before, {plan.power_after:.0%} with them."
     )
     if plan.power_after >= rules.MIN_PLAN_POWER:
