@@ -13,7 +13,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fastcal import Robot, calibrate, diagnose, load_measurements, load_robot, perturbed, random_poses, simulate
+from fastcal import (
+    CalibrationResult,
+    Robot,
+    calibrate,
+    diagnose,
+    load_measurements,
+    load_robot,
+    perturbed,
+    random_poses,
+    simulate,
+)
 from fastcal.diagnosis import Diagnosis
 from fastcal.io.measurements_out import write_measurements
 from fastcal.measurements.dataset import Dataset
@@ -89,11 +99,38 @@ def test_the_file_in_other_units_gives_the_same_model(units: dict[str, str], tmp
         assert (one.name, one.owner) == (other.name, other.owner)
         assert one.value == pytest.approx(other.value, abs=1e-6 * (one.std or 0.0), rel=1e-9)
         assert one.std == (None if other.std is None else pytest.approx(other.std, rel=1e-6))
-    if "kg" in units:
-        found = diagnose(arm(), data, sigma=SIGMA)
-        same_answer(found, as_it_is(), 1e-6)
-        error = found.model.poses(rows())[:, :3, 3] - as_it_is().model.poses(rows())[:, :3, 3]
-        assert np.abs(error).max() < 1e-6 * SIGMA
+    found = diagnose(arm(), data, sigma=SIGMA)
+    same_answer(found, as_it_is(), 1e-6)
+    error = found.model.poses(rows())[:, :3, 3] - as_it_is().model.poses(rows())[:, :3, 3]
+    assert np.abs(error).max() < 1e-6 * SIGMA
+
+
+@cache
+def leaning(scale: float) -> tuple[CalibrationResult, Diagnosis]:
+    """A base that leans by a column of another instrument, in rad times `scale`."""
+    tilt = np.random.default_rng(0).normal(0.0, 1e-3, ROWS)
+    x, y, z = np.asarray(rows().position).T
+    data = replace(rows(), position=np.column_stack([x + tilt * z, y, z - tilt * x]), extra={"tilt": scale * tilt})
+    follows = {"effect": "regressor", "owner": "base", "column": "tilt"}
+    robot = Robot(dict(arm().spec) | {"effects": [follows]})
+    return (
+        calibrate(arm(), data, effects=f"{COMPLIANT},regressor@base:column=tilt"),
+        diagnose(robot, data, sigma=SIGMA),
+    )
+
+
+@pytest.mark.parametrize("scale", [1e3, 1e-3])
+def test_a_column_in_other_units_gives_the_same_model(scale: float) -> None:
+    """Findings R1: a tilt in rad left 3.40 mm, the same in mrad 0.975."""
+    (first, found), (second, again) = leaning(1.0), leaning(scale)
+    assert first.rank == second.rank
+    for one, other in zip(first.parameters, second.parameters, strict=True):
+        factor = scale if one.name.startswith("tilt_") else 1.0
+        assert one.value == pytest.approx(factor * other.value, abs=1e-6 * (one.std or 0.0), rel=1e-9)
+        assert one.std == (None if other.std is None else pytest.approx(factor * other.std, rel=1e-6))
+    same_answer(again, found, 1e-6)
+    told, before = (f.model.poses(f.train.data)[:, :3, 3] for f in (again, found))
+    assert np.abs(told - before).max() < 1e-6 * SIGMA
 
 
 def heavier(robot: Robot) -> Robot:
