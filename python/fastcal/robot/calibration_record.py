@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from fastcal.units import to_si
 
 _LARGEST = 1e100  # whose square is a number as well
+_SMALLEST = 1e-100  # the least that a file holds: less is what rounding leaves of nothing
 _ROOM_C = (20.0, 20.0)
 _MOST_LISTED = 150  # parameters: with more, a root of millions of digits takes longer to read than to use
 
@@ -30,6 +31,10 @@ def lower_root(covariance: NDArray[np.float64]) -> NDArray[np.float64]:
     root = scale[:, np.newaxis] * vectors * np.sqrt(np.maximum(values, 0.0))
     R = np.asarray(np.linalg.qr(root.T, mode="r"))
     return np.asarray(R.T * np.where(np.diag(R) < 0, -1.0, 1.0))
+
+
+def _without_traces(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.where(np.abs(values) < _SMALLEST, 0.0, values)
 
 
 def packed(root: NDArray[np.float64]) -> str:
@@ -106,7 +111,8 @@ class CalibrationRecord:
     def to_spec(self) -> dict[str, Any]:
         """Plain numbers for the robot file."""
         is_short = len(self.root) <= _MOST_LISTED
-        rows = [self.root[i, : i + 1].tolist() for i in range(len(self.root))] if is_short else packed(self.root)
+        root = _without_traces(self.root)
+        rows = [root[i, : i + 1].tolist() for i in range(len(root))] if is_short else packed(root)
         spec: dict[str, Any] = {
             "parameters": list(self.parameters),
             "covariance_root": rows,
@@ -116,7 +122,7 @@ class CalibrationRecord:
         if self.sigma_deg is not None:
             spec["sigma_deg"] = float(self.sigma_deg)
         if self.directions.size:
-            columns = [[float(v) for v in column] for column in self.directions.T]
+            columns = _without_traces(self.directions).T.tolist()
             spec["held"] = {"parameters": list(self.moved), "directions": columns}
         if self.covered:
             spec["covered"] = {name: [float(low), float(high)] for name, (low, high) in self.covered.items()}

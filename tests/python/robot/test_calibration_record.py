@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: MIT
 """The uncertainty of a model with hundreds of parameters: in its file, and in what it predicts."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -39,6 +40,20 @@ def test_a_root_comes_back_bit_for_bit(count: int, tmp_path: Path) -> None:
     if count == 1100:  # as rows of numbers the file would be refused
         assert count * (count + 1) // 2 > MAX_VALUES
     assert (tmp_path / "model.yaml").stat().st_size < 12 * count * (count + 1) / (1 if is_text else 0.5) + 20_000
+
+
+def test_what_rounding_leaves_of_nothing_is_not_written(tmp_path: Path) -> None:
+    """A direction held -7.6e-103, which the reader refuses, and the model was lost."""
+    held = record(60)
+    root = held.root.copy()
+    root[5, 3] = 3e-140
+    moved = held.parameters[:2]
+    traces = replace(held, root=root, moved=moved, directions=np.array([[1.0], [-7.558047891217663e-103]]))
+    with_record(traces).save(tmp_path / "model.yaml")
+    found = load_robot(tmp_path / "model.yaml").record
+    assert found is not None
+    assert found.root[5, 3] == 0
+    np.testing.assert_array_equal(found.directions, [[1.0], [0.0]])
 
 
 def test_rows_of_older_files_are_read() -> None:
