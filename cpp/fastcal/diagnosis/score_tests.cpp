@@ -129,6 +129,7 @@ ScoreTests::ScoreTests(ProjectedBlocks projected, const std::vector<int>& sizes,
     column += size;
   }
   B_.conservativeResize(Eigen::NoChange, used);
+  along_ = B_.transpose() * r_;
 }
 
 void ScoreTests::check(const std::vector<int>& blocks) const {
@@ -136,29 +137,42 @@ void ScoreTests::check(const std::vector<int>& blocks) const {
     FASTCAL_CHECK(i >= 0 && i < block_count()) << "there is no block " << i << "; there are " << block_count();
 }
 
-MatrixXd ScoreTests::joint_basis(const std::vector<int>& added) const {
+ScoreTests::Joined ScoreTests::joined(const std::vector<int>& added) const {
   check(added);
   Index total = 0;
   for (const int i : added) total += scores_.rank[i];
-  MatrixXd joined(B_.rows(), total);
+  MatrixXd with_all(total, B_.cols());
+  MatrixXd with_each(total, total);
+  VectorXd with_r(total);
   Index at = 0;
+  {
+    const std::lock_guard<std::mutex> lock(products_->mutex);
+    for (const int i : added) {
+      MatrixXd& known = products_->of_block[i];
+      if (known.cols() != B_.cols()) known = basis(i).transpose() * B_;
+      with_all.middleRows(at, scores_.rank[i]) = known;
+      with_r.segment(at, scores_.rank[i]) = along_.segment(first_[i], scores_.rank[i]);
+      at += scores_.rank[i];
+    }
+  }
+  at = 0;
   for (const int i : added) {
-    joined.middleCols(at, scores_.rank[i]) = basis(i);
+    with_each.middleCols(at, scores_.rank[i]) = with_all.middleCols(first_[i], scores_.rank[i]);
     at += scores_.rank[i];
   }
-  if (total == 0) return joined;
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(joined.transpose() * joined);
+  if (total == 0) return {with_all, with_r};
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(with_each);
   Index lost = 0;
   while (lost < total && eigen.eigenvalues()[lost] < kTwin) ++lost;
   const Index rank = total - lost;
-  return joined * eigen.eigenvectors().rightCols(rank) *
-         eigen.eigenvalues().tail(rank).cwiseSqrt().cwiseInverse().asDiagonal();
+  const MatrixXd back =
+      eigen.eigenvectors().rightCols(rank) * eigen.eigenvalues().tail(rank).cwiseSqrt().cwiseInverse().asDiagonal();
+  return {back.transpose() * with_all, back.transpose() * with_r};
 }
 
 BlockScores ScoreTests::given(const std::vector<int>& added) const {
-  const MatrixXd Q = joint_basis(added);
-  const MatrixXd X = Q.transpose() * B_;
-  const VectorXd z = B_.transpose() * r_ - X.transpose() * (Q.transpose() * r_);
+  const auto [X, t] = joined(added);
+  const VectorXd z = along_ - X.transpose() * t;
   BlockScores out{Eigen::VectorXi::Zero(block_count()), VectorXd::Zero(block_count())};
   for (int k = 0; k < block_count(); ++k) {
     const Index size = scores_.rank[k];
@@ -175,9 +189,9 @@ BlockScores ScoreTests::given(const std::vector<int>& added) const {
 }
 
 double ScoreTests::remaining_with(const std::vector<int>& added, int& rank) const {
-  const MatrixXd Q = joint_basis(added);
-  rank = static_cast<int>(Q.cols());
-  return remaining() - (Q.transpose() * r_).squaredNorm();
+  const auto [X, t] = joined(added);
+  rank = static_cast<int>(t.size());
+  return remaining() - t.squaredNorm();
 }
 
 MatrixXd ScoreTests::correlation(const std::vector<int>& of, const std::vector<int>& with) const {

@@ -10,6 +10,9 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
+#include <memory>
+#include <mutex>
 #include <vector>
 
 #include "fastcal/math/types.hpp"
@@ -75,17 +78,30 @@ class ScoreTests {
 
   /// Columns of B_ of a block.
   auto basis(int block) const { return B_.middleCols(first_[block], scores_.rank[block]); }
-  Eigen::MatrixXd joint_basis(const std::vector<int>& added) const;
+  /// Q^T B and Q^T r, Q an orthonormal basis of the blocks `added`.
+  struct Joined {
+    Eigen::MatrixXd of_all;
+    Eigen::VectorXd of_r;
+  };
+  Joined joined(const std::vector<int>& added) const;
   void check(const std::vector<int>& blocks) const;
 
-  Eigen::MatrixXd B_;  // (m - rank A, sum of ranks) orthonormal within each block
-  Eigen::VectorXd r_;  // (m - rank A)
+  Eigen::MatrixXd B_;      // (m - rank A, sum of ranks) orthonormal within each block
+  Eigen::VectorXd r_;      // (m - rank A)
+  Eigen::VectorXd along_;  // (sum of ranks) B^T r
   Eigen::VectorXi first_;
   BlockScores scores_;
   Eigen::VectorXd surviving_, estimate_, deviation_, length_;
   std::vector<Eigen::VectorXd> within_;  // (c) unit vectors of the columns in the bases of their blocks
   std::vector<int> block_of_;            // (c)
   int null_rank_ = 0;
+
+  /// B_i^T B of the blocks that were asked for: sets that grow ask for the same ones again.
+  struct Products {
+    std::mutex mutex;
+    std::map<int, Eigen::MatrixXd> of_block;
+  };
+  std::shared_ptr<Products> products_ = std::make_shared<Products>();
 };
 
 }  // namespace fastcal

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: MIT
 #include "fastcal/identification/linearization.hpp"
 
+#include <algorithm>
 #include <numeric>
 
 #include "fastcal/identification/whitened_rows.hpp"
@@ -32,6 +33,13 @@ Eigen::Index write(WhitenedRows& rows, Eigen::Index begin, Eigen::Index end, Eig
   return at - first;
 }
 
+/// Threads for so many columns: a few hundred rows of hundreds of columns are worth several.
+int worker_count(const Problem& problem, Eigen::Index columns) {
+  constexpr Eigen::Index kWorthAThread = 1 << 15;  // numbers of a component's Jacobian
+  const Eigen::Index worth = problem.row_count() * columns / kWorthAThread;
+  return std::clamp(static_cast<int>(worth), problem.workers(), std::max(problem.threads, problem.workers()));
+}
+
 }  // namespace
 
 Linearization linearize(const Problem& problem, const Eigen::VectorXd& theta, const CommonNoise& tau, bool columns) {
@@ -53,7 +61,7 @@ Linearization linearize(const Problem& problem, const Eigen::VectorXd& theta, co
                     Eigen::VectorXi(rows * numbers), Eigen::VectorXi(rows * numbers)};
   std::vector<Eigen::Index> found(static_cast<std::size_t>(chunk_count(rows)));
   parallel_chunks(
-      rows, settled.workers(), [&] { return WhitenedRows(settled, theta, all, one, tau); },
+      rows, worker_count(settled, one.size()), [&] { return WhitenedRows(settled, theta, all, one, tau); },
       [&](WhitenedRows& chunk, Eigen::Index index, Eigen::Index begin, Eigen::Index end) {
         // As if nothing were missing in the rows before.
         found[static_cast<std::size_t>(index)] = write(chunk, begin, end, begin * numbers, out);

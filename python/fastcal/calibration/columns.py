@@ -24,3 +24,11 @@ def unit_columns(A: FloatArray) -> FloatArray:
     out = np.take(A, np.flatnonzero(kept), axis=1)
     out /= length[kept]
     return out
+
+
+def unit_products(normal: FloatArray) -> FloatArray:
+    """The products of `unit_columns` of A, `normal` (p, p) those of A."""
+    length = np.sqrt(np.diag(normal))
+    kept = np.flatnonzero(length > 0)
+    part = normal if len(kept) == len(normal) else normal[np.ix_(kept, kept)]
+    return np.asarray(part / np.outer(length[kept], length[kept]))

@@ -79,6 +79,10 @@ class _Search:
         fold_of = np.empty(int(rows.max()) + 1, dtype=np.int64)
         fold_of[rows] = deal(len(rows), FOLDS, np.random.default_rng(_SEED))
         self._fold = fold_of[problem.row]
+        self._weak = problem.weak**-2.0
+        self._block, self._penalty = np.zeros(len(self._weak), dtype=np.intp), np.zeros(len(self._weak))
+        for k, (columns, penalty) in enumerate(zip(problem.blocks, problem.penalties, strict=True)):
+            self._block[columns], self._penalty[columns] = k, penalty
         self.weigh(np.ones(len(problem.residual)))
 
     def weigh(self, weight: FloatArray) -> None:
@@ -98,9 +102,17 @@ class _Search:
         self._others = [(self._A - A, self._g - g) for A, g, _ in self._folds]
 
     def common(self, tried: FloatArray) -> FloatArray:
-        """log10 of the best s that all blocks share, one each: among those `tried`, then beside the best."""
+        """log10 of the best s that all blocks share, one each: among those `tried`, ascending, then beside the best.
+
+        Of those every other one, and what lies beside each valley of these.
+        """
         blocks = len(self._problem.blocks)
-        errors = {s: self._error(np.full(blocks, s)) for s in np.clip(tried, *_LIMITS)}
+        grid = np.unique(np.clip(tried, *_LIMITS))
+        errors = {s: self._error(np.full(blocks, s)) for s in grid[::2]}
+        coarse = np.array([np.inf, *errors.values(), np.inf])
+        valleys = 2 * np.flatnonzero((coarse[1:-1] <= coarse[:-2]) & (coarse[1:-1] <= coarse[2:]))
+        beside = np.unique(np.clip([valleys - 1, valleys + 1], 0, len(grid) - 1))
+        errors |= {s: self._error(np.full(blocks, s)) for s in grid[beside]}
         best = min(errors, key=errors.__getitem__)
         errors |= {s: self._error(np.full(blocks, s)) for s in (best - _FINE, best + _FINE)}
         return np.full(blocks, min(errors, key=errors.__getitem__))
@@ -157,7 +169,7 @@ class _Search:
         A, g = self._others[fold]
         own = self._problem.blocks[block]
         rest = np.setdiff1d(np.arange(len(g)), own)
-        normal = A[np.ix_(rest, rest)]
+        normal = np.take(np.take(A, rest, axis=0), rest, axis=1)
         normal[np.diag_indices_from(normal)] += self._precision(log_s)[rest]
         L = np.linalg.cholesky(normal)
         eliminated = over(np.vstack([A[np.ix_(own, rest)], g[rest]]), L)
@@ -174,7 +186,4 @@ class _Search:
 
     def _precision(self, log_s: FloatArray) -> FloatArray:
         """(p,) S^-2 of `_solve`."""
-        precision = self._problem.weak**-2.0
-        for columns, penalty, exponent in zip(self._problem.blocks, self._problem.penalties, log_s, strict=True):
-            precision[columns] += prior_deviations(10.0**exponent, penalty) ** -2.0
-        return np.asarray(precision)
+        return np.asarray(self._weak + self._penalty * (10.0 ** (-2.0 * log_s))[self._block])

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -20,7 +20,7 @@ from fastcal.diagnosis.library import Hypothesis
 from fastcal.diagnosis.memory import without_memory
 from fastcal.diagnosis.priors import moves_nothing
 from fastcal.diagnosis.problem import ONE, Problem
-from fastcal.diagnosis.projection import score_tests
+from fastcal.diagnosis.projection import score_tests, score_tests_beside
 from fastcal.diagnosis.reasons import Label
 from fastcal.diagnosis.starting_values import corner_start, identity_of
 from fastcal.effects.entries import curve_of
@@ -90,9 +90,13 @@ class Blocks:
 
     def worth(self, statistic: FloatArray, rank: NDArray[np.int32], among: NDArray[np.intp]) -> FloatArray:
         """BIC's: what blocks `among` all explain less log m a parameter; -inf where the fit absorbs them."""
-        searched = np.array([self.names[i].searched if i < self.count else 0 for i in among])
         m = len(self.at.near.r) + len(self.at.free)
-        return np.where(rank > 0, statistic - (rank + searched) * np.log(m), -np.inf)
+        return np.where(rank > 0, statistic - (rank + self._searched[among]) * np.log(m), -np.inf)
+
+    @cached_property
+    def _searched(self) -> NDArray[np.intp]:
+        """Of each block, how many of its parameters were searched for."""
+        return np.array([*(name.searched for name in self.names), *(0 for _ in self.generics)], dtype=np.intp)
 
     @property
     def count(self) -> int:
@@ -103,7 +107,9 @@ class Blocks:
 def blocks(at: Fit, columns: Columns | None = None) -> Blocks:
     """Score tests of all names and generic blocks at a fit; `columns` where they are known."""
     found = columns_at(at) if columns is None else columns
-    tests = score_tests(at.basis, found.values, at.whitened[1], found.sizes)
+    A, r, _row = at.whitened
+    tests = score_tests_beside(A, at.normal, found.values, r, found.sizes)
+    tests = score_tests(at.basis, found.values, r, found.sizes) if tests is None else tests
     return Blocks(at, found.names, found.generics, tests, found.sizes, found.directions, found.frames)
 
 

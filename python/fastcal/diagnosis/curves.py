@@ -16,7 +16,6 @@ from fastcal.calibration.smoothing import LinearProblem, choose_curvatures
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.fits import Fit, held
 from fastcal.diagnosis.memory import without_memory
-from fastcal.effects.entries import build_effects
 from fastcal.robot.robot import Spec
 
 FloatArray = NDArray[np.float64]
@@ -38,7 +37,7 @@ def with_finer_knots(at: Fit, curves: Sequence[Spec]) -> list[Spec] | None:
         entries.append(bare)
     most = min(len(at.near.r) / rules.NUMBERS_PER_KNOT, rules.MAX_KNOTS)
     share = min(1.0, most / max(sum(wanted), 1))
-    coarse = [len(effect.parameters) for effect in build_effects(list(curves), at.model.robot)]
+    coarse = [len(effect.parameters) for effect in at.problem.effects(curves)]
     is_finer = [share * own > rules.FINER * before for own, before in zip(wanted, coarse, strict=True)]
     if not any(is_finer):
         return None
@@ -82,7 +81,7 @@ def with_curvatures(at: Fit, curves: Sequence[Spec], start: Sequence[float] | No
     pull[: problem.own] = geometry_pulls(model)
     own = np.array([p.sigma for p in model.parameters[first:last]])
     weak = np.concatenate([held(at.prior, pull)[at.free], rules.PRIOR_WIDTH * own])
-    effects = build_effects(entries, model.robot)
+    effects = problem.effects(entries)
     ends = len(others) + np.cumsum([0, *(len(e.parameters) for e in effects)])
     J = np.take(near.J, [*others, *range(first, last)], axis=1)
     J /= problem.noise.factor

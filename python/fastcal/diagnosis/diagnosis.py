@@ -201,7 +201,7 @@ class _Found:
         profiles = self.model.profiles
         remaining = self._remaining(steps[0], outliers)
         gap = adaptation.gap(steps, names, profiles)
-        last = replace(written[-1], problem=self.fit.problem)
+        last = replace(written[-1], problem=self.fit.problem, squares=None)
         more, step, remaining = with_surrogate(
             steps[-1], last, self.reaches, judge, remaining, drifts=self.level.slow.drifts
         )

@@ -16,13 +16,14 @@ works out a covariance. On 250 to 290 rows of a loaded six-axis arm with 65 para
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
+from scipy.linalg import lapack
 
 from fastcal import _core
 from fastcal.calibration.geometry_anchoring import geometry_pulls
@@ -57,6 +58,7 @@ class Fit:
         near: Whitened Jacobian and residual at theta.
         converged: Would a further step change nothing?
         work: Numbers of Jacobians that it took.
+        squares: (F, F) J^T J of the measured numbers, whitened but for `Noise.factor`, if the steps left it.
     """
 
     problem: Problem
@@ -73,6 +75,7 @@ class Fit:
     near: Linearization
     converged: bool = True
     work: int = 0
+    squares: FloatArray | None = None
 
     @cached_property
     def covariance(self) -> FloatArray:
@@ -84,14 +87,14 @@ class Fit:
     @cached_property
     def pulled_covariance(self) -> FloatArray:
         """(F, F) of the free parameters, (A^T A)^-1 of `whitened`: with pulls, as curves are drawn."""
-        inverse = _inverse_triangle(self.whitened[0], self._normal)
+        inverse = _inverse_triangle(lambda: self.whitened[0], self.normal)
         return np.asarray(inverse @ inverse.T)
 
     @cached_property
     def _inverse(self) -> FloatArray:
         """R^-1 of A = Q R, whose rows are the measured numbers and the priors."""
-        A = _above(self._measured, 1 / self.prior[self.free])
-        return _inverse_triangle(A, gram(A))
+        known = 1 / self.prior[self.free]
+        return _inverse_triangle(lambda: _above(self._measured, known), self._measured_normal + np.diag(known**2))
 
     def root(self, kept: list[int]) -> FloatArray:
         """Lower triangular L, L L^T the covariance of some of the free ones: no Cholesky that rounding could end."""
@@ -146,12 +149,27 @@ class Fit:
     @cached_property
     def basis(self) -> FloatArray:
         """(m, rank) an orthonormal basis of the columns of `whitened`."""
-        return basis(self.whitened[0], self._normal)
+        return basis(self.whitened[0], self.normal)
+
+    def beyond(self, values: FloatArray) -> FloatArray:
+        """(m, k) what the parameters can't do of columns (m, k), over the rows of `whitened`."""
+        A, length = self.whitened[0], np.sqrt(np.diag(self.normal))
+        L = root(self.normal / np.outer(length, length)) if length.all() else None
+        if L is None:
+            return np.asarray(values - self.basis @ (self.basis.T @ values))
+        for _ in range(2):  # the second takes what rounding left
+            values = values - A @ (lapack.dpotrs(L, (A.T @ values) / length[:, np.newaxis], lower=1)[0].T / length).T
+        return values
 
     @cached_property
-    def _normal(self) -> FloatArray:
+    def normal(self) -> FloatArray:
         """(F, F) A^T A of `whitened`."""
-        return gram(self.whitened[0])
+        return self._measured_normal + np.diag(held(self.prior, self.pull)[self.free] ** -2)
+
+    @cached_property
+    def _measured_normal(self) -> FloatArray:
+        """(F, F) its part of the measured numbers."""
+        return gram(self._measured) if self.squares is None else self.squares / self.problem.noise.factor**2
 
     @cached_property
     def standardized(self) -> tuple[FloatArray, FloatArray, NDArray[np.intp]]:
@@ -173,7 +191,7 @@ class Fit:
         every = self.problem.with_rows(self.problem.data.measured)
         model, samples = every.model(self.entries, every.kept)
         near = every.linearized(model, samples, self.theta)
-        return replace(self, problem=every, model=model, samples=samples, near=near)
+        return replace(self, problem=every, model=model, samples=samples, near=near, squares=None)
 
     @property
     def _measured(self) -> FloatArray:
@@ -189,7 +207,7 @@ class Fit:
         m - tr(J (J^T J + D^-2)^-1 J^T), D the deviations of priors and pulls.
         """
         hold = held(self.prior, self.pull)[self.free]
-        inverse = linalg.inv(self._normal * np.outer(hold, hold), check_finite=False)
+        inverse = linalg.inv(self.normal * np.outer(hold, hold), check_finite=False)
         determined = len(hold) - float(np.trace(inverse))
         return max(len(self.near.r) - determined, 1.0)
 
@@ -235,8 +253,8 @@ def fit(problem: Problem, added: Sequence[Hypothesis], start: Fit | None = None,
 
     memory = _core.TwistMemory()
 
-    def linearized(theta: FloatArray) -> Linearization:
-        return problem.linearized(model, samples, theta, memory)
+    def linearized(theta: FloatArray, *, columns: bool = True) -> Linearization:
+        return problem.linearized(model, samples, theta, memory, columns=columns)
 
     def white(near: Linearization, values: FloatArray) -> FloatArray:
         return without_memory(problem, values, near.row)
@@ -246,12 +264,19 @@ def fit(problem: Problem, added: Sequence[Hypothesis], start: Fit | None = None,
         away = (theta - centre)[free] / deviation
         return float(r @ r + away @ away)
 
-    def stepped(theta: FloatArray, near: Linearization, reach: float) -> tuple[FloatArray, float]:
-        """The next point, and by how much chi square would fall there if the rows were linear."""
+    def products(near: Linearization) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """J, J^T J and J^T r of the free parameters."""
+        J = white(near, _columns(near, free))
+        return J, gram(J), J.T @ white(near, near.r)
+
+    def stepped(
+        theta: FloatArray, near: tuple[FloatArray, FloatArray, FloatArray], reach: float
+    ) -> tuple[FloatArray, float]:
+        """The next point, and by how much chi square would fall there if the rows were linear; `near`: `products`."""
         scale = size[free]
-        J, r = white(near, _columns(near, free)), white(near, near.r)
-        g = -(J.T @ r) * scale / factor**2 - (theta - centre)[free] * scale / deviation**2
-        step = _solve(J, scale / factor, np.hypot(scale / deviation, 1 / reach), g)
+        J, normal, along = near
+        g = -along * scale / factor**2 - (theta - centre)[free] * scale / deviation**2
+        step = _solve(J, normal, scale / factor, np.hypot(scale / deviation, 1 / reach), g)
         out = theta.copy()
         out[free] += step * scale
         index = np.array(free)[critical]
@@ -273,26 +298,28 @@ def fit(problem: Problem, added: Sequence[Hypothesis], start: Fit | None = None,
     deviation = held(prior, pull)[free]
     best = remaining(theta, near), theta, near
     reach = most = rules.MAX_STEP
-    converged = False
-    for _ in range(rules.MAX_ITERATIONS):
-        there, gain = stepped(best[1], best[2], reach)
+    converged = has_failed = False
+    begun, each, tried = products(near), near.J.size, 0
+    while not converged and tried < rules.MAX_ITERATIONS:
+        tried += 1
+        there, gain = stepped(best[1], begun, reach)
         converged = gain < rules.CHI_SQUARE_TOLERANCE + rules.CHI_SQUARE_SHARE * best[0]
         if converged:
             break
-        near = linearized(there)
-        work += near.J.size
-        now = remaining(there, near), there, near
-        if now[0] > best[0] * (1 + rules.CHI_SQUARE_SHARE) + rules.CHI_SQUARE_TOLERANCE:
+        near = linearized(there, columns=not has_failed)  # a step beside one that failed may fail as well
+        work += each
+        left = remaining(there, near)
+        has_failed = left > best[0] * (1 + rules.CHI_SQUARE_SHARE) + rules.CHI_SQUARE_TOLERANCE
+        if has_failed:
             most = reach / 2
             reach /= 4  # shortens the step along what the data hardly show, such as a wrist's gauge, and nothing else
             continue
-        converged = best[0] - now[0] < rules.CHI_SQUARE_TOLERANCE + rules.CHI_SQUARE_SHARE * now[0]
-        best, reach = now, min(2 * reach, most)
+        near = near if near.J.size else linearized(there)
+        converged = best[0] - left < rules.CHI_SQUARE_TOLERANCE + rules.CHI_SQUARE_SHARE * left
+        best, begun, reach = (left, there, near), products(near), min(2 * reach, most)
         most = min(_WIDER * most, rules.MAX_STEP)  # a reach that failed is not tried again at once
-        if converged:
-            break
-    left, at = best[0], best[2]
-    return Fit(problem, added, entries, model, samples, best[1], free, prior, pull, centre, left, at, converged, work)
+    theta, fixed = best[1], (free, prior, pull, centre)
+    return Fit(problem, added, entries, model, samples, theta, *fixed, best[0], best[2], converged, work, begun[1])
 
 
 def is_beyond_bounds(at: Fit, name: Hypothesis) -> bool:
@@ -322,22 +349,27 @@ def _above(A: FloatArray, diagonal: FloatArray) -> FloatArray:
     return out
 
 
-def _inverse_triangle(A: FloatArray, normal: FloatArray) -> FloatArray:
-    """(p, p) R^-1 of A = Q R (m, p), in whatever units its columns are; `normal` is A^T A."""
+def _inverse_triangle(rows: Callable[[], FloatArray], normal: FloatArray) -> FloatArray:
+    """(p, p) R^-1 of A = Q R (m, p), in whatever units its columns are; `rows` gives A, `normal` is A^T A."""
     length = np.sqrt(np.diag(normal))
     normal = normal / np.outer(length, length)
     L = root(normal)
-    L = root_again(A, length, normal) if L is None else L
-    R = linalg.qr(A / length, mode="r", check_finite=False)[0][: A.shape[1]] if L is None else L.T
-    return np.asarray(linalg.solve_triangular(R, np.eye(len(R)), check_finite=False) / length[:, np.newaxis])
+    if L is None:
+        A = rows()
+        L = root_again(A, length, normal)
+        R = linalg.qr(A / length, mode="r", check_finite=False)[0][: A.shape[1]] if L is None else L.T
+    else:
+        R = L.T
+    return np.asarray(lapack.dtrtri(R)[0] / length[:, np.newaxis])
 
 
-def _solve(J: FloatArray, scale: FloatArray, hold: FloatArray, g: FloatArray) -> FloatArray:
+def _solve(J: FloatArray, normal: FloatArray, scale: FloatArray, hold: FloatArray, g: FloatArray) -> FloatArray:
     """The solution x of (S J^T J S + H^2) x = g, S and H diagonal: each column has a prior, so it has full rank.
 
-    By Cholesky, a tenth of the work of a QR of the rows; by that where rounding makes the squares indefinite.
+    `normal` is J^T J. By Cholesky, a tenth of the work of a QR of the rows; by that where rounding makes the squares
+    indefinite.
     """
-    normal = gram(J) * np.outer(scale, scale)
+    normal = normal * np.outer(scale, scale)
     normal[np.diag_indices_from(normal)] += hold**2
     try:
         return np.asarray(linalg.cho_solve(linalg.cho_factor(normal, overwrite_a=True, check_finite=False), g))

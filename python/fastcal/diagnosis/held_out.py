@@ -174,7 +174,7 @@ def _solved(
     normal: FloatArray, right: FloatArray, kept: NDArray[np.intp], pulls: FloatArray | float = 0.0
 ) -> FloatArray:
     """The solution of the normal equations of some columns, without `pulls` (p,) on the diagonal."""
-    part = normal[np.ix_(kept, kept)]
+    part = normal.copy() if len(kept) == len(normal) else np.take(np.take(normal, kept, axis=0), kept, axis=1)
     part[np.diag_indices_from(part)] += _RIDGE - np.broadcast_to(pulls, len(normal))[kept]
     root = np.linalg.cholesky(part).T  # without Python's lock, which scipy's holds
     return np.asarray(linalg.cho_solve((root, False), right[kept], check_finite=False))

@@ -53,11 +53,19 @@ def without_memory(problem: Problem, values: FloatArray, row: IntArray) -> Float
     if problem.noise.memory == 0:
         return values
     here, share = _followed(problem, row)
+    before = np.flatnonzero(share) - here[share != 0]
     share = share.reshape(-1, *[1] * (values.ndim - 1))
-    is_by_row = values.flags.c_contiguous
-    out = np.take(values, here, axis=0) if is_by_row else np.take(values.T, here, axis=-1).T
-    out *= -share
-    out += values
+    if len(before) and (before == before[0]).all():  # the rows are in the order of measuring
+        first = int(before[0])
+        out = np.empty_like(values)
+        out[:first] = values[:first]
+        np.multiply(values[:-first], -share[first:], out=out[first:])
+        out[first:] += values[first:]
+    else:
+        is_by_row = values.flags.c_contiguous
+        out = np.take(values, here, axis=0) if is_by_row else np.take(values.T, here, axis=-1).T
+        out *= -share
+        out += values
     out /= np.sqrt(1 - share**2)
     return out
 
@@ -72,6 +80,15 @@ def _followed(problem: Problem, row: IntArray) -> tuple[IntArray, FloatArray]:
 
     A row that holds as many numbers as the one before it follows on that one; any other starts again.
     """
+    known = problem.successions
+    key = row.tobytes()
+    if key not in known:
+        known[key] = _succession(problem, row)
+    return known[key]
+
+
+def _succession(problem: Problem, row: IntArray) -> tuple[IntArray, FloatArray]:
+    """`_followed`, worked out."""
     place = measuring_place(problem.data)[problem.rows]
     first = np.searchsorted(row, np.arange(len(place)))
     count = np.bincount(row, minlength=len(place))

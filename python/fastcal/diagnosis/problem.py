@@ -70,6 +70,7 @@ class Problem:
         known: Curves by the rows that they are over; problems with other noise or names share them.
         excluded: Names that the user left out; a search may come upon further ones.
         weight: (N,) of the rows' squares, where some count for less (`heavy_tails`).
+        built: Effects of the core, by their entries: each is made once.
     """
 
     start: CalibrationProblem
@@ -81,6 +82,7 @@ class Problem:
     known: dict[bytes, Known] = field(default_factory=dict)
     excluded: frozenset[Exclusion] = frozenset()
     weight: FloatArray | None = None
+    built: dict[str, _core.Effect] = field(default_factory=dict)
 
     @property
     def curves(self) -> Known:
@@ -114,6 +116,11 @@ class Problem:
         return [i for i in self.start.asked if i < self.own]
 
     @cached_property
+    def successions(self) -> dict[bytes, tuple[NDArray[np.intp], FloatArray]]:
+        """What `memory` finds of rows, by the rows of their numbers."""
+        return {}
+
+    @cached_property
     def unknowns(self) -> FloatArray:
         """(U,) unknowns of the observations, to begin with: places of anchors, planes ..."""
         return np.asarray(self.start.alignment.unknowns, dtype=np.float64)
@@ -124,10 +131,12 @@ class Problem:
         samples: _core.Samples,
         theta: FloatArray,
         memory: _core.TwistMemory | None = None,
+        *,
+        columns: bool = True,
     ) -> Linearization:
-        """What was measured in the fitted rows, near parameters of a model; `memory` as the core takes it."""
+        """What was measured in the fitted rows, near parameters of a model; `memory` and `columns` as of the core."""
         common = noise_by_observation(self.measured, self.noise.common)
-        near = _core.linearize(model, samples, self.measured, theta, common, self.threads, memory)
+        near = _core.linearize(model, samples, self.measured, theta, common, self.threads, memory, columns)
         row, number = (np.asarray(index, dtype=np.intp) for index in (near.row, near.number))
         if not self.noise.scale and self.weight is None:
             return Linearization(near.J, near.r, row, number)
@@ -159,7 +168,7 @@ class Problem:
 
     def effects(self, entries: Sequence[Spec]) -> list[_core.Effect]:
         """The entries as the core has them."""
-        return build_effects([core_entry(entry) for entry in entries], self.start.model.robot)
+        return build_effects([core_entry(entry) for entry in entries], self.start.model.robot, self.built)
 
     def model(
         self, entries: Sequence[Spec], data: Dataset, effects: Sequence[_core.Effect] | None = None

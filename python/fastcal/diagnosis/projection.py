@@ -18,7 +18,7 @@ from scipy.linalg import lapack
 
 from fastcal import _core
 from fastcal.calibration.columns import column_lengths
-from fastcal.calibration.tall import gram, inner, over, parts, summed
+from fastcal.calibration.tall import gram, inner, over, times
 
 FloatArray = NDArray[np.float64]
 
@@ -36,20 +36,42 @@ def score_tests(Q: FloatArray, C: FloatArray, r: FloatArray, sizes: Sequence[int
     scale = np.where(length > 0, length, 1.0)
     held = inner(Q, C) / scale
     left = r - Q @ (Q.T @ r)
-
-    def beyond(rows: slice) -> FloatArray:
-        return np.asfortranarray(C[rows] / scale - (held.T @ Q[rows].T).T)
-
-    def products(rows: slice) -> FloatArray:
-        R = beyond(rows)
-        return np.column_stack([R.T @ R, R.T @ left[rows]])
-
     if 0 < _MANY * C.shape[1] < len(r):
-        of_rows = summed(products, parts(len(r), C.shape[1] * (C.shape[1] + Q.shape[1])))
-        R, left = _triangle(of_rows[:, :-1], of_rows[:, -1], float(left @ left))
+        # Of C - Q H: what Q lacks of orthonormal counts with its square, as in R itself.
+        of_rows = gram(C) / np.outer(scale, scale) - inner(held, 2 * held - gram(Q) @ held)
+        R, left = _triangle(of_rows, C.T @ left / scale - held.T @ (Q.T @ left), float(left @ left))
     else:
-        R = beyond(slice(None))
+        R = np.asfortranarray(C / scale - (held.T @ Q.T).T)
     return _core.ScoreTests.projected(R, left, length, Q.shape[1], list(sizes))
+
+
+def score_tests_beside(
+    A: FloatArray, normal: FloatArray, C: FloatArray, r: FloatArray, sizes: Sequence[int]
+) -> _core.ScoreTests | None:
+    """The same by products of A's own columns, `normal` A^T A, where rows abound: neither Q nor R is made; else None.
+
+    With X = (A^T A)^-1 A^T C the products are R^T R = C^T C - X^T (2 A^T C - A^T A X): so written they are those of
+    C - A X, whatever X is, and rounding in X counts with its square.
+    """
+    if not 0 < _MANY * C.shape[1] < len(r) or A.shape[1] == 0:
+        return None
+    unit = np.sqrt(np.diag(normal))
+    if unit.min() == 0:
+        return None
+    normal = normal / np.outer(unit, unit)
+    L = root(normal)
+    if L is None:
+        return None
+    length = column_lengths(C)
+    scale = np.where(length > 0, length, 1.0)
+    along = inner(A, C) / unit[:, np.newaxis] / scale
+    X = lapack.dpotrs(L, along, lower=1)[0]
+    of_rows = gram(C) / np.outer(scale, scale) - inner(X, 2 * along - times(normal, X))
+    left = r
+    for _ in range(2):  # the second takes what rounding left
+        left = left - A @ (lapack.dpotrs(L, A.T @ left / unit, lower=1)[0] / unit)
+    R, left = _triangle(of_rows, C.T @ left / scale - X.T @ (A.T @ left / unit), float(left @ left))
+    return _core.ScoreTests.projected(R, left, length, A.shape[1], list(sizes))
 
 
 def basis(A: FloatArray, normal: FloatArray | None = None) -> FloatArray:

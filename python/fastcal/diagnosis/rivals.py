@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from fastcal.calibration.columns import unit_columns
+from fastcal.calibration.columns import unit_columns, unit_products
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.curves import with_curvatures, with_finer_knots
 from fastcal.diagnosis.fits import Fit, fit
@@ -44,6 +44,7 @@ class Model:
         fit: Of both together.
         noise: As the set shows it, or what the profiles leave where that is less.
         reaches: (N,) rows of the data that it reaches; a fit of profiles may hold more.
+        names: The set alone, fitted to the rows of `fit` from its own, where that was done; or None.
     """
 
     state: SearchNode
@@ -51,6 +52,7 @@ class Model:
     fit: Fit
     noise: Noise
     reaches: NDArray[np.bool_]
+    names: Fit | None = None
 
     @cached_property
     def held(self) -> HeldOut:
@@ -81,7 +83,9 @@ class Rivals:
         plain = self.fitted.get(_key(self.search.start, self.every))
         if plain is not None and problem.noise is self.search.problem.noise:
             fit = replace(plain.fit, problem=replace(plain.fit.problem, names=problem.names))
-            after.fitted[_key(after.search.start, self.every)] = replace(plain, state=after.search.start, fit=fit)
+            after.fitted[_key(after.search.start, self.every)] = replace(
+                plain, state=after.search.start, fit=fit, names=None
+            )
         return after
 
     def best_predicting(self, best: SearchNode, curved: Sequence[Spec]) -> Model:
@@ -134,7 +138,7 @@ class Rivals:
             fewer = bare(state)
         else:
             found = _fitted(state, curves, model.fit.problem, model.fit)
-            fewer = model if found is None else replace(model, state=state, profiles=curves, fit=found)
+            fewer = model if found is None else replace(model, state=state, profiles=curves, fit=found, names=None)
         return model if is_better(model.predicted, fewer.predicted) else fewer
 
     @property
@@ -260,14 +264,14 @@ def _on_more_rows(model: Model) -> Model:
     found = _fitted(model.state, curves, problem, names, names)
     if found is None:
         return model
-    fuller = replace(model, profiles=curves, fit=found)
+    fuller = replace(model, profiles=curves, fit=found, names=names)
     return model if is_better(before, fuller.predicted) else fuller
 
 
 def _finer(model: Model) -> Model:
     """The model with curves that show a wave a motor turn, if rows held out are then clearly predicted better."""
     problem = model.fit.problem
-    at = fit(problem, model.state.names, model.state.fit)
+    at = fit(problem, model.state.names, model.state.fit) if model.names is None else model.names
     entries = with_finer_knots(at, model.profiles)
     if entries is None:
         return model
@@ -289,8 +293,9 @@ def reached(at: Fit) -> Problem:
 
     A rich model that lacks a curve takes some of it for noise, and a lone pose for an outlier.
     """
-    every, (A, r, row) = at.on_every_row.problem, at.on_every_row.whitened
-    left = without_outliers(unit_columns(A), r, row)
+    whole = at.on_every_row
+    every, (A, r, row) = whole.problem, whole.whitened
+    left = without_outliers(unit_columns(A), r, row, normal=unit_products(whole.normal))
     used = every.used.copy()
     used[every.rows[left_out(left.wrong, left.gross, every.kept)]] = False
     noise = every.noise

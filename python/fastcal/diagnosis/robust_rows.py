@@ -100,12 +100,14 @@ def _products(Z: FloatArray) -> FloatArray:
     return np.asarray(Z @ Z.transpose(0, 2, 1))
 
 
-def without_outliers(X: FloatArray, r: FloatArray, row: IntArray, begun: IntArray | None = None) -> RichFit:
+def without_outliers(
+    X: FloatArray, r: FloatArray, row: IntArray, begun: IntArray | None = None, normal: FloatArray | None = None
+) -> RichFit:
     """A fit of X (m, p), about unit columns, to the rows that it reaches; `row` (m,) of each number, -1 a prior's.
 
-    `begun`: rows that nearly the same model did not reach, to begin with; None: the suspects.
+    `begun`: rows that nearly the same model did not reach, to begin with; None: the suspects. `normal` is X^T X.
     """
-    Z = ridged_basis(X)
+    Z = ridged_basis(X, normal)
     leverage, left_by_all = Leverage(Z, row), r - Z @ (Z.T @ r)
     wrong = _largest(_suspects(Z, r, row) if begun is None else begun, None, row)
     for _ in range(rules.NOISE_ROUNDS):
@@ -148,11 +150,21 @@ def studentized_residuals(A: FloatArray, r: FloatArray, row: IntArray, wrong: In
     return Leverage(Z, row).studentized(left, more, wrong)
 
 
-def ridged_basis(X: FloatArray) -> FloatArray:
-    """Z (m, p) of unit columns, orthonormal but for the ridge: a fraction of the work of a QR."""
-    normal = gram(X)
-    normal[np.diag_indices(X.shape[1])] += rules.RIDGE
-    return over(X, linalg.cholesky(normal, lower=True, check_finite=False))
+def ridged_basis(X: FloatArray, normal: FloatArray | None = None) -> FloatArray:
+    """Z (m, p) of unit columns, orthonormal but for the ridge: a fraction of the work of a QR; `normal` is X^T X."""
+    return over(X, _ridged_root(gram(X) if normal is None else normal.copy()))
+
+
+def ridged_residual(X: FloatArray, r: FloatArray) -> FloatArray:
+    """(m,) r - Z Z^T r, Z the `ridged_basis` of X (m, p)."""
+    size = linalg.cho_solve((_ridged_root(gram(X)), True), X.T @ r, check_finite=False)
+    return np.asarray(r - X @ size)
+
+
+def _ridged_root(normal: FloatArray) -> FloatArray:
+    """Lower triangular L (p, p) of the products of unit columns with the ridge; `normal` is spoilt."""
+    normal[np.diag_indices(len(normal))] += rules.RIDGE
+    return np.asarray(linalg.cholesky(normal, lower=True, overwrite_a=True, check_finite=False))
 
 
 def _without(Z: FloatArray, left: FloatArray, is_out: BoolArray) -> tuple[FloatArray, FloatArray | None]:

@@ -65,8 +65,7 @@ class Effect:
     def added(fit: Fit, C: FloatArray) -> Effect:
         """Of a block (m, p) that is not in the fit, by one linear step; rows of priors are in C, as zeros."""
         _A, r, row = fit.whitened
-        both = np.column_stack([C, r])
-        both -= fit.basis @ (fit.basis.T @ both)
+        both = fit.beyond(np.column_stack([C, r]))
         beyond, left = both[:, :-1], both[:, -1]
         theta = np.asarray(np.linalg.lstsq(beyond, left, rcond=1e-9)[0], dtype=np.float64)
         measured = row >= 0

@@ -26,7 +26,7 @@ from fastcal.diagnosis.library import Hypothesis
 from fastcal.diagnosis.memory import log_determinant, memory, remembering, without_memory
 from fastcal.diagnosis.problem import Problem
 from fastcal.diagnosis.projection import score_tests
-from fastcal.diagnosis.robust_rows import ridged_basis
+from fastcal.diagnosis.robust_rows import ridged_basis, ridged_residual
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
@@ -164,8 +164,8 @@ class _Rows:
             out[measured] = without_memory(slow, values[measured], self.row[measured])
             return out
 
-        Q, r = ridged_basis(unit_columns(white(self.X))), white(self.r)
-        left = r - Q @ (Q.T @ r)
+        r = white(self.r)
+        left = ridged_residual(unit_columns(white(self.X)), r)
         return len(r) * float(np.log(left @ left)) + log_determinant(slow, self.row[measured])
 
     def worth(self, after: _Rows) -> float:

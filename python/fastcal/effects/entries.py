@@ -169,8 +169,13 @@ def _is_option(value: object) -> bool:
     return isinstance(value, (str, bool))
 
 
-def build_effects(entries: Sequence[Spec], core: _core.RobotModel) -> list[_core.Effect]:
-    """The effects in order; they share the columns of `extra_columns` and the table of registered effects."""
+def build_effects(
+    entries: Sequence[Spec], core: _core.RobotModel, built: dict[str, _core.Effect] | None = None
+) -> list[_core.Effect]:
+    """The effects in order; they share the columns of `extra_columns` and the table of registered effects.
+
+    `built` keeps those of this core that the other entries have no part in, and they are taken from there again.
+    """
     columns = extra_columns(entries)
     effects, table = [], 0
     for entry in entries:
@@ -179,14 +184,20 @@ def build_effects(entries: Sequence[Spec], core: _core.RobotModel) -> list[_core
             effects.append(known.build(entry["owner"], core, table))
             table += known.width(entry["owner"])
             continue
-        options = core_options(entry)
         own = own_columns(entry)
+        key = None if built is None or own or "inputs" in entry else repr(entry)
+        if key is not None and built is not None and key in built:
+            effects.append(built[key])
+            continue
+        options = core_options(entry)
         if "inputs" in options:
             options["inputs"] = _by_index(str(options["inputs"]), columns)
         elif own:
             options["index"] = float(columns.index(own[0]))
         effect_owners(entry["effect"], core)
         effects.append(_core.make_effect(entry["effect"], core, entry["owner"], options))
+        if key is not None and built is not None:
+            built[key] = effects[-1]
     return effects
 
 

@@ -32,11 +32,11 @@ def removal_patches(text: str, spec: Spec, findings: Iterable[Finding], model_fi
         return {}
     lines = text.splitlines(keepends=True)
     first = lines.index("effects:\n") + 1
+    sizes = [len(_block(entry)) for entry in spec["effects"]]
     out = {}
     for finding in findings:
         at = first
-        for entry in spec["effects"]:
-            size = len(_block(entry))
+        for entry, size in zip(spec["effects"], sizes, strict=True):
             if _is_same(entry, finding):
                 gone = lines[at : at + size]
                 head = f"--- {model_file}\n+++ {model_file}\n@@ -{at + 1},{size} +{at},0 @@\n"

@@ -16,6 +16,7 @@ from fastcal.units import to_si
 _LARGEST = 1e100  # whose square is a number as well
 _SMALLEST = 1e-100  # the least that a file holds: less is what rounding leaves of nothing
 _ROOM_C = (20.0, 20.0)
+_LINE = 76  # characters of base64 in a line, as MIME has them
 _MOST_LISTED = 150  # parameters: with more, a root of millions of digits takes longer to read than to use
 
 
@@ -39,7 +40,8 @@ def _without_traces(values: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def packed(root: NDArray[np.float64]) -> str:
     """A lower triangle (P, P), row by row, as little-endian doubles in lines of base64."""
-    return base64.encodebytes(root[np.tril_indices(len(root))].astype("<f8").tobytes()).decode("ascii")
+    text = base64.b64encode(root[np.tri(len(root), dtype=bool)].astype("<f8").tobytes()).decode("ascii")
+    return "".join(f"{text[at : at + _LINE]}\n" for at in range(0, len(text), _LINE))
 
 
 def unpacked(text: str, count: int) -> NDArray[np.float64]:
