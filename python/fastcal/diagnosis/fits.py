@@ -40,6 +40,7 @@ from fastcal.robot.robot import Spec
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
+_COVARIANCE = 1e-6  # relative error of a covariance that decides nothing
 _WIDER = 1.3  # by which the longest reach grows with each step that succeeds, once one has failed
 
 
@@ -151,6 +152,18 @@ class Fit:
         """(m, rank) an orthonormal basis of the columns of `whitened`."""
         return basis(self.whitened[0], self.normal)
 
+    def is_of(self, problem: Problem, entries: Sequence[Spec], theta: FloatArray) -> bool:
+        """Is it a fit with these entries, that ended here, to the same rows, whitened alike but for their factor?"""
+        return (
+            list(entries) == self.entries
+            and np.array_equal(theta, self.theta)
+            and problem.start is self.problem.start
+            and problem.data is self.problem.data
+            and problem.weight is self.problem.weight
+            and np.array_equal(problem.used, self.problem.used)
+            and problem.noise.without_factor == self.problem.noise.without_factor
+        )
+
     def beyond(self, values: FloatArray) -> FloatArray:
         """(m, k) what the parameters can't do of columns (m, k), over the rows of `whitened`."""
         A, length = self.whitened[0], np.sqrt(np.diag(self.normal))
@@ -207,8 +220,8 @@ class Fit:
         m - tr(J (J^T J + D^-2)^-1 J^T), D the deviations of priors and pulls.
         """
         hold = held(self.prior, self.pull)[self.free]
-        inverse = linalg.inv(self.normal * np.outer(hold, hold), check_finite=False)
-        determined = len(hold) - float(np.trace(inverse))
+        L = np.linalg.cholesky(self.normal * np.outer(hold, hold))
+        determined = len(hold) - float(np.sum(lapack.dtrtri(L, lower=1)[0] ** 2))
         return max(len(self.near.r) - determined, 1.0)
 
     @cached_property
@@ -264,10 +277,10 @@ def fit(problem: Problem, added: Sequence[Hypothesis], start: Fit | None = None,
         away = (theta - centre)[free] / deviation
         return float(r @ r + away @ away)
 
-    def products(near: Linearization) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """J, J^T J and J^T r of the free parameters."""
+    def products(near: Linearization, known: FloatArray | None = None) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """J, J^T J, which may be `known`, and J^T r of the free parameters."""
         J = white(near, _columns(near, free))
-        return J, gram(J), J.T @ white(near, near.r)
+        return J, gram(J) if known is None else known, J.T @ white(near, near.r)
 
     def stepped(
         theta: FloatArray, near: tuple[FloatArray, FloatArray, FloatArray], reach: float
@@ -283,7 +296,8 @@ def fit(problem: Problem, added: Sequence[Hypothesis], start: Fit | None = None,
         out[index] = np.maximum(out[index], lower[critical])
         return out, float(step @ g)
 
-    near = linearized(theta)
+    same = start if start is not None and start.is_of(problem, entries, theta) else None
+    near = linearized(theta) if same is None else same.near
     work = near.J.size
     size = priors.plausible_sizes(problem, model, near)
     prior = np.concatenate([priors.of_effects(problem, entries, effects, model), no_bound])
@@ -299,7 +313,7 @@ def fit(problem: Problem, added: Sequence[Hypothesis], start: Fit | None = None,
     best = remaining(theta, near), theta, near
     reach = most = rules.MAX_STEP
     converged = has_failed = False
-    begun, each, tried = products(near), near.J.size, 0
+    begun, each, tried = products(near, None if same is None else same.squares), near.J.size, 0
     while not converged and tried < rules.MAX_ITERATIONS:
         tried += 1
         there, gain = stepped(best[1], begun, reach)
@@ -353,7 +367,7 @@ def _inverse_triangle(rows: Callable[[], FloatArray], normal: FloatArray) -> Flo
     """(p, p) R^-1 of A = Q R (m, p), in whatever units its columns are; `rows` gives A, `normal` is A^T A."""
     length = np.sqrt(np.diag(normal))
     normal = normal / np.outer(length, length)
-    L = root(normal)
+    L = root(normal, _COVARIANCE)
     if L is None:
         A = rows()
         L = root_again(A, length, normal)

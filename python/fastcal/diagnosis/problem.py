@@ -40,6 +40,11 @@ class Noise:
     memory: float = 0.0
     scale: Mapping[str, float] = field(default_factory=dict)  # by kind of observation; 1 where there is none
 
+    @property
+    def without_factor(self) -> tuple[tuple[float, float, float], float, dict[str, float]]:
+        """All that whitens rows but for `factor`."""
+        return self.common, self.memory, dict(self.scale)
+
 
 @dataclass(frozen=True, eq=False)
 class Linearization:

@@ -93,8 +93,8 @@ def basis(A: FloatArray, normal: FloatArray | None = None) -> FloatArray:
     return np.asarray(Q[:, diagonal >= _RANK * diagonal[0]])
 
 
-def root(normal: FloatArray) -> FloatArray | None:
-    """Lower triangular L, L L^T = A^T A (p, p) of unit columns; None where A L^-T would not be orthonormal to _RANK.
+def root(normal: FloatArray, away: float = _RANK) -> FloatArray | None:
+    """Lower triangular L, L L^T = A^T A (p, p) of unit columns; None where A L^-T would not be orthonormal to `away`.
 
     Rounding leaves it epsilon times the condition of A^T A away. A third of the work of a QR of the rows.
     """
@@ -102,7 +102,7 @@ def root(normal: FloatArray) -> FloatArray | None:
     if failed:
         return None
     share, _ = lapack.dpocon(L, float(np.abs(normal).sum(axis=0).max()), uplo="L")
-    return np.asarray(L) if _RANK * share > _EPSILON else None
+    return np.asarray(L) if away * share > _EPSILON else None
 
 
 def root_again(A: FloatArray, length: FloatArray, normal: FloatArray) -> FloatArray | None:

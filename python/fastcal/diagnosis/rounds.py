@@ -74,5 +74,6 @@ def _is_calmer(now: Problem, before: Problem) -> bool:
 def _best(levels: list[list[SearchNode]]) -> SearchNode:
     """The most likely set that suffices, unless one that leaves something is still likelier by DECISIVE_BIC."""
     likeliest = min((state for level in levels for state in level if not state.impossible), key=lambda s: s.bic)
-    enough = min((state for state in levels[-1] if state.suffices), key=lambda s: s.bic, default=likeliest)
+    likely = sorted(levels[-1], key=lambda s: s.bic)
+    enough = next((state for state in likely if state.suffices), likeliest)  # to ask of each takes long
     return likeliest if likeliest.bic < enough.bic - rules.DECISIVE_BIC else enough

@@ -59,7 +59,7 @@ class Effect:
         own = [fit.free.index(i) for i in range(place.start, place.stop)]
         measured = row >= 0
         covariance = fit.pulled_covariance[np.ix_(own, own)]
-        return Effect(fit, A[measured][:, own], fit.theta[place], covariance, r[measured])
+        return Effect(fit, np.take(A, own, axis=1)[measured], fit.theta[place], covariance, r[measured])
 
     @staticmethod
     def added(fit: Fit, C: FloatArray) -> Effect:

@@ -109,7 +109,8 @@ TEST(ScoreTests, LengthAndSurvivingShareAreThoseOfTheProjectedColumns) {
 TEST(ScoreTests, GivenIsTheGainOnTopOfWhatWasAdded) {
   const Case c;
   const ScoreTests tests = c.tests();
-  for (const std::vector<int>& added : {std::vector<int>{0}, std::vector<int>{2, 1}, std::vector<int>{}}) {
+  for (const std::vector<int>& added :
+       {std::vector<int>{0}, std::vector<int>{2, 1}, std::vector<int>{0, 2}, std::vector<int>{}}) {
     MatrixXd X = c.A;
     for (const int i : added) X = beside(X, c.block(i));
     const double before = left_by(X, c.r);

@@ -4,7 +4,7 @@
 
 import numpy as np
 
-from fastcal.calibration.smoothing import FOLDS, LinearProblem, _Search
+from fastcal.calibration.smoothing import _GRID, FOLDS, LinearProblem, _Search
 
 
 def test_the_rest_eliminated_once_solves_as_all_at_once() -> None:
@@ -23,3 +23,23 @@ def test_the_rest_eliminated_once_solves_as_all_at_once() -> None:
                 log_s[block] = exponent
                 expected = search._solve(*search._others[fold], log_s)
                 np.testing.assert_allclose(solve(log_s), expected, rtol=0, atol=1e-12)
+
+
+def test_of_a_common_curvature_every_other_one_shows_where_the_best_is() -> None:
+    random = np.random.default_rng(1)
+    J = random.standard_normal((300, 25))
+    truth = np.r_[random.standard_normal(5), 0.03 * random.standard_normal(20)]
+    problem = LinearProblem(
+        J,
+        J @ truth + 0.3 * random.standard_normal(300),
+        np.repeat(np.arange(100), 3),
+        [np.arange(5, 15), np.arange(15, 25)],
+        [np.ones(10)] * 2,
+        np.full(25, 100.0),
+    )
+    found, whole = _Search(problem).common(_GRID), _Search(problem)
+    errors = {s: whole._error(np.full(2, s)) for s in _GRID}
+    best = min(errors, key=errors.__getitem__)
+    errors |= {s: whole._error(np.full(2, s)) for s in (best - 0.25, best + 0.25)}
+    np.testing.assert_array_equal(found, np.full(2, min(errors, key=errors.__getitem__)))
+    assert -3.0 < found[0] < 0.0

@@ -3,15 +3,17 @@
 """The fits of a diagnosis: what the data do not show, what is written as a model, and lengths in place of points."""
 
 import json
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from fastcal import Robot, load_robot, perturbed, random_poses, simulate
-from fastcal.diagnosis import Diagnosis, diagnose
+from fastcal.diagnosis import Diagnosis, diagnose, fits
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.calibration_record import lower_root
 
@@ -45,6 +47,31 @@ def test_tests_see_what_the_fit_leaves_along_parallel_axes() -> None:
     assert {f.label for f in found.effects} == {"thermal_expansion@robot", "thermal_offset@joint2"}
     fit = found.state.fit
     assert fit.remaining == pytest.approx(fit.freedom, abs=5 * np.sqrt(2 * fit.freedom))
+
+
+def test_what_the_steps_left_is_that_of_the_rows() -> None:
+    fit = thermal_pair().state.fit
+    A, r, _row = fit.whitened
+    assert fit.squares is not None
+    np.testing.assert_allclose(fit.normal, A.T @ A, rtol=1e-9, atol=1e-9 * np.max(A.T @ A))
+    np.testing.assert_allclose(fit.beyond(r[:, np.newaxis])[:, 0], r - fit.basis @ (fit.basis.T @ r), atol=1e-7)
+    inverse = np.linalg.inv(fit.normal)
+    assert fit.freedom == pytest.approx(
+        len(fit.near.r) - len(inverse) + np.trace(inverse / held_squares(fit)), rel=1e-9
+    )
+
+
+def test_a_fit_goes_on_from_where_one_of_the_same_rows_ended() -> None:
+    begun = thermal_pair().state.fit
+    noise = replace(begun.problem.noise, factor=2 * begun.problem.noise.factor)
+    again = fits.fit(begun.problem.with_noise(noise), begun.added, begun)
+    assert again.near is begun.near  # the whitening but for the factor is the same: nothing was evaluated
+    other = fits.fit(begun.problem.with_noise(replace(noise, memory=0.3)), begun.added, begun)
+    assert other.near is not begun.near
+
+
+def held_squares(fit: fits.Fit) -> NDArray[np.float64]:
+    return np.asarray(fits.held(fit.prior, fit.pull)[fit.free] ** 2)
 
 
 def test_the_model_is_the_fit_that_was_judged() -> None:

@@ -127,3 +127,20 @@ def test_along_a_path_slow_noise_and_a_cause_without_a_name_are_said_to_look_ali
         found = diagnose(small_arm.arm(), rows)
         assert found.unexplained is not None or any(one.effect == "joint_curve" for one in found.effects)
         assert any("successive poses lie near each other" in note for note in found.notes) == is_said
+
+
+def test_rows_in_the_order_of_measuring_are_whitened_as_the_same_rows_in_any_other() -> None:
+    data = rows(RHO)
+    assert data.time is not None
+    order = np.argsort(data.time)
+    noise = Noise((SIGMA, 1e-4, SIGMA), memory=0.7)
+    row = np.repeat(np.arange(ROWS), 3)
+    mixed = prepared_problem(arm(), data, [], noise, 1)
+    ordered = prepared_problem(arm(), data.select(order), [], noise, 1)
+    values = np.random.default_rng(0).standard_normal((3 * ROWS, 4))
+    numbers = (3 * order[:, np.newaxis] + np.arange(3)).ravel()
+    expected = without_memory(mixed, values, row)[numbers]
+    assert not np.allclose(expected, values[numbers])
+    for by_row in (values[numbers], np.asfortranarray(values[numbers])):
+        np.testing.assert_array_equal(without_memory(ordered, by_row, row), expected)
+    np.testing.assert_array_equal(without_memory(ordered, values[numbers][:, 0], row), expected[:, 0])

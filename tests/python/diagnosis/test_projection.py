@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fastcal import _core
-from fastcal.diagnosis.projection import basis, root, root_again, score_tests
+from fastcal.diagnosis.projection import basis, root, root_again, score_tests, score_tests_beside
 
 SIZES = [4, 5, 1, 2]
 
@@ -33,6 +33,30 @@ def test_the_tests_are_those_of_the_rows(rows: int) -> None:
     np.testing.assert_allclose(found.remaining, expected.remaining, rtol=1e-9)
     np.testing.assert_allclose(found.given([0]).statistic, expected.given([0]).statistic, rtol=1e-7, atol=1e-9)
     np.testing.assert_allclose(found.correlation([0, 1], [1, 3]), expected.correlation([0, 1], [1, 3]), rtol=1e-7)
+
+
+def test_products_of_the_columns_alone_give_the_same_tests() -> None:
+    random = np.random.default_rng(7)
+    A, C, r = random.normal(size=(400, 6)), random.normal(size=(400, 12)), random.normal(size=400)
+    A[:, 5] = A[:, 4] + 1e-3 * A[:, 5]  # of condition 1e6 squared
+    C[:, 4] = A[:, 5] + 1e-2 * C[:, 4]  # of which hardly anything is left
+    C[:, 9] = A[:, 2]  # absorbed
+    A *= np.logspace(-3, 3, 6)
+    C *= np.logspace(-6, 6, 12)
+    expected, found = _core.ScoreTests(A, C, r, SIZES), score_tests_beside(A, A.T @ A, C, r, SIZES)
+    assert found is not None
+    np.testing.assert_array_equal(found.scores.rank, expected.scores.rank)
+    np.testing.assert_allclose(found.scores.statistic, expected.scores.statistic, rtol=1e-7)
+    np.testing.assert_allclose(found.estimate, expected.estimate, rtol=1e-6, atol=1e-12)
+    np.testing.assert_allclose(found.remaining, expected.remaining, rtol=1e-10)
+
+
+def test_products_are_refused_where_rounding_decides_and_where_rows_are_few() -> None:
+    random = np.random.default_rng(8)
+    A, C, r = random.normal(size=(400, 6)), random.normal(size=(400, 12)), random.normal(size=400)
+    assert score_tests_beside(A[:14], A[:14].T @ A[:14], C[:14], r[:14], SIZES) is None
+    A[:, 5] = A[:, 4] + 1e-5 * A[:, 5]
+    assert score_tests_beside(A, A.T @ A, C, r, SIZES) is None
 
 
 def test_columns_that_move_nothing_and_no_columns_say_nothing() -> None:
