@@ -79,6 +79,7 @@ class World:
             near=SimpleNamespace(r=left, row=np.arange(ROWS)),
             whitened=(X, left, np.arange(ROWS)),
             basis=basis(X),
+            normal=X.T @ X,
             place=lambda n: places[id(n)],
             columns=lambda n: list(range(places[id(n)].start, places[id(n)].stop)),
             value=lambda n: theta[places[id(n)]],
