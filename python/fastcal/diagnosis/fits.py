@@ -177,7 +177,7 @@ class Fit:
     @cached_property
     def normal(self) -> FloatArray:
         """(F, F) A^T A of `whitened`."""
-        return self._measured_normal + np.diag(held(self.prior, self.pull)[self.free] ** -2)
+        return self._measured_normal + np.diag(np.hypot(1 / self.prior, 1 / self.pull)[self.free] ** 2)
 
     @cached_property
     def _measured_normal(self) -> FloatArray:

@@ -186,12 +186,10 @@ def knots_are_as_close_as_rows_and_the_finest_wave_allow() -> None:
     entry = {"effect": "joint_profile", "owner": "joint1", "curvature": 0.01}
 
     def knots(q: np.ndarray, numbers: int) -> int | None:
-        robot = SimpleNamespace(robot=None)
-        problem = SimpleNamespace(kept=SimpleNamespace(q=q[:, np.newaxis]))
-        at = SimpleNamespace(problem=problem, near=SimpleNamespace(r=np.zeros(numbers)), model=robot)
         coarse = SimpleNamespace(parameters=range(30))
-        with mock.patch.object(curves, "build_effects", return_value=[coarse]):
-            entries = curves.with_finer_knots(at, [entry])
+        problem = SimpleNamespace(kept=SimpleNamespace(q=q[:, np.newaxis]), effects=lambda _: [coarse])
+        at = SimpleNamespace(problem=problem, near=SimpleNamespace(r=np.zeros(numbers)))
+        entries = curves.with_finer_knots(at, [entry])
         return None if entries is None else entries[0]["knots"]
 
     anywhere = np.linspace(-1.0, 1.0, 2000)
