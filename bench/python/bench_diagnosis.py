@@ -88,8 +88,8 @@ def compared(number: int, kind: str, at: Setting, truths: Sequence[Truth], said:
     """What was said beside what is true."""
     right = [_right_names(at, said, t) for t in truths]
     there = points_of(at, truths)[-HELD_OUT:]
-    rows = at.poses.select(np.arange(at.count, at.count + HELD_OUT))
-    off = [step.model.poses(rows)[:, :3, 3] - there for step in (said.steps[0], said.steps[-1])]
+    # Of all rows: heat that lags depends on the temperatures before.
+    off = [step.model.poses(at.poses)[-HELD_OUT:, :3, 3] - there for step in (said.steps[0], said.steps[-1])]
     geometry, model = (round(1e6 * float(np.sqrt(np.mean(e**2))), 3) for e in off)
     everything = set().union(*right)
     returned = [{(f.effect, f.owner), *f.equivalents} for f in said.effects if f.grade != "C"]
