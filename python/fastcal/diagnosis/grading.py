@@ -13,7 +13,7 @@ from scipy import linalg
 
 from fastcal import _core
 from fastcal.diagnosis import rules
-from fastcal.diagnosis.held_out import folds, is_better
+from fastcal.diagnosis.held_out import folds, gain
 from fastcal.diagnosis.library import Hypothesis
 from fastcal.diagnosis.moved_zeros import moved_zeros
 from fastcal.diagnosis.one_curve import is_one_curve
@@ -88,14 +88,11 @@ def borne_out(search: Search, state: SearchNode) -> SearchNode:
 
     Of many, the less helpful half of those that do not help at once. Beside something that remains, no wave stays that
     is implausibly large: it makes up for what is unexplained. Names that help beside what comes with them, such as the
-    sag of an arm without masses, must also do better with it than the start.
+    sag of an arm without masses, must also do better with it than the start, by as much as the surest of them must.
     """
     while state.names:
         over = np.array(
-            [
-                -np.inf if _is_oversized_wave(state, name) else less - _least_gain(search, state, name) * e
-                for (less, e), name in zip(state.gains, state.names, strict=True)
-            ]
+            [_margin(search, state, name, helps) for name, helps in zip(state.names, state.gains, strict=True)]
         )
         worst = np.argsort(over, kind="stable")[: np.sum(over < 0)]
         if len(worst) == 0:
@@ -104,8 +101,10 @@ def borne_out(search: Search, state: SearchNode) -> SearchNode:
         gone = [state.names[i] for i in worst[:at_once]]
         rest = [name for name in state.names if not any(name is g for g in gone)]
         state = search.state(rest, state) if rest else search.start
-    helps = state.names and is_better(state.predicted, search.start.predicted)
-    return state if helps else search.start
+    if not state.names:
+        return state
+    less, error = gain(state.predicted, search.start.predicted)
+    return state if less > min(_least_gain(search, state, name) for name in state.names) * error else search.start
 
 
 def _is_oversized_wave(state: SearchNode, name: Hypothesis) -> bool:
@@ -116,18 +115,36 @@ def _is_oversized_wave(state: SearchNode, name: Hypothesis) -> bool:
     return not _is_plausible(state.fit.model.parameters[place], state.fit.theta[place]) and not state.suffices
 
 
+def _margin(search: Search, state: SearchNode, name: Hypothesis, helps: tuple[float, float]) -> float:
+    """By how much a name helps to predict held-out rows beyond what it must; below 0 it goes.
+
+    What is not certain and changes slowly must predict whole stretches of the order of measuring too: their neighbours
+    tell of a wrong cause as well as of the right one, and the model is used on poses that are measured later.
+    """
+    if _is_oversized_wave(state, name):
+        return -np.inf
+    least = _least_gain(search, state, name)
+    margin = helps[0] - least * helps[1]
+    if least > rules.MIN_RIVAL_GAIN and not _SLOW.isdisjoint(name.traits.depends_on):
+        less, error = state.gain_by_stretches(name)
+        margin = min(margin, less - rules.MIN_GAIN * error)
+    return margin
+
+
 def _least_gain(search: Search, state: SearchNode, name: Hypothesis) -> float:
     """Standard errors by which a name must help: fewer for a certain one, but not for a wave where something remains.
 
-    Waves are picked out of thousands, there by a misfit that is no noise, whatever their level against noise.
+    Waves are picked out of thousands, there by a misfit that is no noise, whatever their level against noise. An order,
+    a moment or a lag that was searched for was chosen by the rows held out as well.
     """
+    uncertain = rules.MIN_SEARCHED_GAIN if name.searched else rules.MIN_GAIN
     if len(state.names) > rules.MAX_EFFECTS_GROWN or (is_periodic(name) and not state.suffices):
-        return rules.MIN_GAIN
+        return uncertain
     drop = np.array([search.without(state, name).fit.remaining - state.fit.remaining])
     place = state.fit.place(name)
-    rank = np.array([place.stop - place.start], dtype=np.int32)
+    rank = np.array([place.stop - place.start + name.searched], dtype=np.int32)
     p = p_values(drop, rank, search.problem.noise.freedom)[0] * search.start.family.named
-    return rules.MIN_RIVAL_GAIN if p < rules.ALPHA_CERTAIN else rules.MIN_GAIN
+    return rules.MIN_RIVAL_GAIN if p < rules.ALPHA_CERTAIN else uncertain
 
 
 def grade(

@@ -21,7 +21,7 @@ from scipy import linalg
 
 from fastcal.calibration.columns import column_lengths
 from fastcal.calibration.parallel import each
-from fastcal.calibration.pose_folds import pose_folds
+from fastcal.calibration.pose_folds import measuring_place, pose_folds
 from fastcal.calibration.repeatability import place_groups
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.fits import Fit, held
@@ -32,6 +32,7 @@ from fastcal.measurements.splits import deal
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
+STRETCHES = "stretches"  # of the order of measuring: an owner of folds
 _RIDGE = 1e-10  # on unit columns: for those that the others span
 
 
@@ -48,7 +49,9 @@ def folds(problem: Problem, owner: str | None = None) -> NDArray[np.intp]:
 
 
 def fold_of(data: Dataset, owner: str | None = None) -> NDArray[np.intp]:
-    """(N,) fold of each row, by its pose (along a path by its stretch), or by the position of a joint."""
+    """(N,) fold of each row, by its pose (along a path by its stretch), the position of a joint, or STRETCHES."""
+    if owner == STRETCHES:
+        return measuring_place(data) * rules.FOLDS // max(len(data), 1)
     random = np.random.default_rng(0)
     if owner is None:
         return pose_folds(data, rules.FOLDS, random)
@@ -70,7 +73,7 @@ class HeldOut:
         fitted: (N,) rows of the data that the predictions are fitted to; None: those of the fit.
         more: (m, k) further columns over the numbers and priors of the fit, after its own; the rows that it leaves out
             are not predicted then.
-        owner: A joint: the folds hold out its positions.
+        owner: A joint: the folds hold out its positions. STRETCHES: parts of the order of measuring.
     """
 
     def __init__(
@@ -178,6 +181,23 @@ def _solved(
     part[np.diag_indices_from(part)] += _RIDGE - np.broadcast_to(pulls, len(normal))[kept]
     root = np.linalg.cholesky(part).T  # without Python's lock, which scipy's holds
     return np.asarray(linalg.cho_solve((root, False), right[kept], check_finite=False))
+
+
+def squares(at: Fit) -> FloatArray:
+    """(N,) squared error of each measured row as a fit has it, in the unit of `HeldOut.squares`."""
+    _, r, row = at.on_every_row.whitened
+    measured = row >= 0
+    own = np.bincount(row[measured], r[measured] ** 2, len(at.on_every_row.problem.rows))
+    out = np.full(len(at.problem.data), np.nan)
+    out[at.on_every_row.problem.rows] = own * at.problem.noise.factor**2
+    return out
+
+
+def lead(rival: FloatArray, incumbent: FloatArray, among: BoolArray) -> float:
+    """Standard errors by which the sum of a rival's squares (N,), of some rows (N,), is less than another one's."""
+    less = (incumbent - rival)[among & np.isfinite(incumbent) & np.isfinite(rival)]
+    error = float(np.std(less, ddof=1)) * np.sqrt(len(less)) if len(less) > 1 else 0.0
+    return float(less.sum()) / error if error > 0 else 0.0
 
 
 def gain(rival: FloatArray, incumbent: FloatArray, group: NDArray[np.intp] | None = None) -> tuple[float, float]:

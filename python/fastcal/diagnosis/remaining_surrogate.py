@@ -74,7 +74,7 @@ def thresholds() -> Thresholds:
         evidence=rules.SURROGATE_EVIDENCE,
         further_evidence=rules.FURTHER_SURROGATE_EVIDENCE,
         held_out=rules.SURROGATE_HELD_OUT,
-        lead=rules.SURROGATE_LEAD,
+        lead=rules.UNNAMED_LEAD,
         blocks=rules.MAX_SURROGATES,
         bins=rules.POSITION_BINS,
     )

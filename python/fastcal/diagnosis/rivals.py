@@ -3,7 +3,8 @@
 """Where something remains: what was found against the plain models that anyone would try, on rows held out of each.
 
 Each model is judged by `held_out`, its options (orders, corners, curvatures) as its fit to all rows has them: of two
-models that differ in those only, this says little; between names and curves it says which predicts.
+models that differ in those only, this says little; between names and curves it says which predicts. What has no name
+must then lead with curvatures that are chosen again (`leads`).
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from fastcal.calibration.columns import unit_columns, unit_products
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.curves import with_curvatures, with_finer_knots
 from fastcal.diagnosis.fits import Fit, fit
-from fastcal.diagnosis.held_out import HeldOut, gain, is_better, positions, wins
+from fastcal.diagnosis.held_out import HeldOut, folds, gain, is_better, lead, positions, squares, wins
 from fastcal.diagnosis.library import Hypothesis, without_masses
 from fastcal.diagnosis.noise import left_out
 from fastcal.diagnosis.periodic import forward
@@ -92,7 +93,7 @@ class Rivals:
         """The set that was found, or a rival that predicts held-out rows better, less what does not help it to.
 
         The simpler rivals come first: each must be better than those before it, and one with curves at most positions
-        of their joints as well.
+        of their joints as well. What takes the place of the set, and is no part of it, must lead clearly.
 
         Args:
             best: The set.
@@ -111,10 +112,16 @@ class Rivals:
             if is_better(rival.predicted, chosen.predicted):
                 chosen = rival
                 plain = plain if rival.profiles else rival
-        if not chosen.profiles:
-            return chosen
-        fewer = self._with_what_helps(chosen)
-        return _finer(fewer) if _holds_elsewhere(fewer, plain) else plain
+        if chosen.profiles:
+            fewer = self._with_what_helps(chosen)
+            if fewer.profiles and _holds_elsewhere(fewer, plain) and leads(fewer, plain):
+                return _finer(fewer)
+            plain = plain if fewer.profiles else fewer
+        if all(name in best.names for name in plain.state.names):
+            return plain
+        fewer, simpler = self._with_what_helps(plain), bare(best)
+        simpler = bare(start) if is_better(bare(start).predicted, simpler.predicted) else simpler
+        return fewer if leads(fewer, simpler) else simpler
 
     def _with_what_helps(self, model: Model) -> Model:
         """The model less the names and curves without which held-out rows are predicted as well, the least first."""
@@ -195,6 +202,34 @@ def _holds_elsewhere(rival: Model, other: Model) -> bool:
         if not wins(own, its, positions(rival.fit.problem.data, entry["owner"])):
             return False
     return True
+
+
+def leads(model: Model, other: Model) -> bool:
+    """Are rows held out predicted better by UNNAMED_LEAD standard errors by a model than by a simpler one?
+
+    By plain squares, of all rows but gross ones: a loss that spares large errors prefers a curve through most rows to
+    one through the mean of all.
+    """
+    before = other.predicted
+    among = before < rules.GROSS_SIZE**2 * np.nanmedian(before)
+    return lead(_chosen_again(model), before, among) >= rules.UNNAMED_LEAD
+
+
+def _chosen_again(model: Model) -> FloatArray:
+    """(N,) `predicted`, of curves that are as curved as the other folds ask for: all rows have seen those held out."""
+    every = model.fit.on_every_row.problem
+    if not model.profiles or len(every.rows) > rules.CHOSEN_AGAIN_ROWS:
+        return model.predicted
+    fold = folds(every)
+    out = np.full(len(every.data), np.nan)
+    for k in range(rules.FOLDS):
+        held = every.rows[fold == k]
+        used = model.fit.problem.used.copy()
+        used[held] = False
+        names = fit(model.fit.problem.with_rows(used), model.state.names, model.state.fit)
+        curves = map(Hypothesis, with_curvatures(names, model.profiles))
+        out[held] = squares(fit(names.problem, [*model.state.names, *curves], names, pulled=True))[held]
+    return out
 
 
 def profile(owner: str) -> Spec:

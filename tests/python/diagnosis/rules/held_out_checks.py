@@ -46,7 +46,7 @@ def what_is_certain_and_shows_in_few_rows_stays() -> None:
             assert grading.borne_out(search, search.state([step], search.start)).names == kept
 
 
-@falls_with(MIN_RIVAL_GAIN=-1e9)
+@falls_with(MIN_GAIN=-1e9)
 def a_set_that_does_no_better_than_the_geometry_goes() -> None:
     """As a bend that helps beside the sag that comes with it, where both together predict nothing."""
     bend = name(1)

@@ -62,7 +62,7 @@ def _step(added: str | None, _: Any) -> Any:
 @falls_with(SURROGATE_EVIDENCE=1e9)
 @falls_with(FURTHER_SURROGATE_EVIDENCE=1e9)
 @falls_with(SURROGATE_HELD_OUT=0.0)
-@falls_with(SURROGATE_LEAD=1e9)
+@falls_with(UNNAMED_LEAD=1e9)
 @falls_with(MAX_SURROGATES=1)
 def curves_of_two_joints_are_added() -> None:
     assert set(added(True)[0].split(",")) == {"surrogate@joint2", "surrogate@joint3"}

@@ -15,6 +15,7 @@ from . import (  # noqa: F401
     search_checks,
     surrogate_checks,
     tested_checks,
+    unnamed_checks,
     wave_checks,
 )
 from .mutants import MUTANTS, Check
