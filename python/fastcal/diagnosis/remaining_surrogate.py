@@ -38,7 +38,7 @@ def with_surrogate(
         reached: (N,) rows that it reaches.
         judge: The rows on which models are judged.
         unexplained: What remains, as the score tests place it; None: nothing that they see. It is kept where no block
-            has evidence; where it is None, only what poses left out confirm counts as unexplained.
+            has evidence that poses left out confirm; where it is None, only what is added counts as unexplained.
         drifts: Something moves in time that is no noise with a memory.
     """
     problem = fit.problem
@@ -60,7 +60,7 @@ def with_surrogate(
     added = ",".join(dict.fromkeys(found.added)) or None
     placed = Unexplained(found.owner, found.share, on, added, hints)
     if added is None:
-        return None, None, None if unexplained is None else placed
+        return None, None, placed if unexplained is not None and is_borne_out else unexplained
     model = judge.of(found.model, nominal(fit), unknowns_by_owner(problem.measured, found.unknowns))
     step = gap_step(added, model)
     if not step.train_rms_mm < gap_step(None, last).train_rms_mm:  # it bends what was linear
