@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fastcal import _core
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot
 
@@ -44,7 +45,7 @@ def directions(owner: str) -> int:
 def candidates(robot: Robot, data: Dataset) -> list[Candidate]:
     """All blocks whose inputs the data hold and vary."""
     known = {f"q{i + 1}" for i in range(robot.joint_count) if _varies(data.q[:, i])}
-    known |= {f"load{i + 1}" for i in range(robot.joint_count)}
+    known |= _varying_loads(robot, data)
     for word, table in (("approach", data.approach), ("move", data.move)):
         if table is not None:
             known |= {f"{word}{i + 1}" for i in range(robot.joint_count) if _varies(table[:, i])}
@@ -56,6 +57,15 @@ def candidates(robot: Robot, data: Dataset) -> list[Candidate]:
     if data.position is not None:
         known |= {"forward_x", "forward_y", "height", "range", "x", "y", "z", "sight_x", "sight_y", "sight_z"}
     return [c for c in _all(robot.joint_count) if set(c.inputs) <= known]
+
+
+def _varying_loads(robot: Robot, data: Dataset) -> set[str]:
+    """Of joints whose load varies beside the largest of all: about an upright axis it is rounding."""
+    names = [f"load{i + 1}" for i in range(robot.joint_count)]
+    core = robot.error_model
+    loads = np.asarray(_core.surrogate_inputs(core, robot.samples(data), core.start, " ".join(names)))
+    least = _CONSTANT * float(np.max(np.abs(loads)))
+    return {name for name, values in zip(names, loads.T, strict=True) if np.ptp(values) > least}
 
 
 def _varies(values: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> bool:
