@@ -110,9 +110,10 @@ FASTCAL_INLINE void identity(Lane (&T)[kPoseNumbers]) {
 }
 
 template <int W>
-FASTCAL_INLINE void forward_lanes(const ChainStep* steps, int step_count, int frame_count, int stride, double* poses) {
-  for (int row = 0; row < stride; row += W) {
-    double* out = poses + row / kGroup * frame_count * kPoseNumbers * kGroup + row % kGroup;
+FASTCAL_INLINE void forward_lanes(const ChainStep* steps, int step_count, int frame_count, int stride, int first,
+                                  int last, double* poses) {
+  for (int row = first; row < last; row += W) {
+    double* out = poses + (row - first) / kGroup * frame_count * kPoseNumbers * kGroup + row % kGroup;
     typename Vectors<W>::Lane T[kPoseNumbers];
     identity(T);
     for (const ChainStep* step = steps; step < steps + step_count; ++step) {
@@ -361,8 +362,9 @@ FASTCAL_FOR_EACH_SET(table, table_of,
                      (const double* table, int rows, int columns, int stride, double* out, bool& is_finite),
                      (table, rows, columns, stride, out, is_finite))
 FASTCAL_FOR_EACH_SET(sines, sines_of, (const double* angle, int stride, double* out), (angle, stride, out))
-FASTCAL_FOR_EACH_SET(forward, forward_lanes, (const ChainStep* s, int n, int frames, int stride, double* poses),
-                     (s, n, frames, stride, poses))
+FASTCAL_FOR_EACH_SET(forward, forward_lanes,
+                     (const ChainStep* s, int n, int frames, int stride, int first, int last, double* poses),
+                     (s, n, frames, stride, first, last, poses))
 FASTCAL_FOR_EACH_SET(columns, columns_of,
                      (const double* poses, int n, int stride, const TwistRows* const* t, int count,
                       const NumberRows& numbers, double* to, int ld),
@@ -408,9 +410,10 @@ int steps_of(const FrameRows& frame, ChainStep* steps) {
   return count;
 }
 
-void forward_rows(const ChainStep* steps, int step_count, int frame_count, int stride, double* poses) {
+void forward_rows(const ChainStep* steps, int step_count, int frame_count, int stride, int first, int last,
+                  double* poses) {
   static const auto run = FASTCAL_BEST_SET(forward);
-  run(steps, step_count, frame_count, stride, poses);
+  run(steps, step_count, frame_count, stride, first, last, poses);
 }
 
 void forward_matrices(const ChainStep* steps, int step_count, int stride, int rows, double* matrices) {

@@ -46,8 +46,10 @@ constexpr int kMostSteps = 8;  // of a frame
 /// The steps of one frame, at most kMostSteps, the last of them kFrame; how many.
 int steps_of(const FrameRows& frame, ChainStep* steps);
 
-/// Poses of the frames that the steps end: (stride / kGroup, frames, kPoseNumbers, kGroup).
-void forward_rows(const ChainStep* steps, int step_count, int frame_count, int stride, double* poses);
+/// Poses of the frames that the steps end in rows first ... last - 1, whole groups: ((last - first) / kGroup, frames,
+/// kPoseNumbers, kGroup).
+void forward_rows(const ChainStep* steps, int step_count, int frame_count, int stride, int first, int last,
+                  double* poses);
 
 /// Poses at the end of the steps in the first `rows` rows as 4 x 4 matrices in C order.
 void forward_matrices(const ChainStep* steps, int step_count, int stride, int rows, double* matrices);

@@ -83,7 +83,7 @@ void parameter_jacobian(const ErrorModel& model, const Samples& samples, const E
     ~Worker() { kernels::finish_copies(); }
   };
   parallel_chunks(
-      samples.count(), threads, [&] { return Worker{RowBlock(model, theta, all, scale)}; },
+      samples.count(), threads, [&] { return Worker{RowBlock(model, theta, all, scale, RowBlock::Frames::kNone)}; },
       [&](Worker& worker, Eigen::Index, Eigen::Index begin, Eigen::Index end) {
         forward(model, theta, samples, begin, end, worker.block);
         const auto numbers = rows == 3 ? kernels::ToolNumbers::kPosition : kernels::ToolNumbers::kPose;

@@ -132,19 +132,24 @@ void RowBlock::forward(const Samples& samples, Eigen::Index begin, Eigen::Index 
     }
   }
   if (!spring_joints_.empty()) add_spring_turns(samples, begin);
-  step_count_ = 0;
   for (std::size_t k = 0; k < frames_.size(); ++k) {
-    if (frames_[k].turn != nullptr) {
-      double* sine_cosine = angle_[k].data() + 2 * stride_;
-      kernels::sines_and_cosines(frames_[k].turn, stride_, sine_cosine);
-      frames_[k].sine_cosine = sine_cosine;
-    }
-    step_count_ += kernels::steps_of(frames_[k], steps_.data() + step_count_);
-    if (frames_.size() - k > static_cast<std::size_t>(kept_count())) --step_count_;  // of a frame that is not kept
+    if (frames_[k].turn == nullptr) continue;
+    double* sine_cosine = angle_[k].data() + 2 * stride_;
+    kernels::sines_and_cosines(frames_[k].turn, stride_, sine_cosine);
+    frames_[k].sine_cosine = sine_cosine;
   }
+  find_steps(kept_count());
   if (kept_ == Frames::kNone) return;
   double* poses = poses_.resize(static_cast<Eigen::Index>(kept_count()) * kernels::kPoseNumbers * stride_);
-  kernels::forward_rows(steps_.data(), step_count_, kept_count(), stride_, poses);
+  kernels::forward_rows(steps_.data(), step_count_, kept_count(), stride_, 0, stride_, poses);
+}
+
+void RowBlock::find_steps(int kept) {
+  step_count_ = 0;
+  for (std::size_t k = 0; k < frames_.size(); ++k) {
+    step_count_ += kernels::steps_of(frames_[k], steps_.data() + step_count_);
+    if (frames_.size() - k > static_cast<std::size_t>(kept)) --step_count_;  // the end of a frame that is not kept
+  }
 }
 
 void RowBlock::read_joints(const Samples& samples, Eigen::Index begin) {
@@ -364,14 +369,17 @@ void RowBlock::write_jacobian(kernels::ToolNumbers numbers, bool past_caches, do
   const int columns = static_cast<int>(free_count_);
   const int ld = count * kGroup;
   find_twists();
-  // Group by group, so that its columns and its matrices stay in the first cache.
-  double* block = group_.resize(2 * static_cast<Eigen::Index>(columns) * ld);
-  double* matrices = block + static_cast<Eigen::Index>(columns) * ld;
+  find_steps(frame_count());
+  // Group by group, so that its frames, columns and matrices stay in the first cache.
+  const Eigen::Index size = static_cast<Eigen::Index>(columns) * ld;
+  double* block = group_.resize(2 * size + static_cast<Eigen::Index>(frame_count()) * kernels::kPoseNumbers * kGroup);
+  double* matrices = block + size;
+  double* poses = matrices + size;
   clear_unmoved(block, ld);
   for (int row = 0; row < rows_; row += kGroup) {
-    kernels::twist_columns(poses_.data() + row * frame_count() * kernels::kPoseNumbers, frame_count(), kGroup,
-                           twists_.data(), static_cast<int>(twists_.size()), {numbers, 0, nullptr, nullptr, 0}, block,
-                           ld);
+    kernels::forward_rows(steps_.data(), step_count_, frame_count(), stride_, row, row + kGroup, poses);
+    kernels::twist_columns(poses, frame_count(), kGroup, twists_.data(), static_cast<int>(twists_.size()),
+                           {numbers, 0, nullptr, nullptr, 0}, block, ld);
     const int rows = std::min(kGroup, rows_ - row);
     kernels::write_rows(block, kGroup, count, columns, rows, past_caches ? matrices : out);
     if (past_caches) kernels::copy_past_caches(matrices, rows * count * columns, out);

@@ -18,7 +18,7 @@ namespace fastcal {
 /// Evaluates an ErrorModel at one parameter vector; one a thread.
 class RowBlock {
  public:
-  /// Whose poses forward() keeps: the Jacobian needs those of all frames, write_tool() none.
+  /// Whose poses forward() keeps: jacobian() needs those of all frames, write_tool() and write_jacobian() none.
   enum class Frames { kAll, kTool, kNone };
 
   /// `free`: the parameters whose columns are wanted, `scale` by what each is multiplied. `springs`: compliances of the
@@ -72,6 +72,8 @@ class RowBlock {
     return Eigen::Map<const Vector6d, 0, Eigen::InnerStride<>>(frame_xi_[static_cast<std::size_t>(frame)].data() + i,
                                                                Eigen::InnerStride<>(stride_));
   }
+  /// The steps of the chain, with the ends of the last `kept` frames.
+  void find_steps(int kept);
   /// The joints' positions in these rows, joint by joint.
   void read_joints(const Samples& samples, Eigen::Index begin);
   void set_springs(const RobotDescription& robot, const Eigen::VectorXd& compliances);
