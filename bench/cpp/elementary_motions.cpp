@@ -60,41 +60,11 @@ void apply(const Motion& motion, const T& value, T* p) {
   p[v] = s * before + c * p[v];
 }
 
-/// The tool's point by frames: base and tool motion by motion, a row of the table by its matrix.
-template <typename T>
-Eigen::Matrix<T, 3, 1> point_by_frames(const std::array<T, kMotions>& value) {
-  using Matrix = Eigen::Matrix<T, 3, 3>;
-  using Vector = Eigen::Matrix<T, 3, 1>;
-  const auto turn = [](int axis, const T& angle) {
-    Matrix R = Matrix::Identity();
-    const int u = (axis + 1) % 3;
-    const int v = (axis + 2) % 3;
-    R(u, u) = R(v, v) = cos(angle);
-    R(v, u) = sin(angle);
-    R(u, v) = -R(v, u);
-    return R;
-  };
-  Vector p(value[0], value[1], value[2]);
-  Matrix R = turn(0, value[3]) * turn(1, value[4]) * turn(2, value[5]);
-  for (std::size_t m = 6; m + 3 < kMotions; m += 5) {
-    const T ct = cos(value[m]), st = sin(value[m]), ca = cos(value[m + 3]), sa = sin(value[m + 3]);
-    const T cb = cos(value[m + 4]), sb = sin(value[m + 4]);
-    Matrix A;
-    A << ct * cb - st * sa * sb, -st * ca, ct * sb + st * sa * cb,  //
-        st * cb + ct * sa * sb, ct * ca, st * sb - ct * sa * cb,    //
-        -ca * sb, sa, ca * cb;
-    p += R * Vector(value[m + 2] * ct, value[m + 2] * st, value[m + 1]);
-    R = (R * A).eval();
-  }
-  return p + R * Vector(value[kMotions - 3], value[kMotions - 2], value[kMotions - 1]);
-}
-
 struct Row {
   const std::vector<Motion>& chain;
   const std::vector<int>& free;
   const double* q;
   const double* measured;
-  bool by_frames = false;
 
   /// Of each motion.
   template <typename T>
@@ -117,14 +87,9 @@ struct Row {
     using std::cos;
     using std::sin;
     const std::array<T, kMotions> value = values(x);
-    Eigen::Map<Eigen::Matrix<T, 3, 1>> p(r);
-    if (by_frames) {
-      p = point_by_frames(value);
-    } else {
-      p.setConstant(T(0.0));
-      for (std::size_t m = kMotions; m-- > 0;) apply(chain[m], value[m], r);
-    }
-    for (int k = 0; k < 3; ++k) p[k] -= measured[k];
+    r[0] = r[1] = r[2] = T(0.0);
+    for (std::size_t m = kMotions; m-- > 0;) apply(chain[m], value[m], r);
+    for (int k = 0; k < 3; ++k) r[k] -= measured[k];
     return true;
   }
 };
@@ -172,7 +137,7 @@ double solve_with_ceres(const RowMatrixXd& q, const RowMatrixXd& p, const std::v
   std::array<double, kFree> x{};
   ceres::Problem problem;
   for (Eigen::Index i = 0; i < q.rows(); ++i) {
-    const Row row{chain, free, q.row(i).data(), p.row(i).data(), derivatives == Derivatives::kFrames};
+    const Row row{chain, free, q.row(i).data(), p.row(i).data()};
     ceres::CostFunction* cost = nullptr;
     if (derivatives == Derivatives::kWrittenOut)
       cost = new WrittenOut(row);

@@ -11,11 +11,7 @@
 
 namespace fastcal::bench {
 
-enum class Derivatives {
-  kFrames,     ///< automatic; each row of the table is a frame, R <- R A, p <- p + R a, as textbooks write it
-  kPoints,     ///< automatic; the tool's point is carried back to the base, a third of the products
-  kWrittenOut  ///< of the same chain, by hand
-};
+enum class Derivatives { kAutomatic, kWrittenOut };
 
 /// Least squares of points p (N, 3) over the parameters `free` (base, rows of theta d a alpha beta, the tool's pose,
 /// reduction ratios: in fastcal's order), from the nominal arm; the RMS of what is left [m].

@@ -41,8 +41,7 @@ void sizes(benchmark::internal::Benchmark* of) { of->Arg(50)->Arg(1000)->Arg(100
 
 BENCHMARK_CAPTURE(fastcal_identifies, no_loss, LossKind::kNone)->Apply(sizes);
 BENCHMARK_CAPTURE(fastcal_identifies, tukey, LossKind::kTukey)->Apply(sizes);
-BENCHMARK_CAPTURE(ceres_solves, frames, Derivatives::kFrames)->Apply(sizes);
-BENCHMARK_CAPTURE(ceres_solves, points, Derivatives::kPoints)->Apply(sizes);
+BENCHMARK_CAPTURE(ceres_solves, automatic, Derivatives::kAutomatic)->Apply(sizes);
 BENCHMARK_CAPTURE(ceres_solves, written_out, Derivatives::kWrittenOut)->Apply(sizes);
 
 }  // namespace
