@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <initializer_list>
-#include <iterator>
 
 #include "fastcal/kernels/streams.hpp"
 #include "fastcal/math/check.hpp"
@@ -338,16 +337,12 @@ void RowBlock::find_twists() {
   }
   unmoved_here_ = unmoved_;
   put_in_order(moving_, unmoved_here_);
-  twists_.clear();
-  const auto pointers = [](const std::vector<kernels::TwistRows>& from) {
-    std::vector<const kernels::TwistRows*> out;
-    for (const kernels::TwistRows& twist : from) out.push_back(&twist);
-    return out;
-  };
-  const auto of_geometry = pointers(geometry_);
-  const auto of_effects = pointers(moving_);
-  std::merge(of_geometry.begin(), of_geometry.end(), of_effects.begin(), of_effects.end(), std::back_inserter(twists_),
-             [](const auto* a, const auto* b) { return a->frame < b->frame; });
+  twists_.resize(geometry_.size() + moving_.size());
+  const auto pointer = [](const kernels::TwistRows& twist) { return &twist; };
+  const auto effects = std::transform(geometry_.begin(), geometry_.end(), twists_.begin(), pointer);
+  std::transform(moving_.begin(), moving_.end(), effects, pointer);
+  std::inplace_merge(twists_.begin(), effects, twists_.end(),
+                     [](const auto* a, const auto* b) { return a->frame < b->frame; });
 }
 
 void RowBlock::clear_unmoved(double* block, Eigen::Index ld) const {

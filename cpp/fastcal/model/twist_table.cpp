@@ -34,7 +34,9 @@ void TwistTable::add(const TwistColumns& columns, int row) {
         place = static_cast<int>(entry.values.size()) / stride_;
         entry.values.resize(entry.values.size() + static_cast<std::size_t>(stride_), 0.0);
       }
-      entry.values.data()[static_cast<std::ptrdiff_t>(place) * stride_ + row] += xi[k];
+      const auto at_row =
+          static_cast<std::size_t>(place) * static_cast<std::size_t>(stride_) + static_cast<std::size_t>(row);
+      entry.values[at_row] += xi[k];
     }
   }
 }
