@@ -61,7 +61,7 @@ std::optional<NullSpace> clear_null_space(const Eigen::MatrixXd& M, const GaugeO
   Eigen::MatrixXd rows = padded(M);
   const auto height = static_cast<int>(rows.rows());
   Eigen::MatrixXd A = Eigen::MatrixXd::Zero(p, p);
-  kernels::gram(rows.data(), height, height, p, A.data());
+  kernels::add_gram(rows.data(), height, height, p, A.data());
   A.triangularView<Eigen::StrictlyLower>() = A.transpose();
   const std::vector<int> order = pivots(A);
   rows = rows(Eigen::all, order).eval();

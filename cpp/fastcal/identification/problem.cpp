@@ -25,26 +25,39 @@ Eigen::Index group_size(Eigen::Index numbers) {
   return std::clamp<Eigen::Index>(kNumbers / std::max<Eigen::Index>(numbers, 1), 16, 4096);
 }
 
-/// Calls add(sums) for the sums of every chunk of rows in their order, which evaluate(rows, count, sums) has filled,
-/// whatever thread worked on it; `numbers` are how many the sums of a chunk hold.
+constexpr Eigen::Index kUnitRows = 4 * kChunkRows;  // that share a triangle, which costs 40 rows to add
+
+/// Rows that share their sums: more where there are many, so that fewer sums are kept until they are added up. Parts of
+/// rows that are read one by one are whole multiples.
+Eigen::Index sum_rows(Eigen::Index rows) {
+  const Eigen::Index chunks = chunk_count(rows);
+  return kChunkRows * (chunks > 256 ? 16 : chunks > 64 ? 4 : 1);
+}
+
+/// Calls add(sums) for the sums of every unit of rows in their order, to which evaluate(rows, count, sums) has added
+/// chunk by chunk, whatever thread worked on it; `numbers` are how many the sums of a unit hold.
 template <typename Sums, typename Evaluate, typename Add>
 void sum_chunks(const Problem& problem, const Eigen::VectorXd& theta, const std::vector<int>& columns,
                 const Eigen::VectorXd& scale, const CommonNoise& tau, Eigen::Index numbers, const Evaluate& evaluate,
                 const Add& add) {
-  const Eigen::Index group = group_size(numbers) * kChunkRows;
+  const Eigen::Index unit_rows = sum_rows(problem.row_count()), group = group_size(numbers) * unit_rows;
   each_part(problem, [&](const Problem& part, Eigen::Index) {
     const auto worker = [&] { return WhitenedRows(part, theta, columns, scale, tau); };
     for (Eigen::Index first = 0; first < part.row_count(); first += group) {
-      const Eigen::Index rows = std::min(part.row_count() - first, group);
-      std::vector<Sums> sums(static_cast<std::size_t>(chunk_count(rows)));
-      parallel_chunks(rows, part.workers(), worker,
-                      [&](WhitenedRows& whitened, Eigen::Index chunk, Eigen::Index begin, Eigen::Index end) {
-                        whitened.evaluate(first + begin, first + end);
-                        Sums here;  // apart from those that other threads write
-                        evaluate(whitened, static_cast<int>(end - begin), here);
-                        sums[static_cast<std::size_t>(chunk)] = std::move(here);
-                      });
-      for (const Sums& of_chunk : sums) add(of_chunk);
+      const Eigen::Index end = std::min(part.row_count(), first + group);
+      std::vector<Sums> sums(static_cast<std::size_t>((end - first + unit_rows - 1) / unit_rows));
+      parallel_units(static_cast<Eigen::Index>(sums.size()), part.workers(), worker,
+                     [&](WhitenedRows& whitened, Eigen::Index unit) {
+                       Sums here;  // apart from those that other threads write
+                       const Eigen::Index last = std::min(end, first + (unit + 1) * unit_rows);
+                       for (Eigen::Index begin = first + unit * unit_rows; begin < last; begin += kChunkRows) {
+                         const Eigen::Index stop = std::min(last, begin + kChunkRows);
+                         whitened.evaluate(begin, stop);
+                         evaluate(whitened, static_cast<int>(stop - begin), here);
+                       }
+                       sums[static_cast<std::size_t>(unit)] = std::move(here);
+                     });
+      for (const Sums& of_unit : sums) add(of_unit);
     }
   });
 }
@@ -107,17 +120,18 @@ NormalEquations normal_equations(const Problem& problem, const Eigen::VectorXd& 
     }
     if (!with_jacobian) return;
     const double* J = whitened.jacobian();
-    sums.total = Eigen::MatrixXd::Zero(p + 1, p + 1);
-    kernels::gram(J, whitened.ld(), whitened.height(), static_cast<int>(p) + 1, sums.total.data());
+    if (sums.total.size() == 0) sums.total = Eigen::MatrixXd::Zero(p + 1, p + 1);
+    kernels::add_gram(J, whitened.ld(), whitened.height(), static_cast<int>(p) + 1, sums.total.data());
     if (!flattens || !whitened.is_flattened()) return;
-    sums.flat = Eigen::MatrixXd::Zero(p, p);
-    kernels::gram(whitened.along_residuals(J), whitened.ld(), whitened.stride(), static_cast<int>(p), sums.flat.data());
+    if (sums.flat.size() == 0) sums.flat = Eigen::MatrixXd::Zero(p, p);
+    kernels::add_gram(whitened.along_residuals(J), whitened.ld(), whitened.stride(), static_cast<int>(p),
+                      sums.flat.data());
   };
   sum_chunks<Sums>(problem, theta, free, scale, weighting.tau, (flattens ? 2 : 1) * p * p, evaluate,
-                   [&](const Sums& of_chunk) {
-                     sum.cost += of_chunk.cost;
-                     if (with_jacobian) total += of_chunk.total;
-                     if (of_chunk.flat.size() > 0) sum.flattening += of_chunk.flat;
+                   [&](const Sums& of_unit) {
+                     sum.cost += of_unit.cost;
+                     if (with_jacobian) total += of_unit.total;
+                     if (of_unit.flat.size() > 0) sum.flattening += of_unit.flat;
                    });
   if (with_jacobian) {
     sum.A = total.topLeftCorner(p, p).selfadjointView<Eigen::Upper>();
@@ -157,16 +171,17 @@ PlainSums plain_sums(const Problem& problem, const Eigen::VectorXd& theta, const
     double* J = whitened.jacobian();
     const int height = whitened.height();
     if (directions.size() > 0) {
-      kernels::squares_along(J, whitened.ld(), height, static_cast<int>(p), directions.col(0).data(),
-                             directions.col(1).data(), sums.along.data());
+      kernels::add_squares_along(J, whitened.ld(), height, static_cast<int>(p), directions.col(0).data(),
+                                 directions.col(1).data(), sums.along.data());
     }
     Eigen::Map<Eigen::VectorXd>(J + p * whitened.ld(), height) = whitened.weighted_residuals(loss);
-    sums.total = Eigen::MatrixXd::Zero(last + 1, last + 1);
-    kernels::gram(J + (p - last) * whitened.ld(), whitened.ld(), height, static_cast<int>(last) + 1, sums.total.data());
+    if (sums.total.size() == 0) sums.total = Eigen::MatrixXd::Zero(last + 1, last + 1);
+    kernels::add_gram(J + (p - last) * whitened.ld(), whitened.ld(), height, static_cast<int>(last) + 1,
+                      sums.total.data());
   };
-  sum_chunks<Sums>(problem, theta, columns, scale, weighting.tau, last * last, evaluate, [&](const Sums& of_chunk) {
-    total += of_chunk.total;
-    squares += of_chunk.along;
+  sum_chunks<Sums>(problem, theta, columns, scale, weighting.tau, last * last, evaluate, [&](const Sums& of_unit) {
+    total += of_unit.total;
+    squares += of_unit.along;
   });
   PlainSums out;
   out.A = total.topLeftCorner(last, last).selfadjointView<Eigen::Upper>();
@@ -177,8 +192,7 @@ PlainSums plain_sums(const Problem& problem, const Eigen::VectorXd& theta, const
 
 Eigen::MatrixXd triangular_factor(const Problem& problem, const Eigen::VectorXd& theta, const std::vector<int>& free,
                                   const Eigen::VectorXd& scale, const Weighting& weighting, Eigen::VectorXd* g) {
-  constexpr Eigen::Index kUnitRows = 4 * kChunkRows;  // that share a triangle: adding one to the others costs 40 rows
-  constexpr int kCachedRows = 128;                    // their columns stay in the first-level cache
+  constexpr int kCachedRows = 128;  // their columns stay in the first-level cache
   const auto p = static_cast<Eigen::Index>(free.size());
   const Eigen::Index group = group_size(p * p) * kUnitRows;
   const auto loss = losses(weighting.loss, problem.measured.number_count());

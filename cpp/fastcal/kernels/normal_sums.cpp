@@ -46,7 +46,7 @@ FASTCAL_INLINE void gram_lanes(const double* block, int ld, int rows, int column
         }
       }
       for (int c = 0; c < kTile && j + c < columns; ++c) {
-        for (int k = 0; k < kLeft && i + k <= j + c; ++k) A[(j + c) * columns + i + k] = sum_of(sums[k][c]);
+        for (int k = 0; k < kLeft && i + k <= j + c; ++k) A[(j + c) * columns + i + k] += sum_of(sums[k][c]);
       }
     }
   }
@@ -78,8 +78,8 @@ FASTCAL_INLINE void along_lanes(const double* block, int ld, int rows, int colum
   for (; row + kTile * W <= rows; row += kTile * W)
     add_along<W, kTile>(block + row, ld, columns, x, y, square_x, square_y);
   for (; row < rows; row += W) add_along<W, 1>(block + row, ld, columns, x, y, square_x, square_y);
-  out[0] = sum_of(square_x);
-  out[1] = sum_of(square_y);
+  out[0] += sum_of(square_x);
+  out[1] += sum_of(square_y);
 }
 
 template <int W>
@@ -208,13 +208,13 @@ FASTCAL_FOR_EACH_SET(triangle, triangle_lanes, (double* block, int ld, int rows,
 
 }  // namespace
 
-void gram(const double* block, int ld, int rows, int columns, double* A) {
+void add_gram(const double* block, int ld, int rows, int columns, double* A) {
   static const auto run = FASTCAL_BEST_SET(gram);
   run(block, ld, rows, columns, A);
 }
 
-void squares_along(const double* block, int ld, int rows, int columns, const double* x, const double* y,
-                   double out[2]) {
+void add_squares_along(const double* block, int ld, int rows, int columns, const double* x, const double* y,
+                       double out[2]) {
   static const auto run = FASTCAL_BEST_SET(along);
   run(block, ld, rows, columns, x, y, out);
 }

@@ -8,11 +8,12 @@
 
 namespace fastcal::kernels {
 
-/// Upper triangle of B^T B, column by column into `A` (columns x columns).
-void gram(const double* block, int ld, int rows, int columns, double* A);
+/// Adds the upper triangle of B^T B to that of `A` (columns x columns), column by column.
+void add_gram(const double* block, int ld, int rows, int columns, double* A);
 
-/// Squared lengths of B x for two directions x (columns) at once.
-void squares_along(const double* block, int ld, int rows, int columns, const double* x, const double* y, double out[2]);
+/// Adds the squared lengths of B x for two directions x (columns) at once.
+void add_squares_along(const double* block, int ld, int rows, int columns, const double* x, const double* y,
+                       double out[2]);
 
 /// Rows of each column added up in parts, `stride` of them, one beneath the other: out_i = sum_n turn_n,i B_n,i; `turn`
 /// (parts, stride), `out` as far apart as the block.

@@ -22,33 +22,35 @@ Eigen::MatrixXd block_of(Random& random, int ld, int rows, int columns) {
   return block;
 }
 
-TEST(Gram, IsTheProductOfTheBlockWithItself) {
+TEST(AddGram, AddsTheProductOfTheBlockWithItself) {
   Random random(1);
   for (const int columns : {1, 3, 4, 5, 34}) {
     for (const int rows : {8, 64, 384}) {
       const Eigen::MatrixXd block = block_of(random, rows + 8, rows, columns);
-      Eigen::MatrixXd A = Eigen::MatrixXd::Zero(columns, columns);
-      kernels::gram(block.data(), rows + 8, rows, columns, A.data());
+      Eigen::MatrixXd A = Eigen::MatrixXd::Identity(columns, columns);
+      kernels::add_gram(block.data(), rows + 8, rows, columns, A.data());
       const Eigen::MatrixXd B = block.topRows(rows);
-      const Eigen::MatrixXd wanted = (B.transpose() * B).triangularView<Eigen::Upper>();
+      const Eigen::MatrixXd wanted =
+          (Eigen::MatrixXd::Identity(columns, columns) + B.transpose() * B).triangularView<Eigen::Upper>();
       EXPECT_LT((A - wanted).norm(), 1e-13 * wanted.norm()) << columns << " columns, " << rows << " rows";
     }
   }
 }
 
-TEST(SquaresAlong, AreThoseOfTheBlockTimesEachDirection) {
+TEST(AddSquaresAlong, AddsThoseOfTheBlockTimesEachDirection) {
   Random random(4);
   for (const int columns : {1, 5, 40}) {
     for (const int rows : {8, 40, 384}) {
       const Eigen::MatrixXd block = block_of(random, rows + 8, rows, columns);
       const Eigen::MatrixXd directions =
           Eigen::MatrixXd::NullaryExpr(columns, 2, [&] { return random.uniform(-1, 1); });
-      Eigen::Vector2d out;
-      kernels::squares_along(block.data(), rows + 8, rows, columns, directions.col(0).data(), directions.col(1).data(),
-                             out.data());
+      Eigen::Vector2d out(1, 2);
+      kernels::add_squares_along(block.data(), rows + 8, rows, columns, directions.col(0).data(),
+                                 directions.col(1).data(), out.data());
       const Eigen::MatrixXd along = block.topRows(rows) * directions;
       for (int d = 0; d < 2; ++d)
-        EXPECT_NEAR(out[d], along.col(d).squaredNorm(), 1e-13 * rows * columns) << columns << " columns, " << rows;
+        EXPECT_NEAR(out[d], d + 1 + along.col(d).squaredNorm(), 1e-13 * rows * columns)
+            << columns << " columns, " << rows;
     }
   }
 }
