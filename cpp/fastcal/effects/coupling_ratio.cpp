@@ -46,6 +46,12 @@ class CouplingRatio : public LinearEffect {
     columns.push_back({0, joint_frame(driven_), joint_motion(types_, driven_, state.output[source_])});
   }
 
+  bool add_basis(const Samples& samples, Eigen::Index begin, int rows, TwistTable& table) const override {
+    double* out = table.part(0, joint_frame(driven_), joint_part(types_, driven_));
+    for (int i = 0; i < rows; ++i) out[i] += samples.output(begin + i, source_);
+    return true;
+  }
+
  private:
   int driven_ = 0;
   int source_ = 0;

@@ -12,13 +12,11 @@
 #include <string>
 #include <vector>
 
+#include "fastcal/effects/twist_table.hpp"
 #include "fastcal/robot/kinematics.hpp"
 #include "fastcal/robot/state.hpp"
 
 namespace fastcal {
-
-/// Derivatives of frame twists: d xi_frame / d theta_parameter, a list of the few that are not zero.
-using TwistColumns = std::vector<Chain::Column>;
 
 /// What an effect looks at beyond the data's own columns; settle() computes it.
 enum Need : unsigned {
@@ -83,6 +81,12 @@ class LinearEffect : public Effect {
  public:
   /// Appends B, column by column.
   virtual void basis(const State& state, TwistColumns& columns) const = 0;
+
+  /// The same of `rows` rows from `begin`, added part by part; false where an effect is asked row by row alone.
+  virtual bool add_basis(const Samples& /*samples*/, Eigen::Index /*begin*/, int /*rows*/,
+                         TwistTable& /*table*/) const {
+    return false;
+  }
 
   void deflect(const State& state, const double* theta, Twists& xi, TwistColumns* columns) const final {
     static thread_local TwistColumns own;  // its memory alone outlives the call

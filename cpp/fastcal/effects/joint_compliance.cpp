@@ -33,6 +33,13 @@ class JointCompliance : public LinearEffect {
         {0, joint_frame(joint_), joint_motion(types_, joint_, state.joint_load(state.load, joint_, type_))});
   }
 
+  bool add_basis(const Samples& samples, Eigen::Index begin, int rows, TwistTable& table) const override {
+    const int part = joint_part(types_, joint_);
+    double* out = table.part(0, joint_frame(joint_), part);
+    for (int i = 0; i < rows; ++i) out[i] += samples.load(begin + i, 6 * joint_frame(joint_) + part);
+    return true;
+  }
+
  private:
   int joint_;
   std::vector<JointType> types_;

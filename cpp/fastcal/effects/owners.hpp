@@ -19,10 +19,15 @@ std::shared_ptr<const Effect> make(const RobotModel& robot, const std::string& o
   return std::make_shared<const T>(robot, owner, options);
 }
 
-/// The body twist of joint_i's frame that moves the joint by dq: about its z axis, or along it.
+/// The part of a twist (of a load) of joint_i's frame that moves the joint: about its z axis, or along it.
+inline int joint_part(const std::vector<JointType>& types, int joint) {
+  return types[static_cast<std::size_t>(joint)] == JointType::kRevolute ? 5 : 2;
+}
+
+/// The body twist of joint_i's frame that moves the joint by dq.
 inline Vector6d joint_motion(const std::vector<JointType>& types, int joint, double dq) {
   Vector6d xi = Vector6d::Zero();
-  xi[types[static_cast<std::size_t>(joint)] == JointType::kRevolute ? 5 : 2] = dq;
+  xi[joint_part(types, joint)] = dq;
   return xi;
 }
 

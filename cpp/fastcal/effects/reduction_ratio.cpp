@@ -37,6 +37,18 @@ class ReductionRatio : public LinearEffect {
     for (const auto& [joint, motion] : driven_) columns.push_back({0, joint_frame(joint), motion * state.q[joint_]});
   }
 
+  bool add_basis(const Samples& samples, Eigen::Index begin, int rows, TwistTable& table) const override {
+    const auto add = [&](int moved, const Vector6d& motion, int from) {
+      const int part = motion[2] != 0 ? 2 : 5;
+      double* out = table.part(0, joint_frame(moved), part);
+      for (int i = 0; i < rows; ++i) out[i] += motion[part] * samples.q(begin + i, from);
+    };
+    add(joint_, motion_, joint_);
+    for (const auto& [joint, coupling] : drivers_) add(joint_, -coupling * motion_, joint);
+    for (const auto& [joint, motion] : driven_) add(joint, motion, joint_);
+    return true;
+  }
+
  private:
   int joint_;
   Vector6d motion_;

@@ -12,7 +12,7 @@
 #include "fastcal/identification/loss.hpp"
 #include "fastcal/identification/row_source.hpp"
 #include "fastcal/model/error_model.hpp"
-#include "fastcal/model/twist_table.hpp"
+#include "fastcal/model/twist_memory.hpp"
 
 namespace fastcal {
 

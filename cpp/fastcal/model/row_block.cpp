@@ -199,11 +199,17 @@ void RowBlock::evaluate_linear_effects(const Samples& samples, Eigen::Index begi
   table_ = known != nullptr && known->known ? &known->table : &own_table_;
   if (table_ == &own_table_) {
     own_table_.clear(stride_);
-    for (int i = 0; i < rows_; ++i) {
+    by_row_.clear();
+    for (const auto& [effect, first] : linear_) {
+      if (sums && effect->parameters().size() >= kManyColumns) continue;
+      own_table_.count_from(first);
+      if (!effect->add_basis(samples, begin, rows_, own_table_)) by_row_.emplace_back(effect, first);
+    }
+    own_table_.count_from(0);
+    for (int i = 0; !by_row_.empty() && i < rows_; ++i) {
       const State state = samples.row(begin + i);
       columns_.clear();
-      for (const auto& [effect, first] : linear_) {
-        if (sums && effect->parameters().size() >= kManyColumns) continue;
+      for (const auto& [effect, first] : by_row_) {
         const std::size_t before = columns_.size();
         effect->basis(state, columns_);
         for (std::size_t c = before; c < columns_.size(); ++c) columns_[c].parameter += first;

@@ -11,7 +11,7 @@
 #include "fastcal/kernels/spring_rows.hpp"
 #include "fastcal/math/aligned_numbers.hpp"
 #include "fastcal/model/error_model.hpp"
-#include "fastcal/model/twist_table.hpp"
+#include "fastcal/model/twist_memory.hpp"
 
 namespace fastcal {
 
@@ -98,6 +98,7 @@ class RowBlock {
   int stride_ = 0;
   int rows_ = 0;
   std::vector<std::pair<const LinearEffect*, int>> linear_;  // with the places of their first parameters
+  std::vector<std::pair<const LinearEffect*, int>> by_row_;  // of them, those that are asked row by row
   std::vector<std::pair<const Effect*, int>> others_;
   Twists xi_;
   TwistColumns columns_;

@@ -127,6 +127,37 @@ TEST_P(EffectContract, DerivativesAreThoseOfCentralDifferences) {
   }
 }
 
+TEST_P(EffectContract, AddsInBulkWhatItSaysRowByRow) {
+  constexpr int kRows = 5, kBegin = 2, kFirst = 7;
+  for (const std::string& owner : owners()) {
+    const ErrorModel model = alone(GetParam(), owner, 1);
+    const auto* effect = dynamic_cast<const LinearEffect*>(model.effects().front().get());
+    if (effect == nullptr) continue;
+    Samples samples = complete_samples(kBegin + kRows);
+    settle(model, model.start(), 1, samples);
+    TwistTable bulk, single;
+    bulk.clear(kRows);
+    single.clear(kRows);
+    bulk.count_from(kFirst);
+    single.count_from(kFirst);
+    if (!effect->add_basis(samples, kBegin, kRows, bulk)) continue;
+    for (int i = 0; i < kRows; ++i) {
+      TwistColumns columns;
+      effect->basis(samples.row(kBegin + i), columns);
+      single.add(columns, i);
+    }
+    for (const TwistTable::Entry& entry : single.entries()) {
+      for (int k = 0; k < 6; ++k) {
+        const double* expected = entry.part(k, kRows);
+        if (expected == nullptr) continue;
+        const double* found = bulk.part(entry.parameter - kFirst, entry.frame, k);
+        for (int i = 0; i < kRows; ++i) EXPECT_NEAR(found[i], expected[i], 1e-15 * std::abs(expected[i])) << owner;
+      }
+    }
+    EXPECT_EQ(bulk.bytes(), single.bytes()) << owner;
+  }
+}
+
 Eigen::ArrayXd read(const std::vector<double>& values) {
   return Eigen::Map<const Eigen::ArrayXd>(values.data(), static_cast<Eigen::Index>(values.size()));
 }

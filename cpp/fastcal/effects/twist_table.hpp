@@ -1,16 +1,18 @@
 // SPDX-FileCopyrightText: 2026 The fastcal authors
 // SPDX-License-Identifier: MIT
 //
-// Derivatives of frame twists by the parameters of effects, for a chunk of rows side by side; and a memory of them,
-// since those of linear effects stay as long as the states do.
+// Derivatives of frame twists by the parameters of effects: of one row as a list, of a chunk of rows side by side.
 #pragma once
 
 #include <array>
 #include <vector>
 
-#include "fastcal/effects/effect.hpp"
+#include "fastcal/robot/robot_model.hpp"
 
 namespace fastcal {
+
+/// Derivatives of frame twists: d xi_frame / d theta_parameter, a list of the few that are not zero.
+using TwistColumns = std::vector<Chain::Column>;
 
 /// d xi_frame / d theta_parameter in every row of a chunk.
 class TwistTable {
@@ -27,36 +29,24 @@ class TwistTable {
   };
 
   void clear(int stride);
+  /// What `parameter` counts from in what follows.
+  void count_from(int first) { first_ = first; }
   /// Adds the columns of one row.
   void add(const TwistColumns& columns, int row);
+  /// Part k of the twist, one number a row, to add to; until the next call.
+  double* part(int parameter, int frame, int k);
 
   const std::vector<Entry>& entries() const { return entries_; }
   std::size_t bytes() const;
 
  private:
+  /// `at`: where the entry is likely to be.
+  std::size_t find(int parameter, int frame, std::size_t at);
+  double* rows(Entry& entry, std::size_t k) const;
+
   int stride_ = 0;
+  int first_ = 0;
   std::vector<Entry> entries_;
-};
-
-/// Tables of all chunks of rows that are always the same; one thread a chunk.
-class TwistMemory {
- public:
-  struct Chunk {
-    bool known = false;
-    TwistTable table;
-  };
-
-  /// Makes place for as many rows, before threads ask for chunks.
-  void prepare(Eigen::Index rows);
-  /// The chunk that begins at this row.
-  Chunk& chunk(Eigen::Index first_row);
-  void forget() { chunks_.clear(); }
-
-  /// Is there room for tables of that size for all rows?
-  static bool has_room(std::size_t bytes, Eigen::Index rows);
-
- private:
-  std::vector<Chunk> chunks_;
 };
 
 }  // namespace fastcal
