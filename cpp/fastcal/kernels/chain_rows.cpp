@@ -61,54 +61,6 @@ FASTCAL_INLINE void sines_of(const double* angle, int stride, double* sine_cosin
   }
 }
 
-/// T, the pose where the steps before have come to, in W rows.
-template <int W>
-FASTCAL_INLINE void take(typename Vectors<W>::Lane (&T)[kPoseNumbers], const ChainStep& step, int stride, int row) {
-  using Lane = typename Vectors<W>::Lane;
-  const auto shift = [&T](int axis, const auto& by) {
-    for (int r = 0; r < 3; ++r) T[9 + r] += by * T[3 * axis + r];
-  };
-  Lane a, b;
-  switch (step.kind) {
-    case ChainStep::Kind::kShift:
-      if (step.axis == 0) shift(0, step.shift);
-      if (step.axis == 1) shift(1, step.shift);
-      if (step.axis == 2) shift(2, step.shift);
-      break;
-    case ChainStep::Kind::kTurnX:
-      turn(T + 3, T + 6, step.cosine, step.sine);
-      break;
-    case ChainStep::Kind::kTurnZ:
-      turn(T, T + 3, step.cosine, step.sine);
-      break;
-    case ChainStep::Kind::kMove:
-      move(T, step.rows);
-      break;
-    case ChainStep::Kind::kSlideRows:
-      load(a, step.rows + row);
-      shift(2, a);
-      break;
-    case ChainStep::Kind::kTurnRows:
-      load(a, step.rows + row);
-      load(b, step.rows + stride + row);
-      turn(T, T + 3, b, a);
-      break;
-    case ChainStep::Kind::kMoveRows: {
-      Lane M[kPoseNumbers];
-      for (int k = 0; k < kPoseNumbers; ++k) load(M[k], step.rows + k * stride + row);
-      move(T, M);
-      break;
-    }
-    case ChainStep::Kind::kFrame:
-      break;
-  }
-}
-
-template <typename Lane>
-FASTCAL_INLINE void identity(Lane (&T)[kPoseNumbers]) {
-  for (int k = 0; k < kPoseNumbers; ++k) T[k] = Lane{} + (k == 0 || k == 4 || k == 8 ? 1.0 : 0.0);
-}
-
 template <int W>
 FASTCAL_INLINE void forward_lanes(const ChainStep* steps, int step_count, int frame_count, int stride, int first,
                                   int last, double* poses) {
@@ -118,7 +70,7 @@ FASTCAL_INLINE void forward_lanes(const ChainStep* steps, int step_count, int fr
     identity(T);
     for (const ChainStep* step = steps; step < steps + step_count; ++step) {
       if (step->kind != ChainStep::Kind::kFrame) {
-        take<W>(T, *step, stride, row);
+        take(T, *step, stride, row);
         continue;
       }
       for (int k = 0; k < kPoseNumbers; ++k) store(out + k * kGroup, T[k]);
@@ -133,7 +85,7 @@ FASTCAL_INLINE void matrices_of(const ChainStep* steps, int step_count, int stri
   for (int row = 0; row < rows; row += W) {
     typename Vectors<W>::Lane T[kPoseNumbers];
     identity(T);
-    for (const ChainStep* step = steps; step < steps + step_count; ++step) take<W>(T, *step, stride, row);
+    for (const ChainStep* step = steps; step < steps + step_count; ++step) take(T, *step, stride, row);
     double numbers[kPoseNumbers * W];
     for (int k = 0; k < kPoseNumbers; ++k) store(numbers + k * W, T[k]);
     for (int first = 0; first < W; first += 4) {
@@ -179,13 +131,6 @@ FASTCAL_INLINE void size_of(const TwistTerm& term, double scale, int row, Lane& 
   if (!term.rows) return;
   load(size, term.rows + row);
   size *= scale;
-}
-
-template <typename Lane>
-FASTCAL_INLINE void cross(const Lane* a, const Lane* b, Lane* out) {
-  out[0] = a[1] * b[2] - a[2] * b[1];
-  out[1] = a[2] * b[0] - a[0] * b[2];
-  out[2] = a[0] * b[1] - a[1] * b[0];
 }
 
 /// Columns of numbers of the tool alone, how many is known when this is compiled: a shift along an axis z of the frame

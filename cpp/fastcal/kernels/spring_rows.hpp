@@ -12,25 +12,35 @@ namespace fastcal::kernels {
 
 constexpr int kMostSprings = 16;
 
-/// A joint and the body that it moves.
+/// A joint and the body that it moves, and what its place in the chain depends on, by row.
 struct SpringJoint {
   bool slides;
-  double compliance;  ///< c [rad/(N m), m/N]
-  double mass;        ///< [kg]
-  double moment[3];   ///< mass times centre [kg m], in the joint's frame
+  double give;          ///< c |g| [rad/(kg m), m/kg]
+  double mass;          ///< [kg]
+  double moment[3];     ///< mass times centre [kg m], in the joint's frame
+  double cosine, sine;  ///< of what the joint's angle has beyond that of the chain: 1, 0 without links
+  double* sine_cosine;  ///< (2, stride) of its angle; null for one that slides
+  double* slide;        ///< [m]; null for one that turns
+};
+
+/// From one joint to the next where both may be turned about their z at will: T(p) Rx.
+struct SpringLink {
+  double cosine, sine;
+  double p[3];  ///< [m]
 };
 
 struct Springs {
-  const FrameRows* frames;  ///< the chain without the turns that are sought; joint j has frame 2 j + 1
+  const FrameRows* frames;  ///< the chain; joint j has frame 2 j + 1
+  const SpringLink* links;  ///< to each joint and to the flange; null where links differ by row or a joint slides
   int joint_count;
   const SpringJoint* joints;
   const double* payload;  ///< [kg] by row
-  double payload_at[3];   ///< [m], in the flange's frame
-  double gravity[3];      ///< [m/s^2]
+  double payload_at[3];   ///< [m], in the flange's frame, behind the last link
+  double down[3];         ///< direction of gravity in the measuring frame, before the first link
 };
 
-/// Turns (joint_count, stride) [rad, m] by Newton's method: the arm's gravity stiffness, d tau / d q, is that of the
-/// undeflected posture. False where a row does not come to rest.
-bool settle_springs(const Springs& springs, int stride, double* turns);
+/// Moves the joints of the chain, by their sines and slides, to where the springs hold them. The first step is
+/// Newton's, the others repeat d = c tau. False where a row does not come to rest.
+bool settle_springs(const Springs& springs, int stride);
 
 }  // namespace fastcal::kernels

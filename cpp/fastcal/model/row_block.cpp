@@ -3,6 +3,7 @@
 #include "fastcal/model/row_block.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <initializer_list>
 
 #include "fastcal/kernels/streams.hpp"
@@ -87,17 +88,54 @@ RowBlock::RowBlock(const ErrorModel& model, const Eigen::Ref<const Eigen::Vector
 }
 
 void RowBlock::set_springs(const RobotDescription& robot, const Eigen::VectorXd& compliances) {
-  for (int j = 0; j < chain_.joint_count(); ++j) {
+  const int n = chain_.joint_count();
+  const Eigen::Vector3d gravity = gravity_in_world(robot, chain_.constants[kBaseFrame]);
+  for (int j = 0; j < n; ++j) {
     const auto k = static_cast<std::size_t>(j);
     const Body& body = robot.bodies[k];
     const Eigen::Vector3d moment = body.mass * (chain_.body_frames[k] * body.com);
-    spring_joints_.push_back(
-        {chain_.joint_types[k] == JointType::kPrismatic, compliances[j], body.mass, {moment[0], moment[1], moment[2]}});
+    spring_joints_.push_back({chain_.joint_types[k] == JointType::kPrismatic,
+                              compliances[j] * gravity.norm(),
+                              body.mass,
+                              {moment[0], moment[1], moment[2]},
+                              1,
+                              0,
+                              nullptr,
+                              nullptr});
   }
-  springs_ = {frames_.data(), chain_.joint_count(), spring_joints_.data(), nullptr, {}, {}};
-  const Eigen::Vector3d gravity = gravity_in_world(robot, chain_.constants[kBaseFrame]);
-  std::copy(gravity.begin(), gravity.end(), springs_.gravity);
+  springs_ = {frames_.data(), nullptr, n, nullptr, nullptr, {}, {}};
+  const Eigen::Vector3d down = gravity.stableNormalized();
+  std::copy(down.begin(), down.end(), springs_.down);
   std::copy(robot.p_flange_payload.begin(), robot.p_flange_payload.end(), springs_.payload_at);
+  linked_joints_ = spring_joints_;
+  linked_springs_ = springs_;
+  // Each link as Rz(before) T(p) Rx Rz(after): joints take the turns about z.
+  const auto turn = [](double* v, double angle) {
+    const Eigen::Vector2d turned = Eigen::Rotation2Dd(angle) * Eigen::Vector2d(v[0], v[1]);
+    std::copy(turned.begin(), turned.end(), v);
+  };
+  Eigen::VectorXd phase = Eigen::VectorXd::Zero(n);
+  for (int j = 0; j <= n; ++j) {
+    Pose link = chain_.constants[static_cast<std::size_t>(2 * j)];
+    if (j < n) link = link * chain_.constants[static_cast<std::size_t>(joint_frame(j))];
+    const bool tilts = link.R(0, 2) != 0 || link.R(1, 2) != 0;
+    const double before = tilts ? std::atan2(link.R(0, 2), -link.R(1, 2)) : 0;
+    turn(link.p.data(), -before);
+    link.R = Eigen::AngleAxisd(-before, Eigen::Vector3d::UnitZ()) * link.R;
+    const double after = std::atan2(-link.R(0, 1), link.R(0, 0));
+    const double about_x = std::atan2(-link.R(1, 2), link.R(2, 2));
+    spring_links_.push_back({std::cos(about_x), std::sin(about_x), {link.p[0], link.p[1], link.p[2]}});
+    if (j == 0) turn(linked_springs_.down, -before);
+    if (j == n) turn(linked_springs_.payload_at, after);
+    if (j > 0) phase[j - 1] += before;
+    if (j > 0) turn(linked_joints_[static_cast<std::size_t>(j - 1)].moment, -before);
+    if (j < n) phase[j] += after;
+  }
+  for (int j = 0; j < n; ++j) {
+    linked_joints_[static_cast<std::size_t>(j)].cosine = std::cos(phase[j]);
+    linked_joints_[static_cast<std::size_t>(j)].sine = std::sin(phase[j]);
+  }
+  linked_springs_.links = spring_links_.data();
 }
 
 void RowBlock::forward(const Samples& samples, Eigen::Index begin, Eigen::Index end, TwistMemory* memory) {
@@ -130,13 +168,13 @@ void RowBlock::forward(const Samples& samples, Eigen::Index begin, Eigen::Index 
       frame.motion = motion_[k].data();
     }
   }
-  if (!spring_joints_.empty()) add_spring_turns(samples, begin);
   for (std::size_t k = 0; k < frames_.size(); ++k) {
     if (frames_[k].turn == nullptr) continue;
     double* sine_cosine = angle_[k].data() + 2 * stride_;
     kernels::sines_and_cosines(frames_[k].turn, stride_, sine_cosine);
     frames_[k].sine_cosine = sine_cosine;
   }
+  if (!spring_joints_.empty()) settle_springs(samples, begin);
   find_steps(kept_count());
   if (kept_ == Frames::kNone) return;
   double* poses = poses_.resize(static_cast<Eigen::Index>(kept_count()) * kernels::kPoseNumbers * stride_);
@@ -157,25 +195,31 @@ void RowBlock::read_joints(const Samples& samples, Eigen::Index begin) {
   FASTCAL_CHECK(kernels::read_rows(samples.q.row(begin), rows_, n, stride_, joints)) << "q must be finite";
 }
 
-void RowBlock::add_spring_turns(const Samples& samples, Eigen::Index begin) {
-  settled_ = samples.wrench.size() == 0 && chain_.joint_count() <= kernels::kMostSprings;
-  for (int j = 0; j < chain_.joint_count(); ++j) {
+void RowBlock::settle_springs(const Samples& samples, Eigen::Index begin) {
+  const int n = chain_.joint_count();
+  settled_ = samples.wrench.size() == 0 && n <= kernels::kMostSprings;
+  bool linked = true;  // are the links the same in all rows?
+  for (int f = 0; f <= 2 * n; ++f) {
+    const auto k = static_cast<std::size_t>(f);
+    const bool joint = f % 2 == 1;
+    const bool slides = joint && spring_joints_[k / 2].slides;
+    linked &= !tilted_[k] && !slides && (joint || !moved_[k]);
+    if (!joint) continue;
     // A turn about z and a tilt do not commute: their sum is one twist.
-    const bool tilts = tilted_[static_cast<std::size_t>(joint_frame(j))];
-    settled_ &= !(tilts && spring_joints_[static_cast<std::size_t>(j)].compliance != 0);
+    settled_ &= !(tilted_[k] && spring_joints_[k / 2].give != 0);
+    for (auto* joints : {&spring_joints_, &linked_joints_}) {
+      (*joints)[k / 2].slide = slides ? angle_[k].data() + stride_ : nullptr;
+      (*joints)[k / 2].sine_cosine = slides ? nullptr : angle_[k].data() + 2 * stride_;
+    }
   }
   if (!settled_) return;
   double* payload = payload_.resize(stride_);
   for (int i = 0; i < stride_; ++i)
     payload[i] = samples.payload.size() > 0 && i < rows_ ? samples.payload[begin + i] : 0;
-  springs_.payload = payload;
-  double* give = give_.resize(static_cast<Eigen::Index>(chain_.joint_count()) * stride_);
-  settled_ = kernels::settle_springs(springs_, stride_, give);
-  for (int j = 0; settled_ && j < chain_.joint_count(); ++j, give += stride_) {
-    const auto k = static_cast<std::size_t>(joint_frame(j));
-    double* to = angle_[k].data() + (spring_joints_[static_cast<std::size_t>(j)].slides ? stride_ : 0);
-    for (int i = 0; i < stride_; ++i) to[i] += give[i];
-  }
+  kernels::Springs& springs = linked ? linked_springs_ : springs_;
+  springs.joints = linked ? linked_joints_.data() : spring_joints_.data();
+  springs.payload = payload;
+  settled_ = kernels::settle_springs(springs, stride_);
 }
 
 double* RowBlock::move(int frame) {

@@ -77,7 +77,7 @@ class RowBlock {
   /// The joints' positions in these rows, joint by joint.
   void read_joints(const Samples& samples, Eigen::Index begin);
   void set_springs(const RobotDescription& robot, const Eigen::VectorXd& compliances);
-  void add_spring_turns(const Samples& samples, Eigen::Index begin);
+  void settle_springs(const Samples& samples, Eigen::Index begin);
   /// exp of the twists of a frame that does not only turn about z.
   void general_motion(int frame);
   /// Puts the right Jacobian before the twists of a frame: exp(xi + d) = exp(xi) exp(J_r d), exact at any size.
@@ -113,9 +113,10 @@ class RowBlock {
   std::vector<kernels::FrameRows> frames_;
   std::vector<kernels::ChainStep> steps_;
   int step_count_ = 0;
-  kernels::Springs springs_{};
-  std::vector<kernels::SpringJoint> spring_joints_;  // empty: no springs
-  AlignedNumbers payload_, give_;                    // (stride), (joints, stride)
+  kernels::Springs springs_{}, linked_springs_{};  // for any rows; where links are the same in all rows
+  std::vector<kernels::SpringJoint> spring_joints_, linked_joints_;  // empty: no springs
+  std::vector<kernels::SpringLink> spring_links_;
+  AlignedNumbers payload_;  // (stride)
   bool settled_ = true;
   std::vector<AlignedNumbers> turned_;                 // twists behind their right Jacobians, (6, stride)
   std::vector<kernels::TwistRows> geometry_, moving_;  // the same in all rows; of effects in these

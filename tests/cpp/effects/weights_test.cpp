@@ -77,7 +77,7 @@ TEST(Weights, RowsWithoutAPayloadHaveNone) {
   const ErrorModel model =
       with(level_arm(), {{"joint_compliance", "joint1", {1e-5}, {}}, {"payload_mass", "payload", {3}, {}}});
   const ErrorModel without = with(level_arm(), {{"joint_compliance", "joint1", {1e-5}, {}}});
-  EXPECT_EQ(tool(model, posture({0.2})).p, tool(without, posture({0.2})).p);
+  EXPECT_LT((tool(model, posture({0.2})).p - tool(without, posture({0.2})).p).norm(), 1e-15);
 }
 
 TEST(Weights, AMassThatTheFileDoesNotGiveHangsHalfWayAlongTheLink) {
