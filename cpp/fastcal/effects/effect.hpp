@@ -66,7 +66,9 @@ class Effect {
   /// Does it move joints by joint_compliance() times their loads, in all states the same, and nothing else?
   virtual bool is_spring() const { return false; }
 
-  /// What the effect's weights add to those of the robot file: part of every load from the next settle() on.
+  /// What the effect's weights add to those of the robot file: part of every load from the next settle() on. Is that
+  /// all it does, where all loads hold them?
+  virtual bool is_weight() const { return false; }
   virtual void add_weights(const double* /*theta*/, Weights& /*weights*/) const {}
 
   /// What the effect makes of the compliance of each group of beams (ArmBending::groups, [1]): adds to `scale`.

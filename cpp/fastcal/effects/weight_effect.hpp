@@ -25,6 +25,7 @@ class WeightEffect : public Effect {
   explicit WeightEffect(const RobotModel& robot) : types_(robot.description().joint_types) {}
 
   unsigned needs() const override { return kFrames | kLoads | kCompliance; }
+  bool is_weight() const override { return true; }
 
   /// Appends the columns of B: what each parameter moves.
   virtual void basis(const State& state, TwistColumns& columns) const = 0;

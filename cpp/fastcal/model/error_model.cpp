@@ -36,14 +36,19 @@ ErrorModel ErrorModel::with_equilibrium(bool at_equilibrium) const {
   return out;
 }
 
-Eigen::VectorXd ErrorModel::springs(const Eigen::Ref<const Eigen::VectorXd>& theta) const {
+std::optional<JointSprings> ErrorModel::springs(const Eigen::Ref<const Eigen::VectorXd>& theta) const {
   const int n = robot_.joint_count();
-  if (needs_ != kLoads || !at_equilibrium_ || robot_.description().compensator) return {};
-  Eigen::VectorXd out = Eigen::VectorXd::Zero(n);
+  if ((needs_ & kLoads) == 0 || !at_equilibrium_ || robot_.description().compensator) return {};
+  JointSprings out{Eigen::VectorXd::Zero(n), Weights(n)};
   Eigen::Index first = robot_.nominal().size();
   for (const auto& effect : effects_) {
-    if (effect->needs() != kNothing && !effect->is_spring()) return {};
-    for (int j = 0; j < n; ++j) out[j] += effect->joint_compliance({}, j, theta.data() + first);
+    if (effect->is_weight()) {
+      effect->add_weights(theta.data() + first, out.weights);
+    } else if (effect->is_spring()) {
+      for (int j = 0; j < n; ++j) out.compliance[j] += effect->joint_compliance({}, j, theta.data() + first);
+    } else if (effect->needs() != kNothing) {
+      return {};
+    }
     first += static_cast<Eigen::Index>(effect->parameters().size());
   }
   return out;

@@ -7,12 +7,19 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <utility>
 #include <vector>
 
 #include "fastcal/effects/effect.hpp"
 
 namespace fastcal {
+
+/// What decides the equilibrium of an arm of springs and weights.
+struct JointSprings {
+  Eigen::VectorXd compliance;  ///< (n) of the joints [rad/(N m), m/N]
+  Weights weights;             ///< what effects add to those of the robot file
+};
 
 /// Parameters: the robot's own (RobotModel::parameters), then each effect's in the order given.
 class ErrorModel {
@@ -29,9 +36,9 @@ class ErrorModel {
   /// Loads are taken in the deflected posture, at equilibrium; false: in the undeflected one, to first order.
   bool at_equilibrium() const { return at_equilibrium_; }
   ErrorModel with_equilibrium(bool at_equilibrium) const;
-  /// Compliances (n) of the joints [rad/(N m), m/N] where they and the weights of the arm and its payload alone decide
-  /// the equilibrium; empty where anything else looks at loads or puts some on the arm.
-  Eigen::VectorXd springs(const Eigen::Ref<const Eigen::VectorXd>& theta) const;
+  /// Where springs and the weights of the arm and its payload alone decide the equilibrium; nothing where anything else
+  /// looks at loads or puts some on the arm.
+  std::optional<JointSprings> springs(const Eigen::Ref<const Eigen::VectorXd>& theta) const;
   int parameter_count() const { return static_cast<int>(parameters_.size()); }
   /// The robot's own values and the effects' starting values.
   const Eigen::VectorXd& start() const { return start_; }

@@ -38,16 +38,17 @@ void predict(const ErrorModel& model, const Samples& samples, const Eigen::Ref<c
              int threads, double* poses) {
   check(model, samples, theta);
   // A wrench at the tool is for the rounds of settle().
-  const Eigen::VectorXd springs = samples.wrench.size() == 0 ? model.springs(theta) : Eigen::VectorXd();
+  const std::optional<JointSprings> springs = samples.wrench.size() == 0 ? model.springs(theta) : std::nullopt;
   const bool past_caches = kernels::is_beyond_caches(16 * samples.count());
   struct Worker {
     RowBlock block;
     std::optional<RowBlock> with_springs;
     AlignedNumbers poses;
-    Worker(const ErrorModel& of, const Eigen::Ref<const Eigen::VectorXd>& at, const Eigen::VectorXd& springs)
+    Worker(const ErrorModel& of, const Eigen::Ref<const Eigen::VectorXd>& at,
+           const std::optional<JointSprings>& springs)
         : block(of, at, {}, {}, RowBlock::Frames::kNone) {
-      if (springs.size() > 0)
-        with_springs.emplace(of, at, std::vector<int>(), Eigen::VectorXd(), RowBlock::Frames::kNone, springs);
+      if (springs)
+        with_springs.emplace(of, at, std::vector<int>(), Eigen::VectorXd(), RowBlock::Frames::kNone, &*springs);
     }
     ~Worker() { kernels::finish_copies(); }
   };

@@ -3,7 +3,6 @@
 #include "fastcal/model/row_block.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <initializer_list>
 
 #include "fastcal/kernels/streams.hpp"
@@ -50,8 +49,7 @@ void put_in_order(std::vector<kernels::TwistRows>& twists, std::vector<bool>& un
 }  // namespace
 
 RowBlock::RowBlock(const ErrorModel& model, const Eigen::Ref<const Eigen::VectorXd>& theta,
-                   const std::vector<int>& free, const Eigen::VectorXd& scale, Frames kept,
-                   const Eigen::VectorXd& springs)
+                   const std::vector<int>& free, const Eigen::VectorXd& scale, Frames kept, const JointSprings* springs)
     : theta_(theta),
       kept_(kept),
       chain_(model.robot().chain(theta.head(model.robot().nominal().size()))),
@@ -71,7 +69,7 @@ RowBlock::RowBlock(const ErrorModel& model, const Eigen::Ref<const Eigen::Vector
   }
   int first = static_cast<int>(model.robot().nominal().size());
   for (const auto& effect : model.effects()) {
-    const bool apart = springs.size() > 0 && effect->is_spring();
+    const bool apart = springs != nullptr && (effect->is_spring() || effect->is_weight());
     if (const auto* linear = dynamic_cast<const LinearEffect*>(effect.get()); linear != nullptr && !apart)
       linear_.emplace_back(linear, first);
     else if (!apart)
@@ -83,59 +81,8 @@ RowBlock::RowBlock(const ErrorModel& model, const Eigen::Ref<const Eigen::Vector
     write(C, frames_[f].constant, 1);
     frames_[f].constant_turn = turn_of(C.R);
   }
-  if (springs.size() > 0) set_springs(model.robot().description(), springs);
+  if (springs != nullptr) springs_.emplace(model.robot().description(), chain_, *springs, frames_.data());
   set_geometry();
-}
-
-void RowBlock::set_springs(const RobotDescription& robot, const Eigen::VectorXd& compliances) {
-  const int n = chain_.joint_count();
-  const Eigen::Vector3d gravity = gravity_in_world(robot, chain_.constants[kBaseFrame]);
-  for (int j = 0; j < n; ++j) {
-    const auto k = static_cast<std::size_t>(j);
-    const Body& body = robot.bodies[k];
-    const Eigen::Vector3d moment = body.mass * (chain_.body_frames[k] * body.com);
-    spring_joints_.push_back({chain_.joint_types[k] == JointType::kPrismatic,
-                              compliances[j] * gravity.norm(),
-                              body.mass,
-                              {moment[0], moment[1], moment[2]},
-                              1,
-                              0,
-                              nullptr,
-                              nullptr});
-  }
-  springs_ = {frames_.data(), nullptr, n, nullptr, nullptr, {}, {}};
-  const Eigen::Vector3d down = gravity.stableNormalized();
-  std::copy(down.begin(), down.end(), springs_.down);
-  std::copy(robot.p_flange_payload.begin(), robot.p_flange_payload.end(), springs_.payload_at);
-  linked_joints_ = spring_joints_;
-  linked_springs_ = springs_;
-  // Each link as Rz(before) T(p) Rx Rz(after): joints take the turns about z.
-  const auto turn = [](double* v, double angle) {
-    const Eigen::Vector2d turned = Eigen::Rotation2Dd(angle) * Eigen::Vector2d(v[0], v[1]);
-    std::copy(turned.begin(), turned.end(), v);
-  };
-  Eigen::VectorXd phase = Eigen::VectorXd::Zero(n);
-  for (int j = 0; j <= n; ++j) {
-    Pose link = chain_.constants[static_cast<std::size_t>(2 * j)];
-    if (j < n) link = link * chain_.constants[static_cast<std::size_t>(joint_frame(j))];
-    const bool tilts = link.R(0, 2) != 0 || link.R(1, 2) != 0;
-    const double before = tilts ? std::atan2(link.R(0, 2), -link.R(1, 2)) : 0;
-    turn(link.p.data(), -before);
-    link.R = Eigen::AngleAxisd(-before, Eigen::Vector3d::UnitZ()) * link.R;
-    const double after = std::atan2(-link.R(0, 1), link.R(0, 0));
-    const double about_x = std::atan2(-link.R(1, 2), link.R(2, 2));
-    spring_links_.push_back({std::cos(about_x), std::sin(about_x), {link.p[0], link.p[1], link.p[2]}});
-    if (j == 0) turn(linked_springs_.down, -before);
-    if (j == n) turn(linked_springs_.payload_at, after);
-    if (j > 0) phase[j - 1] += before;
-    if (j > 0) turn(linked_joints_[static_cast<std::size_t>(j - 1)].moment, -before);
-    if (j < n) phase[j] += after;
-  }
-  for (int j = 0; j < n; ++j) {
-    linked_joints_[static_cast<std::size_t>(j)].cosine = std::cos(phase[j]);
-    linked_joints_[static_cast<std::size_t>(j)].sine = std::sin(phase[j]);
-  }
-  linked_springs_.links = spring_links_.data();
 }
 
 void RowBlock::forward(const Samples& samples, Eigen::Index begin, Eigen::Index end, TwistMemory* memory) {
@@ -174,7 +121,7 @@ void RowBlock::forward(const Samples& samples, Eigen::Index begin, Eigen::Index 
     kernels::sines_and_cosines(frames_[k].turn, stride_, sine_cosine);
     frames_[k].sine_cosine = sine_cosine;
   }
-  if (!spring_joints_.empty()) settle_springs(samples, begin);
+  if (springs_) settled_ = springs_->settle(samples, begin, rows_, stride_, moved_, tilted_, angle_);
   find_steps(kept_count());
   if (kept_ == Frames::kNone) return;
   double* poses = poses_.resize(static_cast<Eigen::Index>(kept_count()) * kernels::kPoseNumbers * stride_);
@@ -193,33 +140,6 @@ void RowBlock::read_joints(const Samples& samples, Eigen::Index begin) {
   const int n = chain_.joint_count();
   double* joints = joints_.resize(static_cast<Eigen::Index>(n) * stride_);
   FASTCAL_CHECK(kernels::read_rows(samples.q.row(begin), rows_, n, stride_, joints)) << "q must be finite";
-}
-
-void RowBlock::settle_springs(const Samples& samples, Eigen::Index begin) {
-  const int n = chain_.joint_count();
-  settled_ = samples.wrench.size() == 0 && n <= kernels::kMostSprings;
-  bool linked = true;  // are the links the same in all rows?
-  for (int f = 0; f <= 2 * n; ++f) {
-    const auto k = static_cast<std::size_t>(f);
-    const bool joint = f % 2 == 1;
-    const bool slides = joint && spring_joints_[k / 2].slides;
-    linked &= !tilted_[k] && !slides && (joint || !moved_[k]);
-    if (!joint) continue;
-    // A turn about z and a tilt do not commute: their sum is one twist.
-    settled_ &= !(tilted_[k] && spring_joints_[k / 2].give != 0);
-    for (auto* joints : {&spring_joints_, &linked_joints_}) {
-      (*joints)[k / 2].slide = slides ? angle_[k].data() + stride_ : nullptr;
-      (*joints)[k / 2].sine_cosine = slides ? nullptr : angle_[k].data() + 2 * stride_;
-    }
-  }
-  if (!settled_) return;
-  double* payload = payload_.resize(stride_);
-  for (int i = 0; i < stride_; ++i)
-    payload[i] = samples.payload.size() > 0 && i < rows_ ? samples.payload[begin + i] : 0;
-  kernels::Springs& springs = linked ? linked_springs_ : springs_;
-  springs.joints = linked ? linked_joints_.data() : spring_joints_.data();
-  springs.payload = payload;
-  settled_ = kernels::settle_springs(springs, stride_);
 }
 
 double* RowBlock::move(int frame) {

@@ -5,12 +5,13 @@
 // columns of its Jacobian are one kernel's work.
 #pragma once
 
+#include <optional>
 #include <utility>
 #include <vector>
 
-#include "fastcal/kernels/spring_rows.hpp"
 #include "fastcal/math/aligned_numbers.hpp"
 #include "fastcal/model/error_model.hpp"
+#include "fastcal/model/spring_block.hpp"
 #include "fastcal/model/twist_memory.hpp"
 
 namespace fastcal {
@@ -21,11 +22,10 @@ class RowBlock {
   /// Whose poses forward() keeps: jacobian() needs those of all frames, write_tool() and write_jacobian() none.
   enum class Frames { kAll, kTool, kNone };
 
-  /// `free`: the parameters whose columns are wanted, `scale` by what each is multiplied. `springs`: compliances of the
-  /// joints (ErrorModel::springs), by which forward() brings the arm to equilibrium; empty: effects find their loads in
-  /// the samples.
+  /// `free`: the parameters whose columns are wanted, `scale` by what each is multiplied. With `springs`
+  /// (ErrorModel::springs) forward() brings the arm to equilibrium; null: effects find their loads in the samples.
   RowBlock(const ErrorModel& model, const Eigen::Ref<const Eigen::VectorXd>& theta, const std::vector<int>& free,
-           const Eigen::VectorXd& scale, Frames kept = Frames::kAll, const Eigen::VectorXd& springs = {});
+           const Eigen::VectorXd& scale, Frames kept = Frames::kAll, const JointSprings* springs = nullptr);
   RowBlock(const RowBlock&) = delete;
   RowBlock& operator=(const RowBlock&) = delete;
 
@@ -76,8 +76,6 @@ class RowBlock {
   void find_steps(int kept);
   /// The joints' positions in these rows, joint by joint.
   void read_joints(const Samples& samples, Eigen::Index begin);
-  void set_springs(const RobotDescription& robot, const Eigen::VectorXd& compliances);
-  void settle_springs(const Samples& samples, Eigen::Index begin);
   /// exp of the twists of a frame that does not only turn about z.
   void general_motion(int frame);
   /// Puts the right Jacobian before the twists of a frame: exp(xi + d) = exp(xi) exp(J_r d), exact at any size.
@@ -113,10 +111,7 @@ class RowBlock {
   std::vector<kernels::FrameRows> frames_;
   std::vector<kernels::ChainStep> steps_;
   int step_count_ = 0;
-  kernels::Springs springs_{}, linked_springs_{};  // for any rows; where links are the same in all rows
-  std::vector<kernels::SpringJoint> spring_joints_, linked_joints_;  // empty: no springs
-  std::vector<kernels::SpringLink> spring_links_;
-  AlignedNumbers payload_;  // (stride)
+  std::optional<SpringBlock> springs_;
   bool settled_ = true;
   std::vector<AlignedNumbers> turned_;                 // twists behind their right Jacobians, (6, stride)
   std::vector<kernels::TwistRows> geometry_, moving_;  // the same in all rows; of effects in these

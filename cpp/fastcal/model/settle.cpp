@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <vector>
 
 #include "fastcal/math/parallel.hpp"
@@ -65,9 +66,9 @@ void fill_compliance(const ErrorModel& model, const Eigen::VectorXd& theta, Eige
 
 /// Frames and loads of the rows of a chunk where springs and weights alone decide; false where that found no
 /// equilibrium.
-bool settle_with_springs(const ErrorModel& model, const Eigen::VectorXd& theta, const Eigen::VectorXd& springs,
+bool settle_with_springs(const ErrorModel& model, const Eigen::VectorXd& theta, const JointSprings& springs,
                          Eigen::Index begin, Eigen::Index end, Samples& samples) {
-  RowBlock block(model, theta, {}, {}, RowBlock::Frames::kAll, springs);
+  RowBlock block(model, theta, {}, {}, RowBlock::Frames::kAll, &springs);
   block.forward(samples, begin, end, nullptr);
   if (!block.settled()) return false;
   const int frames = samples.chain->frame_count();
@@ -77,7 +78,7 @@ bool settle_with_springs(const ErrorModel& model, const Eigen::VectorXd& theta, 
     std::copy(T.begin(), T.end(), samples.frames.begin() + i * frames);
     frame_loads(model.robot().description(), *samples.chain, T, samples.row(i), samples.gravity,
                 samples.load.row(i).data(), samples.payload_load.row(i).data());
-    samples.compliance.row(i) = springs.transpose();
+    samples.compliance.row(i) = springs.compliance.transpose();
   }
   return true;
 }
@@ -117,10 +118,10 @@ double settle(const ErrorModel& model, const Eigen::Ref<const Eigen::VectorXd>& 
   for (const Pose& T : chain.constants) length += T.p.norm();
 
   const bool by_springs = beams == nullptr && (needs & kLoads) != 0 && samples.wrench.size() == 0;
-  const Eigen::VectorXd springs = by_springs ? model.springs(theta) : Eigen::VectorXd();
+  const std::optional<JointSprings> springs = by_springs ? model.springs(theta) : std::nullopt;
   std::vector<double> changes(static_cast<std::size_t>(chunk_count(rows)), 0.0);
   parallel_chunks(rows, threads, [&](Eigen::Index chunk, Eigen::Index begin, Eigen::Index end) {
-    if (springs.size() > 0 && settle_with_springs(model, theta, springs, begin, end, samples)) return;
+    if (springs && settle_with_springs(model, theta, *springs, begin, end, samples)) return;
     RowEvaluator evaluator(model, theta);
     Eigen::VectorXd before(6 * frames);
     Eigen::Vector3d tool_before = Eigen::Vector3d::Zero();

@@ -173,7 +173,7 @@ Cause moved_by_column(const std::string& frame, const std::string& axis, const s
   return {"regressor", frame, values, {{"column", std::string("given")}, {"axis", axis}}};
 }
 
-/// An arm with weights, springs in its joints, and effects that look at no load.
+/// An arm with weights, some of them identified, springs in its joints, and effects that look at no load.
 struct SpringArm {
   RobotModel robot;
   std::vector<Cause> causes;
@@ -194,7 +194,14 @@ SpringArm spring_arm(Random& random, int n, double compliance) {
     if (random.chance(0.5)) out.causes.push_back({"reduction_ratio", joint, {random.uniform(-0.01, 0.01)}, {}});
     if (j == 0 || random.chance(0.8))
       out.causes.push_back({"joint_compliance", joint, {random.uniform(0, compliance)}, {}});
+    const std::string link = "link" + std::to_string(j + 1);
+    const Eigen::Vector3d moment = random.vector(2);
+    if (random.chance(0.3)) out.causes.push_back({"link_mass", link, {random.uniform(-2, 5)}, {}});
+    if (random.chance(0.3)) out.causes.push_back({"link_com", link, {moment[0], moment[1], moment[2]}, {}});
   }
+  const Eigen::Vector3d shift = random.vector(0.05);
+  if (random.chance(0.3)) out.causes.push_back({"payload_mass", "payload", {random.uniform(-1, 3)}, {}});
+  if (random.chance(0.3)) out.causes.push_back({"payload_com", "payload", {shift[0], shift[1], shift[2]}, {}});
   return out;
 }
 
