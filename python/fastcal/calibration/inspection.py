@@ -12,7 +12,6 @@ from fastcal.calibration.evaluation import Evaluation, distances
 from fastcal.errors import InvalidInput
 from fastcal.measurements.column_check import plausible
 from fastcal.measurements.dataset import Dataset
-from fastcal.robot.plain_copy import plain_copy
 from fastcal.robot.robot import Robot
 from fastcal.units import from_si
 
@@ -28,7 +27,7 @@ def check_columns(robot: Robot, data: Dataset, *, as_read: bool = False) -> list
     Raises:
         InvalidInput: Another reading of the columns fits at least five times better; both misfits and what was meant.
     """
-    bare = Robot(plain_copy(robot.spec) | {"effects": []})
+    bare = Robot(robot.spec | {"effects": []})
 
     def misfit(q: FloatArray, position: FloatArray) -> float:
         found = align(bare, Dataset.from_arrays(q, position=position))

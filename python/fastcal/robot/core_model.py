@@ -23,6 +23,7 @@ ROW_KEYS = {
     "alpha": "alpha_deg",
     "beta": "beta_deg",
 }  # DH and MDH, in the order of the core
+ROW_UNITS = {key: key.rsplit("_", 1)[1] for key in ROW_KEYS.values()}
 
 
 def pose(frame: Spec) -> FloatArray:
@@ -64,12 +65,11 @@ def build_core(spec: Spec) -> _core.RobotModel:
     )
     kinematics = spec["kinematics"]
     if kinematics in ("dh", "mdh"):
-        rows = np.array(
-            [
-                [to_si(float(joint.get(key, 0.0)), key.rsplit("_", 1)[1]) for key in ROW_KEYS.values()]
-                for joint in joints
-            ]
-        )
+        columns = [
+            to_si(np.array([joint.get(key, 0.0) for joint in joints], dtype=float), unit)
+            for key, unit in ROW_UNITS.items()
+        ]
+        rows = np.column_stack(columns)
         return (_core.build_dh if kinematics == "dh" else _core.build_mdh)(description, rows)
     if kinematics == "poe":
         return _core.build_poe(description, np.array([screw(joint) for joint in joints]), pose(spec["home"]))

@@ -58,11 +58,26 @@ class Robot(Shown):
     """
 
     def __init__(self, spec: Spec) -> None:
-        self.spec: Spec = plain_copy(spec)
+        self._keep(plain_copy(spec))
+
+    @classmethod
+    def keeping(cls, spec: Spec, core: _core.RobotModel | None = None) -> Robot:
+        """The robot of a spec that nobody else holds, which is kept and not copied.
+
+        Args:
+            spec: As for `Robot`.
+            core: The C++ model of this spec, where there is one already.
+        """
+        robot = cls.__new__(cls)
+        robot._keep(spec, core)
+        return robot
+
+    def _keep(self, spec: Spec, core: _core.RobotModel | None = None) -> None:
+        self.spec: Spec = spec
         for key, choices in CHOICES.items():
             if self.spec.get(key) not in (None, *choices):
                 raise InvalidInput(f"{key} must be one of {', '.join(choices)}, got {self.spec[key]!r}")
-        self.core: _core.RobotModel = build_core(self.spec)
+        self.core: _core.RobotModel = build_core(self.spec) if core is None else core
         if self.correction is not None and self.correction.joint_count != self.joint_count:
             raise InvalidInput(
                 f"the correction was trained for {self.correction.joint_count} joints, and {self.name} has "
