@@ -62,8 +62,8 @@ def moved(robot: Robot, T_world_base: FloatArray, T_flange_tool: FloatArray) -> 
 def frame_spec(T: FloatArray) -> Spec:
     """{xyz_mm, rpy_deg} of a pose (4, 4)."""
     return {
-        "xyz_mm": [from_si(float(v), "mm") for v in T[:3, 3]],
-        "rpy_deg": [from_si(float(v), "deg") for v in _core.rotation_to_rpy(T[:3, :3])],
+        "xyz_mm": [from_si(v, "mm") for v in T[:3, 3].tolist()],
+        "rpy_deg": [from_si(v, "deg") for v in _core.rotation_to_rpy(T[:3, :3]).tolist()],
     }
 
 
@@ -73,7 +73,7 @@ def identified_spec(start: Robot, model: _core.ErrorModel, found: Solution) -> S
     own = len(model.robot.nominal)
     spec = with_frames(start.spec, *model.robot.base_and_tool(theta[:own]))
     values: dict[str, dict[str, float]] = {}
-    for parameter, value in zip(model.robot.parameters, theta[:own].tolist(), strict=True):
+    for parameter, value in zip(model.parameters[:own], theta[:own].tolist(), strict=True):
         values.setdefault(parameter.owner, {})[parameter.name] = value
     for i, joint in enumerate(spec["joints"]):
         _set_joint(joint, spec["kinematics"], values.get(f"joint{i + 1}", {}))
