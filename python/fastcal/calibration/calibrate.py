@@ -22,7 +22,7 @@ from fastcal.calibration.data_notes import (
     thin_data_notes,
     unseen_directions,
 )
-from fastcal.calibration.evaluation import evaluate
+from fastcal.calibration.evaluation import evaluate, judged
 from fastcal.calibration.extrapolation_notes import range_notes
 from fastcal.calibration.geometry_anchoring import pulls
 from fastcal.calibration.inspection import check_columns, check_fit
@@ -196,7 +196,8 @@ def calibrate(
     reached = bounds_reached(problem, found, {**limits, **pulled})
     table, table_covariance = parameter_table(start, model, found, covariance, reached)
     beyond = [] if test is None else [f"{test.source}: {note}" for note in range_notes(result_model, test)]
-    train = evaluate(result_model, data, **judge)
+    # Without effects all robots of a kind read the same of the rows.
+    train = judged(result_model, data, **judge, samples=None if start.effects else problem.samples)
     if long is not None and rows is not None:
         train = judged_on_all(train, rows, long, result_model, **judge)
     return CalibrationResult(

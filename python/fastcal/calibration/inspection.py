@@ -49,10 +49,13 @@ def check_fit(robot: Robot, fit: Evaluation, *, as_read: bool = False) -> list[s
     Raises:
         InvalidInput: The data are of another robot, or no measurements at all.
     """
+    limit = BAD_SHARE * robot.reach
+    if fit.rows is None and fit.after is not None and 2 * fit.after.mean < limit:
+        return []  # half of some lengths are at most twice their mean
     known = distances(fit.error_after, fit.length_after)
     known = known[~np.isnan(known)]
     median = float(np.median(known)) if len(known) else 0.0
-    if median <= BAD_SHARE * robot.reach:
+    if median <= limit:
         return []
     miss, reach = (f"{from_si(length, 'mm'):.4g} mm" for length in (median, robot.reach))
     message = (

@@ -24,6 +24,7 @@ from fastcal.errors import InvalidInput, Undetermined
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.long_dataset import LongDataset
 from fastcal.measurements.observations import core_tables
+from fastcal.robot.core_model import pose
 from fastcal.robot.plain_copy import plain_copy
 from fastcal.robot.robot import Robot
 
@@ -145,7 +146,9 @@ def prepare(
     )
     if equilibrium is not None:
         spec["equilibrium"] = equilibrium
-    start = Robot.keeping(with_setups(spec, data))
+    spec = with_setups(spec, data)
+    # Of what the chain is built of, base and tool alone may have changed.
+    start = Robot.keeping(spec, robot.core.with_base_and_tool(pose(spec["base"]), pose(spec["tool"])))
     samples, measured = start.samples(data), measurements(data, start)
     alignment = _aligned(start, data, samples, measured, threads, has_others=long is not None)
     if not alignment.found:
@@ -191,7 +194,8 @@ def parameter_names(model: _core.ErrorModel) -> list[str]:
 def asked_parameters(model: _core.ErrorModel, geometry: bool, *, turned: bool, placed: bool) -> list[int]:
     """Base and tool always (as far as the kind of measurement can show them), geometry where asked, every effect."""
     out = []
-    for i, parameter in enumerate(model.robot.parameters):
+    own = len(model.robot.nominal)
+    for i, parameter in enumerate(model.parameters[:own]):
         owner = parameter.owner
         if owner == "base":
             if placed:
@@ -201,4 +205,4 @@ def asked_parameters(model: _core.ErrorModel, geometry: bool, *, turned: bool, p
                 out.append(i)
         elif geometry:
             out.append(i)
-    return [*out, *range(len(model.robot.nominal), len(model.start))]
+    return [*out, *range(own, len(model.start))]

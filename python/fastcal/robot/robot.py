@@ -8,6 +8,8 @@ predicts the same, bit for bit.
 
 from __future__ import annotations
 
+import hashlib
+import json
 from functools import cached_property
 from os import PathLike
 from typing import Any, NamedTuple
@@ -95,6 +97,12 @@ class Robot(Shown):
     def __reduce__(self) -> tuple[type[Robot], tuple[Spec]]:
         """A robot is what its file says: so it goes to other processes."""
         return Robot, (self.spec,)
+
+    @cached_property
+    def sha256(self) -> str:
+        """Hash of what its file says, but for where it came from."""
+        spec = {key: value for key, value in self.spec.items() if key not in ("made_by", "correction")}
+        return hashlib.sha256(json.dumps(spec, sort_keys=True, default=str).encode()).hexdigest()
 
     @property
     def correction(self) -> Correction | None:
@@ -212,9 +220,10 @@ class Robot(Shown):
         T = np.asarray(self.error_model.predict(samples, self.error_model.start, threads, out))
         return self._with_correction(T, q, conditions.get("payload"))
 
-    def poses(self, data: Dataset, *, threads: int = 1) -> FloatArray:
-        """`forward` (N, 4, 4) at the joints and conditions of a data set."""
-        T = np.asarray(self.error_model.predict(self.samples(data), self.error_model.start, threads))
+    def poses(self, data: Dataset, *, threads: int = 1, samples: _core.Samples | None = None) -> FloatArray:
+        """`forward` (N, 4, 4) at the joints and conditions of a data set, its `samples` where they are known."""
+        read = self.samples(data) if samples is None else samples
+        T = np.asarray(self.error_model.predict(read, self.error_model.start, threads))
         return self._with_correction(T, data.q, data.payload)
 
     def correct(self, q: ArrayLike, payload: ArrayLike | None = None) -> Corrected:
