@@ -90,6 +90,11 @@ def test_the_help_loads_no_arrays_and_a_command_no_other_command(folder: Path) -
     assert not seen & {"fastcal.cli.calibrate", "fastcal.cli.compensate", "fastcal.report", "asyncio"}
 
 
+def test_a_measurement_file_needs_no_dialect(folder: Path) -> None:
+    seen = loaded(folder, "evaluate", "model.yaml", "data.csv")
+    assert not seen & {"fastcal.importers.words", "fastcal.importers.rosbag"}
+
+
 def test_the_probe_sees_a_heavy_module(folder: Path) -> None:
     rivals = "joint_compliance@joint2,joint_compliance@joint3"
     chosen = ["--count", "12", "--candidate-count", "64", "--separate", rivals, "--payload-kg", "0,10", "-o", "p.csv"]
