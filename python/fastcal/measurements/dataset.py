@@ -290,9 +290,8 @@ class Dataset(Shown):
         if sigma is not None and np.ndim(sigma) == 1:
             sigma = np.asarray(sigma)[:, np.newaxis]
         lengths = one("distance", distance)
-        if lengths is not None and anchor is None:
-            anchor = ["1"] * rows
-        anchors, anchor_names = _codes("anchor", anchor, rows)
+        one_anchor = None if lengths is None else ["1"] * rows
+        anchors, anchor_names = _codes("anchor", one_anchor if anchor is None else anchor, rows)
         stations, station_names = _codes("station", station, rows)
         mounts, mount_names = _codes("mount", mount, rows)
         approaches = one("approach", approach, count)
