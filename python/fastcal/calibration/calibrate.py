@@ -22,7 +22,7 @@ from fastcal.calibration.data_notes import (
     thin_data_notes,
     unseen_directions,
 )
-from fastcal.calibration.evaluation import evaluate
+from fastcal.calibration.evaluation import evaluate, judged
 from fastcal.calibration.extrapolation_notes import range_notes
 from fastcal.calibration.geometry_anchoring import pulls
 from fastcal.calibration.inspection import check_columns, check_fit
@@ -50,7 +50,7 @@ from fastcal.measurements.long_dataset import LongDataset
 from fastcal.robot.calibration_record import CalibrationRecord, lower_root
 from fastcal.robot.controller_robot import nominal_record
 from fastcal.robot.given import DataLike, RobotLike, RowsLike, as_data, as_robot, as_rows
-from fastcal.robot.identified_spec import identified_spec, with_frames
+from fastcal.robot.identified_spec import identified_spec, moved
 from fastcal.robot.made_by import made_by
 from fastcal.robot.robot import Robot
 from fastcal.units import from_si
@@ -159,10 +159,11 @@ def calibrate(
 
     report("reporting")
     start, model, alignment, names = problem.robot, problem.model, problem.alignment, problem.names
-    aligned = Robot(with_frames(start.spec, alignment.T_world_base, alignment.T_flange_tool))
+    aligned = moved(start, alignment.T_world_base, alignment.T_flange_tool)
     found_spec = identified_spec(start, model, found)
-    every = found.parameters  # a copy each time it is asked for
-    free_names = [full_name(every[i]) for i in found.free]
+    free = found.free  # a copy each time it is asked for, as all of the core's lists are
+    every = [full_name(parameter) for parameter in found.parameters] if problem.unknown_count else names
+    free_names = [every[i] for i in free]
     covariance, root, freedom = (
         np.asarray(found.covariance),
         np.asarray(found.covariance_root),
@@ -172,7 +173,7 @@ def calibrate(
     if seen.serial is not None and "prior_sigma" not in limits:
         covariance, sigma = seen.serial.covariance, sigma * seen.serial.noise
         root, freedom = lower_root(covariance), round(seen.serial.freedom)
-    kept = [k for k, i in enumerate(found.free) if i < len(names)]
+    kept = [k for k, i in enumerate(free) if i < len(names)]
     if kept:
         record = CalibrationRecord(
             [free_names[k] for k in kept],
@@ -184,7 +185,7 @@ def calibrate(
             None if (turn := turn_sigma(problem.measured, found)) is None else from_si(turn, "deg"),
         )
         found_spec["calibration"] = record.to_spec() | {"nominal": nominal_record(start.spec)}
-    result_model = Robot(found_spec | {"made_by": origin})
+    result_model = Robot.keeping(found_spec | {"made_by": origin})
     unknowns = unknowns_by_owner(problem.measured, np.asarray(found.theta)[len(names) :])
     judge: dict[str, Any] = {
         "before": aligned,
@@ -195,7 +196,8 @@ def calibrate(
     reached = bounds_reached(problem, found, {**limits, **pulled})
     table, table_covariance = parameter_table(start, model, found, covariance, reached)
     beyond = [] if test is None else [f"{test.source}: {note}" for note in range_notes(result_model, test)]
-    train = evaluate(result_model, data, **judge)
+    # Without effects all robots of a kind read the same of the rows.
+    train = judged(result_model, data, **judge, samples=None if start.effects else problem.samples)
     if long is not None and rows is not None:
         train = judged_on_all(train, rows, long, result_model, **judge)
     return CalibrationResult(
@@ -213,7 +215,7 @@ def calibrate(
         ],
         correlated=correlated_pairs(free_names, covariance),
         rank=found.rank,
-        asked_count=len(found.free) + len(found.held),
+        asked_count=len(free) + len(found.held),
         degrees_of_freedom=freedom,
         iterations=found.iterations,
         sigma=sigma,

@@ -73,7 +73,7 @@ def with_critical_loads(problem: CalibrationProblem) -> CalibrationProblem:
 def open_corners(robot: Robot, model: _core.ErrorModel, samples: _core.Samples, threads: int = 1) -> list[Corners]:
     """All effects with critical loads to which the robot file gives no value."""
     out = []
-    at = len(model.robot.parameters)
+    at = len(model.robot.nominal)
     for k, (entry, effect) in enumerate(zip(robot.spec.get("effects") or [], robot.effects, strict=True)):
         indices = [at + i for i, p in enumerate(effect.parameters) if p.name.startswith("critical")]
         at += len(effect.parameters)

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
-from fastcal.effects.entries import full_name
 from fastcal.measurements.copied_rows import row_bytes
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.core_model import length_or_angle_unit
@@ -25,28 +24,40 @@ THIN = 2.0  # numbers a parameter: with fewer, most of the noise goes into the p
 
 def ranges(robot: Robot, data: Dataset) -> dict[str, FloatArray]:
     """(N,) each joint, the payload and the temperature where it is given, at the edge's units, by column."""
-    out = {}
-    for i, joint in enumerate(robot.spec["joints"]):
-        unit = length_or_angle_unit(joint)
-        out[f"q{i + 1}_{unit}"] = np.asarray(from_si(data.q[:, i], unit))
+    out = {f"q{i + 1}_{unit}": np.asarray(from_si(data.q[:, i], unit)) for i, unit in enumerate(_joint_units(robot))}
     out["payload_kg"] = data.payload
     if data.temperature is not None:
         out["temperature_c"] = np.asarray(from_si(data.temperature, "c"))
     return out
 
 
+def _joint_units(robot: Robot) -> list[str]:
+    return [length_or_angle_unit(joint) for joint in robot.spec["joints"]]
+
+
 def covered(robot: Robot, data: Dataset) -> dict[str, tuple[float, float]]:
-    """Least and greatest of `ranges`."""
-    return {name: (float(np.min(v)), float(np.max(v))) for name, v in ranges(robot, data).items()}
+    """Least and greatest of `ranges`; units keep the order of numbers."""
+    ends = zip(data.q.min(axis=0).tolist(), data.q.max(axis=0).tolist(), strict=True)
+    out = {
+        f"q{i + 1}_{unit}": (from_si(least, unit), from_si(greatest, unit))
+        for i, (unit, (least, greatest)) in enumerate(zip(_joint_units(robot), ends, strict=True))
+    }
+    out["payload_kg"] = float(data.payload.min()), float(data.payload.max())
+    if (heat := data.temperature) is not None:
+        out["temperature_c"] = from_si(float(heat.min()), "c"), from_si(float(heat.max()), "c")
+    return out
 
 
 def unseen_directions(found: _core.Identification, names: list[str]) -> tuple[list[str], FloatArray]:
     """Names of the parameters that move with what was held, and their directions (M, held); see CalibrationRecord."""
-    directions = np.asarray(found.held_directions).reshape(len(found.asked), -1)
-    parameters, asked = found.parameters, found.asked
-    moved = np.any(directions != 0, axis=1).tolist()
+    directions = np.asarray(found.held_directions)
+    if not directions.size:
+        return [], np.zeros((0, 0))
+    asked = found.asked
+    directions = directions.reshape(len(asked), -1)
+    moved = (directions != 0).any(axis=1).tolist()
     rows = [k for k, i in enumerate(asked) if i < len(names) and moved[k]]
-    return [full_name(parameters[asked[k]]) for k in rows], directions[rows]
+    return [names[asked[k]] for k in rows], directions[rows]
 
 
 def shared_row_notes(parts: Iterable[Dataset], test: Dataset) -> list[str]:

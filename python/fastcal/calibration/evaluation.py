@@ -18,7 +18,6 @@ from fastcal.calibration.repeatability import pose_groups as pose_groups
 from fastcal.calibration.repeatability import repeatability
 from fastcal.display.shown import Shown
 from fastcal.measurements.dataset import Dataset
-from fastcal.measurements.observations import kinds_of
 from fastcal.robot.given import DataLike, RobotLike, as_data, as_robot
 from fastcal.robot.robot import Robot
 from fastcal.robot.se3 import rotation_to_rpy
@@ -63,11 +62,11 @@ class ErrorSums:
         known = distances[~np.isnan(distances)]
         if not len(known):
             return
-        mean, whole = float(np.mean(known)), self._count + len(known)
+        mean, whole = float(known.mean()), self._count + len(known)
         apart = mean - self._mean
-        self._squares += float(np.sum((known - mean) ** 2)) + apart**2 * self._count * len(known) / whole
+        self._squares += float(((known - mean) ** 2).sum()) + apart**2 * self._count * len(known) / whole
         self._mean += apart * len(known) / whole
-        self._count, self._largest = whole, max(self._largest, float(np.max(known)))
+        self._count, self._largest = whole, max(self._largest, float(known.max()))
 
     def statistics(self) -> ErrorStatistics | None:
         """Of all that was added; None where nothing was."""
@@ -183,9 +182,9 @@ def _compared(
         turns = np.array([_angle(R, wxyz) for R, wxyz in zip(T[:, :3, :3], data.rotation, strict=True)])
     others: dict[str, FloatArray] = {}
     lengths = None
-    measured = measurements(data, robot) if kinds_of(data) else None
-    beside = [] if measured is None else [of for of in measured.observations if not of.is_pose]
-    if measured is not None and beside:
+    if any(field not in ("position", "rotation") for own in data.kinds.values() for field in own):
+        measured = measurements(data, robot)
+        beside = [of for of in measured.observations if not of.is_pose]
         model = robot.error_model
         own = {owner: iter(values) for owner, values in (unknowns or {}).items()}
         values = [float(next(own[p.owner])) if p.owner in own else np.nan for p in measured.parameters]
@@ -230,13 +229,26 @@ def evaluate(
     hangs on them is not judged. Paths are read.
     """
     robot = as_robot(robot)
-    data = as_data(data, robot)
-    T = robot.poses(data, threads=threads)
+    return judged(robot, as_data(data, robot), before, unknowns, unknowns_before, threads)
+
+
+def judged(
+    robot: Robot,
+    data: Dataset,
+    before: Robot | None = None,
+    unknowns: Mapping[str, FloatArray] | None = None,
+    unknowns_before: Mapping[str, FloatArray] | None = None,
+    threads: int = 1,
+    samples: _core.Samples | None = None,
+) -> Evaluation:
+    """`evaluate` of a robot and a data set, with the samples of both robots where they are known."""
+    T = robot.poses(data, threads=threads, samples=samples)
     points, lengths, turns, others = _compared(robot, T, data, unknowns, threads)
     after = ErrorStatistics.of(distances(points, lengths))
     points_before = lengths_before = first = None
     if before is not None:
-        points_before, lengths_before, *_ = residuals(before, data, unknowns_before, threads)
+        T_before = before.poses(data, threads=threads, samples=samples)
+        points_before, lengths_before, *_ = _compared(before, T_before, data, unknowns_before, threads)
         first = ErrorStatistics.of(distances(points_before, lengths_before))
     return Evaluation(
         data,
@@ -253,6 +265,16 @@ def evaluate(
     )
 
 
+def _is_hopeless(p: FloatArray, x: FloatArray, e: FloatArray) -> bool:
+    """Do distances between neighbouring rows already say that no motion of p onto x = p - e fits ALIGNED_BETTER?
+
+    A rigid motion keeps them: |x_i - x_k| and |p_i - p_k| differ by no more than the sum of the two errors that it
+    leaves, so the sum of the squared differences over separate pairs is at most twice that of the squared errors.
+    """
+    apart = np.linalg.norm(x[1::2] - x[:-1:2], axis=1) - np.linalg.norm(p[1::2] - p[:-1:2], axis=1)
+    return float(np.vdot(e, e)) < ALIGNED_BETTER**2 * float(apart @ apart) / 2
+
+
 def realigned(predicted: FloatArray, error: FloatArray) -> Realigned | None:
     """The rigid motion of predicted points (N, 3) that leaves the least of `error` (N, 3), predicted less measured [m].
 
@@ -261,13 +283,17 @@ def realigned(predicted: FloatArray, error: FloatArray) -> Realigned | None:
     whole = ~np.isnan(error).any(axis=1)
     if whole.sum() < ALIGNED_ROWS:
         return None
-    p, x = predicted[whole], (predicted - error)[whole]
-    U, _, Vt = np.linalg.svd((x - x.mean(axis=0)).T @ (p - p.mean(axis=0)))
+    p, e = predicted[whole], error[whole]
+    x = p - e
+    if _is_hopeless(p, x, e):
+        return None
+    middle_p, middle_x = p.mean(axis=0), x.mean(axis=0)
+    U, _, Vt = np.linalg.svd((x - middle_x).T @ (p - middle_p))
     R = U @ np.diag([1.0, 1.0, np.sign(np.linalg.det(U @ Vt))]) @ Vt
     motion = np.eye(4)
-    motion[:3, :3], motion[:3, 3] = R, x.mean(axis=0) - R @ p.mean(axis=0)
+    motion[:3, :3], motion[:3, 3] = R, middle_x - R @ middle_p
     left = ErrorStatistics.of(np.linalg.norm(p @ R.T + motion[:3, 3] - x, axis=1))
-    given = ErrorStatistics.of(np.linalg.norm(error[whole], axis=1))
+    given = ErrorStatistics.of(np.linalg.norm(e, axis=1))
     if left is None or given is None or given.rms < ALIGNED_BETTER * left.rms:
         return None
     return Realigned(motion, left)

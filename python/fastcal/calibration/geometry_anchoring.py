@@ -42,6 +42,8 @@ def pulls(problem: CalibrationProblem) -> dict[str, FloatArray]:
 
     The effects' origins and curvatures are set.
     """
+    if not any(_curves(problem.robot)):
+        return {}
     sigma = pull_deviations(problem.robot, problem.model)
     if not np.isfinite(sigma[problem.asked]).any():
         return {}

@@ -12,7 +12,6 @@ from fastcal.calibration.evaluation import Evaluation, distances
 from fastcal.errors import InvalidInput
 from fastcal.measurements.column_check import plausible
 from fastcal.measurements.dataset import Dataset
-from fastcal.robot.plain_copy import plain_copy
 from fastcal.robot.robot import Robot
 from fastcal.units import from_si
 
@@ -28,7 +27,7 @@ def check_columns(robot: Robot, data: Dataset, *, as_read: bool = False) -> list
     Raises:
         InvalidInput: Another reading of the columns fits at least five times better; both misfits and what was meant.
     """
-    bare = Robot(plain_copy(robot.spec) | {"effects": []})
+    bare = Robot(robot.spec | {"effects": []})
 
     def misfit(q: FloatArray, position: FloatArray) -> float:
         found = align(bare, Dataset.from_arrays(q, position=position))
@@ -50,10 +49,13 @@ def check_fit(robot: Robot, fit: Evaluation, *, as_read: bool = False) -> list[s
     Raises:
         InvalidInput: The data are of another robot, or no measurements at all.
     """
+    limit = BAD_SHARE * robot.reach
+    if fit.rows is None and fit.after is not None and 2 * fit.after.mean < limit:
+        return []  # half of some lengths are at most twice their mean
     known = distances(fit.error_after, fit.length_after)
     known = known[~np.isnan(known)]
     median = float(np.median(known)) if len(known) else 0.0
-    if median <= BAD_SHARE * robot.reach:
+    if median <= limit:
         return []
     miss, reach = (f"{from_si(length, 'mm'):.4g} mm" for length in (median, robot.reach))
     message = (

@@ -45,10 +45,12 @@ def parameter_limits(
     parameters = model.parameters
     infinite = np.full(unknown_count, np.inf)
     limits: dict[str, FloatArray] = {}
-    bounds = np.array([(p.lower, p.upper) for p in parameters]).reshape(-1, 2)
-    if np.isfinite(bounds).any():
-        limits["lower"] = np.concatenate([bounds[:, 0], -infinite])
-        limits["upper"] = np.concatenate([bounds[:, 1], infinite])
+    lower, upper = np.array([p.lower for p in parameters]), np.array([p.upper for p in parameters])
+    if np.isfinite(lower).any() or np.isfinite(upper).any():
+        limits["lower"] = np.concatenate([lower, -infinite])
+        limits["upper"] = np.concatenate([upper, infinite])
+    if not priors and not robot.effects:
+        return limits
     size = np.array([p.sigma for p in parameters])
     expected = np.array([p.expected for p in parameters])
     mean = np.where(model.start == 0, expected, model.start)
@@ -56,7 +58,7 @@ def parameter_limits(
     if priors:
         held = np.array([p.owner not in ("base", "tool") for p in parameters])
         sigma[held] = PRIOR_SIZES * size[held]
-    at = len(model.robot.parameters)
+    at = len(model.robot.nominal)
     for entry, effect in zip(robot.spec.get("effects") or [], robot.effects, strict=True):
         own = slice(at, at + len(effect.parameters))
         if has_prior(entry):

@@ -35,17 +35,16 @@ def parameter_table(
 
     The turns of base and tool are those from nominal to identified, about their own axes.
     """
-    own = len(model.robot.parameters)
-    count = len(model.parameters)
-    parameters = found.parameters
+    own, count = len(model.robot.nominal), len(model.start)
+    parameters, free = found.parameters if len(found.theta) > count else model.parameters, found.free
     nominal = np.concatenate([start.error_model.start, np.zeros(len(parameters) - count)])
     theta = np.array(found.theta)
     for first, T, T_nominal in zip(
         (0, own - 6), model.robot.base_and_tool(theta[:own]), start.core.base_and_tool(start.core.nominal), strict=True
     ):
         theta[first + 3 : first + 6] = _core.log_so3(T_nominal[:3, :3].T @ T[:3, :3])
-    names = {i: edge_name(p, geometry=i < own or i >= count) for i, p in enumerate(parameters)}
-    place = {i: k for k, i in enumerate(found.free)}
+    names: dict[int, str] = {}  # of harmonics
+    place = {i: k for k, i in enumerate(free)}
     slope = np.eye(len(place))
     for pair in polar_pairs(start.spec.get("effects") or [], start.effects, own, theta):
         if all(i in place for i in pair.indices):
@@ -55,16 +54,19 @@ def parameter_table(
             names |= dict(zip(pair.indices, pair.names, strict=True))
     covariance = slope @ covariance.reshape(slope.shape) @ slope.T
     out = []
-    for i, deviation in zip(found.free, np.sqrt(np.diag(covariance)), strict=True):
-        parameter = parameters[i]
-        unit = edge_unit(parameter, geometry=i < own or i >= count)
-        value, before = from_si(float(theta[i]), unit), from_si(float(nominal[i]), unit)
-        std, bound = float(deviation) / factor(unit), None
+    values, values_before = theta.tolist(), nominal.tolist()
+    for i, deviation in zip(free, np.sqrt(np.diag(covariance)).tolist(), strict=True):
+        parameter, geometry = parameters[i], i < own or i >= count
+        unit = edge_unit(parameter, geometry=geometry)
+        value, before = from_si(values[i], unit), from_si(values_before[i], unit)
+        std, bound = deviation / factor(unit), None
         if i in reached:
             side, unbounded = reached[i]
             bound = Bound(side, from_si(unbounded, unit), std)
-        name = names[i], parameter.owner
-        out.append(IdentifiedParameter(*name, value, std if bound is None else None, unit, before, bound))
+        name = names.get(i) or edge_name(parameter, geometry=geometry)
+        out.append(
+            IdentifiedParameter(name, parameter.owner, value, std if bound is None else None, unit, before, bound)
+        )
     return out, covariance
 
 
@@ -94,9 +96,9 @@ def correlated_pairs(names: list[str], covariance: FloatArray) -> list[tuple[str
         return []
     scale = np.sqrt(np.diag(covariance))
     r = covariance / np.outer(scale, scale)
-    i, j = np.triu_indices(len(names), 1)
-    strong = np.flatnonzero(np.abs(r[i, j]) > CORRELATED)
-    order = strong[np.argsort(-np.abs(r[i, j][strong]), kind="stable")]
+    i, j = np.nonzero(np.abs(r) > CORRELATED)
+    i, j = i[i < j], j[i < j]
+    order = np.argsort(-np.abs(r[i, j]), kind="stable")
     return [(names[i[k]], names[j[k]], float(r[i[k], j[k]])) for k in order]
 
 

@@ -24,6 +24,7 @@ from fastcal.errors import InvalidInput, Undetermined
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.long_dataset import LongDataset
 from fastcal.measurements.observations import core_tables
+from fastcal.robot.core_model import pose
 from fastcal.robot.plain_copy import plain_copy
 from fastcal.robot.robot import Robot
 
@@ -58,9 +59,14 @@ class CalibrationProblem:
     long: LongDataset | None = None
 
     @cached_property
+    def parameters(self) -> list[_core.Parameter]:
+        """The model's parameters, which the core copies each time it is asked."""
+        return self.model.parameters
+
+    @cached_property
     def names(self) -> list[str]:
         """Names such as "joint2 a", of the model's parameters."""
-        return parameter_names(self.model)
+        return [full_name(parameter) for parameter in self.parameters]
 
     @property
     def unknown_count(self) -> int:
@@ -70,7 +76,7 @@ class CalibrationProblem:
     @cached_property
     def effect_places(self) -> list[range]:
         """Indices of each effect's parameters in the model."""
-        out, at = [], len(self.model.robot.parameters)
+        out, at = [], len(self.model.robot.nominal)
         for effect in self.robot.effects:
             out.append(range(at, at + len(effect.parameters)))
             at += len(effect.parameters)
@@ -89,7 +95,13 @@ class CalibrationProblem:
 
     def limits(self, *, priors: bool = False) -> dict[str, FloatArray]:
         """Bounds and priors as keyword arguments of `identify`; with `priors`, every parameter is held near nominal."""
-        return parameter_limits(self.robot, self.model, self.unknown_count, priors=priors)
+        if not priors:
+            return self._own_limits
+        return parameter_limits(self.robot, self.model, self.unknown_count, priors=True)
+
+    @cached_property
+    def _own_limits(self) -> dict[str, FloatArray]:
+        return parameter_limits(self.robot, self.model, self.unknown_count, priors=False)
 
     def identify(self, **options: Any) -> _core.Identification:
         """Identifies what is asked; options as the core's `identify` has them, among these its bounds and priors."""
@@ -127,14 +139,16 @@ def prepare(
         InvalidInput: An unknown effect or parameter, data without a measured column, or poses that fix no base.
     """
     geometry, added = parse_effects(effects, robot.core, robot.spec.get("effects") or [])
-    spec = plain_copy(robot.spec)
-    spec.pop("correction", None)  # it was trained on what another identification left
+    # A correction was trained on what another identification left.
+    spec = plain_copy({key: value for key, value in robot.spec.items() if key != "correction"})
     spec["effects"] = without_repeats(
-        [with_origins(entry, robot, long or data) for entry in (spec.get("effects") or []) + added]
+        [with_origins(entry, robot, long or data) for entry in (spec.get("effects") or []) + plain_copy(added)]
     )
     if equilibrium is not None:
         spec["equilibrium"] = equilibrium
-    start = Robot(with_setups(spec, data))
+    spec = with_setups(spec, data)
+    # Of what the chain is built of, base and tool alone may have changed.
+    start = Robot.keeping(spec, robot.core.with_base_and_tool(pose(spec["base"]), pose(spec["tool"])))
     samples, measured = start.samples(data), measurements(data, start)
     alignment = _aligned(start, data, samples, measured, threads, has_others=long is not None)
     if not alignment.found:
@@ -180,16 +194,15 @@ def parameter_names(model: _core.ErrorModel) -> list[str]:
 def asked_parameters(model: _core.ErrorModel, geometry: bool, *, turned: bool, placed: bool) -> list[int]:
     """Base and tool always (as far as the kind of measurement can show them), geometry where asked, every effect."""
     out = []
-    own = len(model.robot.parameters)
-    for i, parameter in enumerate(model.parameters):
-        if i >= own:
-            out.append(i)
-        elif parameter.owner == "base":
+    own = len(model.robot.nominal)
+    for i, parameter in enumerate(model.parameters[:own]):
+        owner = parameter.owner
+        if owner == "base":
             if placed:
                 out.append(i)
-        elif parameter.owner == "tool":
+        elif owner == "tool":
             if turned or not parameter.name.startswith("r"):
                 out.append(i)
         elif geometry:
             out.append(i)
-    return out
+    return [*out, *range(own, len(model.start))]

@@ -127,6 +127,8 @@ def place_groups(values: NDArray[np.float64], bins: int) -> GroupArray:
 def visit_groups(data: Dataset) -> GroupArray:
     """(N,) the same for rows that were also approached from the same direction in the same set-up."""
     keys = [pose_groups(data)]
+    if data.approach is None and data.station is None and data.mount is None:
+        return keys[0]
     if data.approach is not None:
         keys.append(numbered(data.approach.astype(np.int64)))
     keys += [labels.astype(np.intp) for labels in (data.station, data.mount) if labels is not None]
@@ -144,15 +146,18 @@ def numbered(keys: NDArray[np.int64]) -> GroupArray:
     for column in keys.T:
         if count == len(keys):
             break
-        _, place = np.unique(column, return_inverse=True)  # by rank: the product below stays under N^2
-        parts, group = np.unique(group * len(keys) + place, return_inverse=True)
-        count = len(parts)
+        parts, place = np.unique(column, return_inverse=True)  # by rank: the product below stays under N^2
+        if count > 1:
+            parts, place = np.unique(group * len(keys) + place, return_inverse=True)
+        group, count = place, len(parts)
     return group
 
 
 def repeated_rows(group: GroupArray, rows: GroupArray) -> list[GroupArray]:
     """Those of some rows, ascending, that share their group with another, by group; first what is met first."""
     rows = rows[np.bincount(group[rows])[group[rows]] > 1]
+    if not len(rows):
+        return []
     order = np.argsort(group[rows], kind="stable")
     ends = np.flatnonzero(np.diff(group[rows][order])) + 1
     parts = [part for part in np.split(rows[order], ends) if len(part)]

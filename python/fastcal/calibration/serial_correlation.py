@@ -198,9 +198,7 @@ def _correlation(q: FloatArray, used: BoolArray, found: float) -> float:
 
 def _lagged(a: FloatArray, others: Sequence[FloatArray]) -> list[FloatArray]:
     """(N,) of each b: sum over t of a_t . b_(t+k) + a_t . b_(t-k), of k = 0 once; a, b (N, width, p). By spectra."""
-    from scipy import fft  # takes longer to import than most fits
-
-    size = int(fft.next_fast_len(2 * len(a), real=True))
+    size = _fast_length(2 * len(a))
     spectra = np.zeros((len(others), size // 2 + 1))
     for c in range(a.shape[1]):  # one coordinate at a time: memory
         of_a = np.fft.rfft(a[:, c].T, size)
@@ -209,6 +207,15 @@ def _lagged(a: FloatArray, others: Sequence[FloatArray]) -> list[FloatArray]:
             spectrum += np.einsum("pf,pf->f", of_a.real, of_b.real) + np.einsum("pf,pf->f", of_a.imag, of_b.imag)
     even = np.fft.irfft(spectra, size)[:, : len(a)]  # of k and -k, the mean
     return [np.r_[sums[0], 2 * sums[1:]] for sums in even]
+
+
+def _fast_length(least: int) -> int:
+    """The next number whose prime factors are 2, 3 and 5: a spectrum of such a length is quick.
+
+    SciPy has the same as `next_fast_len`, but its import takes longer than a calibration.
+    """
+    odd: list[int] = [3**i * 5**j for i in range(least.bit_length()) for j in range(least.bit_length())]
+    return min(factor << (-(-least // factor) - 1).bit_length() for factor in odd)
 
 
 def _basis(J: FloatArray) -> FloatArray:

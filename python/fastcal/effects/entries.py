@@ -87,13 +87,14 @@ def _known(name: str) -> str:
 
 def edge_unit(parameter: _core.Parameter, *, geometry: bool) -> str:
     """The unit in which a parameter is written for people."""
-    return (_GEOMETRY_UNITS if geometry else _EFFECT_UNITS).get(parameter.unit, parameter.unit)
+    unit = parameter.unit
+    return (_GEOMETRY_UNITS if geometry else _EFFECT_UNITS).get(unit, unit)
 
 
 def edge_name(parameter: _core.Parameter, *, geometry: bool) -> str:
     """The name with its unit at the end, such as theta_deg, compliance_rad_nm, rad_nm or error."""
-    unit = edge_unit(parameter, geometry=geometry)
-    return "_".join(part for part in (parameter.name, "" if unit == "1" else unit) if part)
+    name, unit = parameter.name, edge_unit(parameter, geometry=geometry)
+    return name if unit == "1" else f"{name}_{unit}" if name else unit
 
 
 def value_at_edge(parameter: _core.Parameter, value: float, *, geometry: bool) -> float:

@@ -60,7 +60,7 @@ def calibrate_many(
     check_all = check_all or len(arms) < FEWEST
     report = progress or _silent
 
-    with workers(jobs, cluster) as side_by_side:
+    with one_blas_thread(), workers(jobs, cluster) as side_by_side:  # to set it takes a third of an arm's time
 
         def run(some: Sequence[Arm], checks: bool) -> list[ArmResult]:
             work = partial(calibrate_arm, options=options, checks=checks, report=reports)

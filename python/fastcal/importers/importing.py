@@ -13,6 +13,7 @@ import numpy as np
 
 from fastcal.errors import InvalidInput, ParseError
 from fastcal.importers import programs
+from fastcal.importers.bag_path import is_bag
 from fastcal.importers.dialects import read_export
 from fastcal.importers.export import Export
 from fastcal.importers.grid import Grid
@@ -22,7 +23,7 @@ from fastcal.importers.mapping import Mapping
 from fastcal.importers.mapping import map_text as text_of_map
 from fastcal.importers.orientation import check_convention
 from fastcal.importers.reading import Column, Reading, interpret
-from fastcal.importers.rosbag import bag_grids, is_bag
+from fastcal.importers.rosbag import bag_grids
 from fastcal.importers.sources import read_grids
 from fastcal.robot.robot import Robot
 

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from fastcal.errors import InvalidInput, ParseError, TooLarge
+from fastcal.importers.bag_path import is_bag
 from fastcal.io import measurements
 from fastcal.io.columns import JOINT_TITLE
 from fastcal.measurements.dataset import Dataset
@@ -82,8 +83,6 @@ def load_or_open(
 
 
 def _load(path: str | os.PathLike[str], robot: Robot, require_measured: bool) -> Dataset:
-    from fastcal.importers.rosbag import is_bag
-
     own: ParseError | None = None
     try:
         if not is_bag(path):

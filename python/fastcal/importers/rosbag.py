@@ -41,14 +41,6 @@ MAX_MESSAGES = 5_000_000
 MAX_SAMPLES = 200_000  # of a table that is not reduced to standstills
 
 
-def is_bag(path: str | os.PathLike[str]) -> bool:
-    """Whether a path is a bag: a folder with metadata.yaml, or a file of one."""
-    place = Path(path)
-    return (place / "metadata.yaml").is_file() or (
-        place.suffix.lower() in (".mcap", ".db3", ".bag") and place.is_file()  # and no pipe, which would be waited for
-    )
-
-
 @dataclass
 class _Stream:
     """The values of one topic over time."""

@@ -86,12 +86,17 @@ def _arrays(known: Mapping[str, Any], q: FloatArray) -> dict[str, Any]:
     arrays: dict[str, Any] = {}
     for name in ("payload", *NUMBERS):
         if name in known:
-            arrays[name] = np.broadcast_to(np.asarray(known[name], dtype=float), (len(q),))
+            arrays[name] = _spread(known[name], (len(q),))
     for name in TABLES:
         if name in known:
-            shape = (len(q), 6 if name == "wrench" else q.shape[1])
-            arrays[name] = np.ascontiguousarray(np.broadcast_to(np.asarray(known[name], dtype=float), shape))
+            arrays[name] = np.ascontiguousarray(_spread(known[name], (len(q), 6 if name == "wrench" else q.shape[1])))
     return arrays
+
+
+def _spread(value: Any, shape: tuple[int, ...]) -> FloatArray:
+    """Numbers that stand for all rows, repeated."""
+    given = np.asarray(value, dtype=float)
+    return given if given.shape == shape else np.broadcast_to(given, shape)
 
 
 def _check_columns(

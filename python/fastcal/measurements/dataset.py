@@ -19,7 +19,7 @@ from fastcal.errors import InvalidInput
 from fastcal.measurements.checks import BadRow, RobotFacts, check_values
 from fastcal.measurements.instrument import with_tracker
 from fastcal.measurements.last_moves import directions, last_moves
-from fastcal.measurements.observations import measured_rows, tables_of
+from fastcal.measurements.observations import found_kinds, measured_rows, tables_of
 from fastcal.measurements.splits import random_rows, region_rows
 
 if TYPE_CHECKING:
@@ -112,6 +112,14 @@ class Dataset(Shown):
     def directions(self) -> FloatArray | None:
         """(N, n) +1 or -1 of each joint's last known move, from `move`; None where no moves are known."""
         return None if self.move is None else directions(self.move, self.direction_before)
+
+    @cached_property
+    def kinds(self) -> dict[str, list[str]]:
+        """Kinds of observation that it has, sorted, and the fields of each that say what was measured."""
+        return found_kinds(self)
+
+    def __getstate__(self) -> dict[str, Any]:  # the fields: what follows from them is no part of a copy, nor of a hash
+        return {f.name: getattr(self, f.name) for f in fields(self)}
 
     def table(self, field: str) -> FloatArray | None:
         """A field of numbers as (N, k), one of the data set's own or of `observed`; None where there is none."""
@@ -282,9 +290,8 @@ class Dataset(Shown):
         if sigma is not None and np.ndim(sigma) == 1:
             sigma = np.asarray(sigma)[:, np.newaxis]
         lengths = one("distance", distance)
-        if lengths is not None and anchor is None:
-            anchor = ["1"] * rows
-        anchors, anchor_names = _codes("anchor", anchor, rows)
+        one_anchor = None if lengths is None else ["1"] * rows
+        anchors, anchor_names = _codes("anchor", one_anchor if anchor is None else anchor, rows)
         stations, station_names = _codes("station", station, rows)
         mounts, mount_names = _codes("mount", mount, rows)
         approaches = one("approach", approach, count)

@@ -65,7 +65,12 @@ def expected_columns() -> str:
 
 def kinds_of(data: Dataset) -> list[str]:
     """Kinds of observation that a data set has, sorted."""
-    return [kind for kind in _core.observation_names() if _measured_fields(data, kind)]
+    return list(data.kinds)
+
+
+def found_kinds(data: Dataset) -> dict[str, list[str]]:
+    """Of each kind of observation that a data set has, sorted, the fields that say what was measured."""
+    return {kind: own for kind in _core.observation_names() if (own := _measured_fields(data, kind))}
 
 
 def sharing(data: Dataset, field: str) -> int:

@@ -12,7 +12,6 @@ from typing import Any
 
 from fastcal.display import late
 from fastcal.monitoring.result import VERDICTS
-from fastcal.robot.made_by import robot_hash
 
 _LARGEST = 1e100
 
@@ -82,7 +81,7 @@ def model_event(path: Path, root: Path) -> Event | None:
         str(path.relative_to(root)),
         None,
         content,
-        robot_hash(robot),
+        robot.sha256,
     )
 
 

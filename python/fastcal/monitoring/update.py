@@ -24,7 +24,7 @@ from fastcal.monitoring.result import CheckResult
 from fastcal.monitoring.setting import given, prepared
 from fastcal.robot.calibration_record import CalibrationRecord, lower_root
 from fastcal.robot.given import DataLike, RobotLike
-from fastcal.robot.made_by import made_by, robot_hash
+from fastcal.robot.made_by import made_by
 from fastcal.robot.robot import Robot
 from fastcal.units import factor, from_si
 
@@ -107,7 +107,7 @@ def update(
     record = _record(robot, fitted, kept)
     spec = fitted.spec | {
         "calibration": record.to_spec() | {k: v for k, v in (robot.spec["calibration"]).items() if k == "nominal"},
-        "made_by": made_by(robot, measured, who) | {"updated_from": robot_hash(robot)},
+        "made_by": made_by(robot, measured, who) | {"updated_from": robot.sha256},
     }
     if robot.correction is not None:
         spec["correction"] = robot.correction

@@ -114,7 +114,7 @@ class CalibrationRecord:
         """Plain numbers for the robot file."""
         is_short = len(self.root) <= _MOST_LISTED
         root = _without_traces(self.root)
-        rows = [root[i, : i + 1].tolist() for i in range(len(root))] if is_short else packed(root)
+        rows = [row[: i + 1] for i, row in enumerate(root.tolist())] if is_short else packed(root)
         spec: dict[str, Any] = {
             "parameters": list(self.parameters),
             "covariance_root": rows,

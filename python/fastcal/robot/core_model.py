@@ -23,13 +23,16 @@ ROW_KEYS = {
     "alpha": "alpha_deg",
     "beta": "beta_deg",
 }  # DH and MDH, in the order of the core
+ROW_UNITS = {key: key.rsplit("_", 1)[1] for key in ROW_KEYS.values()}
+
+_IDENTITY = np.eye(4)
 
 
 def pose(frame: Spec) -> FloatArray:
     """(4, 4) of {xyz_mm, rpy_deg}, rpy about fixed axes X, Y, Z: R = Rz Ry Rx."""
-    T = np.eye(4)
-    T[:3, :3] = _core.rpy_to_rotation(to_si(np.asarray(frame["rpy_deg"], dtype=float), "deg"))
-    T[:3, 3] = to_si(np.asarray(frame["xyz_mm"], dtype=float), "mm")
+    T = _IDENTITY.copy()
+    T[:3, :3] = _core.rpy_to_rotation([to_si(float(angle), "deg") for angle in frame["rpy_deg"]])
+    T[:3, 3] = [to_si(float(length), "mm") for length in frame["xyz_mm"]]
     return T
 
 
@@ -60,15 +63,12 @@ def build_core(spec: Spec) -> _core.RobotModel:
         wrench_frame=spec["wrench_frame"],
         motor_ratio=np.array([joint.get("motor_ratio", np.nan) for joint in joints], dtype=float),
         compensator=_compensator(spec.get("compensator")),
-        bending=build_structure(spec.get("structure") or {}, frame_names(n)),
+        bending=build_structure(spec["structure"], frame_names(n)) if spec.get("structure") else None,
     )
     kinematics = spec["kinematics"]
     if kinematics in ("dh", "mdh"):
         rows = np.array(
-            [
-                [to_si(float(joint.get(key, 0.0)), key.rsplit("_", 1)[1]) for key in ROW_KEYS.values()]
-                for joint in joints
-            ]
+            [[to_si(float(joint.get(key, 0.0)), unit) for key, unit in ROW_UNITS.items()] for joint in joints]
         )
         return (_core.build_dh if kinematics == "dh" else _core.build_mdh)(description, rows)
     if kinematics == "poe":

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from fastcal import _core
 from fastcal.effects.entries import traits_of
 from fastcal.effects.values import written_parameters
-from fastcal.robot.core_model import ROW_KEYS, pose, screw
+from fastcal.robot.core_model import ROW_KEYS, ROW_UNITS, pose, screw
 from fastcal.robot.plain_copy import plain_copy
 from fastcal.robot.robot import Robot, Spec
 from fastcal.units import from_si
@@ -53,26 +53,32 @@ def with_frames(spec: Spec, T_world_base: FloatArray, T_flange_tool: FloatArray)
     return out
 
 
+def moved(robot: Robot, T_world_base: FloatArray, T_flange_tool: FloatArray) -> Robot:
+    """The robot with other base and tool; the chain between them is not built again."""
+    spec = with_frames(robot.spec, T_world_base, T_flange_tool)
+    return Robot.keeping(spec, robot.core.with_base_and_tool(pose(spec["base"]), pose(spec["tool"])))
+
+
 def frame_spec(T: FloatArray) -> Spec:
     """{xyz_mm, rpy_deg} of a pose (4, 4)."""
     return {
-        "xyz_mm": [from_si(float(v), "mm") for v in T[:3, 3]],
-        "rpy_deg": [from_si(float(v), "deg") for v in _core.rotation_to_rpy(T[:3, :3])],
+        "xyz_mm": [from_si(v, "mm") for v in T[:3, 3].tolist()],
+        "rpy_deg": [from_si(v, "deg") for v in _core.rotation_to_rpy(T[:3, :3]).tolist()],
     }
 
 
 def identified_spec(start: Robot, model: _core.ErrorModel, found: Solution) -> Spec:
     """The robot file of the identified model: the start's, with the found numbers in its own table."""
-    theta = np.asarray(found.theta)[: len(model.parameters)]
-    own = len(model.robot.parameters)
+    theta = np.asarray(found.theta)[: len(model.start)]
+    own = len(model.robot.nominal)
     spec = with_frames(start.spec, *model.robot.base_and_tool(theta[:own]))
-    values = {(p.owner, p.name): float(theta[i]) for i, p in enumerate(model.parameters[:own])}
+    values: dict[str, dict[str, float]] = {}
+    for parameter, value in zip(model.parameters[:own], theta[:own].tolist(), strict=True):
+        values.setdefault(parameter.owner, {})[parameter.name] = value
     for i, joint in enumerate(spec["joints"]):
-        _set_joint(
-            joint,
-            spec["kinematics"],
-            {name: value for (owner, name), value in values.items() if owner == f"joint{i + 1}"},
-        )
+        _set_joint(joint, spec["kinematics"], values.get(f"joint{i + 1}", {}))
+    if not start.effects:
+        return spec
     covariance = np.full((len(theta), len(theta)), np.nan)
     free = [i for i in found.free if i < len(theta)]
     covariance[np.ix_(free, free)] = np.asarray(found.covariance)[
@@ -93,7 +99,7 @@ def _set_joint(joint: Spec, kinematics: str, values: dict[str, float]) -> None:
     """Writes identified SI numbers into one joint of a spec."""
     if kinematics in ("dh", "mdh"):
         for name, key in ROW_KEYS.items():
-            joint[key] = from_si(values[name], key.rsplit("_", 1)[1])
+            joint[key] = from_si(values[name], ROW_UNITS[key])
         return
     shift = np.eye(4)
     shift[:3, 3] = [values["x"], values["y"], values.get("z", 0.0)]

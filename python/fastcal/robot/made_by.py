@@ -38,6 +38,7 @@ _NOT_MEASURED = (
         "rotation_angles",
     ),
 )
+_MEASURED = sorted(field.name for field in fields(Dataset) if field.name not in _NOT_MEASURED)
 
 
 def made_by(robot: Robot, data: Dataset | LongDataset, who: Mapping[str, str | None] | None = None) -> dict[str, Any]:
@@ -52,7 +53,7 @@ def made_by(robot: Robot, data: Dataset | LongDataset, who: Mapping[str, str | N
     known = {"serial": (robot.spec.get("made_by") or {}).get("serial")} | given
     return {
         "fastcal": _core.__version__,
-        "robot_sha256": robot_hash(robot),
+        "robot_sha256": robot.sha256,
         "data_sha256": data_hash(data),
         "data": [PurePath(name).name for name in data.source.split(", ")],
         "rows": len(data),
@@ -76,20 +77,13 @@ def checked(key: str, text: str) -> str:
 def data_hash(data: Dataset | LongDataset) -> str:
     """SHA-256 of a data set's numbers and labels, but for joints read back, which are never fitted."""
     found = hashlib.sha256()
-    for name in sorted(field.name for field in fields(Dataset)):
-        if name not in _NOT_MEASURED:
-            _feed(found, name, _of_all_rows(data, name) if isinstance(data, LongDataset) else getattr(data, name))
+    for name in _MEASURED:
+        _feed(found, name, _of_all_rows(data, name) if isinstance(data, LongDataset) else getattr(data, name))
     return found.hexdigest()
 
 
 def _of_all_rows(data: LongDataset, name: str) -> Any:
     return data.names(name.removesuffix("_names")) if name.endswith("_names") else data.column(name)
-
-
-def robot_hash(robot: Robot) -> str:
-    """SHA-256 of what a robot file says, but for where it came from."""
-    spec = {key: value for key, value in robot.spec.items() if key not in ("made_by", "correction")}
-    return hashlib.sha256(json.dumps(spec, sort_keys=True, default=str).encode()).hexdigest()
 
 
 def _feed(found: Any, name: str, value: Any) -> None:

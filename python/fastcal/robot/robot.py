@@ -8,6 +8,8 @@ predicts the same, bit for bit.
 
 from __future__ import annotations
 
+import hashlib
+import json
 from functools import cached_property
 from os import PathLike
 from typing import Any, NamedTuple
@@ -58,11 +60,26 @@ class Robot(Shown):
     """
 
     def __init__(self, spec: Spec) -> None:
-        self.spec: Spec = plain_copy(spec)
+        self._keep(plain_copy(spec))
+
+    @classmethod
+    def keeping(cls, spec: Spec, core: _core.RobotModel | None = None) -> Robot:
+        """The robot of a spec that nobody else holds, which is kept and not copied.
+
+        Args:
+            spec: As for `Robot`.
+            core: The C++ model of this spec, where there is one already.
+        """
+        robot = cls.__new__(cls)
+        robot._keep(spec, core)
+        return robot
+
+    def _keep(self, spec: Spec, core: _core.RobotModel | None = None) -> None:
+        self.spec: Spec = spec
         for key, choices in CHOICES.items():
             if self.spec.get(key) not in (None, *choices):
                 raise InvalidInput(f"{key} must be one of {', '.join(choices)}, got {self.spec[key]!r}")
-        self.core: _core.RobotModel = build_core(self.spec)
+        self.core: _core.RobotModel = build_core(self.spec) if core is None else core
         if self.correction is not None and self.correction.joint_count != self.joint_count:
             raise InvalidInput(
                 f"the correction was trained for {self.correction.joint_count} joints, and {self.name} has "
@@ -80,6 +97,12 @@ class Robot(Shown):
     def __reduce__(self) -> tuple[type[Robot], tuple[Spec]]:
         """A robot is what its file says: so it goes to other processes."""
         return Robot, (self.spec,)
+
+    @cached_property
+    def sha256(self) -> str:
+        """Hash of what its file says, but for where it came from."""
+        spec = {key: value for key, value in self.spec.items() if key not in ("made_by", "correction")}
+        return hashlib.sha256(json.dumps(spec, sort_keys=True, default=str).encode()).hexdigest()
 
     @property
     def correction(self) -> Correction | None:
@@ -197,9 +220,10 @@ class Robot(Shown):
         T = np.asarray(self.error_model.predict(samples, self.error_model.start, threads, out))
         return self._with_correction(T, q, conditions.get("payload"))
 
-    def poses(self, data: Dataset, *, threads: int = 1) -> FloatArray:
-        """`forward` (N, 4, 4) at the joints and conditions of a data set."""
-        T = np.asarray(self.error_model.predict(self.samples(data), self.error_model.start, threads))
+    def poses(self, data: Dataset, *, threads: int = 1, samples: _core.Samples | None = None) -> FloatArray:
+        """`forward` (N, 4, 4) at the joints and conditions of a data set, its `samples` where they are known."""
+        read = self.samples(data) if samples is None else samples
+        T = np.asarray(self.error_model.predict(read, self.error_model.start, threads))
         return self._with_correction(T, data.q, data.payload)
 
     def correct(self, q: ArrayLike, payload: ArrayLike | None = None) -> Corrected:

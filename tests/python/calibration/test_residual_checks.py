@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from scipy import special
+from scipy import fft, special
 
 from fastcal.calibration.calibrate import CalibrationResult, calibrate
 from fastcal.calibration.lack_of_fit import posture_p_value
-from fastcal.calibration.serial_correlation import serial_correlation
+from fastcal.calibration.serial_correlation import _fast_length, serial_correlation
 from fastcal.io.robot_file import load_robot
 from fastcal.measurements.dataset import Dataset
 
@@ -161,6 +161,11 @@ def test_the_memory_is_the_one_that_leaves_neighbours_as_alike_as_they_are() -> 
     neighbours = np.kron(np.triu(apart == 1), np.eye(width))
     of_noise = np.sum(neighbours * covariance) / np.trace(covariance)
     assert of_noise == pytest.approx(left @ neighbours @ left / (left @ left), abs=1e-5)
+
+
+def test_spectra_are_as_long_as_scipy_would_make_them() -> None:
+    for least in (*range(1, 2000), 600_001, 6_000_123):
+        assert _fast_length(least) == fft.next_fast_len(least, real=True)
 
 
 def test_columns_that_change_slowly_hide_no_memory() -> None:

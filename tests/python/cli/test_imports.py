@@ -6,6 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import fastcal
@@ -41,6 +42,10 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         fastcal.perturbed(robot, seed=1), fastcal.random_poses(robot, 40, seed=2), noise=5e-5, seed=3
     )
     fastcal.write_measurements(path / "data.csv", data)
+    drifting = np.array(data.position) + 2e-4 * np.sin(np.linspace(0, 6, 40))[:, np.newaxis]
+    fastcal.write_measurements(
+        path / "drifting.csv", fastcal.Dataset.from_arrays(data.q, position=drifting, robot=robot)
+    )
     fastcal.calibrate(robot, data).model.save(path / "model.yaml")
     return path
 
@@ -60,6 +65,12 @@ def test_a_command_loads_only_what_it_needs(folder: Path, arguments: list[str]) 
     assert loaded(folder, *arguments) & HEAVY == set()
 
 
+def test_noise_with_a_memory_needs_no_spectra_of_scipy(folder: Path) -> None:
+    seen = loaded(folder, "calibrate", "robot.yaml", "drifting.csv", "-o", "drifted")
+    assert "the noise drifts" in (folder / "drifted" / "result.json").read_text(encoding="utf-8")
+    assert "scipy.fft" not in seen
+
+
 @pytest.mark.parametrize(
     "arguments",
     [
@@ -77,6 +88,11 @@ def test_the_help_loads_no_arrays_and_a_command_no_other_command(folder: Path) -
     seen = loaded(folder, "predict", "model.yaml", "data.csv", "-o", "predicted.csv")
     assert "fastcal.cli.models" in seen
     assert not seen & {"fastcal.cli.calibrate", "fastcal.cli.compensate", "fastcal.report", "asyncio"}
+
+
+def test_a_measurement_file_needs_no_dialect(folder: Path) -> None:
+    seen = loaded(folder, "evaluate", "model.yaml", "data.csv")
+    assert not seen & {"fastcal.importers.words", "fastcal.importers.rosbag"}
 
 
 def test_the_probe_sees_a_heavy_module(folder: Path) -> None:

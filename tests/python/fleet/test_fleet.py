@@ -15,6 +15,7 @@ import pytest
 import fastcal
 from fastcal.fleet import calibrate_many, read_list
 from fastcal.fleet.arms import Arm
+from fastcal.fleet.one_arm import key_of
 from fastcal.fleet.page import fleet_page
 from fastcal.fleet.result import Fleet
 from fastcal.fleet.side_by_side import suspects
@@ -183,6 +184,18 @@ def test_objects_in_place_of_files() -> None:
     assert list(found.to_frame()["name"]) == ["a", "b"]
     with pytest.raises(fastcal.InvalidInput, match="no arm 'c'"):
         found["c"]
+
+
+def test_arms_in_memory_are_taken_up_again_after_they_were_looked_at(tmp_path: Path) -> None:
+    robot = fastcal.load_robot("ur5")
+    data = fastcal.simulate(robot, fastcal.random_poses(robot, 30, seed=1), noise=5e-5, seed=2)
+    arm = Arm("one", robot, data)
+    before = key_of(arm, {})
+    calibrate_many([arm], out=tmp_path)
+    assert key_of(arm, {}) == before
+    page = (tmp_path / "one" / "result.json").stat().st_mtime_ns
+    calibrate_many([arm], out=tmp_path)
+    assert (tmp_path / "one" / "result.json").stat().st_mtime_ns == page
 
 
 def test_the_command_writes_table_and_page(folder: Path, fleet: Fleet, capfd: pytest.CaptureFixture[str]) -> None:

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 import fastcal
 from fastcal.errors import InvalidInput, ParseError, TooLarge
 from fastcal.importers import import_measurements, load_measurements
-from fastcal.importers.rosbag import is_bag
+from fastcal.importers.bag_path import is_bag
 
 pytest.importorskip("rosbags", reason="the extra [ros] is not installed")
 from rosbags.highlevel import AnyReader
