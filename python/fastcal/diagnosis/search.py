@@ -21,7 +21,7 @@ from fastcal.calibration.change_point import find_step
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.blocks import Blocks, blocks
 from fastcal.diagnosis.fits import Fit, fit, is_beyond_bounds
-from fastcal.diagnosis.held_out import STRETCHES, HeldOut, gain, positions
+from fastcal.diagnosis.held_out import STRETCHES, HeldOut, gain, last_stretch, lead, positions
 from fastcal.diagnosis.library import Hypothesis, Key, without_masses
 from fastcal.diagnosis.periodic import forward, is_periodic, many_waves
 from fastcal.diagnosis.problem import Problem
@@ -91,6 +91,11 @@ class SearchNode:
         """By how much a name helps to predict stretches of the order of measuring, and its standard error."""
         held = HeldOut(self.fit, owner=STRETCHES)
         return gain(held.squares(), held.squares(self.fit.columns(name)))
+
+    def lead_at_the_end(self, name: Hypothesis) -> float:
+        """Standard errors by which a name helps to predict the last of these stretches."""
+        held = HeldOut(self.fit, owner=STRETCHES)
+        return lead(held.squares(), held.squares(self.fit.columns(name)), last_stretch(self.fit.problem.data))
 
     def wald(self, name: Hypothesis) -> float:
         """Wald's chi square of one name: b^T S^-1 b, S the covariance of its parameters b."""
