@@ -30,6 +30,8 @@ from fastcal.effects.entries import traits_of
 
 FloatArray = NDArray[np.float64]
 
+_LOADS = frozenset(["torque", "load"])
+
 
 @dataclass(frozen=True)
 class Family:
@@ -377,9 +379,8 @@ class Search:
             tried += 1
             state = self.state((*base.names, self._refined(name, base)), best)
             # One of more parameters that fits no worse is refused by its parameters alone: too little to call it wrong.
-            if state.is_compatible_with(best) and (
-                state.bic < best.bic + rules.DECISIVE_BIC or state.fit.remaining <= best.fit.remaining
-            ):
+            is_let = state.is_compatible_with(best) or (self._loads_are_guessed(member, name) and not state.impossible)
+            if is_let and (state.bic < best.bic + rules.DECISIVE_BIC or state.fit.remaining <= best.fit.remaining):
                 found.append((name, state))
         simple = {name.key for name, _ in found} | {member.key}
         return [
@@ -387,3 +388,7 @@ class Search:
             for name, state in found
             if not any((simpler, name.owner) in simple for simpler in name.traits.generalizes)
         ]
+
+    def _loads_are_guessed(self, *names: Hypothesis) -> bool:
+        """Do names yield to loads in data of one payload? If it did vary, what it did stays significant beside any."""
+        return not np.ptp(self.problem.data.payload) and all(not _LOADS.isdisjoint(n.traits.depends_on) for n in names)
