@@ -10,7 +10,6 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import special
 
 from fastcal.calibration.data_notes import shared_row_notes
 from fastcal.calibration.inspection import check_columns, check_fit
@@ -22,7 +21,14 @@ from fastcal.diagnosis.heavy_tails import weighed
 from fastcal.diagnosis.library import Hypothesis, Library, build_library, parse_exclusions
 from fastcal.diagnosis.many_rows import all_moved, on_all_rows, searched_rows
 from fastcal.diagnosis.memory import with_memory_named
-from fastcal.diagnosis.noise import NoiseLevel, over_claim, row_run_notes, sharing_no_posture, with_estimated_noise
+from fastcal.diagnosis.noise import (
+    NoiseLevel,
+    out_of_reach,
+    over_claim,
+    row_run_notes,
+    sharing_no_posture,
+    with_estimated_noise,
+)
 from fastcal.diagnosis.one_curve import waves_of_one_curve, with_orders_between
 from fastcal.diagnosis.periodic import is_periodic
 from fastcal.diagnosis.plan import SeparatingPlan, separating_plan
@@ -30,9 +36,10 @@ from fastcal.diagnosis.problem import Problem, prepared_problem
 from fastcal.diagnosis.reasons import Because, Reason
 from fastcal.diagnosis.remaining_surrogate import with_surrogate
 from fastcal.diagnosis.result import AdaptedModel, Diagnosis, Finding, Unexplained
-from fastcal.diagnosis.robust_rows import gross_rows, studentized_residuals
+from fastcal.diagnosis.robust_rows import gross_rows
 from fastcal.diagnosis.rounds import claimed, searched
 from fastcal.diagnosis.search import Search, SearchNode
+from fastcal.diagnosis.sure_names import Told, sure_names
 from fastcal.diagnosis.tail_probabilities import p_values
 from fastcal.diagnosis.words import noise_doubts, sentence_of
 from fastcal.errors import InvalidInput
@@ -136,7 +143,10 @@ def _found(
     level = level.calmer(model.noise) if model.profiles else level
     final = model.state if not model.profiles else SearchNode(model.fit, search.start.family)
     remains = remains if final is best else unexplained.remains(final)
-    return _Found(robot, data, rows, test, search, model, final, remains, library, level, sigma, threads, tuple(lost))
+    sure, unsure = sure_names(search, best) if final is best else (best, {})
+    told = Told(model.state, final, remains, unsure)
+    model = rivals.bare(sure) if unsure else model
+    return _Found(robot, data, rows, test, search, model, told, library, level, sigma, threads, tuple(lost))
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,9 +158,8 @@ class _Found:
     rows: NDArray[np.intp] | None  # that were searched; None: all
     test: Dataset | None
     search: Search
-    model: rivals.Model
-    final: SearchNode  # the names with the curves beside them
-    remains: bool  # something beyond it
+    model: rivals.Model  # that is written
+    told: Told
     offered: Library
     level: NoiseLevel
     sigma: float | None
@@ -160,7 +169,14 @@ class _Found:
     @property
     def best(self) -> SearchNode:
         """The names."""
-        return self.model.state
+        return self.told.best
+
+    @cached_property
+    def told_fit(self) -> Fit:
+        """That of all names, sure or not."""
+        if not self.told.unsure:
+            return self.fit
+        return self.best.fit if self.rows is None else fit(self.whole, self.best.names, self.best.fit)
 
     @cached_property
     def whole(self) -> Problem:
@@ -188,13 +204,13 @@ class _Found:
     def result(self) -> Diagnosis:
         """Calibrated models, grades, what remains, and everything else that a reader should know."""
         best, search = self.best, self.search
-        is_named = not self.remains and not self.model.profiles
+        is_named = not self.told.remains and not self.model.profiles
         outliers = self._outliers(is_named)
         few = is_named and len(best.names) <= search.most
         equivalents = search.alternatives(best) if few else [[] for _ in best.names]
         proofs = [grading.evidence(search, best, name) for name in best.names]
         order = sorted(range(len(best.names)), key=lambda k: -proofs[k].statistic)
-        names = [best.names[k] for k in order]
+        names = [best.names[k] for k in order if repr(best.names[k]) not in self.told.unsure]
         judge = adaptation.Judge(self.data, self.test, self.threads)
         written = self._written(names)
         steps = [judge.adapted(at, self.level.sigma) for at in written]
@@ -232,7 +248,7 @@ class _Found:
             steps=steps,
             search=search,
             state=best,
-            final=self.final,
+            final=self.told.final,
             plan=self._plan(equivalents),
             notes=[*self.data.notes, *runs, *doubts, *self._limits(remaining)],
         )
@@ -241,7 +257,7 @@ class _Found:
 
     def _remaining(self, geometry: AdaptedModel, outliers: list[int]) -> Unexplained | None:
         """What the names leave: where the most of it is."""
-        placed = unexplained.located(self.search, self.final) if self.remains else None
+        placed = unexplained.located(self.search, self.told.final) if self.told.remains else None
         found = [one for one in (placed, unexplained.in_order(self.level.slow)) if one is not None]
         if not found:
             return unexplained.at_a_posture(geometry.train, outliers, self.level.sigma)
@@ -283,12 +299,12 @@ class _Found:
 
     def _written(self, names: Sequence[Hypothesis]) -> list[Fit]:
         """The fits that are written: with each name, then with the curves."""
-        fits = adaptation.fits(self.search, self.best, names)
+        fits = adaptation.fits(self.search, self.model.state, names)
         if self.rows is not None:
             fits = [self.fit if at is self.model.fit else fit(self.whole, at.added, at) for at in fits]
         if self.model.profiles:
             return [*fits, self.fit]
-        if self.remains:
+        if self.told.remains:
             return fits  # a row that is far off may show what is missing
         problem = weighed(self.whole, self.fit)
         again = fits if problem is self.whole else [fit(problem, at.added, at) for at in fits]
@@ -297,7 +313,7 @@ class _Found:
     def _outliers(self, is_named: bool) -> list[int]:
         """Rows that the model can't reach."""
         if self.rows is None and is_named:
-            return sorted({*_outliers(self.best), *self.lost})
+            return sorted({*out_of_reach(self.best.fit), *self.lost})
         # What is missing from a poorer model puts no row on the list.
         return [int(i) for i in np.flatnonzero(self.data.measured & ~self.reaches)]
 
@@ -315,17 +331,21 @@ class _Found:
         )
         if remaining is not None and grading.is_shadow(self.search, self.best, proof):
             grade, limits = "C", (Because(Reason.SHADOW), *limits)
-        if is_beyond_bounds(self.fit, name):
+        if is_beyond_bounds(self.told_fit, name):
             grade, limits = "C", (Because(Reason.IMPOSSIBLE), *limits)
         freedom = self.best.fit.problem.noise.freedom
         alone = p_values(np.array([proof.statistic]), np.array([proof.rank], dtype=np.int32), freedom)[0]
         p = min(1.0, float(alone) * self.search.start.family.named)
+        unsure = self.told.unsure.get(repr(name))
+        model = model if unsure is None else adaptation.robot_of(self.told_fit, self.level.sigma)
         values = adaptation.values(model, name.entry)
         if grading.is_turned(self.best.fit.effect(name).data_columns, values):
             grade, limits = "B", (*limits, Because(Reason.TURNED_DIRECTION))
         doubts = grading.doubts(bool(self.offered.excluded), over_claim(self.level, self.data, self.sigma))
         if grade == "A" and doubts:
             grade, limits = "B", doubts
+        if unsure is not None:
+            grade, limits = ("B" if grade == "A" else grade), (unsure, *limits)
         return Finding(
             effect=name.effect,
             owner=name.owner,
@@ -337,6 +357,7 @@ class _Found:
             gain=proof.gain,
             stability=proof.stability,
             limits=limits,
+            in_model=unsure is None,
         )
 
 
@@ -367,16 +388,6 @@ def _replacement(best: SearchNode, other: SearchNode) -> Hypothesis:
     """The name of `other` that is not in `best`."""
     there = {name.key for name in best.names}
     return next(name for name in other.names if name.key not in there or name not in best.names)
-
-
-def _outliers(best: SearchNode) -> list[int]:
-    """Rows that the set can't reach: where noise alone makes one row so large in one of a hundred such sets."""
-    whole = best.fit.on_every_row
-    every, (A, r, row) = whole.problem, whole.whitened
-    wrong = np.flatnonzero(~np.isin(every.rows, best.fit.problem.rows))
-    square, count = studentized_residuals(A, r, row, wrong)
-    limit = special.chdtri(np.maximum(count, 1), rules.ALPHA_OUTLIER / len(every.rows))
-    return [int(every.rows[i]) for i in np.flatnonzero((count > 0) & (square > limit))]
 
 
 __all__ = ["Diagnosis", "diagnose"]

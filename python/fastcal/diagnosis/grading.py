@@ -26,7 +26,7 @@ from fastcal.diagnosis.tail_probabilities import p_values
 
 FloatArray = NDArray[np.float64]
 
-_SLOW = {"time_s", "temperature_c"}
+SLOW = frozenset(["time_s", "temperature_c"])
 
 
 @dataclass(frozen=True)
@@ -125,7 +125,7 @@ def _margin(search: Search, state: SearchNode, name: Hypothesis, helps: tuple[fl
         return -np.inf
     least = _least_gain(search, state, name)
     margin = helps[0] - least * helps[1]
-    if least > rules.MIN_RIVAL_GAIN and not _SLOW.isdisjoint(name.traits.depends_on):
+    if least > rules.MIN_RIVAL_GAIN and not SLOW.isdisjoint(name.traits.depends_on):
         less, error = state.gain_by_stretches(name)
         margin = min(margin, less - rules.MIN_GAIN * error)
     return margin
@@ -140,11 +140,15 @@ def _least_gain(search: Search, state: SearchNode, name: Hypothesis) -> float:
     uncertain = rules.MIN_SEARCHED_GAIN if name.searched else rules.MIN_GAIN
     if len(state.names) > rules.MAX_EFFECTS_GROWN or (is_periodic(name) and not state.suffices):
         return uncertain
+    return rules.MIN_RIVAL_GAIN if chance(search, state, name) < rules.ALPHA_CERTAIN else uncertain
+
+
+def chance(search: Search, state: SearchNode, name: Hypothesis) -> float:
+    """That noise makes some name of the family do as much beside the others of a set; what was searched for counts."""
     drop = np.array([search.without(state, name).fit.remaining - state.fit.remaining])
     place = state.fit.place(name)
     rank = np.array([place.stop - place.start + name.searched], dtype=np.int32)
-    p = p_values(drop, rank, search.problem.noise.freedom)[0] * search.start.family.named
-    return rules.MIN_RIVAL_GAIN if p < rules.ALPHA_CERTAIN else uncertain
+    return float(p_values(drop, rank, search.problem.noise.freedom)[0]) * search.start.family.named
 
 
 def grade(
@@ -153,7 +157,7 @@ def grade(
     """Grade A or B, and why not A."""
     snr = found.statistic**0.5
     sure = rules.GRADE_A_SNR_LOADS if found.follows_loads else rules.GRADE_A_SNR
-    if not _SLOW.isdisjoint(name.traits.depends_on):
+    if not SLOW.isdisjoint(name.traits.depends_on):
         sure = rules.GRADE_A_SNR_SLOW
     simpler = tuple(CauseLabel(effect, name.owner) for effect in name.traits.generalizes)
     limits = [

@@ -59,6 +59,13 @@ def fold_of(data: Dataset, owner: str | None = None) -> NDArray[np.intp]:
     return np.asarray(deal(int(part.max()) + 1, rules.FOLDS, random)[part])
 
 
+def last_stretch(data: Dataset) -> BoolArray:
+    """(N,) measured rows of the last of the STRETCHES."""
+    last = data.measured.copy()
+    last[last] = fold_of(data.select(last), STRETCHES) == rules.FOLDS - 1
+    return last
+
+
 def positions(data: Dataset, owner: str) -> NDArray[np.intp]:
     """(N,) position of a joint as one of POSITION_BINS, in each row."""
     joint = int(owner.removeprefix("joint")) - 1

@@ -18,7 +18,7 @@ from fastcal.diagnosis.memory import memory
 from fastcal.diagnosis.noise_scales import others_note, rms_sigma, with_others_kept
 from fastcal.diagnosis.problem import Noise, Problem
 from fastcal.diagnosis.rich_model import RichModel
-from fastcal.diagnosis.robust_rows import RichFit
+from fastcal.diagnosis.robust_rows import RichFit, studentized_residuals
 from fastcal.diagnosis.slow_motion import SlowMotion, SlowMotions, slow_motions
 from fastcal.measurements.dataset import Dataset
 from fastcal.units import from_si
@@ -305,3 +305,13 @@ def repeats(data: Dataset) -> tuple[float, float] | None:
         squares += float(np.sum((points - points.mean(axis=0)) ** 2))
         freedom += 3 * (len(points) - 1)
     return None if freedom == 0 or squares == 0 else (float(np.sqrt(squares / freedom)), freedom)
+
+
+def out_of_reach(at: Fit) -> list[int]:
+    """Rows that a fit can't reach: where noise alone makes one row so large in one of a hundred such sets."""
+    whole = at.on_every_row
+    every, (A, r, row) = whole.problem, whole.whitened
+    wrong = np.flatnonzero(~np.isin(every.rows, at.problem.rows))
+    square, count = studentized_residuals(A, r, row, wrong)
+    limit = special.chdtri(np.maximum(count, 1), rules.ALPHA_OUTLIER / len(every.rows))
+    return [int(every.rows[i]) for i in np.flatnonzero((count > 0) & (square > limit))]

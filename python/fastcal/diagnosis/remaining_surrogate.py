@@ -16,9 +16,9 @@ from fastcal.diagnosis.fits import Fit
 from fastcal.diagnosis.noise_scales import without_scales
 from fastcal.diagnosis.result import AdaptedModel, GapStep, Unexplained
 from fastcal.surrogate import Thresholds, add_surrogate, formulas
+from fastcal.surrogate.candidates import SLOW
 
 _COLUMNS = {"time": "time_s", "temperature": "temperature_c", "payload": "payload_kg"}
-_SLOW = frozenset(["time", "temperature"])  # over which noise with a memory is a curve too
 
 
 def with_surrogate(
@@ -49,7 +49,7 @@ def with_surrogate(
         noise=noise,
         thresholds=thresholds(),
         unknowns=fit.theta[len(fit.model.parameters) :],
-        exclude=_SLOW if problem.noise.memory > 0 and not drifts else frozenset(),
+        exclude=SLOW if problem.noise.memory > 0 and not drifts else frozenset(),  # a memory is such a curve too
         threads=judge.threads,
     )
     if found.owner is None or found.evidence < rules.SURROGATE_EVIDENCE:

@@ -51,6 +51,7 @@ class Finding:
         gain: By how much the mean square of held-out rows is lower with it, as a share, and its standard error.
         stability: Share of the folds in which the same name comes first.
         limits: Why the grade is not better; `reasons` says it in a sentence each.
+        in_model: Is it sure enough to be in the model that is written?
     """
 
     effect: str
@@ -63,6 +64,7 @@ class Finding:
     gain: tuple[float, float] = (0.0, 0.0)
     stability: float = 1.0
     limits: tuple[Because, ...] = ()
+    in_model: bool = True
 
     @property
     def label(self) -> str:
@@ -151,7 +153,7 @@ class AdaptedModel:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Diagnosis(Plotted):
-    """What `diagnose` found; `model` is the robot with the effects in it.
+    """What `diagnose` found; `model` is the robot with the effects in it that are sure.
 
     Attributes:
         verdict: none, named, one_of, several or unexplained.
@@ -190,7 +192,7 @@ class Diagnosis(Plotted):
 
     @property
     def model(self) -> Robot:
-        """The identified robot with everything that was found."""
+        """The identified robot with everything that is sure."""
         return self.steps[-1].model
 
     @property
@@ -214,6 +216,7 @@ class Diagnosis(Plotted):
                     "effect": f.effect,
                     "owner": f.owner,
                     "grade": f.grade,
+                    "in_model": f.in_model,
                     "parameters": {name: vars(value) for name, value in f.parameters.items()},
                     "snr": f.snr,
                     "p_value": f.p_value,

@@ -155,14 +155,16 @@ MIN_GAIN = 2.0
 # The same where an order, a moment or a lag was searched for: the rows held out had their say in it. Simulated.
 MIN_SEARCHED_GAIN = 3.0
 # Level, family-wise, below which something is no chance of noise that is not white: MIN_RIVAL_GAIN does for it, since
-# what shows in a few rows only, such as a step after five of them, never gains many standard errors. Level.
+# what shows in a few rows only, such as a step after five of them, never gains many standard errors. A name
+# that is not below it is given but not written: chance makes 1 of 200 sets of names, and such models are worse. Level.
 ALPHA_CERTAIN = 1e-5
 # Standard errors by which a rival must predict held-out rows better to take the place of a set, and by which a curve
 # beside others must help.
 MIN_RIVAL_GAIN = 1.0
 # Standard errors by which rows left out must lie nearer with what has no name (curves, surrogates, joints that merely
 # yield), chosen without them: it is picked out of hundreds, and its form is wrong. In the eight sets of seeds 9109 to
-# 9111 that curves or yielding joints had made 1.7 to 8 % worse they led by 2.3 at most. Simulated.
+# 9111 that curves or yielding joints had made 1.7 to 8 % worse they led by 2.3 at most. What changes with time or
+# temperature must lead so in the last rows, fitted to those before. Simulated.
 UNNAMED_LEAD = 3.0
 # Rows up to which the curves' smoothness is chosen again without each fold: of more, a fold hardly changes it.
 CHOSEN_AGAIN_ROWS = 400

@@ -21,7 +21,7 @@ from fastcal.calibration.change_point import find_step
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.blocks import Blocks, blocks
 from fastcal.diagnosis.fits import Fit, fit, is_beyond_bounds
-from fastcal.diagnosis.held_out import STRETCHES, HeldOut, gain, positions
+from fastcal.diagnosis.held_out import STRETCHES, HeldOut, gain, last_stretch, lead, positions
 from fastcal.diagnosis.library import Hypothesis, Key, without_masses
 from fastcal.diagnosis.periodic import forward, is_periodic, many_waves
 from fastcal.diagnosis.problem import Problem
@@ -29,6 +29,8 @@ from fastcal.diagnosis.tail_probabilities import p_values
 from fastcal.effects.entries import traits_of
 
 FloatArray = NDArray[np.float64]
+
+_LOADS = frozenset(["torque", "load"])
 
 
 @dataclass(frozen=True)
@@ -91,6 +93,11 @@ class SearchNode:
         """By how much a name helps to predict stretches of the order of measuring, and its standard error."""
         held = HeldOut(self.fit, owner=STRETCHES)
         return gain(held.squares(), held.squares(self.fit.columns(name)))
+
+    def lead_at_the_end(self, name: Hypothesis) -> float:
+        """Standard errors by which a name helps to predict the last of these stretches."""
+        held = HeldOut(self.fit, owner=STRETCHES)
+        return lead(held.squares(), held.squares(self.fit.columns(name)), last_stretch(self.fit.problem.data))
 
     def wald(self, name: Hypothesis) -> float:
         """Wald's chi square of one name: b^T S^-1 b, S the covariance of its parameters b."""
@@ -372,9 +379,8 @@ class Search:
             tried += 1
             state = self.state((*base.names, self._refined(name, base)), best)
             # One of more parameters that fits no worse is refused by its parameters alone: too little to call it wrong.
-            if state.is_compatible_with(best) and (
-                state.bic < best.bic + rules.DECISIVE_BIC or state.fit.remaining <= best.fit.remaining
-            ):
+            is_let = state.is_compatible_with(best) or (self._loads_are_guessed(member, name) and not state.impossible)
+            if is_let and (state.bic < best.bic + rules.DECISIVE_BIC or state.fit.remaining <= best.fit.remaining):
                 found.append((name, state))
         simple = {name.key for name, _ in found} | {member.key}
         return [
@@ -382,3 +388,7 @@ class Search:
             for name, state in found
             if not any((simpler, name.owner) in simple for simpler in name.traits.generalizes)
         ]
+
+    def _loads_are_guessed(self, *names: Hypothesis) -> bool:
+        """Do names yield to loads in data of one payload? If it did vary, what it did stays significant beside any."""
+        return not np.ptp(self.problem.data.payload) and all(not _LOADS.isdisjoint(n.traits.depends_on) for n in names)

@@ -70,6 +70,10 @@ _REASONS = {
     Reason.ORDERS_ALIKE: "orders {orders} look the same at these positions of the joint: measure between them",
     Reason.ZERO_JUMPED: "a jump of the zero of {places} does the same: check its mastering",
     Reason.ZERO_CREEPS: "a creeping zero of {places} does the same: check its mastering",
+    Reason.MAY_BE_CHANCE: "it is not in the model: noise alone makes some cause look like this in {value:.0e} of data "
+    "sets, and such a cause would make other poses worse; {limit:.0e} at most is needed",
+    Reason.CHANGES_OTHERWISE: "it is not in the model: what it stands for changes with time or temperature in another "
+    "way, and poses that are measured later may be predicted worse with it",
     Reason.CURVE_WITHOUT_NAME: "the joint errs by its own position in a way that no single name has",
 }
 
@@ -142,7 +146,8 @@ def noise_doubts(over_claim: float, memory: float) -> list[str]:
 
 def sentence_of(found: Diagnosis, doubts: Sequence[str] = ()) -> str:
     """The first sentence of the page; `doubts` are about the noise."""
-    return " ".join(part for part in (_causes(found, doubts), _unexplained(found.unexplained), _gain(found)) if part)
+    parts = (_causes(found, doubts), _not_written(found.effects), _unexplained(found.unexplained), _gain(found))
+    return " ".join(part for part in parts if part)
 
 
 def _causes(found: Diagnosis, doubts: Sequence[str] = ()) -> str:
@@ -198,6 +203,18 @@ def _unproven(found: list[Finding]) -> str:
         places.setdefault(traits_of(f.effect).phrase, {})[owner_in_words(f.owner)] = None
     listed = "; ".join(f"{phrase} at {', '.join(owners)}" for phrase, owners in places.items())
     return f"The data are consistent with the following, but prove none of them: {listed}."
+
+
+def _not_written(effects: list[Finding]) -> str:
+    """What was found and is not in the model."""
+    left = [cause_in_words(f.effect, f.owner) for f in effects if not f.in_model]
+    if not left:
+        return ""
+    if len(left) == len(effects):
+        return (
+            "It is not sure enough to be in the model." if len(left) == 1 else "None is sure enough to be in the model."
+        )
+    return f"Not sure enough to be in the model: {'; '.join(left)}."
 
 
 def variables_in_words(names: Iterable[str]) -> list[str]:

@@ -94,7 +94,8 @@ def write_diagnosis(
         source = PurePath(found.train.data.source).name
         model = place / "model.yaml"
         write_spec(found.model.spec | origin, model, f"Diagnosed by fastcal {fastcal.__version__} from {source}")
-        patches = removal_patches(model.read_text(encoding="utf-8"), found.model.spec, found.effects, model.name)
+        added = [finding for finding in found.effects if finding.in_model]
+        patches = removal_patches(model.read_text(encoding="utf-8"), found.model.spec, added, model.name)
         for name, text in patches.items():
             (place / name).write_text(text, encoding="utf-8")
         write_json(place / "diagnosis.json", found.to_json_dict() | origin | dict(also or {}))
@@ -237,7 +238,7 @@ def _card(found: Diagnosis, finding: Finding, state: SearchNode) -> _Card:
         sureness(finding),
         [reason_text(because, spoken) for because in finding.limits],
         [capitalised(cause_in_words(*other)) for other in finding.equivalents],
-        patch_name(finding),
+        patch_name(finding) if finding.in_model else "",
         drawn,
         effect_figures.left_out_note(seen),
     )

@@ -57,7 +57,9 @@ def _one_of(found: Diagnosis) -> list[str]:
     return [
         f"Do not repair anything yet: {names} fit these data equally well.",
         f"{more}, and run the diagnosis on both files together.",
-        "Until then model.yaml predicts equally well whichever it is, within the postures and loads measured.",
+        "Until then model.yaml predicts equally well whichever it is, within the postures and loads measured."
+        if all(f.in_model for f in found.effects)
+        else "Until then model.yaml is the geometry alone: these data are too few to be sure of any of them.",
     ]
 
 
@@ -68,7 +70,7 @@ def _unexplained(found: Diagnosis) -> list[str]:
         if remaining and remaining.share >= _SMALL
         else ["The unexplained part is next to nothing."]
     )
-    if found.effects:
+    if any(f.in_model for f in found.effects):
         steps.append("model.yaml holds what was found: it is better than geometry alone, and not the whole story.")
     else:
         steps.append("model.yaml is the geometry alone: no cause explains enough to be trusted in a model.")
@@ -80,7 +82,7 @@ def _measurement(effects: list[Finding]) -> list[str]:
     names = [cause_in_words(f.effect, f.owner) for f in effects if traits_of(f.effect).of_the_measurement]
     if not names:
         return []
-    alone = len(names) == len(effects)
+    alone = len(names) == len(effects) and all(f.in_model for f in effects)
     return [
         f"Not the robot but the measurement: {listed(names)}. Find out what moved or is off, secure it, and measure "
         "again.",
@@ -96,8 +98,8 @@ def _measurement(effects: list[Finding]) -> list[str]:
 
 
 def _robot(effects: list[Finding]) -> list[str]:
-    """Causes in the robot: they are in the model."""
-    own = [f for f in effects if not traits_of(f.effect).of_the_measurement]
+    """Causes in the robot that are in the model."""
+    own = [f for f in effects if f.in_model and not traits_of(f.effect).of_the_measurement]
     if not own:
         return []
     what = "the effect" if len(own) == 1 else f"the {len(own)} effects"
@@ -110,7 +112,9 @@ def _robot(effects: list[Finding]) -> list[str]:
 
 def _unsure(effects: list[Finding]) -> list[str]:
     unsure = [cause_in_words(f.effect, f.owner) for f in effects if f.grade != "A"]
-    return [f"Check by hand before repairing: {listed(unsure)}."] if unsure else []
+    left = [cause_in_words(f.effect, f.owner) for f in effects if not f.in_model]
+    more = [f"Measure more poses to be sure, model.yaml leaves out {listed(left)}."] if left else []
+    return [*more, f"Check by hand before repairing: {listed(unsure)}."] if unsure else []
 
 
 def _look(remaining: Unexplained) -> str:

@@ -37,4 +37,5 @@ def _finding_lines(finding: Finding) -> list[str]:
     )
     tail = f", {values}" if traits_of(finding.effect).role != "curve" and values else ""
     others = [f"     or {effect}@{owner}" for effect, owner in finding.equivalents]
-    return [f"  {finding.grade}  {finding.label}{tail}", *others]
+    where = "" if finding.in_model else " (not in the model)"
+    return [f"  {finding.grade}  {finding.label}{tail}{where}", *others]

@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot, Spec
-from fastcal.surrogate.blocks import choose_blocks
-from fastcal.surrogate.candidates import candidates
+from fastcal.surrogate.blocks import Block, choose_blocks
+from fastcal.surrogate.candidates import SLOW, candidates
 from fastcal.surrogate.entries import curve, effect_entries
-from fastcal.surrogate.held_out import at_other_inputs, at_other_poses, lead_at_other_poses
-from fastcal.surrogate.problem import misfit, residual_problem
+from fastcal.surrogate.held_out import at_other_inputs, at_other_poses, lead_at_last_rows, lead_at_other_poses
+from fastcal.surrogate.problem import ResidualProblem, misfit, residual_problem
 from fastcal.surrogate.thresholds import Thresholds
 
 FloatArray = NDArray[np.float64]
@@ -99,6 +99,7 @@ def add_surrogate(
         blocks = [block.over(problem) for block in blocks]
     ratios = [at_other_poses(problem, blocks[: k + 1], considered, thresholds) for k in range(len(blocks))]
     blocks = blocks[: ratios.index(min(ratios)) + 1]  # a further block must help poses left out
+    blocks, leads_later = _leading_later(problem, blocks, thresholds)
     before = misfit(model, data, noise, places, threads)
     while True:
         entries, share, moved = effect_entries(problem, blocks)
@@ -113,6 +114,8 @@ def add_surrogate(
         if ratio < thresholds.held_out:  # one that fails is enough
             ratio = max(ratio, at_other_inputs(problem, blocks, block, considered, thresholds))
     may_be_added = is_less and first.evidence >= thresholds.evidence and ratio < thresholds.held_out
+    if may_be_added and not leads_later:
+        may_be_added, ratio = False, 1.0
     if may_be_added and lead_at_other_poses(problem, blocks, considered, thresholds) < thresholds.lead:
         may_be_added, ratio = False, 1.0
     found = AddedSurrogate(
@@ -131,6 +134,20 @@ def add_surrogate(
         return found
     names = tuple(f"surrogate@{b.candidate.owner}" for b in blocks)
     return replace(found, model=extended, added=names, unknowns=beside)
+
+
+def _leading_later(problem: ResidualProblem, blocks: list[Block], thresholds: Thresholds) -> tuple[list[Block], bool]:
+    """Blocks before the first that changes with time or temperature without leading on the last rows measured.
+
+    And whether that is not the very first, which is kept as the place. What changes so tells of poses that are
+    measured in between; the model is used on those that are measured later.
+    """
+    for k, block in enumerate(blocks):
+        if SLOW.isdisjoint(block.candidate.inputs):
+            continue
+        if lead_at_last_rows(problem, blocks[: k + 1], thresholds) < thresholds.lead:
+            return blocks[: max(k, 1)], k > 0
+    return blocks, True
 
 
 def _with_effects(model: Robot, entries: list[Spec]) -> Robot:

@@ -16,6 +16,7 @@ from fastcal import _core
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot
 
+SLOW = frozenset(["time", "temperature"])  # inputs whose later values no row has
 _CONSTANT = 1e-9  # of its size: an input that varies by less is constant
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.calibration.parallel import each
+from fastcal.calibration.pose_folds import measuring_place
 from fastcal.calibration.repeatability import place_groups, pose_groups
 from fastcal.measurements.splits import deal
 from fastcal.surrogate.blocks import Block, choose_blocks
@@ -47,11 +48,23 @@ def lead_at_other_poses(
     """
     again = considered if len(problem.data) <= _CHOSEN_AGAIN else []
     before, after = _left_out(problem, problem.fold, blocks, again, thresholds)
-    measured = problem.row >= 0
-    pose = pose_groups(problem.data)[problem.row[measured]]
-    less = np.bincount(pose, (before - after)[measured])
-    error = float(np.std(less, ddof=1)) * np.sqrt(len(less)) if len(less) > 1 else 0.0
-    return float(less.sum()) / error if error > 0 else 0.0
+    return _lead(problem, before - after, problem.row >= 0)
+
+
+def lead_at_last_rows(problem: ResidualProblem, blocks: list[Block], thresholds: Thresholds) -> float:
+    """The same of the last part of the order of measuring: of poses later than those that a block was fitted to."""
+    part = measuring_place(problem.data) * FOLDS // len(problem.data)
+    last = np.where(problem.row >= 0, part[problem.row], -1) == FOLDS - 1
+    before, after = _left_out(problem, np.where(last, 0, -1), blocks, [], thresholds)
+    return _lead(problem, before - after, last)
+
+
+def _lead(problem: ResidualProblem, less: FloatArray, among: NDArray[np.bool_]) -> float:
+    """The sum of what squares (m,) are less by, of some numbers, over its standard error; poses are independent."""
+    pose = np.unique(pose_groups(problem.data)[problem.row[among]], return_inverse=True)[1]
+    by_pose = np.bincount(pose, less[among])
+    error = float(np.std(by_pose, ddof=1)) * np.sqrt(len(by_pose)) if len(by_pose) > 1 else 0.0
+    return float(by_pose.sum()) / error if error > 0 else 0.0
 
 
 def at_other_inputs(

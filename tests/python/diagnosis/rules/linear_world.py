@@ -54,7 +54,7 @@ class World:
         noise = np.random.default_rng(seed).standard_normal(ROWS)
         self.geometry = columns(3, seed=1234)
         self.r = measured + noise
-        data = SimpleNamespace(time=None, q=q)
+        data = SimpleNamespace(time=None, q=q, payload=np.arange(ROWS))
         robot = SimpleNamespace(spec={"joints": [{"link": {"mass_kg": 1.0}}]})
         start = SimpleNamespace(robot=robot)
         self.problem = SimpleNamespace(

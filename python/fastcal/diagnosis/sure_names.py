@@ -1,0 +1,83 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Which of the names that are given are sure enough to be in the model that is written.
+
+A name that noise made moves poses that were not measured by as much as it pretended to explain, and rows held out can't
+tell it from a true one: of white noise, x^T r of the whole is sufficient for the size along a column x, so that
+what the folds hold of it, once it is given, is the same whether there is a cause or not. Its level alone can.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fastcal.diagnosis import grading, rules
+from fastcal.diagnosis.library import Hypothesis
+from fastcal.diagnosis.reasons import Because, Reason
+from fastcal.diagnosis.search import Search, SearchNode
+
+
+@dataclass(frozen=True, eq=False)
+class Told:
+    """What is given, sure or not.
+
+    Attributes:
+        best: The names.
+        final: The same with the curves beside them.
+        remains: Is there something beyond it?
+        unsure: Why a name is not written, by its repr.
+    """
+
+    best: SearchNode
+    final: SearchNode
+    remains: bool
+    unsure: dict[str, Because]
+
+
+def sure_names(search: Search, state: SearchNode) -> tuple[SearchNode, dict[str, Because]]:
+    """A set less the names that are no more than likely, the least sure first, and why each is not written.
+
+    Of two that do the same work neither is sure beside the other; once one is out, the other is. The names of a model
+    of many waves were judged together.
+    """
+    out: dict[str, Because] = {}
+    if len(state.names) > rules.MAX_EFFECTS_GROWN:
+        return state, out
+    for name in _changing_otherwise(state):
+        out[repr(name)] = Because(Reason.CHANGES_OTHERWISE)
+        state = search.without(state, next(n for n in state.names if n is name))
+    while state.names:
+        chances = [grading.chance(search, state, name) for name in state.names]
+        least = int(np.argmax(chances))
+        if chances[least] < rules.ALPHA_CERTAIN:
+            break
+        out[repr(state.names[least])] = Because(Reason.MAY_BE_CHANCE, min(chances[least], 1.0), rules.ALPHA_CERTAIN)
+        state = search.without(state, state.names[least])
+    return state, out
+
+
+def _changing_otherwise(state: SearchNode) -> list[Hypothesis]:
+    """Names that change with time or temperature, but not as what they stand for does.
+
+    Beside them something that does so is significant, and they do not lead clearly in the last rows that were measured
+    where these are left out: of poses that are measured later they say less than those before.
+    """
+    slow = [name for name in state.names if not grading.SLOW.isdisjoint(name.traits.depends_on)]
+    if not slow or not _leaves_something_slow(state):
+        return []
+    return [name for name in slow if state.lead_at_the_end(name) < rules.UNNAMED_LEAD]
+
+
+def _leaves_something_slow(state: SearchNode) -> bool:
+    """Is anything significant beside a set that changes with time or temperature?"""
+    if state.suffices:
+        return False
+    found, level = state.blocks, rules.ALPHA_FURTHER / 2
+    return any(
+        not grading.SLOW.isdisjoint(
+            found.names[i].traits.depends_on if i < found.count else found.generics[i - found.count].curves.depends_on
+        )
+        for i in state.significant(level, level)
+    )
