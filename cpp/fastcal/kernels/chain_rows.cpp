@@ -68,13 +68,17 @@ FASTCAL_INLINE void forward_lanes(const ChainStep* steps, int step_count, int fr
     double* out = poses + (row - first) / kGroup * frame_count * kPoseNumbers * kGroup + row % kGroup;
     typename Vectors<W>::Lane T[kPoseNumbers];
     identity(T);
+    bool is_first = true;
     for (const ChainStep* step = steps; step < steps + step_count; ++step) {
-      if (step->kind != ChainStep::Kind::kFrame) {
+      if (step->kind == ChainStep::Kind::kFrame) {
+        for (int k = 0; k < kPoseNumbers; ++k) store(out + k * kGroup, T[k]);
+        out += kPoseNumbers * kGroup;
+      } else if (is_first) {
+        take_first(T, *step, stride, row);
+        is_first = false;
+      } else {
         take(T, *step, stride, row);
-        continue;
       }
-      for (int k = 0; k < kPoseNumbers; ++k) store(out + k * kGroup, T[k]);
-      out += kPoseNumbers * kGroup;
     }
   }
 }
@@ -85,7 +89,8 @@ FASTCAL_INLINE void matrices_of(const ChainStep* steps, int step_count, int stri
   for (int row = 0; row < rows; row += W) {
     typename Vectors<W>::Lane T[kPoseNumbers];
     identity(T);
-    for (const ChainStep* step = steps; step < steps + step_count; ++step) take(T, *step, stride, row);
+    if (step_count > 0) take_first(T, *steps, stride, row);
+    for (const ChainStep* step = steps + 1; step < steps + step_count; ++step) take(T, *step, stride, row);
     double numbers[kPoseNumbers * W];
     for (int k = 0; k < kPoseNumbers; ++k) store(numbers + k * W, T[k]);
     for (int first = 0; first < W; first += 4) {

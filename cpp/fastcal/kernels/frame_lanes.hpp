@@ -86,4 +86,15 @@ FASTCAL_INLINE void take(Lane (&T)[kPoseNumbers], const ChainStep& step, int str
   }
 }
 
+/// `step` of a pose that is the identity: its zeros cost nothing.
+template <typename Lane>
+FASTCAL_INLINE void take_first(Lane (&T)[kPoseNumbers], const ChainStep& step, int stride, int row) {
+  identity(T);
+  if (step.kind != ChainStep::Kind::kTurnRows) return take(T, step, stride, row);
+  load(T[1], step.rows + row);
+  load(T[0], step.rows + stride + row);
+  T[3] = -T[1];
+  T[4] = T[0];
+}
+
 }  // namespace fastcal::kernels

@@ -28,18 +28,25 @@ struct Group {
     for (int p = 0; p < kParts; ++p) kernels::store(to + p * W, part[p]);
   }
 
-  friend FASTCAL_INLINE Group operator+(Group a, const Group& b) { return a += b; }
-  friend FASTCAL_INLINE Group operator-(Group a, const Group& b) {
-    for (int p = 0; p < kParts; ++p) a.part[p] -= b.part[p];
-    return a;
+  friend FASTCAL_INLINE Group operator+(const Group& a, const Group& b) {
+    Group out;
+    for (int p = 0; p < kParts; ++p) out.part[p] = a.part[p] + b.part[p];
+    return out;
   }
-  friend FASTCAL_INLINE Group operator*(Group a, const Group& b) {
-    for (int p = 0; p < kParts; ++p) a.part[p] *= b.part[p];
-    return a;
+  friend FASTCAL_INLINE Group operator-(const Group& a, const Group& b) {
+    Group out;
+    for (int p = 0; p < kParts; ++p) out.part[p] = a.part[p] - b.part[p];
+    return out;
   }
-  friend FASTCAL_INLINE Group operator/(Group a, const Group& b) {
-    for (int p = 0; p < kParts; ++p) a.part[p] /= b.part[p];
-    return a;
+  friend FASTCAL_INLINE Group operator*(const Group& a, const Group& b) {
+    Group out;
+    for (int p = 0; p < kParts; ++p) out.part[p] = a.part[p] * b.part[p];
+    return out;
+  }
+  friend FASTCAL_INLINE Group operator/(const Group& a, const Group& b) {
+    Group out;
+    for (int p = 0; p < kParts; ++p) out.part[p] = a.part[p] / b.part[p];
+    return out;
   }
   FASTCAL_INLINE Group& operator+=(const Group& b) {
     for (int p = 0; p < kParts; ++p) part[p] += b.part[p];
@@ -47,9 +54,10 @@ struct Group {
   }
 
   /// Where a is above the bound, x; else y.
-  static FASTCAL_INLINE Group choose(const Group& a, const Group& bound, Group x, const Group& y) {
-    for (int p = 0; p < kParts; ++p) x.part[p] = a.part[p] > bound.part[p] ? x.part[p] : y.part[p];
-    return x;
+  static FASTCAL_INLINE Group choose(const Group& a, const Group& bound, const Group& x, const Group& y) {
+    Group out;
+    for (int p = 0; p < kParts; ++p) out.part[p] = a.part[p] > bound.part[p] ? x.part[p] : y.part[p];
+    return out;
   }
   static FASTCAL_INLINE Group larger(const Group& a, const Group& b) { return choose(a, b, a, b); }
   FASTCAL_INLINE bool any() const {
