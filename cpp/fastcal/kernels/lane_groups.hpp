@@ -16,7 +16,9 @@ struct Group {
   static constexpr int kParts = kGroup / W;
   Lane part[kParts];
 
-  FASTCAL_INLINE Group() : Group(0.0) {}
+  FASTCAL_INLINE Group() {
+    for (int p = 0; p < kParts; ++p) part[p] = Lane{};
+  }
   FASTCAL_INLINE Group(double number) {  // NOLINT(google-explicit-constructor): as for lanes
     for (int p = 0; p < kParts; ++p)
       part[p] = number - Lane{};  // a sum with 0 is not folded: it may change the sign of 0

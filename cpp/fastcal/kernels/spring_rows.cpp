@@ -5,6 +5,10 @@
 #include "fastcal/kernels/instruction_sets.hpp"
 #include "fastcal/kernels/lane_groups.hpp"
 
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC diagnostic ignored "-Wmaybe-uninitialized"  // of constructors that it inlines late
+#endif
+
 namespace fastcal::kernels {
 namespace {
 
