@@ -132,7 +132,7 @@ FASTCAL_INLINE void rows_of(const double* columns, int stride, int numbers, int 
 /// A term in W rows, times the scale of its twist.
 template <typename Lane>
 FASTCAL_INLINE void size_of(const TwistTerm& term, double scale, int row, Lane& size) {
-  size = Lane{} + term.size;
+  size = term.size - Lane{};
   if (!term.rows) return;
   load(size, term.rows + row);
   size *= scale;
@@ -166,35 +166,36 @@ FASTCAL_INLINE void tool_columns(const double* poses, int frame_count, int strid
         }
       }
       double* column = columns + static_cast<long>(twist.column) * ld + row;
-      for (int u = 0; u < twist.term_count; ++u) {
-        const TwistTerm& term = twist.terms[u];
-        const double* axis = frame + 3 * term.axis * kGroup;
-        const bool adds = u > 0 || twist.adds;
-        for (int part = 0; part < kParts; ++part) {
-          Lane size, z[3], factor, sum, moved[Numbers];
+      for (int part = 0; part < kParts; ++part) {
+        double* to = column + part * W;
+        Lane sum[Numbers] = {};
+        for (int u = 0; u < twist.term_count; ++u) {
+          const TwistTerm& term = twist.terms[u];
+          const double* axis = frame + 3 * term.axis * kGroup + part * W;
+          Lane size, z[3], moved[3];
           size_of(term, twist.scale, row + part * W, size);
-          for (int r = 0; r < 3; ++r) load(z[r], axis + r * kGroup + part * W);
+          for (int r = 0; r < 3; ++r) {
+            load(z[r], axis + r * kGroup);
+            z[r] *= size;
+          }
           if (term.turns) {
             cross(z, lever[part], moved);
-            for (int n = 3; n < Numbers; ++n) moved[n] = z[n - 3];
+            for (int n = 0; n < 3; ++n) sum[n] += moved[n];
+            for (int n = 3; n < Numbers; ++n) sum[n] += z[n - 3];
           } else {
-            for (int n = 0; n < Numbers; ++n) moved[n] = n < 3 ? z[n % 3] : Lane{};
+            for (int n = 0; n < 3; ++n) sum[n] += z[n];
           }
-          double* to = column + part * W;
-          for (int n = 0; Weighted && n < Numbers; ++n) {
-            load(factor, factors + n * stride + row + part * W);
-            moved[n] *= factor;
-          }
-          for (int n = 0; adds && n < Numbers; ++n) {
-            load(sum, to + n * stride);
-            sum += size * moved[n];
-            store(to + n * stride, sum);
-          }
-          for (int n = 0; !adds && n < Numbers; ++n) store(to + n * stride, size * moved[n]);
         }
-      }
-      for (int n = 0; twist.term_count == 0 && !twist.adds && n < Numbers; ++n) {
-        for (int part = 0; part < kParts; ++part) store(column + n * stride + part * W, Lane{});
+        Lane other;
+        for (int n = 0; Weighted && n < Numbers; ++n) {
+          load(other, factors + n * stride + row + part * W);
+          sum[n] *= other;
+        }
+        for (int n = 0; twist.adds && n < Numbers; ++n) {
+          load(other, to + n * stride);
+          sum[n] += other;
+        }
+        for (int n = 0; n < Numbers; ++n) store(to + n * stride, sum[n]);
       }
     }
   }

@@ -52,7 +52,7 @@ void SpringBlock::set_links(const Chain& chain) {
   linked_joints_ = joints_;
   Eigen::VectorXd phase = Eigen::VectorXd::Zero(n);
   for (int j = 0; j <= n; ++j) {
-    Pose link = chain.constants[static_cast<std::size_t>(2 * j)];
+    Pose link = chain.constants[static_cast<std::size_t>(link_frame(j - 1))];  // the base's ahead of joint 0
     if (j < n) link = link * chain.constants[static_cast<std::size_t>(joint_frame(j))];
     const bool tilts = link.R(0, 2) != 0 || link.R(1, 2) != 0;
     const double before = tilts ? std::atan2(link.R(0, 2), -link.R(1, 2)) : 0;
