@@ -172,15 +172,18 @@ FASTCAL_INLINE void tool_columns(const double* poses, int frame_count, int strid
         for (int u = 0; u < twist.term_count; ++u) {
           const TwistTerm& term = twist.terms[u];
           const double* axis = frame + 3 * term.axis * kGroup + part * W;
-          Lane size, z[3], moved[3];
-          size_of(term, twist.scale, row + part * W, size);
-          for (int r = 0; r < 3; ++r) {
-            load(z[r], axis + r * kGroup);
-            z[r] *= size;
+          Lane size, z[3];
+          for (int r = 0; r < 3; ++r) load(z[r], axis + r * kGroup);
+          if (term.rows || term.size != 1) {
+            size_of(term, twist.scale, row + part * W, size);
+            for (int r = 0; r < 3; ++r) z[r] *= size;
           }
           if (term.turns) {
-            cross(z, lever[part], moved);
-            for (int n = 0; n < 3; ++n) sum[n] += moved[n];
+            const Lane* way = lever[part];
+            for (int n = 0; n < 3; ++n) {
+              sum[n] += z[(n + 1) % 3] * way[(n + 2) % 3];
+              sum[n] -= z[(n + 2) % 3] * way[(n + 1) % 3];
+            }
             for (int n = 3; n < Numbers; ++n) sum[n] += z[n - 3];
           } else {
             for (int n = 0; n < 3; ++n) sum[n] += z[n];
@@ -256,7 +259,7 @@ struct Units {
   }
 
   FASTCAL_INLINE void write(const TwistRows& twist, int count, int stride, int row, double* column) const {
-    Lane sum[kNumbers], part;
+    Lane sum[kNumbers], part = {};
     for (int n = 0; n < count; ++n) {
       sum[n] = Lane{};
       if (twist.adds) load(sum[n], column + n * stride + row);
