@@ -39,7 +39,7 @@ from fastcal.diagnosis.result import AdaptedModel, Diagnosis, Finding, Unexplain
 from fastcal.diagnosis.robust_rows import gross_rows
 from fastcal.diagnosis.rounds import claimed, searched
 from fastcal.diagnosis.search import Search, SearchNode
-from fastcal.diagnosis.sure_names import Told, sure_names
+from fastcal.diagnosis.sure_names import Told, replacement, sure_names
 from fastcal.diagnosis.tail_probabilities import p_values
 from fastcal.diagnosis.words import noise_doubts, sentence_of
 from fastcal.errors import InvalidInput
@@ -294,7 +294,7 @@ class _Found:
         """Poses that would tell the names of a set apart, where there is one and points were measured."""
         if self.data.position is None:
             return None
-        others = [[_replacement(self.best, state) for state in states] for states in equivalents]
+        others = [[replacement(self.best, state) for state in states] for states in equivalents]
         return separating_plan(self.best, others)
 
     def _written(self, names: Sequence[Hypothesis]) -> list[Fit]:
@@ -325,7 +325,7 @@ class _Found:
         model: Robot,
         remaining: Unexplained | None,
     ) -> Finding:
-        others = tuple(dict.fromkeys(_replacement(self.best, state).key for state in equivalents))
+        others = tuple(dict.fromkeys(replacement(self.best, state).key for state in equivalents))
         grade, limits = grading.grade(
             proof, name, others, remaining is not None or len(self.best.names) > self.search.most
         )
@@ -382,12 +382,6 @@ def _verdict(findings: Sequence[Finding], remaining: Unexplained | None) -> str:
     if len(findings) > 1:
         return "several"
     return "one_of" if findings[0].equivalents else "named"
-
-
-def _replacement(best: SearchNode, other: SearchNode) -> Hypothesis:
-    """The name of `other` that is not in `best`."""
-    there = {name.key for name in best.names}
-    return next(name for name in other.names if name.key not in there or name not in best.names)
 
 
 __all__ = ["Diagnosis", "diagnose"]

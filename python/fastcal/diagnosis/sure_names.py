@@ -45,7 +45,7 @@ def sure_names(search: Search, state: SearchNode) -> tuple[SearchNode, dict[str,
     out: dict[str, Because] = {}
     if len(state.names) > rules.MAX_EFFECTS_GROWN:
         return state, out
-    for name in _changing_otherwise(state):
+    for name in _changing_otherwise(search, state):
         out[repr(name)] = Because(Reason.CHANGES_OTHERWISE)
         state = search.without(state, next(n for n in state.names if n is name))
     while state.names:
@@ -58,16 +58,30 @@ def sure_names(search: Search, state: SearchNode) -> tuple[SearchNode, dict[str,
     return state, out
 
 
-def _changing_otherwise(state: SearchNode) -> list[Hypothesis]:
-    """Names that change with time or temperature, but not as what they stand for does.
+def _changing_otherwise(search: Search, state: SearchNode) -> list[Hypothesis]:
+    """Names that change with time or temperature, but may not do so as what they stand for does.
 
-    Beside them something that does so is significant, and they do not lead clearly in the last rows that were measured
-    where these are left out: of poses that are measured later they say less than those before.
+    Beside them something that does so is significant, or another name that changes otherwise would do as well, and they
+    do not lead clearly in the last rows that were measured where these are left out: of poses that are measured later
+    they say less than those before.
     """
     slow = [name for name in state.names if not grading.SLOW.isdisjoint(name.traits.depends_on)]
-    if not slow or not _leaves_something_slow(state):
+    if not slow:
         return []
+    if not _leaves_something_slow(state):
+        others = dict(zip(map(repr, state.names), search.alternatives(state), strict=True))
+        slow = [
+            name
+            for name in slow
+            if not all(_change_alike(name, replacement(state, other)) for other in others[repr(name)])
+        ]
     return [name for name in slow if state.lead_at_the_end(name) < rules.UNNAMED_LEAD]
+
+
+def _change_alike(name: Hypothesis, other: Hypothesis) -> bool:
+    """Do two names change by the same law? Those over temperature grow with it, those over time each in their way."""
+    by = [grading.SLOW.intersection(of.traits.depends_on) for of in (name, other)]
+    return name.effect == other.effect or by == [{"temperature_c"}, {"temperature_c"}]
 
 
 def _leaves_something_slow(state: SearchNode) -> bool:
@@ -81,3 +95,9 @@ def _leaves_something_slow(state: SearchNode) -> bool:
         )
         for i in state.significant(level, level)
     )
+
+
+def replacement(best: SearchNode, other: SearchNode) -> Hypothesis:
+    """The name of `other` that is not in `best`."""
+    there = {name.key for name in best.names}
+    return next(name for name in other.names if name.key not in there or name not in best.names)

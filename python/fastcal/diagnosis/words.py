@@ -72,8 +72,8 @@ _REASONS = {
     Reason.ZERO_CREEPS: "a creeping zero of {places} does the same: check its mastering",
     Reason.MAY_BE_CHANCE: "it is not in the model: noise alone makes some cause look like this in {value:.0e} of data "
     "sets, and such a cause would make other poses worse; {limit:.0e} at most is needed",
-    Reason.CHANGES_OTHERWISE: "it is not in the model: what it stands for changes with time or temperature in another "
-    "way, and poses that are measured later may be predicted worse with it",
+    Reason.CHANGES_OTHERWISE: "it is not in the model: what it stands for may change with time or temperature in "
+    "another way, and poses that are measured later may be predicted worse with it",
     Reason.CURVE_WITHOUT_NAME: "the joint errs by its own position in a way that no single name has",
 }
 
