@@ -176,7 +176,7 @@ FASTCAL_INLINE void tool_columns(const double* poses, int frame_count, int strid
           for (int r = 0; r < 3; ++r) load(z[r], axis + r * kGroup);
           if (term.rows || term.size != 1) {
             size_of(term, twist.scale, row + part * W, size);
-            for (int r = 0; r < 3; ++r) z[r] *= size;
+            for (Lane& along : z) along *= size;
           }
           if (term.turns) {
             const Lane* way = lever[part];
