@@ -40,7 +40,8 @@ struct Springs {
 };
 
 /// Moves the joints of the chain, by their sines and slides, to where the springs hold them. The first step is
-/// Newton's, the others repeat d = c tau. False where a row does not come to rest.
+/// Newton's, and so are the others of a soft arm; those of a stiff one repeat d = c tau. False where a row does not
+/// come to rest.
 bool settle_springs(const Springs& springs, int stride);
 
 }  // namespace fastcal::kernels
