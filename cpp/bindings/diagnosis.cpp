@@ -49,7 +49,7 @@ void bind_diagnosis(py::module_& m) {
       .def("shared", &ScoreTests::shared, py::arg("of"), py::arg("with_"), Release(),
            "(of, with_) share of a block's fitted signature that another block explains as well.")
       .def("detectable", &ScoreTests::detectable, py::arg("columns"), py::arg("limits"), py::arg("power") = 0.8,
-           py::arg("draws") = 256, py::arg("seed") = 0, Release(),
+           py::arg("draws") = 256, py::arg("seed") = 0, py::arg("threads") = 1, Release(),
            "Root of the noncentrality at which each column alone lets some block pass its limit.");
 }
 

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: MIT
 #include "convert.hpp"
 #include "fastcal/math/se3.hpp"
+#include "fastcal/math/spread_points.hpp"
 
 namespace fastcal {
 
@@ -21,6 +22,11 @@ void bind_math(py::module_& m) {
       },
       py::arg("axis"), py::arg("angle"), "Rotation (3, 3) by an angle in rad about the axis 'x', 'y' or 'z'.");
   m.def("log_so3", &log_so3, py::arg("R"), "Rotation vector (3,) in rad of a rotation (3, 3), of length 0 to pi.");
+  m.def(
+      "spread_points", &spread_points, py::arg("x"), py::arg("first"), py::arg("most"), py::arg("apart"),
+      py::call_guard<py::gil_scoped_release>(),
+      "Rows of x (N, d): `first` and then, each time, the one that is farthest from all chosen before; at most `most`, "
+      "none nearer than `apart` to another.");
 }
 
 }  // namespace fastcal

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: MIT
 #include "convert.hpp"
 #include "fastcal/effects/surrogate_inputs.hpp"
+#include "fastcal/math/parallel.hpp"
 #include "fastcal/model/error_model.hpp"
 #include "fastcal/model/prediction.hpp"
 #include "fastcal/model/settle.hpp"
@@ -128,18 +129,21 @@ void bind_model(py::module_& m) {
 
   m.def(
       "surrogate_inputs",
-      [](const ErrorModel& model, const Samples& given, const Eigen::VectorXd& theta, const std::string& names) {
+      [](const ErrorModel& model, const Samples& given, const Eigen::VectorXd& theta, const std::string& names,
+         int threads) {
         const std::vector<SurrogateInput> inputs = surrogate_inputs(names, model.robot());
         Samples samples = given;
-        settle(model, theta, 1, samples, {.needs = kFrames | kLoads});
+        settle(model, theta, threads, samples, {.needs = kFrames | kLoads});
         RowMatrixXd out(samples.count(), static_cast<Eigen::Index>(inputs.size()));
-        for (Eigen::Index i = 0; i < out.rows(); ++i) {
-          for (Eigen::Index k = 0; k < out.cols(); ++k)
-            out(i, k) = inputs[static_cast<std::size_t>(k)].value(samples.row(i));
-        }
+        parallel_chunks(out.rows(), threads, [&](Eigen::Index, Eigen::Index begin, Eigen::Index end) {
+          for (Eigen::Index i = begin; i < end; ++i)
+            for (Eigen::Index k = 0; k < out.cols(); ++k)
+              out(i, k) = inputs[static_cast<std::size_t>(k)].value(samples.row(i));
+        });
         return out;
       },
-      py::arg("model"), py::arg("samples"), py::arg("theta"), py::arg("names"),
+      py::arg("model"), py::arg("samples"), py::arg("theta"), py::arg("names"), py::arg("threads") = 1,
+      py::call_guard<py::gil_scoped_release>(),
       "(N, inputs) what surrogates may depend on, such as \"q2 load3\", in the rows of the samples, SI.");
 }
 

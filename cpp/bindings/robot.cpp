@@ -119,16 +119,22 @@ void bind_robot(py::module_& m) {
       .def("frame_name", &RobotModel::frame_name, py::arg("frame"))
       .def(
           "frame_origins",
-          [](const RobotModel& self, const Eigen::VectorXd& q) {
-            FASTCAL_CHECK(q.size() == self.joint_count())
-                << "q must have shape (" << self.joint_count() << ",), got (" << q.size() << ",)";
+          [](const RobotModel& self, const RowMatrixXd& q) {
+            FASTCAL_CHECK(q.cols() == self.joint_count())
+                << "q must have shape (N, " << self.joint_count() << "), got (" << q.rows() << ", " << q.cols() << ")";
+            const Eigen::Index count = self.frame_count();
+            py::array_t<double> out({q.rows(), count, Eigen::Index{3}});
+            Eigen::Map<RowMatrixXd> origins(out.mutable_data(), q.rows() * count, 3);
             std::vector<Pose> frames;
-            forward(self.chain(), q.data(), nullptr, frames);
-            RowMatrixXd out(self.frame_count(), 3);
-            for (Eigen::Index f = 0; f < out.rows(); ++f) out.row(f) = frames[static_cast<std::size_t>(f)].p;
+            for (Eigen::Index i = 0; i < q.rows(); ++i) {
+              forward(self.chain(), q.row(i).data(), nullptr, frames);
+              for (Eigen::Index f = 0; f < count; ++f)
+                origins.row(i * count + f) = frames[static_cast<std::size_t>(f)].p;
+            }
             return out;
           },
-          py::arg("q"), "Origins (frames, 3) of the chain's frames in the measuring frame, at joint positions q (n,).")
+          py::arg("q"),
+          "Origins (N, frames, 3) of the chain's frames in the measuring frame, at joint positions (N, n).")
       .def(
           "with_base_and_tool",
           [](const RobotModel& self, const Eigen::Matrix4d& base, const Eigen::Matrix4d& tool) {

@@ -8,7 +8,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['Alignment', 'ArmBending', 'ArmStructure', 'BeamSolver', 'BlockScores', 'Candidates', 'Choice', 'Compensator', 'Effect', 'ErrorModel', 'Field', 'FoldErrors', 'Identification', 'Linearization', 'Measurements', 'Observation', 'ObservationEntry', 'Parameter', 'PoseSolver', 'RobotDescription', 'RobotModel', 'SHOWN_BY_LOADS', 'SHOWN_BY_MOTION', 'Samples', 'ScoreTests', 'Separation', 'StiffnessTable', 'StructureElement', 'StructureNode', 'SubsetSearch', 'Tracker', 'TwistMemory', 'align', 'build_dh', 'build_mdh', 'build_poe', 'build_urdf', 'choose_gauge', 'draw_design', 'effect_names', 'effect_owners', 'effect_traits', 'exchange_design', 'exp_so3', 'free_parameters', 'grow_design', 'identify', 'instruction_set', 'inverse_kinematics', 'joint_jacobian', 'linearize', 'log_so3', 'make_effect', 'mass_matrix', 'observability_index', 'observation_entry', 'observation_names', 'posture_obstacles', 'quaternion_to_rotation', 'read_urdf', 'residuals', 'rotation_about', 'rotation_to_axis', 'rotation_to_rpy', 'rpy_to_rotation', 'separate', 'surrogate_inputs', 'tabulated_effect', 'visiting_order']
+__all__: list[str] = ['Alignment', 'ArmBending', 'ArmStructure', 'BeamSolver', 'BlockScores', 'Candidates', 'Choice', 'Compensator', 'Effect', 'ErrorModel', 'Field', 'FoldErrors', 'Identification', 'Linearization', 'Measurements', 'Observation', 'ObservationEntry', 'Parameter', 'PoseSolver', 'RobotDescription', 'RobotModel', 'SHOWN_BY_LOADS', 'SHOWN_BY_MOTION', 'Samples', 'ScoreTests', 'Separation', 'StiffnessTable', 'StructureElement', 'StructureNode', 'SubsetSearch', 'Tracker', 'TwistMemory', 'align', 'build_dh', 'build_mdh', 'build_poe', 'build_urdf', 'choose_gauge', 'draw_design', 'effect_names', 'effect_owners', 'effect_traits', 'exchange_design', 'exp_so3', 'free_parameters', 'grow_design', 'identify', 'instruction_set', 'inverse_kinematics', 'joint_jacobian', 'linearize', 'log_so3', 'make_effect', 'mass_matrix', 'observability_index', 'observation_entry', 'observation_names', 'posture_obstacles', 'quaternion_to_rotation', 'read_urdf', 'residuals', 'rotation_about', 'rotation_to_axis', 'rotation_to_rpy', 'rpy_to_rotation', 'separate', 'spread_points', 'surrogate_inputs', 'tabulated_effect', 'visiting_order']
 class Parameter:
     """
     A named number of a model, in SI.
@@ -83,9 +83,9 @@ class RobotModel:
         """
     def frame_name(self, frame: typing.SupportsInt | typing.SupportsIndex) -> str:
         ...
-    def frame_origins(self, q: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+    def frame_origins(self, q: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"]) -> numpy.typing.NDArray[numpy.float64]:
         """
-        Origins (frames, 3) of the chain's frames in the measuring frame, at joint positions q (n,).
+        Origins (N, frames, 3) of the chain's frames in the measuring frame, at joint positions (N, n).
         """
     def with_base_and_tool(self, T_world_base: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], T_flange_tool: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"]) -> RobotModel:
         """
@@ -653,7 +653,7 @@ class ScoreTests:
         """
         (of, with_) largest canonical correlations.
         """
-    def detectable(self, columns: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], limits: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], power: typing.SupportsFloat | typing.SupportsIndex = 0.8, draws: typing.SupportsInt | typing.SupportsIndex = 256, seed: typing.SupportsInt | typing.SupportsIndex = 0) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+    def detectable(self, columns: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], limits: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], power: typing.SupportsFloat | typing.SupportsIndex = 0.8, draws: typing.SupportsInt | typing.SupportsIndex = 256, seed: typing.SupportsInt | typing.SupportsIndex = 0, threads: typing.SupportsInt | typing.SupportsIndex = 1) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
         """
         Root of the noncentrality at which each column alone lets some block pass its limit.
         """
@@ -836,7 +836,11 @@ def separate(common: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m
     """
     T-optimal choice: common (N rows, p) and causes (N rows, c_i) whitened columns, expected (c_i, e_i) how much of each there may be.
     """
-def surrogate_inputs(model: ErrorModel, samples: Samples, theta: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], names: str) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+def spread_points(x: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]", "flags.f_contiguous"], first: typing.SupportsInt | typing.SupportsIndex, most: typing.SupportsInt | typing.SupportsIndex, apart: typing.SupportsFloat | typing.SupportsIndex) -> list[int]:
+    """
+    Rows of x (N, d): `first` and then, each time, the one that is farthest from all chosen before; at most `most`, none nearer than `apart` to another.
+    """
+def surrogate_inputs(model: ErrorModel, samples: Samples, theta: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], names: str, threads: typing.SupportsInt | typing.SupportsIndex = 1) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
     """
     (N, inputs) what surrogates may depend on, such as "q2 load3", in the rows of the samples, SI.
     """

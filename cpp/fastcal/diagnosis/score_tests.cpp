@@ -13,6 +13,7 @@
 #include "fastcal/diagnosis/chi_square.hpp"
 #include "fastcal/math/check.hpp"
 #include "fastcal/math/decompositions.hpp"
+#include "fastcal/math/parallel.hpp"
 
 namespace fastcal {
 namespace {
@@ -32,6 +33,7 @@ MatrixXd scaled(const Eigen::Ref<const MatrixXd>& X, VectorXd& length) {
 
 constexpr double kSmallest = 1e-20;  // share of a signature in a block below which it counts as none
 constexpr int kHalvings = 9;         // of 4 root of noncentrality: to 0.01
+constexpr Index kColumns = 128;      // of a product that threads share: the same for any number of them
 
 /// (rows, columns) of independent normal numbers.
 MatrixXd standard_normal(Index rows, Index columns, std::uint64_t seed) {
@@ -225,13 +227,24 @@ MatrixXd ScoreTests::shared(const std::vector<int>& of, const std::vector<int>& 
   return out;
 }
 
+MatrixXd ScoreTests::along_all(const MatrixXd& X, int threads) const {
+  MatrixXd out(X.cols(), B_.cols());
+  const auto nothing = [] { return 0; };
+  parallel_units((B_.cols() + kColumns - 1) / kColumns, threads, nothing, [&](int, Index unit) {
+    const Index first = unit * kColumns;
+    const Index count = std::min(kColumns, B_.cols() - first);
+    out.middleCols(first, count).noalias() = X.transpose() * B_.middleCols(first, count);
+  });
+  return out;
+}
+
 VectorXd ScoreTests::detectable(const std::vector<int>& columns, const VectorXd& limits, double power, int draws,
-                                std::uint64_t seed) const {
+                                std::uint64_t seed, int threads) const {
   FASTCAL_CHECK(limits.size() == block_count())
       << "limits must hold " << block_count() << " numbers, got " << limits.size();
   FASTCAL_CHECK(power > 0 && power < 1 && draws >= 1)
       << "power must lie between 0 and 1 and draws be at least 1, got " << power << " and " << draws;
-  const MatrixXd noise = standard_normal(B_.rows(), draws, seed).transpose() * B_;  // (draws, used)
+  const MatrixXd noise = along_all(standard_normal(B_.rows(), draws, seed), threads);  // (draws, used)
   MatrixXd square(draws, block_count());
   for (int k = 0; k < block_count(); ++k)
     square.col(k) = noise.middleCols(first_[k], scores_.rank[k]).rowwise().squaredNorm();
@@ -244,12 +257,12 @@ VectorXd ScoreTests::detectable(const std::vector<int>& columns, const VectorXd&
     const auto column = static_cast<std::size_t>(columns[c]);
     if (within_[column].size() > 0) shape.col(static_cast<Index>(c)) = basis(block_of_[column]) * within_[column];
   }
-  const MatrixXd signatures = B_.transpose() * shape;  // (used, columns)
+  const MatrixXd signatures = along_all(shape, threads);  // (columns, used)
   const ArrayXd loudest = square.colwise().maxCoeff().cwiseSqrt();
-  std::vector<int> order(static_cast<std::size_t>(block_count()));
-  for (std::size_t c = 0; c < columns.size(); ++c) {
-    if (within_[static_cast<std::size_t>(columns[c])].size() == 0) continue;
-    const auto signature = signatures.col(static_cast<Index>(c));
+  const auto order_of_blocks = [&] { return std::vector<int>(static_cast<std::size_t>(block_count())); };
+  parallel_units(out.size(), threads, order_of_blocks, [&](std::vector<int>& order, Index c) {
+    if (within_[static_cast<std::size_t>(columns[static_cast<std::size_t>(c)])].size() == 0) return;
+    const VectorXd signature = signatures.row(c);
     VectorXd share(block_count());
     for (int k = 0; k < block_count(); ++k) share[k] = signature.segment(first_[k], scores_.rank[k]).norm();
     std::iota(order.begin(), order.end(), 0);
@@ -286,8 +299,8 @@ VectorXd ScoreTests::detectable(const std::vector<int>& columns, const VectorXd&
       if (std::isinf(most)) most = detected().second;
     }
     const auto [low, high] = detected();
-    out[static_cast<Index>(c)] = (low + high) / 2;
-  }
+    out[c] = (low + high) / 2;
+  });
   return out;
 }
 

@@ -71,7 +71,7 @@ class ScoreTests {
   /// statistic pass its limit with probability `power`: over `draws` of noise, the same for all columns. Infinite where
   /// A absorbs the column. `limits` (blocks): of the statistics; infinite: a block that is not tested.
   Eigen::VectorXd detectable(const std::vector<int>& columns, const Eigen::VectorXd& limits, double power, int draws,
-                             std::uint64_t seed) const;
+                             std::uint64_t seed, int threads = 1) const;
 
  private:
   static constexpr double kLeast = 3e-3;
@@ -84,6 +84,8 @@ class ScoreTests {
     Eigen::VectorXd of_r;
   };
   Joined joined(const std::vector<int>& added) const;
+  /// (k, used) X^T B of X (m - rank A, k).
+  Eigen::MatrixXd along_all(const Eigen::MatrixXd& X, int threads) const;
   void check(const std::vector<int>& blocks) const;
 
   Eigen::MatrixXd B_;      // (m - rank A, sum of ranks) orthonormal within each block

@@ -54,7 +54,8 @@ def workers(threads: int) -> Iterator[None]:
 def each(work: Callable[[Item], Result], items: Iterable[Item]) -> list[Result]:
     """What `work` makes of each item, in their order; the first error where one fails.
 
-    One thread outside of `workers`, and within a piece of work: a thread never waits for another one's turn.
+    One thread outside of `workers`, and within a piece of work: a thread never waits for another one's turn. A single
+    item is worked out by the caller, who may share out its pieces.
     """
-    pool = _pool.get()
-    return list(map(work, items) if pool is None else pool.map(work, items))
+    pool, items = _pool.get(), list(items)
+    return list(map(work, items) if pool is None or len(items) < 2 else pool.map(work, items))

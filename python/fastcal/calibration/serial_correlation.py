@@ -23,7 +23,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.calibration import tall
-from fastcal.calibration.columns import column_lengths
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -220,11 +219,12 @@ def _fast_length(least: int) -> int:
 
 def _basis(J: FloatArray) -> FloatArray:
     """Q (m, p) of J, but for the ridge: a tenth of the work of a QR, which few fits need."""
-    length = column_lengths(J)
-    J = J / np.where(length > 0, length, 1.0)
     normal = tall.gram(J)
+    length = np.sqrt(np.diag(normal))
+    length = np.where(length > 0, length, 1.0)
+    normal /= np.outer(length, length)
     normal[np.diag_indices_from(normal)] += _RIDGE
-    return tall.over(J, np.asarray(np.linalg.cholesky(normal)))
+    return tall.over(J, length[:, np.newaxis] * np.linalg.cholesky(normal))
 
 
 def _neighbours(a: FloatArray, b: FloatArray) -> float:

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import reduce
-from itertools import pairwise
 from operator import iadd
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,13 +21,43 @@ FloatArray = NDArray[np.float64]
 
 _PARTS = 4
 _WORTH = 1e7  # multiplications: fewer are done sooner than shared out
+_MOVED = 8  # multiplications that take as long as a number's way from memory and back
 _BLOCK = 96  # columns of a triangle that are solved at once
 
 
 def parts(m: int, work: float) -> list[slice]:
     """The parts of m rows, where a product makes `work` multiplications a row."""
-    ends = np.linspace(0, m, (_PARTS if m * work > _WORTH else 1) + 1).astype(int).tolist()
-    return [slice(a, b) for a, b in pairwise(ends)]
+    count = _PARTS if m * work > _WORTH else 1
+    return [slice(m * k // count, m * (k + 1) // count) for k in range(count)]
+
+
+def moved(m: int, columns: int) -> list[slice]:
+    """The parts of m rows, where work moves so many columns and hardly reckons."""
+    return parts(m, _MOVED * columns)
+
+
+def taken(A: FloatArray, index: NDArray[np.intp], *, axis: int = 0) -> FloatArray:
+    """Rows, or with `axis` 1 columns, of A (m, p), row by row in memory."""
+    count = (len(index), A.shape[1]) if axis == 0 else (len(A), len(index))
+    out = np.empty(count)
+
+    def take(rows: slice) -> None:
+        of, which = (A, index[rows]) if axis == 0 else (A[rows], index)
+        np.take(of, which, axis=axis, out=out[rows], mode="clip")
+
+    each(take, moved(*count))
+    return out
+
+
+def single(A: FloatArray) -> NDArray[Any]:
+    """A (m, p) in single precision."""
+    out = np.empty(A.shape, np.float32)
+
+    def copy(rows: slice) -> None:
+        out[rows] = A[rows]
+
+    each(copy, moved(*A.shape))
+    return out
 
 
 def summed(work: Callable[[slice], FloatArray], rows: list[slice]) -> FloatArray:
@@ -46,14 +76,16 @@ def gram(A: FloatArray) -> FloatArray:
 
 
 def inner(A: FloatArray, B: FloatArray) -> FloatArray:
-    """(p, k) A^T B of A (m, p) and B (m, k)."""
-    return summed(lambda rows: np.asarray(A[rows].T @ B[rows]), parts(len(A), A.shape[1] * B.shape[1]))
+    """(p, k) A^T B of A (m, p) and B (m, k), or (p,) of B (m,)."""
+    work = parts(len(A), A.shape[1] * B.shape[1]) if B.ndim > 1 else moved(*A.shape)
+    return summed(lambda rows: np.asarray(A[rows].T @ B[rows]), work)
 
 
 def times(A: FloatArray, B: FloatArray) -> FloatArray:
-    """(m, k) A B of A (m, p) and B (p, k)."""
-    out = np.empty((len(A), B.shape[1]))
-    each(lambda rows: np.matmul(A[rows], B, out=out[rows]), parts(len(A), B.size))
+    """(m, k) A B of A (m, p) and B (p, k), or (m,) of B (p,)."""
+    out = np.empty((len(A), *B.shape[1:]), np.result_type(A, B))
+    work = parts(len(A), B.size) if B.ndim > 1 else moved(*A.shape)
+    each(lambda rows: np.matmul(A[rows], B, out=out[rows]), work)
     return out
 
 

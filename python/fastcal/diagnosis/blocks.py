@@ -13,6 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.calibration.parallel import each
+from fastcal.calibration.tall import moved
 from fastcal.diagnosis import generic
 from fastcal.diagnosis.fits import Fit
 from fastcal.diagnosis.generic import Curves, Generic
@@ -142,7 +144,8 @@ def columns_at(at: Fit, alone: list[Hypothesis] | None = None) -> Columns:
     J = near.J
     last = first[offset + len(names)]
     still = moves_nothing(problem, model, near)
-    frame = np.where(still[last:], 0.0, J[:, last:] / problem.noise.factor)
+    factor = np.where(still, np.inf, problem.noise.factor)
+    frame = np.asfortranarray(J[:, last:] / factor[last:])
     ends = first[offset + len(names) :] - last
     frame_columns = {entry["owner"]: frame[:, ends[k] : ends[k + 1]] for k, entry in enumerate(frames)}
     generics, directions = _generic_blocks(at, frame_columns, row) if frames else ([], [])
@@ -152,12 +155,17 @@ def columns_at(at: Fit, alone: list[Hypothesis] | None = None) -> Columns:
     ]
     values = np.zeros((len(row) + len(at.free), sum(sizes)), order="F")
     measured = values[: len(row)]
-    np.divide(J[:, first[offset] : last], problem.noise.factor, out=measured[:, :named])
-    measured[:, :named][:, still[first[offset] : last]] = 0.0
-    at_column = named
-    for block, direction, size in zip(generics, directions, sizes[len(names) :], strict=True):
-        _fill(measured[:, at_column : at_column + size], block, direction, row)
-        at_column += size
+
+    def scale(rows: slice) -> None:
+        np.divide(J[rows, first[offset] : last], factor[first[offset] : last], out=measured[rows, :named])
+
+    def fill(part: tuple[int, Generic, FloatArray]) -> None:
+        begin, block, direction = part
+        _fill(measured[:, begin : begin + direction.shape[1] * block.curves.count], block, direction, row)
+
+    each(scale, moved(len(row), named))
+    begins = np.cumsum([named, *sizes[len(names) :]])[:-1]
+    each(fill, zip(begins.tolist(), generics, directions, strict=True))
     if problem.noise.memory:
         measured[...] = without_memory(problem, measured, row)
     return Columns(names, generics, values, sizes, directions, frame_columns)
@@ -165,7 +173,7 @@ def columns_at(at: Fit, alone: list[Hypothesis] | None = None) -> Columns:
 
 def _fill(out: FloatArray, block: Generic, direction: FloatArray, row: NDArray[np.intp]) -> None:
     """Columns (m', k) of a block without a name: one direction after the other, the curves within."""
-    curves = np.asfortranarray(block.curves.values[row])
+    curves = np.take(block.curves.values.T, row, axis=1).T
     for k, way in enumerate(direction.T):
         first = k * curves.shape[1]
         np.multiply(curves, way[:, np.newaxis], out=out[:, first : first + curves.shape[1]])
@@ -182,8 +190,7 @@ def _down(robot: Robot, base: FloatArray) -> FloatArray:
 
 def _places(problem: Problem) -> FloatArray:
     """(N, frames, 3) origins of the chain's frames [m], in the measuring frame."""
-    core = problem.start.model.robot
-    return np.array([core.frame_origins(q) for q in problem.kept.q])
+    return np.asarray(problem.start.model.robot.frame_origins(problem.kept.q))
 
 
 def _frames(problem: Problem) -> list[Spec]:
@@ -209,9 +216,9 @@ def _generic_blocks(at: Fit, frame: dict[str, FloatArray], row: NDArray[Any]) ->
             directions.append(direction)
 
     known = problem.curves
-    for joint in range(robot.joint_count):
-        for curves in generic.joint_curves(joint, data, at.loads, turns, known):
-            add(f"joint{joint + 1}", curves, frame[f"joint{joint + 1}"])
+    for joint, of_joint in enumerate(generic.joint_curves(data, at.loads, turns, known), start=1):
+        for curves in of_joint:
+            add(f"joint{joint}", curves, frame[f"joint{joint}"])
     for curves in generic.frame_curves(data, known):
         add("base", curves, frame["base"])
         add("tool", curves, frame["tool"])

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from fastcal.calibration.data_notes import shared_row_notes
 from fastcal.calibration.inspection import check_columns, check_fit
-from fastcal.calibration.parallel import workers
+from fastcal.calibration.parallel import each, workers
 from fastcal.calibration.pose_folds import along_a_path
 from fastcal.diagnosis import adaptation, grading, rivals, rules, sensitivity, unexplained
 from fastcal.diagnosis.fits import Fit, fit, is_beyond_bounds
@@ -213,7 +213,7 @@ class _Found:
         names = [best.names[k] for k in order if repr(best.names[k]) not in self.told.unsure]
         judge = adaptation.Judge(self.data, self.test, self.threads)
         written = self._written(names)
-        steps = [judge.adapted(at, self.level.sigma) for at in written]
+        steps = each(lambda at: judge.adapted(at, self.level.sigma), written)
         profiles = self.model.profiles
         remaining = self._remaining(steps[0], outliers)
         gap = adaptation.gap(steps, names, profiles)
@@ -301,13 +301,14 @@ class _Found:
         """The fits that are written: with each name, then with the curves."""
         fits = adaptation.fits(self.search, self.model.state, names)
         if self.rows is not None:
-            fits = [self.fit if at is self.model.fit else fit(self.whole, at.added, at) for at in fits]
+            whole = self.whole
+            fits = each(lambda at: self.fit if at is self.model.fit else fit(whole, at.added, at), fits)
         if self.model.profiles:
             return [*fits, self.fit]
         if self.told.remains:
             return fits  # a row that is far off may show what is missing
         problem = weighed(self.whole, self.fit)
-        again = fits if problem is self.whole else [fit(problem, at.added, at) for at in fits]
+        again = fits if problem is self.whole else each(lambda at: fit(problem, at.added, at), fits)
         return again if all(at.converged for at in again) else fits
 
     def _outliers(self, is_named: bool) -> list[int]:

@@ -27,8 +27,9 @@ from scipy.linalg import lapack
 
 from fastcal import _core
 from fastcal.calibration.geometry_anchoring import geometry_pulls
+from fastcal.calibration.parallel import each
 from fastcal.calibration.parameter_table import unknowns_by_owner
-from fastcal.calibration.tall import gram
+from fastcal.calibration.tall import gram, moved, taken
 from fastcal.diagnosis import priors, rules
 from fastcal.diagnosis.library import Hypothesis
 from fastcal.diagnosis.memory import without_memory
@@ -313,7 +314,7 @@ def fit(problem: Problem, added: Sequence[Hypothesis], start: Fit | None = None,
     best = remaining(theta, near), theta, near
     reach = most = rules.MAX_STEP
     converged = has_failed = False
-    begun, each, tried = products(near, None if same is None else same.squares), near.J.size, 0
+    begun, once, tried = products(near, None if same is None else same.squares), near.J.size, 0
     while not converged and tried < rules.MAX_ITERATIONS:
         tried += 1
         there, gain = stepped(best[1], begun, reach)
@@ -321,7 +322,7 @@ def fit(problem: Problem, added: Sequence[Hypothesis], start: Fit | None = None,
         if converged:
             break
         near = linearized(there, columns=not has_failed)  # a step beside one that failed may fail as well
-        work += each
+        work += once
         left = remaining(there, near)
         has_failed = left > best[0] * (1 + rules.CHI_SQUARE_SHARE) + rules.CHI_SQUARE_TOLERANCE
         if has_failed:
@@ -352,14 +353,18 @@ def held(prior: FloatArray, pull: FloatArray) -> FloatArray:
 
 def _columns(near: Linearization, free: list[int]) -> FloatArray:
     """(m, F) of the parameters that are free, row by row in memory."""
-    return np.take(near.J, free, axis=1)
+    return taken(near.J, np.array(free, dtype=np.intp), axis=1)
 
 
 def _above(A: FloatArray, diagonal: FloatArray) -> FloatArray:
     """(m + p, p) A (m, p) above a diagonal matrix."""
-    out = np.zeros((len(A) + len(diagonal), len(diagonal)))
-    out[: len(A)] = A
-    np.fill_diagonal(out[len(A) :], diagonal)
+    out = np.empty((len(A) + len(diagonal), len(diagonal)))
+
+    def copy(rows: slice) -> None:
+        out[rows] = A[rows]
+
+    each(copy, moved(*A.shape))
+    out[len(A) :] = np.diag(diagonal)
     return out
 
 

@@ -11,12 +11,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import combinations, product
+from itertools import combinations, islice, product
+from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
+from fastcal.calibration.parallel import each
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.reasons import BlockLabel
 from fastcal.measurements.dataset import Dataset
@@ -66,14 +68,14 @@ class Generic:
 
 
 def orthonormal(values: FloatArray) -> FloatArray:
-    """(N, k) an orthonormal basis, times root N, of the columns (N, p) and without their mean."""
+    """(N, k) an orthonormal basis, times root N, of the columns (N, p) and without their mean; column by column."""
     centred = values - values.mean(axis=0)
     length = np.linalg.norm(centred, axis=0)
     kept = length > 1e-9 * np.sqrt(len(values)) * np.maximum(np.abs(values).max(axis=0), 1e-300)
     if not kept.any():
         return np.zeros((len(values), 0))
     U, s, _ = np.linalg.svd(centred[:, kept] / length[kept], full_matrices=False)
-    return np.asarray(U[:, s > rules.MIN_CURVE_VALUE * s[0]] * np.sqrt(len(values)))
+    return np.asfortranarray(U[:, s > rules.MIN_CURVE_VALUE * s[0]] * np.sqrt(len(values)))
 
 
 def _unit(x: FloatArray) -> FloatArray:
@@ -96,39 +98,58 @@ def waves(q: FloatArray, orders: int) -> FloatArray:
 Known = dict[tuple[str, ...], Curves]
 
 
+class _Wanted(NamedTuple):
+    """Curves before they are worked out: orthonormal ones of `values`."""
+
+    depends_on: tuple[str, ...]
+    values: Callable[[], FloatArray]
+    of_load: bool = False  # those are of one joint at one fit
+
+    def made(self) -> Curves:
+        """Worked out."""
+        return Curves(self.depends_on, orthonormal(self.values()))
+
+
+def _made(wanted: Sequence[_Wanted], known: Known) -> list[Curves]:
+    """The curves, side by side; those that no load enters are taken from `known` or put there."""
+    missing = {one.depends_on: one for one in wanted if not one.of_load and one.depends_on not in known}
+    new = iter(each(_Wanted.made, [*missing.values(), *(one for one in wanted if one.of_load)]))
+    known.update(zip(missing, islice(new, len(missing)), strict=True))
+    return [next(new) if one.of_load else known[one.depends_on] for one in wanted]
+
+
 def joint_curves(
-    joint: int, data: Dataset, loads: FloatArray, turns: Sequence[bool], known: Known | None = None
-) -> Iterator[Curves]:
-    """What the error of a joint may depend on: its position, its load, time, temperature, two positions at once.
+    data: Dataset, loads: FloatArray, turns: Sequence[bool], known: Known | None = None
+) -> list[list[Curves]]:
+    """What the error of each joint may depend on: its position, its load, time, temperature, two positions at once.
 
     Args:
-        joint: From 0.
         data: The rows (N).
         loads: (N, n) about or along the joints' axes.
         turns: Of each joint, whether it is revolute.
         known: Curves over the same rows that no load enters, by what they depend on: what is there is taken.
     """
+    wanted = [list(_wanted_of_joint(joint, data, loads, turns[joint])) for joint in range(len(turns))]
+    made = iter(_made([one for of_joint in wanted for one in of_joint], {} if known is None else known))
+    return [list(islice(made, len(of_joint))) for of_joint in wanted]
+
+
+def _wanted_of_joint(joint: int, data: Dataset, loads: FloatArray, turns: bool) -> Iterator[_Wanted]:
     q = data.q
-    known = {} if known is None else known
-    yield _once(known, (f"q{joint + 1}",), partial(_own_curve, q[:, joint], turns[joint]))
+    yield _Wanted((f"q{joint + 1}",), partial(_own_curve, q[:, joint], turns))
     load = loads[:, joint] if np.ptp(loads[:, joint]) > _ROUNDING * np.abs(loads).max() else np.zeros(len(loads))
     if load.any():
-        signed = np.column_stack([polynomials(load, rules.CURVE_ORDERS), np.sign(load)])
-        yield Curves(("torque",), orthonormal(signed))
-    yield from _condition_curves(data, known)
-    yield from _friction_curves(joint, data, load, known)
-    yield from _history_curves(joint, data, known)
-    scaled = [_unit(q[:, i]) for i in range(q.shape[1])]
+        yield _Wanted(("torque",), partial(_signed, load), of_load=True)
+    yield from _of_conditions(data)
+    yield from _of_friction(joint, data, load)
+    yield from _of_history(joint, data)
     for a, b in combinations(range(q.shape[1]), 2):
         if joint in (a, b) or abs(a - b) <= 2:
-            yield _once(known, (f"q{a + 1}", f"q{b + 1}"), partial(_pair, scaled[a], scaled[b], q[:, a], q[:, b]))
+            yield _Wanted((f"q{a + 1}", f"q{b + 1}"), partial(_pair, q[:, a], q[:, b]))
 
 
-def _once(known: Known, depends_on: tuple[str, ...], values: Callable[[], FloatArray]) -> Curves:
-    """Orthonormal curves of these values, unless they are known."""
-    if depends_on not in known:
-        known[depends_on] = Curves(depends_on, orthonormal(values()))
-    return known[depends_on]
+def _signed(load: FloatArray) -> FloatArray:
+    return np.column_stack([polynomials(load, rules.CURVE_ORDERS), np.sign(load)])
 
 
 def _own_curve(q: FloatArray, turns: bool) -> FloatArray:
@@ -140,39 +161,40 @@ def _column(values: FloatArray, k: int) -> FloatArray:
     return values[:, [k]]
 
 
-def _pair(x: FloatArray, y: FloatArray, a: FloatArray, b: FloatArray) -> FloatArray:
-    """(N, 5) products of two positions, scaled (x, y) and as they are (a, b)."""
-    return np.column_stack([x * y, *(f(a) * g(b) for f in (np.sin, np.cos) for g in (np.sin, np.cos))])
+def _pair(a: FloatArray, b: FloatArray) -> FloatArray:
+    """(N, 5) products of two positions, scaled and as they are."""
+    return np.column_stack([_unit(a) * _unit(b), *(f(a) * g(b) for f in (np.sin, np.cos) for g in (np.sin, np.cos))])
 
 
-def _condition_curves(data: Dataset, known: Known) -> Iterator[Curves]:
-    """Curves over what varies beside the pose."""
+def _of_conditions(data: Dataset) -> Iterator[_Wanted]:
+    """Over what varies beside the pose."""
     for name, values, degree in _conditions(data):
-        yield _once(known, (name,), partial(polynomials, values, degree))
+        yield _Wanted((name,), partial(polynomials, values, degree))
 
 
-def _friction_curves(joint: int, data: Dataset, load: FloatArray, known: Known) -> Iterator[Curves]:
+def _of_friction(joint: int, data: Dataset, load: FloatArray) -> Iterator[_Wanted]:
     """What lost motion may depend on: the joint's own approach, that with its load, and its neighbours' approach."""
     approach = data.approach
     if approach is None:
         return
-    yield _once(known, (f"approach{joint + 1}",), partial(_column, approach, joint))
+    own = partial(_column, approach, joint)
+    yield _Wanted((f"approach{joint + 1}",), own)
     if load.any():
         loaded = _scaled_to_one(np.column_stack([np.abs(load), load]))
-        yield Curves((f"approach{joint + 1}", "torque"), orthonormal(approach[:, [joint]] * loaded))
+        yield _Wanted((f"approach{joint + 1}", "torque"), lambda: own() * loaded, of_load=True)
     for other in (joint - 1, joint + 1):
         if 0 <= other < data.q.shape[1]:
-            yield _once(known, (f"approach{other + 1}",), partial(_column, approach, other))
+            yield _Wanted((f"approach{other + 1}",), partial(_column, approach, other))
 
 
-def _history_curves(joint: int, data: Dataset, known: Known) -> Iterator[Curves]:
+def _of_history(joint: int, data: Dataset) -> Iterator[_Wanted]:
     """The joint's last move, its way and its length, where the rows have times and so an order."""
     if data.time is None:
         return
     order = np.argsort(data.time, kind="stable")
     moved = np.zeros(len(data))
     moved[order[1:]] = np.diff(data.q[order, joint])
-    yield _once(known, (f"last move of joint {joint + 1}",), lambda: np.column_stack([np.sign(moved), moved]))
+    yield _Wanted((f"last move of joint {joint + 1}",), lambda: np.column_stack([np.sign(moved), moved]))
 
 
 def _scaled_to_one(x: FloatArray) -> FloatArray:
@@ -211,7 +233,7 @@ def _circles(angle: FloatArray) -> FloatArray:
 
 def frame_curves(data: Dataset, known: Known | None = None) -> Iterator[Curves]:
     """What a motion of base or tool may depend on; `known` as in `joint_curves`."""
-    yield from _condition_curves(data, {} if known is None else known)
+    yield from _made(list(_of_conditions(data)), {} if known is None else known)
     for name, labels in (("station", data.station), ("mount", data.mount)):
         if labels is not None:
             yield Curves((name,), orthonormal((labels[:, np.newaxis] == np.unique(labels)).astype(float)))
@@ -241,11 +263,10 @@ def lean_curves(
         longest = np.argsort(-span, kind="stable")[: rules.LONG_LINKS]
         return links[:, longest].reshape(len(links), -1)
 
-    kept = _once(known, (" reach",), reach)  # a column of the data may be called "reach"
+    [kept] = _made([_Wanted((" reach",), reach)], known)  # a column of the data may be called "reach"
     yield replace(kept, depends_on=("reach",))
     if q.shape[1] > 1:
-        x, y = q[:, 0], q[:, 1]
-        yield _once(known, ("q1", "q2"), lambda: _pair(_unit(x), _unit(y), x, y))
+        yield from _made([_Wanted(("q1", "q2"), partial(_pair, q[:, 0], q[:, 1]))], known)
 
 
 def field_curves(point: FloatArray) -> Curves:

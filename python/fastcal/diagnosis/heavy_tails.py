@@ -13,11 +13,13 @@ modeling using the t distribution", 1989). The covariance is that of an M-estima
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
+from fastcal.calibration.parallel import each
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.fits import Fit, fit
 from fastcal.diagnosis.problem import Problem
@@ -83,7 +85,7 @@ class _Rows:
         square, count = square[at] * problem.noise.factor**2, count[at]
         if problem.weight is not None:
             square = square / problem.weight[problem.rows[at]]
-        nu, scale, worth = max((_likeliest(square, count, nu) for nu in _NU), key=lambda of: of[2])
+        nu, scale, worth = max(each(partial(_likeliest, square, count), _NU), key=lambda of: of[2])
         return _Rows(at, count, square, nu, scale, worth)
 
     @property

@@ -16,9 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
-from fastcal.calibration.columns import unit_columns
+from fastcal.calibration.columns import without_nil
 from fastcal.calibration.pose_folds import along_a_path, measuring_place
 from fastcal.calibration.serial_correlation import DEVIATIONS, neighbour_correlation
+from fastcal.calibration.tall import taken
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.problem import Problem
 
@@ -41,7 +42,7 @@ def memory(problem: Problem, X: FloatArray, r: FloatArray, row: IntArray, wrong:
     order = measured[np.argsort(place[row[measured]], kind="stable")]
     if len(order) <= X.shape[1]:
         return 0.0
-    columns = unit_columns(X[order])
+    columns = without_nil(taken(X, order))
     beside_fit = not along_a_path(problem.data, rules.NEAR_STEPS)
     deviations = -float(special.ndtri(rules.ALPHA_MEMORY)) if beside_fit else DEVIATIONS
     places, count = place[row[order]], len(problem.data)

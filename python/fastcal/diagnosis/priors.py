@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
-from fastcal.calibration.columns import column_lengths
 from fastcal.calibration.parameter_limits import has_prior
 from fastcal.calibration.smoothing import prior_deviations
 from fastcal.diagnosis import rules
@@ -28,7 +27,7 @@ def plausible_sizes(problem: Problem, model: _core.ErrorModel, near: Linearizati
     One that moves nothing where it is has the size that its model gives it, and lengths and angles of the geometry
     MAX_GEOMETRY_SIZE of these at most: beyond, the tool moves along a curve.
     """
-    length = column_lengths(near.J)
+    length = near.lengths
     given = _given_sizes(problem, model)
     is_nil = moves_nothing(problem, model, near)
     size = np.where(is_nil, given, problem.misfit / np.where(is_nil, 1.0, length))
@@ -50,7 +49,7 @@ def widest(
     which a usual length or angle alone moves the rows by what the start leaves.
     """
     out = np.full(len(model.parameters) + len(problem.unknowns), np.inf)
-    length, still = column_lengths(near.J), moves_nothing(problem, model, near)
+    length, still = near.lengths, moves_nothing(problem, model, near)
     every = model.parameters
     arm = [i for i in range(problem.own) if every[i].owner not in ("base", "tool")]
     curves = list[int]()
@@ -72,7 +71,7 @@ def moves_nothing(problem: Problem, model: _core.ErrorModel, near: Linearization
 
     So does the compliance of an upright axis, whose load is the rounding of sums that cancel.
     """
-    length = column_lengths(near.J)
+    length = near.lengths
     return np.asarray(length * _given_sizes(problem, model) < rules.MIN_INFLUENCE * problem.misfit)
 
 

@@ -13,7 +13,10 @@ from numpy.typing import NDArray
 
 from fastcal import _core
 from fastcal.calibration.alignment import measurements, noise_by_observation
+from fastcal.calibration.columns import column_lengths
+from fastcal.calibration.parallel import each
 from fastcal.calibration.problem import CalibrationProblem, prepare
+from fastcal.calibration.tall import moved
 from fastcal.diagnosis.generic import Known
 from fastcal.diagnosis.library import Exclusion, Hypothesis, without_masses
 from fastcal.effects.entries import build_effects, effect_names, effect_owners, traits_of
@@ -61,6 +64,11 @@ class Linearization:
     r: FloatArray
     row: NDArray[np.intp]
     number: NDArray[np.intp]
+
+    @cached_property
+    def lengths(self) -> FloatArray:
+        """(P,) of the columns of J."""
+        return column_lengths(self.J)
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,7 +156,9 @@ class Problem:
         size = 1 / np.array([self.noise.scale.get(kind, 1.0) for kind in self.kinds])[number]
         if self.weight is not None:
             size *= np.sqrt(self.weight[self.rows[row]])
-        return Linearization(near.J * size[:, np.newaxis], near.r * size, row, number)
+        J = np.empty(near.J.shape)
+        each(lambda rows: np.multiply(near.J[rows], size[rows, np.newaxis], out=J[rows]), moved(len(J), len(J.T)))
+        return Linearization(J, near.r * size, row, number)
 
     @cached_property
     def kinds(self) -> list[str]:

@@ -32,14 +32,16 @@ def score_tests(Q: FloatArray, C: FloatArray, r: FloatArray, sizes: Sequence[int
 
     Q (m, rank) is the `basis` of A.
     """
-    length = column_lengths(C)
+    has_many_rows = 0 < _MANY * C.shape[1] < len(r)
+    normal = gram(C) if has_many_rows else None
+    length = column_lengths(C) if normal is None else np.sqrt(np.diag(normal))
     scale = np.where(length > 0, length, 1.0)
     held = inner(Q, C) / scale
     left = r - Q @ (Q.T @ r)
-    if 0 < _MANY * C.shape[1] < len(r):
+    if normal is not None:
         # Of C - Q H: what Q lacks of orthonormal counts with its square, as in R itself.
-        of_rows = gram(C) / np.outer(scale, scale) - inner(held, 2 * held - gram(Q) @ held)
-        R, left = _triangle(of_rows, C.T @ left / scale - held.T @ (Q.T @ left), float(left @ left))
+        of_rows = normal / np.outer(scale, scale) - inner(held, 2 * held - gram(Q) @ held)
+        R, left = _triangle(of_rows, inner(C, left) / scale - held.T @ (Q.T @ left), float(left @ left))
     else:
         R = np.asfortranarray(C / scale - (held.T @ Q.T).T)
     return _core.ScoreTests.projected(R, left, length, Q.shape[1], list(sizes))
@@ -62,15 +64,16 @@ def score_tests_beside(
     L = root(normal)
     if L is None:
         return None
-    length = column_lengths(C)
+    of_C = gram(C)
+    length = np.sqrt(np.diag(of_C))
     scale = np.where(length > 0, length, 1.0)
     along = inner(A, C) / unit[:, np.newaxis] / scale
     X = lapack.dpotrs(L, along, lower=1)[0]
-    of_rows = gram(C) / np.outer(scale, scale) - inner(X, 2 * along - times(normal, X))
+    of_rows = of_C / np.outer(scale, scale) - inner(X, 2 * along - times(normal, X))
     left = r
     for _ in range(2):  # the second takes what rounding left
         left = left - A @ (lapack.dpotrs(L, A.T @ left / unit, lower=1)[0] / unit)
-    R, left = _triangle(of_rows, C.T @ left / scale - X.T @ (A.T @ left / unit), float(left @ left))
+    R, left = _triangle(of_rows, inner(C, left) / scale - X.T @ (A.T @ left / unit), float(left @ left))
     return _core.ScoreTests.projected(R, left, length, A.shape[1], list(sizes))
 
 
@@ -81,9 +84,16 @@ def basis(A: FloatArray, normal: FloatArray | None = None) -> FloatArray:
     normal = gram(A) if normal is None else normal
     length = np.sqrt(np.diag(normal))
     length = np.where(length > 0, length, 1.0)
-    L = root(normal / np.outer(length, length))
+    normal = normal / np.outer(length, length)
+    L = root(normal)
     if L is not None:
         return over(A, length[:, np.newaxis] * L)
+    first, failed = lapack.dpotrf(normal, lower=1)
+    if not failed:  # Cholesky QR, twice: as `root_again`
+        Q = over(A, length[:, np.newaxis] * first)
+        second = root(gram(Q))
+        if second is not None:
+            return over(Q, second)
     A = A / length
     Q, R = linalg.qr(A, mode="economic", check_finite=False)
     diagonal = np.abs(np.diag(R))

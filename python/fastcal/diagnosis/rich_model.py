@@ -116,7 +116,7 @@ def _beside(slow: Sequence[SlowMotion], X: FloatArray, at: Fit, offered: Columns
     if not slow:
         return X
     row = at.whitened[2]
-    return unit_columns(np.hstack([X, *(motion.columns(offered.frames, at.problem, row) for motion in slow)]))
+    return unit_columns(X, *(motion.columns(offered.frames, at.problem, row) for motion in slow))
 
 
 def _rich_columns(tested: Blocks, offered: Columns, *, at_rest: bool = False) -> FloatArray:
@@ -133,7 +133,7 @@ def _rich_columns(tested: Blocks, offered: Columns, *, at_rest: bool = False) ->
         if index in allowed and 0 < ranks[index] <= budget:
             columns.append(offered.of(index))
             budget -= ranks[index]
-    return unit_columns(np.hstack(columns))
+    return unit_columns(*columns)
 
 
 def _clear(blocks: Blocks, among: IntArray | None = None) -> list[int]:

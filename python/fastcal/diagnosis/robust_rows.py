@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 from scipy import linalg, special
 
 from fastcal.calibration.columns import unit_columns
+from fastcal.calibration.parallel import each
 from fastcal.calibration.row_weights import huber
-from fastcal.calibration.tall import gram, over, times
+from fastcal.calibration.tall import gram, inner, moved, over, single, summed, times
 from fastcal.diagnosis import rules
 
 FloatArray = NDArray[np.float64]
@@ -69,15 +70,18 @@ class Leverage:
     """How far each row bends a fit: h = Z Z^T of the numbers of a row, once for all sets of rows that are left out."""
 
     def __init__(self, Z: FloatArray, row: IntArray) -> None:
-        self.power = np.einsum("ij,ij->i", Z, Z)
+        self.power = row_squares(Z)
         self._count = np.bincount(row[row >= 0])
         order = np.argsort(row, kind="stable")
         first = np.searchsorted(row[order], np.arange(len(self._count)))
-        self._groups = []  # rows with as many numbers, the places of these, and h
-        for size in np.unique(self._count[self._count > 0]):
-            rows = np.flatnonzero(self._count == size)
-            own = order[first[rows][:, np.newaxis] + np.arange(size)]
-            self._groups.append((rows, own, _products(Z[own])))
+
+        def group(rows: IntArray) -> tuple[IntArray, IntArray, FloatArray]:
+            own = order[first[rows][:, np.newaxis] + np.arange(self._count[rows[0]])]
+            return rows, own, _products(_at(Z, own))
+
+        sizes = [np.flatnonzero(self._count == size) for size in np.unique(self._count[self._count > 0])]
+        parts = [rows[part] for rows in sizes for part in moved(len(rows), Z.shape[1] * int(self._count[rows[0]]))]
+        self._groups = each(group, parts)  # rows with as many numbers, the places of these, and h
 
     def studentized(self, left: FloatArray, more: FloatArray | None, wrong: IntArray) -> tuple[FloatArray, IntArray]:
         """(N,) square of what each row is off, as a chi square of noise 1, and (N,) how many numbers it holds.
@@ -86,13 +90,30 @@ class Leverage:
         """
         square = np.zeros(len(self._count))
         left_out = np.isin(np.arange(len(square)), wrong)
-        for rows, own, all_in in self._groups:
-            h = all_in if more is None else all_in + _products(more[own])
+
+        def weigh(group: tuple[IntArray, IntArray, FloatArray]) -> None:
+            rows, own, all_in = group
+            h = all_in if more is None else all_in + _products(_at(more, own))
             V = np.eye(own.shape[1]) + np.where(left_out[rows], 1.0, -1.0)[:, np.newaxis, np.newaxis] * h
             values, vectors = np.linalg.eigh(V)
             along = np.einsum("nji,nj->ni", vectors, left[own])
             square[rows] = np.sum(along**2 / np.maximum(values, rules.MIN_REDUNDANCY), axis=1)
+
+        each(weigh, self._groups)
         return square, self._count
+
+
+def row_squares(Z: FloatArray) -> FloatArray:
+    """(m,) square of the length of each row of Z (m, p)."""
+    return np.concatenate(each(lambda rows: np.einsum("ij,ij->i", Z[rows], Z[rows]), moved(*Z.shape)))
+
+
+def _at(Z: FloatArray, own: IntArray) -> FloatArray:
+    """(n, s, k) rows `own` (n, s) of Z (m, k); a view where they follow each other, as those of most data do."""
+    at = own.ravel()
+    if np.array_equal(at, np.arange(at[0], at[0] + len(at))):
+        return Z[at[0] : at[0] + len(at)].reshape(*own.shape, -1)
+    return np.take(Z, own, axis=0)
 
 
 def _products(Z: FloatArray) -> FloatArray:
@@ -108,13 +129,13 @@ def without_outliers(
     `begun`: rows that nearly the same model did not reach, to begin with; None: the suspects. `normal` is X^T X.
     """
     Z = ridged_basis(X, normal)
-    leverage, left_by_all = Leverage(Z, row), r - Z @ (Z.T @ r)
+    leverage, left_by_all = Leverage(Z, row), r - times(Z, inner(Z, r))
     wrong = _largest(_suspects(Z, r, row) if begun is None else begun, None, row)
     for _ in range(rules.NOISE_ROUNDS):
         is_out = np.isin(row, wrong)
         left, more = _without(Z, left_by_all, is_out)
         kept = ~is_out & (row >= 0)
-        taken = leverage.power if more is None else leverage.power + np.einsum("ij,ij->i", more, more)
+        taken = leverage.power if more is None else leverage.power + row_squares(more)
         square, count = leverage.studentized(left, more, wrong)
         off = square[wrong] / np.maximum(count[wrong], 1)
         found = RichFit(wrong, off, np.where(kept, left**2, 0.0), np.where(kept, 1.0 - taken, 0.0))
@@ -146,7 +167,7 @@ def suspects(X: FloatArray, r: FloatArray, row: IntArray) -> IntArray:
 def studentized_residuals(A: FloatArray, r: FloatArray, row: IntArray, wrong: IntArray) -> tuple[FloatArray, IntArray]:
     """`Leverage.studentized` for a linear problem that is fitted to all rows but those that are `wrong`."""
     Z = ridged_basis(unit_columns(A))
-    left, more = _without(Z, r - Z @ (Z.T @ r), np.isin(row, wrong))
+    left, more = _without(Z, r - times(Z, inner(Z, r)), np.isin(row, wrong))
     return Leverage(Z, row).studentized(left, more, wrong)
 
 
@@ -157,8 +178,8 @@ def ridged_basis(X: FloatArray, normal: FloatArray | None = None) -> FloatArray:
 
 def ridged_residual(X: FloatArray, r: FloatArray) -> FloatArray:
     """(m,) r - Z Z^T r, Z the `ridged_basis` of X (m, p)."""
-    size = linalg.cho_solve((_ridged_root(gram(X)), True), X.T @ r, check_finite=False)
-    return np.asarray(r - X @ size)
+    size = linalg.cho_solve((_ridged_root(gram(X)), True), inner(X, r), check_finite=False)
+    return np.asarray(r - times(X, size))
 
 
 def _ridged_root(normal: FloatArray) -> FloatArray:
@@ -181,12 +202,12 @@ def _without(Z: FloatArray, left: FloatArray, is_out: BoolArray) -> tuple[FloatA
 
 def _suspects(Z: FloatArray, r: FloatArray, row: IntArray) -> IntArray:
     """`suspects` by an orthonormal basis Z; in single precision, ample for a guess that the next rounds mend."""
-    Z, r = Z.astype(np.float32), r.astype(np.float32)
+    Z, r = single(Z), r.astype(np.float32)
     rows, place, count = np.unique(row, return_inverse=True, return_counts=True)
     weight = np.ones(len(rows))
-    b = Z.T @ r
+    b = inner(Z, r)
     for round_ in range(rules.NOISE_ROUNDS):
-        left = r - Z @ b
+        left = r - times(Z, b)
         size = np.sqrt(np.bincount(place, left**2) / count)
         scale = float(np.median(size[rows >= 0]))
         u = size / max(scale, 1e-300)
@@ -202,13 +223,17 @@ def _suspects(Z: FloatArray, r: FloatArray, row: IntArray) -> IntArray:
 
 def _weighted(Z: FloatArray, r: FloatArray, weight: FloatArray, b: FloatArray) -> FloatArray:
     """Weighted least squares from a near solution b, by conjugate gradients: Z^T W Z is as good as its weights."""
-    g = Z.T @ (weight * (r - Z @ b))
+
+    def times_normal(p: FloatArray) -> FloatArray:
+        return summed(lambda rows: Z[rows].T @ (weight[rows] * (Z[rows] @ p)), moved(*Z.shape))
+
+    g = inner(Z, weight * (r - times(Z, b)))
     p, square = g, float(g @ g)
-    enough = _ENOUGH**2 * float(np.sum((Z.T @ (weight * r)) ** 2))
+    enough = _ENOUGH**2 * float(np.sum(inner(Z, weight * r) ** 2))
     for _ in range(_ITERATIONS):
         if square <= enough:
             break
-        Ap = Z.T @ (weight * (Z @ p)) + rules.RIDGE * p
+        Ap = times_normal(p) + rules.RIDGE * p
         step = square / float(p @ Ap)
         b, g = b + step * p, g - step * Ap
         before, square = square, float(g @ g)

@@ -55,7 +55,8 @@ def smallest(state: SearchNode) -> list[DetectableEffect]:
         if rank[i] >= least and not name.is_start:  # the size of those depends on corner or moment
             tested.setdefault(name.key, i)
     columns = [int(c) for i in tested.values() for c in range(first[i], first[i + 1])]
-    detected = np.asarray(found.tests.detectable(columns, _limits(state), rules.DETECTION_POWER))
+    limits, threads = _limits(state), state.fit.problem.threads
+    detected = np.asarray(found.tests.detectable(columns, limits, rules.DETECTION_POWER, threads=threads))
     roots = dict(zip(columns, _also_borne_out(detected), strict=True))
     out: list[DetectableEffect] = []
     for i in tested.values():

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from fastcal.calibration.columns import unit_columns
 from fastcal.calibration.pose_folds import measuring_place
+from fastcal.calibration.tall import taken
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.fits import Fit
 from fastcal.diagnosis.generic import Generic, orthonormal, polynomials
@@ -139,7 +140,7 @@ class _Rows:
         used = np.zeros_like(at.problem.used)
         used[left] = True
         kept = {owner: frames[owner][held[row >= 0]] for owner in _OWNERS}
-        return _Rows(at.problem.with_rows(used), kept, X[held], r[held], own[held])
+        return _Rows(at.problem.with_rows(used), kept, taken(X, np.flatnonzero(held)), r[held], own[held])
 
     @cached_property
     def rho(self) -> float:

@@ -104,7 +104,7 @@ def arm_angles(robot: Robot, q: ArrayLike) -> FloatArray:
     if robot.joint_types != ["revolute"] * 7:
         raise InvalidInput(f"the arm angle is that of seven revolute joints, {robot.name} has other joints")
     rows = np.atleast_2d(np.asarray(q, dtype=float))
-    frames = np.array([robot.core.frame_origins(row) for row in rows])
+    frames = np.asarray(robot.core.frame_origins(rows))
     shoulder, elbow, wrist = (frames[:, 2 * joint - 1] for joint in (2, 4, 6))
     line = wrist - shoulder
     line /= np.linalg.norm(line, axis=1, keepdims=True)

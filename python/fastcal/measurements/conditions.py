@@ -55,10 +55,11 @@ def build_samples(
     for entry, effect in zip(entries, effects, strict=True):
         _check_columns(entry, effect, {**arrays, **labels}, extra, len(q))
     for name, values in labels.items():
-        arrays[name] = np.unique(values, return_inverse=True)[1].astype(np.int32)
+        there, place = np.unique(values, return_inverse=True)
+        arrays[name] = place.astype(np.int32)
         for entry in entries:
             if traits_of(entry["effect"]).labels == LABELLED[name] and LABELLED[name] in options_of(entry):
-                arrays[name] = _numbers_of(values, entry, name)
+                arrays[name] = _numbers_of(there, place, entry, name)
     if columns := extra_columns(entries):
         arrays["extra"] = np.column_stack([_column(name, arrays, given.get("move"), extra, q) for name in columns])
     table = _table(entries, core, q, arrays, extra)
@@ -135,15 +136,16 @@ def _check_extra(entry: Spec, name: str, extra: Mapping[str, FloatArray], rows: 
         raise InvalidInput(f"{label(entry)} needs the column {name}, and it holds no number in row {row}")
 
 
-def _numbers_of(labels: NDArray[np.str_], entry: Spec, column: str) -> NDArray[np.int32]:
-    """Labels as places in the entry's own list, which may be another file's."""
-    known = [str(name) for name in entry.get(LABELLED[column], sorted(set(labels)))]
-    places = {name: place for place, name in enumerate(known)}
-    for row, name in enumerate(labels):
-        if name not in places:
-            listed = ", ".join(known)
-            raise InvalidInput(f"{column} '{name}' in row {row} is not one {label(entry)} was fitted with: {listed}")
-    return np.array([places[name] for name in labels], dtype=np.int32)
+def _numbers_of(labels: NDArray[np.str_], place: NDArray[np.intp], entry: Spec, column: str) -> NDArray[np.int32]:
+    """The labels of rows, `labels[place]`, as places in the entry's own list, which may be another file's."""
+    known = [str(name) for name in entry.get(LABELLED[column], labels.tolist())]
+    own = {name: number for number, name in enumerate(known)}
+    numbers = np.array([own.get(name, -1) for name in labels.tolist()], dtype=np.int32)[place]
+    if (numbers < 0).any():
+        row, listed = int(np.argmax(numbers < 0)), ", ".join(known)
+        name = labels[place[row]]
+        raise InvalidInput(f"{column} '{name}' in row {row} is not one {label(entry)} was fitted with: {listed}")
+    return numbers
 
 
 def _column(

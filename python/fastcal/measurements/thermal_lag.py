@@ -20,11 +20,11 @@ def lagged(temperature: FloatArray, time: FloatArray, lag: float) -> FloatArray:
     t, T = time[order], temperature[order]
     step = np.diff(t)
     slope = np.divide(np.diff(T), step, out=np.zeros_like(step), where=step > 0)
-    keep = np.exp(-step / lag)
-    behind = np.zeros(len(t))  # T_f - T
-    for i in range(len(step)):
-        jump = T[i + 1] - T[i] if step[i] == 0 else 0.0
-        behind[i + 1] = -slope[i] * lag + (behind[i] + slope[i] * lag) * keep[i] - jump
+    keep, steady = np.exp(-step / lag), slope * lag
+    jump = np.where(step == 0, np.diff(T), 0.0)
+    behind = [0.0]  # T_f - T; a list, since numpy takes ten times as long for one number after the other
+    for s, k, j in zip(steady.tolist(), keep.tolist(), jump.tolist(), strict=True):
+        behind.append(-s + (behind[-1] + s) * k - j)
     out = np.empty(len(t))
     out[order] = T + behind
     return out

@@ -160,7 +160,7 @@ class Robot(Shown):
 
     def _frames(self, q: FloatArray) -> FloatArray:
         """(frames, 3) origins of the chain's frames in the base at one posture q (1, n)."""
-        return np.asarray(self.core.frame_origins(q[0]))
+        return np.asarray(self.core.frame_origins(q)[0])
 
     @property
     def parameter_names(self) -> list[str]:

@@ -82,7 +82,7 @@ def add_surrogate(
         exclude: Places and inputs to leave out, such as "workspace", "time".
         threads: Cores; the result does not depend on it.
     """
-    considered = [c for c in candidates(model, data) if not exclude & {c.owner, *c.inputs}]
+    considered = [c for c in candidates(model, data, threads) if not exclude & {c.owner, *c.inputs}]
     owners = list(dict.fromkeys(c.owner for c in considered))
     few = data.select(_some(len(data), _ROWS))
     problem = residual_problem(model, few, noise, unknowns, owners, threads)

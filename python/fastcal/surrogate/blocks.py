@@ -91,7 +91,12 @@ def _most_evident(
         blocks = _candidate_blocks(problem, candidate)
         return [beside.weigh(_padded(block.columns, len(problem.r) + padding)) for block in blocks]
 
-    found = {candidate: of for candidate, of in zip(considered, each(weighed, considered), strict=True) if of}
+    alike: dict[tuple[str, ...], list[Candidate]] = {}  # with the same features, which one thread makes for all
+    for candidate in considered:
+        alike.setdefault(candidate.inputs, []).append(candidate)
+    of_group = each(lambda group: {candidate: weighed(candidate) for candidate in group}, alike.values())
+    every = {candidate: of for group in of_group for candidate, of in group.items()}
+    found = {candidate: every[candidate] for candidate in considered if every[candidate]}
     evidence = {candidate: max(w.evidence for w in of) for candidate, of in found.items()}
     if not any(evidence.values()):
         return None, evidence
@@ -119,7 +124,8 @@ def _candidate_blocks(problem: ResidualProblem, candidate: Candidate) -> Iterato
 def _columns(problem: ResidualProblem, candidate: Candidate, phi: FloatArray, scale: FloatArray) -> FloatArray:
     """(m, features x directions) what a unit of each feature, phi (N, features), does; 0 in the rows of priors."""
     motion = problem.place[candidate.owner] * scale
-    return (phi[problem.row][:, :, np.newaxis] * motion[:, np.newaxis, :]).reshape(len(motion), -1)
+    by_row = np.take(phi, problem.row, axis=0)  # not phi[problem.row], which keeps other threads waiting
+    return (by_row[:, :, np.newaxis] * motion[:, np.newaxis, :]).reshape(len(motion), -1)
 
 
 def _padded(columns: FloatArray, rows: int) -> FloatArray:

@@ -43,10 +43,10 @@ def directions(owner: str) -> int:
     return 3 if owner in ("instrument", "workspace") else 6
 
 
-def candidates(robot: Robot, data: Dataset) -> list[Candidate]:
+def candidates(robot: Robot, data: Dataset, threads: int) -> list[Candidate]:
     """All blocks whose inputs the data hold and vary."""
     known = {f"q{i + 1}" for i in range(robot.joint_count) if _varies(data.q[:, i])}
-    known |= _varying_loads(robot, data)
+    known |= _varying_loads(robot, data, threads)
     for word, table in (("approach", data.approach), ("move", data.move)):
         if table is not None:
             known |= {f"{word}{i + 1}" for i in range(robot.joint_count) if _varies(table[:, i])}
@@ -60,11 +60,11 @@ def candidates(robot: Robot, data: Dataset) -> list[Candidate]:
     return [c for c in _all(robot.joint_count) if set(c.inputs) <= known]
 
 
-def _varying_loads(robot: Robot, data: Dataset) -> set[str]:
+def _varying_loads(robot: Robot, data: Dataset, threads: int) -> set[str]:
     """Of joints whose load varies beside the largest of all: about an upright axis it is rounding."""
     names = [f"load{i + 1}" for i in range(robot.joint_count)]
     core = robot.error_model
-    loads = np.asarray(_core.surrogate_inputs(core, robot.samples(data), core.start, " ".join(names)))
+    loads = np.asarray(_core.surrogate_inputs(core, robot.samples(data), core.start, " ".join(names), threads))
     least = _CONSTANT * float(np.max(np.abs(loads)))
     return {name for name, values in zip(names, loads.T, strict=True) if np.ptp(values) > least}
 

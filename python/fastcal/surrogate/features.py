@@ -15,6 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal import _core
+
 FloatArray = NDArray[np.float64]
 
 _LEAST = 1e-6  # of the largest eigenvalue: below, a feature is rounding
@@ -42,22 +44,12 @@ class Features:
 
 def features(x: FloatArray, width: FloatArray, most: int) -> Features:
     """Features over inputs x (N, d) with length scales width (d,): at most `most` nodes, far from each other."""
-    scaled = np.ascontiguousarray((x / width).T)
-    chosen = [int(np.argmin(_squares(scaled, scaled.mean(axis=1))))]
-    near = _squares(scaled, scaled[:, chosen[0]])
-    while len(chosen) < most and near[far := int(np.argmax(near))] > _APART**2:
-        chosen.append(far)
-        np.minimum(near, _squares(scaled, scaled[:, far]), out=near)
-    nodes = x[chosen]
+    scaled = np.asfortranarray(x / width)
+    middle = int(np.argmin(((scaled - scaled.mean(axis=0)) ** 2).sum(axis=1)))
+    nodes = x[_core.spread_points(scaled, middle, most, _APART)]
     eigenvalues, V = np.linalg.eigh(_kernel(nodes / width, nodes / width))
     kept = eigenvalues > _LEAST * eigenvalues[-1]
     return Features(width, nodes, V[:, kept] / np.sqrt(eigenvalues[kept]))
-
-
-def _squares(x: FloatArray, at: FloatArray) -> FloatArray:
-    """(N,) squared distance of x (d, N) from one point (d,)."""
-    away = x - at[:, np.newaxis]
-    return np.asarray(np.einsum("dn,dn->n", away, away))
 
 
 def _kernel(a: FloatArray, b: FloatArray) -> FloatArray:

@@ -44,6 +44,7 @@ class ResidualProblem:
         place: Owner to (m, directions): what a unit of each motion does.
         data: The used rows; `samples` are their conditions.
         cached: Inputs that were asked for.
+        threads: Cores.
         kernels: Features that were asked for, and their values, by inputs, widths and nodes: many places have the same.
     """
 
@@ -56,6 +57,7 @@ class ResidualProblem:
     fold: IntArray
     shifted: IntArray
     place: dict[str, FloatArray]
+    threads: int = 1
     cached: dict[str, FloatArray] = field(default_factory=dict)
     kernels: dict[_Kernel, tuple[Features, FloatArray]] = field(default_factory=dict)
 
@@ -92,7 +94,7 @@ class ResidualProblem:
         others = [name for name in names if name not in moves]
         core = self.model.error_model
         if others:
-            found = np.asarray(_core.surrogate_inputs(core, self.samples, core.start, " ".join(others)))
+            found = np.asarray(_core.surrogate_inputs(core, self.samples, core.start, " ".join(others), self.threads))
             self.cached.update(zip(others, found.T, strict=True))
         if self.data.move is not None:
             self.cached.update((name, self.data.move[:, int(name.removeprefix("move")) - 1]) for name in moves)
@@ -141,6 +143,7 @@ def residual_problem(
         fold=np.append(pose_folds(data, FOLDS, np.random.default_rng(_SEED))[row], pad),
         shifted=np.array([*geometry, *([-1] * len(places))], dtype=np.int64),
         place=place,
+        threads=threads,
     )
 
 

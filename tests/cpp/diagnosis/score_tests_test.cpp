@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "fastcal/math/check.hpp"
 #include "support/random.hpp"
@@ -233,6 +234,18 @@ TEST(ScoreTests, APriorIsARowWithItsOwnEquation) {
   EXPECT_NEAR(tests.remaining(), penalized(c.A), 1e-10);
   for (int i = 0; i < 4; ++i)
     EXPECT_NEAR(tests.scores().statistic[i], penalized(c.A) - penalized(beside(c.A, c.block(i))), 1e-9);
+}
+
+TEST(ScoreTests, AnyNumberOfThreadsFindsTheSameDetectableSizes) {
+  std::srand(11);
+  const std::vector<int> sizes(90, 3);
+  const ScoreTests tests(MatrixXd::Random(400, 5), MatrixXd::Random(400, 270), VectorXd::Random(400), sizes);
+  const VectorXd limits = VectorXd::Constant(90, 20);
+  std::vector<int> columns(270);
+  std::iota(columns.begin(), columns.end(), 0);
+  const VectorXd alone = tests.detectable(columns, limits, 0.8, 100, 7);
+  EXPECT_TRUE(alone.allFinite());
+  for (const int threads : {2, 3, 8}) EXPECT_EQ(tests.detectable(columns, limits, 0.8, 100, 7, threads), alone);
 }
 
 TEST(ScoreTests, TheSameSeedGivesTheSameNumber) {

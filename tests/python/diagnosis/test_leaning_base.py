@@ -37,7 +37,7 @@ def arm(name: str, base: dict[str, list[float]], gravity: list[float] | None = N
 
 def moment(robot: Robot, q: FloatArray, *, upper: float, fore: float) -> FloatArray:
     """(N, 3) moment [N m] on the base of an upper arm and a forearm of these masses [kg], in the measuring frame."""
-    origins = np.array([robot.core.frame_origins(row) for row in q])
+    origins = robot.core.frame_origins(q)
     base, shoulder, elbow, wrist = (origins[:, k] for k in (0, 3, 5, 9))
     down = np.asarray(robot.spec["gravity_m_s2"])
     return np.cross(upper * ((shoulder + elbow) / 2 - base) + fore * ((elbow + wrist) / 2 - base), down)

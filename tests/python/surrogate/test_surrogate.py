@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import fastcal
+from fastcal import _core
 from fastcal.calibration.calibrate import CalibrationResult, calibrate
 from fastcal.calibration.evaluation import evaluate
 from fastcal.calibration.prediction import predict
@@ -226,5 +227,17 @@ def test_formulas_name_what_describes_the_curve() -> None:
 
 def test_a_load_that_is_rounding_is_nothing_to_depend_on(arm: Robot, poses: Dataset) -> None:
     """Joint 1 is upright, joint 6 carries nothing off its axis: their loads, 1e-20 and 1e-15 N m, explained noise."""
-    depends_on = {name for candidate in candidates(arm, poses.select(slice(0, 50))) for name in candidate.inputs}
+    depends_on = {
+        name for candidate in candidates(arm, poses.select(slice(0, 50)), threads=2) for name in candidate.inputs
+    }
     assert {name for name in depends_on if name.startswith("load")} == {"load2", "load3", "load4", "load5"}
+
+
+def test_inputs_do_not_depend_on_the_threads(arm: Robot, poses: Dataset) -> None:
+    core, names = arm.error_model, "load2 down3_z x range q4"
+    alone = _core.surrogate_inputs(core, arm.samples(poses), core.start, names)
+    assert alone.shape == (len(poses), 5)
+    for threads in (2, 3, 8):
+        np.testing.assert_array_equal(
+            _core.surrogate_inputs(core, arm.samples(poses), core.start, names, threads), alone
+        )

@@ -10,12 +10,18 @@ import numpy as np
 from fastcal import perturbed
 from fastcal.diagnosis import blocks, heavy_tails, noise, periodic, priors, rich_model, rounds
 from fastcal.diagnosis.fits import fit
-from fastcal.diagnosis.problem import prepared_problem
+from fastcal.diagnosis.problem import Linearization, prepared_problem
 from fastcal.diagnosis.search import Search
 
 from .linear_world import ROWS, World, columns, name
 from .mutants import falls_with
 from .small_arm import SIGMA, arm, measured, problem
+
+
+def near(J: np.ndarray) -> Linearization:
+    rows = np.arange(len(J))
+    return Linearization(J, np.zeros(len(J)), rows, rows)
+
 
 COMPLIANCE = {"effect": "joint_compliance", "owner": "joint2", "parameters": {"compliance_rad_nm": 2e-5}}
 
@@ -50,7 +56,7 @@ def a_parameter_is_worth_what_it_moves() -> None:
     J = np.diag([1e-3, 5.0, 0.02, 1e-12])
     given = SimpleNamespace(misfit=10.0, own=2, unknowns=np.zeros(0))
     model = SimpleNamespace(parameters=[SimpleNamespace(sigma=s) for s in (1.0, 1.0, 1.0, 7.0)])
-    size = priors.plausible_sizes(given, model, SimpleNamespace(J=J))
+    size = priors.plausible_sizes(given, model, near(J))
     np.testing.assert_allclose(size, [30.0, 2.0, 500.0, 7.0])
 
 
@@ -61,12 +67,12 @@ def what_hardly_shows_stays_near_nominal() -> None:
     joints = [("joint1", "rad"), ("joint2", "rad"), ("joint3", "rad"), ("joint4", "rad"), ("joint2", "m")]
     owners = [*joints, ("tool", "rad"), ("joint1", "rad")]
     model = SimpleNamespace(parameters=[SimpleNamespace(owner=o, sigma=1e-3, unit=u) for o, u in owners])
-    near = SimpleNamespace(J=np.diag([1e-12, 2.0, 1.0, 1e-4, 1.0, 1.0, 0.1]))
+    all_rows = near(np.diag([1e-12, 2.0, 1.0, 1e-4, 1.0, 1.0, 0.1]))
     curve, start = SimpleNamespace(parameters=[None]), SimpleNamespace(robot=SimpleNamespace(reach=2.0))
     entries = [{"effect": "joint_profile", "owner": "joint1"}]
     for misfit, turn, length in ((1e-4, 5e-3, 0.01), (0.04, 0.04, 0.04)):
         given = SimpleNamespace(misfit=misfit, own=6, unknowns=np.zeros(0), start=start)
-        width = priors.widest(given, model, near, entries, [curve])
+        width = priors.widest(given, model, all_rows, entries, [curve])
         np.testing.assert_allclose(width, [*4 * [turn], length, np.inf, turn])
 
 

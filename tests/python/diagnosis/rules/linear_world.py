@@ -58,7 +58,7 @@ class World:
         robot = SimpleNamespace(spec={"joints": [{"link": {"mass_kg": 1.0}}]})
         start = SimpleNamespace(robot=robot)
         self.problem = SimpleNamespace(
-            names=list(self.names), noise=Noise((1.0, 1.0, 1.0)), kept=data, start=start, data=data
+            threads=1, names=list(self.names), noise=Noise((1.0, 1.0, 1.0)), kept=data, start=start, data=data
         )
 
     def fit(self, problem: Any, added: Sequence[Hypothesis], start: Any = None) -> Any:

@@ -86,7 +86,7 @@ def a_step_anywhere_resembles_one_that_is_tried() -> None:
 
 def curves(data: Dataset, load: np.ndarray) -> dict[tuple[str, ...], np.ndarray]:
     loads = np.column_stack([load, load])
-    return {c.depends_on: c.values for c in generic.joint_curves(0, data, loads, [True, True])}
+    return {c.depends_on: c.values for c in generic.joint_curves(data, loads, [True, True])[0]}
 
 
 @falls_with(CURVE_ORDERS=2)
@@ -118,7 +118,7 @@ def conditions_are_followed_by_low_degrees() -> None:
 def a_base_leans_to_where_the_two_long_links_reach() -> None:
     arm = load_robot("kuka_kr6_r900")
     commands = random().uniform(-2.0, 2.0, (ROWS, 6))
-    origins = np.array([arm.core.frame_origins(row) for row in commands])
+    origins = arm.core.frame_origins(commands)
     level = np.eye(3)[:2]
     found = {c.depends_on: c.values for c in generic.lean_curves(level, commands, lambda: origins)}
     shoulder, elbow, wrist = (origins[:, k, :2] for k in (3, 5, 9))
