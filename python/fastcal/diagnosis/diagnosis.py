@@ -117,7 +117,7 @@ def _found(
     """`diagnose` without its result, its arguments checked; `lost` are rows that are not looked at."""
     notify("fitting the geometry")
     trusted = without_measured(data, np.array(lost, dtype=np.intp)) if lost else data
-    rows = searched_rows(trusted)
+    rows = searched_rows(trusted, robot)
     looked_at = trusted if rows is None else trusted.select(rows)
     problem = prepared_problem(robot, looked_at, library.names, claimed(looked_at, sigma), threads, library.excluded)
     notify("how large the noise is")

@@ -17,25 +17,28 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
+from fastcal.calibration.alignment import measurements
 from fastcal.calibration.pose_folds import measuring_place
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.fits import Fit
 from fastcal.diagnosis.noise import left_out
 from fastcal.diagnosis.problem import Problem
 from fastcal.measurements.dataset import Dataset
+from fastcal.robot.robot import Robot
 
 IntArray = NDArray[np.intp]
 
 _STRETCH = 20  # rows
 
 
-def searched_rows(data: Dataset) -> IntArray | None:
-    """Measured rows that names are searched for in, about SEARCHED_ROWS; None: in all of them."""
+def searched_rows(data: Dataset, robot: Robot) -> IntArray | None:
+    """Measured rows that names are searched for in, about SEARCHED_NUMBERS of numbers; None: in all of them."""
     rows = np.flatnonzero(data.measured)
-    if len(rows) <= rules.SEARCHED_ROWS:
+    most = rules.SEARCHED_NUMBERS // sum(len(of.components) for of in measurements(data, robot).observations)
+    if len(rows) <= most:
         return None
     order = rows[np.argsort(measuring_place(data)[rows], kind="stable")]
-    first = np.linspace(0, len(order) - _STRETCH, rules.SEARCHED_ROWS // _STRETCH).round().astype(np.intp)
+    first = np.linspace(0, len(order) - _STRETCH, most // _STRETCH).round().astype(np.intp)
     chosen = order[(first[:, np.newaxis] + np.arange(_STRETCH)).ravel()]
     return np.unique(np.concatenate([chosen, rows[_extremes(data.select(rows))]]))
 

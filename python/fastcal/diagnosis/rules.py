@@ -125,9 +125,10 @@ ALPHA_NAMED, ALPHA_GENERIC = 0.03, 0.01
 MAX_EFFECTS, MAX_EFFECTS_GROWN = 4, 8
 # Sets of one size that are kept, names that are tried on top of each, and in place of each member of one that grows on.
 BEAM_WIDTH, CHILDREN_PER_NODE, EXCHANGES_PER_MEMBER = 3, 4, 2
-# Rows that names are searched for in; where there are more, what was found is fitted to all of them. An effect of which
-# these rows show nothing (SNR 6 over 9,000 numbers) moves the tool by less than a tenth of the noise.
-SEARCHED_ROWS = 3000
+# Measured numbers that names are searched for in, 6,000 rows of positions or 3,000 of poses; where there are more, what
+# was found is fitted to all of them. An effect of which these show nothing (SNR 6) moves the tool by less than a
+# twentieth of the noise. A limit of memory: columns of all that an arm of six joints may lack take 180 MB.
+SEARCHED_NUMBERS = 18000
 # Numbers of Jacobians (measured numbers times parameters) that the fits of one search may evaluate before it tries no
 # larger sets and no further exchanges: 1,500 linearizations of 300 points with 75 parameters. A limit of effort:
 # simulated sets of 300 rows took 0.3 to 25 % of it.

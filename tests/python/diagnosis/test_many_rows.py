@@ -37,7 +37,7 @@ def rows(count: int, effects: list[dict[str, Any]]) -> Dataset:
 def test_the_work_for_twenty_thousand_rows_is_that_for_a_few_and_a_handful_of_fits(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(rules, "SEARCHED_ROWS", 120)
+    monkeypatch.setattr(rules, "SEARCHED_NUMBERS", 360)
     numbers: list[int] = []
     linearize = _core.linearize
 
@@ -67,7 +67,7 @@ def test_what_is_found_in_some_rows_is_fitted_to_all(monkeypatch: pytest.MonkeyP
     position[77] += 0.004
     data = Dataset(**{**vars(data), "position": position})
     whole = diagnose(arm(), data, sigma=SIGMA)
-    monkeypatch.setattr(rules, "SEARCHED_ROWS", 160)
+    monkeypatch.setattr(rules, "SEARCHED_NUMBERS", 480)
     some = diagnose(arm(), data, sigma=SIGMA)
     assert some.outliers == whole.outliers == [77]
     assert [f.label for f in some.effects] == [f.label for f in whole.effects] == ["backlash@joint4"]
@@ -81,9 +81,9 @@ def test_what_is_found_in_some_rows_is_fitted_to_all(monkeypatch: pytest.MonkeyP
 
 def test_rows_that_are_searched_are_stretches_over_all_and_the_extremes(monkeypatch: pytest.MonkeyPatch) -> None:
     data = rows(400, [])
-    assert searched_rows(data) is None
-    monkeypatch.setattr(rules, "SEARCHED_ROWS", 100)
-    chosen = searched_rows(data)
+    assert searched_rows(data, arm()) is None
+    monkeypatch.setattr(rules, "SEARCHED_NUMBERS", 300)
+    chosen = searched_rows(data, arm())
     assert chosen is not None
     assert 100 <= len(chosen) <= 140
     assert chosen.min() == 0

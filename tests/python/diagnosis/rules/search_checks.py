@@ -9,6 +9,7 @@ from unittest import mock
 
 import numpy as np
 
+from fastcal import load_robot
 from fastcal.diagnosis import grading, rivals, rounds, rules
 from fastcal.diagnosis.many_rows import searched_rows
 from fastcal.diagnosis.search import Family, Search, SearchNode
@@ -113,15 +114,18 @@ def a_search_ends_where_its_work_is_done() -> None:
     assert 10 <= len(fitted) <= 10 + rules.CHILDREN_PER_NODE + 2
 
 
-@falls_with(SEARCHED_ROWS=500)
-@falls_with(SEARCHED_ROWS=1e9)
-def names_are_searched_for_in_three_thousand_rows() -> None:
+@falls_with(SEARCHED_NUMBERS=1500)
+@falls_with(SEARCHED_NUMBERS=10**9)
+def names_are_searched_for_in_eighteen_thousand_numbers() -> None:
+    """Of 20,000 rows that is 6,000 of positions and 3,000 of poses."""
     q = np.random.default_rng(0).uniform(-1, 1, (20_000, 6))
-    data = Dataset(q=q, payload=np.zeros(len(q)), position=q[:, :3])
-    assert searched_rows(data.select(slice(0, 3000))) is None
-    chosen = searched_rows(data)
-    assert chosen is not None
-    assert 3000 <= len(chosen) <= 3030
+    positions = Dataset(q=q, payload=np.zeros(len(q)), position=q[:, :3])
+    poses = replace(positions, rotation=np.tile([1.0, 0.0, 0.0, 0.0], (len(q), 1)))
+    for data, most in ((positions, 6000), (poses, 3000)):
+        assert searched_rows(data.select(slice(0, most)), load_robot("ur5")) is None
+        chosen = searched_rows(data, load_robot("ur5"))
+        assert chosen is not None
+        assert most <= len(chosen) <= most + 30
 
 
 @falls_with(MIN_SNR_BESIDE_REST=0.0)
