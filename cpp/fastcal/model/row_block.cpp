@@ -337,22 +337,25 @@ void RowBlock::write_jacobian(kernels::ToolNumbers numbers, bool past_caches, do
   find_steps(frame_count());
   // Group by group, so that its frames, columns and matrices stay in the first cache.
   const Eigen::Index size = static_cast<Eigen::Index>(columns) * ld;
-  double* block = group_.resize(2 * size + static_cast<Eigen::Index>(frame_count()) * kernels::kPoseNumbers * kGroup);
-  double* matrices = block + size;
-  double* poses = matrices + size;
+  const Eigen::Index poses_size = static_cast<Eigen::Index>(frame_count()) * kernels::kPoseNumbers * kGroup;
+  double* block = group_.resize(2 * size + poses_size + kernels::kLine);
+  double* poses = block + size;
+  kernels::LineStream stream(poses + poses_size, out);
   clear_unmoved(block, ld);
   for (int row = 0; row < rows_; row += kGroup) {
     kernels::forward_rows(steps_.data(), step_count_, frame_count(), stride_, row, row + kGroup, poses);
     kernels::twist_columns(poses, frame_count(), kGroup, twists_.data(), static_cast<int>(twists_.size()),
                            {numbers, 0, nullptr, nullptr, 0}, block, ld);
     const int rows = std::min(kGroup, rows_ - row);
-    kernels::write_rows(block, kGroup, count, columns, rows, past_caches ? matrices : out);
-    if (past_caches) kernels::copy_past_caches(matrices, rows * count * columns, out);
-    out += rows * count * columns;
+    const int written = rows * count * columns;
+    kernels::write_rows(block, kGroup, count, columns, rows, past_caches ? stream.room() : out);
+    if (past_caches) stream.write(written);
+    out += written;
     for (kernels::TwistRows& twist : moving_) {
       for (int u = 0; u < twist.term_count; ++u) twist.terms[u].rows += kGroup;
     }
   }
+  if (past_caches) stream.finish();
 }
 
 }  // namespace fastcal
