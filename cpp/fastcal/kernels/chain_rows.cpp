@@ -70,8 +70,8 @@ FASTCAL_INLINE void forward_lanes(const ChainStep* steps, int step_count, int fr
     identity(T);
     bool is_first = true;
     for (const ChainStep* step = steps; step < steps + step_count; ++step) {
-      if (step->kind == ChainStep::Kind::kFrame) {
-        for (int k = 0; k < kPoseNumbers; ++k) store(out + k * kGroup, T[k]);
+      if (step->kind == ChainStep::Kind::kFrame || step->kind == ChainStep::Kind::kUnseen) {
+        for (int k = 0; step->kind == ChainStep::Kind::kFrame && k < kPoseNumbers; ++k) store(out + k * kGroup, T[k]);
         out += kPoseNumbers * kGroup;
       } else if (is_first) {
         take_first(T, *step, stride, row);

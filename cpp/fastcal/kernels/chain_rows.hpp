@@ -31,9 +31,10 @@ bool read_rows(const double* table, int rows, int columns, int stride, double* o
 /// Sines and cosines (2, stride) of angles [rad] of any size. Apart from the chain, whose steps wait for each other.
 void sines_and_cosines(const double* angle, int stride, double* sine_cosine);
 
-/// What a frame's pose takes to follow from the one before, step by step, so that zeros and ones cost nothing.
+/// What a frame's pose takes to follow from the one before, step by step, so that zeros and ones cost nothing, and its
+/// end: kUnseen where nobody looks at the pose.
 struct ChainStep {
-  enum class Kind { kShift, kTurnX, kTurnZ, kMove, kSlideRows, kTurnRows, kMoveRows, kFrame };
+  enum class Kind { kShift, kTurnX, kTurnZ, kMove, kSlideRows, kTurnRows, kMoveRows, kFrame, kUnseen };
   Kind kind;
   int axis;             ///< of the shift
   double shift;         ///< [m]

@@ -136,6 +136,19 @@ void RowBlock::find_steps(int kept) {
   }
 }
 
+void RowBlock::find_steps_of_twists() {
+  step_count_ = 0;
+  std::vector<bool> seen(frames_.size());
+  seen.back() = true;
+  for (const kernels::TwistRows* twist : twists_) {
+    if (twist->frame >= 0) seen[static_cast<std::size_t>(twist->frame)] = true;
+  }
+  for (std::size_t k = 0; k < frames_.size(); ++k) {
+    step_count_ += kernels::steps_of(frames_[k], steps_.data() + step_count_);
+    if (!seen[k]) steps_[static_cast<std::size_t>(step_count_ - 1)].kind = kernels::ChainStep::Kind::kUnseen;
+  }
+}
+
 void RowBlock::read_joints(const Samples& samples, Eigen::Index begin) {
   const int n = chain_.joint_count();
   double* joints = joints_.resize(static_cast<Eigen::Index>(n) * stride_);
@@ -334,7 +347,7 @@ void RowBlock::write_jacobian(kernels::ToolNumbers numbers, bool past_caches, do
   const int columns = static_cast<int>(free_count_);
   const int ld = count * kGroup;
   find_twists();
-  find_steps(frame_count());
+  find_steps_of_twists();
   // Group by group, so that its frames, columns and matrices stay in the first cache.
   const Eigen::Index size = static_cast<Eigen::Index>(columns) * ld;
   const Eigen::Index poses_size = static_cast<Eigen::Index>(frame_count()) * kernels::kPoseNumbers * kGroup;
