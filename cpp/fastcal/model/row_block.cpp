@@ -29,11 +29,21 @@ kernels::Turn turn_of(const Eigen::Matrix3d& R) {
 
 void add_term(int k, double size, const double* rows, kernels::TwistRows& twist) {
   twist.terms[twist.term_count++] = {k % 3, k >= 3, twist.scale * size, rows};
+  twist.fixed[k] = twist.scale * size;
 }
 
 bool only_turns_about_z(const kernels::TwistRows& twist) {
   return std::all_of(twist.terms, twist.terms + twist.term_count,
                      [](const kernels::TwistTerm& term) { return term.turns && term.axis == 2; });
+}
+
+kernels::TwistRows::Kind kind_of(const kernels::TwistRows& twist) {
+  using Kind = kernels::TwistRows::Kind;
+  const auto* end = twist.terms + twist.term_count;
+  if (twist.adds || std::any_of(twist.terms, end, [](const auto& term) { return term.rows != nullptr; }))
+    return Kind::kAny;
+  if (twist.term_count != 1 || twist.terms[0].size != 1) return Kind::kFixed;
+  return twist.terms[0].turns ? Kind::kTurn : Kind::kShift;
 }
 
 /// By their frames; the first twist of a column begins it, the others add to it.
@@ -42,6 +52,7 @@ void put_in_order(std::vector<kernels::TwistRows>& twists, std::vector<bool>& un
   for (kernels::TwistRows& twist : twists) {
     const auto column = static_cast<std::size_t>(twist.column);
     twist.adds = !unmoved[column];
+    twist.kind = kind_of(twist);
     unmoved[column] = false;
   }
 }
@@ -279,7 +290,9 @@ Pose RowBlock::frame(int frame, int i) const {
 kernels::TwistRows* RowBlock::add_twist(int parameter, int frame, int first_moved,
                                         std::vector<kernels::TwistRows>& to) const {
   const auto& [column, scale] = wanted_[static_cast<std::size_t>(parameter)];
-  return column < 0 ? nullptr : &to.emplace_back(kernels::TwistRows{frame, first_moved, column, false, scale, 0, {}});
+  return column < 0 ? nullptr
+                    : &to.emplace_back(kernels::TwistRows{
+                          kernels::TwistRows::Kind::kAny, frame, first_moved, column, false, scale, 0, {}, {}});
 }
 
 void RowBlock::set_geometry() {
