@@ -5,6 +5,7 @@
 #include "fastcal/kernels/frame_lanes.hpp"
 #include "fastcal/kernels/instruction_sets.hpp"
 #include "fastcal/kernels/lanes.hpp"
+#include "fastcal/kernels/tool_columns.hpp"
 
 namespace fastcal::kernels {
 namespace {
@@ -70,8 +71,8 @@ FASTCAL_INLINE void forward_lanes(const ChainStep* steps, int step_count, int fr
     identity(T);
     bool is_first = true;
     for (const ChainStep* step = steps; step < steps + step_count; ++step) {
-      if (step->kind == ChainStep::Kind::kFrame) {
-        for (int k = 0; k < kPoseNumbers; ++k) store(out + k * kGroup, T[k]);
+      if (step->kind == ChainStep::Kind::kFrame || step->kind == ChainStep::Kind::kUnseen) {
+        for (int k = 0; step->kind == ChainStep::Kind::kFrame && k < kPoseNumbers; ++k) store(out + k * kGroup, T[k]);
         out += kPoseNumbers * kGroup;
       } else if (is_first) {
         take_first(T, *step, stride, row);
@@ -105,101 +106,37 @@ FASTCAL_INLINE void matrices_of(const ChainStep* steps, int step_count, int stri
   }
 }
 
-/// Four rows of four columns at a time; the last four columns overlap those before.
+/// Four columns of four rows, of which `some` are wanted.
+FASTCAL_INLINE void write_four(const double* from, long apart, int some, long width, double* to) {
+  Vectors<4>::Lane lanes[4];
+  for (int c = 0; c < 4; ++c) load(lanes[c], from + c * apart);
+  transpose(lanes);
+  for (int l = 0; l < 4 && l < some; ++l) store(to + l * width, lanes[l]);
+}
+
+/// One number of `some` rows: four columns at a time, the last four of which overlap those before.
+FASTCAL_INLINE void write_number(const double* from, long apart, int count, int some, long width, double* to) {
+  int k = 0;
+  for (; k + 4 <= count; k += 4) write_four(from + k * apart, apart, some, width, to + k);
+  if (k == count) return;
+  if (count >= 4) return write_four(from + (count - 4) * apart, apart, some, width, to + count - 4);
+  for (; k < count; ++k) {
+    for (int l = 0; l < some; ++l) to[l * width + k] = from[k * apart + l];
+  }
+}
+
 template <int>
 FASTCAL_INLINE void rows_of(const double* columns, int stride, int numbers, int count, int rows, double* matrices) {
   const long apart = static_cast<long>(numbers) * stride;  // of two columns
   const long width = static_cast<long>(numbers) * count;   // of a matrix
   for (int row = 0; row < rows; row += 4) {
-    const int some = rows - row < 4 ? rows - row : 4;
     for (int n = 0; n < numbers; ++n) {
       const double* from = columns + n * static_cast<long>(stride) + row;
       double* to = matrices + row * width + n * static_cast<long>(count);
-      for (int next = 0; count >= 4 && next < count; next += 4) {
-        const int k = next + 4 <= count ? next : count - 4;
-        Vectors<4>::Lane lanes[4];
-        for (int c = 0; c < 4; ++c) load(lanes[c], from + (k + c) * apart);
-        transpose(lanes);
-        for (int l = 0; l < some; ++l) store(to + l * width + k, lanes[l]);
-      }
-      for (int k = 0; count < 4 && k < count; ++k) {
-        for (int l = 0; l < some; ++l) to[l * width + k] = from[k * apart + l];
-      }
-    }
-  }
-}
-
-/// A term in W rows, times the scale of its twist.
-template <typename Lane>
-FASTCAL_INLINE void size_of(const TwistTerm& term, double scale, int row, Lane& size) {
-  size = term.size - Lane{};
-  if (!term.rows) return;
-  load(size, term.rows + row);
-  size *= scale;
-}
-
-/// Columns of numbers of the tool alone, how many is known when this is compiled: a shift along an axis z of the frame
-/// moves it by z, a turn by z x lever and turns it by z. A group of rows at a time, so that a term is looked at once.
-template <int W, int Numbers, bool Weighted>
-FASTCAL_INLINE void tool_columns(const double* poses, int frame_count, int stride, const TwistRows* const* twists,
-                                 int twist_count, const double* factors, double* columns, int ld) {
-  using Lane = typename Vectors<W>::Lane;
-  constexpr int kParts = kGroup / W;
-  double still[kPoseNumbers * kGroup];  // the measuring frame
-  for (int k = 0; k < kPoseNumbers * kGroup; ++k) still[k] = k / kGroup % 4 == 0 && k / kGroup < 9 ? 1.0 : 0.0;
-  for (int row = 0; row < stride; row += kGroup) {
-    const double* from = poses + row * frame_count * kPoseNumbers;
-    const double* tool = from + (frame_count - 1) * kPoseNumbers * kGroup;
-    const double* frame = nullptr;
-    Lane lever[kParts][3];
-    for (int t = 0; t < twist_count; ++t) {
-      const TwistRows& twist = *twists[t];
-      if (t == 0 || twist.frame != twists[t - 1]->frame) {
-        frame = twist.frame < 0 ? still : from + twist.frame * kPoseNumbers * kGroup;
-        for (int part = 0; part < kParts; ++part) {
-          for (int r = 0; r < 3; ++r) {
-            Lane origin;
-            load(lever[part][r], tool + (9 + r) * kGroup + part * W);
-            load(origin, frame + (9 + r) * kGroup + part * W);
-            lever[part][r] -= origin;
-          }
-        }
-      }
-      double* column = columns + static_cast<long>(twist.column) * ld + row;
-      for (int part = 0; part < kParts; ++part) {
-        double* to = column + part * W;
-        Lane sum[Numbers] = {};
-        for (int u = 0; u < twist.term_count; ++u) {
-          const TwistTerm& term = twist.terms[u];
-          const double* axis = frame + 3 * term.axis * kGroup + part * W;
-          Lane size, z[3];
-          for (int r = 0; r < 3; ++r) load(z[r], axis + r * kGroup);
-          if (term.rows || term.size != 1) {
-            size_of(term, twist.scale, row + part * W, size);
-            for (Lane& along : z) along *= size;
-          }
-          if (term.turns) {
-            const Lane* way = lever[part];
-            for (int n = 0; n < 3; ++n) {
-              sum[n] += z[(n + 1) % 3] * way[(n + 2) % 3];
-              sum[n] -= z[(n + 2) % 3] * way[(n + 1) % 3];
-            }
-            for (int n = 3; n < Numbers; ++n) sum[n] += z[n - 3];
-          } else {
-            for (int n = 0; n < 3; ++n) sum[n] += z[n];
-          }
-        }
-        Lane other;
-        for (int n = 0; Weighted && n < Numbers; ++n) {
-          load(other, factors + n * stride + row + part * W);
-          sum[n] *= other;
-        }
-        for (int n = 0; twist.adds && n < Numbers; ++n) {
-          load(other, to + n * stride);
-          sum[n] += other;
-        }
-        for (int n = 0; n < Numbers; ++n) store(to + n * stride, sum[n]);
-      }
+      if (rows - row >= 4)
+        write_number(from, apart, count, 4, width, to);
+      else
+        write_number(from, apart, count, rows - row, width, to);
     }
   }
 }
@@ -302,10 +239,11 @@ template <int W>
 FASTCAL_INLINE void columns_of(const double* poses, int frame_count, int stride, const TwistRows* const* twists,
                                int twist_count, const NumberRows& numbers, double* columns, int ld) {
   const bool of_tool = numbers.others == 0;
+  // Without factors the stride is known, and with it where all numbers of a column lie.
   if (of_tool && numbers.tool == ToolNumbers::kPose)
-    tool_columns<W, 6, false>(poses, frame_count, stride, twists, twist_count, nullptr, columns, ld);
+    tool_columns<W, 6, false>(poses, frame_count, kGroup, twists, twist_count, nullptr, columns, ld);
   else if (of_tool && numbers.tool == ToolNumbers::kPosition && numbers.factor == nullptr)
-    tool_columns<W, 3, false>(poses, frame_count, stride, twists, twist_count, nullptr, columns, ld);
+    tool_columns<W, 3, false>(poses, frame_count, kGroup, twists, twist_count, nullptr, columns, ld);
   else if (of_tool && numbers.tool == ToolNumbers::kPosition)
     tool_columns<W, 3, true>(poses, frame_count, stride, twists, twist_count, numbers.factor, columns, ld);
   else

@@ -31,9 +31,10 @@ bool read_rows(const double* table, int rows, int columns, int stride, double* o
 /// Sines and cosines (2, stride) of angles [rad] of any size. Apart from the chain, whose steps wait for each other.
 void sines_and_cosines(const double* angle, int stride, double* sine_cosine);
 
-/// What a frame's pose takes to follow from the one before, step by step, so that zeros and ones cost nothing.
+/// What a frame's pose takes to follow from the one before, step by step, so that zeros and ones cost nothing, and its
+/// end: kUnseen where nobody looks at the pose.
 struct ChainStep {
-  enum class Kind { kShift, kTurnX, kTurnZ, kMove, kSlideRows, kTurnRows, kMoveRows, kFrame };
+  enum class Kind { kShift, kTurnX, kTurnZ, kMove, kSlideRows, kTurnRows, kMoveRows, kFrame, kUnseen };
   Kind kind;
   int axis;             ///< of the shift
   double shift;         ///< [m]
@@ -64,6 +65,9 @@ struct TwistTerm {
 
 /// One parameter's twist in the axes of one frame.
 struct TwistRows {
+  /// By 1 along or about one axis; the same in all rows; any. All but the last begin their columns.
+  enum class Kind { kShift, kTurn, kFixed, kAny };
+  Kind kind;
   int frame;        ///< -1: the measuring frame
   int first_moved;  ///< the frame itself where the twist is its own, the next where it is behind it
   int column;       ///< of the Jacobian
@@ -71,6 +75,7 @@ struct TwistRows {
   double scale;     ///< the column is scale times the derivative
   int term_count;
   TwistTerm terms[6];
+  double fixed[6];  ///< [v; w] of those that do not differ by row, times the scale
 };
 
 /// How a number depends on a frame that it looks at.
@@ -84,7 +89,7 @@ struct Sight {
 enum class ToolNumbers { kNone = 0, kPosition = 3, kPose = 6 };
 
 /// What was measured: numbers of the tool, then `others`, each with one sight or more. The tool's pose comes alone and
-/// without factors.
+/// without factors; where there are none, there is one group of rows.
 struct NumberRows {
   ToolNumbers tool;
   int others;            ///< none beside kPose

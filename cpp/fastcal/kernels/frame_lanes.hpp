@@ -82,6 +82,7 @@ FASTCAL_INLINE void take(Lane (&T)[kPoseNumbers], const ChainStep& step, int str
       break;
     }
     case ChainStep::Kind::kFrame:
+    case ChainStep::Kind::kUnseen:
       break;
   }
 }

@@ -57,15 +57,7 @@ FASTCAL_INLINE void rotate_back(Rows* v, const Number* pose) {
   for (int c = 0; c < 3; ++c) v[c] = x * pose[3 * c] + y * pose[3 * c + 1] + z * pose[3 * c + 2];
 }
 
-/// v <- Rx v + mass p.
-template <typename Rows>
-FASTCAL_INLINE void pass(Rows* v, const Rows& mass, const SpringLink& link) {
-  const Rows y = v[1];
-  v[0] = v[0] + mass * link.p[0];
-  v[1] = (y * link.cosine - v[2] * link.sine) + mass * link.p[1];
-  v[2] = (y * link.sine + v[2] * link.cosine) + mass * link.p[2];
-}
-
+/// v <- Rx v.
 template <typename Rows>
 FASTCAL_INLINE void pass(Rows* v, const SpringLink& link) {
   const Rows y = v[1];
@@ -105,12 +97,15 @@ struct Arms {
   FASTCAL_INLINE bool slides(int j) const { return N == 0 && springs.joints[j].slides; }
 
   FASTCAL_INLINE void start() {
-    payload.load(springs.payload + row);
+    if (loaded()) payload.load(springs.payload + row);
     for (int j = 0; j < joints(); ++j) {
-      Rows s, c;
-      load_joint(j, s, c);
-      base_sine[j] = s * springs.joints[j].cosine + c * springs.joints[j].sine;
-      base_cosine[j] = c * springs.joints[j].cosine - s * springs.joints[j].sine;
+      const SpringJoint& joint = springs.joints[j];
+      load_joint(j, base_sine[j], base_cosine[j]);
+      if (joint.sine != 0) {
+        const Rows s = base_sine[j], c = base_cosine[j];
+        base_sine[j] = s * joint.cosine + c * joint.sine;
+        base_cosine[j] = c * joint.cosine - s * joint.sine;
+      }
       sine[j] = base_sine[j];
       cosine[j] = base_cosine[j];
       turns[j] = 0.0;
@@ -194,6 +189,21 @@ struct Arms {
     move(v, mass, frame.constant);
   }
 
+  FASTCAL_INLINE bool loaded() const { return springs.payload != nullptr; }
+  /// Adds what the payload alone, behind a link, has about its beginning.
+  FASTCAL_INLINE void carry(Rows* v, const SpringLink& link) const {
+    if (!loaded()) return;
+    for (int r = 0; r < 3; ++r) v[r] += payload * link.p[r];
+  }
+
+  /// First moment of the payload about the last joint.
+  FASTCAL_INLINE void hang_payload(Rows* s) const {
+    for (int r = 0; r < 3; ++r) s[r] = payload * springs.payload_at[r];
+    if (!linked()) return leave_frame(2 * joints(), s, payload);
+    pass(s, springs.links[joints()]);
+    carry(s, springs.links[joints()]);
+  }
+
   FASTCAL_INLINE bool linked() const { return N > 0 || springs.links != nullptr; }
 
   FASTCAL_INLINE void enter_joint(int j, Rows* v) const {
@@ -208,7 +218,8 @@ struct Arms {
   FASTCAL_INLINE void leave_joint(int j, Rows* v, const Rows& mass) const {
     if (linked()) {
       turn(v, sine[j], cosine[j]);
-      return pass(v, mass, springs.links[j]);
+      pass(v, springs.links[j]);
+      return carry(v, springs.links[j]);
     }
     leave_frame(2 * j + 1, v, mass);
     leave_frame(2 * j, v, mass);
@@ -222,16 +233,11 @@ struct Arms {
       enter_joint(j, g);
       for (int r = 0; r < 3; ++r) down[j][r] = g[r];
     }
-    for (int r = 0; r < 3; ++r) s[r] = payload * springs.payload_at[r];
-    if (linked()) {
-      pass(s, payload, springs.links[joints()]);
-    } else {
-      leave_frame(2 * joints(), s, payload);
-    }
+    if (loaded()) hang_payload(s);
     for (int j = joints() - 1; j >= 0; --j) {
       const SpringJoint& joint = springs.joints[j];
       for (int r = 0; r < 3; ++r) s[r] += joint.moment[r];
-      mass += joint.mass;
+      if (!linked()) mass += joint.mass;
       for (int r = 0; r < 2; ++r) moment[j][r] = s[r];
       Rows load = s[0] * down[j][1] - s[1] * down[j][0];
       if (slides(j)) load = mass * down[j][2];
@@ -255,7 +261,7 @@ struct Arms {
       for (int r = 0; r < 3; ++r) change[j][r] = g[r];
     }
     for (int j = joints() - 1; j >= 0; --j) {
-      mass += springs.joints[j].mass;
+      if (!linked()) mass += springs.joints[j].mass;
       Rows load = s[0] * down[j][1] + moment[j][0] * change[j][1] - s[1] * down[j][0] - moment[j][1] * change[j][0];
       if (slides(j)) load = mass * change[j][2];
       load = load * springs.joints[j].give;
@@ -329,7 +335,9 @@ FASTCAL_INLINE void settle_arms(const Springs& springs, int stride, bool& at_res
 
 template <int W>
 FASTCAL_INLINE void settle_lanes(const Springs& springs, int stride, bool& at_rest) {
-  if (springs.links && springs.joint_count == 6)
+  if (springs.links && springs.joint_count == 5)
+    settle_arms<W, 5>(springs, stride, at_rest);
+  else if (springs.links && springs.joint_count == 6)
     settle_arms<W, 6>(springs, stride, at_rest);
   else if (springs.links && springs.joint_count == 7)
     settle_arms<W, 7>(springs, stride, at_rest);

@@ -15,9 +15,9 @@ constexpr int kMostSprings = 16;
 /// A joint and the body that it moves, and what its place in the chain depends on, by row.
 struct SpringJoint {
   bool slides;
-  double give;          ///< c |g| [rad/(kg m), m/kg]
-  double mass;          ///< [kg]
-  double moment[3];     ///< mass times centre [kg m], in the joint's frame
+  double give;       ///< c |g| [rad/(kg m), m/kg]
+  double mass;       ///< [kg]; with links it is in the moment of the joint before
+  double moment[3];  ///< mass times centre [kg m], in the joint's frame; with links of all that is beyond the next too
   double cosine, sine;  ///< of what the joint's angle has beyond that of the chain: 1, 0 without links
   double* sine_cosine;  ///< (2, stride) of its angle; null for one that slides
   double* slide;        ///< [m]; null for one that turns
@@ -30,11 +30,11 @@ struct SpringLink {
 };
 
 struct Springs {
-  const FrameRows* frames;  ///< the chain; joint j has frame 2 j + 1
+  const FrameRows* frames;  ///< the chain; joint j has frame 2 j + 1; unread where there are links
   const SpringLink* links;  ///< to each joint and to the flange; null where links differ by row or a joint slides
   int joint_count;
   const SpringJoint* joints;
-  const double* payload;  ///< [kg] by row
+  const double* payload;  ///< [kg] by row; null: none
   double payload_at[3];   ///< [m], in the flange's frame, behind the last link
   double down[3];         ///< direction of gravity in the measuring frame, before the first link
 };

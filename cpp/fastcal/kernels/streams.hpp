@@ -13,6 +13,25 @@ constexpr bool is_beyond_caches(long count) { return count > (1L << 19); }  // 4
 /// before, and what the caches hold stays. Another thread may read them after finish_copies().
 void copy_past_caches(const double* from, long count, double* to);
 
+constexpr int kLine = 8;  // numbers of a cache's line
+
+/// Numbers written past the caches part after part, in whole lines: one that is written in two goes is slow.
+class LineStream {
+ public:
+  /// `buffer`: where a line begins, room for a part and a line more.
+  LineStream(double* buffer, double* to);
+  /// Where the next part is to lie before it is written.
+  double* room() { return buffer_ + end_; }
+  void write(long count);
+  /// The part of a line that is left.
+  void finish();
+
+ private:
+  double* buffer_;
+  double* to_;
+  long begin_, end_;  // what is not written yet
+};
+
 /// What this thread copied past the caches is in memory.
 void finish_copies();
 

@@ -29,11 +29,21 @@ kernels::Turn turn_of(const Eigen::Matrix3d& R) {
 
 void add_term(int k, double size, const double* rows, kernels::TwistRows& twist) {
   twist.terms[twist.term_count++] = {k % 3, k >= 3, twist.scale * size, rows};
+  twist.fixed[k] = twist.scale * size;
 }
 
 bool only_turns_about_z(const kernels::TwistRows& twist) {
   return std::all_of(twist.terms, twist.terms + twist.term_count,
                      [](const kernels::TwistTerm& term) { return term.turns && term.axis == 2; });
+}
+
+kernels::TwistRows::Kind kind_of(const kernels::TwistRows& twist) {
+  using Kind = kernels::TwistRows::Kind;
+  const auto* end = twist.terms + twist.term_count;
+  if (twist.adds || std::any_of(twist.terms, end, [](const auto& term) { return term.rows != nullptr; }))
+    return Kind::kAny;
+  if (twist.term_count != 1 || twist.terms[0].size != 1) return Kind::kFixed;
+  return twist.terms[0].turns ? Kind::kTurn : Kind::kShift;
 }
 
 /// By their frames; the first twist of a column begins it, the others add to it.
@@ -42,6 +52,7 @@ void put_in_order(std::vector<kernels::TwistRows>& twists, std::vector<bool>& un
   for (kernels::TwistRows& twist : twists) {
     const auto column = static_cast<std::size_t>(twist.column);
     twist.adds = !unmoved[column];
+    twist.kind = kind_of(twist);
     unmoved[column] = false;
   }
 }
@@ -133,6 +144,19 @@ void RowBlock::find_steps(int kept) {
   for (std::size_t k = 0; k < frames_.size(); ++k) {
     step_count_ += kernels::steps_of(frames_[k], steps_.data() + step_count_);
     if (frames_.size() - k > static_cast<std::size_t>(kept)) --step_count_;  // the end of a frame that is not kept
+  }
+}
+
+void RowBlock::find_steps_of_twists() {
+  step_count_ = 0;
+  std::vector<bool> seen(frames_.size());
+  seen.back() = true;
+  for (const kernels::TwistRows* twist : twists_) {
+    if (twist->frame >= 0) seen[static_cast<std::size_t>(twist->frame)] = true;
+  }
+  for (std::size_t k = 0; k < frames_.size(); ++k) {
+    step_count_ += kernels::steps_of(frames_[k], steps_.data() + step_count_);
+    if (!seen[k]) steps_[static_cast<std::size_t>(step_count_ - 1)].kind = kernels::ChainStep::Kind::kUnseen;
   }
 }
 
@@ -266,7 +290,9 @@ Pose RowBlock::frame(int frame, int i) const {
 kernels::TwistRows* RowBlock::add_twist(int parameter, int frame, int first_moved,
                                         std::vector<kernels::TwistRows>& to) const {
   const auto& [column, scale] = wanted_[static_cast<std::size_t>(parameter)];
-  return column < 0 ? nullptr : &to.emplace_back(kernels::TwistRows{frame, first_moved, column, false, scale, 0, {}});
+  return column < 0 ? nullptr
+                    : &to.emplace_back(kernels::TwistRows{
+                          kernels::TwistRows::Kind::kAny, frame, first_moved, column, false, scale, 0, {}, {}});
 }
 
 void RowBlock::set_geometry() {
@@ -334,25 +360,28 @@ void RowBlock::write_jacobian(kernels::ToolNumbers numbers, bool past_caches, do
   const int columns = static_cast<int>(free_count_);
   const int ld = count * kGroup;
   find_twists();
-  find_steps(frame_count());
+  find_steps_of_twists();
   // Group by group, so that its frames, columns and matrices stay in the first cache.
   const Eigen::Index size = static_cast<Eigen::Index>(columns) * ld;
-  double* block = group_.resize(2 * size + static_cast<Eigen::Index>(frame_count()) * kernels::kPoseNumbers * kGroup);
-  double* matrices = block + size;
-  double* poses = matrices + size;
+  const Eigen::Index poses_size = static_cast<Eigen::Index>(frame_count()) * kernels::kPoseNumbers * kGroup;
+  double* block = group_.resize(2 * size + poses_size + kernels::kLine);
+  double* poses = block + size;
+  kernels::LineStream stream(poses + poses_size, out);
   clear_unmoved(block, ld);
   for (int row = 0; row < rows_; row += kGroup) {
     kernels::forward_rows(steps_.data(), step_count_, frame_count(), stride_, row, row + kGroup, poses);
     kernels::twist_columns(poses, frame_count(), kGroup, twists_.data(), static_cast<int>(twists_.size()),
                            {numbers, 0, nullptr, nullptr, 0}, block, ld);
     const int rows = std::min(kGroup, rows_ - row);
-    kernels::write_rows(block, kGroup, count, columns, rows, past_caches ? matrices : out);
-    if (past_caches) kernels::copy_past_caches(matrices, rows * count * columns, out);
-    out += rows * count * columns;
+    const int written = rows * count * columns;
+    kernels::write_rows(block, kGroup, count, columns, rows, past_caches ? stream.room() : out);
+    if (past_caches) stream.write(written);
+    out += written;
     for (kernels::TwistRows& twist : moving_) {
       for (int u = 0; u < twist.term_count; ++u) twist.terms[u].rows += kGroup;
     }
   }
+  if (past_caches) stream.finish();
 }
 
 }  // namespace fastcal

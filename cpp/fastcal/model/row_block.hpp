@@ -74,6 +74,8 @@ class RowBlock {
   }
   /// The steps of the chain, with the ends of the last `kept` frames.
   void find_steps(int kept);
+  /// The steps of the chain, with the ends of all frames, of which those that no twist looks at are unseen.
+  void find_steps_of_twists();
   /// The joints' positions in these rows, joint by joint.
   void read_joints(const Samples& samples, Eigen::Index begin);
   /// exp of the twists of a frame that does not only turn about z.

@@ -10,6 +10,8 @@
 namespace fastcal {
 namespace {
 
+constexpr double kUpright = 1e-15;  // off the vertical by less, an axis is on it
+
 /// Turns x, y of a vector.
 void turn(double* v, double angle) {
   const Eigen::Vector2d turned = Eigen::Rotation2Dd(angle) * Eigen::Vector2d(v[0], v[1]);
@@ -55,7 +57,8 @@ void SpringBlock::set_links(const Chain& chain) {
     Pose link = chain.constants[static_cast<std::size_t>(link_frame(j - 1))];  // the base's ahead of joint 0
     if (j < n) link = link * chain.constants[static_cast<std::size_t>(joint_frame(j))];
     const bool tilts = link.R(0, 2) != 0 || link.R(1, 2) != 0;
-    const double before = tilts ? std::atan2(link.R(0, 2), -link.R(1, 2)) : 0;
+    const double side = link.R(1, 2) > 0 ? -1 : 1;  // of the two ways, that of the smaller turn: often none
+    const double before = tilts ? std::atan2(side * link.R(0, 2), -side * link.R(1, 2)) : 0;
     turn(link.p.data(), -before);
     link.R = Eigen::AngleAxisd(-before, Eigen::Vector3d::UnitZ()) * link.R;
     const double about_x = std::atan2(-link.R(1, 2), link.R(2, 2));
@@ -77,7 +80,32 @@ void SpringBlock::set_links(const Chain& chain) {
     linked_joints_[static_cast<std::size_t>(j)].cosine = std::cos(phase[j]);
     linked_joints_[static_cast<std::size_t>(j)].sine = std::sin(phase[j]);
   }
-  linked_.links = links_.data();
+  hang_bodies();
+  skip_upright_joints();
+}
+
+/// The weight of all bodies beyond a link, at its end, as a moment about its beginning.
+void SpringBlock::hang_bodies() {
+  double mass = 0;
+  for (std::size_t j = linked_joints_.size(); --j > 0;) {
+    mass += linked_joints_[j].mass;
+    for (int r = 0; r < 3; ++r) linked_joints_[j - 1].moment[r] += mass * links_[j].p[r];
+  }
+}
+
+/// No weight turns the first joints where they are upright: the others are the whole chain.
+void SpringBlock::skip_upright_joints() {
+  for (; upright_ < springs_.joint_count; ++upright_) {
+    const kernels::SpringLink& link = links_[static_cast<std::size_t>(upright_)];
+    const double* down = linked_.down;
+    const double across = link.cosine * down[1] + link.sine * down[2];
+    if (std::abs(down[0]) > kUpright || std::abs(across) > kUpright) break;
+    const double along = link.cosine * down[2] - link.sine * down[1];
+    linked_.down[0] = linked_.down[1] = 0;
+    linked_.down[2] = along;
+  }
+  linked_.joint_count = springs_.joint_count - upright_;
+  linked_.links = links_.data() + upright_;
 }
 
 bool SpringBlock::settle(const Samples& samples, Eigen::Index begin, int rows, int stride,
@@ -99,14 +127,16 @@ bool SpringBlock::settle(const Samples& samples, Eigen::Index begin, int rows, i
       (*joints)[k / 2].sine_cosine = slides ? nullptr : place[k].data() + 2 * stride;
     }
   }
+  bool loaded = false;
   double* payload = payload_.resize(stride);
   for (int i = 0; i < stride; ++i) {
     payload[i] = samples.payload.size() > 0 && i < rows ? samples.payload[begin + i] : 0;
     if (payload[i] > 0) payload[i] += payload_mass_;
+    loaded |= payload[i] != 0;
   }
   kernels::Springs& springs = linked ? linked_ : springs_;
-  springs.joints = linked ? linked_joints_.data() : joints_.data();
-  springs.payload = payload;
+  springs.joints = linked ? linked_joints_.data() + upright_ : joints_.data();
+  springs.payload = loaded ? payload : nullptr;
   return kernels::settle_springs(springs, stride);
 }
 

@@ -25,10 +25,13 @@ class SpringBlock {
 
  private:
   void set_links(const Chain& chain);
+  void hang_bodies();
+  void skip_upright_joints();
 
   kernels::Springs springs_, linked_;                         // for any rows; where links are the same in all
   std::vector<kernels::SpringJoint> joints_, linked_joints_;  // of both
   std::vector<kernels::SpringLink> links_;
+  int upright_ = 0;      // joints ahead of those of linked_
   double payload_mass_;  // beyond that of the rows that carry one [kg]
   AlignedNumbers payload_;
 };

@@ -6,6 +6,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <iterator>
 #include <numeric>
 #include <vector>
 
@@ -22,6 +24,27 @@ TEST(CopyPastCaches, CopiesAnyCountToAnyPlace) {
       for (int k = 0; k < 1100; ++k) {
         const bool inside = k >= offset && k < offset + count;
         ASSERT_EQ(to[k], inside ? from[k - offset + 1] : -1.0) << offset << ", " << count << ": " << k;
+      }
+    }
+  }
+}
+
+TEST(LineStream, WritesPartsAsOneArray) {
+  for (const int offset : {0, 1, 2, 5, 8}) {
+    for (const int part : {1, 3, 8, 21, 99}) {
+      alignas(64) double buffer[99 + kernels::kLine];
+      alignas(64) double to[1100];
+      std::fill(std::begin(to), std::end(to), -1.0);
+      kernels::LineStream stream(buffer, to + offset);
+      const int parts = 1000 / part;
+      for (int k = 0; k < parts; ++k) {
+        std::iota(stream.room(), stream.room() + part, k * part + 1.0);
+        stream.write(part);
+      }
+      stream.finish();
+      for (int k = 0; k < 1100; ++k) {
+        const bool inside = k >= offset && k < offset + parts * part;
+        ASSERT_EQ(to[k], inside ? k - offset + 1.0 : -1.0) << offset << ", " << part << ": " << k;
       }
     }
   }
