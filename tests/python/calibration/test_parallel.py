@@ -36,23 +36,30 @@ def test_results_come_in_the_order_of_the_items(threads: int) -> None:
 
 
 def test_one_thread_does_all_where_there_are_no_workers() -> None:
-    own = threading.get_ident()
+    own, both = threading.get_ident(), threading.Barrier(2, timeout=5.0)
+
+    def together(_: int) -> int:
+        both.wait()
+        return threading.get_ident()
+
     assert each(lambda _: threading.get_ident(), range(3)) == [own] * 3
     with workers(2):
-        assert own not in each(lambda _: threading.get_ident(), range(3))
+        pair = each(together, range(2))
+    assert own in pair
+    assert len(set(pair)) == 2
     assert each(lambda _: threading.get_ident(), range(3)) == [own] * 3
 
 
 def test_a_single_item_is_worked_out_by_the_caller_who_shares_its_pieces_out() -> None:
-    own = threading.get_ident()
+    both = threading.Barrier(2, timeout=5.0)
 
-    def within(_: int) -> list[int]:
-        return [threading.get_ident(), *each(lambda _: threading.get_ident(), range(3))]
+    def together(_: int) -> int:
+        both.wait()
+        return threading.get_ident()
 
     with workers(2):
-        ((caller, *others),) = each(within, iter([0]))
-    assert caller == own
-    assert own not in others
+        (pair,) = each(lambda _: each(together, range(2)), iter([0]))
+    assert len(set(pair)) == 2
 
 
 def test_a_piece_of_work_shares_nothing_out() -> None:
