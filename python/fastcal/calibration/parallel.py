@@ -69,7 +69,7 @@ def each(work: Callable[[Item], Result], items: Iterable[Item]) -> list[Result]:
         for k in left:
             try:
                 results[k] = work(items[k])
-            except Exception as error:  # noqa: BLE001: the caller raises it
+            except Exception as error:  # noqa: BLE001 - the caller raises it
                 errors[k] = error
 
     others = [pool.submit(some) for _ in range(min(helpers, len(items) - 1))]
