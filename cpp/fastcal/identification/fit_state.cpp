@@ -264,7 +264,7 @@ Stepped FitState::step(LossKind with, const std::vector<int>& of, const Eigen::V
 }
 
 bool FitState::step_with_factor(bool noise_is_a_factor) {
-  constexpr double kSameFactor = 1e-3;    // standard deviations: beside the arm, nothing
+  constexpr double kSameFactor = 4e-3;    // standard deviations: beside the arm, nothing
   constexpr double kAtTheMinimum = 1e-7;  // standard deviations
   const CommonNoise& noise = noise_is_a_factor ? root_tau_ : tau;
   Eigen::VectorXd g;

@@ -18,8 +18,14 @@
 namespace fastcal {
 namespace {
 
-constexpr Eigen::Index kThinFrom = 10'000;    // rows: so many and more are identified on some of them first,
-constexpr Eigen::Index kThinnedRows = 4'096;  // from where all begin within a few standard deviations
+constexpr Eigen::Index kThinFrom = 10'000;  // rows: so many and more are identified on some of them first
+
+/// Rows of so many from where all begin near enough for one step. What it leaves falls with the square of the distance,
+/// and so with these rows; the standard deviations that it has to stay below fall with the root of all.
+Eigen::Index thinned_rows(Eigen::Index count) {
+  return std::max<Eigen::Index>(4'096, std::lround(8 * std::sqrt(static_cast<double>(count))));
+}
+
 constexpr double kNoiseFell = 0.5;  // relative: another noise than the one by which the free parameters were chosen
 
 /// The procedure: start, gauge, robust fit in turn with the loads, report.
@@ -121,7 +127,8 @@ class Identifier {
   /// Did the thinned rows show what all rows do?
   bool well_begun() {
     const double noise_ratio = fit_.tau[0] / std::max(thinned_tau_[0], 1e-300);
-    const double share = static_cast<double>(kThinnedRows) / static_cast<double>(fit_.problem.row_count());
+    const Eigen::Index count = fit_.problem.row_count();
+    const double share = static_cast<double>(thinned_rows(count)) / static_cast<double>(count);
     const Eigen::MatrixXd whole = fit_.free_factor() * noise_ratio;
     return represents(triangle(thinned_factor_(Eigen::all, fit_.gauge.free)), whole, share);
   }
@@ -230,7 +237,7 @@ Identification identify(const Problem& problem, const std::vector<int>& asked, c
       << " starting values";
   Identifier whole(problem, asked, unknowns, options);
   if (problem.row_count() < kThinFrom || options.solver.method != Method::kLeastSquares) return whole.run();
-  const ThinnedProblem some(problem, kThinnedRows);
+  const ThinnedProblem some(problem, thinned_rows(problem.row_count()));
   Identifier thinned(some.problem(), asked, unknowns, options);
   thinned.solve(false);
   whole.begin_at(thinned);
