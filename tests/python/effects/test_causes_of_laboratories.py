@@ -125,6 +125,15 @@ def test_the_filter_is_that_of_its_differential_equation() -> None:
     np.testing.assert_allclose(lagged(temperature[order], time[order], 400.0), expected, atol=2e-4)
 
 
+@pytest.mark.parametrize("lag", [0.3, 40.0, 1e5])
+def test_a_steady_rise_is_followed_to_the_last_digits(lag: float) -> None:
+    """T = t / 50 from 0: T_f = (t + lag (exp(-t / lag) - 1)) / 50, however near in time the readings lie."""
+    time = np.sort(np.random.default_rng(4).uniform(0, 1e3, 2000))
+    time[0] = 0.0
+    expected = (time + lag * np.expm1(-time / lag)) / 50
+    np.testing.assert_allclose(lagged(time / 50, time, lag), expected, rtol=0, atol=2e-13)
+
+
 def test_a_lag_that_is_given_is_applied(arm: Robot, poses: Dataset, with_effects: Any) -> None:
     late = {"effect": "thermal_offset", "owner": "joint3", "t0_c": 25.0, "lag_s": 1800.0}
     model = with_effects(arm, late | {"parameters": {"rad_k": 1e-5}})
