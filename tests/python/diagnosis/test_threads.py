@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: MIT
 """No bit of a diagnosis depends on the number of threads."""
 
-from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import cache
@@ -45,13 +44,13 @@ def test_curves_are_among_what_is_compared() -> None:
 @pytest.mark.parametrize("threads", [2, 3, 8])
 def test_a_diagnosis_is_the_same_bit_for_bit(threads: int, monkeypatch: pytest.MonkeyPatch) -> None:
     shared = []
-    share_out = ThreadPoolExecutor.map
+    share_out = ThreadPoolExecutor.submit
 
-    def counted(pool: ThreadPoolExecutor, work: Any, *items: Iterable[Any], **more: Any) -> Any:
+    def counted(pool: ThreadPoolExecutor, work: Any, /, *items: Any, **more: Any) -> Any:
         shared.append(pool)
         return share_out(pool, work, *items, **more)
 
-    monkeypatch.setattr(ThreadPoolExecutor, "map", counted)
+    monkeypatch.setattr(ThreadPoolExecutor, "submit", counted)
     again = found(threads)
     assert len(shared) > 100
     assert again.to_json_dict() == alone().to_json_dict()
