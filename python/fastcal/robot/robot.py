@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Callable
 from functools import cached_property
 from os import PathLike
 from typing import Any, NamedTuple
@@ -94,9 +95,12 @@ class Robot(Shown):
             self.at_equilibrium
         )
 
-    def __reduce__(self) -> tuple[type[Robot], tuple[Spec]]:
-        """A robot is what its file says: so it goes to other processes."""
-        return Robot, (self.spec,)
+    def __reduce__(self) -> tuple[Callable[[Spec], Robot], tuple[Spec]]:
+        """A robot is what its file says: so it goes to other processes, where the spec is its own."""
+        return Robot.keeping, (self.spec,)
+
+    def __copy__(self) -> Robot:
+        return Robot(self.spec)
 
     @cached_property
     def sha256(self) -> str:

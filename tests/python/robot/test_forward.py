@@ -5,6 +5,7 @@
 The C++ tests compare random chains of each kind with KDL; here the road from the file's own numbers is tested.
 """
 
+import copy
 import gc
 import pickle
 import sys
@@ -151,6 +152,10 @@ def test_a_robot_goes_to_another_process_as_its_file() -> None:
     q = np.random.default_rng(0).uniform(-1, 1, (5, 6))
     again = pickle.loads(pickle.dumps(robot))  # noqa: S301 - what was written a moment ago
     np.testing.assert_array_equal(again.forward(q), robot.forward(q))
+    for other in (again, copy.copy(robot), copy.deepcopy(robot)):
+        assert other.spec == robot.spec
+        other.spec["joints"][0]["d_mm"] = 1.0  # its own
+        assert robot.spec["joints"][0]["d_mm"] != 1.0
 
 
 def test_results_larger_than_the_caches_are_those_of_parts() -> None:
