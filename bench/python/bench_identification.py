@@ -113,17 +113,17 @@ def by_numpy(arm: Arm, q: FloatArray, p: FloatArray) -> FloatArray:
     return x
 
 
-def by_fastcal(arm: Arm, q: FloatArray, p: FloatArray) -> FloatArray:
+def problem(arm: Arm, q: FloatArray, p: FloatArray) -> tuple[_core.ErrorModel, _core.Samples, _core.Measurements]:
+    """The arm with its tool, postures (N, 6) [rad] and points (N, 3) [m] as the core takes them."""
     T_tool = np.eye(4)
     T_tool[:3, 3] = arm.tool
     model = arm.robot.error_model.with_robot(arm.robot.core.with_base_and_tool(np.eye(4), T_tool))
-    found = _core.identify(
-        model,
-        _core.Samples(q),
-        _core.Measurements(model.robot, len(q), {"position": p}),
-        asked=arm.core_indices(),
-        loss="none",
-    )
+    return model, _core.Samples(q), _core.Measurements(model.robot, len(q), {"position": p})
+
+
+def by_fastcal(arm: Arm, q: FloatArray, p: FloatArray) -> FloatArray:
+    model, samples, measured = problem(arm, q, p)
+    found = _core.identify(model, samples, measured, asked=arm.core_indices(), loss="none")
     if found.status != "converged" or len(found.free) != 33:
         raise RuntimeError(f"{found.status}, {len(found.free)} of 33 identified")
     return (np.asarray(found.theta) - np.asarray(model.start))[arm.core_indices()]

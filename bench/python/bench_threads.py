@@ -21,7 +21,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from bench_identification import Arm, make_data
+from bench_identification import Arm, make_data, problem
 from diagnosis_arms import setting
 from diagnosis_sets import drawable, measured, scaled
 
@@ -33,15 +33,10 @@ ROWS, POSES = 20_000, 100_000
 def identification(loss: str) -> Callable[[int], bytes]:
     """Identifies with so many threads and gives the parameters."""
     arm = Arm()
-    q, p = make_data(arm, POSES)
-    T_tool = np.eye(4)
-    T_tool[:3, 3] = arm.tool
-    model = arm.robot.error_model.with_robot(arm.robot.core.with_base_and_tool(np.eye(4), T_tool))
-    samples = _core.Samples(q)
-    positions = _core.Measurements(model.robot, len(q), {"position": p})
+    given = problem(arm, *make_data(arm, POSES))
 
     def run(threads: int) -> bytes:
-        found = _core.identify(model, samples, positions, asked=arm.core_indices(), loss=loss, threads=threads)
+        found = _core.identify(*given, asked=arm.core_indices(), loss=loss, threads=threads)
         return np.asarray(found.theta).tobytes()
 
     return run

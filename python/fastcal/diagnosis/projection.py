@@ -32,8 +32,7 @@ def score_tests(Q: FloatArray, C: FloatArray, r: FloatArray, sizes: Sequence[int
 
     Q (m, rank) is the `basis` of A.
     """
-    has_many_rows = 0 < _MANY * C.shape[1] < len(r)
-    normal = gram(C) if has_many_rows else None
+    normal = gram(C) if 0 < _MANY * C.shape[1] < len(r) else None
     length = column_lengths(C) if normal is None else np.sqrt(np.diag(normal))
     scale = np.where(length > 0, length, 1.0)
     held = inner(Q, C) / scale
@@ -84,16 +83,9 @@ def basis(A: FloatArray, normal: FloatArray | None = None) -> FloatArray:
     normal = gram(A) if normal is None else normal
     length = np.sqrt(np.diag(normal))
     length = np.where(length > 0, length, 1.0)
-    normal = normal / np.outer(length, length)
-    L = root(normal)
+    L = root(normal / np.outer(length, length))
     if L is not None:
         return over(A, length[:, np.newaxis] * L)
-    first, failed = lapack.dpotrf(normal, lower=1)
-    if not failed:  # Cholesky QR, twice: as `root_again`
-        Q = over(A, length[:, np.newaxis] * first)
-        second = root(gram(Q))
-        if second is not None:
-            return over(Q, second)
     A = A / length
     Q, R = linalg.qr(A, mode="economic", check_finite=False)
     diagonal = np.abs(np.diag(R))

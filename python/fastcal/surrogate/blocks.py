@@ -124,7 +124,7 @@ def _candidate_blocks(problem: ResidualProblem, candidate: Candidate) -> Iterato
 def _columns(problem: ResidualProblem, candidate: Candidate, phi: FloatArray, scale: FloatArray) -> FloatArray:
     """(m, features x directions) what a unit of each feature, phi (N, features), does; 0 in the rows of priors."""
     motion = problem.place[candidate.owner] * scale
-    by_row = np.take(phi, problem.row, axis=0)  # not phi[problem.row], which keeps other threads waiting
+    by_row = np.take(phi, problem.row, axis=0)
     return (by_row[:, :, np.newaxis] * motion[:, np.newaxis, :]).reshape(len(motion), -1)
 
 

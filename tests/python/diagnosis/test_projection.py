@@ -35,6 +35,18 @@ def test_the_tests_are_those_of_the_rows(rows: int) -> None:
     np.testing.assert_allclose(found.correlation([0, 1], [1, 3]), expected.correlation([0, 1], [1, 3]), rtol=1e-7)
 
 
+def test_a_basis_holds_no_direction_that_rounding_makes() -> None:
+    """Products of dependent columns are definite or not by chance."""
+    for seed in range(60):
+        random = np.random.default_rng(seed)
+        A = random.normal(size=(400, 6))
+        A[:, 5] = A[:, :5] @ random.normal(size=5)
+        Q = basis(A)
+        assert Q.shape == (400, 5), seed
+        np.testing.assert_allclose(Q.T @ Q, np.eye(5), atol=1e-12)
+        np.testing.assert_allclose(Q @ (Q.T @ A), A, atol=1e-11)
+
+
 def test_products_of_the_columns_alone_give_the_same_tests() -> None:
     random = np.random.default_rng(7)
     A, C, r = random.normal(size=(400, 6)), random.normal(size=(400, 12)), random.normal(size=400)
