@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import pickle
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
@@ -45,6 +46,7 @@ def workers(jobs: int, cluster: str | None) -> Iterator[SideBySide]:
 def _dask(address: str) -> Iterator[SideBySide]:
     try:
         from distributed import Client
+        from distributed.protocol.pickle import dumps
     except ImportError:
         raise InvalidInput("a cluster needs Dask: pip install 'fastcal[cluster]' brings it") from None
     try:
@@ -53,8 +55,16 @@ def _dask(address: str) -> Iterator[SideBySide]:
         raise InvalidInput(f"{address}: there is no Dask scheduler that answers: {error}") from None
 
     def on_cluster(work: Any, parts: Sequence[Any]) -> Iterator[Any]:
-        futures = client.map(work, parts, pure=False)
-        return (future.result() for future in futures)
+        # One after the other: the first are at work while the rest are packed.
+        packed = (dumps((work, part)) for part in parts)  # type: ignore[no-untyped-call]
+        futures = [client.submit(_worked_out, each, pure=False) for each in packed]
+        return (pickle.loads(future.result()) for future in futures)  # noqa: S301 - written by our own workers
 
     with client:
         yield on_cluster
+
+
+def _worked_out(packed: bytes) -> bytes:
+    """What a piece of work returns: both travel as one block, where Dask would send each array by itself."""
+    work, part = pickle.loads(packed)  # noqa: S301 - written by `on_cluster`
+    return pickle.dumps(work(part), pickle.HIGHEST_PROTOCOL)

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import pickle
 from collections.abc import Callable
 from functools import cached_property
 from os import PathLike
@@ -75,29 +76,58 @@ class Robot(Shown):
         robot._keep(spec, core)
         return robot
 
+    _packed: bytes = b""
+
     def _keep(self, spec: Spec, core: _core.RobotModel | None = None) -> None:
-        self.spec: Spec = spec
+        self.spec = spec
         for key, choices in CHOICES.items():
             if self.spec.get(key) not in (None, *choices):
                 raise InvalidInput(f"{key} must be one of {', '.join(choices)}, got {self.spec[key]!r}")
-        self.core: _core.RobotModel = build_core(self.spec) if core is None else core
+        if core is not None:
+            self.core = core
         if self.correction is not None and self.correction.joint_count != self.joint_count:
             raise InvalidInput(
                 f"the correction was trained for {self.correction.joint_count} joints, and {self.name} has "
                 f"{self.joint_count}"
             )
-        effects = self.spec.get("effects") or []
-        self.effects = build_effects(effects, self.core)
-        values = [
-            v for entry, effect in zip(effects, self.effects, strict=True) for v in parameter_values(entry, effect)
-        ]
-        self.error_model = _core.ErrorModel(self.core, self.effects, np.asarray(values, dtype=float)).with_equilibrium(
-            self.at_equilibrium
-        )
+        _ = self.error_model  # says what is wrong with the spec
 
-    def __reduce__(self) -> tuple[Callable[[Spec], Robot], tuple[Spec]]:
+    @cached_property
+    def spec(self) -> Spec:
+        """What its file says, in edge units."""
+        spec: Spec = pickle.loads(self._packed)  # noqa: S301 - a part of a pickle itself
+        return spec
+
+    @cached_property
+    def core(self) -> _core.RobotModel:
+        """The C++ model of the spec without its effects."""
+        return build_core(self.spec)
+
+    @cached_property
+    def effects(self) -> list[_core.Effect]:
+        """The C++ models of the effects, in the order of the spec."""
+        return build_effects(self.spec.get("effects") or [], self.core)
+
+    @cached_property
+    def error_model(self) -> _core.ErrorModel:
+        """The C++ model with effects and the values of their parameters."""
+        entries = self.spec.get("effects") or []
+        values = [
+            v for entry, effect in zip(entries, self.effects, strict=True) for v in parameter_values(entry, effect)
+        ]
+        model = _core.ErrorModel(self.core, self.effects, np.asarray(values, dtype=float))
+        return model.with_equilibrium(self.at_equilibrium)
+
+    def __reduce__(self) -> tuple[Callable[[bytes], Robot], tuple[bytes]]:
         """A robot is what its file says: so it goes to other processes, where the spec is its own."""
-        return Robot.keeping, (self.spec,)
+        return Robot._of_packed, (pickle.dumps(self.spec, pickle.HIGHEST_PROTOCOL),)
+
+    @classmethod
+    def _of_packed(cls, packed: bytes) -> Robot:
+        """The robot that was pickled; it is unpacked and built when it is asked for: most of a fleet never are."""
+        robot = cls.__new__(cls)
+        robot._packed = packed
+        return robot
 
     def __copy__(self) -> Robot:
         return Robot(self.spec)
