@@ -22,6 +22,20 @@ struct NullSpace {
   Eigen::MatrixXd basis;  // (p, lost), orthonormal
 };
 
+/// A bound from below, for the first `rank` columns of the pivoted R; nothing where the others do something, or some
+/// direction of these so little that it might count as nothing.
+std::optional<double> least_singular_value(const Eigen::MatrixXd& R, Eigen::Index rank, const GaugeOptions& options) {
+  constexpr double kClearly = 100;
+  const Eigen::Index lost = R.cols() - rank;
+  if (rank == 0 || (options.off && lost > 0) || !R.allFinite()) return {};
+  const double least = R.colwise().norm().maxCoeff();  // that the largest singular value can be
+  const double most = R.norm();
+  const double smallest = 1 / inverse_of_lower(R.topLeftCorner(rank, rank).transpose()).norm();
+  if (!(smallest >= kClearly * options.relative_tolerance * most)) return {};
+  if (!(kClearly * R.bottomRightCorner(lost, lost).norm() <= options.relative_tolerance * least)) return {};
+  return smallest;
+}
+
 /// M with rows of zeros beneath it, as many as the kernels ask for.
 Eigen::MatrixXd padded(const Eigen::MatrixXd& M) {
   const Eigen::Index height = (M.rows() + kernels::kGroup - 1) / kernels::kGroup * kernels::kGroup;
@@ -52,8 +66,28 @@ std::vector<int> pivots(const Eigen::MatrixXd& A) {
   return order;
 }
 
+/// The directions that [R1 R2] (rank, p), whose singular values are all clearly there, shows less than the practical
+/// limit asks, and after them all those that it does nothing to; orthonormal.
+///
+/// [R1 R2] = T Z^T, so that T^-1 T^-T has the inverse squares of its singular values: the weak ones are the largest
+/// there, and the most exact.
+Eigen::MatrixXd not_shown(const Eigen::MatrixXd& R12, const GaugeOptions& options) {
+  const Eigen::Index rank = R12.rows();
+  const Eigen::Index p = R12.cols();
+  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(R12.transpose());
+  const Eigen::MatrixXd Z = qr.householderQ() * Eigen::MatrixXd::Identity(p, p);
+  const Eigen::MatrixXd T = qr.matrixQR().topRows(rank).triangularView<Eigen::Upper>().transpose();
+  const Eigen::MatrixXd back = inverse_of_lower(T);
+  if (back.norm() <= options.practical_limit) return Z.rightCols(p - rank);
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> inverse(back * back.transpose());
+  const auto weak = (inverse.eigenvalues().array() > options.practical_limit * options.practical_limit).count();
+  Eigen::MatrixXd out(p, p - rank + weak);
+  out << Z.leftCols(rank) * inverse.eigenvectors().rightCols(weak), Z.rightCols(p - rank);
+  return out;
+}
+
 /// QR with column pivoting, M P = Q [R1 R2; 0 R3], at a tenth of the price of an SVD: the pivots are those of
-/// Cholesky's factorization of M^T M, which loses sight of small ones; where this matters, parts_clearly() does not
+/// Cholesky's factorization of M^T M, which loses sight of small ones; where this matters, ranks_clearly() does not
 /// hold. Nothing where it leaves any doubt of what the singular values would say.
 std::optional<NullSpace> clear_null_space(const Eigen::MatrixXd& M, const GaugeOptions& options) {
   if (!M.allFinite()) return {};
@@ -68,15 +102,15 @@ std::optional<NullSpace> clear_null_space(const Eigen::MatrixXd& M, const GaugeO
   Eigen::MatrixXd R = Eigen::MatrixXd::Zero(p, p);
   kernels::update_triangle(rows.data(), height, height, p, R.data());
   const Eigen::Index rank = (R.diagonal().cwiseAbs().array() > options.relative_tolerance * R.norm()).count();
-  if (!parts_clearly(R, rank, options)) return {};
-  if (rank == p) return NullSpace{static_cast<int>(rank), Eigen::MatrixXd(p, 0)};
-  Eigen::MatrixXd pivoted(p, p - rank);
-  pivoted << -R.topLeftCorner(rank, rank).triangularView<Eigen::Upper>().solve(R.topRightCorner(rank, p - rank)),
-      Eigen::MatrixXd::Identity(p - rank, p - rank);
-  Eigen::MatrixXd null(p, p - rank);
+  const std::optional<double> smallest = least_singular_value(R, rank, options);
+  if (!smallest) return {};
+  if (rank == p && (options.off || *smallest * options.practical_limit >= 1)) {
+    return NullSpace{p, Eigen::MatrixXd(p, 0)};
+  }
+  const Eigen::MatrixXd pivoted = not_shown(R.topRows(rank).triangularView<Eigen::Upper>(), options);
+  Eigen::MatrixXd null(p, pivoted.cols());
   null(order, Eigen::all) = pivoted;
-  const Eigen::HouseholderQR<Eigen::MatrixXd> orthonormal(null);
-  return NullSpace{static_cast<int>(rank), orthonormal.householderQ() * Eigen::MatrixXd::Identity(p, p - rank)};
+  return NullSpace{static_cast<int>(rank), null};
 }
 
 NullSpace null_space(const Eigen::MatrixXd& R, const GaugeOptions& options) {
@@ -102,14 +136,8 @@ NullSpace null_space(const Eigen::MatrixXd& R, const GaugeOptions& options) {
 }  // namespace
 
 bool parts_clearly(const Eigen::MatrixXd& R, Eigen::Index rank, const GaugeOptions& options) {
-  constexpr double kClearly = 100;
-  const Eigen::Index lost = R.cols() - rank;
-  if (rank == 0 || (options.off && lost > 0) || !R.allFinite()) return false;
-  const double least = R.colwise().norm().maxCoeff();  // that the largest singular value can be
-  const double most = R.norm();
-  const double smallest = 1 / inverse_of_lower(R.topLeftCorner(rank, rank).transpose()).norm();
-  return smallest >= kClearly * options.relative_tolerance * most && smallest * options.practical_limit >= 1 &&
-         kClearly * R.bottomRightCorner(lost, lost).norm() <= options.relative_tolerance * least;
+  const std::optional<double> smallest = least_singular_value(R, rank, options);
+  return smallest && *smallest * options.practical_limit >= 1;
 }
 
 Gauge choose_gauge(const Eigen::MatrixXd& R, const Eigen::VectorXd& hold, const GaugeOptions& options) {
