@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from fastcal import _core
+from fastcal.calibration.parallel import each
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.held_out import folds, gain
 from fastcal.diagnosis.library import Hypothesis
@@ -275,13 +276,14 @@ def _stability(search: Search, base: SearchNode, name: Hypothesis) -> float:
     C = blocks.columns_of(likely)
     A, r, row = base.fit.whitened
     fold = np.where(row >= 0, folds(search.problem)[row], -1)
-    first = 0
-    for k in range(rules.FOLDS):
-        kept = fold != k
+
+    def comes_first(without: int) -> bool:
+        kept = fold != without
         tests = score_tests(basis(A[kept]), C[kept], r[kept], [blocks.sizes[i] for i in likely])
         worth = blocks.worth(np.asarray(tests.scores.statistic), np.asarray(tests.scores.rank), np.array(likely))
-        first += _is_of_one_kind(blocks.names[likely[int(np.argmax(worth))]], name)
-    return first / rules.FOLDS
+        return _is_of_one_kind(blocks.names[likely[int(np.argmax(worth))]], name)
+
+    return sum(each(comes_first, range(rules.FOLDS))) / rules.FOLDS
 
 
 def _is_of_one_kind(best: Hypothesis, name: Hypothesis) -> bool:
