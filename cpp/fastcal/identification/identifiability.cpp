@@ -66,19 +66,28 @@ std::vector<int> pivots(const Eigen::MatrixXd& A) {
   return order;
 }
 
+/// An orthonormal basis (p, p - rank) of what [R1 R2], R1 (rank, rank) upper triangular, does nothing to.
+Eigen::MatrixXd nulled(const Eigen::MatrixXd& R12) {
+  const Eigen::Index rank = R12.rows();
+  const Eigen::Index lost = R12.cols() - rank;
+  Eigen::MatrixXd null(R12.cols(), lost);
+  null << -R12.leftCols(rank).triangularView<Eigen::Upper>().solve(R12.rightCols(lost)),
+      Eigen::MatrixXd::Identity(lost, lost);
+  const Eigen::HouseholderQR<Eigen::MatrixXd> orthonormal(null);
+  return orthonormal.householderQ() * Eigen::MatrixXd::Identity(null.rows(), lost);
+}
+
 /// The directions that [R1 R2] (rank, p), whose singular values are all clearly there, shows less than the practical
 /// limit asks, and after them all those that it does nothing to; orthonormal.
 ///
 /// [R1 R2] = T Z^T, so that T^-1 T^-T has the inverse squares of its singular values: the weak ones are the largest
 /// there, and the most exact.
-Eigen::MatrixXd not_shown(const Eigen::MatrixXd& R12, const GaugeOptions& options) {
+Eigen::MatrixXd hardly_shown(const Eigen::MatrixXd& R12, const GaugeOptions& options) {
   const Eigen::Index rank = R12.rows();
   const Eigen::Index p = R12.cols();
   const Eigen::HouseholderQR<Eigen::MatrixXd> qr(R12.transpose());
   const Eigen::MatrixXd Z = qr.householderQ() * Eigen::MatrixXd::Identity(p, p);
-  const Eigen::MatrixXd T = qr.matrixQR().topRows(rank).triangularView<Eigen::Upper>().transpose();
-  const Eigen::MatrixXd back = inverse_of_lower(T);
-  if (back.norm() <= options.practical_limit) return Z.rightCols(p - rank);
+  const Eigen::MatrixXd back = inverse_of_lower(qr.matrixQR().topRows(rank).triangularView<Eigen::Upper>().transpose());
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> inverse(back * back.transpose());
   const auto weak = (inverse.eigenvalues().array() > options.practical_limit * options.practical_limit).count();
   Eigen::MatrixXd out(p, p - rank + weak);
@@ -104,10 +113,10 @@ std::optional<NullSpace> clear_null_space(const Eigen::MatrixXd& M, const GaugeO
   const Eigen::Index rank = (R.diagonal().cwiseAbs().array() > options.relative_tolerance * R.norm()).count();
   const std::optional<double> smallest = least_singular_value(R, rank, options);
   if (!smallest) return {};
-  if (rank == p && (options.off || *smallest * options.practical_limit >= 1)) {
-    return NullSpace{p, Eigen::MatrixXd(p, 0)};
-  }
-  const Eigen::MatrixXd pivoted = not_shown(R.topRows(rank).triangularView<Eigen::Upper>(), options);
+  const bool all_clear = options.off || *smallest * options.practical_limit >= 1;
+  if (all_clear && rank == p) return NullSpace{p, Eigen::MatrixXd(p, 0)};
+  const Eigen::MatrixXd R12 = R.topRows(rank).triangularView<Eigen::Upper>();
+  const Eigen::MatrixXd pivoted = all_clear ? nulled(R12) : hardly_shown(R12, options);
   Eigen::MatrixXd null(p, pivoted.cols());
   null(order, Eigen::all) = pivoted;
   return NullSpace{static_cast<int>(rank), null};
