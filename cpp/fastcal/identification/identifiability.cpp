@@ -96,8 +96,8 @@ Eigen::MatrixXd hardly_shown(const Eigen::MatrixXd& R12, const GaugeOptions& opt
 }
 
 /// QR with column pivoting, M P = Q [R1 R2; 0 R3], at a tenth of the price of an SVD: the pivots are those of
-/// Cholesky's factorization of M^T M, which loses sight of small ones; where this matters, ranks_clearly() does not
-/// hold. Nothing where it leaves any doubt of what the singular values would say.
+/// Cholesky's factorization of M^T M, which loses sight of small ones; where this matters, least_singular_value() says
+/// nothing. Nothing where it leaves any doubt of what the singular values would say.
 std::optional<NullSpace> clear_null_space(const Eigen::MatrixXd& M, const GaugeOptions& options) {
   if (!M.allFinite()) return {};
   const auto p = static_cast<int>(M.cols());

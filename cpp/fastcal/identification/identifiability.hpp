@@ -33,10 +33,10 @@ struct Gauge {
 /// the others? With R = [R1 R2; 0 R3], sigma_rank >= 1 / |R1^-1| and sigma_rank+1 <= |R3| (Frobenius norms).
 bool parts_clearly(const Eigen::MatrixXd& R, Eigen::Index rank, const GaugeOptions& options);
 
-/// Chooses the gauge: singular directions by SVD of R (by QR where that tells the same), then the parameters to hold by
-/// QR with column pivoting of the null basis, weighted by `hold` (large: hold this rather than others), which keeps
-/// what is left as well conditioned as the data allow (G. Golub, C. Van Loan, "Matrix Computations", 4th ed., 5.5.7:
-/// subset selection).
+/// Chooses the gauge: singular directions by SVD of R (by QR, and the weak ones by the inverse of its triangle, where
+/// that tells the same), then the parameters to hold by QR with column pivoting of the null basis, weighted by `hold`
+/// (large: hold this rather than others), which keeps what is left as well conditioned as the data allow (G. Golub,
+/// C. Van Loan, "Matrix Computations", 4th ed., 5.5.7: subset selection).
 Gauge choose_gauge(const Eigen::MatrixXd& R, const Eigen::VectorXd& hold, const GaugeOptions& options = {});
 
 /// Priority of holding a parameter: base, tool and set-ups last (no arm is measured without them), beta first (it
