@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 
 KINDS = ("line", "arc")
+_ROUNDING = 1e-9  # of a step: ten of them that were written and read again are ten still
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -131,7 +132,7 @@ def _counts(poses: FloatArray, kind: str, step: float) -> NDArray[np.int64]:
     """(K - 1,) poses to look at from each target to the next; the two halves of an arc share theirs by their chords."""
     chords = np.linalg.norm(np.diff(poses[:, :3, 3], axis=0), axis=1)
     lengths = chords * (math.pi / 2 if kind == "arc" else 1.0)  # the half circle is the longest between two chords
-    return np.asarray(np.maximum(np.ceil(lengths / step), 2), dtype=np.int64)
+    return np.asarray(np.maximum(np.ceil(lengths / step - _ROUNDING), 2), dtype=np.int64)
 
 
 def _drive(corners: FloatArray, kind: str, counts: NDArray[np.int64]) -> FloatArray:

@@ -79,6 +79,16 @@ def test_closer_points_leave_less(arms) -> None:
     assert left[1] / left[2] == pytest.approx(4, rel=0.35)
 
 
+def test_rounding_adds_no_pose(arms) -> None:
+    """0.05 m are ten steps of 0.005 m, wherever they lie."""
+    nominal, real = arms("staubli_rx160l")
+    T = np.repeat(nominal.forward(Q), 3, axis=0)
+    for shift in (0.0, 0.001, 0.002, 0.003, 0.004):
+        moved = T.copy()
+        moved[:, 0, 3] += np.array([0.0, 0.05, 0.1]) + shift
+        np.testing.assert_array_equal(path_accuracy(real, moved, Q, nominal=nominal).points, [0, 10, 20])
+
+
 def test_another_arm_may_drive(arms) -> None:
     """Driven by the nominal arm itself, the uncompensated path has no error, and the compensated one has."""
     nominal, real = arms("staubli_rx160l")
