@@ -23,12 +23,14 @@ import time
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 
 import fastcal
 from fastcal.fleet import Arm, Fleet
 
-ROWS, SIGMA = 100, 5e-5  # [m]
+ROWS = 100
+SIGMA = 5e-5  # [m] of a measured coordinate
 
 
 def arms(count: int) -> list[Arm]:
@@ -60,19 +62,12 @@ def cluster(workers: int) -> Iterator[str]:
             called = [sys.executable, "-m", f"distributed.cli.{command[0]}", *command[1:]]
             running.append(subprocess.Popen(called, env=environment, stderr=subprocess.DEVNULL))
         with Client(address, timeout="30s", set_as_default=False) as client:  # type: ignore[no-untyped-call]
-            client.wait_for_workers(workers, timeout=30)  # type: ignore[no-untyped-call]
+            client.wait_for_workers(workers, timeout=30)
         yield address
     finally:
         for process in reversed(running):
             process.terminate()
             process.wait()
-
-
-def seconds(clock: Callable[[], float], run: Callable[[], Fleet]) -> tuple[float, Fleet]:
-    """What a clock says of a run, and what it found."""
-    start = clock()
-    found = run()
-    return clock() - start, found
 
 
 def main() -> None:
@@ -88,16 +83,17 @@ def main() -> None:
     answers = set()
 
     def note(way: str, clock: Callable[[], float], run: Callable[[], Fleet]) -> None:
-        time_taken, found = seconds(clock, run)
-        taken[way].append(time_taken)
+        start = clock()
+        found = run()
+        taken[way].append(clock() - start)
         answers.add(repr([arm.to_row() for arm in found]))
 
     for _ in range(given.rounds):
-        note("core", time.process_time, lambda: fastcal.calibrate_many(fleet))
+        note("core", time.process_time, partial(fastcal.calibrate_many, fleet))
         for way, count in (("worker", 1), ("workers", 2)):
             with cluster(count) as address:
                 fastcal.calibrate_many(fleet[:200], cluster=address)  # workers import what they need
-                note(way, time.perf_counter, lambda address=address: fastcal.calibrate_many(fleet, cluster=address))
+                note(way, time.perf_counter, partial(fastcal.calibrate_many, fleet, cluster=address))
     if len(answers) > 1:
         raise SystemExit("the ways find different arms")
     core, one, two = (statistics.median(of) for of in taken.values())
