@@ -6,6 +6,7 @@
 #include "fastcal/kernels/instruction_sets.hpp"
 #include "fastcal/kernels/lanes.hpp"
 #include "fastcal/kernels/tool_columns.hpp"
+#include "fastcal/kernels/tool_matrices.hpp"
 
 namespace fastcal::kernels {
 namespace {
@@ -106,41 +107,6 @@ FASTCAL_INLINE void matrices_of(const ChainStep* steps, int step_count, int stri
   }
 }
 
-/// Four columns of four rows, of which `some` are wanted.
-FASTCAL_INLINE void write_four(const double* from, long apart, int some, long width, double* to) {
-  Vectors<4>::Lane lanes[4];
-  for (int c = 0; c < 4; ++c) load(lanes[c], from + c * apart);
-  transpose(lanes);
-  for (int l = 0; l < 4 && l < some; ++l) store(to + l * width, lanes[l]);
-}
-
-/// One number of `some` rows: four columns at a time, the last four of which overlap those before.
-FASTCAL_INLINE void write_number(const double* from, long apart, int count, int some, long width, double* to) {
-  int k = 0;
-  for (; k + 4 <= count; k += 4) write_four(from + k * apart, apart, some, width, to + k);
-  if (k == count) return;
-  if (count >= 4) return write_four(from + (count - 4) * apart, apart, some, width, to + count - 4);
-  for (; k < count; ++k) {
-    for (int l = 0; l < some; ++l) to[l * width + k] = from[k * apart + l];
-  }
-}
-
-template <int>
-FASTCAL_INLINE void rows_of(const double* columns, int stride, int numbers, int count, int rows, double* matrices) {
-  const long apart = static_cast<long>(numbers) * stride;  // of two columns
-  const long width = static_cast<long>(numbers) * count;   // of a matrix
-  for (int row = 0; row < rows; row += 4) {
-    for (int n = 0; n < numbers; ++n) {
-      const double* from = columns + n * static_cast<long>(stride) + row;
-      double* to = matrices + row * width + n * static_cast<long>(count);
-      if (rows - row >= 4)
-        write_number(from, apart, count, 4, width, to);
-      else
-        write_number(from, apart, count, rows - row, width, to);
-    }
-  }
-}
-
 /// What unit twists of one frame do to the numbers of W rows.
 template <int W>
 struct Units {
@@ -195,23 +161,27 @@ struct Units {
     }
   }
 
+  FASTCAL_INLINE void write(const FrameTwists::Unit& unit, int k, int count, int stride, double* column) const {
+    for (int n = 0; n < count; ++n) store(column + n * stride, unit.size * by[k][n]);
+  }
+
   FASTCAL_INLINE void write(const TwistRows& twist, int count, int stride, int row, double* column) const {
     Lane sum[kNumbers], part = {};
     for (int n = 0; n < count; ++n) {
       sum[n] = Lane{};
-      if (twist.adds) load(sum[n], column + n * stride + row);
+      if (twist.adds) load(sum[n], column + n * stride);
     }
     for (int u = 0; u < twist.term_count; ++u) {
       const TwistTerm& term = twist.terms[u];
       size_of(term, twist.scale, row, part);
       for (int n = 0; n < count; ++n) sum[n] += part * by[3 * term.turns + term.axis][n];
     }
-    for (int n = 0; n < count; ++n) store(column + n * stride + row, sum[n]);
+    for (int n = 0; n < count; ++n) store(column + n * stride, sum[n]);
   }
 };
 
 template <int W>
-FASTCAL_INLINE void columns_lanes(const double* poses, int frame_count, int stride, const TwistRows* const* twists,
+FASTCAL_INLINE void columns_lanes(const double* poses, int frame_count, int stride, const FrameTwists* twists,
                                   int twist_count, const NumberRows& numbers, double* columns, int ld) {
   using Lane = typename Vectors<W>::Lane;
   const int count = static_cast<int>(numbers.tool) + numbers.others;
@@ -219,35 +189,54 @@ FASTCAL_INLINE void columns_lanes(const double* poses, int frame_count, int stri
   for (int s = 0; s < numbers.sight_count; ++s) inside |= numbers.sights[s].frame != frame_count - 1;
   for (int row = 0; row < stride; row += W) {
     const double* from = poses + row / kGroup * frame_count * kPoseNumbers * kGroup + row % kGroup;
+    const auto column = [columns, ld, row](int k) { return columns + static_cast<long>(k) * ld + row; };
     Lane T[kPoseNumbers];
     Units<W> units;
-    for (int t = 0; t < twist_count; ++t) {
-      const TwistRows& twist = *twists[t];
-      if (t == 0 || twist.frame != twists[t - 1]->frame ||
-          (inside && twist.first_moved != twists[t - 1]->first_moved)) {
-        identity(T);
-        for (int k = 0; twist.frame >= 0 && k < kPoseNumbers; ++k)
-          load(T[k], from + (twist.frame * kPoseNumbers + k) * kGroup);
-        units.of(T, twist.first_moved, from, frame_count - 1, numbers, stride, row);
+    for (const FrameTwists* of = twists; of < twists + twist_count; ++of) {
+      identity(T);
+      for (int k = 0; of->frame >= 0 && k < kPoseNumbers; ++k)
+        load(T[k], from + (of->frame * kPoseNumbers + k) * kGroup);
+      int first_moved = -1;
+      const auto look = [&](int first) {
+        if (first_moved < 0 || (inside && first != first_moved))
+          units.of(T, first, from, frame_count - 1, numbers, stride, row);
+        first_moved = first;
+      };
+      for (int k = 0; k < 6; ++k) {
+        const FrameTwists::Unit& unit = of->units[k];
+        if (unit.column < 0) continue;
+        look(unit.first_moved);
+        units.write(unit, k, count, stride, column(unit.column));
       }
-      units.write(twist, count, stride, row, columns + static_cast<long>(twist.column) * ld);
+      for (int t = 0; t < of->other_count; ++t) {
+        const TwistRows& twist = *of->others[t];
+        look(twist.first_moved);
+        units.write(twist, count, stride, row, column(twist.column));
+      }
     }
   }
 }
 
 template <int W>
-FASTCAL_INLINE void columns_of(const double* poses, int frame_count, int stride, const TwistRows* const* twists,
+FASTCAL_INLINE void columns_of(const double* poses, int frame_count, int stride, const FrameTwists* twists,
                                int twist_count, const NumberRows& numbers, double* columns, int ld) {
-  const bool of_tool = numbers.others == 0;
-  // Without factors the stride is known, and with it where all numbers of a column lie.
-  if (of_tool && numbers.tool == ToolNumbers::kPose)
-    tool_columns<W, 6, false>(poses, frame_count, kGroup, twists, twist_count, nullptr, columns, ld);
-  else if (of_tool && numbers.tool == ToolNumbers::kPosition && numbers.factor == nullptr)
-    tool_columns<W, 3, false>(poses, frame_count, kGroup, twists, twist_count, nullptr, columns, ld);
-  else if (of_tool && numbers.tool == ToolNumbers::kPosition)
-    tool_columns<W, 3, true>(poses, frame_count, stride, twists, twist_count, numbers.factor, columns, ld);
+  if (numbers.others > 0 || numbers.tool != ToolNumbers::kPosition)
+    return columns_lanes<W>(poses, frame_count, stride, twists, twist_count, numbers, columns, ld);
+  for (int row = 0; row < stride; row += W) {
+    const double* from = poses + row / kGroup * frame_count * kPoseNumbers * kGroup + row % kGroup;
+    tool_columns<W, 3, true>(from, frame_count, twists, twist_count, row, numbers.factor + row, stride, columns + row,
+                             ld);
+  }
+}
+
+template <int W>
+FASTCAL_INLINE void jacobians_of(const double* poses, int frame_count, const FrameTwists* twists, int twist_count,
+                                 ToolNumbers numbers, int columns, int first, int rows, double* block,
+                                 LineStream& out) {
+  if (numbers == ToolNumbers::kPose)
+    matrices_of_tool<W, 6>(poses, frame_count, twists, twist_count, columns, first, rows, block, out);
   else
-    columns_lanes<W>(poses, frame_count, stride, twists, twist_count, numbers, columns, ld);
+    matrices_of_tool<W, 3>(poses, frame_count, twists, twist_count, columns, first, rows, block, out);
 }
 
 FASTCAL_FOR_EACH_SET(table, table_of,
@@ -258,14 +247,15 @@ FASTCAL_FOR_EACH_SET(forward, forward_lanes,
                      (const ChainStep* s, int n, int frames, int stride, int first, int last, double* poses),
                      (s, n, frames, stride, first, last, poses))
 FASTCAL_FOR_EACH_SET(columns, columns_of,
-                     (const double* poses, int n, int stride, const TwistRows* const* t, int count,
+                     (const double* poses, int n, int stride, const FrameTwists* t, int count,
                       const NumberRows& numbers, double* to, int ld),
                      (poses, n, stride, t, count, numbers, to, ld))
+FASTCAL_FOR_EACH_SET(jacobians, jacobians_of,
+                     (const double* poses, int n, const FrameTwists* t, int count, ToolNumbers numbers, int columns,
+                      int first, int rows, double* block, LineStream& out),
+                     (poses, n, t, count, numbers, columns, first, rows, block, out))
 FASTCAL_FOR_EACH_SET(matrices, matrices_of, (const ChainStep* s, int n, int stride, int rows, double* out),
                      (s, n, stride, rows, out))
-FASTCAL_FOR_EACH_SET(transposed, rows_of,
-                     (const double* columns, int stride, int numbers, int count, int rows, double* out),
-                     (columns, stride, numbers, count, rows, out))
 
 }  // namespace
 
@@ -313,15 +303,16 @@ void forward_matrices(const ChainStep* steps, int step_count, int stride, int ro
   run(steps, step_count, stride, rows, matrices);
 }
 
-void write_rows(const double* columns, int stride, int numbers, int count, int rows, double* matrices) {
-  static const auto run = FASTCAL_BEST_SET(transposed);
-  run(columns, stride, numbers, count, rows, matrices);
-}
-
-void twist_columns(const double* poses, int frame_count, int stride, const TwistRows* const* twists, int twist_count,
+void twist_columns(const double* poses, int frame_count, int stride, const FrameTwists* twists, int twist_count,
                    const NumberRows& numbers, double* columns, int ld) {
   static const auto run = FASTCAL_BEST_SET(columns);
   run(poses, frame_count, stride, twists, twist_count, numbers, columns, ld);
+}
+
+void tool_jacobians(const double* poses, int frame_count, const FrameTwists* twists, int twist_count,
+                    ToolNumbers numbers, int columns, int first, int rows, double* block, LineStream& out) {
+  static const auto run = FASTCAL_BEST_SET(jacobians);
+  run(poses, frame_count, twists, twist_count, numbers, columns, first, rows, block, out);
 }
 
 }  // namespace fastcal::kernels

@@ -8,6 +8,8 @@
 
 namespace fastcal::kernels {
 
+class LineStream;
+
 constexpr int kGroup = 8;
 constexpr int kPoseNumbers = 12;  // a rotation, column by column, and a position
 constexpr int kNumbers = 32;      // that a row may hold at most
@@ -65,17 +67,27 @@ struct TwistTerm {
 
 /// One parameter's twist in the axes of one frame.
 struct TwistRows {
-  /// By 1 along or about one axis; the same in all rows; any. All but the last begin their columns.
-  enum class Kind { kShift, kTurn, kFixed, kAny };
-  Kind kind;
   int frame;        ///< -1: the measuring frame
   int first_moved;  ///< the frame itself where the twist is its own, the next where it is behind it
   int column;       ///< of the Jacobian
-  bool adds;        ///< to what is there
+  bool adds;        ///< to what is there; the twists before have begun the column
   double scale;     ///< the column is scale times the derivative
   int term_count;
   TwistTerm terms[6];
-  double fixed[6];  ///< [v; w] of those that do not differ by row, times the scale
+};
+
+/// The twists of one frame: those along or about one of its axes, the same in all rows, which begin their columns; and
+/// the others.
+struct FrameTwists {
+  struct Unit {
+    int column = -1;      ///< -1: there is none
+    int first_moved = 0;  ///< as of TwistRows
+    double size = 0;
+  };
+  int frame;      ///< -1: the measuring frame
+  Unit units[6];  ///< along x, y, z; about x, y, z
+  const TwistRows* const* others;
+  int other_count;
 };
 
 /// How a number depends on a frame that it looks at.
@@ -88,21 +100,22 @@ struct Sight {
 /// What is seen of the tool itself, in the axes of the measuring frame: nothing, its position, or that and its turn.
 enum class ToolNumbers { kNone = 0, kPosition = 3, kPose = 6 };
 
-/// What was measured: numbers of the tool, then `others`, each with one sight or more. The tool's pose comes alone and
-/// without factors; where there are none, there is one group of rows.
+/// What was measured: numbers of the tool, none or its position, then `others`, each with one sight or more.
 struct NumberRows {
   ToolNumbers tool;
-  int others;            ///< none beside kPose
-  const double* factor;  ///< (numbers, stride) by which each number is multiplied; null: none is
+  int others;
+  const double* factor;  ///< (numbers, stride) by which each number is multiplied
   const Sight* sights;   ///< in the order of their numbers
   int sight_count;
 };
 
 /// Columns of the Jacobian, (numbers, stride) each and `ld` apart; `twists` in the order of their frames.
-void twist_columns(const double* poses, int frame_count, int stride, const TwistRows* const* twists, int twist_count,
+void twist_columns(const double* poses, int frame_count, int stride, const FrameTwists* twists, int twist_count,
                    const NumberRows& numbers, double* columns, int ld);
 
-/// Columns (count, numbers, stride) as matrices (rows, numbers, count) in C order.
-void write_rows(const double* columns, int stride, int numbers, int count, int rows, double* matrices);
+/// Jacobians of the tool's numbers, matrices (numbers, columns) in C order, of the first `rows` rows of a group that
+/// begins at row `first`. `block` has room for a group's columns, zero before the first group and not touched between.
+void tool_jacobians(const double* poses, int frame_count, const FrameTwists* twists, int twist_count,
+                    ToolNumbers numbers, int columns, int first, int rows, double* block, LineStream& out);
 
 }  // namespace fastcal::kernels

@@ -50,14 +50,14 @@ void copy_past_caches(const double* from, long count, double* to) {
 #endif
 }
 
-LineStream::LineStream(double* buffer, double* to)
-    : buffer_(buffer),
-      to_(to),
-      begin_(static_cast<long>(reinterpret_cast<std::uintptr_t>(to) / sizeof(double) % kLine)),
-      end_(begin_) {}
+LineStream::LineStream(double* buffer, double* to) : buffer_(buffer), to_(to) {
+  if (buffer != nullptr)
+    begin_ = end_ = static_cast<long>(reinterpret_cast<std::uintptr_t>(to) / sizeof(double) % kLine);
+}
 
 void LineStream::write(long count) {
   end_ += count;
+  if (buffer_ == nullptr) return;
   const long whole = end_ / kLine * kLine;
   if (whole <= begin_) return;
   copy_past_caches(buffer_ + begin_, whole - begin_, to_);
@@ -67,7 +67,9 @@ void LineStream::write(long count) {
   std::memcpy(buffer_, buffer_ + whole, static_cast<std::size_t>(end_) * sizeof(double));
 }
 
-void LineStream::finish() { copy_past_caches(buffer_ + begin_, end_ - begin_, to_); }
+void LineStream::finish() {
+  if (buffer_ != nullptr) copy_past_caches(buffer_ + begin_, end_ - begin_, to_);
+}
 
 void finish_copies() {
 #if defined(__x86_64__)

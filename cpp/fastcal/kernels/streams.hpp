@@ -15,13 +15,13 @@ void copy_past_caches(const double* from, long count, double* to);
 
 constexpr int kLine = 8;  // numbers of a cache's line
 
-/// Numbers written past the caches part after part, in whole lines: one that is written in two goes is slow.
+/// An array written part after part; past the caches in whole lines: one that is written in two goes is slow.
 class LineStream {
  public:
-  /// `buffer`: where a line begins, room for a part and a line more.
+  /// `buffer`: where a line begins, room for a part and a line more; null: not past the caches.
   LineStream(double* buffer, double* to);
   /// Where the next part is to lie before it is written.
-  double* room() { return buffer_ + end_; }
+  double* room() { return (buffer_ == nullptr ? to_ : buffer_) + end_; }
   void write(long count);
   /// The part of a line that is left.
   void finish();
@@ -29,7 +29,7 @@ class LineStream {
  private:
   double* buffer_;
   double* to_;
-  long begin_, end_;  // what is not written yet
+  long begin_ = 0, end_ = 0;  // what is not written yet
 };
 
 /// What this thread copied past the caches is in memory.

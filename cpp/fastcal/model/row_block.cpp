@@ -27,36 +27,6 @@ kernels::Turn turn_of(const Eigen::Matrix3d& R) {
   return keeps_x ? kernels::Turn::kAboutX : keeps_z ? kernels::Turn::kAboutZ : kernels::Turn::kAny;
 }
 
-void add_term(int k, double size, const double* rows, kernels::TwistRows& twist) {
-  twist.terms[twist.term_count++] = {k % 3, k >= 3, twist.scale * size, rows};
-  twist.fixed[k] = twist.scale * size;
-}
-
-bool only_turns_about_z(const kernels::TwistRows& twist) {
-  return std::all_of(twist.terms, twist.terms + twist.term_count,
-                     [](const kernels::TwistTerm& term) { return term.turns && term.axis == 2; });
-}
-
-kernels::TwistRows::Kind kind_of(const kernels::TwistRows& twist) {
-  using Kind = kernels::TwistRows::Kind;
-  const auto* end = twist.terms + twist.term_count;
-  if (twist.adds || std::any_of(twist.terms, end, [](const auto& term) { return term.rows != nullptr; }))
-    return Kind::kAny;
-  if (twist.term_count != 1 || twist.terms[0].size != 1) return Kind::kFixed;
-  return twist.terms[0].turns ? Kind::kTurn : Kind::kShift;
-}
-
-/// By their frames; the first twist of a column begins it, the others add to it.
-void put_in_order(std::vector<kernels::TwistRows>& twists, std::vector<bool>& unmoved) {
-  std::stable_sort(twists.begin(), twists.end(), [](const auto& a, const auto& b) { return a.frame < b.frame; });
-  for (kernels::TwistRows& twist : twists) {
-    const auto column = static_cast<std::size_t>(twist.column);
-    twist.adds = !unmoved[column];
-    twist.kind = kind_of(twist);
-    unmoved[column] = false;
-  }
-}
-
 }  // namespace
 
 RowBlock::RowBlock(const ErrorModel& model, const Eigen::Ref<const Eigen::VectorXd>& theta,
@@ -151,8 +121,8 @@ void RowBlock::find_steps_of_twists() {
   step_count_ = 0;
   std::vector<bool> seen(frames_.size());
   seen.back() = true;
-  for (const kernels::TwistRows* twist : twists_) {
-    if (twist->frame >= 0) seen[static_cast<std::size_t>(twist->frame)] = true;
+  for (const kernels::FrameTwists& twists : gathered_.frames()) {
+    if (twists.frame >= 0) seen[static_cast<std::size_t>(twists.frame)] = true;
   }
   for (std::size_t k = 0; k < frames_.size(); ++k) {
     step_count_ += kernels::steps_of(frames_[k], steps_.data() + step_count_);
@@ -290,9 +260,7 @@ Pose RowBlock::frame(int frame, int i) const {
 kernels::TwistRows* RowBlock::add_twist(int parameter, int frame, int first_moved,
                                         std::vector<kernels::TwistRows>& to) const {
   const auto& [column, scale] = wanted_[static_cast<std::size_t>(parameter)];
-  return column < 0 ? nullptr
-                    : &to.emplace_back(kernels::TwistRows{
-                          kernels::TwistRows::Kind::kAny, frame, first_moved, column, false, scale, 0, {}, {}});
+  return column < 0 ? nullptr : &to.emplace_back(kernels::TwistRows{frame, first_moved, column, false, scale, 0, {}});
 }
 
 void RowBlock::set_geometry() {
@@ -333,12 +301,10 @@ void RowBlock::find_twists() {
   }
   unmoved_here_ = unmoved_;
   put_in_order(moving_, unmoved_here_);
-  twists_.resize(geometry_.size() + moving_.size());
-  const auto pointer = [](const kernels::TwistRows& twist) { return &twist; };
-  const auto effects = std::transform(geometry_.begin(), geometry_.end(), twists_.begin(), pointer);
-  std::transform(moving_.begin(), moving_.end(), effects, pointer);
-  std::inplace_merge(twists_.begin(), effects, twists_.end(),
-                     [](const auto* a, const auto* b) { return a->frame < b->frame; });
+  const bool alike = moving_.empty() && std::none_of(frames_.begin(), frames_.end(),
+                                                     [](const auto& frame) { return frame.motion != nullptr; });
+  if (!alike || !gathered_alike_) gathered_.gather(geometry_, moving_, frames_, free_count_);
+  gathered_alike_ = alike;
 }
 
 void RowBlock::clear_unmoved(double* block, Eigen::Index ld) const {
@@ -350,38 +316,28 @@ void RowBlock::clear_unmoved(double* block, Eigen::Index ld) const {
 void RowBlock::jacobian(const kernels::NumberRows& numbers, double* block, int ld) {
   find_twists();
   clear_unmoved(block, ld);
-  kernels::twist_columns(poses_.data(), frame_count(), stride_, twists_.data(), static_cast<int>(twists_.size()),
-                         numbers, block, ld);
+  kernels::twist_columns(poses_.data(), frame_count(), stride_, gathered_.frames().data(), gathered_.count(), numbers,
+                         block, ld);
 }
 
 void RowBlock::write_jacobian(kernels::ToolNumbers numbers, bool past_caches, double* out) {
   constexpr int kGroup = kernels::kGroup;
-  const int count = static_cast<int>(numbers);
   const int columns = static_cast<int>(free_count_);
-  const int ld = count * kGroup;
   find_twists();
   find_steps_of_twists();
   // Group by group, so that its frames, columns and matrices stay in the first cache.
-  const Eigen::Index size = static_cast<Eigen::Index>(columns) * ld;
+  const Eigen::Index size = static_cast<Eigen::Index>(columns) * static_cast<int>(numbers) * kGroup;
   const Eigen::Index poses_size = static_cast<Eigen::Index>(frame_count()) * kernels::kPoseNumbers * kGroup;
-  double* block = group_.resize(2 * size + poses_size + kernels::kLine);
-  double* poses = block + size;
-  kernels::LineStream stream(poses + poses_size, out);
-  clear_unmoved(block, ld);
+  double* poses = group_.resize(2 * size + poses_size + kernels::kLine);
+  double* block = poses + poses_size;
+  std::fill_n(block, size, 0.0);
+  kernels::LineStream stream(past_caches ? block + size : nullptr, out);
   for (int row = 0; row < rows_; row += kGroup) {
     kernels::forward_rows(steps_.data(), step_count_, frame_count(), stride_, row, row + kGroup, poses);
-    kernels::twist_columns(poses, frame_count(), kGroup, twists_.data(), static_cast<int>(twists_.size()),
-                           {numbers, 0, nullptr, nullptr, 0}, block, ld);
-    const int rows = std::min(kGroup, rows_ - row);
-    const int written = rows * count * columns;
-    kernels::write_rows(block, kGroup, count, columns, rows, past_caches ? stream.room() : out);
-    if (past_caches) stream.write(written);
-    out += written;
-    for (kernels::TwistRows& twist : moving_) {
-      for (int u = 0; u < twist.term_count; ++u) twist.terms[u].rows += kGroup;
-    }
+    kernels::tool_jacobians(poses, frame_count(), gathered_.frames().data(), gathered_.count(), numbers, columns, row,
+                            std::min(kGroup, rows_ - row), block, stream);
   }
-  if (past_caches) stream.finish();
+  stream.finish();
 }
 
 }  // namespace fastcal

@@ -11,6 +11,7 @@
 
 #include "fastcal/math/aligned_numbers.hpp"
 #include "fastcal/model/error_model.hpp"
+#include "fastcal/model/gathered_twists.hpp"
 #include "fastcal/model/spring_block.hpp"
 #include "fastcal/model/twist_memory.hpp"
 
@@ -117,7 +118,8 @@ class RowBlock {
   bool settled_ = true;
   std::vector<AlignedNumbers> turned_;                 // twists behind their right Jacobians, (6, stride)
   std::vector<kernels::TwistRows> geometry_, moving_;  // the same in all rows; of effects in these
-  std::vector<const kernels::TwistRows*> twists_;      // both, in the order of their frames
+  GatheredTwists gathered_;                            // both
+  bool gathered_alike_ = false;                        // these are as wherever no effect moves a frame
   std::vector<bool> unmoved_, unmoved_here_;           // by column: no twist of the geometry, no twist is part of it
   AlignedNumbers poses_;
   AlignedNumbers group_;  // for write_jacobian()

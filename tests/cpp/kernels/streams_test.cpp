@@ -30,9 +30,10 @@ TEST(CopyPastCaches, CopiesAnyCountToAnyPlace) {
 }
 
 TEST(LineStream, WritesPartsAsOneArray) {
-  for (const int offset : {0, 1, 2, 5, 8}) {
+  alignas(64) double lines[99 + kernels::kLine];
+  for (const auto& [offset, buffer] :
+       {std::pair(0, lines), {1, lines}, {2, lines}, {5, lines}, {8, lines}, std::pair<int, double*>(3, nullptr)}) {
     for (const int part : {1, 3, 8, 21, 99}) {
-      alignas(64) double buffer[99 + kernels::kLine];
       alignas(64) double to[1100];
       std::fill(std::begin(to), std::end(to), -1.0);
       kernels::LineStream stream(buffer, to + offset);
