@@ -180,7 +180,7 @@ def main() -> None:
     records: list[Record] = []
     began = time.monotonic()
     with workers(options.jobs, options.cluster) as side_by_side:
-        for result in side_by_side(partial(tried, seed=options.seed, only=options.only), numbers):
+        for result in side_by_side.results(partial(tried, seed=options.seed, only=options.only), numbers):
             if isinstance(result, Record):
                 records.append(result)
             if not options.quiet or isinstance(result, str):

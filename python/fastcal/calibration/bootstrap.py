@@ -97,7 +97,7 @@ def bootstrap(
     work = partial(_batch, robot=robot, errors=errors, seed=seed, block=block, options={**options, "checks": False})
     parts = [range(at, min(at + _BATCH, draws)) for at in range(0, draws, _BATCH)]
     with workers(jobs, cluster) as side_by_side:
-        found = [values for part in side_by_side(work, parts) for values in part]
+        found = [values for part in side_by_side.results(work, parts) for values in part]
     kept = [values for values in found if values is not None]
     names = [(p.owner, p.name) for p in result.parameters]
     table = np.array([[values.get(name, np.nan) for name in names] for values in kept]).reshape(len(kept), len(names))

@@ -7,16 +7,42 @@ from __future__ import annotations
 import pickle
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import Any
 
 from fastcal.errors import InvalidInput
 
-SideBySide = Callable[[Callable[[Any], Any], Sequence[Any]], Iterator[Any]]
+_FEWEST = 5  # items in a share
+
+
+@dataclass(frozen=True)
+class SideBySide:
+    """Work for many at once.
+
+    Attributes:
+        count: How many are at work at once.
+        results: What a function returns for each of some arguments, in their order.
+    """
+
+    count: int
+    results: Callable[[Callable[[Any], Any], Sequence[Any]], Iterator[Any]]
+
+    def shares(self, items: Sequence[Any], most: int) -> list[Sequence[Any]]:
+        """Items in parts, in order, at most so many in one.
+
+        Each part has its price, so the first are large; the last are small, so that all end together.
+        """
+        parts, at = [], 0
+        while at < len(items):
+            size = min(most, max(_FEWEST, (len(items) - at) // (3 * self.count)))
+            parts.append(items[at : at + size])
+            at += size
+        return parts
 
 
 @contextmanager
 def workers(jobs: int, cluster: str | None) -> Iterator[SideBySide]:
-    """A function that calls another with each of some arguments, side by side, and gives what they return, in order.
+    """Those who work side by side.
 
     Args:
         jobs: Processes of this machine; no result may depend on it.
@@ -31,7 +57,7 @@ def workers(jobs: int, cluster: str | None) -> Iterator[SideBySide]:
         with _dask(cluster) as side_by_side:
             yield side_by_side
     elif jobs == 1:
-        yield map
+        yield SideBySide(1, map)
     else:
         import joblib
 
@@ -39,7 +65,7 @@ def workers(jobs: int, cluster: str | None) -> Iterator[SideBySide]:
             parallel = joblib.Parallel(n_jobs=jobs, return_as="generator", batch_size=1)
             return iter(parallel(joblib.delayed(work)(part) for part in parts))
 
-        yield in_processes
+        yield SideBySide(jobs, in_processes)
 
 
 @contextmanager
@@ -54,14 +80,18 @@ def _dask(address: str) -> Iterator[SideBySide]:
     except (OSError, ValueError, TimeoutError) as error:
         raise InvalidInput(f"{address}: there is no Dask scheduler that answers: {error}") from None
 
+    count = max(1, sum(client.nthreads().values()))  # type: ignore[no-untyped-call]
+
     def on_cluster(work: Any, parts: Sequence[Any]) -> Iterator[Any]:
-        # One after the other: the first are at work while the rest are packed.
-        packed = (dumps((work, part)) for part in parts)  # type: ignore[no-untyped-call]
-        futures = [client.submit(_worked_out, each, pure=False) for each in packed]
+        # Two messages, since each has its price; the first parts are at work while the rest are packed.
+        futures = []
+        for some in (parts[: 2 * count], parts[2 * count :]):
+            packed = [dumps((work, part)) for part in some]  # type: ignore[no-untyped-call]
+            futures += client.map(_worked_out, packed, pure=False)
         return (pickle.loads(future.result()) for future in futures)  # noqa: S301 - written by our own workers
 
     with client:
-        yield on_cluster
+        yield SideBySide(count, on_cluster)
 
 
 def _worked_out(packed: bytes) -> bytes:

@@ -23,7 +23,7 @@ Work = Callable[..., ArmResult]  # of an arm, and the folder that it gets or Non
 
 SUSPECT = 3.0  # times the median of the fleet: such an arm gets all checks
 FEWEST = 5  # arms: fewer have no median to speak of
-_BATCH = 25  # arms that a worker takes at once
+_MOST = 60  # arms that a worker takes at once
 
 
 def calibrate_many(
@@ -64,7 +64,7 @@ def calibrate_many(
 
         def run(some: Sequence[Arm], checks: bool) -> list[ArmResult]:
             work = partial(calibrate_arm, options=options, checks=checks, report=reports)
-            return _rows(some, work, out, _BATCH, side_by_side, report)
+            return _rows(some, work, out, _MOST, side_by_side, report)
 
         report(f"calibrating {len(arms)} arms")
         found = dict(zip((arm.name for arm in arms), run(arms, check_all), strict=True))
@@ -131,14 +131,14 @@ def _rows(
     arms: Sequence[Arm],
     work: Work,
     out: str | os.PathLike[str] | None,
-    batch: int,
+    most: int,
     side_by_side: SideBySide,
     report: Progress,
 ) -> list[ArmResult]:
     """What `work` makes of each arm, so many at once."""
-    parts = [arms[at : at + batch] for at in range(0, len(arms), batch)]
+    parts = side_by_side.shares(arms, most)
     found: list[ArmResult] = []
-    for part in side_by_side(partial(_batch, work=work, out=None if out is None else str(out)), parts):
+    for part in side_by_side.results(partial(_batch, work=work, out=None if out is None else str(out)), parts):
         found += part
         report(f"{len(found)} of {len(arms)} arms")
     return found

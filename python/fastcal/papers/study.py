@@ -85,7 +85,7 @@ def run_study(
         raise InvalidInput(f"a study needs at least one arm, got {arms}")
     runs: list[Run] = []
     with workers(min(threads, arms), cluster) as side_by_side:
-        for run in side_by_side(partial(module.one_arm, full=full), range(arms)):
+        for run in side_by_side.results(partial(module.one_arm, full=full), range(arms)):
             runs.append(run)
             if progress is not None:
                 progress(f"{len(runs)} of {arms} arms measured")
