@@ -48,8 +48,8 @@ class RowWalk {
   int count_, column_ = 0;
 };
 
-/// Columns (count, Numbers, W) as matrices (rows, Numbers, count) in C order, four numbers of four rows at a time; the
-/// first and the last four overlap those beside them, so that the others lie where lanes do.
+/// Columns (count, Numbers, W) as matrices (rows, Numbers, count) in C order, four numbers of four rows at a time. The
+/// first four may overlap those behind them, so that these lie where lanes do; the last go one by one.
 template <int W, int Numbers>
 FASTCAL_INLINE void matrices_from(const double* columns, int count, int rows, double* matrices) {
   const int width = Numbers * count;

@@ -13,6 +13,7 @@ from typing import Any
 from fastcal.errors import InvalidInput
 
 _FEWEST = 5  # items in a share
+_MESSAGE = 2**22  # bytes: Dask warns of messages of more than ten million
 
 
 @dataclass(frozen=True)
@@ -83,11 +84,14 @@ def _dask(address: str) -> Iterator[SideBySide]:
     count = max(1, sum(client.nthreads().values()))  # type: ignore[no-untyped-call]
 
     def on_cluster(work: Any, parts: Sequence[Any]) -> Iterator[Any]:
-        # Two messages, since each has its price; the first parts are at work while the rest are packed.
-        futures = []
-        for some in (parts[: 2 * count], parts[2 * count :]):
-            packed = [dumps((work, part)) for part in some]  # type: ignore[no-untyped-call]
-            futures += client.map(_worked_out, packed, pure=False)
+        # Few messages, since each has its price; the first parts are at work while the rest are packed.
+        futures: list[Any] = []
+        packed: list[bytes] = []
+        for sent, part in enumerate(parts, start=1):
+            packed.append(dumps((work, part)))  # type: ignore[no-untyped-call]
+            if sent in (2 * count, len(parts)) or sum(map(len, packed)) > _MESSAGE:
+                futures += client.map(_worked_out, packed, pure=False)
+                packed = []
         return (pickle.loads(future.result()) for future in futures)  # noqa: S301 - written by our own workers
 
     with client:

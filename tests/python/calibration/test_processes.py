@@ -7,6 +7,7 @@ from __future__ import annotations
 import pytest
 
 from fastcal import InvalidInput
+from fastcal.calibration import processes
 from fastcal.calibration.processes import SideBySide, workers
 
 
@@ -45,3 +46,21 @@ def test_results_are_in_the_order_of_the_arguments(jobs: int) -> None:
 def test_no_process_is_refused() -> None:
     with pytest.raises(InvalidInput, match="jobs must be at least 1, got 0"), workers(0, None):
         pass
+
+
+def test_a_cluster_gets_large_arguments_in_messages_that_it_does_not_warn_of(recwarn: pytest.WarningsRecorder) -> None:
+    distributed = pytest.importorskip("distributed")
+    assert processes._MESSAGE < 10**7
+    with (
+        distributed.LocalCluster(n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None) as cluster,
+        workers(1, cluster.scheduler_address) as side_by_side,
+    ):
+        assert side_by_side.count == 1
+        parts = [bytes([k]) * 2**20 for k in range(20)]
+        assert list(side_by_side.results(_first, parts)) == list(range(20))
+        assert list(side_by_side.results(_first, [])) == []
+    assert not [str(w.message) for w in recwarn if "large graph" in str(w.message)]
+
+
+def _first(part: bytes) -> int:
+    return part[0]
