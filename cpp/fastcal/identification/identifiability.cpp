@@ -24,7 +24,8 @@ struct NullSpace {
 
 /// A bound from below, for the first `rank` columns of the pivoted R; nothing where the others do something, or some
 /// direction of these so little that it might count as nothing.
-std::optional<double> least_singular_value(const Eigen::MatrixXd& R, Eigen::Index rank, const GaugeOptions& options) {
+std::optional<double> least_singular_value_bound(const Eigen::MatrixXd& R, Eigen::Index rank,
+                                                 const GaugeOptions& options) {
   constexpr double kClearly = 100;
   const Eigen::Index lost = R.cols() - rank;
   if (rank == 0 || (options.off && lost > 0) || !R.allFinite()) return {};
@@ -96,8 +97,8 @@ Eigen::MatrixXd hardly_shown(const Eigen::MatrixXd& R12, const GaugeOptions& opt
 }
 
 /// QR with column pivoting, M P = Q [R1 R2; 0 R3], at a tenth of the price of an SVD: the pivots are those of
-/// Cholesky's factorization of M^T M, which loses sight of small ones; where this matters, least_singular_value() says
-/// nothing. Nothing where it leaves any doubt of what the singular values would say.
+/// Cholesky's factorization of M^T M, which loses sight of small ones; where this matters, least_singular_value_bound()
+/// says nothing. Nothing where it leaves any doubt of what the singular values would say.
 std::optional<NullSpace> clear_null_space(const Eigen::MatrixXd& M, const GaugeOptions& options) {
   if (!M.allFinite()) return {};
   const auto p = static_cast<int>(M.cols());
@@ -111,7 +112,7 @@ std::optional<NullSpace> clear_null_space(const Eigen::MatrixXd& M, const GaugeO
   Eigen::MatrixXd R = Eigen::MatrixXd::Zero(p, p);
   kernels::update_triangle(rows.data(), height, height, p, R.data());
   const Eigen::Index rank = (R.diagonal().cwiseAbs().array() > options.relative_tolerance * R.norm()).count();
-  const std::optional<double> smallest = least_singular_value(R, rank, options);
+  const std::optional<double> smallest = least_singular_value_bound(R, rank, options);
   if (!smallest) return {};
   const bool all_clear = options.off || *smallest * options.practical_limit >= 1;
   if (all_clear && rank == p) return NullSpace{p, Eigen::MatrixXd(p, 0)};
@@ -145,7 +146,7 @@ NullSpace null_space(const Eigen::MatrixXd& R, const GaugeOptions& options) {
 }  // namespace
 
 bool parts_clearly(const Eigen::MatrixXd& R, Eigen::Index rank, const GaugeOptions& options) {
-  const std::optional<double> smallest = least_singular_value(R, rank, options);
+  const std::optional<double> smallest = least_singular_value_bound(R, rank, options);
   return smallest && *smallest * options.practical_limit >= 1;
 }
 

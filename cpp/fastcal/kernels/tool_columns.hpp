@@ -10,6 +10,15 @@
 
 namespace fastcal::kernels {
 
+/// Poses of the measuring frame in a group of rows.
+struct MeasuringFrame {
+  double numbers[kPoseNumbers * kGroup] = {};
+  constexpr MeasuringFrame() {
+    for (int i = 0; i < kGroup; ++i) numbers[i] = numbers[4 * kGroup + i] = numbers[8 * kGroup + i] = 1;
+  }
+};
+inline constexpr MeasuringFrame kMeasuringFrame;
+
 /// A term in W rows, times the scale of its twist.
 template <typename Lane>
 FASTCAL_INLINE void size_of(const TwistTerm& term, double scale, int row, Lane& size) {
@@ -40,13 +49,11 @@ template <int W, int Numbers, bool Weighted>
 FASTCAL_INLINE void tool_columns(const double* poses, int frame_count, const FrameTwists* twists, int twist_count,
                                  int row, const double* factors, int stride, double* columns, int ld) {
   using Lane = typename Vectors<W>::Lane;
-  double still[kPoseNumbers * kGroup];  // the measuring frame
-  for (int k = 0; k < kPoseNumbers * kGroup; ++k) still[k] = k / kGroup % 4 == 0 && k / kGroup < 9 ? 1.0 : 0.0;
   const double* tool = poses + (frame_count - 1) * kPoseNumbers * kGroup;
   Lane factor[Numbers], lever[3], z[3], sum[Numbers];
   for (int n = 0; Weighted && n < Numbers; ++n) load(factor[n], factors + n * stride);
   for (const FrameTwists* of = twists; of < twists + twist_count; ++of) {
-    const double* frame = of->frame < 0 ? still : poses + of->frame * kPoseNumbers * kGroup;
+    const double* frame = of->frame < 0 ? kMeasuringFrame.numbers : poses + of->frame * kPoseNumbers * kGroup;
     const auto column = [columns, ld](int k) { return columns + static_cast<long>(k) * ld; };
     for (int r = 0; r < 3; ++r) {
       load(lever[r], tool + (9 + r) * kGroup);

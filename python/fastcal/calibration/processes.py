@@ -87,9 +87,9 @@ def _dask(address: str) -> Iterator[SideBySide]:
         # Few messages, since each has its price; the first parts are at work while the rest are packed.
         futures: list[Any] = []
         packed: list[bytes] = []
-        for sent, part in enumerate(parts, start=1):
+        for number, part in enumerate(parts, start=1):
             packed.append(dumps((work, part)))  # type: ignore[no-untyped-call]
-            if sent in (2 * count, len(parts)) or sum(map(len, packed)) > _MESSAGE:
+            if number in (2 * count, len(parts)) or sum(map(len, packed)) > _MESSAGE:
                 futures += client.map(_worked_out, packed, pure=False)
                 packed = []
         return (pickle.loads(future.result()) for future in futures)  # noqa: S301 - written by our own workers

@@ -70,6 +70,20 @@ class ManyTwists : public LinearEffect {
   std::vector<Parameter> parameters_ = std::vector<Parameter>(40, {"many", "a", "rad", 1, "a wave"});
 };
 
+/// Moves nothing, turns a joint about its axis, tilts two, or does that and moves a link, as axis 2 stands.
+class Sometimes : public LinearEffect {
+ public:
+  const std::vector<Parameter>& parameters() const override { return parameters_; }
+  void basis(const State& state, TwistColumns& columns) const override {
+    if (state.q[1] < 0) columns.push_back({1, joint_frame(1), Vector6d::Unit(5)});
+    for (int j = 0; j < 2 && state.q[1] >= 1; ++j) columns.push_back({0, joint_frame(j), Vector6d::Ones()});
+    if (state.q[1] >= 2) columns.push_back({1, link_frame(1), 2 * Vector6d::Ones()});
+  }
+
+ private:
+  std::vector<Parameter> parameters_{{"some", "a", "m", 1, "one"}, {"some", "b", "m", 1, "two"}};
+};
+
 int robot_tool(const ErrorModel& model) { return tool_frame(model.robot().joint_count()); }
 
 /// The tool's position as coordinates, and all six parts of the motion of a frame: of another frame, less that of the
@@ -164,6 +178,19 @@ TEST(RowBlock, IsTheRowsOneByOne) {
     theta.tail(2).setZero();
     expect_rows(model, samples, theta, &memory);  // uses it
   }
+}
+
+TEST(RowBlock, LooksAgainWhereAnEffectBeginsToMoveAFrame) {
+  Random random(4);
+  const RobotModel robot = test::build("dh", test::random_tables(random, 3));
+  const ErrorModel model(robot, {std::make_shared<Sometimes>()});
+  const Eigen::VectorXd theta = model.start() + random.values(model.parameter_count(), 0.3);
+  Samples samples;
+  const std::vector<double> stands{0, 1, 0, -1, 2, 0, 2};  // of axis 2, by chunk
+  RowMatrixXd q = RowMatrixXd::NullaryExpr(7 * kChunkRows, 3, [&] { return random.uniform(-3, 3); });
+  for (Eigen::Index i = 0; i < q.rows(); ++i) q(i, 1) = stands[static_cast<std::size_t>(i / kChunkRows)];
+  samples.q = q;
+  expect_rows(model, samples, theta, nullptr);
 }
 
 TEST(RowBlock, PosesAreTheRowsWhereNobodyWantsTheColumns) {
