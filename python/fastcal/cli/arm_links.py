@@ -22,7 +22,7 @@ OPTIONS: dict[str, tuple[Any, Any]] = {  # with their defaults
         "",
     ),
     "xacro": (
-        Annotated[list[str] | None, typer.Option(metavar="NAME:=VALUE", help="An argument of a xacro file.")],
+        Annotated[list[str] | None, typer.Option(metavar="NAME:=VALUE", help="An argument of a xacro file; yes: it may be expanded.")],
         None,
     ),
 }

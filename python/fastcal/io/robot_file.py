@@ -67,14 +67,14 @@ def read_spec(
         source: The file, name or mapping.
         base_link: Where the arm in a URDF begins; empty: its root.
         tip_link: Where it ends; empty: where it can end in one way only.
-        xacro: Values of the arguments of a xacro file, by name.
+        xacro: Values of the arguments of a xacro file, by name; given, if only as {}, a robot file may name a xacro.
 
     Raises:
         ParseError: One sentence that names the file, the key, what was expected and what came.
     """
     if isinstance(source, RobotSource):
         base_link, tip_link = base_link or source.base_link, tip_link or source.tip_link
-        xacro = xacro or _arguments(source)
+        xacro = xacro or (_arguments(source) if source.xacro else None)
     links = {key: name for key, name in (("base_link", base_link), ("tip_link", tip_link)) if name}
     if isinstance(source, Mapping):
         value: Any = copy.deepcopy(dict(source))
@@ -112,6 +112,8 @@ def _arguments(source: RobotSource) -> dict[str, str]:
     found = {}
     for given in source.xacro:
         name, assigned, value = given.partition(":=")
+        if given == "yes":
+            continue
         if not name or not assigned:
             raise ParseError(f"expected a xacro argument as NAME:=VALUE, got '{given:.60}'", str(source))
         found[name] = value
@@ -235,5 +237,9 @@ def _with_urdf(value: dict[str, Any], path: Path, xacro: Mapping[str, str] | Non
     if top.has("joints"):
         top.refuse("", "expected urdf: FILE or joints, got both")
     base_link, tip_link = (top.text(key) if top.has(key) else "" for key in ("base_link", "tip_link"))
-    spec = read_urdf(path.parent / top.text("urdf"), base_link, tip_link, xacro)
+    file = top.text("urdf")
+    if xacro is None and file.lower().endswith(".xacro"):
+        how = "if you trust it, add --xacro yes (xacro={})"
+        top.refuse("urdf", f"expected a URDF, got a xacro, which is a program: {how}")
+    spec = read_urdf(path.parent / file, base_link, tip_link, xacro)
     return spec | {key: entry for key, entry in value.items() if key not in ("urdf", "base_link", "tip_link")}
