@@ -8,8 +8,8 @@ either the old file or the new one. What a killed process left behind is removed
 
 from __future__ import annotations
 
-import fcntl
 import os
+import re
 import secrets
 import shutil
 from collections.abc import Iterator, Sequence
@@ -18,7 +18,15 @@ from pathlib import Path
 
 from fastcal.errors import InvalidInput
 
+try:
+    import fcntl
+except ImportError:  # Windows: nothing is locked, so nothing is taken for abandoned
+    fcntl = None  # type: ignore[assignment]
+
 PREFIX = ".fastcal-"
+_HEX = 12  # digits
+# The whole name of a temporary folder, or of a file with its ending.
+_OWN = re.compile(rf"{re.escape(PREFIX)}[0-9a-f]{{{_HEX}}}(\..+)?", re.DOTALL)
 # Temporary folders that are being filled: their files come to the disk with them, so none is waited for on its own.
 _BEING_FILLED: set[Path] = set()
 
@@ -40,8 +48,9 @@ def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
 def atomic_paths(paths: Sequence[str | os.PathLike[str]]) -> Iterator[list[Path]]:
     """`atomic_path` of files that belong together, such as a program and the plan that it follows.
 
-    At any moment the files that are there are of one result, the old or the new: before the first is replaced the older
-    others are removed. Killed in between, some are missing; none stands beside a file of another result.
+    They are complete on the disk before the first is replaced, and are replaced without a pause, so that a kill hardly
+    ever falls in between. The older others are removed first: if one does, some are missing, and none stands beside a
+    file of another result.
 
     Raises:
         InvalidInput: A file cannot be written there.
@@ -63,10 +72,10 @@ def atomic_paths(paths: Sequence[str | os.PathLike[str]]) -> Iterator[list[Path]
                 finish(temporary)
             for target in targets[1:]:
                 target.unlink(missing_ok=True)
-                finish(target.parent)
             for temporary, target in zip(temporaries, targets, strict=True):
                 temporary.replace(target)
-                finish(target.parent)
+            for parent in dict.fromkeys(target.parent for target in targets):
+                finish(parent)
     except (OSError, UnicodeEncodeError) as error:
         names = " and ".join(map(str, paths))
         raise InvalidInput(f"{names}: cannot be written: {getattr(error, 'strerror', None) or error}") from error
@@ -88,17 +97,10 @@ def write_bytes(path: str | os.PathLike[str], content: bytes) -> None:
 def temporary_place(parent: Path, ending: str, *, folder: bool) -> Iterator[Path]:
     """An empty file or folder of its own in `parent`, removed at the end; a lock on it says that its owner lives."""
     remove_abandoned(parent)
-    place = parent / f"{PREFIX}{secrets.token_hex(6)}{ending}"
-    lock = -1
+    place, lock = _locked_place(parent, ending, folder=folder)
     try:
         if folder:
-            place.mkdir()
             _BEING_FILLED.add(place)
-        else:
-            os.close(os.open(place, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666))
-        with suppress(OSError):  # a file system without locks: then nobody removes what is abandoned
-            lock = os.open(place, os.O_RDONLY)
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         yield place
     finally:
         _BEING_FILLED.discard(place)
@@ -107,15 +109,67 @@ def temporary_place(parent: Path, ending: str, *, folder: bool) -> Iterator[Path
             os.close(lock)
 
 
+def _locked_place(parent: Path, ending: str, *, folder: bool) -> tuple[Path, int]:
+    """A new place and the descriptor that holds its lock, -1 where the file system has none: then nobody cleans up.
+
+    Another process may take a new place for an abandoned one before it is locked; then another place is made.
+    """
+    while True:
+        place = parent / f"{PREFIX}{secrets.token_hex(_HEX // 2)}{ending}"
+        if folder:
+            place.mkdir()
+        else:
+            os.close(os.open(place, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666))
+        try:
+            lock = os.open(place, os.O_RDONLY)
+        except FileNotFoundError:
+            continue
+        except OSError:  # a system whose folders can't be opened
+            return place, -1
+        held = locked(lock)
+        if held and _is(place, lock):
+            return place, lock
+        os.close(lock)
+        if held is None:
+            return place, -1
+
+
+def locked(descriptor: int) -> bool | None:
+    """Whether this process has the lock of an open file or folder now, without waiting; None: it can't be locked."""
+    if fcntl is None:
+        return None
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    except OSError:
+        return None
+    return True
+
+
+def _is(place: Path, descriptor: int) -> bool:
+    """Whether the name still belongs to what is open."""
+    try:
+        return os.path.samestat(place.lstat(), os.fstat(descriptor))
+    except OSError:
+        return False
+
+
 def remove_abandoned(parent: Path) -> None:
-    """Removes temporary files and folders in `parent` whose owner was killed: nobody holds their lock."""
+    """Removes temporary files and folders of fastcal in `parent` whose owner was killed: nobody holds their lock.
+
+    What has another name than these have is somebody else's and stays.
+    """
     with suppress(OSError):
         for place in parent.glob(f"{PREFIX}*"):
+            kind = _OWN.fullmatch(place.name)
+            if kind is None or place.is_symlink() or place.is_dir() == bool(kind[1]):
+                continue
             with suppress(OSError):
                 found = os.open(place, os.O_RDONLY | os.O_NOFOLLOW)
                 try:
-                    fcntl.flock(found, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                    remove(place)
+                    if locked(found) and _is(place, found):
+                        remove(place)
                 finally:
                     os.close(found)
 

@@ -18,7 +18,7 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 
 from fastcal.errors import InvalidInput
-from fastcal.io.atomic import sync, temporary_place
+from fastcal.io.atomic import locked, sync, temporary_place
 
 MOST_LINKS = 10_000
 _AT_FDCWD, _RENAME_EXCHANGE = -100, 2
@@ -81,14 +81,26 @@ def _put(temporary: Path, target: Path, owned: tuple[str, ...]) -> None:
             _link_others(target, temporary, {*new, *stale})
             shutil.copystat(target, temporary)
             sync(temporary)
-            exchange(temporary, target)
-            _move_late_comers(temporary, target, {*new, *stale})
+            with _held(target):  # under the temporary name it would be taken for abandoned
+                exchange(temporary, target)
+                _move_late_comers(temporary, target, {*new, *stale})
             return
     for name in new:
         (temporary / name).replace(target / name)
     for name in stale:
         (target / name).unlink()
     sync(target)
+
+
+@contextmanager
+def _held(folder: Path) -> Iterator[None]:
+    """Keeps the lock of a folder, whatever it is called meanwhile."""
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        locked(descriptor)
+        yield
+    finally:
+        os.close(descriptor)
 
 
 def _link_others(source: Path, place: Path, left_out: set[str]) -> None:

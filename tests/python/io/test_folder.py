@@ -3,13 +3,16 @@
 """A folder of results is put in place at once; what else lies in it stays."""
 
 import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
 from fastcal.errors import InvalidInput
+from fastcal.io import atomic
 from fastcal.io import folder as folders
-from fastcal.io.atomic import PREFIX, write_text
+from fastcal.io.atomic import PREFIX, remove_abandoned, write_text
 from fastcal.io.folder import atomic_folder, check_folder
 
 
@@ -105,14 +108,105 @@ def test_too_many_other_files_are_left_where_they_are(tmp_path: Path, monkeypatc
 
 
 def test_a_living_writer_s_temporary_file_is_let_be_and_a_dead_one_s_is_removed(tmp_path: Path) -> None:
-    (tmp_path / f"{PREFIX}0123.dead").write_text("left by a kill")
-    (tmp_path / f"{PREFIX}dead").mkdir()
+    (tmp_path / f"{PREFIX}0123456789ab.dead.csv").write_text("left by a kill")
+    (tmp_path / f"{PREFIX}0123456789ab").mkdir()
+    fill(tmp_path / f"{PREFIX}0123456789ab", "model.yaml")
     with atomic_folder(tmp_path / "out") as living:
         fill(living, "model.yaml")
         write_text(tmp_path / "other.txt", "new")
         assert living.is_dir()
         assert sorted(path.name for path in tmp_path.iterdir()) == sorted([living.name, "other.txt"])
     assert seen(tmp_path) == {"other.txt": "new", "out/model.yaml": "new"}
+
+
+def test_what_somebody_else_called_alike_stays(tmp_path: Path) -> None:
+    """A name is fastcal's own with all of its digits, and a file's with an ending, a folder's without."""
+    names = ["venv/", "notes/", "0123456789/", "0123456789abc/", "0123456789AB/", "0123456789ab.d/", "keep.csv"]
+    names += ["0123456789ab", "01234567.csv", "0123456789ab-1.csv"]
+    for name in (f"{PREFIX}{name}" for name in names):
+        if name.endswith("/"):
+            (tmp_path / name).mkdir()
+            fill(tmp_path / name, "mine")
+        else:
+            fill(tmp_path, name)
+    (tmp_path / f"{PREFIX}ba9876543210.csv").symlink_to(f"{PREFIX}keep.csv")
+    before = sorted(tmp_path.rglob("*"))
+    with atomic_folder(tmp_path / "out") as place:
+        fill(place, "model.yaml")
+    write_text(tmp_path / "other.txt", "new")
+    new = [tmp_path / name for name in ("out", "out/model.yaml", "other.txt")]
+    assert sorted(tmp_path.rglob("*")) == sorted([*before, *new])
+
+
+def test_the_old_folder_is_nobody_s_while_it_is_exchanged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Under the temporary name it looks abandoned, and a file that somebody put there in time must follow."""
+    (tmp_path / "out").mkdir()
+    exchange = folders.exchange
+
+    def exchanged(first: Path, second: Path) -> None:
+        (second / "late").write_text("late")
+        exchange(first, second)
+        remove_abandoned(tmp_path)
+
+    monkeypatch.setattr(folders, "exchange", exchanged)
+    with atomic_folder(tmp_path / "out") as place:
+        fill(place, "model.yaml")
+    assert seen(tmp_path) == {"out/model.yaml": "new", "out/late": "late"}
+
+
+WRITER = """
+import sys
+from pathlib import Path
+from fastcal.io.atomic import write_text
+from fastcal.io.folder import atomic_folder
+place, name = Path(sys.argv[1]), sys.argv[2]
+for k in range(int(sys.argv[3])):
+    write_text(place / f"{name}.txt", str(k))
+    with atomic_folder(place / f"{name}.d") as made:
+        (made / "a").write_text(str(k))
+"""
+
+
+def test_processes_that_write_into_one_folder_leave_each_other_s_files(tmp_path: Path) -> None:
+    """A place is made and then locked; in between, another process may clean it away, and a new one must be made."""
+    count, often = (8, 2500) if os.environ.get("FASTCAL_TEST_FULL") else (4, 150)
+    command = [sys.executable, "-c", WRITER, str(tmp_path)]
+    running = [subprocess.Popen([*command, f"w{i}", str(often)], stderr=subprocess.PIPE) for i in range(count)]
+    said = [process.communicate()[1].decode() for process in running]
+    assert said == [""] * count
+    expected = {f"w{i}.txt": str(often - 1) for i in range(count)} | {f"w{i}.d/a": str(often - 1) for i in range(count)}
+    assert seen(tmp_path) == expected
+
+
+def test_a_place_taken_between_its_making_and_its_lock_is_made_anew(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each of the three moments at which a cleaner can come: before the name is opened, before its lock, after it."""
+    lock, opened, taken = atomic.locked, os.open, []
+
+    def first_removed(descriptor: int) -> bool | None:
+        place = Path(f"/proc/self/fd/{descriptor}").readlink()
+        if len(taken) == 0:  # the cleaner holds the lock
+            taken.append(place)
+            atomic.remove(place)
+            return False
+        if len(taken) == 1:  # it has come and gone
+            taken.append(place)
+            atomic.remove(place)
+        return lock(descriptor)
+
+    def absent(path: str | os.PathLike[str], flags: int, mode: int = 0o777) -> int:
+        if len(taken) == 2 and flags == os.O_RDONLY and Path(path).name.startswith(PREFIX):
+            taken.append(Path(path))
+            atomic.remove(Path(path))
+        return opened(path, flags, mode)
+
+    monkeypatch.setattr(atomic, "locked", first_removed)
+    monkeypatch.setattr(os, "open", absent)
+    with atomic_folder(tmp_path / "out") as place:
+        fill(place, "model.yaml")
+    assert len(set(taken)) == 3
+    assert seen(tmp_path) == {"out/model.yaml": "new"}
 
 
 def test_what_is_written_is_on_the_disk_before_its_name_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
