@@ -191,8 +191,8 @@ def test_a_place_taken_between_its_making_and_its_lock_is_made_anew(
             atomic.remove(place)
             return False
         if len(taken) == 1:  # it has come and gone
-            taken.append(place)
             atomic.remove(place)
+            taken.append(place)
         return lock(descriptor)
 
     def absent(path: str | os.PathLike[str], flags: int, mode: int = 0o777) -> int:

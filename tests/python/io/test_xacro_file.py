@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from fastcal.errors import ParseError
-from fastcal.io import xacro_child
+from fastcal.io import xacro_macros
 from fastcal.io.robot_file import load_robot, read_spec
 from fastcal.io.xacro_expressions import NotAllowedError, evaluate
 from fastcal.io.xacro_file import expanded
@@ -156,7 +156,7 @@ def macros_of_macros(depth: int) -> str:
 @pytest.mark.parametrize(
     ("inside", "sentence"),
     [
-        (macros_of_macros(30), f"more than {xacro_child.MACROS} times"),
+        (macros_of_macros(30), f"more than {xacro_macros.MACROS} times"),
         ('<link name="${9**9**9}"/>', "power is too large"),
         ('<link name="${len(list(range(10**12)))}"/>', "more than 10 s"),
         ("<link name=\"${'x' * 10**11}\"/>", "more than 10 s"),

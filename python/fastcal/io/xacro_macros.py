@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""The process that expands a xacro file, within limits of time and memory; `xacro_file` starts it and reads its answer.
+"""The macros of a xacro file, expanded by the package xacro in the process that `xacro_file` has for it.
 
-The package xacro computes expressions by Python's eval behind a filter of names, which a nested lambda gets round. Here
+That package computes expressions by Python's eval behind a filter of names, which a nested lambda gets round. Here
 `xacro_expressions` computes them, and eval, exec and compile are out of reach of xacro's modules.
 """
 
@@ -10,18 +10,16 @@ from __future__ import annotations
 
 import contextlib
 import itertools
-import json
 import os
 import re
-import sys
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from fastcal.errors import ParseError
 from fastcal.io.xacro_expressions import evaluate
 
-SECONDS, BYTES = 10, 1_000_000_000  # of processor time and of memory; the largest public robots take a second
 MACROS = 20_000  # calls; the largest public robots have hundreds
 
 
@@ -29,30 +27,24 @@ class NotExpandedError(Exception):
     """What is told as it stands: a ROS package is not on this machine, or the macros do not end."""
 
 
-def main() -> None:
-    """Answers the request on standard input, {"path", "arguments"}, with {"text"} or {"error"} on standard output."""
-    answer, sys.stdout = sys.stdout, sys.stderr  # what macros print is none of the answer
-    request = json.load(sys.stdin)
-    _limit()
+def expand(path: str, arguments: Mapping[str, str]) -> str:
+    """The URDF text of a xacro file; changes the modules of xacro, so that it is for a process of its own.
+
+    Raises:
+        ParseError: xacro is not installed, a package or argument is missing, or the file can't be expanded.
+        MemoryError: It needs more than this process may take.
+    """
     try:
-        found = {"text": _expanded(request["path"], request["arguments"])}
+        return _expanded(path, arguments)
     except ImportError as error:
-        found = {"error": f"reading xacro needs the package {error.name}: pip install fastcal[ros]"}
-    except NotExpandedError as error:
-        found = {"error": str(error)}
+        raise ParseError(f"reading xacro needs the package {error.name}: pip install fastcal[ros]", path) from None
     except Exception as error:  # noqa: BLE001 - a file's expressions raise whatever Python raises
-        found = {"error": _sentence(error)}
-    json.dump(found, answer)
-    answer.flush()
-
-
-def _limit() -> None:
-    """Processor time and memory of this process end where no robot needs them."""
-    with contextlib.suppress(ImportError, ValueError, OSError):  # Windows: the caller's clock alone ends it
-        import resource
-
-        resource.setrlimit(resource.RLIMIT_CPU, (SECONDS, SECONDS))
-        resource.setrlimit(resource.RLIMIT_AS, (BYTES, BYTES))
+        inner: BaseException | None = error
+        while inner is not None and not isinstance(inner, NotExpandedError | MemoryError):  # xacro wraps it
+            inner = getattr(inner, "exc", None) or inner.__cause__ or inner.__context__
+        if isinstance(inner, MemoryError):
+            raise MemoryError from None
+        raise ParseError(str(inner) if inner else _sentence(error), path) from None
 
 
 def _expanded(path: str, arguments: Mapping[str, str]) -> str:
@@ -62,12 +54,12 @@ def _expanded(path: str, arguments: Mapping[str, str]) -> str:
     def find(package: str) -> str:
         return _package(package, Path(path))
 
-    expand, calls = xacro.handle_macro_call, itertools.count(1)
+    expand_one, calls = xacro.handle_macro_call, itertools.count(1)
 
     def counted(*given: Any) -> Any:
         if next(calls) > MACROS:
             raise NotExpandedError(f"its macros call each other more than {MACROS} times, which no robot needs")
-        return expand(*given)
+        return expand_one(*given)
 
     for module in (xacro, substitution_args):
         _forbid(module)
@@ -91,11 +83,6 @@ def _forbid(module: ModuleType) -> None:
 
 
 def _sentence(error: Exception) -> str:
-    inner: BaseException | None = error
-    while inner is not None and not isinstance(inner, NotExpandedError | MemoryError):  # xacro wraps it
-        inner = getattr(inner, "exc", None) or inner.__cause__ or inner.__context__
-    if inner is not None:
-        return str(inner) or type(inner).__name__
     message = " ".join(str(error).split()) or type(error).__name__
     if argument := re.search(r"Undefined substitution argument (\w+)", message):
         message = f"needs the argument {argument[1]}: give it as --xacro {argument[1]}:=VALUE"
