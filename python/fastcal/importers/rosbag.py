@@ -23,6 +23,7 @@ from fastcal.importers.dialect import Dialect, made
 from fastcal.importers.export import Export
 from fastcal.importers.grid import Grid, Row
 from fastcal.importers.standstills import core, standstills
+from fastcal.io.bounded import Limits, call
 
 FloatArray = NDArray[np.float64]
 
@@ -38,6 +39,9 @@ _COMPUTED = (
 )  # by a controller, from its joints
 _SECOND = 1e9
 MAX_MESSAGES = 5_000_000
+MEMORY, SECONDS = 1_000_000_000, 600  # 5 million messages take two minutes
+MAX_METADATA = 1_000_000  # bytes; a bag of a hundred topics has 50,000
+LEAST_UNPACKED, MOST_UNPACKED = 100_000_000, 50  # bytes of an unpacked file, at least, and by bytes of the bag
 MAX_SAMPLES = 200_000  # of a table that is not reduced to standstills
 
 
@@ -67,7 +71,7 @@ def bag_grids(path: str | os.PathLike[str], topic: str | None = None, *, joints_
         InvalidInput: Several topics could be it; the sentence lists them.
     """
     name = os.fspath(path)
-    joint_names, joints, poses = _read(name)
+    joint_names, joints, poses = _read_bounded(name)
     measured = None if joints_alone else _chosen(name, poses, topic)
     if not joints.times and measured is None:
         raise ParseError("the bag holds neither joint states nor poses", name)
@@ -82,8 +86,23 @@ def bag_grids(path: str | os.PathLike[str], topic: str | None = None, *, joints_
     return [_table(name, [*_joint_titles(joint_names), *titles], times, rows, sheet=measured, notes=notes)]
 
 
-def _read(path: str) -> tuple[list[str], _Stream, dict[str, _Stream]]:
-    """Names and positions of the joints, and the poses by topic."""
+_Streams = tuple[list[str], _Stream, dict[str, _Stream]]
+
+
+def _read_bounded(path: str) -> _Streams:
+    """`_read` in a process with limits: 100 kB of a bag can unpack to gigabytes, and its metadata can take minutes."""
+    place = Path(path)
+    metadata = place / "metadata.yaml"
+    if metadata.is_file() and metadata.stat().st_size > MAX_METADATA:
+        raise TooLarge(f"expected metadata of at most {MAX_METADATA / 1e6:.0f} MB", metadata)
+    packed = sum(each.stat().st_size for each in (place.iterdir() if place.is_dir() else [place]) if each.is_file())
+    limits = Limits(MEMORY, SECONDS, max(LEAST_UNPACKED, MOST_UNPACKED * packed), "its messages take")
+    found: _Streams = call("fastcal.importers.rosbag:_read", (path, MAX_MESSAGES), path, limits)
+    return found
+
+
+def _read(path: str, most: int) -> _Streams:
+    """Names and positions of the joints, and the poses by topic; at most `most` messages."""
     try:
         from rosbags.highlevel import AnyReader
         from rosbags.typesys import Stores, get_typestore
@@ -94,8 +113,8 @@ def _read(path: str) -> tuple[list[str], _Stream, dict[str, _Stream]]:
         with AnyReader([Path(path)], default_typestore=get_typestore(Stores.LATEST)) as reader:
             wanted = [c for c in reader.connections if c.msgtype in _POSES or c.msgtype == _JOINTS]
             for count, (connection, received, raw) in enumerate(reader.messages(connections=wanted)):
-                if count == MAX_MESSAGES:
-                    raise TooLarge(f"expected a bag of at most {MAX_MESSAGES} joint states and poses", path)
+                if count == most:
+                    raise TooLarge(f"expected a bag of at most {most} joint states and poses", path)
                 message: Any = reader.deserialize(raw, connection.msgtype)
                 if connection.msgtype == _JOINTS:
                     _add_joints(path, connection.topic, message, received, devices)
@@ -106,6 +125,8 @@ def _read(path: str) -> tuple[list[str], _Stream, dict[str, _Stream]]:
                     stream.values.append(values)
     except ParseError:
         raise
+    except MemoryError:  # what is damaged may ask for any size
+        raise ParseError(f"is no ROS bag that can be read within {MEMORY / 1e9:.0f} GB", path) from None
     except Exception as error:  # noqa: BLE001 - a damaged bag makes its reader raise what it happens to meet
         raise ParseError(f"is no ROS bag that can be read: {' '.join(str(error).split()):.200}", path) from None
     # A gripper or a rail beside the arm has fewer joints, whichever of them spoke first.

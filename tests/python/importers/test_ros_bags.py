@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: MIT
 """ROS bags written by rosbags itself, as a recorder beside an arm and a tracker would: an arm that stops at poses."""
 
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,7 @@ from fastcal.importers.bag_path import is_bag
 
 pytest.importorskip("rosbags", reason="the extra [ros] is not installed")
 from rosbags.highlevel import AnyReader
-from rosbags.rosbag2 import StoragePlugin, Writer
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
 STORE = get_typestore(Stores.ROS2_HUMBLE)
@@ -241,6 +242,31 @@ def test_a_bag_without_end_is_refused(arm, bags, monkeypatch) -> None:
     monkeypatch.setattr("fastcal.importers.rosbag.MAX_SAMPLES", 100)
     with pytest.raises(TooLarge, match="alone of at most 100 samples"):
         import_measurements([bags / "session"], joints=bags / "session", robot=arm[0])
+
+
+@pytest.mark.parametrize("mode", ["FILE", "MESSAGE"])
+def test_a_small_bag_that_unpacks_to_far_more_is_refused(mode: str, arm, tmp_path, monkeypatch) -> None:
+    """400 MB of zeros in one message: beyond what a file of the bag, or memory, may grow to."""
+    monkeypatch.setenv("TMPDIR", str(tmp_path / "unpacked"))
+    monkeypatch.setattr("fastcal.importers.rosbag.MEMORY", 500_000_000)
+    (tmp_path / "unpacked").mkdir()
+    bag = Bag(tmp_path / "bag")
+    bag.writer.set_compression(CompressionMode[mode], CompressionFormat.ZSTD)
+    with bag:
+        bag.add("/joint_states", START, joint_state(START, ["a"], [0.0]))
+        bag.writer.write(bag.connections["/joint_states"], 1, bytes(400_000_000))
+    assert sum(path.stat().st_size for path in (tmp_path / "bag").iterdir()) < 400_000
+    with pytest.raises(ParseError, match="is no ROS bag that can be read"):
+        load_measurements(tmp_path / "bag", arm[0])
+    assert not list((tmp_path / "unpacked").iterdir())
+
+
+def test_metadata_that_would_take_minutes_are_refused(arm, bags, tmp_path) -> None:
+    shutil.copytree(bags / "session", tmp_path / "bag")
+    with (tmp_path / "bag" / "metadata.yaml").open("a") as out:
+        out.write("# a long comment\n" * 100_000)
+    with pytest.raises(TooLarge, match="metadata of at most 1 MB"):
+        load_measurements(tmp_path / "bag", arm[0])
 
 
 def test_joints_without_a_number_in_their_names_are_reported(arm, bags, tmp_path) -> None:

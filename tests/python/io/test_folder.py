@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -195,11 +196,11 @@ def test_a_place_taken_between_its_making_and_its_lock_is_made_anew(
             taken.append(place)
         return lock(descriptor)
 
-    def absent(path: str | os.PathLike[str], flags: int, mode: int = 0o777) -> int:
+    def absent(path: str | os.PathLike[str], flags: int, mode: int = 0o777, **at: Any) -> int:
         if len(taken) == 2 and flags == os.O_RDONLY and Path(path).name.startswith(PREFIX):
             taken.append(Path(path))
             atomic.remove(Path(path))
-        return opened(path, flags, mode)
+        return opened(path, flags, mode, **at)
 
     monkeypatch.setattr(atomic, "locked", first_removed)
     monkeypatch.setattr(os, "open", absent)
