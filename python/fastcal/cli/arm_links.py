@@ -22,7 +22,10 @@ OPTIONS: dict[str, tuple[Any, Any]] = {  # with their defaults
         "",
     ),
     "xacro": (
-        Annotated[list[str] | None, typer.Option(metavar="NAME:=VALUE", help="An argument of a xacro file; yes: it may be expanded.")],
+        Annotated[
+            list[str] | None,
+            typer.Option(metavar="NAME:=VALUE", help="An argument of a xacro file; yes: a robot file may name one."),
+        ],
         None,
     ),
 }

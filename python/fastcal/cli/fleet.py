@@ -11,6 +11,7 @@ import typer
 
 from fastcal.cli.console import NOT_CONVERGED, emit, progress, say
 from fastcal.cli.options import Loss, OutFolder
+from fastcal.cli.own_inputs import refuse
 
 if TYPE_CHECKING:
     from fastcal.fleet import Fleet
@@ -49,6 +50,8 @@ def fleet(
     if diagnose and (effects != "geometry" or loss != "tukey" or check_all or reports):
         raise InvalidInput("--diagnose goes without --effects, --loss, --check-all and --reports: it finds the effects")
     listed = read_list(arms)
+    named = [Path(part) for arm in listed for part in (arm.robot, arm.data, arm.test) if isinstance(part, str)]
+    refuse([arms, *named], [output, *(output / arm.name for arm in listed)])
     with progress() as show:
         if diagnose:
             found = diagnose_many(listed, out=output, jobs=jobs, cluster=cluster, progress=show)

@@ -18,6 +18,7 @@ from fastcal.calibration.evaluation import ErrorStatistics, Evaluation
 from fastcal.errors import FastcalError
 from fastcal.fleet.arms import Arm
 from fastcal.fleet.result import NOT_CALIBRATED, ArmResult
+from fastcal.io import inputs
 from fastcal.io.folder import atomic_folder
 from fastcal.io.results import read_json, write_json
 from fastcal.io.robot_file import load_robot, write_spec
@@ -163,12 +164,13 @@ def _record(key: str, row: ArmResult) -> dict[str, Any]:
 def _known(path: Path, key: str) -> ArmResult | None:
     """The row of an earlier run that was given the same, or None."""
     try:
-        fleet = read_json(path)["fleet"]
-        if fleet["key"] != key:
-            return None
-        row = dict(fleet["row"])
-        is_there = row["status"] == "converged"
-        return ArmResult(**row, model=load_robot(path.with_name("model.yaml")) if is_there else None)
+        with inputs.replaceable():
+            fleet = read_json(path)["fleet"]
+            if fleet["key"] != key:
+                return None
+            row = dict(fleet["row"])
+            is_there = row["status"] == "converged"
+            return ArmResult(**row, model=load_robot(path.with_name("model.yaml")) if is_there else None)
     except (FastcalError, KeyError, TypeError):
         return None
 

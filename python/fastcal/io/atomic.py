@@ -17,6 +17,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 from fastcal.errors import InvalidInput
+from fastcal.io import inputs
 
 try:
     import fcntl
@@ -53,7 +54,7 @@ def atomic_paths(paths: Sequence[str | os.PathLike[str]]) -> Iterator[list[Path]
     file of another result.
 
     Raises:
-        InvalidInput: A file cannot be written there.
+        InvalidInput: A file cannot be written there, or it was read by this command.
     """
     # A link is followed, as a plain write would, so that it stays a link.
     targets = [Path(path).resolve() for path in paths]
@@ -62,6 +63,7 @@ def atomic_paths(paths: Sequence[str | os.PathLike[str]]) -> Iterator[list[Path]
         with ExitStack() as stack:
             temporaries = []
             for path, target in zip(paths, targets, strict=True):
+                inputs.refuse(target)
                 # A move onto a device would replace it.
                 if target.exists() and not target.is_file():
                     raise InvalidInput(f"{path}: cannot be written: it is not a regular file")

@@ -18,6 +18,7 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 
 from fastcal.errors import InvalidInput
+from fastcal.io import inputs
 from fastcal.io.atomic import locked, sync, temporary_place
 
 MOST_LINKS = 10_000
@@ -59,6 +60,8 @@ def atomic_folder(path: str | os.PathLike[str], owned: Iterable[str] = ()) -> It
             yield temporary
             new = _names(temporary)
             check_folder(path, new)
+            for name in new:
+                inputs.refuse(target / name)
             for name in new:
                 sync(temporary / name)
             _put(temporary, target, owned)

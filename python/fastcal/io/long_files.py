@@ -12,6 +12,7 @@ from functools import partial
 from pathlib import Path
 
 from fastcal.errors import ParseError
+from fastcal.io import inputs
 from fastcal.io.columns import JOINT_TITLE
 from fastcal.io.measurements import RowCounts, dataset_of
 from fastcal.io.table import Table, unreadable, without_blank_columns
@@ -87,6 +88,7 @@ def open_measurements(
 def _tables(path: str | os.PathLike[str], name: str) -> Iterator[Table]:
     try:
         with Path(path).open("rb") as file:
+            inputs.note(os.fstat(file.fileno()))
             is_parquet = file.read(4) == b"PAR1"
     except (OSError, ValueError) as error:
         raise ParseError(f"cannot be read: {getattr(error, 'strerror', None) or error}", path) from None

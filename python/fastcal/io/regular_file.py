@@ -8,6 +8,7 @@ import os
 import stat
 
 from fastcal.errors import ParseError, TooLarge
+from fastcal.io import inputs
 
 
 def read_bytes(path: str | os.PathLike[str], most: int) -> bytes:
@@ -25,6 +26,7 @@ def read_bytes(path: str | os.PathLike[str], most: int) -> bytes:
             if not stat.S_ISREG(found.st_mode):
                 kind = "a folder" if stat.S_ISDIR(found.st_mode) else "a pipe or a device"
                 raise TooLarge(f"is not a file that can be read, but {kind}", path)
+            inputs.note(found)
             with os.fdopen(opened, "rb", closefd=False) as file:
                 content = b"" if found.st_size > most else file.read(most + 1)
         finally:
