@@ -118,6 +118,8 @@ def _stations(model: Robot, data: Dataset, plan: Dataset | None) -> list[Station
         several = {name for name in names if len({side for n, side in zip(names, sides, strict=True) if n == name}) > 1}
         sides = [side if name in several else "" for name, side in zip(names, sides, strict=True)]
     else:
+        if plan is not data:
+            _check_once(plan)
         at = np.arange(len(data)) if plan is data else _visits_of(data, plan)
         T, names, sides = commanded_of(plan)[at], _labels(plan, "pose", at), _labels(plan, "direction", at)
     keys = list(zip(names, sides, strict=True))
@@ -152,7 +154,26 @@ def commanded_of(plan: Dataset) -> FloatArray:
 def _labels(plan: Dataset, column: str, at: RowArray) -> list[str]:
     if column in plan.extra_labels:
         return [plan.extra_labels[column][i] for i in at]
-    return [""] * len(at) if column == "direction" else _numbered(pose_groups(plan))
+    if column == "direction":
+        return [""] * len(at)
+    numbers = _numbered(pose_groups(plan))
+    return [numbers[i] for i in at]
+
+
+def _check_once(plan: Dataset) -> None:
+    """Refuses a plan with a visit twice: whose rows would then be of one, and whose of the other?"""
+    every = np.arange(len(plan))
+    cycle = plan.extra.get("cycle", np.zeros(len(plan)))
+    approach = np.zeros_like(plan.q) if plan.approach is None else np.asarray(plan.approach)
+    seen: dict[tuple[object, ...], int] = {}
+    sides, poses = _labels(plan, "direction", every), _labels(plan, "pose", every)
+    for row, key in enumerate(zip(poses, sides, cycle.tolist(), plan.q.tolist(), approach.tolist(), strict=True)):
+        visit = tuple(tuple(part) if isinstance(part, list) else part for part in key)
+        if visit in seen:
+            raise InvalidInput(
+                f"{plan.source}: data rows {seen[visit]} and {row} are the same visit; expected each visit of a cycle once"
+            )
+        seen[visit] = row
 
 
 def _numbered(groups: RowArray) -> list[str]:

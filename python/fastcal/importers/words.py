@@ -114,6 +114,7 @@ STATISTICS = _words(
 
 
 _LONGEST_TITLE = 200  # characters
+_MOST_DIGITS = 9  # of a count in a title
 _OWN = re.compile(
     r"payload_(kg|g)|sigma(_[xyz])?_(m|mm|um|in)|sigma_rot_(rad|mrad|deg)|temperature_(c|k)|station|mount|plane|approach\d+|"
     r"f[xyz]_n|m[xyz]_nm|current\d+_a|distance_(m|mm|um|in)|anchor|tilt_[xy]_(rad|mrad|deg)@\w+|sigma_tilt_(rad|mrad|deg)"
@@ -217,7 +218,7 @@ def _joint(words: list[str], unit: tuple[str, float] | None) -> Title | None:
     """J1, A1, Achse 1, actual_q_0, /joint_states/wrist_1_joint/position."""
     if any(word in OTHER for word in words) or (unit and unit[0] not in (*LENGTHS, *ANGLES)):
         return None
-    counts = [word for word in words if word.isdigit()]
+    counts = [word for word in words if word.isdigit() and len(word) <= _MOST_DIGITS]
     number = int(counts[-1]) if counts else None
     named = [word for word in words if word in JOINT or (word == "a" and number is not None)]
     if words[-2:] == ["q", words[-1]] and words[-1] in "wxyz":

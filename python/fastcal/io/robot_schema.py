@@ -15,10 +15,12 @@ from fastcal.correction import Correction
 from fastcal.io.fields import REQUIRED, Fields
 from fastcal.io.structure_schema import check_structure
 from fastcal.robot.calibration_record import unpacked
+from fastcal.robot.controller_robot import GEOMETRY
 
 Spec = dict[str, Any]
 KINDS = ("dh", "mdh", "poe", "urdf")
 MAX_JOINTS = 100
+LARGEST_MOVE = 1e6  # SI; by how much a parameter can move with another that is off by its plausible size
 
 _ZERO = [0.0, 0.0, 0.0]
 _STANDARD_GRAVITY = [0.0, 0.0, -9.80665]
@@ -62,17 +64,18 @@ def check_spec(value: Any, path: str | os.PathLike[str] = "robot") -> Spec:
         spec["equilibrium"] = equilibrium
     spec["effects"] = [_effect(fields) for fields in _list(top, "effects", 0, 1000)]
     spec["structure"] = check_structure(top.take("structure", {}), [joint["type"] for joint in spec["joints"]], path)
-    spec |= _additions(top, kind)
+    spec |= _additions(top, kind, spec["joints"])
     top.done()
     return spec
 
 
-def _additions(top: Fields, kind: str) -> Spec:
+def _additions(top: Fields, kind: str, joints: list[Spec]) -> Spec:
     """What fastcal adds: uncertainties, the correction, what it was made by, notes, and the URDF that it came from."""
     path = top.path
     spec: Spec = {}
     if top.has("calibration"):
-        spec["calibration"] = _calibration(Fields(top.take("calibration"), "calibration", path))
+        fields = Fields(top.take("calibration"), "calibration", path)
+        spec["calibration"] = _calibration(fields, joints)
     if (correction := top.optional("correction")) is not None:
         spec["correction"] = _correction(correction, path)
     if made_by := top.plain("made_by", {}):
@@ -128,8 +131,9 @@ def _list(top: Fields, key: str, low: int, high: int) -> list[Fields]:
     if value is None and low == 0:
         value = []  # a key whose last entry was taken out, as YAML reads it
     if not isinstance(value, list) or not low <= len(value) <= high:
-        top.fail(key, f"a list of {low} to {high} entries", value)
-    return [Fields(entry, f"{key}[{i}]", top.path) for i, entry in enumerate(value)]
+        entries = f"{low} to {high}" if low < high else f"{low}"
+        top.fail(key, f"a list of {entries} entries", value)
+    return [Fields(entry, f"{top.where}.{key}[{i}]".lstrip("."), top.path) for i, entry in enumerate(value)]
 
 
 def _frame(top: Fields, key: str, required: bool = False) -> Spec:
@@ -289,7 +293,7 @@ def _effect(fields: Fields) -> Spec:
     return effect | {"parameters": checked} | fields.rest()
 
 
-def _calibration(fields: Fields) -> Spec:
+def _calibration(fields: Fields, joints: list[Spec]) -> Spec:
     """How sure an identified model is: covariance = L L^T of its parameters in SI.
 
     Row i of L with i + 1 numbers, or all of them as `calibration_record.packed` writes them.
@@ -309,6 +313,8 @@ def _calibration(fields: Fields) -> Spec:
         if not isinstance(covered, dict):
             fields.fail("covered", "a range by quantity", covered)
         record["covered"] = {str(k): fields.checked_vector(f"covered.{k}", v, 2) for k, v in covered.items()}
+    if fields.has("nominal"):
+        record["nominal"] = _nominal(Fields(fields.take("nominal"), "calibration.nominal", fields.path), joints)
     return record | fields.rest()
 
 
@@ -336,7 +342,28 @@ def _held(fields: Fields) -> Spec:
     columns = fields.take("directions")
     if not isinstance(columns, list):
         fields.fail("directions", "a list of directions", columns)
-    return {
-        "parameters": list(names),
-        "directions": [fields.checked_vector(f"directions[{i}]", c, len(names)) for i, c in enumerate(columns)],
-    }
+    directions = [fields.checked_vector(f"directions[{i}]", c, len(names)) for i, c in enumerate(columns)]
+    for i, column in enumerate(directions):
+        if max(map(abs, column), default=0.0) > LARGEST_MOVE:
+            fields.fail(f"directions[{i}]", f"numbers up to {LARGEST_MOVE:g}", max(column, key=abs))
+    return {"parameters": list(names), "directions": directions}
+
+
+def _nominal(fields: Fields, joints: list[Spec]) -> Spec:
+    """The robot before it was calibrated: the geometry of each joint, in the keys that the model has, and its ends."""
+    given = _list(fields, "joints", len(joints), len(joints))
+    checked = [
+        {key: _alike(each, key, joint[key]) for key in GEOMETRY if key in joint}
+        for each, joint in zip(given, joints, strict=True)
+    ]
+    for each in given:
+        each.done()
+    return {"joints": checked} | fields.rest()
+
+
+def _alike(fields: Fields, key: str, other: Any) -> Any:
+    """A number, a list of numbers or a mapping of such, where another has it."""
+    if isinstance(other, dict):
+        inner = Fields(fields.take(key), f"{fields.where}.{key}", fields.path)
+        return {name: _alike(inner, name, value) for name, value in other.items()}
+    return fields.vector(key, len(other)) if isinstance(other, list) else fields.number(key)

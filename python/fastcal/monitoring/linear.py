@@ -104,9 +104,20 @@ class LinearRows:
 
     @cached_property
     def root(self) -> FloatArray:
-        """(m, m) lower triangular L, V = L L^T."""
+        """(m, m) lower triangular L, V = L L^T.
+
+        Raises:
+            InvalidInput: The model's covariance is too large for doubles to hold the noise beside it.
+        """
         M = self.J @ self.R
-        return np.asarray(linalg.cholesky(np.eye(len(M)) + M @ M.T, lower=True))
+        try:
+            return np.asarray(linalg.cholesky(np.eye(len(M)) + M @ M.T, lower=True))
+        except (np.linalg.LinAlgError, ValueError):
+            largest = float(np.abs(self.R).max())
+            raise InvalidInput(
+                f"the model's calibration block is damaged: it has standard deviations of up to {largest:.1g} (SI), "
+                "with which nothing can be predicted"
+            ) from None
 
     def whitened(self, columns: FloatArray) -> FloatArray:
         """L^-1 columns."""

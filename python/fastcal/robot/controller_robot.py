@@ -11,7 +11,7 @@ from fastcal.robot.core_model import ROW_KEYS
 from fastcal.robot.plain_copy import plain_copy
 from fastcal.robot.robot import Robot, Spec
 
-_GEOMETRY = (*ROW_KEYS.values(), "omega", "point_mm", "v", "v_mm", "origin", "axis")  # keys of a joint
+GEOMETRY = (*ROW_KEYS.values(), "omega", "point_mm", "v", "v_mm", "origin", "axis")  # keys of a joint
 _ENDS = ("home", "flange")  # keys of the robot
 
 
@@ -21,7 +21,7 @@ def nominal_record(start: Spec) -> Spec:
     if earlier:
         return plain_copy(dict(earlier))
     record: Spec = {key: plain_copy(start[key]) for key in _ENDS if key in start}
-    record["joints"] = [{key: plain_copy(joint[key]) for key in _GEOMETRY if key in joint} for joint in start["joints"]]
+    record["joints"] = [{key: plain_copy(joint[key]) for key in GEOMETRY if key in joint} for joint in start["joints"]]
     return record
 
 
@@ -47,7 +47,7 @@ def nominal_robot(model: Robot, given: Robot | None = None) -> Robot:
             raise InvalidInput(f"{model.name} does not keep its nominal geometry; give the nominal robot file as well")
         return Robot(_plain(spec) | ends)
     joints = [
-        {key: value for key, value in joint.items() if key not in _GEOMETRY} | geometry
+        {key: value for key, value in joint.items() if key not in GEOMETRY} | geometry
         for joint, geometry in zip(spec["joints"], record["joints"], strict=True)
     ]
     kept = {key: record[key] for key in _ENDS if key in record}
