@@ -13,6 +13,7 @@ from typing import Any
 from fastcal.errors import InvalidInput
 
 _FEWEST = 5  # items in a share
+_SCHEMES = ("tcp", "tls", "ws", "wss", "inproc")
 _MESSAGE = 2**22  # bytes: Dask warns of messages of more than ten million
 
 
@@ -71,6 +72,9 @@ def workers(jobs: int, cluster: str | None) -> Iterator[SideBySide]:
 
 @contextmanager
 def _dask(address: str) -> Iterator[SideBySide]:
+    scheme = address.partition("://")[0] if "://" in address else "tcp"
+    if scheme not in _SCHEMES:
+        raise InvalidInput(f"{address}: expected the address of a Dask scheduler, such as tcp://10.0.0.1:8786")
     try:
         from distributed import Client
         from distributed.protocol.pickle import dumps

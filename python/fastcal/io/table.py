@@ -16,7 +16,24 @@ from fastcal.errors import ParseError
 FloatArray = NDArray[np.float64]
 Cells = FloatArray | Sequence[str]
 EMPTY = frozenset({"", "nan", "na", "n/a", "#n/a"})  # what an empty cell may hold, in any case
+_FORMULA = ("=", "+", "-", "@", "\t")  # with which a formula begins (OWASP, CSV injection)
 LONGEST_QUOTE = 40  # characters of a cell that an error repeats
+
+
+def is_formula(text: str) -> bool:
+    """Would a spreadsheet that opens a CSV file run this text? A number with its sign is none."""
+    if not text.startswith(_FORMULA):
+        return False
+    try:
+        float(text)
+    except ValueError:
+        return len(text) > 1
+    return False
+
+
+def _plain(text: str) -> str:
+    """A text without the apostrophe that keeps a spreadsheet from running it."""
+    return text[1:] if text.startswith("'") and is_formula(text[1:]) else text
 
 
 @dataclass(frozen=True)
@@ -81,7 +98,7 @@ class Table:
         cells = self.columns[place]
         if isinstance(cells, np.ndarray):
             return ["" if math.isnan(value) else f"{value:.17g}" for value in cells.tolist()]
-        return ["" if cell.lower() in EMPTY else cell for cell in map(str.strip, cells)]
+        return ["" if cell.lower() in EMPTY else _plain(cell) for cell in map(str.strip, cells)]
 
     def wrong_cell(self, place: int, row: int, expected: str, got: str | None = None) -> ParseError:
         """The error for a cell: where it is, what was expected and what came."""

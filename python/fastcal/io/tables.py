@@ -14,7 +14,7 @@ from pathlib import Path
 from fastcal.errors import InvalidInput, ParseError
 from fastcal.io.atomic import write_text
 from fastcal.io.regular_file import read_bytes
-from fastcal.io.table import Table
+from fastcal.io.table import Table, is_formula
 from fastcal.io.text_tables import read_text_table
 
 MAX_BYTES = 256_000_000
@@ -67,6 +67,9 @@ def csv_text(columns: Mapping[str, Iterable[float | int | str]]) -> str:
 
 
 def _cell(value: float | int | str) -> str:
+    """The text of a cell; what a spreadsheet would run as a formula begins with an apostrophe, as it writes texts."""
+    if isinstance(value, str):
+        return f"'{value}" if is_formula(value) else value
     # A numpy scalar prints its type since numpy 2.
-    plain = value if isinstance(value, str) else getattr(value, "item", lambda: value)()
+    plain = getattr(value, "item", lambda: value)()
     return "" if isinstance(plain, float) and not math.isfinite(plain) else str(plain)

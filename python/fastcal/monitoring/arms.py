@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from fastcal.calibration.parallel import one_blas_thread
 from fastcal.display import late
 from fastcal.display.shown import Shown
 from fastcal.errors import FastcalError, InvalidInput
@@ -103,6 +104,7 @@ class ArmChecks(Shown):
 STATES = ("changed", "cannot_tell", "unchecked", "holds")  # in the order in which they ask for attention
 
 
+@one_blas_thread()
 def check_arms(
     folder: str | os.PathLike[str],
     *,

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from fastcal.calibration.parallel import one_blas_thread
 from fastcal.errors import InvalidInput
 from fastcal.monitoring import words
 from fastcal.monitoring.causes import LEVEL, explained
@@ -22,6 +23,7 @@ from fastcal.robot.made_by import made_by
 GUARD = 2.0  # standard deviations of a coordinate beside the tolerance within which nothing is decided
 
 
+@one_blas_thread()
 def check(
     model: RobotLike,
     *data: DataLike,

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.calibration.evaluation import ErrorStatistics
+from fastcal.calibration.parallel import one_blas_thread
 from fastcal.display import late
 from fastcal.display.shown import Shown
 from fastcal.errors import InvalidInput
@@ -89,6 +90,7 @@ class Comparison(Shown):
         late.call("write_comparison", self, folder)
 
 
+@one_blas_thread()
 def compare(first: RobotLike, second: RobotLike, *, threads: int = 1) -> Comparison:
     """Compares two models of one arm; paths are read.
 

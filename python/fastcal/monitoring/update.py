@@ -12,6 +12,7 @@ import numpy as np
 
 from fastcal.calibration.data_notes import covered
 from fastcal.calibration.evaluation import Evaluation, evaluate
+from fastcal.calibration.parallel import one_blas_thread
 from fastcal.calibration.result import IdentifiedParameter
 from fastcal.display import late
 from fastcal.display.shown import Shown
@@ -76,6 +77,7 @@ class UpdateResult(Shown):
         late.call("write_update", self, folder)
 
 
+@one_blas_thread()
 def update(
     model: RobotLike,
     *data: DataLike,

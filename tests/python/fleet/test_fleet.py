@@ -249,7 +249,7 @@ def test_a_missing_file_is_a_row_and_a_cluster_that_does_not_answer_an_error(tmp
         calibrate_many([])
     with pytest.raises(fastcal.InvalidInput, match="jobs must be at least 1"):
         calibrate_many(arms, jobs=0)
-    with pytest.raises(fastcal.InvalidInput, match="no Dask scheduler"):
+    with pytest.raises(fastcal.InvalidInput, match="expected the address of a Dask scheduler"):
         calibrate_many(arms, cluster="nonsense://nowhere")
 
 

@@ -276,3 +276,17 @@ def test_csv_is_not_written_under_another_formats_name(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="longer"):
         write_csv(tmp_path / "out.csv", {"a": [1.0], "b": [1.0, 2.0]})
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("text", ["=cmd|'/c calc'!A0", "@SUM(1)", "+1+2", "-2+3", "=1", "\t=1"])
+def test_a_text_that_a_spreadsheet_would_run_is_quoted_and_comes_back(text: str, tmp_path: Path) -> None:
+    write_csv(tmp_path / "a.csv", {"name": [text, "P1"], "x": [1.0, -2.0]})
+    with (tmp_path / "a.csv").open(newline="", encoding="utf-8") as file:
+        assert [row[0] for row in csv.reader(file)] == ["name", f"'{text}", "P1"]
+    assert read_table(tmp_path / "a.csv").labels(0)[0] == text
+
+
+@pytest.mark.parametrize("text", ["-1", "+1.5e3", "-", "P-1", "a=b", "'quoted'", "-inf"])
+def test_other_texts_are_written_as_they_are(text: str, tmp_path: Path) -> None:
+    write_csv(tmp_path / "a.csv", {"name": [text, "P1"]})
+    assert (tmp_path / "a.csv").read_text().splitlines()[1] == text

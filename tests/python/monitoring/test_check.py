@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: MIT
 """`fastcal.check`: what holds, what changed and by how much, and what can't be told."""
 
+import importlib
 from dataclasses import replace
 
 import numpy as np
@@ -14,6 +15,7 @@ from fastcal.monitoring.evidence import Evidence
 from fastcal.robot.core_model import pose
 from fastcal.robot.robot import Robot
 
+check_module = importlib.import_module("fastcal.monitoring.check")
 NOISE = 3e-5  # as conftest.py has it
 
 
@@ -232,3 +234,20 @@ def test_a_check_says_what_lies_beyond_the_model() -> None:
     beyond = fastcal.check(model, measured(30, 1.5, 566.3)).notes
     assert any(note.startswith("joint 2 is outside the -57.3 to 57.3 deg") for note in beyond)
     assert any(note.startswith("the temperature is far outside the 20.") for note in beyond)
+
+
+def test_blas_has_one_thread_in_a_check(calibrated, monkeypatch) -> None:
+    """A product shared among BLAS threads has other last digits, which check.json would show."""
+    from threadpoolctl import threadpool_info, threadpool_limits
+
+    seen, prepared = [], check_module.prepared
+
+    def watched(*given, **options):
+        seen.extend(library["num_threads"] for library in threadpool_info() if library["user_api"] == "blas")
+        return prepared(*given, **options)
+
+    monkeypatch.setattr(check_module, "prepared", watched)
+    with threadpool_limits(2, user_api="blas"):
+        fastcal.check(calibrated.model, calibrated.measured(calibrated.spec()))
+    assert seen
+    assert set(seen) == {1}
