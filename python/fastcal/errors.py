@@ -42,6 +42,8 @@ class ParseError(InvalidInput):
 
 def unloaded(error: Exception) -> ImportError | None:
     """One sentence where an error means that the compiled part does not load; None for any other error."""
+    if isinstance(error, ImportError) and str(error).startswith("FASTCAL_ISA"):
+        return error  # says itself what it needs
     if not isinstance(error, ImportError) or error.name not in {"_core", "fastcal._core"}:
         return None
     return ImportError(

@@ -45,6 +45,13 @@ def test_a_call_raises_the_sentence(broken: dict[str, str]) -> None:
     assert SENTENCE in ended.stderr.splitlines()[-1]
 
 
+def test_instructions_that_the_processor_lacks_are_refused_in_one_line() -> None:
+    ended = run({**os.environ, "FASTCAL_ISA": "avx1024"}, "-m", "fastcal", "predict", "ur5", "a.csv", "-o", "b.csv")
+    assert ended.returncode == 2
+    assert ended.stderr.startswith("fastcal: error: FASTCAL_ISA must be baseline, avx2 or avx512")
+    assert ended.stderr.count("\n") == 1
+
+
 def test_another_missing_module_is_left_as_it_is(broken: dict[str, str]) -> None:
     from fastcal.errors import unloaded
 

@@ -9,10 +9,13 @@ import pytest
 
 import fastcal
 from fastcal.acceptance import accept, plan_acceptance
+from fastcal.acceptance.visits import TARGET_COLUMNS
 from fastcal.budget import Budget, Input
+from fastcal.calibration.prediction import quaternions
+from fastcal.errors import InvalidInput
 from fastcal.robot.controller_robot import nominal_record
 from fastcal.robot.robot import Robot
-from fastcal.units import to_si
+from fastcal.units import from_si, to_si
 
 EFFECTS = [
     {"effect": "joint_compliance", "owner": "joint2", "parameters": {"compliance_rad_nm": {"value": 1e-6}}},
@@ -59,3 +62,19 @@ def test_a_model_with_play_and_a_temperature_is_judged(model, by_column: bool) -
     assert (own > 1e-6).all()
     assert (own < 5e-6 * model.reach).all()
     assert all(dict(worst.parts)["load"] > 0 for worst in found.predicted.worst)
+
+
+def test_a_plan_with_a_visit_twice_is_refused() -> None:
+    """Also where it has lost the letters of its poses: numbers name them then."""
+    robot = fastcal.load_robot("ur10")
+    plan = plan_acceptance(robot, language="urscript", program="test.script", cycles=2)
+    target = np.column_stack([from_si(plan.commanded[:, :3, 3], "mm"), quaternions(plan.commanded[:, :3, :3])])
+    extra = dict(zip(TARGET_COLUMNS, target.T, strict=True)) | {"cycle": [visit.cycle for visit in plan.visits]}
+    visits = replace(
+        fastcal.Dataset.from_arrays(plan.q), extra={name: np.array(each, dtype=float) for name, each in extra.items()}
+    )
+    data = fastcal.simulate(robot, plan.q, noise=1e-5, seed=2)
+    assert accept(robot, data, plan=visits, draws=0).figures
+    twice = visits.select(np.concatenate([np.arange(len(visits)), [3]]))
+    with pytest.raises(InvalidInput, match=f"data rows 3 and {len(visits)} are one visit; expected each"):
+        accept(robot, data, plan=twice, draws=0)

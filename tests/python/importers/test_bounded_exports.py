@@ -100,3 +100,11 @@ def test_no_pattern_runs_away(text: str, tmp_path: Path) -> None:
 def test_a_program_of_empty_lines_is_looked_at_once(tmp_path: Path) -> None:
     (tmp_path / "empty.mod").write_text("\n" * 100_000)
     assert not is_program(tmp_path / "empty.mod")
+
+
+def test_a_title_of_thousands_of_digits_is_no_number_of_a_joint(tmp_path: Path) -> None:
+    """Python refuses to read more than 4,300 digits, which was an internal error."""
+    (tmp_path / "a.csv").write_text(f"J{'1' * 4301},x,y\n1,2,3\n2,3,4\n")
+    with pytest.raises(InvalidInput) as caught:
+        import_measurements([tmp_path / "a.csv"])
+    assert len(str(caught.value)) < 600

@@ -12,6 +12,8 @@ from fastcal.errors import ParseError
 from fastcal.io.robot_schema import check_spec
 
 Spec = dict[str, Any]
+CALIBRATION = {"parameters": ["a"], "covariance_root": [[1]], "sigma_mm": 0.1, "degrees_of_freedom": 9}
+NOMINAL = {"theta_deg": 0, "d_mm": 1, "a_mm": 2, "alpha_deg": 3, "beta_deg": 0}
 
 
 def plain(kind: str = "dh") -> Spec:
@@ -97,6 +99,16 @@ WRONG = [
      "effects[0].order: expected a finite number"),
     ("dh", "structure", 3, "structure: expected a mapping of names to values, got 3"),
     ("dh", "compensator", {"joint": 2}, "compensator.joint: expected a whole number from 1 to 1, got 2"),
+    ("dh", "calibration", CALIBRATION | {"held": {"parameters": ["a"], "directions": [[1.0], [-1e18]]}},
+     "calibration.held.directions[1]: expected numbers up to 1e+06, got -1e+18"),
+    ("dh", "calibration", CALIBRATION | {"nominal": {"joints": []}},
+     "calibration.nominal.joints: expected a list of 1 entries, got a list of 0"),
+    ("dh", "calibration", CALIBRATION | {"nominal": {"joints": [{"d_mm": 1}]}},
+     "calibration.nominal.joints[0]: theta_deg is missing"),
+    ("dh", "calibration", CALIBRATION | {"nominal": {"joints": [NOMINAL | {"a_mm": "long"}]}},
+     "calibration.nominal.joints[0].a_mm: expected a finite number, got 'long'"),
+    ("dh", "calibration", CALIBRATION | {"nominal": {"joints": [NOMINAL | {"mass": 1}]}},
+     "calibration.nominal.joints[0]: the key 'mass' is not known"),
     ("dh", "calibration", {"parameters": ["a"], "covariance_root": [[1, 2]]},
      "calibration.covariance_root[0]: expected a list of 1"),
     ("dh", "calibration", {"parameters": ["a", "b"], "covariance_root": "AAAAAAAA8D8="},
