@@ -171,7 +171,7 @@ def _check_once(plan: Dataset) -> None:
         visit = tuple(tuple(part) if isinstance(part, list) else part for part in key)
         if visit in seen:
             raise InvalidInput(
-                f"{plan.source}: data rows {seen[visit]} and {row} are one visit; expected each visit of a cycle once"
+                f"{plan.source}: data row {row} is the same visit as row {seen[visit]}; expected each visit of a cycle once"
             )
         seen[visit] = row
 

@@ -45,6 +45,9 @@ def check(
     plan: Annotated[
         int | None, typer.Option(min=4, max=50, help="Measure nothing yet: write so many poses for a check to FILE.")
     ] = None,
+    surroundings: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Of --plan: YAML with keep_out, region, tracker, link_radius_mm.")
+    ] = None,
     files: Annotated[
         str | None,
         typer.Option(metavar="PATTERN", help="Of a folder of arms: which files to check; default: each arm's newest."),
@@ -82,8 +85,10 @@ def check(
         raise InvalidInput("--files needs a folder of arms as MODEL")
     robot = load_robot(model)
     if plan is not None:
-        _plan(robot, plan, data, output)
+        _plan(robot, plan, data, output, surroundings)
         return
+    if surroundings is not None:
+        raise InvalidInput("--surroundings goes with --plan")
     if not data:
         raise InvalidInput("expected DATA, the measured poses, or --plan N")
     measured = seen_by(tracker, load_measurements(data, robot))
@@ -140,17 +145,21 @@ def _check_arms(folder: str, output: Path | None, options: dict[str, Any], langu
         raise typer.Exit(CANNOT_TELL)
 
 
-def _plan(robot: Robot, count: int, data: list[Path] | None, output: Path | None) -> None:
+def _plan(
+    robot: Robot, count: int, data: list[Path] | None, output: Path | None, surroundings: Path | None
+) -> None:
     """Writes the poses of a check."""
     from fastcal.errors import InvalidInput
     from fastcal.io.design_out import write_poses
+    from fastcal.io.surroundings_file import load_surroundings
     from fastcal.monitoring.plan import assumed, check_poses
 
     if data:
         raise InvalidInput("--plan writes poses before anything is measured: leave out DATA")
     if output is None:
         raise InvalidInput("expected -o FILE, the poses to write")
-    write_poses(output, check_poses(robot, count), robot)
+    clear_of = None if surroundings is None else load_surroundings(surroundings)
+    write_poses(output, check_poses(robot, count, surroundings=clear_of), robot)
     warn(assumed(robot))
     say(f"{output}: {count} poses for a check of {robot.name}")
     emit({"file": str(output), "robot": robot.name, "poses": count})

@@ -12,6 +12,8 @@ import typer
 from fastcal.cli.console import emit, progress, say, warn
 from fastcal.cli.options import PageLanguage
 
+ALARM = 4
+
 
 def history(
     folder: Annotated[
@@ -23,7 +25,7 @@ def history(
     ] = None,
     page_language: PageLanguage = "en",
 ) -> None:
-    """Show checks and models over time.
+    """Show checks and models over time; exit code 4 where an arm's last check changed or alarms.
 
     With control limits and alarms. An arm is a serial number; without one, the folder that its files are in.
     """
@@ -45,3 +47,5 @@ def history(
     if output is not None:
         say(str(output / "report.html"))
     emit(found.to_json_dict())
+    if any(arm.state in ("changed", "alarm") for arm in found.arms):
+        raise typer.Exit(ALARM)

@@ -23,7 +23,7 @@ from fastcal.design.result import PoseDesign, in_order
 from fastcal.design.rivals import rival_entries, separated_rivals
 from fastcal.design.search import Found, Search
 from fastcal.design.separation import Separation
-from fastcal.design.surroundings import REASONS, Surroundings
+from fastcal.design.surroundings import COLLISIONS, REASONS, Surroundings
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.targets import Targets
@@ -71,7 +71,8 @@ def design_poses(
             `Targets`, or a data set, these two with their conditions. None: all candidates clear of keep-out boxes.
         candidates: grid, random, or postures (N, n) [rad or m] to choose from.
         candidate_count: Candidates at most, of a grid or a draw and of its combinations with payloads and directions.
-        surroundings: Keep-out boxes, region, tracker.
+        surroundings: Keep-out boxes, region, tracker. None: candidates that are not given stay above the arm's mounting
+            face and out of its column (`Surroundings.mounting`).
         payloads: Masses at hand [kg]; each pose gets one of them.
         separate: Two or more effects, such as "joint_compliance@joint2", that half of the poses are to separate.
         measured: Poses measured already, which count as known.
@@ -104,8 +105,10 @@ def design_poses(
     instruments.check(model)
 
     progress("gathering candidates")
+    if surroundings is None:
+        surroundings = Surroundings(mounting=isinstance(candidates, str))
     everywhere, obstacle = candidates_and_obstacles(
-        model, candidates, candidate_count, surroundings or Surroundings(), payloads, seed, threads, instruments
+        model, candidates, candidate_count, surroundings, payloads, seed, threads, instruments
     )
     pool = everywhere.select(obstacle == 0)
     rejected = {why: int(np.sum(obstacle == key)) for key, why in REASONS.items() if (obstacle == key).any()}
@@ -132,7 +135,7 @@ def design_poses(
     if measured is not None:
         done = problem.rows_of(measured)
         known = known + done.T @ done
-    goal, notes = target_postures(model, targets, everywhere.select(obstacle != 1), threads=threads)
+    goal, notes = target_postures(model, targets, everywhere.select(~np.isin(obstacle, COLLISIONS)), threads=threads)
     search = Search(
         _core.Candidates(rows, problem.row_count),
         criterion,

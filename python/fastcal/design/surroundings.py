@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.robot import se3
 from fastcal.robot.robot import Robot
 
 FloatArray = NDArray[np.float64]
@@ -23,7 +24,10 @@ REASONS = {
     3: "are out of the tracker's range",
     4: "turn the reflector away",
     5: "are hidden from the tracker",
+    6: "go below the mounting face or into the arm's own column",
 }
+COLLISIONS = (1, 6)  # the reasons for which an arm can't be where a posture brings it
+COLUMN = 0.1  # of the reach: radius of the arm's own column about the base's z
 UNSEEN = (3, 4, 5)  # the reasons that concern the tracker alone
 
 
@@ -55,12 +59,15 @@ class Surroundings:
         region: The box in which the tool's point must lie.
         tracker: What must see the target; None: nothing is asked.
         link_radius: How thick the straight links between the joints are [m]; keep-out boxes grow by it.
+        mounting: Keep the arm above the face that it is mounted on, z = 0 of its base, and its wrist and tool out of its
+            own column; False: it may reach below, as on a pedestal or a rail.
     """
 
     keep_out: Sequence[Corners] = ()
     region: Corners | None = None
     tracker: Tracker | None = None
     link_radius: float = 0.0
+    mounting: bool = True
 
     def obstacles(self, robot: Robot, q: FloatArray, *, threads: int = 1) -> NDArray[np.int64]:
         """(N,) 0 where a posture of q (N, n) can be measured, else a key of REASONS: the first that holds."""
@@ -69,7 +76,7 @@ class Surroundings:
             seen = self.tracker
             reflector = np.zeros(3) if seen.reflector is None else _point(seen.reflector)
             tracker = _core.Tracker(_point(seen.position), seen.nearest, seen.farthest, reflector, seen.acceptance)
-        return np.asarray(
+        out = np.asarray(
             _core.posture_obstacles(
                 robot.core,
                 q,
@@ -81,6 +88,28 @@ class Surroundings:
             ),
             dtype=np.int64,
         )
+        if self.mounting:
+            out[(out == 0) & _meets_mounting(robot, q, self.link_radius)] = 6
+        return out
+
+
+def _meets_mounting(robot: Robot, q: FloatArray, radius: float) -> NDArray[np.bool_]:
+    """(N,) where a joint beyond the second, or the tool, is below z = 0 of the base, or wrist or tool in the column.
+
+    Links are straight between joints, so that they are above a plane where their ends are. The column stands from the
+    base to the second joint.
+    """
+    joint_count = robot.joint_count
+    T_base_world = se3.inverse(robot.core.base_and_tool(robot.core.nominal)[0])
+    origins = np.asarray(robot.core.frame_origins(np.ascontiguousarray(q)))  # in the measuring frame
+    origins = origins @ T_base_world[:3, :3].T + T_base_world[:3, 3]
+    joints = origins[:, [2 * joint - 1 for joint in range(1, joint_count + 1)]]
+    moving = np.concatenate([joints[:, 2:], origins[:, -1:]], axis=1)
+    below = (moving[:, :, 2] < radius).any(axis=1)
+    ends = np.concatenate([joints[:, max(joint_count - 2, 2) :], origins[:, -1:]], axis=1)
+    top = joints[:, 1:2, 2] if joint_count > 1 else np.zeros((len(q), 1))
+    inside = (np.hypot(ends[..., 0], ends[..., 1]) < COLUMN * robot.reach + radius) & (ends[..., 2] < top)
+    return np.asarray(below | inside.any(axis=1))
 
 
 def _point(values: Point) -> FloatArray:

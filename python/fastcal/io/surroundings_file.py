@@ -6,6 +6,7 @@ keep_out: [{min_mm: [-2000, 600, 0], max_mm: [2000, 900, 2500]}]
 region: {min_mm: [400, -800, 200], max_mm: [1500, 800, 1600]}
 tracker: {xyz_mm: [4000, 0, 1200], nearest_mm: 1000, farthest_mm: 20000, reflector: [0, 0, 1], acceptance_deg: 30}
 link_radius_mm: 120
+mounting: true        # above the arm's mounting face and out of its own column; false where it may reach below
 """
 
 from __future__ import annotations
@@ -35,12 +36,16 @@ def load_surroundings(path: str | os.PathLike[str]) -> Surroundings:
     radius = top.quantity("link_radius", "mm", 0.0)
     if radius < 0:
         top.fail("link_radius_mm", "a length of at least 0", radius)
+    mounting = top.take("mounting", True)
+    if not isinstance(mounting, bool):
+        top.fail("mounting", "true or false", mounting)
     top.done()
     return Surroundings(
         keep_out=keep_out,
         region=None if region is None else _corners(Fields(region, "region", path)),
         tracker=None if tracker is None else _tracker(Fields(tracker, "tracker", path)),
         link_radius=to_si(radius, "mm"),
+        mounting=mounting,
     )
 
 

@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 from fastcal.design.candidates import Candidates, joint_ranges, postures, with_conditions
 from fastcal.design.planned import approached
 from fastcal.design.separation import separating_poses
+from fastcal.design.surroundings import Surroundings
+from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.monitoring.hypotheses import Hypothesis
 from fastcal.monitoring.linear import LinearRows
@@ -27,15 +29,22 @@ FloatArray = NDArray[np.float64]
 MOST = 6
 POWER = 0.95  # at which no more poses are asked for
 _CANDIDATES = 400
+_DRAWN = 1600  # of which half may be out of bounds
+_FEWEST = 20
 _SEED = 0
 
 
 def candidates(
-    robot: Robot, record: CalibrationRecord, payloads: Sequence[float], approached: Sequence[int] = ()
+    robot: Robot,
+    record: CalibrationRecord,
+    payloads: Sequence[float],
+    approached: Sequence[int] = (),
+    surroundings: Surroundings | None = None,
 ) -> Candidates:
-    """Postures within the joint ranges that the model was fitted on, with payloads at hand.
+    """Postures within the joint ranges that the model was fitted on, clear of the surroundings, with payloads at hand.
 
-    Joints `approached`, from 0, come from either side.
+    Joints `approached`, from 0, come from either side. An arm that was measured below its mounting face, and there
+    alone, may go there again.
     """
     limits = joint_ranges(robot)
     low, high = limits.T.copy()
@@ -44,9 +53,14 @@ def candidates(
         covered = record.covered.get(f"q{i + 1}_{unit}")
         if covered is not None:
             low[i], high[i] = max(low[i], to_si(covered[0], unit)), min(high[i], to_si(covered[1], unit))
-    q = postures(robot, "random", _CANDIDATES, _SEED)
+    q = postures(robot, "random", _DRAWN, _SEED)
     q = low + (q - limits[:, 0]) / (limits[:, 1] - limits[:, 0]) * (high - low)
-    return with_conditions(q, payloads, approached, _CANDIDATES, _SEED)
+    clear = q[(surroundings or Surroundings()).obstacles(robot, q) == 0]
+    if surroundings is None and len(clear) < _FEWEST:
+        clear = q
+    if len(clear) < _FEWEST:
+        raise InvalidInput(f"the surroundings leave {len(clear)} of {len(q)} postures that the model was fitted on")
+    return with_conditions(clear[:_CANDIDATES], payloads, approached, _CANDIDATES, _SEED)
 
 
 def separating(
@@ -83,13 +97,14 @@ def informative(
     R: FloatArray,
     sigma: float,
     count: int,
+    surroundings: Surroundings | None = None,
 ) -> Candidates:
     """Poses that show most of what may have changed: greedily, the greatest gain of information each.
 
     A pose adds log det(1 + J C J^T), C the covariance of base, model and changes before it: the bases' and the
     changes' of their typical sizes, so that what one pose has shown the next need not.
     """
-    pool = candidates(arm, record, _payloads(data, record), approached(arm) if data is None else ())
+    pool = candidates(arm, record, _payloads(data, record), approached(arm) if data is None else (), surroundings)
     J = _jacobian(arm, record, pool, data) / sigma
     base = _base_count(arm)
     grown = np.vstack([R, np.zeros((J.shape[2] - len(R), R.shape[1]))])

@@ -7,6 +7,7 @@ from __future__ import annotations
 import numpy as np
 
 from fastcal.design.candidates import Candidates
+from fastcal.design.surroundings import Surroundings
 from fastcal.effects.entries import full_name
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
@@ -21,13 +22,18 @@ from fastcal.units import to_si
 FEWEST = 4
 
 
-def check_poses(model: RobotLike, count: int = 8) -> Candidates:
+def check_poses(model: RobotLike, count: int = 8, *, surroundings: Surroundings | None = None) -> Candidates:
     """Poses within the joint ranges that the model was fitted on, with the least and the greatest payload of these.
 
     A joint whose side matters, as of play, comes from either. All are at one temperature (`assumed`).
 
+    Args:
+        model: A calibrated robot.
+        count: How many.
+        surroundings: What the arm must keep clear of; None: its own mounting face and column.
+
     Raises:
-        InvalidInput: The model keeps no covariance, or fewer than four poses are asked for.
+        InvalidInput: The model keeps no covariance, fewer than four poses are asked for, or nothing is left of them.
     """
     robot = as_robot(model)
     if count < FEWEST:
@@ -41,7 +47,7 @@ def check_poses(model: RobotLike, count: int = 8) -> Candidates:
     own = len(more.core.parameters)
     base = np.array([i < own and p.owner == "base" for i, p in enumerate(parameters)])
     R = covariance_root(record, [full_name(p) for p in parameters], base)
-    return informative(more, record, None, watched, R, to_si(record.sigma_mm, "mm"), count)
+    return informative(more, record, None, watched, R, to_si(record.sigma_mm, "mm"), count, surroundings)
 
 
 def assumed(model: RobotLike) -> list[str]:

@@ -20,6 +20,7 @@ from fastcal.calibration.regularization import regularized_least_squares
 from fastcal.calibration.simulation import perturbed, random_poses
 from fastcal.compensation.commands import compensate
 from fastcal.design.poses import design_poses
+from fastcal.design.surroundings import Surroundings
 from fastcal.errors import InvalidInput
 from fastcal.ik.inertia_load import inertia_load
 from fastcal.io.robot_file import load_robot
@@ -79,8 +80,9 @@ def one_arm(seed: int, full: bool) -> Run:
     found = redundancy(nominal, measured="position")
     rows = [name for name in found.kept if name.startswith("joint")]
     count = ALL_CANDIDATES if full else CANDIDATES
-    chosen = design_poses(nominal, FITTED, candidate_count=count, seed=seed)
-    greedy = design_poses(nominal, FITTED, candidate_count=count, exchange=False, seed=seed)
+    anywhere = Surroundings(mounting=False)  # as the paper, whose grid has all joint limits
+    chosen = design_poses(nominal, FITTED, candidate_count=count, surroundings=anywhere, seed=seed)
+    greedy = design_poses(nominal, FITTED, candidate_count=count, surroundings=anywhere, exchange=False, seed=seed)
     drawn = random_poses(nominal, FITTED, seed=seed)
     by_chance = design_poses(nominal, FITTED, candidates=drawn, seed=seed)
 

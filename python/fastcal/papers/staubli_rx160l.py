@@ -16,6 +16,7 @@ from fastcal.calibration.calibrate import calibrate
 from fastcal.calibration.payload_pairs import PairsResult, from_payload_pairs
 from fastcal.calibration.simulation import random_poses
 from fastcal.design.poses import design_poses
+from fastcal.design.surroundings import Surroundings
 from fastcal.errors import InvalidInput
 from fastcal.io.robot_file import load_robot
 from fastcal.measurements.dataset import Dataset
@@ -121,7 +122,10 @@ def one_arm(seed: int, full: bool) -> Run:
         sent = Dataset.from_arrays(q, payload=np.broadcast_to(np.asarray(load, dtype=float), len(q)))
         return measure(true, sent, outside, to_si(NOISE_MM, "mm"), 100 * seed + number)
 
-    design = design_poses(nominal, FITTED, candidates="random", candidate_count=CANDIDATES, seed=seed)
+    anywhere = Surroundings(mounting=False)  # the base of its table lies 550 mm above the mounting face
+    design = design_poses(
+        nominal, FITTED, candidates="random", candidate_count=CANDIDATES, surroundings=anywhere, seed=seed
+    )
     fitted = at(np.asarray(design.q), TOOL_KG, 0)
     held_out = at(random_poses(nominal, HELD_OUT, seed=1000 + seed), TOOL_KG, 1)
     choice = choose_parameters(nominal, fitted, RX160L_OPTIONAL, always=RX160L_ALWAYS, folds=FOLDS, deals=1)

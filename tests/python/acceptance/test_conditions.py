@@ -76,5 +76,5 @@ def test_a_plan_with_a_visit_twice_is_refused() -> None:
     data = fastcal.simulate(robot, plan.q, noise=1e-5, seed=2)
     assert accept(robot, data, plan=visits, draws=0).figures
     twice = visits.select(np.concatenate([np.arange(len(visits)), [3]]))
-    with pytest.raises(InvalidInput, match=f"data rows 3 and {len(visits)} are one visit; expected each"):
+    with pytest.raises(InvalidInput, match=f"data row {len(visits)} is the same visit as row 3; expected each"):
         accept(robot, data, plan=twice, draws=0)

@@ -17,6 +17,8 @@ from fastcal.errors import InvalidInput
 
 Array = NDArray[np.float64]
 
+ANYWHERE = Surroundings(mounting=False)
+
 
 @pytest.fixture(scope="module")
 def arm() -> fastcal.Robot:
@@ -99,8 +101,34 @@ def test_indices_are_those_of_the_singular_values() -> None:
         observability_indices(J[0], 1)
 
 
+@pytest.mark.parametrize("name", ["ur5", "kuka_kr6_r900", "fanuc_m20ia", "lbr_iiwa7"])
+@pytest.mark.parametrize("candidates", ["grid", "random"])
+def test_an_arm_stays_above_its_mounting_face_and_out_of_its_column(name: str, candidates: str) -> None:
+    """A tilted base too: the face is the arm's own. The points are those of the arm's joints, by its own frames."""
+    robot = fastcal.Robot(fastcal.load_robot(name).spec | {"base": {"xyz_mm": [100, 0, 900], "rpy_deg": [0, 90, 0]}})
+    found = design_poses(robot, 25, candidates=candidates, candidate_count=5_000)
+    T_base_world = np.linalg.inv(robot.core.base_and_tool(robot.core.nominal)[0])
+    tool = (T_base_world @ robot.forward(found.q))[:, :3, 3]
+    assert (tool[:, 2] >= 0).all()
+    upright = fastcal.load_robot(name)
+    shoulder = np.asarray(upright.core.frame_origins(found.q))[:, 3, 2] - upright.spec["base"]["xyz_mm"][2] / 1e3
+    assert ((np.hypot(tool[:, 0], tool[:, 1]) >= 0.1 * robot.reach) | (tool[:, 2] >= shoulder)).all()
+    assert found.rejected["go below the mounting face or into the arm's own column"] > 0
+    free = design_poses(robot, 25, candidates=candidates, candidate_count=5_000, surroundings=ANYWHERE)
+    lowest = (T_base_world @ robot.forward(free.q))[:, 2, 3].min()
+    assert lowest < 0
+    assert len(found.parameters) == len(free.parameters)
+
+
+def test_given_postures_are_taken_as_they_are(arm: fastcal.Robot) -> None:
+    q = fastcal.random_poses(arm, 40, seed=1)
+    assert design_poses(arm, 30, candidates=q).candidate_count == 40
+    clear = Surroundings().obstacles(arm, q) == 0
+    assert design_poses(arm, 3, candidates=q, surroundings=Surroundings()).candidate_count == clear.sum() < 40
+
+
 def test_a_design_beats_random_and_growth(arm: fastcal.Robot) -> None:
-    common = {"candidate_count": 3000, "sigma": 5e-5}
+    common = {"candidate_count": 3000, "sigma": 5e-5, "surroundings": ANYWHERE}
     by_variance = design_poses(arm, 40, criterion="variance", **common)
     grown = design_poses(arm, 40, criterion="variance", exchange=False, **common)
     by_o1 = design_poses(arm, 40, **common)
@@ -129,7 +157,7 @@ def test_seeds_and_threads_and_repeats(arm: fastcal.Robot) -> None:
 
 def test_predicted_deviations_are_those_of_a_calibration(arm: fastcal.Robot) -> None:
     sigma, effects = 3e-5, "geometry,joint_compliance@joint2"
-    found = design_poses(arm, 60, effects=effects, payloads=[0, 12], sigma=sigma, candidate_count=4000)
+    found = design_poses(arm, 60, effects=effects, payloads=[0, 12], sigma=sigma, candidate_count=4000, surroundings=ANYWHERE)
     compliance = {"compliance_rad_nm": {"value": 2e-7}}
     bent = {"effect": "joint_compliance", "owner": "joint2", "parameters": compliance}
     data = fastcal.simulate(fastcal.Robot(arm.spec | {"effects": [bent]}), found.dataset(), noise=sigma, seed=1)
@@ -145,7 +173,7 @@ def test_predicted_deviations_are_those_of_a_calibration(arm: fastcal.Robot) -> 
 
 
 def test_with_orientations_all_thirty_parameters_are_identifiable(arm: fastcal.Robot) -> None:
-    both = design_poses(arm, 20, sigma_rotation=1e-4, candidate_count=1000)
+    both = design_poses(arm, 20, sigma_rotation=1e-4, candidate_count=1000, surroundings=ANYWHERE)
     assert (len(both.parameters), "tool rx" in both.parameters) == (30, True)
     few = design_poses(arm, 4, candidate_count=1000)
     assert (few.observability["O1"], few.efficiency) == (0.0, None)
@@ -183,6 +211,7 @@ def test_surroundings_refuse_what_cannot_be_measured(arm: fastcal.Robot) -> None
         region=((-2.5, -1.0, -0.2), (2.5, 2.5, 3.0)),
         tracker=Tracker((4.0, 1.0, 1.0), nearest=1.5, farthest=6.0, reflector=look, acceptance=0.7),
         link_radius=0.05,
+        mounting=False,
     )
     found = design_poses(arm, 25, surroundings=surroundings, candidates="random", candidate_count=8_000)
     T = arm.forward(found.q)
@@ -204,9 +233,9 @@ def test_what_stands_between_hides_the_target(arm: fastcal.Robot) -> None:
     aside = Tracker(p + np.array([0.0, 0.0, 5.0]))
     wall = [(tuple(p + np.array([-1.0, -1.0, 1.0])), tuple(p + np.array([1.0, 1.0, 1.1])))]
     for surroundings, reason in (
-        (Surroundings(tracker=behind, link_radius=0.2), 5),
-        (Surroundings(tracker=aside, link_radius=0.1), 0),
-        (Surroundings(tracker=aside, keep_out=wall), 5),
+        (Surroundings(tracker=behind, link_radius=0.2, mounting=False), 5),
+        (Surroundings(tracker=aside, link_radius=0.1, mounting=False), 0),
+        (Surroundings(tracker=aside, keep_out=wall, mounting=False), 5),
     ):
         assert surroundings.obstacles(arm, stretched).tolist() == [reason]
 
