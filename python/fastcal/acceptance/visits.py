@@ -170,9 +170,8 @@ def _check_once(plan: Dataset) -> None:
     for row, key in enumerate(zip(poses, sides, cycle.tolist(), plan.q.tolist(), approach.tolist(), strict=True)):
         visit = tuple(tuple(part) if isinstance(part, list) else part for part in key)
         if visit in seen:
-            raise InvalidInput(
-                f"{plan.source}: data row {row} is the same visit as row {seen[visit]}; expected each visit of a cycle once"
-            )
+            other = f"data row {row} is the same visit as row {seen[visit]}"
+            raise InvalidInput(f"{plan.source}: {other}; expected each visit of a cycle once")
         seen[visit] = row
 
 

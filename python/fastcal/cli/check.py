@@ -46,7 +46,7 @@ def check(
         int | None, typer.Option(min=4, max=50, help="Measure nothing yet: write so many poses for a check to FILE.")
     ] = None,
     surroundings: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Of --plan: YAML with keep_out, region, tracker, link_radius_mm.")
+        Path | None, typer.Option(metavar="FILE", help="Of --plan: YAML, as `design` takes it.")
     ] = None,
     files: Annotated[
         str | None,
@@ -84,11 +84,9 @@ def check(
     if files is not None:
         raise InvalidInput("--files needs a folder of arms as MODEL")
     robot = load_robot(model)
-    if plan is not None:
+    if plan is not None or surroundings is not None:
         _plan(robot, plan, data, output, surroundings)
         return
-    if surroundings is not None:
-        raise InvalidInput("--surroundings goes with --plan")
     if not data:
         raise InvalidInput("expected DATA, the measured poses, or --plan N")
     measured = seen_by(tracker, load_measurements(data, robot))
@@ -146,7 +144,7 @@ def _check_arms(folder: str, output: Path | None, options: dict[str, Any], langu
 
 
 def _plan(
-    robot: Robot, count: int, data: list[Path] | None, output: Path | None, surroundings: Path | None
+    robot: Robot, count: int | None, data: list[Path] | None, output: Path | None, surroundings: Path | None
 ) -> None:
     """Writes the poses of a check."""
     from fastcal.errors import InvalidInput
@@ -154,6 +152,8 @@ def _plan(
     from fastcal.io.surroundings_file import load_surroundings
     from fastcal.monitoring.plan import assumed, check_poses
 
+    if count is None:
+        raise InvalidInput("--surroundings goes with --plan")
     if data:
         raise InvalidInput("--plan writes poses before anything is measured: leave out DATA")
     if output is None:

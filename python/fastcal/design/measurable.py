@@ -22,13 +22,18 @@ def candidates_and_obstacles(
     model: Robot,
     how: str | ArrayLike,
     count: int,
-    surroundings: Surroundings,
+    surroundings: Surroundings | None,
     payloads: Sequence[float],
     seed: int,
     threads: int,
     instruments: Instruments,
 ) -> tuple[Candidates, NDArray[np.int64]]:
-    """All candidates, and for each (N,) 0 or why it cannot be measured (`REASONS`)."""
+    """All candidates, and for each (N,) 0 or why it cannot be measured (`REASONS`).
+
+    Without surroundings, postures that are not given stay clear of the arm's own mounting.
+    """
+    if surroundings is None:
+        surroundings = Surroundings(mounting=isinstance(how, str))
     if instruments.planes and isinstance(how, str):
         count = max(count // (1 + len(instruments.planes)), 2)
     q = postures(model, how, count, seed)

@@ -105,8 +105,6 @@ def design_poses(
     instruments.check(model)
 
     progress("gathering candidates")
-    if surroundings is None:
-        surroundings = Surroundings(mounting=isinstance(candidates, str))
     everywhere, obstacle = candidates_and_obstacles(
         model, candidates, candidate_count, surroundings, payloads, seed, threads, instruments
     )

@@ -59,7 +59,7 @@ class Surroundings:
         region: The box in which the tool's point must lie.
         tracker: What must see the target; None: nothing is asked.
         link_radius: How thick the straight links between the joints are [m]; keep-out boxes grow by it.
-        mounting: Keep the arm above the face that it is mounted on, z = 0 of its base, and its wrist and tool out of its
+        mounting: Keep the arm above the face that it is mounted on, z = 0 of its base, and wrist and tool out of its
             own column; False: it may reach below, as on a pedestal or a rail.
     """
 

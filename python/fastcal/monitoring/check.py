@@ -63,6 +63,7 @@ def check(
         within = _within(largest, tolerance, sigma)
         if verdict == "holds" and within is None:
             verdict = "cannot_tell"
+    then = what_next(setting, measured, verdict, causes, rivals, sigma, enough)
     return CheckResult(
         verdict=verdict,
         sentence=words.sentence(verdict, causes, within, tolerance, largest, enough),
@@ -82,7 +83,8 @@ def check(
         causes=causes,
         tests=single_changes(setting),
         blind=[h.label for h, t in zip(setting.possible, evidence.tests, strict=True) if t.rank == 0 and h.odds >= 1],
-        next_poses=what_next(setting, measured, verdict, causes, rivals, sigma, enough),
+        next_poses=then,
+        next_act=words.next_act(verdict, causes, within, bool(then)),
         notes=notes,
         made_by=made_by(robot, measured, who),
     )

@@ -116,6 +116,7 @@ class CheckResult(Shown):
         tests: Every change that was looked for.
         blind: Labels of changes that no pose shows, such as joint 1's zero where the base was set up again.
         next_poses: What to measure next, where that decides something.
+        next_act: What to do now, in a sentence; empty where nothing is asked.
         made_by: Version, hashes and what is known of who measured what.
     """
 
@@ -138,6 +139,7 @@ class CheckResult(Shown):
     tests: list[Test]
     blind: list[str]
     next_poses: list[NextPose]
+    next_act: str = ""
     notes: list[str] = field(default_factory=list)
     made_by: dict[str, Any] = field(default_factory=dict)
 
@@ -166,6 +168,7 @@ class CheckResult(Shown):
         out: dict[str, Any] = {
             "verdict": self.verdict,
             "sentence": self.sentence,
+            "next_act": self.next_act or None,
             "reasons": self.reasons,
             "rms_mm": self.rms_mm,
             "expected_rms_mm": self.expected_rms_mm,

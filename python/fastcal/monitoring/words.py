@@ -86,6 +86,41 @@ def kept_sentence(content: Mapping[str, Any], _: Translate = plain) -> str:
         return str(content.get("sentence") or "")
 
 
+def next_act(
+    verdict: str, causes: Sequence[Cause], within: bool | None, has_next_poses: bool, _: Translate = plain
+) -> str:
+    """What to do now, in a sentence; "" where the model holds and nothing is asked of it."""
+    if verdict == "changed" and has_next_poses:
+        return _("Next: measure the poses listed below; they tell apart what these cannot.")
+    if verdict == "changed":
+        acts = list(dict.fromkeys(_act(cause, _) for cause in causes))
+        return _("Next: {acts}; or take the change into the model with `fastcal update`.", acts="; ".join(acts))
+    if verdict == "cannot_tell":
+        if has_next_poses:
+            return _("Next: measure the poses listed below and check again with all rows.")
+        return _("Next: measure more poses, or give a tolerance that the noise can decide.")
+    if within is False:
+        return _("Next: the model is as good as it was, and that is not enough here: calibrate anew with more poses.")
+    return ""
+
+
+def _act(cause: Cause, _: Translate) -> str:
+    """What undoes a change at the arm."""
+    owner = _place(cause.label.partition(" ")[0], _)
+    if cause.kind == "zero":
+        (change,) = cause.changes
+        return _("re-master {joint}, whose zero moved by {size}", joint=owner, size=size_text(change))
+    if cause.kind == "tool":
+        return _("see whether the tool is bent, loose or another one, and measure it again")
+    if cause.kind == "link":
+        return _("look at {link} and its bolts for a collision", link=owner)
+    if cause.kind == "noise":
+        return _("look at the instrument, the target's seat and the arm's brakes for what shakes")
+    if cause.kind == "row":
+        return _("measure that pose again")
+    return _("look at gear and bearings of {owner}", owner=_place(cause.label.partition("@")[2], _))
+
+
 def cause_text(cause: Cause, _: Translate = plain) -> str:
     """What changed and by how much, as in: joint 3 zero by +0.018 +- 0.002 deg."""
     if cause.kind == "noise":

@@ -36,6 +36,11 @@ def check_sentence(found: CheckResult) -> str:
     return words.sentence(*given, translated)
 
 
+def check_act(found: CheckResult) -> str:
+    """What to do now, in the language of the page."""
+    return words.next_act(found.verdict, found.causes, found.within_tolerance, bool(found.next_poses), translated)
+
+
 def check_reasons(found: CheckResult) -> list[str]:
     """The evidence in the language of the page."""
     given = (found.rms, found.expected_rms, found.p_value, found.degrees_of_freedom, found.places, found.causes)
@@ -68,8 +73,11 @@ def check_page(found: CheckResult, language: str = "en") -> str:
                 state_word(found.verdict).capitalize(),
                 check_sentence(found),
                 [
-                    Remark(reason[:1].upper() + reason[1:] + ".", found.verdict != "holds", "errors")
-                    for reason in check_reasons(found)
+                    *(Remark(act, True, "next" if found.next_poses else "errors") for act in [check_act(found)] if act),
+                    *(
+                        Remark(reason[:1].upper() + reason[1:] + ".", found.verdict != "holds", "errors")
+                        for reason in check_reasons(found)
+                    ),
                 ],
             ),
             tiles=_check_tiles(found),

@@ -22,7 +22,7 @@ def _(found: CheckResult) -> str:
 
 @summary.register
 def _(found: CheckResult) -> list[str]:
-    lines = [f"{found.model.name}: {found.sentence}", *found.reasons]
+    lines = [f"{found.model.name}: {found.sentence}", *found.reasons, *filter(None, [found.next_act])]
     if found.blind:
         lines.append(f"not visible in any pose once the instrument is set up again: {', '.join(found.blind)}")
     if found.next_poses:

@@ -157,7 +157,8 @@ def test_seeds_and_threads_and_repeats(arm: fastcal.Robot) -> None:
 
 def test_predicted_deviations_are_those_of_a_calibration(arm: fastcal.Robot) -> None:
     sigma, effects = 3e-5, "geometry,joint_compliance@joint2"
-    found = design_poses(arm, 60, effects=effects, payloads=[0, 12], sigma=sigma, candidate_count=4000, surroundings=ANYWHERE)
+    options = {"payloads": [0, 12], "candidate_count": 4000, "surroundings": ANYWHERE}
+    found = design_poses(arm, 60, effects=effects, sigma=sigma, **options)
     compliance = {"compliance_rad_nm": {"value": 2e-7}}
     bent = {"effect": "joint_compliance", "owner": "joint2", "parameters": compliance}
     data = fastcal.simulate(fastcal.Robot(arm.spec | {"effects": [bent]}), found.dataset(), noise=sigma, seed=1)

@@ -3,6 +3,7 @@
 """`fastcal.check`: what holds, what changed and by how much, and what can't be told."""
 
 import importlib
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -50,6 +51,23 @@ def test_a_zero_that_moved_is_named_with_its_size(calibrated) -> None:
         assert (change.name, change.owner, change.unit) == ("theta_deg", f"joint{joint}", "deg")
         assert change.change == pytest.approx(0.02, abs=4 * change.std)
         assert change.was == calibrated.model.spec["joints"][joint - 1]["theta_deg"]
+
+
+def test_a_check_says_what_to_do(calibrated) -> None:
+    """The act is that of the cause; where nothing changed and no tolerance is missed, there is none."""
+    assert fastcal.check(calibrated.model, calibrated.measured(calibrated.spec())).next_act == ""
+    spec = calibrated.spec()
+    spec["joints"][2]["theta_deg"] += 0.02
+    found = fastcal.check(calibrated.model, calibrated.measured(spec))
+    act = r"Next: re-master joint 3, whose zero moved by \+0\.0(19|20|21)\d* .*; or take .* `fastcal update`\."
+    assert re.match(act, found.next_act)
+    assert found.to_json_dict()["next_act"] == found.next_act
+    assert found.next_act in found.summary()
+    spec = calibrated.spec()
+    spec["tool"]["xyz_mm"][0] += 0.2
+    assert "see whether the tool is bent" in fastcal.check(calibrated.model, calibrated.measured(spec)).next_act
+    few = fastcal.check(calibrated.model, calibrated.measured(calibrated.spec()), tolerance=1e-6)
+    assert few.next_act.startswith("Next: the model is as good as it was, and that is not enough here")
 
 
 def test_a_bent_tool_and_a_softer_joint_are_named(calibrated) -> None:
