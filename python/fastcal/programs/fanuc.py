@@ -3,7 +3,7 @@
 """FANUC LS: positions P[n] of group 1 in the section /POS, used by the moves of /MN.
 
 X, Y, Z in mm; W, P, R in deg, R = Rz(R) Ry(P) Rx(W); or J1 ... in deg (mm for a sliding one). CONFIG is three letters
-and the turns of axes 1, 4 and 6: N or F, q5 at least 0 or less; U or D, elbow up or down; T or B, the wrist centre
+and the turns of axes 4, 5 and 6: N or F, q5 negative or at least 0; U or D, elbow up or down; T or B, the wrist centre
 before or behind axis 1; a turn k means 360 k - 180 <= q < 360 k + 180.
 """
 
@@ -30,7 +30,8 @@ _CONFIGURATION = re.compile(r"CONFIG\s*:\s*'([^'\n]*)'")
 _MOVE = re.compile(r"^[ \t]*\d+:[ \t]*([JLCA])[ \t]+([^;\n]*);", re.M)
 _CONTINUED = re.compile(r"\n[ \t]*:")
 _POSE = ("X", "Y", "Z", "W", "P", "R")
-_LETTERS = ("FN", "DU", "BT")  # true, false
+_LETTERS = ("NF", "DU", "BT")  # true, false
+_TURNED = (3, 4, 5)  # joints, from 0, whose turns CONFIG counts
 
 
 class Fanuc:
@@ -54,7 +55,7 @@ class Fanuc:
         return text
 
     def branch(self, q: FloatArray, arm: SphericalWristArm) -> tuple[bool | None, ...]:
-        """Flip, down, behind."""
+        """No flip, down, behind."""
         posture = arm.posture(q)
         return posture.wrist_negative, None if posture.elbow_up is None else not posture.elbow_up, posture.behind
 
@@ -67,13 +68,13 @@ class Fanuc:
         return tuple(found)
 
     def asked_turns(self, target: Target) -> dict[int, tuple[float, float]]:
-        """The turns of axes 1, 4 and 6."""
+        """The turns of axes 4, 5 and 6."""
         if "CONFIG" not in target.words:
             return {}
         turns = [int(turn) for turn in re.findall(r"-?\d+", target.words["CONFIG"].text)]
         return {
             joint: ((2 * turn - 1) * math.pi, (2 * turn + 1) * math.pi)
-            for joint, turn in zip((0, 3, 5), turns, strict=False)
+            for joint, turn in zip(_TURNED, turns, strict=False)
         }
 
     def words(self, target: Target, q: FloatArray, arm: SphericalWristArm) -> dict[str, str]:
@@ -84,7 +85,7 @@ class Fanuc:
         for pair, bit in zip(_LETTERS, self.branch(q, arm), strict=True):
             if bit is not None:
                 text = re.sub(rf"\b[{pair}]\b", pair[not bit], text, count=1)
-        turns = iter([math.floor(q[joint] / (2 * math.pi) + 0.5) for joint in (0, 3, 5)])
+        turns = iter([math.floor(q[joint] / (2 * math.pi) + 0.5) for joint in _TURNED])
         return {"CONFIG": re.sub(r"-?\d+", lambda match: str(next(turns, match[0])), text)}
 
 
