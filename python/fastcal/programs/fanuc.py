@@ -3,7 +3,7 @@
 """FANUC LS: positions P[n] of group 1 in the section /POS, used by the moves of /MN.
 
 X, Y, Z in mm; W, P, R in deg, R = Rz(R) Ry(P) Rx(W); or J1 ... in deg (mm for a sliding one). CONFIG is three letters
-and the turns of axes 4, 5 and 6: N or F, q5 negative or at least 0; U or D, elbow up or down; T or B, the wrist centre
+and the turns of axes 1, 4 and 6: N or F, q5 negative or at least 0; U or D, elbow up or down; T or B, the wrist centre
 before or behind axis 1; a turn k means 360 k - 180 <= q < 360 k + 180.
 """
 
@@ -31,7 +31,7 @@ _MOVE = re.compile(r"^[ \t]*\d+:[ \t]*([JLCA])[ \t]+([^;\n]*);", re.M)
 _CONTINUED = re.compile(r"\n[ \t]*:")
 _POSE = ("X", "Y", "Z", "W", "P", "R")
 _LETTERS = ("NF", "DU", "BT")  # true, false
-_TURNED = (3, 4, 5)  # joints, from 0, whose turns CONFIG counts
+_TURNED = (0, 3, 5)  # joints, from 0, whose turns CONFIG counts: $SCR_GRP[1].$TURN_AXIS of the controller
 
 
 class Fanuc:
@@ -68,7 +68,7 @@ class Fanuc:
         return tuple(found)
 
     def asked_turns(self, target: Target) -> dict[int, tuple[float, float]]:
-        """The turns of axes 4, 5 and 6."""
+        """The turns of axes 1, 4 and 6."""
         if "CONFIG" not in target.words:
             return {}
         turns = [int(turn) for turn in re.findall(r"-?\d+", target.words["CONFIG"].text)]
