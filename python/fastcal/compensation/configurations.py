@@ -90,17 +90,18 @@ class Configurations:
     def _turned(self, q: FloatArray, target: Target, before: FloatArray | None) -> FloatArray:
         """The solution with whole turns added: into the ranges that the words name, else near the previous target."""
         ranges: Mapping[int, tuple[float, float]] = self.language.asked_turns(target)
-        out = q.copy()
-        for joint, kind in enumerate(self.nominal.joint_types):
-            if kind != "revolute":
+        out, pendant = q.copy(), self.nominal.pendant
+        for joint in pendant.order:
+            if self.nominal.joint_types[joint] != "revolute":
                 continue
             low, high = self.nominal.limits[joint]
             ways = [q[joint] + k * _TURN for k in range(-3, 4) if low <= q[joint] + k * _TURN <= high] or [q[joint]]
             near = q[joint] if before is None else before[joint]
-            asked = ranges.get(joint)
 
-            def cost(way: float, asked: tuple[float, float] | None = asked, near: float = near) -> tuple[float, float]:
-                missed = 0.0 if asked is None else max(asked[0] - way, way - asked[1], 0.0)
+            def cost(way: float, joint: int = joint, near: float = near) -> tuple[float, float]:
+                out[joint] = way
+                shown, asked = pendant.shown(out)[joint], ranges.get(joint)
+                missed = 0.0 if asked is None else max(asked[0] - shown, shown - asked[1], 0.0)
                 return (0.0 if missed < _EDGE else missed, abs(way - near))
 
             out[joint] = min(ways, key=cost)

@@ -248,7 +248,7 @@ def _nominal_joints(places: _Places, order: Sequence[int]) -> tuple[FloatArray, 
                     _refuse(
                         program, target, f"joint {joint} of {nominal.name} is {kind}, but it is given in {number.unit}"
                     )
-            q[i] = target.values
+            q[i] = nominal.pendant.chain(target.values)
         else:
             T = places.world(i, program.language.pose(target.values))
             q[i], note = configurations.solve(target, T, before)
@@ -280,7 +280,10 @@ def _changes(places: _Places, q_nominal: FloatArray, q: FloatArray) -> tuple[lis
     notes = []
     poses = places.nominal.forward(q)
     for i, target in enumerate(program.targets):
-        values = q[i] if target.kind == "joints" else language.values(places.in_frame(i, poses[i]), target.values)
+        if target.kind == "joints":
+            values = places.nominal.pendant.shown(q[i])
+        else:
+            values = language.values(places.in_frame(i, poses[i]), target.values)
         pairs = zip(target.numbers, values, strict=True)
         changes += [(number, language.number(number, float(value))) for number, value in pairs]
         if not target.words or not arm.has_configurations:

@@ -38,7 +38,7 @@ class Posture:
     Attributes:
         behind: Is the wrist centre behind axis 1?
         elbow_up: Is it on the side of the lower arm where it is with an upright lower arm and all else ahead?
-        wrist_negative: Is joint 5 between -180 and 0 degrees, whole turns apart?
+        wrist_negative: Is joint 5 of the controller between -180 and 0 degrees, whole turns apart?
     """
 
     behind: bool | None
@@ -72,7 +72,8 @@ class SphericalWristArm:
     def sides(self, q: FloatArray) -> BoolArray:
         """(N, 3) for q (N, 6): behind, elbow down, wrist negative; False where the arm has no such distinction."""
         axes = _Axes(self.robot, q)
-        return np.column_stack([axes.ahead() * self._ahead < 0, axes.bent() * self._up < 0, np.sin(q[:, 4]) < 0])
+        fifth = self.robot.pendant.shown(q)[:, 4]
+        return np.column_stack([axes.ahead() * self._ahead < 0, axes.bent() * self._up < 0, np.sin(fifth) < 0])
 
     def words(self, q: FloatArray) -> NDArray[np.str_]:
         """(N,) for q (N, 6), such as "front up positive"; "-" where the arm has no such distinction."""

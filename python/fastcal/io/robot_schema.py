@@ -13,6 +13,7 @@ from typing import Any
 
 from fastcal.correction import Correction
 from fastcal.io.fields import REQUIRED, Fields
+from fastcal.io.pendant_schema import check_pendant
 from fastcal.io.structure_schema import check_structure
 from fastcal.robot.calibration_record import unpacked
 from fastcal.robot.controller_robot import GEOMETRY
@@ -48,6 +49,8 @@ def check_spec(value: Any, path: str | os.PathLike[str] = "robot") -> Spec:
     if kind == "urdf":
         _check_joint_names(spec["joints"], joints)
     spec["coupling"] = _coupling(top, len(joints))
+    if top.has("pendant"):
+        spec["pendant"] = check_pendant(_list(top, "pendant", 0, len(joints)), spec["joints"])
     spec["base"] = _frame(top, "base")
     spec["tool"] = _frame(top, "tool")
     payload = Fields(top.take("payload", {}), "payload", path)

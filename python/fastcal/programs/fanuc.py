@@ -85,7 +85,8 @@ class Fanuc:
         for pair, bit in zip(_LETTERS, self.branch(q, arm), strict=True):
             if bit is not None:
                 text = re.sub(rf"\b[{pair}]\b", pair[not bit], text, count=1)
-        turns = iter([math.floor(q[joint] / (2 * math.pi) + 0.5) for joint in _TURNED])
+        shown = arm.robot.pendant.shown(q)
+        turns = iter([math.floor(shown[joint] / (2 * math.pi) + 0.5) for joint in _TURNED])
         return {"CONFIG": re.sub(r"-?\d+", lambda match: str(next(turns, match[0])), text)}
 
 

@@ -76,8 +76,8 @@ class Krl:
             high = _bits(target.words["S"]) & ~7
             out["S"] = _like(target.words["S"], high | sum(bool(bit) << i for i, bit in enumerate(branch)))
         if "T" in target.words:
-            high = _bits(target.words["T"]) & ~63
-            out["T"] = _like(target.words["T"], high | sum(bool(q[i] < 0) << i for i in range(6)))
+            high, shown = _bits(target.words["T"]) & ~63, arm.robot.pendant.shown(q)
+            out["T"] = _like(target.words["T"], high | sum(bool(shown[i] < 0) << i for i in range(6)))
         return out
 
 

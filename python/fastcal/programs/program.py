@@ -82,7 +82,7 @@ class Target:
     Attributes:
         name: As the program calls it, or "line 12".
         line: Where its numbers are.
-        kind: `pose`: numbers are x, y, z and the language's orientation, of the tool in a frame; `joints`: q1 ... qn.
+        kind: `pose`: numbers are x, y, z and the language's orientation, of the tool in a frame; `joints`: those of the controller.
         numbers: What a compensation replaces.
         words: What names the configuration, in the language's own words (cf1, S, CONFIG ...).
         tool, frame: Their names where the target itself gives them (FANUC); else its moves do.
@@ -142,7 +142,7 @@ class Language(Protocol):
         """The solution that the target's words ask for; empty where they are silent."""
 
     def asked_turns(self, target: Target) -> dict[int, tuple[float, float]]:
-        """Between which positions [rad] the words want a joint (from 0): low <= q < high."""
+        """Between which positions [rad] the words want a joint (from 0) of the controller: low <= J < high."""
 
     def words(self, target: Target, q: FloatArray, arm: SphericalWristArm) -> dict[str, str]:
         """The words that name the configuration of q, for those that the target has."""

@@ -74,7 +74,8 @@ class Rapid:
         """The confdata of q."""
         if not target.words:
             return {}
-        out = {f"cf{joint + 1}": str(math.floor(q[joint] / _QUARTER)) for joint in (0, 3, 5)}
+        shown = arm.robot.pendant.shown(q)
+        out = {f"cf{joint + 1}": str(math.floor(shown[joint] / _QUARTER)) for joint in (0, 3, 5)}
         bits = self.branch(q, arm)
         if None not in bits:
             out["cfx"] = str(sum(bool(bit) << place for bit, place in zip(bits, (2, 1, 0), strict=True)))

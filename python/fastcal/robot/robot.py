@@ -30,6 +30,7 @@ from fastcal.measurements.conditions import build_samples, condition_columns
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.calibration_record import CalibrationRecord
 from fastcal.robot.core_model import Spec, build_core, length_or_angle_unit, pose
+from fastcal.robot.pendant import Pendant, pendant_of
 from fastcal.robot.plain_copy import plain_copy
 from fastcal.units import to_si
 
@@ -179,6 +180,11 @@ class Robot(Shown):
                 if joint.get(key) is not None:
                     out[i, side] = to_si(float(joint[key]), unit)
         return out
+
+    @cached_property
+    def pendant(self) -> Pendant:
+        """How the controller's joints J follow from the chain's q."""
+        return pendant_of(self.spec)
 
     @cached_property
     def reach(self) -> float:

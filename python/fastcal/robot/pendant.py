@@ -1,0 +1,81 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""How a controller counts its joints, where that is not as the chain of the robot file does.
+
+    q_i = sign_i J_i + zero_i + sum of J_k over `plus` - sum of J_k over `minus`
+
+q are the chain's joints, J what the controller shows and its programs hold. FANUC shows joint 3 from the horizontal
+(plus: 2), arms whose joint 3 a parallelogram drives show it from the vertical (minus: 2).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from graphlib import TopologicalSorter
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fastcal.units import to_si
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Pendant:
+    """q = matrix J + zero.
+
+    Attributes:
+        matrix: (n, n), invertible.
+        zero: (n,) [rad or m].
+        order: The joints, from 0, each after those that it is counted from.
+    """
+
+    matrix: FloatArray
+    zero: FloatArray
+    order: tuple[int, ...]
+
+    @property
+    def is_chain(self) -> bool:
+        """Does the controller count as the chain does?"""
+        return not self.zero.any() and bool(np.array_equal(self.matrix, np.eye(len(self.zero))))
+
+    def chain(self, shown: ArrayLike) -> FloatArray:
+        """The chain's q (..., n) [rad or m] at what the controller shows, J (..., n)."""
+        return np.asarray(shown, dtype=float) if self.is_chain else np.asarray(shown) @ self.matrix.T + self.zero
+
+    def shown(self, q: ArrayLike) -> FloatArray:
+        """J (..., n) [rad or m], which the controller shows at the chain's q (..., n)."""
+        if self.is_chain:
+            return np.asarray(q, dtype=float)
+        return (np.asarray(q, dtype=float) - self.zero) @ np.linalg.inv(self.matrix).T
+
+
+def pendant_of(spec: dict[str, Any]) -> Pendant:
+    """The relation of a canonical robot file; the chain's own joints where it has none."""
+    n = len(spec["joints"])
+    matrix, zero = np.eye(n), np.zeros(n)
+    sources: dict[int, set[int]] = {joint: set() for joint in range(n)}
+    for entry in spec.get("pendant") or []:
+        i = entry["joint"] - 1
+        unit = "mm" if spec["joints"][i]["type"] == "prismatic" else "deg"
+        matrix[i, i], zero[i] = entry["sign"], to_si(float(entry[f"zero_{unit}"]), unit)
+        for key, sign in (("plus", 1.0), ("minus", -1.0)):
+            for other in entry[key]:
+                matrix[i, other - 1] += sign
+                sources[i].add(other - 1)
+    return Pendant(matrix, zero, tuple(TopologicalSorter(sources).static_order()))
+
+
+def relations(spec: dict[str, Any]) -> list[str]:
+    """What the file says, such as "q3 = J3 + J2"."""
+    out = []
+    for entry in spec.get("pendant") or []:
+        i = entry["joint"]
+        unit = "mm" if spec["joints"][i - 1]["type"] == "prismatic" else "deg"
+        zero = entry[f"zero_{unit}"]
+        text = f"q{i} = {'-' if entry['sign'] < 0 else ''}J{i}"
+        text += "".join(f" + J{other}" for other in entry["plus"]) + "".join(f" - J{other}" for other in entry["minus"])
+        out.append(text + (f" {'-' if zero < 0 else '+'} {abs(zero):g} {unit}" if zero else ""))
+    return out
