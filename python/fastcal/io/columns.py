@@ -23,7 +23,7 @@ KINDS: dict[str, str | None] = (
 )
 
 
-JOINT_TITLE = re.compile(r"\bq\d+(_read)?_(deg|rad|mrad|mm|m|um|in)\b", re.I)  # that fastcal's own files have
+JOINT_TITLE = re.compile(r"\b[qj]\d+(_read)?_(deg|rad|mrad|mm|m|um|in)\b", re.I)  # that fastcal's own files have
 
 
 def kinds_of_columns(joint_count: int) -> dict[str, str | None]:
@@ -49,7 +49,8 @@ def match_columns(table: Table, joint_types: Sequence[str]) -> tuple[dict[str, C
     kinds = kinds_of_columns(len(joint_types))
     for joint, joint_type in enumerate(joint_types, start=1):
         kind = "angle" if joint_type == "revolute" else "length"
-        kinds |= {f"q{joint}": kind, f"q{joint}_read": kind, f"current{joint}": "current", f"approach{joint}": None}
+        kinds |= {f"{letter}{joint}{read}": kind for letter in "qj" for read in ("", "_read")}
+        kinds |= {f"current{joint}": "current", f"approach{joint}": None}
     known: dict[str, Column] = {}
     unknown: list[int] = []
     for place, title in enumerate(table.names):
@@ -85,8 +86,10 @@ def _match(table: Table, title: str, kinds: dict[str, str | None]) -> tuple[str 
     if unit is None and quantity not in kinds and kinds.get(quantity.rpartition("_")[0]) is not None:
         quantity, _, unit = quantity.rpartition("_")
     kind = kinds.get(quantity)
+    if re.fullmatch(r"j\d+(_read)?", quantity) and (unit not in UNITS or UNITS[unit].kind not in ("angle", "length")):
+        return None, None  # what another's file calls a joint
     if kind is None:
-        if re.fullmatch(r"(q|current|approach)\d+(_read)?", quantity) and quantity not in kinds:
+        if re.fullmatch(r"(q|j|current|approach)\d+(_read)?", quantity) and quantity not in kinds:
             count = sum(f"q{joint}" in kinds for joint in range(1, len(kinds)))
             raise table.error(f"column '{title}' names no joint of this robot; its joints are numbered 1 to {count}")
         if at and kinds.get(f"{quantity.partition('@')[0]}@link1") is not None:

@@ -33,6 +33,7 @@ OWN_COLUMNS = frozenset({"order", "row", "status", "name", "pose", "direction", 
     f"target_{name}" for name in ("x_mm", "y_mm", "z_mm", "qw", "qx", "qy", "qz")
 }
 _ARGUMENTS = frozenset(inspect.signature(Dataset.from_arrays).parameters)
+SHOWN_ROUNDING = 1e-4  # [rad, m] between what a controller shows and the chain's joints, of two decimals of a degree
 ROUNDING = 1e-8  # [rad, m] beyond a limit: of a number that went through a file, of six decimals of a degree
 
 
@@ -126,7 +127,7 @@ def dataset_from_table(
             q=columns.joints(robot),
             **columns.observed(len(robot.joint_types)),
             **columns.tracker(),
-            q_read=columns.numbers("q_read", [f"q{joint}_read" for joint in joints], partly=True),
+            q_read=columns.joints_read(robot),
             payload=columns.payload(),
             wrench=columns.numbers("wrench", ["fx", "fy", "fz", "mx", "my", "mz"]),
             current=columns.numbers("current", [f"current{joint}" for joint in joints]),
@@ -171,17 +172,53 @@ class Columns:
     _sources: dict[str, Sequence[str]] = field(default_factory=dict)
 
     def joints(self, robot: RobotFacts) -> FloatArray:
-        """The commanded joint positions (N, n); those of joints that others drive need no column."""
+        """The commanded joint positions (N, n) of the chain; those of joints that others drive need no column.
+
+        They come as q1 ..., or as the controller shows them: j1 ...
+        """
         driven = {mimic[0] for mimic in robot.mimics}
+        own = any(re.fullmatch(r"q\d+", name) for name in self.known)
+        letter = "q" if own or not any(re.fullmatch(r"j\d+", name) for name in self.known) else "j"
         for joint, joint_type in enumerate(robot.joint_types, start=1):
-            if f"q{joint}" not in self.known and joint - 1 not in driven:
-                expected = would_do(f"q{joint}", "angle" if joint_type == "revolute" else "length")
+            if f"{letter}{joint}" not in self.known and joint - 1 not in driven:
+                expected = would_do(f"{letter}{joint}", "angle" if joint_type == "revolute" else "length")
                 listed = _listed(self.table.names)
                 raise self.table.error(f"joint {joint} has no column; expected {expected}, got {listed}")
-        q = self._stack("q", [f"q{joint}" for joint in range(1, len(robot.joint_types) + 1)])
+        q = self._positions("q", letter, robot)
+        if letter == "j" and robot.pendant.is_chain:
+            self.notes.append("columns j1 ... are taken as q1 ..., as the robot file has no pendant")
+        if own:
+            self._check_shown(q, robot)
         for joint, driver, multiplier, offset in robot.mimics:
             q[:, joint] = multiplier * q[:, driver] + offset
         return q
+
+    def joints_read(self, robot: RobotFacts) -> FloatArray | None:
+        """The joint positions (N, n) that were read back, NaN where they were not; None where none was."""
+        for letter in "qj":
+            if any(re.fullmatch(rf"{letter}\d+_read", name) for name in self.known):
+                return self._positions("q_read", letter, robot)
+        return None
+
+    def _positions(self, name: str, letter: str, robot: RobotFacts) -> FloatArray:
+        """The chain's joints (N, n) from columns of a letter; NaN where one is missing."""
+        read = name.removeprefix("q")
+        values = self._stack(name, [f"{letter}{joint}{read}" for joint in range(1, len(robot.joint_types) + 1)])
+        return values if letter == "q" else robot.pendant.chain(values)
+
+    def _check_shown(self, q: FloatArray, robot: RobotFacts) -> None:
+        """Says where columns j1 ... beside q1 ... are not what the controller would show."""
+        joints = [joint for joint in range(1, len(robot.joint_types) + 1) if f"j{joint}" in self.known]
+        shown = robot.pendant.shown(q)
+        for joint in joints:
+            off = np.abs(self._si(f"j{joint}") - shown[:, joint - 1])
+            if (off > SHOWN_ROUNDING).any():
+                unit = "deg" if robot.joint_types[joint - 1] == "revolute" else "mm"
+                most = from_si(float(np.nanmax(off)), unit)
+                self.notes.append(
+                    f"column '{self.table.names[self.known[f'j{joint}'].place]}' is up to {most:.3g} {unit} from what "
+                    "the controller would show at q1 ..., which are used"
+                )
 
     def numbers(self, name: str, quantities: Sequence[str], *, partly: bool = False) -> FloatArray | None:
         """The columns of a field (N, k) in SI, None where there is none; with `partly`, a missing one is NaN."""

@@ -45,7 +45,8 @@ def _targets(table: Table, robot: Robot) -> Targets:
         reach = from_si(robot.reach, "mm")
         expected = f"a number that fits an arm with a reach of {reach:.4g} mm (is its unit right?)"
         raise table.wrong_cell(known["x"].place, int(np.argmax(far)), expected)
-    joints = [f"q{joint}" for joint in range(1, robot.joint_count + 1)]
+    letter = "j" if "j1" in known and "q1" not in known else "q"
+    joints = [f"{letter}{joint}" for joint in range(1, robot.joint_count + 1)]
     try:
         data = Dataset.from_arrays(
             q=np.zeros((len(table), robot.joint_count)),
@@ -64,6 +65,8 @@ def _targets(table: Table, robot: Robot) -> Targets:
         missing = next(joint for joint in joints if joint not in known)
         raise table.error(f"holds {', '.join(given)} as a seed without {missing}; expected all joints or none")
     seed = columns.numbers("q", joints)
+    if seed is not None and letter == "j":
+        seed = robot.pendant.chain(seed)
     extra, _ = unknown_columns(table, unknown)
     notes = [*table.notes, *(f"column '{table.names[place]}' is not known" for place in unknown), *columns.notes]
     conditions = {name: value for name, value in condition_columns(data).items() if value is not None}

@@ -25,6 +25,20 @@ NEAREST = to_si(100.0, "mm")  # to its instrument that a point can be
 QUATERNION_TOLERANCE = 0.01  # of its length: three written decimals lose 0.001
 
 
+class ControllerJoints(Protocol):
+    """How what a controller shows and the joints of the chain follow from one another; arrays (..., n), rad or m."""
+
+    @property
+    def is_chain(self) -> bool:
+        """Does the controller count as the chain does?"""
+
+    def chain(self, shown: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The chain's joints."""
+
+    def shown(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
+        """What the controller shows."""
+
+
 class RobotFacts(Protocol):
     """What must be known of an arm to judge measurements of it."""
 
@@ -39,6 +53,10 @@ class RobotFacts(Protocol):
     @property
     def reach(self) -> float:
         """The farthest that the arm can get from its base [m]."""
+
+    @property
+    def pendant(self) -> ControllerJoints:
+        """How the controller counts the joints."""
 
     @property
     def mimics(self) -> Sequence[tuple[int, int, float, float]]:

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fastcal.units import to_si
+from fastcal.units import from_si, to_si
 
 FloatArray = NDArray[np.float64]
 
@@ -43,13 +43,19 @@ class Pendant:
 
     def chain(self, shown: ArrayLike) -> FloatArray:
         """The chain's q (..., n) [rad or m] at what the controller shows, J (..., n)."""
-        return np.asarray(shown, dtype=float) if self.is_chain else np.asarray(shown) @ self.matrix.T + self.zero
+        return _product(self.matrix, np.asarray(shown, dtype=float)) + self.zero
 
     def shown(self, q: ArrayLike) -> FloatArray:
         """J (..., n) [rad or m], which the controller shows at the chain's q (..., n)."""
-        if self.is_chain:
-            return np.asarray(q, dtype=float)
-        return (np.asarray(q, dtype=float) - self.zero) @ np.linalg.inv(self.matrix).T
+        return _product(np.linalg.inv(self.matrix), np.asarray(q, dtype=float) - self.zero)
+
+
+def _product(matrix: FloatArray, values: FloatArray) -> FloatArray:
+    """Matrix times values (..., n); a value that is not known spoils only what depends on it."""
+    out = np.zeros_like(values)
+    for i, k in np.argwhere(matrix).tolist():
+        out[..., i] += matrix[i, k] * values[..., k]
+    return out
 
 
 def pendant_of(spec: dict[str, Any]) -> Pendant:
@@ -79,3 +85,18 @@ def relations(spec: dict[str, Any]) -> list[str]:
         text += "".join(f" + J{other}" for other in entry["plus"]) + "".join(f" - J{other}" for other in entry["minus"])
         out.append(text + (f" {'-' if zero < 0 else '+'} {abs(zero):g} {unit}" if zero else ""))
     return out
+
+
+def controller_columns(spec: dict[str, Any], q: FloatArray) -> dict[str, FloatArray]:
+    """Joint positions q (N, n) as columns that the controller understands: jN where it counts otherwise, else qN."""
+    pendant = pendant_of(spec)
+    return joint_columns(spec, q) if pendant.is_chain else joint_columns(spec, pendant.shown(q), "j")
+
+
+def joint_columns(spec: dict[str, Any], values: FloatArray, prefix: str = "q") -> dict[str, FloatArray]:
+    """Values of joints (N, n) [rad or m] by the names of a table's columns, q1_deg (q1_mm) ..., in their units."""
+    units = ["mm" if joint["type"] == "prismatic" else "deg" for joint in spec["joints"]]
+    return {
+        f"{prefix}{joint}_{unit}": np.asarray(from_si(column, unit))
+        for joint, (unit, column) in enumerate(zip(units, np.asarray(values).T, strict=True), start=1)
+    }
