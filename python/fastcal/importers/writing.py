@@ -16,6 +16,7 @@ from fastcal.io.table import Cells, Table
 from fastcal.io.tables import write_csv
 from fastcal.measurements.checks import RobotFacts
 from fastcal.measurements.dataset import Dataset
+from fastcal.robot.pendant import Pendant
 from fastcal.units import unit_names
 
 
@@ -26,6 +27,11 @@ class _AnyRobot:
     joint_types: list[str]
     reach: float = float("inf")
     mimics: tuple[tuple[int, int, float, float], ...] = ()
+
+    @property
+    def pendant(self) -> Pendant:
+        n = len(self.joint_types)
+        return Pendant(np.eye(n), np.zeros(n), tuple(range(n)))
 
     @property
     def limits(self) -> NDArray[np.float64]:
