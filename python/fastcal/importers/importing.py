@@ -14,6 +14,7 @@ import numpy as np
 from fastcal.errors import InvalidInput, ParseError
 from fastcal.importers import programs
 from fastcal.importers.bag_path import is_bag
+from fastcal.importers.controller_joints import named_by_their_owner
 from fastcal.importers.dialects import read_export
 from fastcal.importers.export import Export
 from fastcal.importers.grid import Grid
@@ -129,6 +130,7 @@ def read(
         try:
             export = with_joint_names(export, names)
             reading = interpret(export, convention=orientation, joint_kinds=kinds, wanted=wanted)
+            reading = named_by_their_owner(reading, export, robot)
             reading = replace(reading, notes=[*reading.notes, *notes_on_names(export, names, reading.joints)])
         except InvalidInput as problem:
             problems.append(problem)

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from fastcal.errors import InvalidInput
+from fastcal.importers.controller_joints import si_joints
 from fastcal.importers.export import FloatArray
 from fastcal.importers.names import pairs_by_name
 from fastcal.importers.pairing import FEWEST_ROWS, Pairing, pair_by_robot
@@ -110,7 +111,7 @@ def _reduced(join: _Join, reading: Reading, values: FloatArray, tolerance: float
     for name in numbers:
         column = reading.columns[name]
         # Angles and quaternions may jump by a turn or a sign: their middle sample stands for them.
-        if isinstance(column, np.ndarray) and name[0] in "qxyz" and not name.startswith(("qw", "qx", "qy", "qz")):
+        if isinstance(column, np.ndarray) and name[0] in "qjxyz" and not name.startswith(("qw", "qx", "qy", "qz")):
             out.columns[name] = np.array([column[core(*stretch)].mean() for stretch in found])
     return replace(out, names=None, times=None if out.times is None else out.times)
 
@@ -158,7 +159,7 @@ def _tried(join: _Join, pairs: list[Pair] | None, how: str) -> list[Pair] | None
         order = list(dict.fromkeys(order))
     place = {j: k for k, j in enumerate(order)}
     expected = None if pairs is None else [(i, place[j]) for i, j in pairs]
-    found = pair_by_robot(join.robot, si_joints(join.poses), position[order], expected)
+    found = pair_by_robot(join.robot, si_joints(join.poses, join.robot), position[order], expected)
     if found is None or len(found.pairs) < _MOST * min(len(join.points), len(join.poses)):
         raise InvalidInput(
             f"{join.points.path}: the points do not fit this robot in the order of the poses, nor with rows missing or "
@@ -226,12 +227,6 @@ def _note_left_over(join: _Join, points: list[int], poses: list[int]) -> None:
 def _listed(reading: Reading, rows: Sequence[int]) -> str:
     shown = ", ".join(reading.label(row) for row in rows[:_LISTED])
     return shown + (f" and {len(rows) - _LISTED} more" if len(rows) > _LISTED else "")
-
-
-def si_joints(reading: Reading) -> FloatArray:
-    """(N, n) joint positions [rad or m]."""
-    columns = [_si(reading, f"q{joint}") for joint in range(1, reading.joints + 1)]
-    return np.column_stack([column for column in columns if column is not None])
 
 
 def si_points(reading: Reading) -> FloatArray | None:

@@ -8,6 +8,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import replace
 
+from fastcal.importers.controller_joints import OF_THE_CHAIN
 from fastcal.importers.export import Export
 from fastcal.importers.words import Title, split_unit
 
@@ -39,7 +40,8 @@ def with_joint_names(export: Export, names: Sequence[str]) -> Export:
         if title is not None and re.fullmatch(r"q\d+", title.role):
             meanings[k] = None  # what a number in a name was taken for
     for joint, place in enumerate(places, start=1):
-        meanings[place] = Title(f"q{joint}", "plain", split_unit(export.titles[place])[1], ("joint",))
+        owner = OF_THE_CHAIN if makers is None else "joint"
+        meanings[place] = Title(f"q{joint}", "plain", split_unit(export.titles[place])[1], (owner,))
     return replace(export, meanings=meanings)
 
 

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 from fastcal.errors import InvalidInput, ParseError
+from fastcal.importers.controller_joints import COUNTS_OTHERWISE, OF_A_MAP
 from fastcal.importers.export import Export
 from fastcal.importers.orientation import CONVENTIONS
 from fastcal.importers.words import ANGLES, LENGTHS, Title
@@ -19,7 +20,7 @@ from fastcal.io.fields import Fields
 from fastcal.io.yaml_file import read_yaml
 
 _UNITS = "|".join((*LENGTHS, *ANGLES))
-_JOINT = re.compile(rf"q(\d+)(_read)?_({_UNITS})")
+_JOINT = re.compile(rf"([qj])(\d+)(_read)?_({_UNITS})")
 _PART = re.compile(rf"([xyz]|r[xyz])_({_UNITS})|(q[wxyz]|r[123][123])")
 _OWN = re.compile(
     r"(payload|sigma|sigma_[xyz]|sigma_rot|temperature|time|f[xyz]|m[xyz]|current\d+|distance|tilt_[xy]|sigma_tilt)_\S+"
@@ -90,7 +91,8 @@ class Mapping:
 def _title(ours: str) -> Title:
     """What a key of a map says of the column; checked when the map was read."""
     if match := _JOINT.fullmatch(ours):
-        return Title(f"q{match[1]}", "actual" if match[2] else "plain", (match[3], 1.0), ("map",))
+        group = ("map",) if match[1] == "q" else OF_A_MAP
+        return Title(f"q{match[2]}", "actual" if match[3] else "plain", (match[4], 1.0), group)
     if match := _PART.fullmatch(ours):
         return Title(match[1] or match[3], "measured", (match[2], 1.0) if match[2] else None, ("map",))
     return Title("name") if ours == "name" else Title(ours, "own")
@@ -179,6 +181,8 @@ def _ours(meaning: Title, export: Export) -> str | None:
         return role
     if role in ("x", "y", "z"):
         return f"{role}_{(meaning.unit or export.units.get('length') or ('mm', 1.0))[0]}"
-    if role in ("rx", "ry", "rz") or (role[0] == "q" and role[1:].isdigit()):
+    if role[0] == "q" and role[1:].isdigit() and export.dialect in COUNTS_OTHERWISE:
+        role = f"j{role[1:]}"
+    if role in ("rx", "ry", "rz") or role[1:].isdigit():
         return f"{role}_{(meaning.unit or export.units.get('angle') or ('deg', 1.0))[0]}"
     return None

@@ -46,7 +46,7 @@ def table_of(reading: Reading) -> Table:
     order = ("q", "x_", "y_", "z_", "qw", "qx", "qy", "qz", "rx", "ry", "rz")
 
     def rank(name: str) -> tuple[int, int]:
-        if name[0] == "q" and name[1].isdigit():
+        if name[0] in "qj" and name[1].isdigit():
             return int("_read_" in name), int("".join(filter(str.isdigit, name.split("_")[0])))
         return 2, next((k for k, start in enumerate(order[1:]) if name.startswith(start)), len(order))
 
@@ -67,7 +67,9 @@ def imported_dataset(reading: Reading, robot: RobotFacts | None) -> Dataset:
         ParseError: A value is invalid; names file, line and column.
     """
     if robot is None:
-        units = [next(n for n in reading.columns if n.startswith(f"q{j}_")) for j in range(1, reading.joints + 1)]
+        units = [
+            next(n for n in reading.columns if n.startswith((f"q{j}_", f"j{j}_"))) for j in range(1, reading.joints + 1)
+        ]
         lengths = unit_names("length")
         robot = _AnyRobot(["prismatic" if name.split("_")[-1] in lengths else "revolute" for name in units])
     return dataset_from_table(table_of(reading), robot)
