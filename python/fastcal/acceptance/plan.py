@@ -135,11 +135,12 @@ def plan_acceptance(
         temperature = None
     comment = ["ISO 9283 test by fastcal", f"arm: {model.name[:40]}", f"measured stops: {len(measured)}"]
     comment.append("targets are compensated" if compensate else "targets are not compensated")
-    documents = write_cycles(language, program, Cycles(names, q, loops, dwell_s, speed, comment))
+    shown = model.pendant.shown(q)
+    documents = write_cycles(language, program, Cycles(names, shown, loops, dwell_s, speed, comment))
     at = [stop.target for stop in stops if stop.is_measured]
     if cycles < CYCLES:
         notes.append(f"{cycles} cycles are fewer than the {CYCLES} of ISO 9283")
-    written = _as_written(documents, [stop for _, several in loops for stop in several], q)[at]
+    written = model.pendant.chain(_as_written(documents, [stop for _, several in loops for stop in several], shown))[at]
     return AcceptancePlan(
         cube,
         documents,
@@ -221,7 +222,7 @@ def _arrivals(q: FloatArray, order: Sequence[int]) -> FloatArray:
 
 
 def _as_written(documents: tuple[Document, ...], stops: Sequence[Stop], q: FloatArray) -> FloatArray:
-    """(K, n) the targets q as the program's text gives them; its moves are the stops in their order."""
+    """(K, n) the controller's joints q as the program's text gives them; its moves are the stops in their order."""
     program = read_program({document.name: document.text.encode("latin-1") for document in documents})
     out = q.copy()
     for move, stop in zip(program.moves, stops, strict=True):

@@ -17,6 +17,7 @@ from fastcal.io.measurements_out import file_columns
 from fastcal.io.programs import program_files, write_documents
 from fastcal.io.tables import csv_text
 from fastcal.measurements.dataset import Dataset
+from fastcal.robot.pendant import controller_columns, joint_columns
 from fastcal.robot.robot import Robot
 from fastcal.units import from_si
 
@@ -24,7 +25,8 @@ from fastcal.units import from_si
 def write_test(path: str | os.PathLike[str], plan: AcceptancePlan, robot: Robot) -> list[Path]:
     """Writes the program and, beside it, its visits as NAME_plan.csv, all or none; returns the files.
 
-    The visits have pose, direction, cycle, qN_deg, payload_kg, approachN and the commanded pose in the base (target_).
+    The visits have pose, direction, cycle, qN_deg (jN_deg where the controller counts otherwise), payload_kg, approachN
+    and the commanded pose in the base (target_).
     A program never lies beside the visits of another: killed amid its work, this leaves the visits alone.
 
     Raises:
@@ -41,13 +43,15 @@ def write_test(path: str | os.PathLike[str], plan: AcceptancePlan, robot: Robot)
 def _visits_text(plan: AcceptancePlan, robot: Robot) -> str:
     visits = Dataset.from_arrays(plan.q, payload=plan.payload, approach=plan.approach)
     columns = {"pose": [visit.pose for visit in plan.visits]}
+    own = joint_columns(robot.spec, plan.q)
     if any(visit.direction for visit in plan.visits):
         columns["direction"] = [visit.direction for visit in plan.visits]
     numbers = [*from_si(plan.commanded[:, :3, 3], "mm").T, *quaternions(plan.commanded[:, :3, :3]).T]
     return csv_text(
         columns
         | {"cycle": [visit.cycle for visit in plan.visits]}
-        | file_columns(visits, robot.joint_types)
+        | controller_columns(robot.spec, plan.q)
+        | {name: column for name, column in file_columns(visits, robot.joint_types).items() if name not in own}
         | dict(zip(TARGET_COLUMNS, numbers, strict=True))
     )
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.io.tables import write_csv
-from fastcal.robot.core_model import length_or_angle_unit
+from fastcal.robot.pendant import joint_columns
 from fastcal.robot.robot import Robot
 from fastcal.units import from_si
 
@@ -33,7 +33,7 @@ def write_corrections(
         robot: Its joints have the units of the columns.
         labels: Columns that say which target a row is of.
         shift: (N, 6) m and rad (a rotation vector) by which the tool is sent elsewhere.
-        joints: (N, n) rad or m by which the joints' commands change.
+        joints: (N, n) rad or m by which the chain's joints change; the controller's follow as djN where they differ.
         error: (N,) m that the correction takes away.
 
     Raises:
@@ -43,7 +43,7 @@ def write_corrections(
     columns["error_mm"] = from_si(error, "mm")
     for axis, along, about in zip("xyz", shift[:, :3].T, shift[:, 3:].T, strict=True):
         columns[f"shift_{axis}_mm"], columns[f"turn_{axis}_deg"] = from_si(along, "mm"), from_si(about, "deg")
-    for k, (joint, change) in enumerate(zip(robot.spec["joints"], joints.T, strict=True), start=1):
-        unit = length_or_angle_unit(joint)
-        columns[f"dq{k}_{unit}"] = from_si(change, unit)
+    columns.update(joint_columns(robot.spec, joints, "dq"))
+    if not robot.pendant.is_chain:
+        columns.update(joint_columns(robot.spec, robot.pendant.shown(joints + robot.pendant.zero), "dj"))
     write_csv(path, columns)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""A design as a table: order, qN_deg (qN_mm), payload_kg, approachN, plane."""
+"""A design as a table: order, qN_deg (jN_deg where a controller counts otherwise), payload_kg, approachN, plane."""
 
 from __future__ import annotations
 
@@ -11,9 +11,8 @@ import numpy as np
 from fastcal.design.candidates import Candidates
 from fastcal.design.result import PoseDesign
 from fastcal.io.tables import write_csv
-from fastcal.robot.core_model import length_or_angle_unit
+from fastcal.robot.pendant import controller_columns
 from fastcal.robot.robot import Robot
-from fastcal.units import from_si
 
 
 def write_design(path: str | os.PathLike[str], design: PoseDesign, robot: Robot) -> None:
@@ -29,9 +28,8 @@ def write_design(path: str | os.PathLike[str], design: PoseDesign, robot: Robot)
 def write_poses(path: str | os.PathLike[str], poses: Candidates, robot: Robot) -> None:
     """The same for poses that do not come from a design."""
     columns: dict[str, list[float] | list[int] | list[str]] = {"order": list(range(1, len(poses) + 1))}
-    for joint, spec in enumerate(robot.spec["joints"], start=1):
-        unit = length_or_angle_unit(spec)
-        columns[f"q{joint}_{unit}"] = np.round(from_si(poses.q[:, joint - 1], unit), 6).tolist()
+    for name, values in controller_columns(robot.spec, poses.q).items():
+        columns[name] = np.round(values, 6).tolist()
     columns["payload_kg"] = poses.payload.tolist()
     if poses.approach is not None:
         for index in np.flatnonzero(poses.approach.any(axis=0)):

@@ -17,7 +17,7 @@ from fastcal.measurements.checks import QUATERNION_TOLERANCE, SCALE_LIMIT, BadRo
 from fastcal.measurements.conditions import condition_columns
 from fastcal.measurements.dataset import Dataset, FloatArray
 from fastcal.measurements.targets import Targets
-from fastcal.robot.core_model import length_or_angle_unit
+from fastcal.robot.pendant import controller_columns, joint_columns
 from fastcal.robot.robot import Robot
 from fastcal.units import from_si
 
@@ -106,15 +106,12 @@ def write_commands(
 ) -> None:
     """Writes commands: qN_deg (qN_mm), residual_mm, residual_deg, sigma_mm, status; what is not known is left empty.
 
-    With a trained correction its weight follows, as correction_weight.
+    Where the controller counts otherwise than the chain, jN_deg follow qN_deg. With a trained correction its weight follows, as correction_weight.
 
     Raises:
         InvalidInput: The file cannot be written.
     """
-    units = [length_or_angle_unit(joint) for joint in robot.spec["joints"]]
-    columns: dict[str, object] = {
-        f"q{joint}_{unit}": from_si(q[:, joint - 1], unit) for joint, unit in enumerate(units, start=1)
-    }
+    columns: dict[str, object] = {**joint_columns(robot.spec, q), **controller_columns(robot.spec, q)}
     columns["residual_mm"], columns["residual_deg"] = from_si(residual[0], "mm"), from_si(residual[1], "deg")
     columns["sigma_mm"], columns["status"] = from_si(sigma, "mm"), status.tolist()
     if weight is not None:

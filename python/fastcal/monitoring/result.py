@@ -15,8 +15,9 @@ from fastcal.display import late
 from fastcal.display.shown import Shown
 from fastcal.measurements.dataset import Dataset
 from fastcal.monitoring.setups import SetUp, distances
+from fastcal.robot.pendant import controller_columns
 from fastcal.robot.robot import Robot
-from fastcal.units import from_si
+from fastcal.units import from_si, to_si
 
 FloatArray = NDArray[np.float64]
 
@@ -162,6 +163,13 @@ class CheckResult(Shown):
         """(N,) distance of each point from the model [m], NaN where none was measured."""
         return distances(self.places)
 
+    def shown(self, pose: NextPose) -> dict[str, float]:
+        """A pose's joints as the controller shows them, by the names of a file's columns, to 0.001 deg or mm."""
+        units = ["deg" if kind == "revolute" else "mm" for kind in self.model.joint_types]
+        q = np.array([[to_si(value, unit) for value, unit in zip(pose.q, units, strict=True)]])
+        columns = controller_columns(self.model.spec, q)
+        return {name: round(float(values[0]), 3) for name, values in columns.items()}
+
     def to_json_dict(self) -> dict[str, Any]:
         """The content of check.json."""
         units = ["deg" if kind == "revolute" else "mm" for kind in self.model.joint_types]
@@ -193,6 +201,7 @@ class CheckResult(Shown):
             ],
             "next_poses": [
                 {f"q{i + 1}_{unit}": q for i, (unit, q) in enumerate(zip(units, pose.q, strict=True))}
+                | self.shown(pose)
                 | {"payload_kg": pose.payload_kg}
                 for pose in self.next_poses
             ],

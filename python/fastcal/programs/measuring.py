@@ -40,7 +40,7 @@ class Cycles:
 
     Attributes:
         names: Of the targets, letters and digits.
-        q: (K, 6) joint positions [rad].
+        q: (K, 6) joint positions [rad], as the controller counts them.
         loops: How often, and the stops of each round.
         dwell_s: Wait at a measured stop [s].
         speed: Share of the greatest speed, above 0 to 1.

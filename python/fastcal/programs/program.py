@@ -82,7 +82,8 @@ class Target:
     Attributes:
         name: As the program calls it, or "line 12".
         line: Where its numbers are.
-        kind: `pose`: numbers are x, y, z and the language's orientation, of the tool in a frame; `joints`: those of the controller.
+        kind: `pose`: numbers are x, y, z and the language's orientation, of the tool in a frame; `joints`: J1 ... Jn
+            of the controller.
         numbers: What a compensation replaces.
         words: What names the configuration, in the language's own words (cf1, S, CONFIG ...).
         tool, frame: Their names where the target itself gives them (FANUC); else its moves do.

@@ -136,10 +136,11 @@ def next_poses_sections(found: CheckResult) -> list[Section]:
     if not found.next_poses:
         return []
     units = ["°" if kind == "revolute" else "mm" for kind in found.model.joint_types]
-    columns = [Column(_("Pose")), *(Column(f"q{i + 1} ({unit})") for i, unit in enumerate(units))]
+    letter = "q" if found.model.pendant.is_chain else "J"
+    columns = [Column(_("Pose")), *(Column(f"{letter}{i + 1} ({unit})") for i, unit in enumerate(units))]
     columns.append(Column(_("payload (kg)")))
     rows = [
-        [number_cell(str(k), k), *(number_cell(fixed(v, 2), v) for v in (*pose.q, pose.payload_kg))]
+        [number_cell(str(k), k), *(number_cell(fixed(v, 2), v) for v in (*found.shown(pose).values(), pose.payload_kg))]
         for k, pose in enumerate(found.next_poses, start=1)
     ]
     return [

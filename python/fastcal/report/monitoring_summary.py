@@ -29,7 +29,7 @@ def _(found: CheckResult) -> list[str]:
         units = ", ".join(dict.fromkeys("deg" if kind == "revolute" else "mm" for kind in found.model.joint_types))
         lines.append(f"next poses to measure: {len(found.next_poses)}; payload and joint positions:")
         lines += [
-            f"  {pose.payload_kg:g} kg, {' '.join(f'{value:.1f}' for value in pose.q)} {units}"
+            f"  {pose.payload_kg:g} kg, {' '.join(f'{value:.1f}' for value in found.shown(pose).values())} {units}"
             for pose in found.next_poses
         ]
     return lines
