@@ -4,6 +4,7 @@
 #include "fastcal/robot/arm_bending.hpp"
 #include "fastcal/robot/kinematics.hpp"
 #include "fastcal/robot/robot_model.hpp"
+#include "fastcal/robot/tables_with_flange.hpp"
 #include "fastcal/robot/urdf.hpp"
 
 namespace fastcal {
@@ -150,10 +151,20 @@ void bind_robot(py::module_& m) {
           },
           py::arg("values"), "T_world_base and T_flange_tool (4, 4) at parameter values (P,).");
 
-  m.def("build_dh", &build_dh, py::arg("description"), py::arg("rows"),
-        "Classic DH; rows (n, 5): theta, d, a, alpha, beta in rad and m.");
-  m.def("build_mdh", &build_mdh, py::arg("description"), py::arg("rows"),
-        "Modified DH (Craig); row i holds alpha_(i-1), a_(i-1); columns as build_dh.");
+  m.def(
+      "build_dh",
+      [](const RobotDescription& d, const RowMatrixXd& rows, const Eigen::Matrix4d& flange) {
+        return build_dh(d, rows, to_pose(flange));
+      },
+      py::arg("description"), py::arg("rows"), py::arg("flange") = Eigen::Matrix4d(Eigen::Matrix4d::Identity()),
+      "Classic DH; rows (n, 5): theta, d, a, alpha, beta in rad and m; flange (4, 4) in the last row's frame.");
+  m.def(
+      "build_mdh",
+      [](const RobotDescription& d, const RowMatrixXd& rows, const Eigen::Matrix4d& flange) {
+        return build_mdh(d, rows, to_pose(flange));
+      },
+      py::arg("description"), py::arg("rows"), py::arg("flange") = Eigen::Matrix4d(Eigen::Matrix4d::Identity()),
+      "Modified DH (Craig); row i holds alpha_(i-1), a_(i-1); columns and flange as build_dh.");
   m.def(
       "build_poe",
       [](const RobotDescription& d, const RowMatrixXd& screws, const Eigen::Matrix4d& home) {

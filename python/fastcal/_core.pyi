@@ -704,13 +704,13 @@ def align(model: ErrorModel, samples: Samples, measured: Measurements, threads: 
     """
     Closed-form base and tool and unknowns of the observations, refined; no initial guess is needed.
     """
-def build_dh(description: RobotDescription, rows: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"]) -> RobotModel:
+def build_dh(description: RobotDescription, rows: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], flange: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"] = ...) -> RobotModel:
     """
-    Classic DH; rows (n, 5): theta, d, a, alpha, beta in rad and m.
+    Classic DH; rows (n, 5): theta, d, a, alpha, beta in rad and m; flange (4, 4) in the last row's frame.
     """
-def build_mdh(description: RobotDescription, rows: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"]) -> RobotModel:
+def build_mdh(description: RobotDescription, rows: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], flange: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"] = ...) -> RobotModel:
     """
-    Modified DH (Craig); row i holds alpha_(i-1), a_(i-1); columns as build_dh.
+    Modified DH (Craig); row i holds alpha_(i-1), a_(i-1); columns and flange as build_dh.
     """
 def build_poe(description: RobotDescription, screws: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], home: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"]) -> RobotModel:
     """

@@ -9,6 +9,7 @@
 #include "fastcal/math/check.hpp"
 #include "fastcal/math/se3.hpp"
 #include "fastcal/robot/robot_model.hpp"
+#include "fastcal/robot/tables_with_flange.hpp"
 
 namespace fastcal {
 namespace {
@@ -49,9 +50,18 @@ void add_beta(RobotModel& model, int joint, double value) {
                       parameter(joint, "beta", "rad", "tilt about y (Hayati), for nearly parallel axes"));
 }
 
+/// Nothing where it is the row's own frame, so that such a chain is the same to the last bit.
+void add_flange(RobotModel& model, const Pose& flange) {
+  if (!flange.R.isIdentity(0) || !flange.p.isZero(0)) model.add_constant(flange);
+}
+
 }  // namespace
 
 RobotModel build_dh(RobotDescription description, const RowMatrixXd& rows) {
+  return build_dh(std::move(description), rows, Pose());
+}
+
+RobotModel build_dh(RobotDescription description, const RowMatrixXd& rows, const Pose& flange) {
   check_rows(description, rows.rows(), rows.cols(), 5);
   RobotModel model(std::move(description));
   for (int i = 0; i < model.joint_count(); ++i) {
@@ -62,6 +72,7 @@ RobotModel build_dh(RobotDescription description, const RowMatrixXd& rows) {
     add_alpha(model, i, rows(i, 3));
     add_beta(model, i, rows(i, 4));
     model.add_body_frame();
+    if (i + 1 == model.joint_count()) add_flange(model, flange);
     model.add_link_end();
     model.set_link_axis(i, beam_axis({rows(i, 2), 0, 0}, rows(i, 1)));
   }
@@ -70,6 +81,10 @@ RobotModel build_dh(RobotDescription description, const RowMatrixXd& rows) {
 }
 
 RobotModel build_mdh(RobotDescription description, const RowMatrixXd& rows) {
+  return build_mdh(std::move(description), rows, Pose());
+}
+
+RobotModel build_mdh(RobotDescription description, const RowMatrixXd& rows, const Pose& flange) {
   check_rows(description, rows.rows(), rows.cols(), 5);
   RobotModel model(std::move(description));
   for (int i = 0; i < model.joint_count(); ++i) {
@@ -85,6 +100,7 @@ RobotModel build_mdh(RobotDescription description, const RowMatrixXd& rows) {
     const Eigen::Vector3d x = Eigen::AngleAxisd(rows(i, 4), Eigen::Vector3d::UnitY()) * Eigen::Vector3d::UnitX();
     model.set_link_axis(i, beam_axis(a * x, rows(i, 1)));
   }
+  add_flange(model, flange);
   model.add_link_end();
   model.finish();
   return model;

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <iterator>
 #include <set>
+#include <string_view>
 #include <utility>
 
 #include "fastcal/math/check.hpp"
@@ -34,13 +35,14 @@ const std::string& root_of(const LinkTree& tree) {
   return root->first;
 }
 
-/// The leaves that hang on `base` (empty: below the last floating or planar joint), in the order of their names.
-std::vector<Tip> leaves(const LinkTree& tree, const std::string& base) {
+/// The links that hang on `base` (empty: below the last floating or planar joint), in the order of their names; with
+/// `leaves_alone` those on which no other hangs.
+std::vector<Tip> links(const LinkTree& tree, const std::string& base, bool leaves_alone) {
   std::set<std::string> parents;
   for (const auto& [name, mount] : tree) parents.insert(mount.parent);
   std::vector<Tip> found;
   for (const auto& [name, mount] : tree) {
-    if (parents.contains(name)) continue;
+    if (leaves_alone && parents.contains(name)) continue;
     Tip tip{name, "", 0};
     const std::string* link = &name;
     // A ring of links has no end: no way is longer than the tree.
@@ -55,13 +57,32 @@ std::vector<Tip> leaves(const LinkTree& tree, const std::string& base) {
   return found;
 }
 
-/// The name of a robot's tool frame in ROS (REP-199), and the next most usual one.
-constexpr const char* kToolNames[] = {"tool0", "tcp"};
-
 bool is_named(const Tip& tip, const std::string& name) { return tip.name == name || tip.name.ends_with("_" + name); }
 
+/// A flange with the prefix of the arm's own links: a gripper may have one too.
+bool is_flange(const Tip& tip) {
+  constexpr std::string_view kName = "flange";
+  if (!is_named(tip, std::string(kName))) return false;
+  return tip.last_moved.starts_with(tip.name.substr(0, tip.name.size() - kName.size()));
+}
+
+/// The frame at which the controller's tools begin in ROS (REP-199), whatever is fixed on it; else the flange, else a
+/// leaf that is called the tool's centre. Empty where none or several are called so.
+std::string named_end(const LinkTree& tree, const std::string& base) {
+  const auto only = [](const std::vector<Tip>& tips, const auto& fits) {
+    const auto moved = [&](const Tip& tip) { return tip.joint_count > 0 && fits(tip); };
+    return std::count_if(tips.begin(), tips.end(), moved) == 1 ? std::find_if(tips.begin(), tips.end(), moved)->name
+                                                               : std::string();
+  };
+  const std::vector<Tip> all = links(tree, base, false);
+  std::string name = only(all, [](const Tip& tip) { return is_named(tip, "tool0"); });
+  if (name.empty()) name = only(all, is_flange);
+  if (name.empty()) name = only(links(tree, base, true), [](const Tip& tip) { return is_named(tip, "tcp"); });
+  return name;
+}
+
 std::string chosen_tip(const LinkTree& tree, const std::string& base, std::vector<std::string>& notes) {
-  const std::vector<Tip> all = leaves(tree, base);
+  const std::vector<Tip> all = links(tree, base, true);
   FASTCAL_CHECK(!all.empty()) << "no link of the URDF hangs on base_link '" << base << "'";
   std::vector<Tip> moving;
   std::copy_if(all.begin(), all.end(), std::back_inserter(moving), [](const Tip& tip) { return tip.joint_count > 0; });
@@ -73,11 +94,7 @@ std::string chosen_tip(const LinkTree& tree, const std::string& base, std::vecto
     if (!others.empty()) notes.push_back("tip_link '" + name + "' was chosen; the URDF also ends in " + listed(others));
     return name;
   };
-  for (const char* name : kToolNames) {
-    const auto fits = [&](const Tip& tip) { return is_named(tip, name); };
-    if (std::count_if(moving.begin(), moving.end(), fits) == 1)
-      return chosen(std::find_if(moving.begin(), moving.end(), fits)->name);
-  }
+  if (const std::string name = named_end(tree, base); !name.empty()) return chosen(name);
   std::map<std::string, std::vector<Tip>> ways;  // by the last link that moves: beyond it tips differ by constants
   for (const Tip& tip : moving) ways[tip.last_moved].push_back(tip);
   const auto name_of = [](const auto& way) { return way.second.size() == 1 ? way.second[0].name : way.first; };
@@ -117,7 +134,7 @@ UrdfEnds choose_ends(const LinkTree& tree, const std::string& base_link, const s
   if (tip_link.empty()) ends.tip = chosen_tip(tree, base_link, ends.notes);
   if (!tree.contains(ends.tip)) {
     std::vector<std::string> names;
-    for (const Tip& tip : leaves(tree, "")) names.push_back(tip.name);
+    for (const Tip& tip : links(tree, "", true)) names.push_back(tip.name);
     FASTCAL_CHECK(false) << "the URDF has no link '" << tip_link << "' for tip_link; it ends in " << listed(names);
   }
   if (base_link.empty()) ends.base = chosen_base(tree, ends.tip, ends.notes);

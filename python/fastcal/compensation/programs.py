@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NoReturn
 
 import numpy as np
@@ -32,6 +32,7 @@ from fastcal.measurements.last_moves import directions, last_moves
 from fastcal.programs import Cell, Document, Frames, Program, Target, Word
 from fastcal.robot import se3
 from fastcal.robot.controller_robot import nominal_robot
+from fastcal.robot.core_model import pose
 from fastcal.robot.robot import Robot
 from fastcal.robot.steady import steady
 from fastcal.units import from_si, to_si
@@ -202,7 +203,7 @@ class _Places:
     def __init__(self, robot: Robot, nominal: Robot, program: Program, cell: Cell) -> None:
         self.robot, self.nominal, self.program = robot, nominal, program
         self.T_world_base, self.T_last_tool = robot.core.base_and_tool(robot.core.nominal)
-        self.frames = Frames(program, cell, self.T_last_tool)
+        self.frames = Frames(program, _told_from_flange(cell, robot), self.T_last_tool)
 
     def world(self, place: int, T_frame_tool: FloatArray) -> FloatArray:
         """T_world_tool of the model for the numbers of a target."""
@@ -216,6 +217,14 @@ class _Places:
     def tool_at(self, place: int, T_world_tool: FloatArray) -> FloatArray:
         """T_world_tool of the target's own tool where the model's is there."""
         return np.asarray(T_world_tool @ se3.inverse(self.T_last_tool) @ self.frames.tool(place))
+
+
+def _told_from_flange(cell: Cell, robot: Robot) -> Cell:
+    """The cell with its flange, which is told from the last row of a table, in the robot's own flange."""
+    own = robot.spec.get("flange")
+    if cell.T_last_flange is None or own is None or robot.kinematics == "urdf":
+        return cell
+    return replace(cell, T_last_flange=se3.inverse(pose(own)) @ cell.T_last_flange)
 
 
 def robot_without_measurement(model: Robot) -> Robot:

@@ -42,19 +42,18 @@ class Conversion(NamedTuple):
 
 
 class _Geometry(NamedTuple):
-    """The joints and ends of the new kind; the new base frame in the old one, the old flange in the new one."""
+    """The joints and ends of the new kind, whose flange is the old one; the new base frame in the old one."""
 
     joints: list[Spec]
     ends: Spec
     base: Array
-    flange: Array
 
 
 def convert(robot: HasSpec | Spec, to: str, drop_effects: bool = False) -> Conversion:
     """Writes a robot as another kind: T_measuring_tool(q) stays within rounding (1e-12 m and rad) for every q.
 
-    Nearly parallel neighbouring axes go to beta and never to a far d. Base and tool take what rows can't hold; gravity
-    and the payload's centre are turned with them.
+    Nearly parallel neighbouring axes go to beta and never to a far d. Base and flange take what rows can't hold;
+    gravity is turned with the base.
 
     Args:
         robot: A robot or its canonical spec.
@@ -79,7 +78,7 @@ def convert(robot: HasSpec | Spec, to: str, drop_effects: bool = False) -> Conve
             "are others; allow them to be dropped (--drop-effects) or keep the kind"
         )
     new: Spec = {"name": spec["name"], "kinematics": to, "joints": geometry.joints} | geometry.ends
-    new["coupling"] = copy.deepcopy(spec["coupling"])
+    new |= {key: copy.deepcopy(spec[key]) for key in ("coupling", "pendant") if key in spec}
     new |= _surroundings(spec, geometry)
     new |= {"effects": effects, "structure": {}}
     if "notes" in spec:
@@ -94,7 +93,8 @@ def _rows(chain: Chain, spec: Spec, to: str) -> _Geometry:
         values = zip(("theta_deg", "d_mm", "a_mm", "alpha_deg", "beta_deg"), row, strict=True)
         shape = {name: _edge(value, name.rpartition("_")[2]) for name, value in values}
         joints.append(_joint(old, shape, body, frame))
-    return _Geometry(joints, {}, table.base, table.flange)
+    ends = {} if _is_identity(table.flange) else {"flange": _frame(table.flange)}
+    return _Geometry(joints, ends, table.base)
 
 
 def _poe(chain: Chain, spec: Spec, to: str) -> _Geometry:
@@ -106,7 +106,7 @@ def _poe(chain: Chain, spec: Spec, to: str) -> _Geometry:
         else:
             shape = {"omega": _list(chain.omega[i], "1"), "point_mm": _list(point, "mm"), "theta_deg": 0.0}
         joints.append(_joint(old, shape, body, np.eye(4)))
-    return _Geometry(joints, {"home": _frame(chain.home)}, np.eye(4), np.eye(4))
+    return _Geometry(joints, {"home": _frame(chain.home)}, np.eye(4))
 
 
 def _urdf(chain: Chain, spec: Spec, to: str) -> _Geometry:
@@ -120,7 +120,7 @@ def _urdf(chain: Chain, spec: Spec, to: str) -> _Geometry:
         shape = {"origin": _frame(se3.inverse(T) @ now), "axis": [0.0, 0.0, 1.0]}
         joints.append({"name": f"joint{i + 1}"} | _joint(old, shape, body, now))
         T = now
-    return _Geometry(joints, {"flange": _frame(se3.inverse(T) @ chain.home)}, np.eye(4), np.eye(4))
+    return _Geometry(joints, {"flange": _frame(se3.inverse(T) @ chain.home)}, np.eye(4))
 
 
 def _joint(old: Spec, shape: Spec, body: Body | None, frame: Array) -> Spec:
@@ -138,23 +138,19 @@ def _joint(old: Spec, shape: Spec, body: Body | None, frame: Array) -> Spec:
 
 
 def _surroundings(spec: Spec, geometry: _Geometry) -> Spec:
-    """Base, tool, payload and gravity in the new frames; untouched where the frames are the old ones."""
+    """Base and gravity in the new frames, untouched where the frames are the old ones; tool and payload."""
     kept: Spec = {key: copy.deepcopy(spec[key]) for key in ("base", "tool", "payload", "gravity_m_s2")}
     kept |= {key: spec[key] for key in ("gravity_frame", "wrench_frame", "equilibrium") if key in spec}
     if not _is_identity(geometry.base):
         kept["base"] = _frame(frame_of(spec["base"]) @ geometry.base)
         if spec["gravity_frame"] == "base":
             kept["gravity_m_s2"] = _list(geometry.base[:3, :3].T @ si(spec["gravity_m_s2"], "m_s2"), "m_s2")
-    if not _is_identity(geometry.flange):
-        kept["tool"] = _frame(geometry.flange @ frame_of(spec["tool"]))
-        com = geometry.flange[:3, :3] @ si(spec["payload"]["com_mm"], "mm") + geometry.flange[:3, 3]
-        kept["payload"] = {"com_mm": _list(com, "mm")}
     return kept
 
 
 def _carried(spec: Spec, geometry: _Geometry) -> tuple[list[Spec], tuple[str, ...]]:
     """The effects that keep their meaning, and the names of what does not."""
-    stays = {"axes": True, "base": _is_identity(geometry.base), "flange": _is_identity(geometry.flange), "rows": False}
+    stays = {"axes": True, "base": _is_identity(geometry.base), "flange": True, "rows": False}
     is_kept = {e["effect"]: stays[traits_of(e["effect"]).refers_to] for e in spec["effects"]}
     kept = [copy.deepcopy(effect) for effect in spec["effects"] if is_kept[effect["effect"]]]
     dropped = [f"{e['effect']}@{e['owner']}" for e in spec["effects"] if not is_kept[e["effect"]]]
@@ -163,9 +159,8 @@ def _carried(spec: Spec, geometry: _Geometry) -> tuple[list[Spec], tuple[str, ..
 
 def _notes(spec: Spec, geometry: _Geometry) -> tuple[str, ...]:
     notes = []
-    for frame, moved in (("base", geometry.base), ("flange", geometry.flange)):
-        if spec["wrench_frame"] == frame and not _is_identity(se3.pose(moved[:3, :3])):
-            notes.append(f"the {frame} frame was turned: fx_n ... mz_nm are read along its new axes")
+    if spec["wrench_frame"] == "base" and not _is_identity(se3.pose(geometry.base[:3, :3])):
+        notes.append("the base frame was turned: fx_n ... mz_nm are read along its new axes")
     if spec.get("structure"):
         notes.append("the structure's nodes are fixed to frames of the old form: it was left out")
     if spec.get("calibration"):

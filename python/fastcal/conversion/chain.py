@@ -84,8 +84,8 @@ def chain_of(spec: Spec) -> Chain:
         body = body_of(joint)
         bodies.append(None if body is None else body.moved(link_frame))
     home = steps[-1][1]
-    if spec["kinematics"] in ("poe", "urdf"):
-        home = home @ frame_of(spec["home" if spec["kinematics"] == "poe" else "flange"])
+    if (end := "home" if spec["kinematics"] == "poe" else "flange") in spec:
+        home = home @ frame_of(spec[end])
     return Chain(tuple(revolute), np.array(omegas), np.array(vs), home, tuple(bodies))
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 
 from fastcal import units
-from fastcal.conversion.chain import Spec
+from fastcal.conversion.chain import Spec, frame_of
 from fastcal.errors import InvalidInput
 from fastcal.robot import se3
 from fastcal.robot.se3 import Array
@@ -25,7 +25,7 @@ def ur_origins(spec: Spec) -> list[Array]:
         spec: Of kind dh.
 
     Raises:
-        InvalidInput: The last row has an a, alpha or beta, for which there is no frame.
+        InvalidInput: The last row has an a, alpha or beta, or a flange follows it, for which there is no frame.
     """
     origins: list[Array] = []
     behind = np.eye(4)
@@ -34,8 +34,11 @@ def ur_origins(spec: Spec) -> list[Array]:
         along = se3.pose(se3.rotation_z(theta), [0.0, 0.0, units.to_si(joint["d_mm"], "mm")])
         origins.append(behind @ along)
         behind = se3.pose(se3.rotation_x(alpha) @ se3.rotation_y(beta), [units.to_si(joint["a_mm"], "mm"), 0.0, 0.0])
+    if "flange" in spec:
+        behind = behind @ frame_of(spec["flange"])
     if np.abs(behind - np.eye(4)).max() > _EXACT:
         raise InvalidInput(
-            f"{spec['name']}: its last row has an a, alpha or beta, and ur_description's tool0 is the frame of joint 6"
+            f"{spec['name']}: its last row has an a, alpha or beta, or a flange follows it, and ur_description's tool0 "
+            "is the frame of joint 6"
         )
     return origins

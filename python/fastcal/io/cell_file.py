@@ -3,7 +3,7 @@
 """Cell files: the tools and frames that a program names without saying where they are.
 
 base: {xyz_mm: [0, 0, 0], rpy_deg: [0, 0, 0]}      # the robot file's base in the controller's base frame
-flange: {xyz_mm: [0, 0, 0], rpy_deg: [0, 0, 0]}    # the controller's flange in the robot file's last frame
+flange: {xyz_mm: [0, 0, 0], rpy_deg: [0, 0, 0]}    # the controller's flange in the robot file's last frame, over its own
 tools: {tGun: {xyz_mm: [0, 0, 230], rpy_deg: [0, 35, 0]}, "2": {xyz_mm: [0, 0, 100]}}
 frames: {wTable: {xyz_mm: [1500, -200, 400]}, "1": {xyz_mm: [800, 0, 0]}}
 """
@@ -32,7 +32,7 @@ def load_cell(path: str | os.PathLike[str]) -> Cell:
     top = Fields(read_yaml(path), "", path)
     cell = Cell(
         _frame(top.take("base", {}), "base", path),
-        _frame(top.take("flange", {}), "flange", path),
+        _frame(top.take("flange"), "flange", path) if top.has("flange") else None,
         _frames(top.take("tools", {}), "tools", path),
         _frames(top.take("frames", {}), "frames", path),
     )

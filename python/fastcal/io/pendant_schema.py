@@ -36,11 +36,11 @@ def check_pendant(entries: list[Fields], joints: list[Spec]) -> list[Spec]:
         fields.done()
         out.append(entry)
     try:
-        order = TopologicalSorter({entry["joint"]: {*entry["plus"], *entry["minus"]} for entry in out})
-        order.prepare()
+        TopologicalSorter({entry["joint"]: {*entry["plus"], *entry["minus"]} for entry in out}).prepare()
     except CycleError as error:
-        ring = " and ".join(str(joint) for joint in sorted(set(error.args[1])))
-        entries[0].refuse("", f"joints {ring} are each counted from the other; expected one counted by itself")
+        *some, last = (str(joint) for joint in sorted(set(error.args[1])))
+        ring, others = f"{', '.join(some)} and {last}", "other" if len(some) == 1 else "others"
+        entries[0].refuse("", f"joints {ring} are each counted from the {others}; expected one counted by itself")
     return out
 
 

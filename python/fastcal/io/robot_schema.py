@@ -97,10 +97,12 @@ def _additions(top: Fields, kind: str, joints: list[Spec]) -> Spec:
 
 
 def _end_of_chain(top: Fields, kind: str) -> Spec:
-    """The flange where the rows do not reach it: at q = 0 in the base (poe), in the last joint's frame (urdf)."""
+    """The flange where the rows do not reach it: at q = 0 in the base (poe), else in the frame of the last joint."""
     if kind == "poe":
+        if top.has("flange"):
+            top.refuse("flange", "goes with kinematics dh, mdh and urdf; home is the flange of a robot of kind poe")
         return {"home": _frame(top, "home", required=True)}
-    return {"flange": _frame(top, "flange")} if kind == "urdf" else {}
+    return {"flange": _frame(top, "flange")} if kind == "urdf" or top.has("flange") else {}
 
 
 def _source(fields: Fields) -> Spec:

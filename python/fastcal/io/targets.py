@@ -106,7 +106,8 @@ def write_commands(
 ) -> None:
     """Writes commands: qN_deg (qN_mm), residual_mm, residual_deg, sigma_mm, status; what is not known is left empty.
 
-    Where the controller counts otherwise than the chain, jN_deg follow qN_deg. With a trained correction its weight follows, as correction_weight.
+    Where the controller counts otherwise than the chain, jN_deg follow qN_deg. A trained correction's weight comes
+    last, as correction_weight.
 
     Raises:
         InvalidInput: The file cannot be written.

@@ -27,13 +27,13 @@ class Cell:
 
     Attributes:
         T_controller_base: The robot file's base in the base frame of the controller.
-        T_last_flange: The controller's flange in the robot file's last frame.
+        T_last_flange: The controller's flange in the robot file's last frame; None: where the robot file has it.
         tools: T_flange_tool by the program's name or number.
         frames: T_base_frame, in the controller's base, by name or number.
     """
 
     T_controller_base: FloatArray = field(default_factory=_identity)
-    T_last_flange: FloatArray = field(default_factory=_identity)
+    T_last_flange: FloatArray | None = None
     tools: Mapping[str, FloatArray] = field(default_factory=dict)
     frames: Mapping[str, FloatArray] = field(default_factory=dict)
 
@@ -44,7 +44,7 @@ class Frames:
     Args:
         program: Whose targets they are.
         cell: Given by the user.
-        T_last_tool: The robot file's tool, in its last frame: assumed where no tool is defined.
+        T_last_tool: The robot file's tool, in its flange: assumed where no tool is defined.
 
     Attributes:
         notes: What was assumed, a sentence each.
@@ -52,10 +52,11 @@ class Frames:
 
     def __init__(self, program: Program, cell: Cell, T_last_tool: FloatArray) -> None:
         self.program, self.cell = program, cell
+        self._T_last_flange = np.eye(4) if cell.T_last_flange is None else cell.T_last_flange
         self.notes: list[str] = []
         self._tools = {name.lower(): T for name, T in {**program.tools, **cell.tools}.items()}
         self._frames = {name.lower(): T for name, T in {**program.frames, **cell.frames}.items()}
-        self._assumed_tool = se3.inverse(cell.T_last_flange) @ T_last_tool
+        self._assumed_tool = se3.inverse(self._T_last_flange) @ T_last_tool
         uses: dict[int, list[Move]] = {}
         for move in program.moves:
             uses.setdefault(move.target, []).append(move)
@@ -66,17 +67,17 @@ class Frames:
         T_frame, T_tool = self._pairs[place]
         cell = self.cell
         T_controller_flange = T_frame @ T_frame_tool @ se3.inverse(T_tool)
-        return se3.inverse(cell.T_controller_base) @ T_controller_flange @ se3.inverse(cell.T_last_flange)
+        return se3.inverse(cell.T_controller_base) @ T_controller_flange @ se3.inverse(self._T_last_flange)
 
     def from_base(self, place: int, T_base_last: FloatArray) -> FloatArray:
         """T_frame_tool, as the target's numbers give it; the inverse of `to_base`."""
         T_frame, T_tool = self._pairs[place]
         cell = self.cell
-        return se3.inverse(T_frame) @ cell.T_controller_base @ T_base_last @ cell.T_last_flange @ T_tool
+        return se3.inverse(T_frame) @ cell.T_controller_base @ T_base_last @ self._T_last_flange @ T_tool
 
     def tool(self, place: int) -> FloatArray:
         """T_last_tool: the target's tool in the robot file's last frame."""
-        return self.cell.T_last_flange @ self._pairs[place][1]
+        return self._T_last_flange @ self._pairs[place][1]
 
     def _pair(self, target: Target, uses: list[Move]) -> tuple[FloatArray, FloatArray]:
         """T_controller_frame and T_flange_tool of a target and its uses."""

@@ -40,7 +40,7 @@ def nominal_robot(model: Robot, given: Robot | None = None) -> Robot:
     if given is not None:
         if given.joint_types != model.joint_types:
             raise InvalidInput(f"{given.name} and {model.name} don't have the same joints; expected one robot")
-        return Robot(_plain(given.spec) | ends)
+        return Robot(_same_end(_plain(given.spec), spec) | ends)
     record = (spec.get("calibration") or {}).get("nominal")
     if record is None:
         if spec.get("calibration"):
@@ -52,6 +52,15 @@ def nominal_robot(model: Robot, given: Robot | None = None) -> Robot:
     ]
     kept = {key: record[key] for key in _ENDS if key in record}
     return Robot(_plain(spec) | kept | {"joints": joints} | ends)
+
+
+def _same_end(given: Spec, spec: Spec) -> Spec:
+    """The given table with the flange of the model's table, from which the model's tool is told."""
+    if not {given["kinematics"], spec["kinematics"]} <= {"dh", "mdh"}:
+        return given
+    return {key: value for key, value in given.items() if key != "flange"} | {
+        key: spec[key] for key in ("flange",) if key in spec
+    }
 
 
 def _plain(spec: Spec) -> Spec:

@@ -70,7 +70,8 @@ def build_core(spec: Spec) -> _core.RobotModel:
         rows = np.array(
             [[to_si(float(joint.get(key, 0.0)), unit) for key, unit in ROW_UNITS.items()] for joint in joints]
         )
-        return (_core.build_dh if kinematics == "dh" else _core.build_mdh)(description, rows)
+        flange = [pose(spec["flange"])] if "flange" in spec else []
+        return (_core.build_dh if kinematics == "dh" else _core.build_mdh)(description, rows, *flange)
     if kinematics == "poe":
         return _core.build_poe(description, np.array([screw(joint) for joint in joints]), pose(spec["home"]))
     origins = [pose(joint["origin"]) for joint in joints]

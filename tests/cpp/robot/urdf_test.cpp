@@ -162,6 +162,17 @@ TEST(Urdf, TheTipIsChosenWhereThereIsOneWay) {
   const std::string standard = link("tool0") + joint("e", "fixed", "upper", "tool0");
   EXPECT_EQ(read_urdf(robot(arm + standard)).tip_link, "tool0");
   EXPECT_EQ(read_urdf(robot(arm + link("my_tcp") + joint("m", "fixed", "upper", "my_tcp"))).tip_link, "my_tcp");
+  // A gripper on them leaves the end of the arm where the controller has it.
+  const std::string gripper = link("hand") + link("grip_flange") + joint("g", "fixed", "tool0", "grip_flange") +
+                              joint("h", "revolute", "grip_flange", "hand");
+  EXPECT_EQ(read_urdf(robot(arm + standard + gripper)).tip_link, "tool0");
+  EXPECT_EQ(read_urdf(robot(arm + standard + gripper)).joints.size(), 1U);
+  const std::string flange = link("flange") + joint("e", "fixed", "upper", "flange");
+  const std::string body = link("body") + link("body_tcp") + joint("g", "fixed", "flange", "body") +
+                           joint("h", "fixed", "body", "body_tcp");
+  EXPECT_EQ(read_urdf(robot(arm + flange + body)).tip_link, "flange");
+  EXPECT_EQ(read_urdf(robot(arm + standard + link("flange") + joint("f", "fixed", "upper", "flange"))).tip_link,
+            "tool0");
   const std::string second = link("other") + joint("o", "revolute", "base", "other");
   EXPECT_EQ(read_urdf(robot(arm + standard + second)).tip_link, "tool0");
   EXPECT_NE(refusal(robot(arm + second)).find("has 2 arms, name the end of one as tip_link: other (1 joint), upper"),
