@@ -151,13 +151,22 @@ def _of_geometry(arm: Robot, model: _core.ErrorModel, turned: bool) -> Iterator[
     for i, p in enumerate(parameters[:own]):
         if p.owner != "base" and (p.owner != "tool" or turned or not p.name.startswith("r")):
             by_owner.setdefault(p.owner, []).append(i)
+    turned_alone = {
+        owner: _zero(arm, int(owner.removeprefix("joint")) - 1, indices, parameters, start)
+        for owner, indices in by_owner.items()
+        if owner != "tool"
+    }
     for owner, indices in by_owner.items():
         if owner == "tool":
             yield _plain("tool", "tool", indices, parameters, start)
             continue
         joint = int(owner.removeprefix("joint")) - 1
-        zero, zero_direction = _zero(arm, joint, indices, parameters, start)
-        yield Hypothesis("zero", f"{owner} zero", (zero,), _zero_size(arm, joint), directions=zero_direction[:, None])
+        zero, direction = turned_alone[owner]
+        # A motor's zero moves the joints that its gear is coupled to as well.
+        for entry in arm.spec["coupling"]:
+            if entry["source"] == joint + 1:
+                direction = direction + entry["ratio"] * turned_alone[f"joint{entry['joint']}"][1]
+        yield Hypothesis("zero", f"{owner} zero", (zero,), _zero_size(arm, joint), directions=direction[:, None])
         others = [i for i in indices if parameters[i].name not in _zero_names(arm, joint)]
         if others and joint < arm.joint_count - 1:  # the last link carries the tool and is as good as part of it
             yield _plain("link", f"{owner} geometry", others, parameters, start)
