@@ -80,7 +80,7 @@ def _say(done: Done, *, inverse: bool) -> None:
         if found is None:
             warn([f"{file}: holds no targets of plain numbers; written as it is"])
             continue
-        warn(f"{file.name}: {note}" if len(done) > 1 else note for note in found.notes)
+        warn(f"{file.name}: {note}" if len(done) > 1 else note for note in (*found.left, *found.assumed, *found.notes))
         mean, most = (from_si(float(value), "mm") for value in (found.error.mean(), found.error.max()))
         head = f"{file.name}, {program.language.name}" if len(done) > 1 else program.language.name
         changed = "targets brought back to nominal" if inverse else "targets changed"

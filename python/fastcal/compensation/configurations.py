@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from fastcal.ik.inverse_kinematics import inverse_kinematics
 from fastcal.ik.posture import SphericalWristArm
-from fastcal.programs.program import Language, Target
+from fastcal.programs.program import Language, Move, Target
 from fastcal.robot.robot import Robot
 
 FloatArray = NDArray[np.float64]
@@ -20,6 +20,7 @@ _TURN = 2 * np.pi
 _SEEDS = 256  # quasi-random postures, from which all (at most eight) solutions of a pose are found
 _EDGE = 0.01  # rad by which a joint may miss the range that a word names: words are rounded too
 _SAME = 1e-4  # rad: two solutions that are one
+_CLOSE = 0.35  # rad: a solution so near needs no look at the others
 
 
 class Configurations:
@@ -34,6 +35,7 @@ class Configurations:
         self.nominal, self.language, self.arm = nominal, language, SphericalWristArm(nominal)
         finite = np.where(np.isfinite(nominal.limits), nominal.limits, [[-np.pi, np.pi]])
         low, high = np.clip(finite, -np.pi, np.pi).T
+        self.middle = finite.mean(axis=1)
         # A Kronecker sequence with the roots of x^(n + 1) = x + 1: even in n dimensions (M. Roberts, 2018).
         root = 2.0
         for _ in range(30):
@@ -42,39 +44,58 @@ class Configurations:
         self._seeds = low + (high - low) * np.mod(0.5 + np.outer(np.arange(_SEEDS), steps), 1.0)
 
     def solve(
-        self, target: Target, T_world_tool: FloatArray, before: FloatArray | None
-    ) -> tuple[FloatArray, str | None]:
-        """Joint positions (n,) of a pose, and notes on them.
+        self, target: Target, T_world_tool: FloatArray, before: FloatArray | None, move: Move | None = None
+    ) -> tuple[FloatArray | None, str]:
+        """Joint positions (n,) of a pose; or None, and why its posture is not known.
+
+        The words of the target decide, then the joints that the program states near it, then those before it, to
+        which a controller stays nearest.
 
         Args:
             target: Whose words ask for a configuration.
             T_world_tool: Where the nominal robot's tool is to be.
-            before: The joints at the target before, which settle what the words leave open.
+            before: The joints where the arm comes from; None: unknown.
+            move: How the program comes to it.
         """
-        asked = self.language.asked_branch(target) if self.arm.has_configurations else ()
-        if before is not None:
-            near = inverse_kinematics(self.nominal, T_world_tool, seed=before, restarts=0)
-            if near.reached[0] and self._fits(near.q[0], asked):
-                return self._turned(near.q[0], target, before), None
-        ways = self._ways(T_world_tool, before)
+        stated = None if move is None else move.near
+        asked = _Asked(self, target, is_silent=stated is not None or (move is not None and move.wordless))
+        if stated is not None and len(stated) != self.nominal.joint_count:
+            return None, f"it is to be near {len(stated)} joints, and {self.nominal.name} has {self.nominal.joint_count}"
+        near = before if stated is None else self.nominal.pendant.chain(stated)
+        if near is not None:
+            found = inverse_kinematics(self.nominal, T_world_tool, seed=near, restarts=0)
+            q = asked.turned(found.q[0], near)
+            if found.reached[0] and asked.fits(q) and (asked.is_whole or np.abs(q - near).max() < _CLOSE):
+                return q, ""
+        ways = self._ways(T_world_tool, near)
         if not len(ways):
             # Without a solution the nearest pose is as good as any: the caller refuses the target.
-            return inverse_kinematics(self.nominal, T_world_tool, seed=before).q[0], None
-        fitting = [q for q in ways if self._fits(q, asked)]
-        turned = [self._turned(q, target, before) for q in fitting or ways]
-        middle = np.zeros(self.nominal.joint_count) if before is None else before
-        best = min(turned, key=lambda q: float(np.abs(q - middle).max()))
-        if fitting:
-            return best, None
-        words = ", ".join(f"{name} {word.text}" for name, word in target.words.items())
-        return best, f"no solution is in the configuration {words}; the one nearest to the target before is taken"
+            return inverse_kinematics(self.nominal, T_world_tool, seed=near).q[0], ""
+        turned = [asked.turned(q, near) for q in ways]
+        fitting = [q for q in turned if asked.fits(q)]
+        if not fitting:
+            words = ", ".join(f"{name} {word.text}" for name, word in target.words.items())
+            return None, (
+                f"none of the arm's {len(ways)} solutions is in the configuration {words}; its tool, its frame or the "
+                "flange may be elsewhere"
+            )
+        if len(fitting) == 1:
+            return fitting[0], ""
+        if near is None:
+            return None, (
+                f"the arm reaches it in {len(fitting)} postures, and nothing says in which: no words of its own, no "
+                "joints before it, and no start_deg in a cell file"
+            )
+        off = np.abs(np.array(fitting) - near)
+        best = int(np.argmin(off.max(axis=1)))
+        if best != int(np.argmin((off**2).sum(axis=1))):
+            return None, "two postures are about as near to where the arm comes from, and nothing says in which it goes"
+        return fitting[best], ""
 
-    def _fits(self, q: FloatArray, asked: tuple[bool | None, ...]) -> bool:
-        """Is q in the asked configuration, as far as both are known?"""
-        if not asked:
-            return True
-        is_in = self.language.branch(q, self.arm)
-        return all(a is None or b is None or a == b for a, b in zip(asked, is_in, strict=True))
+    def nearest(self, T_world_tool: FloatArray, near: FloatArray) -> tuple[FloatArray, int]:
+        """The solution (n,) nearest to some joints, those themselves where there is none; the number of solutions."""
+        ways = self._ways(T_world_tool, near)
+        return min(ways, key=lambda q: float(np.abs(q - near).max()), default=near), len(ways)
 
     def _ways(self, T_world_tool: FloatArray, before: FloatArray | None) -> list[FloatArray]:
         """All solutions that the seeds lead to."""
@@ -87,22 +108,43 @@ class Configurations:
                 ways.append(q)
         return ways
 
-    def _turned(self, q: FloatArray, target: Target, before: FloatArray | None) -> FloatArray:
-        """The solution with whole turns added: into the ranges that the words name, else near the previous target."""
-        ranges: Mapping[int, tuple[float, float]] = self.language.asked_turns(target)
-        out, pendant = q.copy(), self.nominal.pendant
-        for joint in pendant.order:
+
+class _Asked:
+    """What a target says of its configuration."""
+
+    def __init__(self, ways: Configurations, target: Target, *, is_silent: bool) -> None:
+        self.nominal, self.language, self.arm = ways.nominal, ways.language, ways.arm
+        self._branch = () if is_silent or not self.arm.has_configurations else self.language.asked_branch(target)
+        self._ranges: Mapping[int, tuple[float, float]] = {} if is_silent else self.language.asked_turns(target)
+        self.is_whole = bool(self._branch) and None not in self._branch
+
+    def fits(self, q: FloatArray) -> bool:
+        """Is q in the asked configuration, as far as it is told?"""
+        if any(self._missed(joint, q) for joint in self._ranges if joint < len(q)):
+            return False
+        is_in = self.language.branch(q, self.arm) if self._branch else ()
+        return all(a is None or b is None or a == b for a, b in zip(self._branch, is_in, strict=True))
+
+    def turned(self, q: FloatArray, near: FloatArray | None) -> FloatArray:
+        """The solution with whole turns added: into the ranges that the words name, else near other joints."""
+        out = q.copy()
+        for joint in self.nominal.pendant.order:
             if self.nominal.joint_types[joint] != "revolute":
                 continue
             low, high = self.nominal.limits[joint]
             ways = [q[joint] + k * _TURN for k in range(-3, 4) if low <= q[joint] + k * _TURN <= high] or [q[joint]]
-            near = q[joint] if before is None else before[joint]
-
-            def cost(way: float, joint: int = joint, near: float = near) -> tuple[float, float]:
+            to = q[joint] if near is None else near[joint]
+            costs = []
+            for way in ways:
                 out[joint] = way
-                shown, asked = pendant.shown(out)[joint], ranges.get(joint)
-                missed = 0.0 if asked is None else max(asked[0] - shown, shown - asked[1], 0.0)
-                return (0.0 if missed < _EDGE else missed, abs(way - near))
-
-            out[joint] = min(ways, key=cost)
+                costs.append((self._missed(joint, out), abs(way - to), way))
+            out[joint] = min(costs)[2]
         return out
+
+    def _missed(self, joint: int, q: FloatArray) -> float:
+        """By how much [rad] a joint is shown out of the range that the words name; 0 within their rounding."""
+        if joint not in self._ranges:
+            return 0.0
+        (low, high), at = self._ranges[joint], self.nominal.pendant.shown(q)[joint]
+        missed = max(low - at, at - high, 0.0)
+        return 0.0 if missed < _EDGE else missed

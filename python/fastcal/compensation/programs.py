@@ -12,7 +12,7 @@ f_identified(q_c).
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NoReturn
 
@@ -29,7 +29,7 @@ from fastcal.effects.entries import traits_of
 from fastcal.errors import InvalidInput, ParseError
 from fastcal.ik.inverse_kinematics import inverse_kinematics
 from fastcal.measurements.last_moves import directions, last_moves
-from fastcal.programs import Cell, Document, Frames, Program, Target, Word
+from fastcal.programs import Cell, Document, Frames, Move, Program, Target, Word
 from fastcal.robot import se3
 from fastcal.robot.controller_robot import nominal_robot
 from fastcal.robot.core_model import pose
@@ -40,6 +40,7 @@ from fastcal.units import from_si, to_si
 FloatArray = NDArray[np.float64]
 
 _REACHED = 1e-7  # m, and entries of a rotation
+_SAME_POSTURE = 1e-3  # rad or m
 _PASSES = 4  # of the way back
 _MOST_TURN = to_si(10.0, "deg")  # by which a target that is given as joints may be corrected
 
@@ -50,13 +51,15 @@ class CompensatedProgram:
 
     Attributes:
         documents: Its files, in which nothing but numbers of targets (and words of their configuration) changed.
-        targets: Those of the program.
+        targets: Those of the program that were changed.
         nominal_q: (N, n) joint positions of the controller's robot at each target as it was given [rad or m].
         q: (N, n) what it is commanded instead.
         shift: (N, 6) by how much each target's own tool is sent elsewhere: m along, and a rotation vector in rad about,
             the axes of the robot's base.
         error: (N,) distance [m] by which the tool would miss each nominal target without compensation.
-        notes: What was assumed and what is left as it is, a sentence each.
+        left: Targets and moves that are left as they are because they were not understood, a sentence each.
+        assumed: What the program does not say and is taken for granted, a sentence each.
+        notes: What else to know, a sentence each.
     """
 
     documents: tuple[Document, ...]
@@ -65,6 +68,8 @@ class CompensatedProgram:
     q: FloatArray
     shift: FloatArray
     error: FloatArray
+    left: tuple[str, ...]
+    assumed: tuple[str, ...]
     notes: tuple[str, ...]
 
 
@@ -93,8 +98,8 @@ def compensate_program(
             temperature; approach and move are taken from the moves.
 
     Raises:
-        ParseError: A target cannot be reached, or is used with two tools; names the line.
-        InvalidInput: The program has no targets, or other joints than the robot.
+        ParseError: A target cannot be reached; names the line.
+        InvalidInput: The program has no targets whose use and posture are understood, or other joints than the robot.
     """
     if method not in METHODS:
         raise InvalidInput(f"method must be {' or '.join(METHODS)}, got '{method}'")
@@ -104,9 +109,9 @@ def compensate_program(
         raise InvalidInput(f"{program.documents[0].name}: holds no targets of plain numbers; nothing to compensate")
     robot = robot_without_measurement(model)
     conditions = {**steady(robot), **conditions}
-    places = _Places(robot, nominal_robot(robot, nominal), program, cell or Cell())
+    places, q_given, assumed = _understood(_Places(robot, nominal_robot(robot, nominal), program, cell or Cell()))
+    program, notes = places.program, []
     order = _order(program)
-    q_given, notes = _nominal_joints(places, order)
     if inverse:
         q = _brought_back(places, q_given, order, conditions, threads)
         q_nominal = q
@@ -120,7 +125,7 @@ def compensate_program(
     changes, change_notes = _changes(places, q_given, q)
     if nominal is None and not model.spec.get("calibration"):
         notes.append(f"{model.name} holds no calibration: its own geometry is taken as what the controller believes")
-    notes += [*places.frames.notes, *program.notes, *change_notes, *notes_on_ranges(robot, q, conditions)]
+    notes += [*program.notes, *change_notes, *notes_on_ranges(robot, q, conditions)]
     notes += [] if inverse else _offsets(places, q_nominal, q, conditions)
     error = np.array(
         [
@@ -129,8 +134,13 @@ def compensate_program(
         ]
     )
     shift = _shifts(places, places.nominal.forward(q_given), places.nominal.forward(q))
+    left = tuple(map(program.said, program.left))
     return CompensatedProgram(
-        program.rewritten(changes), program.targets, q_given, np.asarray(q), shift, error, tuple(dict.fromkeys(notes))
+        program.rewritten(changes),
+        *(program.targets, q_given, np.asarray(q), shift, error),
+        tuple(dict.fromkeys(left)),
+        assumed,
+        tuple(dict.fromkeys(notes)),
     )
 
 
@@ -201,9 +211,23 @@ class _Places:
     """Between the numbers of targets and the pose of the model's tool in the measuring frame."""
 
     def __init__(self, robot: Robot, nominal: Robot, program: Program, cell: Cell) -> None:
-        self.robot, self.nominal, self.program = robot, nominal, program
+        self.robot, self.nominal, self.program, self.cell = robot, nominal, program, cell
         self.T_world_base, self.T_last_tool = robot.core.base_and_tool(robot.core.nominal)
         self.frames = Frames(program, _told_from_flange(cell, robot), self.T_last_tool)
+
+    def leaving(self, reasons: Mapping[int, str]) -> _Places:
+        """Without the targets that are left as they are, each for a reason.
+
+        Raises:
+            InvalidInput: None remains.
+        """
+        program = self.program.leaving(reasons)
+        if not program.targets:
+            first, *more = map(program.said, program.left)
+            raise InvalidInput(
+                f"no target can be compensated: {first}" + (f" ({len(more)} more are left)" if more else "")
+            )
+        return _Places(self.robot, self.nominal, program, self.cell)
 
     def world(self, place: int, T_frame_tool: FloatArray) -> FloatArray:
         """T_world_tool of the model for the numbers of a target."""
@@ -238,39 +262,89 @@ def _order(program: Program) -> list[int]:
     return list(dict.fromkeys([*(move.target for move in program.moves), *range(len(program.targets))]))
 
 
-def _nominal_joints(places: _Places, order: Sequence[int]) -> tuple[FloatArray, list[str]]:
-    """(N, n) joint positions of the controller's robot at the targets."""
+def _understood(places: _Places) -> tuple[_Places, FloatArray, tuple[str, ...]]:
+    """The targets whose tool, frame and posture are known, the controller's joints (N, n) there, what is assumed."""
+    places = places.leaving(places.frames.left)
+    configurations = Configurations(places.nominal, places.program.language)
+    start, assumed = _start(places, configurations)
+    q, left = _nominal_joints(places, configurations, start)
+    return places.leaving(left), np.delete(q, sorted(left), axis=0), assumed
+
+
+def _start(places: _Places, configurations: Configurations) -> tuple[FloatArray | None, tuple[str, ...]]:
+    """The joints where the arm stands when the program begins, None where they are not known; what is assumed.
+
+    A script of poses alone, in a language without words for postures, would be left as a whole: there the posture
+    nearest to the middle of the joints' ranges is assumed for the first pose.
+    """
+    program = places.program
+    stated = any(target.kind == "joints" for target in program.targets) or any(m.near for m in program.moves)
+    if places.cell.start is not None:
+        if len(places.cell.start) != places.nominal.joint_count:
+            count = places.nominal.joint_count
+            raise InvalidInput(f"start_deg: expected {count} joints, as {places.nominal.name} has")
+        return places.nominal.pendant.chain(places.cell.start), ()
+    if program.language.names_postures or stated or not program.moves:
+        return None, ()
+    first = program.targets[program.moves[0].target]
+    middle = configurations.middle
+    T = places.world(program.moves[0].target, program.language.pose(first.values))
+    found, count = configurations.nearest(T, middle)
+    sentence = (
+        f"{program.place(first)}: nothing in the program says in which of {count} postures the arm comes to "
+        f"{first.name}; of them the one nearest to the middle of its joints is taken; a cell file's start_deg decides"
+    )
+    return found, (sentence,) if count > 1 else ()
+
+
+def _nominal_joints(
+    places: _Places, configurations: Configurations, start: FloatArray | None
+) -> tuple[FloatArray, dict[int, str]]:
+    """(N, n) joint positions of the controller's robot at the targets; why a target's posture is not known."""
     program, nominal = places.program, places.nominal
-    configurations = Configurations(nominal, program.language)
-    q = np.zeros((len(program.targets), nominal.joint_count))
-    wanted: dict[int, FloatArray] = {}
-    before: FloatArray | None = None
-    notes = []
-    for i in order:
-        target = program.targets[i]
+    q = np.full((len(program.targets), nominal.joint_count), np.nan)
+    left: dict[int, str] = {}
+    for i, target in enumerate(program.targets):
         if target.kind == "joints":
-            if len(target.numbers) != nominal.joint_count:
-                count = len(target.numbers)
-                _refuse(program, target, f"expected {nominal.joint_count} joints, as {nominal.name} has, got {count}")
-            for joint, (number, kind) in enumerate(zip(target.numbers, nominal.joint_types, strict=True), start=1):
-                if (number.unit in ("mm", "m")) != (kind == "prismatic"):
-                    _refuse(
-                        program, target, f"joint {joint} of {nominal.name} is {kind}, but it is given in {number.unit}"
-                    )
+            _check_joints(program, target, nominal)
             q[i] = nominal.pendant.chain(target.values)
-        else:
-            T = places.world(i, program.language.pose(target.values))
-            q[i], note = configurations.solve(target, T, before)
-            if note is not None:
-                notes.append(f"{program.place(target)}: {target.name}: {note}")
-            wanted[i] = T
-        before = q[i]
-    got = nominal.forward(q)
-    for i, T in sorted(wanted.items()):
-        if np.abs(got[i] - T).max() > _REACHED:
-            found = inverse_kinematics(nominal, T, seed=q[i])
-            _refuse(program, program.targets[i], f"for the nominal robot {found.message(0)}")
-    return q, notes
+    poses = [i for i, target in enumerate(program.targets) if target.kind == "pose"]
+    wanted = {i: places.world(i, program.language.pose(program.targets[i].values)) for i in poses}
+    before = start
+    for move in _visits(program):
+        i = move.target
+        before = None if move.afresh else before
+        if i in wanted and i not in left:
+            found, why = configurations.solve(program.targets[i], wanted[i], before, move)
+            if found is None:
+                left[i] = why
+            elif np.isnan(q[i]).any():
+                q[i] = found
+            elif np.abs(found - q[i]).max() > _SAME_POSTURE:
+                left[i] = "its moves come to it in different postures"
+        before = None if i in left else q[i]
+    done = [i for i in sorted(wanted) if i not in left]
+    got = nominal.forward(q[done])
+    for i, T in zip(done, got, strict=True):
+        if np.abs(wanted[i] - T).max() > _REACHED:
+            missed = inverse_kinematics(nominal, wanted[i], seed=q[i])
+            _refuse(program, program.targets[i], f"for the nominal robot {missed.message(0)}")
+    return q, left
+
+
+def _visits(program: Program) -> list[Move]:
+    """The moves, and behind them one to each target that no move uses."""
+    unused = sorted(set(range(len(program.targets))) - {move.target for move in program.moves})
+    return [*program.moves, *(Move(i, 0, program.targets[i].line) for i in unused)]
+
+
+def _check_joints(program: Program, target: Target, nominal: Robot) -> None:
+    if len(target.numbers) != nominal.joint_count:
+        count = len(target.numbers)
+        _refuse(program, target, f"expected {nominal.joint_count} joints, as {nominal.name} has, got {count}")
+    for joint, (number, kind) in enumerate(zip(target.numbers, nominal.joint_types, strict=True), start=1):
+        if (number.unit in ("mm", "m")) != (kind == "prismatic"):
+            _refuse(program, target, f"joint {joint} of {nominal.name} is {kind}, but it is given in {number.unit}")
 
 
 def _moves(q: FloatArray, order: Sequence[int]) -> dict[str, FloatArray]:

@@ -6,6 +6,7 @@ base: {xyz_mm: [0, 0, 0], rpy_deg: [0, 0, 0]}      # the robot file's base in th
 flange: {xyz_mm: [0, 0, 0], rpy_deg: [0, 0, 0]}    # the controller's flange in the robot file's last frame, over its own
 tools: {tGun: {xyz_mm: [0, 0, 230], rpy_deg: [0, 35, 0]}, "2": {xyz_mm: [0, 0, 100]}}
 frames: {wTable: {xyz_mm: [1500, -200, 400]}, "1": {xyz_mm: [800, 0, 0]}}
+start_deg: [0, -90, 90, 0, 90, 0]                  # where the arm stands when a program begins
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from fastcal.io.fields import Fields
 from fastcal.io.yaml_file import read_yaml
 from fastcal.programs import Cell
 from fastcal.robot.core_model import pose
+from fastcal.units import to_si
 
 _ZERO = [0.0, 0.0, 0.0]
 
@@ -35,9 +37,17 @@ def load_cell(path: str | os.PathLike[str]) -> Cell:
         _frame(top.take("flange"), "flange", path) if top.has("flange") else None,
         _frames(top.take("tools", {}), "tools", path),
         _frames(top.take("frames", {}), "frames", path),
+        _start(top),
     )
     top.done()
     return cell
+
+
+def _start(top: Fields) -> NDArray[np.float64] | None:
+    if not top.has_quantity("start", "deg"):
+        return None
+    given = top.take("start_deg")
+    return to_si(np.array(top.checked_vector("start_deg", given, len(given) if isinstance(given, list) else 6)), "deg")
 
 
 def _frames(value: object, where: str, path: str | os.PathLike[str]) -> dict[str, NDArray[np.float64]]:

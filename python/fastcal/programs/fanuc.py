@@ -38,6 +38,7 @@ class Fanuc:
     """How an LS file writes poses and configurations."""
 
     name = "FANUC LS"
+    names_postures = True
 
     def pose(self, values: FloatArray) -> FloatArray:
         """T of X, Y, Z, W, P, R."""
@@ -189,7 +190,7 @@ def read(documents: tuple[Document, ...]) -> Program:
         targets += reader.targets
         notes += reader.notes
     zero = {"0": np.eye(4)}
-    program = Program(Fanuc(), documents, tuple(targets), tuple(moves), zero, zero, tuple(notes))
+    program = Program(Fanuc(), documents, tuple(targets), tuple(moves), zero, zero, notes=tuple(notes))
     return program.without(increments)
 
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Where a program's tools and frames are: as given by the user, else by the program, else assumed with a warning."""
+"""Where a program's tools and frames are: as given by the user, else by the program; without them a target is left."""
 
 from __future__ import annotations
 
@@ -10,11 +10,12 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from fastcal.errors import ParseError
 from fastcal.programs.program import Move, Program, Target
 from fastcal.robot import se3
 
 FloatArray = NDArray[np.float64]
+
+ACTIVE = "active"  # the tool or the frame that holds where a program begins
 
 
 def _identity() -> FloatArray:
@@ -30,12 +31,14 @@ class Cell:
         T_last_flange: The controller's flange in the robot file's last frame; None: where the robot file has it.
         tools: T_flange_tool by the program's name or number.
         frames: T_base_frame, in the controller's base, by name or number.
+        start: Joints of the controller [rad] where the arm stands when a program begins; None: not known.
     """
 
     T_controller_base: FloatArray = field(default_factory=_identity)
     T_last_flange: FloatArray | None = None
     tools: Mapping[str, FloatArray] = field(default_factory=dict)
     frames: Mapping[str, FloatArray] = field(default_factory=dict)
+    start: FloatArray | None = None
 
 
 class Frames:
@@ -44,23 +47,23 @@ class Frames:
     Args:
         program: Whose targets they are.
         cell: Given by the user.
-        T_last_tool: The robot file's tool, in its flange: assumed where no tool is defined.
+        T_last_tool: The robot file's tool, in its last frame: where the miss of a joint target of no tool is told.
 
     Attributes:
-        notes: What was assumed, a sentence each.
+        left: Why a target, by its place, has no tool or frame: it is to be left as it is.
     """
 
     def __init__(self, program: Program, cell: Cell, T_last_tool: FloatArray) -> None:
         self.program, self.cell = program, cell
         self._T_last_flange = np.eye(4) if cell.T_last_flange is None else cell.T_last_flange
-        self.notes: list[str] = []
+        self.left: dict[int, str] = {}
         self._tools = {name.lower(): T for name, T in {**program.tools, **cell.tools}.items()}
         self._frames = {name.lower(): T for name, T in {**program.frames, **cell.frames}.items()}
         self._assumed_tool = se3.inverse(self._T_last_flange) @ T_last_tool
         uses: dict[int, list[Move]] = {}
         for move in program.moves:
             uses.setdefault(move.target, []).append(move)
-        self._pairs = [self._pair(target, uses.get(i, [])) for i, target in enumerate(program.targets)]
+        self._pairs = [self._pair(i, target, uses.get(i, [])) for i, target in enumerate(program.targets)]
 
     def to_base(self, place: int, T_frame_tool: FloatArray) -> FloatArray:
         """T_base_last of the robot file for a target, by its place, whose numbers give T_frame_tool."""
@@ -79,37 +82,29 @@ class Frames:
         """T_last_tool: the target's tool in the robot file's last frame."""
         return self._T_last_flange @ self._pairs[place][1]
 
-    def _pair(self, target: Target, uses: list[Move]) -> tuple[FloatArray, FloatArray]:
+    def _pair(self, place: int, target: Target, uses: list[Move]) -> tuple[FloatArray, FloatArray]:
         """T_controller_frame and T_flange_tool of a target and its uses."""
         tools = {move.tool or target.tool: move.line for move in reversed(uses)} or {target.tool: target.line}
         frames = {move.frame or target.frame: move.line for move in reversed(uses)} or {target.frame: target.line}
-        if target.kind == "pose":
-            for what, found in (("tool", tools), ("frame", frames)):
-                if len(found) > 1:
-                    where = ", ".join(f"{name} in line {line}" for name, line in sorted(found.items(), key=str))
-                    name = self.program.documents[target.numbers[0].document].name
-                    raise ParseError(
-                        f"{target.name} is used with more than one {what} ({where}); expected one, as its numbers can "
-                        "be compensated for one only",
-                        name,
-                        target.line,
-                    )
-        else:
+        if target.kind == "joints":
             # Joints determine the flange, whatever the tool.
             return np.eye(4), self._tools.get((next(iter(tools)) or "").lower(), self._assumed_tool)
-        T_frame = self._find(self._frames, next(iter(frames)), "frame", np.eye(4))
-        return T_frame, self._find(self._tools, next(iter(tools)), "tool", self._assumed_tool)
-
-    def _find(self, known: Mapping[str, FloatArray], name: str | None, what: str, assumed: FloatArray) -> FloatArray:
-        if name is not None and name.lower() in known:
-            return known[name.lower()]
-        taken = "the robot file's tool" if what == "tool" else "the robot's base"
-        reason = (
-            f"the program does not define which {what} applies"
-            if name is None
-            else f"{what} {name} is not in the program"
-        )
-        note = f"{reason}: it is taken as {taken}"
-        if note not in self.notes:
-            self.notes.append(note)
-        return assumed
+        found = []
+        for what, names, known in (("tool", tools, self._tools), ("frame", frames, self._frames)):
+            name = next(iter(names))
+            T = known.get((name or ACTIVE).lower())
+            if len(names) > 1:
+                where = ", ".join(f"{name} in line {line}" for name, line in sorted(names.items(), key=str))
+                self.left[place] = (
+                    f"it is used with more than one {what} ({where}), and its numbers can be right for one only"
+                )
+            elif T is None and not uses and name is None:
+                self.left[place] = "no move goes to it here, so its tool and frame are not known"
+            elif T is None:
+                self.left[place] = (
+                    f"the program does not say which {what} applies; a cell file can, as '{ACTIVE}' of its {what}s"
+                    if name is None
+                    else f"{what} {name} is not in the program; a cell file can say where it is"
+                )
+            found.append(np.eye(4) if T is None else T)
+        return found[1], found[0]

@@ -39,6 +39,7 @@ class Krl:
     """How KRL writes poses and configurations."""
 
     name = "KRL"
+    names_postures = True
 
     def pose(self, values: FloatArray) -> FloatArray:
         """T of X, Y, Z, A, B, C."""
@@ -240,5 +241,6 @@ def read(documents: tuple[Document, ...]) -> Program:
             elif not text.startswith("{", match.end()):
                 reader.activate(match)
     tools, frames = {"0": np.eye(4), **reader.tools}, {"0": np.eye(4), **reader.frames}
-    program = Program(Krl(), documents, tuple(reader.targets), tuple(reader.moves), tools, frames, tuple(reader.notes))
+    targets, moves = tuple(reader.targets), tuple(reader.moves)
+    program = Program(Krl(), documents, targets, moves, tools, frames, notes=tuple(reader.notes))
     return program.without(reader.undecided - {move.target for move in reader.moves})

@@ -112,6 +112,9 @@ class Move:
         document, line: Where it is.
         tool, frame: What it is meant in; None: the program does not define it.
         offset: Metres along the frame's axes that are added at run time (RAPID's Offs), where they are plain numbers.
+        wordless: Does the controller pass over the words of the configuration here, as RAPID does with ConfL off?
+        afresh: Is it unknown where the arm comes from, as after a move to joints computed at run time?
+        near: Joints [rad] whose nearest solution is meant, where the program states them (URScript's qnear).
     """
 
     target: int
@@ -120,12 +123,37 @@ class Move:
     tool: str | None = None
     frame: str | None = None
     offset: tuple[float, float, float] | None = None
+    wordless: bool = False
+    afresh: bool = False
+    near: tuple[float, ...] | None = None
+
+
+@dataclass(frozen=True)
+class Left:
+    """A target, or a place that a program goes to, which is left as it is because it was not understood.
+
+    Attributes:
+        document, line: Where it is.
+        what: What is left, as the program has it.
+        why: The reason, as the end of a sentence.
+    """
+
+    document: int
+    line: int
+    what: str
+    why: str
 
 
 class Language(Protocol):
-    """How one language writes poses, configurations and numbers."""
+    """How one language writes poses, configurations and numbers.
+
+    Attributes:
+        name: Of the language.
+        names_postures: Does it have words for the configuration of a pose?
+    """
 
     name: str
+    names_postures: bool
 
     def pose(self, values: FloatArray) -> FloatArray:
         """T_frame_tool (4, 4) of a target's values in SI."""
@@ -159,7 +187,8 @@ class Program:
         targets: Those that are made of plain numbers.
         moves: Their uses, in the order of the text.
         tools, frames: Poses (4, 4) that the program itself gives, T_flange_tool and T_base_frame, by name.
-        notes: What a reader should know: what is left as it is, and why.
+        left: What is left as it is, and why.
+        notes: What else a reader should know.
     """
 
     language: Language
@@ -168,18 +197,31 @@ class Program:
     moves: tuple[Move, ...]
     tools: Mapping[str, FloatArray] = field(default_factory=dict)
     frames: Mapping[str, FloatArray] = field(default_factory=dict)
+    left: tuple[Left, ...] = ()
     notes: tuple[str, ...] = ()
 
     def place(self, target: Target) -> str:
         """File and line of a target, for messages."""
         return f"{self.documents[target.numbers[0].document].name}:{target.line}"
 
+    def said(self, left: Left) -> str:
+        """The sentence on what is left."""
+        return f"{self.documents[left.document].name}:{left.line}: {left.what} is left as it is: {left.why}"
+
     def without(self, dropped: Set[int]) -> Program:
-        """The program without some targets that no move uses."""
+        """The program without some targets and their moves."""
         kept = [i for i in range(len(self.targets)) if i not in dropped]
         places = {old: new for new, old in enumerate(kept)}
-        moves = tuple(replace(move, target=places[move.target]) for move in self.moves)
+        moves = tuple(replace(move, target=places[move.target]) for move in self.moves if move.target in places)
         return replace(self, targets=tuple(self.targets[i] for i in kept), moves=moves)
+
+    def leaving(self, reasons: Mapping[int, str]) -> Program:
+        """The program with some targets, by their places, left as they are, each for a reason."""
+        left = [
+            Left(self.targets[i].numbers[0].document, self.targets[i].line, self.targets[i].name, reasons[i])
+            for i in sorted(reasons)
+        ]
+        return replace(self.without(reasons.keys()), left=(*self.left, *left))
 
     def rewritten(self, changes: Sequence[tuple[Word, str]]) -> tuple[Document, ...]:
         """The documents with the text of some words replaced, and nothing else."""

@@ -40,6 +40,7 @@ class Rapid:
     """How RAPID writes poses and configurations."""
 
     name = "RAPID"
+    names_postures = True
 
     def pose(self, values: FloatArray) -> FloatArray:
         """T of x, y, z and a quaternion."""
@@ -248,5 +249,5 @@ def read(documents: tuple[Document, ...]) -> Program:
         tuple(reader.moves),
         {"tool0": np.eye(4), **reader.tools},
         {"wobj0": np.eye(4), **reader.frames},
-        tuple(reader.notes),
+        notes=tuple(reader.notes),
     )

@@ -8,7 +8,7 @@ In a move, or given to a name that a move takes. set_tcp(p[...]) sets the tool, 
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +34,7 @@ class UrScript:
     """How URScript writes poses; it has no words for configurations, which follow from the last posture."""
 
     name = "URScript"
+    names_postures = False
 
     def pose(self, values: FloatArray) -> FloatArray:
         """T of x, y, z and a rotation vector."""
@@ -110,41 +111,49 @@ class _Reader:
             raise self.document.error(start, f"{instruction}: expected a ) that closes this (")
         for piece in split(self.text, start, end - 1)[: 2 if instruction.endswith("c") else 1]:
             line = self.document.line(start)
-            found, frame = self._used(piece)
+            found, frame, near = self._used(piece)
             if found is None:
                 self.notes.append(
                     f"{self.document.name}:{line}: {instruction} goes to {' '.join(piece.text.split()):.40}, which is "
                     "no target of plain numbers here, and is left as it is"
                 )
             else:
-                self.moves.append(Move(found, self.place, line, self.tool, frame))
+                self.moves.append(Move(found, self.place, line, self.tool, frame, near=near))
 
-    def _used(self, piece: Piece) -> tuple[int | None, str]:
-        """The target that an argument means, and its frame."""
+    def _used(self, piece: Piece) -> tuple[int | None, str, tuple[float, ...] | None]:
+        """The target that an argument means, its frame, and the joints that it is to be near."""
         if inner := _SOLVED.match(piece.text):
-            return self._used(split(self.text, piece.start + inner.end(), piece.end - 1)[0])
+            first, *rest = split(self.text, piece.start + inner.end(), piece.end - 1)
+            found, frame, near = self._used(first)
+            for argument in rest[:1]:
+                stated = re.sub(r"^qnear\s*=\s*", "", argument.text)
+                literal = self.literals.get(stated, trimmed(self.text, argument.end - len(stated), argument.end))
+                if not literal.text.startswith("["):
+                    return None, frame, None
+                near = tuple(part.si for part in self._numbers(literal, ["rad"] * 6, "qnear"))
+            return found, frame, near
         if inner := _TRANSFORMED.match(piece.text):
             first, *rest = split(self.text, piece.start + inner.end(), piece.end - 1)
             label = f"pose_trans of line {self.document.line(piece.start)}"
             values = self._pose(first, label)
             if values is None or len(rest) != 1:
-                return None, label
+                return None, label, None
             self.frames[label] = orientation.from_vector(np.array([part.si for part in values]))
-            return self._used(rest[0])[0], label
+            return self._used(rest[0])[0], label, None
         name = piece.text
         if name in self.names:
-            return self.names[name][0], "base"
+            return self.names[name][0], "base", None
         literal = self.literals.get(name)
         if literal is None and re.match(r"p?\[", piece.text):
             literal, name = piece, f"the target of line {self.document.line(piece.start)}"
         if literal is None:
-            return None, "base"
+            return None, "base", None
         posed = literal.text.startswith("p")
         numbers = self._numbers(literal, ["m"] * 3 + ["rad"] * 3 if posed else ["rad"] * 6, name)
         self.targets.append(Target(name, self.document.line(literal.start), "pose" if posed else "joints", numbers))
         if literal is not piece:
             self.names[name] = (len(self.targets) - 1, literal.start)
-        return len(self.targets) - 1, "base"
+        return len(self.targets) - 1, "base", None
 
     def _pose(self, piece: Piece, name: str) -> tuple[Number, ...] | None:
         """The numbers of p[...], or of the name of one."""
@@ -188,9 +197,9 @@ def read(documents: tuple[Document, ...]) -> Program:
                 reader.set_tool(match.end())
             else:
                 reader.move(match[1], match.end())
-        moves += [Move(m.target + len(targets), m.document, m.line, m.tool, m.frame) for m in reader.moves]
+        moves += [replace(move, target=move.target + len(targets)) for move in reader.moves]
         targets += reader.targets
         tools |= reader.tools
         frames |= reader.frames
         notes += reader.notes
-    return Program(UrScript(), documents, tuple(targets), tuple(moves), tools, frames, tuple(notes))
+    return Program(UrScript(), documents, tuple(targets), tuple(moves), tools, frames, notes=tuple(notes))

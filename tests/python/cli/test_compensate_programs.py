@@ -53,16 +53,17 @@ def test_a_program_goes_in_and_a_program_comes_out(programs, cell, process, tmp_
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(f"new{Path(name).suffix}" for name in names)
 
 
-def test_assumptions_are_reported(cell, process, tmp_path) -> None:
+def test_a_tool_that_is_not_in_the_program_is_not_guessed(cell, process, tmp_path) -> None:
     target = "[[1800,0,1300],[0,0,1,0],[0,0,1,1],[9E9,9E9,9E9,9E9,9E9,9E9]]"
-    (tmp_path / "a.mod").write_text(f"MODULE a\nMoveJ {target},v100,fine,tX\\WObj:=wX;\nENDMODULE\n")
-    said = process(
-        *("compensate", cell / "siasun_sr210d_real.yaml", "a.mod", "--nominal", "siasun_sr210d", "-o", "b.mod"),
-        cwd=tmp_path,
-    )
-    assert said.code == 0
-    assert "fastcal: warning: tool tX is not in the program: it is taken as the robot file's tool" in said.err
-    assert "fastcal: warning: frame wX is not in the program: it is taken as the robot's base" in said.err
+    (tmp_path / "a.mod").write_text(f"MODULE a\nMoveJ {target},v100,fine,tX;\nENDMODULE\n")
+    model = ("compensate", cell / "siasun_sr210d_real.yaml", "a.mod", "--nominal", "siasun_sr210d", "-o", "b.mod")
+    said = process(*model, cwd=tmp_path)
+    assert said.code == 2
+    assert "a.mod:2: the target of line 2 is left as it is: tool tX is not in the program; a cell file can" in said.err
+    assert not (tmp_path / "b.mod").exists()
+    (tmp_path / "cell.yaml").write_text("tools: {tX: {xyz_mm: [0, 0, 10]}}\n")
+    said = process(*model, "--cell", "cell.yaml", cwd=tmp_path)
+    assert said.code == 0, said.err
 
 
 @pytest.mark.parametrize(

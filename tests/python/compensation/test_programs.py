@@ -107,6 +107,82 @@ def krl(values: str, words: str = "S 2,T 35") -> dict[str, bytes]:
     return {"a.src": f"DEF a( )\n$BASE=$NULLFRAME\n$TOOL=TOOL_DATA[0]\nPTP {{{values},{words}}}\nEND\n".encode()}
 
 
+UR_POSE = "p[-.4, -.2, .3, 0, 3.14, 0]"
+UR_HOME = "[0, -1.2, 1.3, -1.6, -1.5, 0]"
+
+
+def script(*lines: str) -> dict[str, bytes]:
+    return {"a.script": "\n".join(["set_tcp(p[0, 0, 0.1, 0, 0, 0])", *lines]).encode()}
+
+
+def test_a_posture_that_nothing_states_is_not_guessed(arms) -> None:
+    """A pose alone is reached in eight postures; joints before it, or the start of a cell file, decide."""
+    nominal, real = arms("ur5")
+    home = np.array([0, -1.2, 1.3, -1.6, -1.5, 0])
+    before = compensate_program(real, read_program(script(f"movej({UR_HOME})", f"movel({UR_POSE})")), nominal=nominal)
+    start = compensate_program(real, read_program(script(f"movel({UR_POSE})")), nominal=nominal, cell=Cell(start=home))
+    np.testing.assert_allclose(start.nominal_q[0], before.nominal_q[1], atol=1e-9)
+    assert not before.left + before.assumed
+    assert not start.left + start.assumed
+
+
+def test_a_script_of_poses_alone_says_what_posture_is_assumed(arms) -> None:
+    """URScript has no words for a posture: where no joints stand in it either, one is assumed aloud."""
+    nominal, real = arms("ur5")
+    lines = [f"movel({UR_POSE})", "movel(p[-.4, -.2, .4, 0, 3.14, 0])"]
+    done = compensate_program(real, read_program(script(*lines)), nominal=nominal)
+    assert len(done.targets) == 2
+    assert len(done.assumed) == 1
+    assert done.assumed[0].startswith("a.script:2: nothing in the program says in which of 8 postures")
+    assert "start_deg" in done.assumed[0]
+
+
+def test_only_the_target_without_a_posture_is_left(arms) -> None:
+    nominal, real = arms("ur5")
+    lines = [f"movel({UR_POSE})", f"movej({UR_HOME})", "movel(p[-.4, -.2, .4, 0, 3.14, 0])"]
+    done = compensate_program(real, read_program(script(*lines)), nominal=nominal)
+    text = done.documents[0].text.splitlines()
+    assert text[1] == lines[0]
+    assert text[2] != lines[1]
+    assert text[3] != lines[2]
+    assert len(done.left) == 1
+    assert done.left[0].startswith("a.script:2: the target of line 2 is left as it is: the arm reaches it in ")
+
+
+@pytest.mark.parametrize("named", [False, True])
+def test_the_joints_that_a_pose_is_to_be_near_choose_its_posture(arms, named) -> None:
+    """All postures of one pose, each asked for by qnear; without qnear all would be one."""
+    nominal, real = arms("ur5")
+    T = bare(nominal).forward(np.array([0.4, -1.2, 1.3, -1.6, -1.5, 0.3]))[0] @ frame([0, 0, 0.1])
+    turn = Rotation.from_matrix(T[:3, :3]).as_rotvec()
+    pose = "p[" + ", ".join(f"{x:.9f}" for x in (*T[:3, 3], *turn)) + "]"
+    ways = Configurations(nominal, read_program(script()).language)._ways(
+        nominal.forward([0.4, -1.2, 1.3, -1.6, -1.5, 0.3])[0], None
+    )
+    assert len(ways) == 8
+    for q in ways:
+        near = "[" + ", ".join(f"{x + 0.05:.6f}" for x in q) + "]"
+        lines = (
+            [f"q = {near}", f"movej(get_inverse_kin({pose}, qnear=q))"]
+            if named
+            else [f"movej(get_inverse_kin({pose}, {near}))"]
+        )
+        done = compensate_program(real, read_program(script(*lines)), nominal=nominal)
+        np.testing.assert_allclose(done.nominal_q[0], q, atol=1e-6)
+
+
+def test_a_krl_target_without_words_needs_the_joints_before_it(arms) -> None:
+    nominal, real = arms("siasun_sr210d")
+    pose = "{X 1800,Y -210,Z 980,A 180,B 1,C 180}"
+    head = "DEF a( )\n$BASE=$NULLFRAME\n$TOOL=$NULLFRAME\n"
+    with pytest.raises(InvalidInput, match=r"a\.src:4: .* postures, and nothing says in which"):
+        compensate_program(real, read_program({"a.src": f"{head}LIN {pose}\nEND\n".encode()}), nominal=nominal)
+    home = "PTP {A1 0,A2 -10,A3 10,A4 175,A5 80,A6 0}\n"
+    done = compensate_program(real, read_program({"a.src": f"{head}{home}LIN {pose}\nEND\n".encode()}), nominal=nominal)
+    assert not done.left
+    assert len(done.targets) == 2
+
+
 def test_the_words_choose_the_configuration(arms) -> None:
     """The same pose with the wrist one way and the other: S bit 2 and the turns of axes 4 and 6."""
     nominal, _ = arms("siasun_sr210d")
@@ -204,7 +280,9 @@ def test_a_temperature_that_lags_has_come_to_rest_in_a_program(arms) -> None:
 def test_the_measurement_s_own_effects_are_left_out(arms) -> None:
     nominal, _ = arms("ur5")
     drift = [{"effect": "measurement_scale", "owner": "instrument", "parameters": {"error": 1e-3}}]
-    script = {"a.script": b"movel(p[-.4, -.2, .3, 0, 3.14, 0])\n"}
+    script = {
+        "a.script": b"set_tcp(p[0,0,0,0,0,0])\nmovej([0,-1.2,1.3,-1.6,-1.5,0])\nmovel(p[-.4, -.2, .3, 0, 3.14, 0])\n"
+    }
     done = compensate_program(fastcal.Robot(nominal.spec | {"effects": drift}), read_program(script))
     np.testing.assert_allclose(done.q, done.nominal_q, atol=1e-9)
 
@@ -212,7 +290,14 @@ def test_the_measurement_s_own_effects_are_left_out(arms) -> None:
 @pytest.mark.parametrize(
     ("script", "sentence"),
     [
-        (b"# no\nmovel(p[-4, -.2, .3, 0, 3.14, 0])\n", "a.script:2: the target of line 2: for the nominal robot the"),
+        (
+            b"set_tcp(p[0,0,0,0,0,0])\nmovel(p[-4, -.2, .3, 0, 3.14, 0])\n",
+            "a.script:2: the target of line 2: for the nominal robot the",
+        ),
+        (
+            b"# no\nmovel(p[-.4, -.2, .3, 0, 3.14, 0])\n",
+            "no target can be compensated: a.script:2: the target of line 2 is left as it is: the program does not say",
+        ),
         (b"movej(pose_add(a, b))\n", "a.script: holds no targets of plain numbers; nothing to compensate"),
     ],
 )
