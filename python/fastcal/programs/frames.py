@@ -10,12 +10,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from fastcal.programs.program import Move, Program, Target
+from fastcal.programs.program import ACTIVE, Frame, Move, Program, Target
 from fastcal.robot import se3
 
 FloatArray = NDArray[np.float64]
-
-ACTIVE = "active"  # the tool or the frame that holds where a program begins
 
 
 def _identity() -> FloatArray:
@@ -57,9 +55,9 @@ class Frames:
         self.program, self.cell = program, cell
         self._T_last_flange = np.eye(4) if cell.T_last_flange is None else cell.T_last_flange
         self.left: dict[int, str] = {}
-        self._tools = {name.lower(): T for name, T in {**program.tools, **cell.tools}.items()}
-        self._frames = {name.lower(): T for name, T in {**program.frames, **cell.frames}.items()}
-        self._assumed_tool = se3.inverse(self._T_last_flange) @ T_last_tool
+        self._tools = _known("tool", program, program.tools, cell.tools)
+        self._frames = _known("frame", program, program.frames, cell.frames)
+        self._assumed_tool = se3.inverse(cell.T_last_flange) @ T_last_tool
         uses: dict[int, list[Move]] = {}
         for move in program.moves:
             uses.setdefault(move.target, []).append(move)
@@ -88,7 +86,8 @@ class Frames:
         frames = {move.frame or target.frame: move.line for move in reversed(uses)} or {target.frame: target.line}
         if target.kind == "joints":
             # Joints determine the flange, whatever the tool.
-            return np.eye(4), self._tools.get((next(iter(tools)) or "").lower(), self._assumed_tool)
+            T = self._tools.get((next(iter(tools)) or "").lower())
+            return np.eye(4), T if isinstance(T, np.ndarray) else self._assumed_tool
         found = []
         for what, names, known in (("tool", tools, self._tools), ("frame", frames, self._frames)):
             name = next(iter(names))
@@ -98,6 +97,8 @@ class Frames:
                 self.left[place] = (
                     f"it is used with more than one {what} ({where}), and its numbers can be right for one only"
                 )
+            elif isinstance(T, str):
+                self.left[place] = T
             elif T is None and not uses and name is None:
                 self.left[place] = "no move goes to it here, so its tool and frame are not known"
             elif T is None:
@@ -106,5 +107,34 @@ class Frames:
                     if name is None
                     else f"{what} {name} is not in the program; a cell file can say where it is"
                 )
-            found.append(np.eye(4) if T is None else T)
+            found.append(T if isinstance(T, np.ndarray) else np.eye(4))
         return found[1], found[0]
+
+
+def _known(
+    what: str, program: Program, given: Mapping[str, Frame], cell: Mapping[str, FloatArray]
+) -> dict[str, FloatArray | str]:
+    """Poses by names in lower case, products worked out; in place of a pose why it is not known."""
+    of_cell = {name.lower(): T for name, T in cell.items()}
+    known: dict[str, FloatArray | str] = {name.lower(): T for name, T in given.items() if isinstance(T, np.ndarray)}
+    known |= {name: why for (kind, name), why in program.doubts.items() if kind == what}
+    known |= of_cell
+    for label, parts in given.items():
+        if isinstance(parts, tuple) and label.lower() not in of_cell:
+            known[label.lower()] = _multiplied(what, parts, known)
+    return known
+
+
+def _multiplied(
+    what: str, parts: tuple[str | FloatArray, ...], known: Mapping[str, FloatArray | str]
+) -> FloatArray | str:
+    """The product of named and plain poses, or what is missing for it."""
+    T = np.eye(4)
+    for part in parts:
+        factor = known.get(part.lower()) if isinstance(part, str) else part
+        if factor is None:
+            return f"{what} {part} is not in the program; a cell file can say where it is"
+        if isinstance(factor, str):
+            return factor
+        T = T @ factor
+    return T

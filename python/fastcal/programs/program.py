@@ -19,7 +19,10 @@ from fastcal.ik.posture import SphericalWristArm
 from fastcal.units import from_si, to_si
 
 FloatArray = NDArray[np.float64]
+Frame = FloatArray | tuple[str | FloatArray, ...]  # a pose (4, 4), or a product of poses and of names of such
 Kind = Literal["pose", "joints"]
+
+ACTIVE = "active"  # the tool or the frame that holds where a program begins
 
 
 @dataclass(frozen=True)
@@ -186,7 +189,8 @@ class Program:
         documents: Its files.
         targets: Those that are made of plain numbers.
         moves: Their uses, in the order of the text.
-        tools, frames: Poses (4, 4) that the program itself gives, T_flange_tool and T_base_frame, by name.
+        tools, frames: Poses that the program itself gives, T_flange_tool and T_base_frame, by name.
+        doubts: Why a tool or a frame, by what it is and its name in lower case, cannot be relied upon.
         left: What is left as it is, and why.
         notes: What else a reader should know.
     """
@@ -195,8 +199,9 @@ class Program:
     documents: tuple[Document, ...]
     targets: tuple[Target, ...]
     moves: tuple[Move, ...]
-    tools: Mapping[str, FloatArray] = field(default_factory=dict)
-    frames: Mapping[str, FloatArray] = field(default_factory=dict)
+    tools: Mapping[str, Frame] = field(default_factory=dict)
+    frames: Mapping[str, Frame] = field(default_factory=dict)
+    doubts: Mapping[tuple[str, str], str] = field(default_factory=dict)
     left: tuple[Left, ...] = ()
     notes: tuple[str, ...] = ()
 
@@ -215,13 +220,13 @@ class Program:
         moves = tuple(replace(move, target=places[move.target]) for move in self.moves if move.target in places)
         return replace(self, targets=tuple(self.targets[i] for i in kept), moves=moves)
 
-    def leaving(self, reasons: Mapping[int, str]) -> Program:
-        """The program with some targets, by their places, left as they are, each for a reason."""
+    def leaving(self, reasons: Mapping[int, str], dropped: Set[int] = frozenset()) -> Program:
+        """The program with some targets, by their places, left as they are, each for a reason; some without one."""
         left = [
             Left(self.targets[i].numbers[0].document, self.targets[i].line, self.targets[i].name, reasons[i])
             for i in sorted(reasons)
         ]
-        return replace(self.without(reasons.keys()), left=(*self.left, *left))
+        return replace(self.without(reasons.keys() | dropped), left=(*self.left, *left))
 
     def rewritten(self, changes: Sequence[tuple[Word, str]]) -> tuple[Document, ...]:
         """The documents with the text of some words replaced, and nothing else."""

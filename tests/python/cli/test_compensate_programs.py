@@ -69,26 +69,13 @@ def test_a_tool_that_is_not_in_the_program_is_not_guessed(cell, process, tmp_pat
 @pytest.mark.parametrize(
     ("name", "old", "new", "sentence"),
     [
-        ("glue.mod", b"[120.25,40,150]", b"[120.25,,150]", "glue.mod:11: pApproach: expected a number, got ''"),
         (
             "glue.mod",
             b"[120.25,40,150]",
             b"[9120,40,150]",
             "glue.mod:11: pApproach: for the nominal robot the target is out",
         ),
-        (
-            "glue.mod",
-            b"[[5,0,-10,0,60,-90]",
-            b"[[5,0,-10,0,60]",
-            "glue.mod:30: the target of line 30: expected a jointtarget",
-        ),
         ("PICK.LS", b"/POS", b"/POT", "PICK.LS:1: expected a section /POS"),
-        (
-            "weld.src",
-            b"Z -4.25,A 178.5,B 0.5",
-            b"Z -4.25,A 178.5,B nan",
-            "weld.dat:17: XP3, B: expected a number, got 'nan'",
-        ),
     ],
 )
 def test_one_bad_line_is_named_and_nothing_is_written(

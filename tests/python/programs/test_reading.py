@@ -62,16 +62,15 @@ def test_rapid(programs) -> None:
     np.testing.assert_allclose(gun[:3, :3], turn.as_matrix(), atol=1e-9)
     # uframe times oframe: 12.5 mm up in a frame that is turned about z.
     np.testing.assert_allclose(program.frames["wdoor"][:3, 3], [1.85, -0.25, 0.7325])
-    assert program.notes == (
-        "glue.mod:29: MoveL goes to RelTool(pFound,0,0,-100), which is no target of plain numbers here, "
-        "and is left as it is",
-    )
+    assert list(map(program.said, program.left)) == [
+        "glue.mod:29: MoveL is left as it is: RelTool(pFound,0,0,-100) is no target of plain numbers here"
+    ]
 
 
 def test_krl(programs) -> None:
     program = read_program(programs["KRL"])
     assert moves(program) == [
-        ("the target of line 21", None, None),
+        ("the target of line 21", "of FHOME", "of FHOME"),
         ("XP1", "1", "2"),
         ("XP2", "1", "2"),
         ("XP3", "1", "2"),
@@ -84,8 +83,8 @@ def test_krl(programs) -> None:
     np.testing.assert_allclose(program.language.pose(xp1.values)[:3, :3], turn.as_matrix(), atol=1e-12)
     assert {name: word.text for name, word in xp1.words.items()} == {"S": "2", "T": "35"}
     np.testing.assert_allclose(program.tools["1"][:3, 3], [0.0125, -0.00325, 0.31275])
-    assert [note.split(" goes to ")[0] for note in program.notes] == [
-        *("weld.src:19: PTP", "weld.src:36: LIN_REL", "weld.src:37: LIN")
+    assert [(left.line, left.what) for left in program.left] == [
+        *((19, "PTP XHOME"), (36, "LIN_REL {Z 25.0}"), (37, "LIN XP7"))
     ]
 
 
@@ -114,9 +113,9 @@ def test_urscript(programs) -> None:
     np.testing.assert_allclose(program.targets[0].values[:4], [0, np.radians(-95), np.radians(110), -1.8325957])
     turn = Rotation.from_rotvec([0.02, 3.12, 0])
     np.testing.assert_allclose(program.language.pose(program.targets[3].values)[:3, :3], turn.as_matrix(), atol=1e-12)
-    assert {move.frame for move in program.moves} == {"base", "pose_trans of line 16"}
-    assert len(program.notes) == 1
-    assert "pose_add" in program.notes[0]
+    assert {move.frame for move in program.moves} == {"base", "the product of line 16"}
+    assert program.moves[7].offset == (0.0, 0.0, 0.05)  # pose_add
+    assert program.moves[5].near == tuple(program.targets[0].values)
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
@@ -146,14 +145,6 @@ def test_poses_go_to_the_base_and_back(programs, language) -> None:
 @pytest.mark.parametrize(
     ("language", "old", "new", "place", "sentence"),
     [
-        ("RAPID", b"[120.25,40,150]", b"[120.25,4O,150]", "glue.mod:11", "pApproach: expected a number, got '4O'"),
-        ("RAPID", b"[120.25,40,150]", b"[120.25,40]", "glue.mod:11", "pApproach: expected a robtarget"),
-        ("RAPID", b"[0.018504,-0.0097,0.99973", b"[0.018504,-0.0097,0.79973", "glue.mod:11", "expected a quaternion"),
-        ("RAPID", b"[[5,0,-10,0,60,-90]", b"[[5,0,-10,0,60]", "glue.mod:30", "expected a jointtarget"),
-        ("RAPID", b"tGun:=[TRUE", b"tGun:=[FALSE", "glue.mod:21", "tGun is a stationary tool"),
-        ("KRL", b"Y 40.2500000,Z 80", b"Y ?,Z 80", "weld.dat:11", "XP1, Y: expected a number, got '?'"),
-        ("KRL", b"{X 1780.0,Y -210.0,", b"{X 1780.0,", "weld.src:40", "but Y is not given"),
-        ("KRL", b"S 2,T 35} WITH", b"S two,T 35} WITH", "weld.src:40", "expected a number as S, got 'two'"),
         ("FANUC LS", b"Y =    90.000", b"Y =    9o.000", "PICK.LS:59", "P[4], Y: expected a number, got '9o.000'"),
         (
             "FANUC LS",
@@ -171,14 +162,6 @@ def test_poses_go_to_the_base_and_back(programs, language) -> None:
         ),
         ("FANUC LS", b"-100.000  mm\r\n}", b"-100.000  mm\r\n", "PICK.LS:41", "expected a position P[n]"),
         ("FANUC LS", b"/POS\r\n", b"", "PICK.LS:1", "expected a section /POS"),
-        ("URScript", b"0.324,", b"0.3.24,", "palletize.script:8", "above: expected a number, got '0.3.24'"),
-        (
-            "URScript",
-            b"[0.1, -1.6, 1.9, -1.83, -1.57, 0.0]",
-            b"[0.1, -1.6]",
-            "palletize.script:19",
-            "expected 6 numbers",
-        ),
     ],
 )
 def test_one_bad_line_is_refused_with_its_number(programs, language, old, new, place, sentence) -> None:
@@ -188,6 +171,63 @@ def test_one_bad_line_is_refused_with_its_number(programs, language, old, new, p
         read_program(files)
     assert str(caught.value).startswith(f"{place}: ")
     assert sentence in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("language", "old", "new", "sentence"),
+    [
+        ("RAPID", b"[120.25,40,150]", b"[120.25,4O,150]", "glue.mod:11: CONST robtarget pApproach:=[[120.25,4O,150],"),
+        (
+            "RAPID",
+            b"[120.25,40,150]",
+            b"[120.25,x,150]",
+            "glue.mod:11: pApproach is left as it is: x is no plain number",
+        ),
+        ("RAPID", b"[120.25,40,150]", b"[120.25,40]", "glue.mod:11: pApproach is left as it is: expected [[x,y,z],"),
+        (
+            *("RAPID", b"[0.018504,-0.0097,0.99973", b"[0.018504,-0.0097,0.79973"),
+            "glue.mod:11: pApproach is left as it is: expected a quaternion of length 1, got 0.8",
+        ),
+        (
+            "RAPID",
+            b"[[5,0,-10,0,60,-90]",
+            b"[[5,0,-10,0,60]",
+            "glue.mod:30: MoveAbsJ is left as it is: expected [[6 joints]",
+        ),
+        ("KRL", b"Y 40.2500000,Z 80", b"Y ?,Z 80", "weld.dat:11: DECL E6POS XP1={X 112.500000,Y ?,Z 80.0000000,A 178"),
+        ("KRL", b"Y 40.2500000,Z 80", b"Y Y0,Z 80", "weld.dat:11: XP1 is left as it is: Y0 is no plain number"),
+        (
+            *("KRL", b"{X 1780.0,Y -210.0,", b"{X 1780.0,"),
+            "weld.src:40: SLIN {X 1780.0,Z 980.0,A 180.0,B 0.0,C 180.0,S 2,T 35} is left as it is: it names only X, Z",
+        ),
+        ("KRL", b"S 2,T 35} WITH", b"S two,T 35} WITH", "C 180.0,S two,T 35} is left as it is: expected a number as S"),
+        ("URScript", b"0.324,", b"0.3.24,", "palletize.script:7: above = p[ -.452, -.1135, 0.3.24,"),
+        (
+            "URScript",
+            b"0.324,",
+            b"h,",
+            "palletize.script:12: movel is left as it is: above is no target of plain numbers",
+        ),
+        (
+            *("URScript", b"[0.1, -1.6, 1.9, -1.83, -1.57, 0.0]", b"[0.1, -1.6]"),
+            "palletize.script:19: movej is left as it is: expected 6 numbers, got 2",
+        ),
+    ],
+)
+def test_one_target_that_is_not_understood_is_left_with_its_line(programs, language, old, new, sentence) -> None:
+    files = {name: content.replace(old, new, 1) for name, content in programs[language].items()}
+    assert files != programs[language]
+    before, program = read_program(programs[language]), read_program(files)
+    said = [program.said(left) for left in program.left]
+    assert any(sentence in line for line in said), said
+    assert len(before.targets) - 2 <= len(program.targets) < len(before.targets)
+
+
+def test_a_tool_that_stands_still_is_doubted(programs) -> None:
+    text = programs["RAPID"]["glue.mod"].replace(b"tGun:=[TRUE", b"tGun:=[FALSE")
+    left = Frames(read_program({"glue.mod": text}), Cell(), np.eye(4)).left
+    assert set(left.values()) == {"tGun is a stationary tool, which fastcal does not follow"}
+    assert len(left) == 5
 
 
 def test_a_target_of_two_tools_is_left(programs) -> None:
@@ -224,5 +264,6 @@ def test_no_damage_is_met_with_anything_but_one_sentence(programs, language) -> 
         assert {d.name: d.text.encode("latin-1") for d in program.rewritten(words)} == files
         assert all(np.isfinite(target.values).all() for target in program.targets)
         read += 1
-    assert min(read, len(refused)) > 20
+    assert read > 20
+    assert language != "FANUC LS" or len(refused) > 20
     assert not any("\n" in sentence for sentence in refused)
