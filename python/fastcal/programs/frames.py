@@ -57,7 +57,7 @@ class Frames:
         self.left: dict[int, str] = {}
         self._tools = _known("tool", program, program.tools, cell.tools)
         self._frames = _known("frame", program, program.frames, cell.frames)
-        self._assumed_tool = se3.inverse(cell.T_last_flange) @ T_last_tool
+        self._assumed_tool = se3.inverse(self._T_last_flange) @ T_last_tool
         uses: dict[int, list[Move]] = {}
         for move in program.moves:
             uses.setdefault(move.target, []).append(move)
