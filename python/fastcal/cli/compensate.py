@@ -61,6 +61,12 @@ def compensate(
     inverse: Annotated[
         bool, typer.Option("--inverse", help="The way back: a compensated program becomes the nominal one.")
     ] = False,
+    again: Annotated[
+        bool, typer.Option("--again", help="Compensate a program that says that it was compensated already.")
+    ] = False,
+    strict: Annotated[
+        bool, typer.Option("--strict", help="Exit with code 5 where a part of a program was left as not understood.")
+    ] = False,
     corrections: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Also write by how much each target was changed, as CSV.")
     ] = None,
@@ -73,7 +79,7 @@ def compensate(
     """
     from fastcal.errors import InvalidInput
     from fastcal.io.robot_file import load_robot
-    from fastcal.programs import language_of
+    from fastcal.programs import language_of, other_language, refusal
     from fastcal.units import to_si
 
     conditions: dict[str, float] = {}
@@ -88,15 +94,17 @@ def compensate(
     if language_of(targets.name) is not None or targets.is_dir():
         if path is not None:
             raise InvalidInput(f"{targets}: --path is for tables of poses, and this is a robot program")
-        asked = options | conditions | {"inverse": inverse}
-        compensate_programs(load_robot(model), targets, output, cell, corrections, asked)
+        asked = options | conditions | {"inverse": inverse, "again": again}
+        compensate_programs(load_robot(model), targets, output, cell, corrections, asked, strict=strict)
+    elif (other := other_language(targets.name)) is not None:
+        raise InvalidInput(refusal(str(targets), other))
     elif inverse:
         raise InvalidInput(
             f"{targets}: --inverse is for robot programs; fastcal predict says where a table of joint positions leads"
         )
-    elif conditions or cell is not None:
+    elif conditions or cell is not None or again or strict:
         raise InvalidInput(
-            f"{targets}: --cell, --payload-kg and --temperature-c are for robot programs; a table has columns"
+            f"{targets}: --cell, --payload-kg, --temperature-c, --again and --strict are for robot programs"
         )
     else:
         _table(

@@ -7,7 +7,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fastcal.cli.console import emit, progress, say, warn
+import typer
+
+from fastcal.cli.console import LEFT, emit, progress, say, warn
+from fastcal.errors import InvalidInput
 
 if TYPE_CHECKING:
     from fastcal.compensation import CompensatedProgram
@@ -18,40 +21,82 @@ Done = list[tuple[Path, "Program", "CompensatedProgram | None"]]  # file, progra
 
 
 def compensate_programs(
-    robot: Robot, source: Path, output: Path, cell: Path | None, corrections: Path | None, options: dict[str, Any]
+    robot: Robot,
+    source: Path,
+    output: Path,
+    cell: Path | None,
+    corrections: Path | None,
+    options: dict[str, Any],
+    *,
+    strict: bool = False,
 ) -> None:
-    """Changes a program, or all programs of a folder, and writes all or none."""
+    """Changes a program, or the programs of a folder, and writes them together.
+
+    Of a folder, programs that cannot be read or were compensated already are left out, each with a warning.
+
+    Raises:
+        InvalidInput: A program alone is refused, or all of a folder.
+        typer.Exit: With `strict`, a part was left as not understood.
+    """
     from fastcal.io.cell_file import load_cell
-    from fastcal.io.programs import load_program, programs_in, write_programs
+    from fastcal.io.programs import others_in, programs_in, write_programs
 
     given = None if cell is None else load_cell(cell)
-    files = programs_in(source, output) if source.is_dir() else [source]
+    is_folder = source.is_dir()
+    files = programs_in(source, output) if is_folder else [source]
     done: Done = []
+    refused: list[InvalidInput] = []
     with progress() as show:
         for file in files:
             show(f"compensating {file.name}")
-            program = load_program(file)
-            done.append((file, program, _changed(robot, program, given, options, alone=not source.is_dir())))
-    places = [output / file.relative_to(source) if source.is_dir() else output for file in files]
+            try:
+                done.append((file, *_changed(robot, file, given, options, alone=not is_folder)))
+            except InvalidInput as error:
+                refused.append(error)
+    if refused and not any(found is not None for _, _, found in done):
+        raise refused[0]
+    places = [output / file.relative_to(source) if is_folder else output for file, _, _ in done]
     documents = [program.documents if found is None else found.documents for _, program, found in done]
-    written = write_programs(list(zip(places, documents, strict=True)), make_folders=source.is_dir())
+    written = write_programs(list(zip(places, documents, strict=True)), make_folders=is_folder)
     if corrections is not None:
         _write_corrections(robot, corrections, done)
+    warn(f"{error}; this program is left out" for error in refused)
+    if is_folder:
+        warn(f"{path}: is in {other}, which is not read; it is left out" for path, other in others_in(source))
+    warn(_foreign(robot, done))
     _say(done, inverse=bool(options.get("inverse")))
     for path in written:
         say(str(path))
     _emit(done, written)
+    if strict and (refused or any(found is not None and found.left + found.assumed for _, _, found in done)):
+        raise typer.Exit(LEFT)
 
 
 def _changed(
-    robot: Robot, program: Program, cell: Cell | None, options: dict[str, Any], *, alone: bool
-) -> CompensatedProgram | None:
-    """A program with its targets changed; None for one of a folder that has none and is kept as it is."""
-    from fastcal.compensation import compensate_program
+    robot: Robot, file: Path, cell: Cell | None, options: dict[str, Any], *, alone: bool
+) -> tuple[Program, CompensatedProgram | None]:
+    """A program, and it with its targets changed; None for one of a folder that has none and is kept as it is."""
+    from fastcal.compensation import AlreadyCompensated, compensate_program
+    from fastcal.io.programs import load_program
 
-    if not program.targets and not alone:
-        return None
-    return compensate_program(robot, program, cell=cell, **options)
+    program = load_program(file)
+    if not program.targets and not program.left and not alone:
+        return program, None
+    try:
+        return program, compensate_program(robot, program, cell=cell, **options)
+    except AlreadyCompensated as error:
+        if not alone:
+            raise
+        raise InvalidInput(f"{error}; --again compensates it once more, --inverse brings it back") from None
+
+
+def _foreign(robot: Robot, done: Done) -> list[str]:
+    """A warning for each language that is not the one that the arm's controller speaks."""
+    from fastcal.programs import language_of_arm
+
+    spoken = language_of_arm(robot.name)
+    others = dict.fromkeys(program.language.name for _, program, _ in done if program.language.name != spoken)
+    return [f"the arm {robot.name} speaks {spoken}, and this program is in {name}" for name in others if spoken]
 
 
 def _write_corrections(robot: Robot, path: Path, done: Done) -> None:
@@ -101,6 +146,7 @@ def _emit(done: Done, written: list[Path]) -> None:
             "targets": len(error),
             "mean_error_mm": from_si(float(error.mean()), "mm") if len(error) else None,
             "largest_error_mm": from_si(float(error.max()), "mm") if len(error) else None,
+            "left": [sentence for _, _, found in done if found is not None for sentence in found.left],
             "files": list(map(str, written)),
         }
     )

@@ -5,11 +5,12 @@
 from fastcal.compensation.commands import METHODS, Compensation, compensate
 from fastcal.compensation.one_step import one_step
 from fastcal.compensation.paths import PathAccuracy, path_accuracy
-from fastcal.compensation.programs import CompensatedProgram, compensate_program
+from fastcal.compensation.programs import AlreadyCompensated, CompensatedProgram, compensate_program
 from fastcal.measurements.targets import Targets
 
 __all__ = [
     "METHODS",
+    "AlreadyCompensated",
     "CompensatedProgram",
     "Compensation",
     "PathAccuracy",

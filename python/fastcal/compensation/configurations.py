@@ -60,7 +60,8 @@ class Configurations:
         stated = None if move is None else move.near
         asked = _Asked(self, target, is_silent=stated is not None or (move is not None and move.wordless))
         if stated is not None and len(stated) != self.nominal.joint_count:
-            return None, f"it is to be near {len(stated)} joints, and {self.nominal.name} has {self.nominal.joint_count}"
+            count = self.nominal.joint_count
+            return None, f"it is to be near {len(stated)} joints, and {self.nominal.name} has {count}"
         near = before if stated is None else self.nominal.pendant.chain(stated)
         if near is not None:
             found = inverse_kinematics(self.nominal, T_world_tool, seed=near, restarts=0)

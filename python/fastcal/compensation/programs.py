@@ -29,7 +29,7 @@ from fastcal.effects.entries import traits_of
 from fastcal.errors import InvalidInput, ParseError
 from fastcal.ik.inverse_kinematics import inverse_kinematics
 from fastcal.measurements.last_moves import directions, last_moves
-from fastcal.programs import Cell, Document, Frames, Move, Program, Target, Word
+from fastcal.programs import Cell, Document, Frames, Move, Program, Target, Word, stamp
 from fastcal.robot import se3
 from fastcal.robot.controller_robot import nominal_robot
 from fastcal.robot.core_model import pose
@@ -45,12 +45,17 @@ _PASSES = 4  # of the way back
 _MOST_TURN = to_si(10.0, "deg")  # by which a target that is given as joints may be corrected
 
 
+class AlreadyCompensated(InvalidInput):
+    """A program that says that it was compensated."""
+
+
 @dataclass(frozen=True, eq=False)
 class CompensatedProgram:
     """A program and what was done to it.
 
     Attributes:
-        documents: Its files, in which nothing but numbers of targets (and words of their configuration) changed.
+        documents: Its files, in which nothing but numbers of targets (and words of their configuration) changed, and a
+            comment that says so.
         targets: Those of the program that were changed.
         nominal_q: (N, n) joint positions of the controller's robot at each target as it was given [rad or m].
         q: (N, n) what it is commanded instead.
@@ -81,10 +86,13 @@ def compensate_program(
     nominal: Robot | None = None,
     method: str = "full",
     inverse: bool = False,
+    again: bool = False,
     threads: int = 1,
     **conditions: Any,
 ) -> CompensatedProgram:
     """Changes the targets of a program so that the calibrated robot reaches them; or a program so changed back.
+
+    A comment in the program says that it was compensated, by which model and when; going back takes it away.
 
     Args:
         model: A calibrated robot.
@@ -93,18 +101,22 @@ def compensate_program(
         nominal: What the controller believes; None: what the model keeps of it.
         method: `full` or `one-step`, as in `compensate`.
         inverse: The program is compensated: each target becomes the one where the real tool goes.
+        again: Compensate a program that says that it was compensated already.
         threads: Cores; the result does not depend on it.
         **conditions: payload [kg], temperature [K] ... of the whole program, in which nothing lags behind that one
             temperature; approach and move are taken from the moves.
 
     Raises:
         ParseError: A target cannot be reached; names the line.
-        InvalidInput: The program has no targets whose use and posture are understood, or other joints than the robot.
+        InvalidInput: The program has no targets whose use and posture are understood, or other joints than the robot,
+            or it was compensated already.
     """
     if method not in METHODS:
         raise InvalidInput(f"method must be {' or '.join(METHODS)}, got '{method}'")
     if inverse and method != "full":
         raise InvalidInput("the inverse needs method='full': one step has no exact inverse")
+    if not (inverse or again) and (found := stamp.stamped_line(program)):
+        raise AlreadyCompensated(f"{found[0]}:{found[1]}: this program says that it was compensated already")
     if not program.targets:
         raise InvalidInput(f"{program.documents[0].name}: holds no targets of plain numbers; nothing to compensate")
     robot = robot_without_measurement(model)
@@ -135,8 +147,10 @@ def compensate_program(
     )
     shift = _shifts(places, places.nominal.forward(q_given), places.nominal.forward(q))
     left = tuple(map(program.said, program.left))
+    serial = (model.spec.get("made_by") or {}).get("serial")
+    says = None if inverse else stamp.text(model.sha256, serial, _core.__version__)
     return CompensatedProgram(
-        program.rewritten(changes),
+        stamp.stamped(program.rewritten(changes), program.language.name, says),
         *(program.targets, q_given, np.asarray(q), shift, error),
         tuple(dict.fromkeys(left)),
         assumed,

@@ -12,7 +12,7 @@ from pathlib import Path
 from fastcal.errors import InvalidInput
 from fastcal.io.atomic import atomic_paths
 from fastcal.io.regular_file import read_bytes
-from fastcal.programs import SUFFIXES, Document, Program, language_of, read_program
+from fastcal.programs import SUFFIXES, Document, Program, language_of, other_language, read_program
 
 MAX_BYTES = 4_000_000
 _OF_ONE_NAME = {".src": ".dat"}
@@ -50,6 +50,13 @@ def programs_in(folder: Path, output: Path) -> list[Path]:
     if not found:
         raise InvalidInput(f"{folder}: holds no robot program; known by their endings are {', '.join(SUFFIXES)}")
     return found
+
+
+def others_in(folder: Path) -> list[tuple[Path, str]]:
+    """The robot programs in a folder and below it that are in languages that are not read, each with its language."""
+    files = sorted(path for path in folder.rglob("*") if path.is_file())
+    found = ((path, other_language(path.name)) for path in files)
+    return [(path, language) for path, language in found if language is not None]
 
 
 def write_programs(programs: Sequence[tuple[Path, Sequence[Document]]], *, make_folders: bool = False) -> list[Path]:

@@ -7,7 +7,8 @@ One file a language: ABB RAPID, KUKA KRL, FANUC LS and URScript.
 
 from fastcal.programs.frames import Cell, Frames
 from fastcal.programs.languages import SUFFIXES, language_of, read_program
-from fastcal.programs.program import Document, Language, Move, Number, Program, Target, Word
+from fastcal.programs.makers import language_of_arm, other_language, refusal
+from fastcal.programs.program import Document, Language, Left, Move, Number, Program, Target, Word
 
 __all__ = [
     "SUFFIXES",
@@ -15,11 +16,15 @@ __all__ = [
     "Document",
     "Frames",
     "Language",
+    "Left",
     "Move",
     "Number",
     "Program",
     "Target",
     "Word",
     "language_of",
+    "language_of_arm",
+    "other_language",
     "read_program",
+    "refusal",
 ]

@@ -9,6 +9,7 @@ from pathlib import PurePath
 
 from fastcal.errors import InvalidInput
 from fastcal.programs import fanuc, krl, rapid, urscript
+from fastcal.programs.makers import other_language, refusal
 from fastcal.programs.program import Document, Program
 
 _READERS: dict[str, Callable[[tuple[Document, ...]], Program]] = {
@@ -36,9 +37,12 @@ def read_program(files: Mapping[str, bytes]) -> Program:
 
     Raises:
         ParseError: A target can't be read; names file and line.
-        InvalidInput: No language has this ending.
+        InvalidInput: No language that is read has this ending.
     """
     names = list(files)
+    other = other_language(names[0], files[names[0]])
+    if other is not None:
+        raise InvalidInput(refusal(names[0], other))
     suffix = language_of(names[0])
     if suffix is None:
         raise InvalidInput(f"{names[0]}: not the ending of a robot program; known are {', '.join(SUFFIXES)}")

@@ -102,15 +102,15 @@ def test_a_table_of_poses_has_its_corrections_too(cell, fastcal) -> None:
         (("line", "--method", "one-step", "--inverse", "-o", "done"), "the inverse needs method='full'"),
         (("line", "--path", "line", "-o", "done"), "--path is for tables of poses"),
         (("targets.csv", "--inverse", "-o", "done.csv"), "fastcal predict says where a table of joint positions leads"),
-        (("bad", "-o", "done"), "bad.mod:2"),
+        (("bad", "-o", "done"), "bad/bad.ls:1: expected a section /POS"),
         (("line", "-o", "done", "--corrections", "real.yaml"), "is an input of this command"),
     ],
 )
 def test_folders_that_do_not_fit_are_refused_and_nothing_is_written(cell, fastcal, arguments, sentence) -> None:
     Path("empty").mkdir()
     Path("targets.csv").write_text("x_mm\n1\n")
-    shutil.copytree("line", "bad")
-    Path("bad/bad.mod").write_text("MODULE b\nMoveJ [[1,2,],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v1,z1,t;\n")
+    Path("bad").mkdir()
+    Path("bad/bad.ls").write_text("no program\n")
     source, *options = arguments
     more = MORE[:2] if source == "targets.csv" else MORE
     said = fastcal("compensate", "real.yaml", source, *more, *options)
@@ -118,3 +118,22 @@ def test_folders_that_do_not_fit_are_refused_and_nothing_is_written(cell, fastca
     assert sentence in said.err
     assert not Path("done").exists()
     assert not Path("line/done").exists()
+
+
+def test_of_a_folder_what_can_be_is_done_and_the_rest_is_named(cell, fastcal) -> None:
+    """A listing that is no program, a program of another maker, and results of an earlier run."""
+    assert fastcal("compensate", "real.yaml", "line", *MORE, "-o", "done").code == 0
+    shutil.copytree("done", "line/results")
+    Path("line/LOGBOOK.LS").write_text("no program\n")
+    Path("line/weld.jbi").write_text("/JOB\n")
+    said = fastcal("compensate", "real.yaml", "line", *MORE, "-o", "again")
+    assert said.code == 0
+    written = sorted(path.relative_to("again").as_posix() for path in Path("again").rglob("*") if path.is_file())
+    assert written == ["glue.mod", "logic.mod", "results/logic.mod", "second/weld.dat", "second/weld.src"]
+    assert Path("again/glue.mod").read_bytes() == Path("done/glue.mod").read_bytes()
+    assert "line/LOGBOOK.LS:1: expected a section /POS, as every LS file has; this program is left out" in said.err
+    assert "line/weld.jbi: is in INFORM (Yaskawa), which is not read; it is left out" in said.err
+    for name in ("glue.mod", "second/weld.src"):
+        assert f"line/results/{name}:" in said.err
+    assert "says that it was compensated already; this program is left out" in said.err
+    assert fastcal("compensate", "real.yaml", "line", *MORE, "-o", "once_more", "--strict").code == 5

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import fastcal as library
-from fastcal.programs import read_program
+from fastcal.programs import read_program, stamp
 
 CELL = """\
 tools: {"1": {xyz_mm: [20, 0, 200], rpy_deg: [0, 10, 0]}}
@@ -41,7 +41,10 @@ def test_a_program_goes_in_and_a_program_comes_out(programs, cell, process, tmp_
     )
     assert said.code == 0, said.err
     written = {name: (tmp_path / f"new{Path(name).suffix}").read_bytes() for name in names}
-    before, after = read_program(programs[language]), read_program(written)
+    before = read_program(programs[language])
+    assert stamp.stamped_line(read_program(written)) is not None
+    bare = stamp.stamped(read_program(written).documents, language, None)
+    after = read_program({document.name: document.text.encode("latin-1") for document in bare})
     assert said.out.startswith(f"{language}: {len(before.targets)} targets changed")
     assert [t.name for t in after.targets] == [t.name for t in before.targets]
     for old, new in zip(before.targets, after.targets, strict=True):
@@ -106,7 +109,7 @@ def test_one_bad_line_is_named_and_nothing_is_written(
         ),
         (
             ("t.csv", "--payload-kg", "5", "-o", "out.csv"),
-            "t.csv: --cell, --payload-kg and --temperature-c are for robot",
+            "t.csv: --cell, --payload-kg, --temperature-c, --again and --strict are for robot",
         ),
     ],
 )
@@ -136,3 +139,69 @@ def test_a_calibrated_model_knows_its_controller_s_robot(demo, process, tmp_path
 def flange(robot: library.Robot, q) -> np.ndarray:
     T_world_base, T_flange_tool = robot.core.base_and_tool(robot.core.nominal)
     return (np.linalg.inv(T_world_base) @ robot.forward(q)[0] @ np.linalg.inv(T_flange_tool))[:3, 3]
+
+
+SCRIPT = """def a():
+  set_tcp(p[0, 0, 0.1, 0, 0, 0])
+  movej([0, -1.2, 1.3, -1.6, -1.5, 0])
+  movel(p[-0.4, -0.2, 0.3, 0, 3.14, 0])
+  movel(p[-0.4, -0.2, 0.3 + h, 0, 3.14, 0])
+end
+"""
+
+
+def test_a_program_is_not_compensated_twice(cell, fastcal, tmp_path, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("a.script").write_text(SCRIPT)
+    arm = (cell / "ur5_real.yaml",)
+    assert fastcal("compensate", *arm, "a.script", "--nominal", "ur5", "-o", "b.script").code == 0
+    twice = ("compensate", *arm, "b.script", "--nominal", "ur5", "-o", "c.script")
+    said = fastcal(*twice)
+    assert said.code == 2
+    assert said.error == (
+        "b.script:2: this program says that it was compensated already; --again compensates it once more, --inverse "
+        "brings it back"
+    )
+    assert not Path("c.script").exists()
+    assert fastcal(*twice, "--again").code == 0
+    assert fastcal(*twice[:-1], "back.script", "--inverse").code == 0
+    assert Path("back.script").read_text().count("fastcal") == 0
+    assert Path("c.script").read_text().count("fastcal compensated") == 1
+
+
+def test_what_is_left_is_said_and_strict_fails(cell, fastcal, tmp_path, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("a.script").write_text(SCRIPT)
+    given = ("compensate", cell / "ur5_real.yaml", "a.script", "--nominal", "ur5", "-o", "b.script")
+    said = fastcal(*given)
+    assert said.code == 0
+    assert "a.script:5: movel is left as it is: 0.3 + h is no plain number" in said.err
+    assert fastcal(*given, "--strict").code == 5
+    assert "0.3 + h" in Path("b.script").read_text()
+    Path("a.script").write_text(SCRIPT.replace(" + h", ""))
+    assert fastcal(*given, "--strict").code == 0
+
+
+def test_another_maker_s_language_is_a_warning(cell, fastcal, tmp_path, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("a.src").write_text("DEF A()\nPTP {A1 0,A2 -70,A3 70,A4 0,A5 40,A6 0}\nEND\n")
+    said = fastcal("compensate", cell / "ur5_real.yaml", "a.src", "--nominal", "ur5", "-o", "b.src")
+    assert said.code == 0
+    assert "the arm ur5 speaks URScript, and this program is in KRL" in said.err
+
+
+@pytest.mark.parametrize("name", ["a.jbi", "a.pgx", "a.as", "a.pcs", "a.drl", "a.mb5", "a.pdl", "a.kl", "a.tp", "a.urp"])
+def test_a_program_in_a_language_that_is_not_read_is_refused_by_name(cell, fastcal, tmp_path, monkeypatch, name) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path(name).write_bytes(b"NOP\n\xff\x00")
+    said = fastcal("compensate", cell / "ur5_real.yaml", name, "-o", f"b{name[1:]}")
+    assert said.code == 2
+    assert said.error.startswith(f"{name}: is in ")
+    assert said.error.endswith("programs are read in RAPID (ABB), KRL (KUKA), FANUC LS and URScript (Universal Robots)")
+
+
+def test_melfa_is_told_from_rapid_by_its_lines(cell, fastcal, tmp_path, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("a.prg").write_text("1 Servo On\n2 Mov P1\n3 End\n")
+    said = fastcal("compensate", cell / "ur5_real.yaml", "a.prg", "-o", "b.prg")
+    assert said.error.startswith("a.prg: is in MELFA BASIC (Mitsubishi)")

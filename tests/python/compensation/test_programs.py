@@ -142,9 +142,9 @@ def test_only_the_target_without_a_posture_is_left(arms) -> None:
     lines = [f"movel({UR_POSE})", f"movej({UR_HOME})", "movel(p[-.4, -.2, .4, 0, 3.14, 0])"]
     done = compensate_program(real, read_program(script(*lines)), nominal=nominal)
     text = done.documents[0].text.splitlines()
-    assert text[1] == lines[0]
-    assert text[2] != lines[1]
-    assert text[3] != lines[2]
+    assert text[2] == lines[0]
+    assert text[3] != lines[1]
+    assert text[4] != lines[2]
     assert len(done.left) == 1
     assert done.left[0].startswith("a.script:2: the target of line 2 is left as it is: the arm reaches it in ")
 
