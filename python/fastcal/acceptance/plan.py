@@ -21,7 +21,7 @@ from fastcal.compensation.programs import robot_without_measurement
 from fastcal.errors import InvalidInput
 from fastcal.ik.inverse_kinematics import inverse_kinematics
 from fastcal.measurements.last_moves import last_moves
-from fastcal.programs import Document, read_program
+from fastcal.programs import Document, doubts_on_joints, read_program
 from fastcal.programs.measuring import Cycles, Stop, write_cycles
 from fastcal.robot.controller_robot import nominal_robot
 from fastcal.robot.robot import Robot
@@ -138,6 +138,8 @@ def plan_acceptance(
     shown = model.pendant.shown(q)
     documents = write_cycles(language, program, Cycles(names, shown, loops, dwell_s, speed, comment))
     at = [stop.target for stop in stops if stop.is_measured]
+    if "pendant" not in model.spec:
+        notes += doubts_on_joints(documents[0].name, model.name)
     if cycles < CYCLES:
         notes.append(f"{cycles} cycles are fewer than the {CYCLES} of ISO 9283")
     written = model.pendant.chain(_as_written(documents, [stop for _, several in loops for stop in several], shown))[at]

@@ -43,7 +43,7 @@ def compensate_programs(
 
     given = None if cell is None else load_cell(cell)
     is_folder = source.is_dir()
-    files = programs_in(source, output) if is_folder else [source]
+    files, reports = programs_in(source, output) if is_folder else ([source], [])
     done: Done = []
     refused: list[InvalidInput] = []
     with progress() as show:
@@ -58,6 +58,7 @@ def compensate_programs(
     places = [output / file.relative_to(source) if is_folder else output for file, _, _ in done]
     documents = [program.documents if found is None else found.documents for _, program, found in done]
     written = write_programs(list(zip(places, documents, strict=True)), make_folders=is_folder)
+    warn(f"{report}: is a controller's report and no program; it is left out" for report in reports)
     if corrections is not None:
         _write_corrections(robot, corrections, done)
     warn(f"{error}; this program is left out" for error in refused)

@@ -29,7 +29,7 @@ from fastcal.effects.entries import traits_of
 from fastcal.errors import InvalidInput, ParseError
 from fastcal.ik.inverse_kinematics import inverse_kinematics
 from fastcal.measurements.last_moves import directions, last_moves
-from fastcal.programs import Cell, Document, Frames, Move, Program, Target, Word, stamp
+from fastcal.programs import Cell, Document, Frames, Move, Program, Target, Word, doubts_on_joints, stamp
 from fastcal.robot import se3
 from fastcal.robot.controller_robot import nominal_robot
 from fastcal.robot.core_model import pose
@@ -137,7 +137,7 @@ def compensate_program(
     changes, change_notes = _changes(places, q_given, q)
     if nominal is None and not model.spec.get("calibration"):
         notes.append(f"{model.name} holds no calibration: its own geometry is taken as what the controller believes")
-    notes += [*program.notes, *change_notes, *notes_on_ranges(robot, q, conditions)]
+    notes += [*_on_the_arm(model, program), *program.notes, *change_notes, *notes_on_ranges(robot, q, conditions)]
     notes += [] if inverse else _offsets(places, q_nominal, q, conditions)
     error = np.array(
         [
@@ -255,6 +255,16 @@ class _Places:
     def tool_at(self, place: int, T_world_tool: FloatArray) -> FloatArray:
         """T_world_tool of the target's own tool where the model's is there."""
         return np.asarray(T_world_tool @ se3.inverse(self.T_last_tool) @ self.frames.tool(place))
+
+
+def _on_the_arm(model: Robot, program: Program) -> list[str]:
+    """How the controller may count otherwise than the file, and where the arm of a URDF ends."""
+    notes = []
+    if "pendant" not in model.spec and any(target.kind == "joints" for target in program.targets):
+        notes += doubts_on_joints(program.documents[0].name, model.name)
+    if tip := model.spec.get("source", {}).get("tip_link"):
+        notes.append(f"{model.name} ends at the link {tip} of its URDF, from which the tools of the program are told")
+    return notes
 
 
 def _told_from_flange(cell: Cell, robot: Robot) -> Cell:

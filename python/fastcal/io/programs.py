@@ -12,7 +12,7 @@ from pathlib import Path
 from fastcal.errors import InvalidInput
 from fastcal.io.atomic import atomic_paths
 from fastcal.io.regular_file import read_bytes
-from fastcal.programs import SUFFIXES, Document, Program, language_of, other_language, read_program
+from fastcal.programs import SUFFIXES, Document, Program, is_program, language_of, other_language, read_program
 
 MAX_BYTES = 4_000_000
 _OF_ONE_NAME = {".src": ".dat"}
@@ -33,8 +33,10 @@ def load_program(path: str | os.PathLike[str]) -> Program:
     return read_program({str(file): read_bytes(file, MAX_BYTES) for file in files})
 
 
-def programs_in(folder: Path, output: Path) -> list[Path]:
+def programs_in(folder: Path, output: Path) -> tuple[list[Path], list[Path]]:
     """The programs in a folder and those below it, in the order of their names; a .dat goes with the .src of its name.
+
+    The second list has files that end as programs do and are none: the reports in a FANUC controller's backup.
 
     Raises:
         InvalidInput: There is none, or what is to be written would lie among them.
@@ -43,13 +45,15 @@ def programs_in(folder: Path, output: Path) -> list[Path]:
         raise InvalidInput(f"{output}: expected a folder that is not in {folder}, whose programs are read")
     if output.exists() and not output.is_dir():
         raise InvalidInput(f"{output}: is a file; the programs of a folder are written into a folder")
-    files = sorted(path for path in folder.rglob("*") if path.is_file() and language_of(path.name) is not None)
+    named = sorted(path for path in folder.rglob("*") if path.is_file() and language_of(path.name) is not None)
+    reports = [path for path in named if not is_program(path.name, path.read_bytes()[:MAX_BYTES])]
+    files = [path for path in named if path not in reports]
     sources = {path.with_suffix("") for path in files if path.suffix.lower() in _OF_ONE_NAME}
     partners = set(_OF_ONE_NAME.values())
     found = [path for path in files if path.suffix.lower() not in partners or path.with_suffix("") not in sources]
     if not found:
         raise InvalidInput(f"{folder}: holds no robot program; known by their endings are {', '.join(SUFFIXES)}")
-    return found
+    return found, reports
 
 
 def others_in(folder: Path) -> list[tuple[Path, str]]:

@@ -6,7 +6,7 @@ One file a language: ABB RAPID, KUKA KRL, FANUC LS and URScript.
 """
 
 from fastcal.programs.frames import Cell, Frames
-from fastcal.programs.languages import SUFFIXES, language_of, read_program
+from fastcal.programs.languages import SUFFIXES, doubts_on_joints, is_program, language_of, read_program
 from fastcal.programs.makers import language_of_arm, other_language, refusal
 from fastcal.programs.program import Document, Language, Left, Move, Number, Program, Target, Word
 
@@ -22,6 +22,8 @@ __all__ = [
     "Program",
     "Target",
     "Word",
+    "doubts_on_joints",
+    "is_program",
     "language_of",
     "language_of_arm",
     "other_language",

@@ -24,12 +24,30 @@ _READERS: dict[str, Callable[[tuple[Document, ...]], Program]] = {
     ".urscript": urscript.read,
 }
 SUFFIXES = tuple(_READERS)
+_COUNTED = {".ls": "a FANUC controller shows joint 3 from the horizontal, which is pendant: [{joint: 3, plus: 2}]"}
 
 
 def language_of(name: str) -> str | None:
     """The ending that identifies the language of a file, None where it is no program's."""
     suffix = PurePath(name).suffix.lower()
     return suffix if suffix in _READERS else None
+
+
+def doubts_on_joints(name: str, robot: str) -> list[str]:
+    """A sentence where the controllers of a program, by its file's name, count joints otherwise than a chain does.
+
+    Args:
+        name: Of the program's file.
+        robot: The name of a robot whose file does not say how its controller counts.
+    """
+    counted = _COUNTED.get(language_of(name) or "")
+    doubt = f"the robot file of {robot} has no pendant, so joints are taken as its own: {counted}; pendant: [] says so"
+    return [] if counted is None else [doubt]
+
+
+def is_program(name: str, content: bytes) -> bool:
+    """Is a file with the ending of a program one? LS files may be a controller's reports."""
+    return language_of(name) != ".ls" or fanuc.is_program(content.decode("latin-1"))
 
 
 def read_program(files: Mapping[str, bytes]) -> Program:

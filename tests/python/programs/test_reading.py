@@ -97,10 +97,11 @@ def test_fanuc(programs) -> None:
     assert [program.targets[m.target].name for m in program.moves] == ["P[1]", "P[2]", "P[3]", "P[4]", "P[5]", "P[3]"]
     turn = Rotation.from_euler("xyz", [179.0, 0.5, 178.5], degrees=True)
     np.testing.assert_allclose(program.language.pose(program.targets[1].values)[:3, :3], turn.as_matrix(), atol=1e-12)
-    said = " ".join(program.notes)
-    assert "P[7] was never taught" in said
-    assert "PICK.LS:30: L moves by an increment" in said
-    assert "PICK.LS:31: J goes to PR[1]" in said
+    assert [program.said(left) for left in program.left] == [
+        "PICK.LS:74: P[7] is left as it is: it was never taught",
+        "PICK.LS:31: J PR[1] is left as it is: a register has it at run time",
+        "PICK.LS:68: P[6] is left as it is: line 30: the move goes on by it as an increment",
+    ]
 
 
 def test_urscript(programs) -> None:
@@ -152,13 +153,6 @@ def test_poses_go_to_the_base_and_back(programs, language) -> None:
             b"W",
             "PICK.LS:41",
             "P[2]: expected X, Y, Z, W, P, R, but Z is not given",
-        ),
-        (
-            "FANUC LS",
-            b"L P[6] 100mm/sec FINE INC",
-            b"L P[3] 100mm/sec FINE INC",
-            "PICK.LS:34",
-            "P[3] is used as a position",
         ),
         ("FANUC LS", b"-100.000  mm\r\n}", b"-100.000  mm\r\n", "PICK.LS:41", "expected a position P[n]"),
         ("FANUC LS", b"/POS\r\n", b"", "PICK.LS:1", "expected a section /POS"),
