@@ -3,7 +3,7 @@
 """Cell files: the tools and frames that a program names without saying where they are.
 
 base: {xyz_mm: [0, 0, 0], rpy_deg: [0, 0, 0]}      # the robot file's base in the controller's base frame
-flange: {xyz_mm: [0, 0, 0], rpy_deg: [0, 0, 0]}    # the controller's flange in the robot file's last frame, over its own
+flange: {xyz_mm: [0, 0, 0], rpy_deg: [0, 0, 0]}    # the controller's flange in the robot file's last frame
 tools: {tGun: {xyz_mm: [0, 0, 230], rpy_deg: [0, 35, 0]}, "2": {xyz_mm: [0, 0, 100]}}
 frames: {wTable: {xyz_mm: [1500, -200, 400]}, "1": {xyz_mm: [800, 0, 0]}}
 start_deg: [0, -90, 90, 0, 90, 0]                  # where the arm stands when a program begins

@@ -89,7 +89,8 @@ def what_urdf_loses(spec: Spec) -> tuple[str, ...]:
     # A URDF that is written in place gets no links: base and tool belong to the measurement.
     in_place = "xml" in spec.get("source", {})
     lost = [key for key in ("base", "tool") if in_place and _is_moved(spec[key])]
-    lost += [key for key in ("coupling", "pendant", "compensator", "effects", "structure", "correction") if spec.get(key)]
+    more = ("coupling", "pendant", "compensator", "effects", "structure", "correction")
+    lost += [key for key in more if spec.get(key)]
     lost += ["calibration"] if spec.get("calibration") and not in_place else []
     if any(spec["payload"]["com_mm"]):
         lost.append("payload")

@@ -83,8 +83,8 @@ class _Reader:
                 )
         if len(rails) == 1 and (external := next(iter(rails))):
             self.book.notes.append(
-                f"{self.document.name}: {', '.join(external)} in all poses: where these axes carry the arm, the base of "
-                "the cell file is that of the arm there"
+                f"{self.document.name}: {', '.join(external)} in all poses: where these axes carry the arm, "
+                "the base of the cell file is that of the arm there"
             )
         turned = [p.target.name for p in taught if p.target and next(iter(Fanuc().turns(p.target)), 0)]
         if turned:
