@@ -21,6 +21,7 @@ _MARK = "fastcal compensated"
 _LINE = re.compile(r"^[^\n]*\bfastcal compensated [0-9a-f]{12}\b[^\n]*\n?", re.M)
 _OF_FANUC = re.compile(r"^[ \t]*\d+:[ \t]*!(?:fastcal compensated [0-9a-f]{12}|fastcal: )[^\n]*\n", re.M)
 _NUMBERED = re.compile(r"^([ \t]*)(\d+)(?=:)", re.M)
+_LINE_HEAD = re.compile(r"^([ \t]*)(?:(\d+)(?=:)|-{3,})", re.M)
 _LONGEST = 32  # characters of a comment in LS
 
 Change = tuple[Word, str]
@@ -77,7 +78,10 @@ def _behind(head: str, mark: str) -> Callable[[str, str | None], str]:
 
 
 def _fanuc(content: str, stamp: str | None) -> str:
-    """Comments as the first lines of /MN; all lines are numbered anew, and LINE_COUNT follows."""
+    """Comments as the first lines of /MN; the lines behind are numbered anew, and LINE_COUNT follows.
+
+    Lines of a local condition have numbers of their own, from 1 to the line of dashes that ends it.
+    """
     content, removed = _OF_FANUC.subn("", content)
     match = re.search(r"^/MN[^\n]*\n", content, re.M)
     end = re.search(r"^/(?:POS|END)", content, re.M)
@@ -88,12 +92,29 @@ def _fanuc(content: str, stamp: str | None) -> str:
     texts = [part if part.startswith(_MARK) else f"fastcal: {part}" for part in parts]
     head = "".join(f"   0:  !{part[:_LONGEST]} ;{line_end}" for part in texts)
     counts = iter(range(1, 1_000_000))
-    body = _NUMBERED.sub(lambda m: f"{next(counts):{len(m[0])}d}", head + content[match.end() : end.start()])
+    old = head + content[match.end() : end.start()]
+    own = _own_numbers(old)
+    body = _NUMBERED.sub(lambda m: m[0] if m.start() in own else f"{next(counts):{len(m[0])}d}", old)
     before = content[: match.end()]
     if count := re.search(r"^LINE_COUNT\s*=\s*(\d+)", before, re.M):
         lines = int(count[1]) + len(texts) - removed
         before = f"{before[: count.start(1)]}{lines}{before[count.end(1) :]}"
     return f"{before}{body}{content[end.start() :]}"
+
+
+def _own_numbers(text: str) -> set[int]:
+    """Where the numbered lines of local conditions begin."""
+    own: set[int] = set()
+    open_lines: list[int] = []
+    for match in _LINE_HEAD.finditer(text):
+        if match[2] is None:
+            own.update(open_lines)
+            open_lines = []
+        elif match[2] == "1":
+            open_lines = [match.start()]
+        elif open_lines:
+            open_lines.append(match.start())
+    return own
 
 
 def _plain(stamp: str) -> str:

@@ -110,7 +110,7 @@ def test_folders_that_do_not_fit_are_refused_and_nothing_is_written(cell, fastca
     Path("empty").mkdir()
     Path("targets.csv").write_text("x_mm\n1\n")
     Path("bad").mkdir()
-    Path("bad/bad.ls").write_text("no program\n")
+    Path("bad/bad.ls").write_text("/PROG  BAD\n")
     source, *options = arguments
     more = MORE[:2] if source == "targets.csv" else MORE
     said = fastcal("compensate", "real.yaml", source, *more, *options)
@@ -131,7 +131,7 @@ def test_of_a_folder_what_can_be_is_done_and_the_rest_is_named(cell, fastcal) ->
     written = sorted(path.relative_to("again").as_posix() for path in Path("again").rglob("*") if path.is_file())
     assert written == ["glue.mod", "logic.mod", "results/logic.mod", "second/weld.dat", "second/weld.src"]
     assert Path("again/glue.mod").read_bytes() == Path("done/glue.mod").read_bytes()
-    assert "line/LOGBOOK.LS:1: expected a section /POS, as every LS file has; this program is left out" in said.err
+    assert "line/LOGBOOK.LS: is a controller's report and no program; it is left out" in said.err
     assert "line/weld.jbi: is in INFORM (Yaskawa), which is not read; it is left out" in said.err
     for name in ("glue.mod", "second/weld.src"):
         assert f"line/results/{name}:" in said.err

@@ -166,7 +166,7 @@ def test_a_controller_s_report_in_a_backup_is_left_and_named(here, fastcal) -> N
     (backup / "A.LS").write_text(program)
     said = fastcal("compensate", "model.yaml", "backup", "-o", "real")
     assert said.code == 0
-    assert "LOGBOOK.LS: is a controller's report and no program; it is left" in said.err
+    assert "LOGBOOK.LS: is a controller's report and no program; it is left out" in said.err
     assert [path.name for path in (here / "real").iterdir()] == ["A.LS"]
     assert fastcal("compensate", "model.yaml", "backup/A.LS", "-o", "A.LS").code == 0
     assert (here / "A.LS").read_text() == (here / "real" / "A.LS").read_text() != program

@@ -69,14 +69,14 @@ def test_what_is_added_at_run_time_goes_along_with_the_target(added) -> None:
 @pytest.mark.parametrize(
     ("lines", "sentences"),
     [
-        (["L P[2] 100mm/sec FINE INC"], ["line 4: the move goes on by it as an increment"]),
-        (["L P[2] 100mm/sec FINE COORD"], ["line 4: the move is coordinated with another group"]),
-        (["L P[2] 100mm/sec FINE RTCP"], ["line 4: the tool is outside"]),
-        (["L P[2] 100mm/sec FINE Wiggle[3]"], ["line 4: 'Wiggle' is not understood"]),
-        (["L P[1] 100mm/sec FINE", "PR[4]=P[2]"], ["line 5 uses it otherwise than to go there (PR[4]=P[2])"]),
-        (["J P[2] 9% FINE", "L P[2] 9mm/sec FINE INC"], ["line 5: the move goes on by it as an increment"]),
-        (["CALL GO(P[2],1)"], ["line 4 uses it otherwise than to go there (CALL GO(P[2],1))"]),
-        (["Independent GP", "  :  GP1,JP 100% FINE P[2]"], ["line 4 uses it otherwise"]),
+        (["L P[2] 100mm/sec FINE INC"], ["the move goes on by it as an increment"]),
+        (["L P[2] 100mm/sec FINE COORD"], ["the move is coordinated with another group"]),
+        (["L P[2] 100mm/sec FINE RTCP"], ["the tool is outside"]),
+        (["L P[2] 100mm/sec FINE Wiggle[3]"], ["'Wiggle' is not understood"]),
+        (["L P[1] 100mm/sec FINE", "PR[4]=P[2]"], ["'PR[4]=P[2]' uses it otherwise than to go there"]),
+        (["J P[2] 9% FINE", "L P[2] 9mm/sec FINE INC"], ["the move goes on by it as an increment"]),
+        (["CALL GO(P[2],1)"], ["'CALL GO(P[2],1)' uses it otherwise than to go there"]),
+        (["Independent GP", "  :  GP1,JP 100% FINE P[2]"], ["'Independent GP ; GP1,JP 100% FINE P[2]' uses it otherwise"]),
     ],
 )
 def test_a_use_that_is_not_understood_leaves_the_target(lines, sentences) -> None:

@@ -100,7 +100,7 @@ def test_fanuc(programs) -> None:
     assert [program.said(left) for left in program.left] == [
         "PICK.LS:74: P[7] is left as it is: it was never taught",
         "PICK.LS:31: J PR[1] is left as it is: a register has it at run time",
-        "PICK.LS:68: P[6] is left as it is: line 30: the move goes on by it as an increment",
+        "PICK.LS:68: P[6] is left as it is: the move goes on by it as an increment in 'L P[6] 100mm/sec FINE INC'",
     ]
 
 

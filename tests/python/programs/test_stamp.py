@@ -54,6 +54,26 @@ def test_lines_of_ls_are_numbered_anew(programs, words) -> None:
     assert "  17:  PR[9]=P[7]    ;" in document.text
 
 
+def test_numbers_within_a_local_condition_stay(words) -> None:
+    """They begin again at 1 and end at a line of dashes, whatever the indentation."""
+    lines = [
+        "   1:  UFRAME_NUM=0 ;",
+        "   2:J P[1] 100% CNT0 TB    .10sec,P-SPS    ;",
+        "      1:  TC_ONLINE (ON) ;",
+        "      2:  DO[23]=(OFF) ;",
+        "       ------ ;",
+        "   3:J P[2] 100% FINE    ;",
+        "   1:  TC_ONLINE (ON) ;",
+        "       ------ ;",
+    ]
+    joints = "".join(f"P[{n}]{{\n   GP1:\n\tJ1= 1.000 deg\n}};\n" for n in (1, 2))
+    program = read_program({"A.LS": ("/PROG  A\n/MN\n" + "\n".join(lines) + f"\n/POS\n{joints}/END\n").encode()})
+    (document,) = stamp.stamped(program.documents, "FANUC LS", words)
+    numbers = [line.split(":")[0].strip() for line in document.text.split("/MN\n")[1].split("/POS")[0].splitlines()]
+    assert numbers == ["1", "2", "3", "4", "5", "6", "1", "2", "------ ;", "7", "1", "------ ;"]
+    assert stamp.stamped((document,), "FANUC LS", None) == program.documents
+
+
 def test_the_date_is_today_or_that_of_the_environment(monkeypatch) -> None:
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "0")
     assert stamp.text(HASH, None, "1.0") == "fastcal compensated 5f3a1b2c4d5e; 1970-01-01; version 1.0"

@@ -101,8 +101,7 @@ class _Reader:
             target = self.numbers.get(position.index) if known and position.index is not None else None
             if not instruction.motion:
                 if target is not None:
-                    use = f"line {line} uses it otherwise than to go there ({instruction.text:.60})"
-                    self.book.spoil([target], use)
+                    self.book.spoil([target], f"'{instruction.text:.60}' uses it otherwise than to go there")
             elif target is None:
                 self.afresh = True
                 why = self.no_target.get(position.index or 0, "it is not in this file")
@@ -112,7 +111,7 @@ class _Reader:
             elif instruction.meant or instruction.unknown:
                 self.afresh = True
                 unknown = f"'{instruction.unknown}' is not understood"
-                self.book.spoil([target], f"line {line}: {instruction.meant or unknown}")
+                self.book.spoil([target], f"{instruction.meant or unknown} in '{instruction.text:.60}'")
             else:
                 self._go(target, line, instruction)
 
