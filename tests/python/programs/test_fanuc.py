@@ -49,6 +49,8 @@ def left(program: Program) -> list[str]:
         "L P[2] 2.5sec FINE Skip,LBL[5],PR[7]=LPOS",
         "J P[2] 50% CNT10 DB   5.0mm,P-SPS",
         "S P[2] 240cm/min CNT100 ACC50 Wjnt",
+        "L P[2] 2000mm/sec FINE SPOT[P=1,S=2]",
+        "A P[2] 300mm/sec CNT100 TA   .20sec,DO[3]=ON",
     ],
 )
 def test_what_leaves_a_position_where_it_is(move) -> None:
@@ -106,6 +108,10 @@ def test_what_moves_nothing_is_passed_over() -> None:
         "IF (DI[1] AND !DI[2]) THEN",
         "C P[1]    \n    :  P[2] 200mm/sec CNT100   ",
         "ENDIF",
+        "FOR R[1]=1 TO 5",
+        "ENDFOR",
+        "SELECT R[2]=1,CALL PICK",
+        "             =2,JMP LBL[4]",
         "WAIT   1.00(sec)",
         "CALL DROP(1,'P[3]')",
         "R[1]=PR[2,3]*P",
