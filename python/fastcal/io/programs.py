@@ -50,10 +50,20 @@ def programs_in(folder: Path, output: Path) -> tuple[list[Path], list[Path]]:
     files = [path for path in named if path not in reports]
     sources = {path.with_suffix("") for path in files if path.suffix.lower() in _OF_ONE_NAME}
     partners = set(_OF_ONE_NAME.values())
-    found = [path for path in files if path.suffix.lower() not in partners or path.with_suffix("") not in sources]
+    found = [
+        path
+        for path in files
+        if path.suffix.lower() not in partners or (path.with_suffix("") not in sources and _is_data_list(path))
+    ]
     if not found:
         raise InvalidInput(f"{folder}: holds no robot program; known by their endings are {', '.join(SUFFIXES)}")
     return found, reports
+
+
+def _is_data_list(path: Path) -> bool:
+    """Is it a data list of KRL? Files of other kinds end in .dat as well."""
+    with path.open("rb") as file:
+        return b"DEFDAT" in file.read(MAX_BYTES).upper()
 
 
 def others_in(folder: Path) -> list[tuple[Path, str]]:

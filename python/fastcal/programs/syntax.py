@@ -213,6 +213,8 @@ class Parser:
             self.at += 2
             inner = self.expression()
             return Node("named", word.text, word.start, inner.end, (inner,))
+        if self.notation.switches and word.kind == "name" and after.text == ":=":
+            self.at += 2  # a required argument may stand with its name, in its own place all the same
         return self.expression()
 
     def _primary(self) -> Node:

@@ -44,7 +44,10 @@ class Lexicon:
 
 
 def tokens(text: str, lexicon: Lexicon) -> list[Token]:
-    """All words of a text, and a last one of the kind `end`; a character that begins none is a sign."""
+    """All words of a text, and a last one of the kind `end`; a character that begins none is a sign.
+
+    A mark of UTF-8 at the beginning is passed over.
+    """
     found = []
     for match in _pattern(lexicon).finditer(text):
         kind = match.lastgroup
@@ -59,7 +62,7 @@ def _pattern(lexicon: Lexicon) -> re.Pattern[str]:
     space = r"[ \t\f\v\r\x00]+" if lexicon.by_lines else r"\s+"
     special = rf"{lexicon.number}|" if lexicon.number else ""
     return re.compile(
-        rf"(?P<space>{space}|(?:{lexicon.comment})[^\n]*)"
+        rf"(?P<space>\A\xef\xbb\xbf|{space}|(?:{lexicon.comment})[^\n]*)"
         rf"|(?P<number>{special}(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)"
         rf"|(?P<name>[{letter}][\w$\x80-\xff]*)"
         r'|(?P<text>"[^"\n]*"?)'

@@ -190,8 +190,9 @@ def test_another_maker_s_language_is_a_warning(cell, fastcal, tmp_path, monkeypa
     assert "the arm ur5 speaks URScript, and this program is in KRL" in said.err
 
 
-@pytest.mark.parametrize("name", ["a.jbi", "a.pgx", "a.as", "a.pcs", "a.drl", "a.mb5", "a.pdl", "a.kl", "a.tp", "a.urp"])
-def test_a_program_in_a_language_that_is_not_read_is_refused_by_name(cell, fastcal, tmp_path, monkeypatch, name) -> None:
+@pytest.mark.parametrize("ending", ["jbi", "pgx", "as", "pcs", "drl", "mb5", "pdl", "kl", "tp", "urp"])
+def test_a_language_that_is_not_read_is_refused_by_name(cell, fastcal, tmp_path, monkeypatch, ending) -> None:
+    name = f"a.{ending}"
     monkeypatch.chdir(tmp_path)
     Path(name).write_bytes(b"NOP\n\xff\x00")
     said = fastcal("compensate", cell / "ur5_real.yaml", name, "-o", f"b{name[1:]}")

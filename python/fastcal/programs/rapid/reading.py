@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -26,6 +27,7 @@ FloatArray = NDArray[np.float64]
 _POSE_UNITS = ("mm", "mm", "mm", "1", "1", "1", "1")
 _CONFIGURATION = ("cf1", "cf4", "cf6", "cfx")
 _QUATERNION_TOLERANCE = 0.01
+_CONTROLS = re.compile(r"[\x00-\x08\x0e-\x1f\x7f-\x9f]")
 _DISPLACED = "displaced"
 _DISPLACES = {"PDISPSET", "PDISPON", "EOFFSSET", "EOFFSON"}
 _REPLACES = {"PDISPOFF"}
@@ -37,7 +39,12 @@ def read(documents: tuple[Document, ...]) -> Program:
     """The targets of RAPID modules."""
     book = Book(documents, origins=frozenset({"wobj0"}))
     book.tools["tool0"], book.frames["wobj0"] = np.eye(4), np.eye(4)
-    found = [routine for place, document in enumerate(documents) for routine in routines(document.text, place)]
+    found: list[Routine] = []
+    for place, document in enumerate(documents):
+        if len(_CONTROLS.findall(document.text)) > len(document.text) / 20:
+            book.leave(place, 0, "the module", "it is encoded, not plain text; save it from the controller as text")
+        else:
+            found += routines(document.text, place)
     reader = _Reader(book, found, State())
     for routine in found:
         for statement in routine.statements:

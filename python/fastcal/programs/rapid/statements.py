@@ -19,7 +19,7 @@ _WORDS = (
 )
 _RESERVED = frozenset(_WORDS.split())
 _NOTATION = Notation(reserved=_RESERVED, index="{", switches=True)
-_HEADER = re.compile(r"\s*%%%.*?%%%", re.S)
+_HEADER = re.compile(r"(?:\xef\xbb\xbf)?\s*%%%.*?%%%", re.S)
 _NONE: tuple[str, ...] = ()
 _ENDS = {"ENDPROC", "ENDFUNC", "ENDTRAP"}
 _BRANCHES = {"ELSEIF", "ELSE", "CASE", "DEFAULT"}
@@ -94,6 +94,9 @@ class _Module:
 
     def _statement(self) -> None:
         first = self.parser.word
+        if first.text == "%":
+            self._late_call(first)
+            return
         if first.kind != "name":
             raise NotUnderstood(first.start)
         word = first.text.upper()
@@ -228,6 +231,16 @@ class _Module:
         arguments = parser.arguments(";", *_CLOSES, *_BRANCHES, *_ENDS)
         self._end()
         self._add("call", first.text, first, *arguments)
+
+    def _late_call(self, first: Token) -> None:
+        """%"name"% arguments: a call of what only the run knows."""
+        parser, names = self.parser, []
+        while not parser.word.is_any(";", *_CLOSES, *_BRANCHES, *_ENDS) and parser.word.kind != "end":
+            word = parser.next()
+            if word.kind == "name":
+                names.append(Node("name", word.text, word.start, word.end))
+        self._end()
+        self._add("call", "%", first, *names)
 
     def _end(self) -> None:
         """The ; at the end, which may be missing before a word that closes."""
