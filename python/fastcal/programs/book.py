@@ -41,6 +41,7 @@ class Place:
         near: Joints [rad] that its solution is to be nearest to.
         offset: What is added to the target at run time: metres along the frame's axes, NaN where it is not known.
         elements: Of a list.
+        also: May it be something else as well, which only the run knows?
     """
 
     targets: tuple[int, ...] = ()
@@ -53,6 +54,7 @@ class Place:
     near: tuple[float, ...] | None = None
     offset: tuple[float, float, float] | None = None
     elements: tuple[Place, ...] = ()
+    also: bool = False
 
     @property
     def factors(self) -> tuple[str | FloatArray, ...]:
@@ -80,7 +82,7 @@ def product(first: Place, second: Place) -> Place:
     """
     before = first.factors
     if second.targets and second.is_plain and before:
-        return Place(second.targets, before, first.targets or first.first, second.T)
+        return Place(second.targets, before, first.targets or first.first, second.T, also=second.also)
     if first.targets and first.near is None:
         return replace(first, offset=SOMEWHERE, elements=())
     after = second.factors
@@ -94,7 +96,7 @@ def any_of(places: Sequence[Place]) -> Place:
     if not places or not all(place.is_plain for place in places):
         return NOWHERE
     targets = tuple(dict.fromkeys(target for place in places for target in place.targets))
-    return Place(targets)
+    return Place(targets, also=bool(targets) and any(place.also or not place.targets for place in places))
 
 
 @dataclass
@@ -176,6 +178,9 @@ class Book:
         line = self.line(document, at)
         if place.chain:
             frame = self.chain(f"the product of line {line}", (ACTIVE if frame is None else frame, *place.chain))
+        if place.also:
+            named = " or ".join(self.targets[target].name for target in place.targets)
+            self.leave(document, at, f"what {named} is given at run time", "only the values in the text are changed")
         for target in place.targets:
             if place.first:
                 self._products[len(self.moves)] = place.first

@@ -190,10 +190,13 @@ class _Reader(Walker):
     def _define(self, what: str, to: Node, value: Node, line: int) -> None:
         """TOOL_DATA[1] = {...}: where a tool or a base is, in the whole program."""
         known = self.book.tools if what == "tool" else self.book.frames
-        label = self.place(to).name if to.kind == "index" else None
-        T = self.place(value).T
+        whole = to
+        while whole.kind == "field":
+            whole = whole.parts[0]
+        label = self.place(whole).name
         if label is None:
             return
+        T = None if whole is not to else self.place(value).T
         before = known.get(label)
         if T is None or (isinstance(before, np.ndarray) and not np.array_equal(before, T)):
             self.book.doubt(what, label, f"{what} {label} is changed at run time, in line {line}")
