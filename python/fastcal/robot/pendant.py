@@ -47,7 +47,7 @@ class Pendant:
 
     def shown(self, q: ArrayLike) -> FloatArray:
         """J (..., n) [rad or m], which the controller shows at the chain's q (..., n)."""
-        return _product(np.linalg.inv(self.matrix), np.asarray(q, dtype=float) - self.zero)
+        return _product(np.asarray(np.linalg.inv(self.matrix)), np.asarray(q, dtype=float) - self.zero)
 
 
 def _product(matrix: FloatArray, values: FloatArray) -> FloatArray:

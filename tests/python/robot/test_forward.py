@@ -76,8 +76,8 @@ def expected(spec: Spec, q: Array) -> Array:
         else:
             move = turn(joint["axis"], q[:, i]) if revolute else shift(joint["axis"], q[:, i])
             T = T @ fixed(joint["origin"]) @ move
-    end = {"poe": "home", "urdf": "flange"}.get(spec["kinematics"])
-    return np.asarray(T @ (fixed(spec[end]) if end else np.eye(4)) @ fixed(spec["tool"]))
+    end = "home" if spec["kinematics"] == "poe" else "flange"
+    return np.asarray(T @ (fixed(spec[end]) if end in spec else np.eye(4)) @ fixed(spec["tool"]))
 
 
 def postures(robot: Robot, count: int, seed: int) -> Array:
