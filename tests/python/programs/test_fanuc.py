@@ -78,7 +78,10 @@ def test_what_is_added_at_run_time_goes_along_with_the_target(added) -> None:
         (["L P[1] 100mm/sec FINE", "PR[4]=P[2]"], ["'PR[4]=P[2]' uses it otherwise than to go there"]),
         (["J P[2] 9% FINE", "L P[2] 9mm/sec FINE INC"], ["the move goes on by it as an increment"]),
         (["CALL GO(P[2],1)"], ["'CALL GO(P[2],1)' uses it otherwise than to go there"]),
-        (["Independent GP", "  :  GP1,JP 100% FINE P[2]"], ["'Independent GP ; GP1,JP 100% FINE P[2]' uses it otherwise"]),
+        (
+            ["Independent GP", "  :  GP1,JP 100% FINE P[2]"],
+            ["'Independent GP ; GP1,JP 100% FINE P[2]' uses it otherwise"],
+        ),
     ],
 )
 def test_a_use_that_is_not_understood_leaves_the_target(lines, sentences) -> None:

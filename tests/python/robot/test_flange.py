@@ -72,9 +72,7 @@ def test_loads_hang_on_the_flange() -> None:
     T = pose(ASKEW)
     turned = T[:3, :3] @ com + T[:3, 3]
     new = fastcal.load_robot(spec | {"flange": ASKEW, "tool": TOOL, "payload": {"com_mm": (com * 1e3).tolist()}})
-    plain = fastcal.load_robot(
-        spec | {"tool": frame(T @ pose(TOOL)), "payload": {"com_mm": (turned * 1e3).tolist()}}
-    )
+    plain = fastcal.load_robot(spec | {"tool": frame(T @ pose(TOOL)), "payload": {"com_mm": (turned * 1e3).tolist()}})
     q = fastcal.random_poses(new, 20, seed=2)
     np.testing.assert_allclose(new.forward(q, payload=14.0), plain.forward(q, payload=14.0), atol=1e-12)
     assert np.abs(new.forward(q, payload=14.0) - new.forward(q, payload=0.0)).max() > 1e-5
@@ -92,7 +90,9 @@ def test_a_calibration_identifies_the_tool_from_the_flange() -> None:
 
 @pytest.mark.parametrize("to", ["dh", "mdh", "poe", "urdf"])
 def test_conversions_keep_flange_and_tool(to, tmp_path) -> None:
-    robot = fastcal.load_robot(without(fastcal.load_robot("kuka_kr6_r900").spec, "flange") | {"flange": ASKEW, "tool": TOOL})
+    robot = fastcal.load_robot(
+        without(fastcal.load_robot("kuka_kr6_r900").spec, "flange") | {"flange": ASKEW, "tool": TOOL}
+    )
     found = fastcal.Robot(fastcal.convert(robot, to).spec)
     q = fastcal.random_poses(robot, 20, seed=6)
     np.testing.assert_allclose(found.forward(q), robot.forward(q), atol=1e-11)
@@ -122,9 +122,12 @@ def test_a_file_of_screws_has_its_flange_at_home() -> None:
 def compensated(model: fastcal.Robot, **options: object) -> np.ndarray:
     program = read_program({"A.src": KRL.encode()})
     done = compensate_program(model, program, **options)
-    return np.array([[number.value for number in target.numbers] for target in read_program(
-        {"A.src": done.documents[0].text.encode()}
-    ).targets])
+    return np.array(
+        [
+            [number.value for number in target.numbers]
+            for target in read_program({"A.src": done.documents[0].text.encode()}).targets
+        ]
+    )
 
 
 def test_programs_are_told_from_it_and_a_cell_file_overrides_it() -> None:
@@ -138,7 +141,9 @@ def test_programs_are_told_from_it_and_a_cell_file_overrides_it() -> None:
     # A model of before, given the arm that is shipped now.
     np.testing.assert_allclose(compensated(old(real), nominal=robot, cell=Cell(T_last_flange=T)), mine, atol=1e-3)
     q = fastcal.random_poses(robot, 5, seed=9)
-    np.testing.assert_allclose(nominal_robot(old(real), robot).forward(q), nominal_robot(real, robot).forward(q), atol=1e-12)
+    np.testing.assert_allclose(
+        nominal_robot(old(real), robot).forward(q), nominal_robot(real, robot).forward(q), atol=1e-12
+    )
     assert np.abs(mine - compensated(real, nominal=real)).max() > 0.05
 
 

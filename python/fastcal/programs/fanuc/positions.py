@@ -77,9 +77,7 @@ def _taught(document: Document, place: int, plain: str, index: int, span: tuple[
     for key in keys:
         match = found[key]
         unit = match[3] or ("mm" if key in "XYZ" else "deg")
-        numbers.append(
-            number(document, place, Piece(match[2], match.start(2), match.end(2)), unit, f"{name}, {key}")
-        )
+        numbers.append(number(document, place, Piece(match[2], match.start(2), match.end(2)), unit, f"{name}, {key}"))
     words = {}
     if not joints and (configuration := _CONFIGURATION.search(document.text, *span)):
         words["CONFIG"] = Word(place, configuration.start(1), configuration.end(1), configuration[1])
