@@ -67,7 +67,8 @@ bool is_flange(const Tip& tip) {
 }
 
 /// The frame at which the controller's tools begin in ROS (REP-199), whatever is fixed on it; else the flange, else a
-/// leaf that is called the tool's centre. Empty where none or several are called so.
+/// leaf that is called the tool's centre. Empty where none or several are called so. A file that fastcal wrote has the
+/// robot file's tool as a frame `tool` on its flange, and ends there.
 std::string named_end(const LinkTree& tree, const std::string& base) {
   const auto only = [](const std::vector<Tip>& tips, const auto& fits) {
     const auto moved = [&](const Tip& tip) { return tip.joint_count > 0 && fits(tip); };
@@ -76,6 +77,8 @@ std::string named_end(const LinkTree& tree, const std::string& base) {
   };
   const std::vector<Tip> all = links(tree, base, false);
   std::string name = only(all, [](const Tip& tip) { return is_named(tip, "tool0"); });
+  const auto written = tree.find("tool");
+  if (name.empty() && written != tree.end() && written->second.parent == "flange") return "tool";
   if (name.empty()) name = only(all, is_flange);
   if (name.empty()) name = only(links(tree, base, true), [](const Tip& tip) { return is_named(tip, "tcp"); });
   return name;
