@@ -14,7 +14,7 @@ import operator
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from fastcal.programs.book import NOWHERE, Book, Place, any_of
+from fastcal.programs.book import LARGEST, NOWHERE, Book, Place, any_of
 from fastcal.programs.syntax import Node, Routine, Statement
 
 DEEPEST = 20  # calls within calls
@@ -276,7 +276,11 @@ class Walker:
         return NOWHERE
 
     def number(self, node: Node) -> float | None:
-        """The value of an expression of plain numbers and of names that are given one number only."""
+        """The value of an expression of plain numbers and of names that are given one number only; None beyond sizes."""
+        value = self._value(node)
+        return value if value is not None and abs(value) <= LARGEST else None
+
+    def _value(self, node: Node) -> float | None:
         if node.kind == "number":
             try:
                 return float(node.text)
