@@ -276,7 +276,7 @@ class Walker:
         return NOWHERE
 
     def number(self, node: Node) -> float | None:
-        """The value of an expression of plain numbers and of names that are given one number only; None beyond sizes."""
+        """The value of an expression of plain numbers and of names that are given one number only; else None."""
         value = self._value(node)
         return value if value is not None and abs(value) <= LARGEST else None
 
