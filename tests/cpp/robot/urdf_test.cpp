@@ -171,7 +171,7 @@ TEST(Urdf, TheTipIsChosenWhereThereIsOneWay) {
   const std::string body = link("body") + link("body_tcp") + joint("g", "fixed", "flange", "body") +
                            joint("h", "fixed", "body", "body_tcp");
   EXPECT_EQ(read_urdf(robot(arm + flange + body)).tip_link, "flange");
-  const std::string own = link("tool") + joint("t", "fixed", "flange", "tool");  // as fastcal writes a robot's tool
+  const std::string own = link("tool") + joint("k", "fixed", "flange", "tool");  // as fastcal writes a robot's tool
   EXPECT_EQ(read_urdf(robot(arm + flange + own)).tip_link, "tool");
   EXPECT_EQ(read_urdf(robot(arm + standard + link("flange") + joint("f", "fixed", "upper", "flange"))).tip_link,
             "tool0");
