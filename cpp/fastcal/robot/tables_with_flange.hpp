@@ -8,8 +8,8 @@
 
 namespace fastcal {
 
-/// As the builders without it, with link_n at the pose `flange` in the frame of the last row. Bodies and the last link's
-/// beam stay those of the row.
+/// As the builders without it, with link_n at the pose `flange` in the frame of the last row. Bodies and the last
+/// link's beam stay those of the row.
 RobotModel build_dh(RobotDescription description, const RowMatrixXd& rows, const Pose& flange);
 RobotModel build_mdh(RobotDescription description, const RowMatrixXd& rows, const Pose& flange);
 

@@ -168,8 +168,8 @@ TEST(Urdf, TheTipIsChosenWhereThereIsOneWay) {
   EXPECT_EQ(read_urdf(robot(arm + standard + gripper)).tip_link, "tool0");
   EXPECT_EQ(read_urdf(robot(arm + standard + gripper)).joints.size(), 1U);
   const std::string flange = link("flange") + joint("e", "fixed", "upper", "flange");
-  const std::string body = link("body") + link("body_tcp") + joint("g", "fixed", "flange", "body") +
-                           joint("h", "fixed", "body", "body_tcp");
+  const std::string body =
+      link("body") + link("body_tcp") + joint("g", "fixed", "flange", "body") + joint("h", "fixed", "body", "body_tcp");
   EXPECT_EQ(read_urdf(robot(arm + flange + body)).tip_link, "flange");
   const std::string own = link("tool") + joint("k", "fixed", "flange", "tool");  // as fastcal writes a robot's tool
   EXPECT_EQ(read_urdf(robot(arm + flange + own)).tip_link, "tool");
