@@ -31,7 +31,7 @@ def check_columns(robot: Robot, data: Dataset, *, as_read: bool = False) -> list
     suspicion = plausible(data, bare, bare.forward)
     if suspicion is None:
         return []
-    if as_read:
+    if as_read or not suspicion.refused:
         return [suspicion.message]
     raise InvalidInput(f"{data.source}: {suspicion.message}; {ACCEPT}")
 

@@ -34,7 +34,7 @@ NEGLIGIBLE_SHARE = 1e-4  # of the reach; what misses by less has been read as it
 SEVERAL_SHARE = 2e-3  # of the reach; what misses by more is read with several things changed as well
 NEGLIGIBLE_TURN = 3e-3  # [rad] the same for orientations
 SEVERAL_TURN = 0.1  # [rad]
-FITS = 0.02  # of the reach; a reading that leaves more explains nothing
+FITS = 0.01  # of the reach; a reading that leaves more explains nothing
 MASTERED = to_si(10.0, "deg")  # zeros nearer than this are for the calibration to identify
 BETTER_BY = 5.0
 SIMILAR = 1.5  # readings this close to the best one can't be distinguished from it
@@ -43,6 +43,7 @@ MOST_ROWS = 60
 _BOUND_ROWS = 30
 _FITTED = 48  # readings of the least bounds
 _AT_ONCE = 512
+_AWAY = 5.0  # medians of the distances from the middle of all points
 _MORE_COMPLEX = 2.0  # changes by which a reading that fits alike may exceed the simplest and still be told
 _OTHERS = 3
 
@@ -59,6 +60,7 @@ class Suspicion:
         reach: The robot's reach [m].
         what: What was held against the robot: points or orientations.
         write: What to write in place of each joint.
+        refused: The data are not to be used so; else a robust fit does without the rows concerned.
     """
 
     meant: str
@@ -68,6 +70,7 @@ class Suspicion:
     reach: float
     what: str = "points"
     write: tuple[str, ...] = ()
+    refused: bool = True
 
     @property
     def message(self) -> str:
@@ -132,29 +135,35 @@ class Points:
         """Base and tool of a reading, and the zeros of the joints `free`."""
         return fitted(self.poses, reading.q, reading.position, free)
 
-    def suspicion(self) -> Suspicion | None:
-        """What was probably meant, where it is another reading."""
+    def suspicion(self, *, several: bool = False) -> Suspicion | None:
+        """What was probably meant, where it is another reading; with `several`, one with more than two changes too."""
         if self.as_read is None or self.as_read.rms <= NEGLIGIBLE_SHARE * self.robot.reach:
             return None
         as_read, spread = self.as_read.rms, spread_of(self.sources[0].position)
-        near = self.robot.reach * SEVERAL_SHARE
-        least = as_read
-        worth = self._worth_fitting(self.joints.simple, None, min(1.0, least / spread) / BETTER_BY)
-        if worth or least > near:
-            mastered = self.frames(Reading(self.sources[0], self.joints.as_read), self.joints.shiftable)
-            if np.abs(mastered.zero).max() < MASTERED:
-                least = min(least, mastered.rms)
+        reach = self.robot.reach
+        worth = self._worth_fitting(self.joints.simple, None, min(1.0, as_read / spread) / BETTER_BY)
+        if not worth and as_read <= SEVERAL_SHARE * reach:
+            return None
+        least = self._mastered(as_read)
         to_beat = min(1.0, least / spread) / BETTER_BY
-        found = [self._fitted(reading) for reading in worth]
-        if found or least > near:
-            found += map(self._fitted, self._worth_fitting(self.joints.near, None, to_beat, among=_FITTED))
-        if least > near and not any(each.share < to_beat and each.misfit < near for each in found):
-            found += map(self._fitted, self._worth_fitting(self.joints.several, self.joints.pairs, to_beat, _FITTED))
-        found = [each for each in found if each.misfit < FITS * self.robot.reach]
-        return best(found, to_beat, lambda rms: f"{from_si(rms, 'mm'):.4g} mm", as_read, self.robot.reach, "points")
+        worth += self._worth_fitting(self.joints.near, None, to_beat, better=True)
+        if several:
+            worth += self._worth_fitting(self.joints.several, self.joints.pairs, to_beat, better=True)
+        found = [each for reading in worth if (each := self._fitted(reading)).misfit < FITS * reach]
+        return best(found, to_beat, lambda rms: f"{from_si(rms, 'mm'):.4g} mm", as_read, reach, "points")
+
+    @property
+    def far_off(self) -> bool:
+        """Are the points, as read, farther off than any nominal arm is?"""
+        return self.as_read is not None and self.as_read.rms > FITS * self.robot.reach
+
+    def _mastered(self, as_read: float) -> float:
+        """What the columns as read leave when zeros that are near nominal are moved [m]."""
+        frames = self.frames(Reading(self.sources[0], self.joints.as_read), self.joints.shiftable)
+        return min(as_read, frames.rms) if np.abs(frames.zero).max() < MASTERED else as_read
 
     def _worth_fitting(
-        self, own: JointMaps, others: JointMaps | None, to_beat: float, among: int | None = None
+        self, own: JointMaps, others: JointMaps | None, to_beat: float, better: bool = False
     ) -> list[Reading]:
         """Readings of which bounds leave it possible that they beat, or are similar to, one that beats what is read.
 
@@ -162,16 +171,16 @@ class Points:
             own: Readings of the joints.
             others: The same where points and joints stand otherwise beside each other; None: as read.
             to_beat: A share of the points' spread.
-            among: That many of the least bounds in any case, since gross rows may lie in all alike.
+            better: Those too of which the bound is below that of what is read: gross rows may lie in all bounds alike.
         """
         bounds, readings = [], []
         plain = one_map(self.joints.as_read)
+        as_read = self._bounds(self.sources[0], plain)[0] if better else 0.0
         for source in self.sources:
             maps = plain.and_(own if source is self.sources[0] else others)
             found = self._bounds(source, maps)
-            limit = SIMILAR * to_beat if among is None else np.inf
             for k in np.argsort(found, kind="stable")[:_FITTED].tolist():
-                if found[k] < limit:
+                if found[k] <= max(SIMILAR * to_beat, float(as_read)):
                     bounds.append(float(found[k]))
                     readings.append(Reading(source, maps[k]))
         order = np.argsort(bounds, kind="stable").tolist()
@@ -179,7 +188,8 @@ class Points:
 
     def _bounds(self, source: Source, maps: JointMaps) -> FloatArray:
         """(S,) bounds of all readings of the joints, of some of a source's rows."""
-        q, position = source.q[:_BOUND_ROWS], source.position[:_BOUND_ROWS]
+        near = within(source.position)[:_BOUND_ROWS]
+        q, position = source.q[near], source.position[near]
         parts = []
         for first in range(0, len(maps), _AT_ONCE):
             some = JointMaps(maps.matrices[first : first + _AT_ONCE], maps.zeros[first : first + _AT_ONCE])
@@ -210,7 +220,7 @@ def best(
     least = min((each.share for each in changed), default=np.inf)
     if not least < to_beat:
         return None
-    alike = sorted((each for each in changed if each.share <= SIMILAR * least), key=lambda each: each.cost)
+    alike = sorted((each for each in changed if each.share <= SIMILAR * least), key=lambda each: (each.cost, each.share))
     told: list[Found] = []
     for each in alike:  # one that holds another and something more says nothing new
         if not any(other.parts <= each.parts for other in told):
@@ -236,6 +246,12 @@ def chosen_rows(values: FloatArray) -> NDArray[np.int64] | None:
 
 def spread_of(position: FloatArray) -> float:
     """RMS distance of points (N, 3) from their median [m], rows far off left out."""
+    near = position[within(position)]
+    distances = np.linalg.norm(near - np.median(position, axis=0), axis=1)
+    return max(float(np.sqrt(np.mean(distances**2))), float(np.finfo(np.float64).tiny))
+
+
+def within(position: FloatArray) -> NDArray[np.int64]:
+    """Rows of points (N, 3) that do not lie far away from all others."""
     distances = np.linalg.norm(position - np.median(position, axis=0), axis=1)
-    near = distances[distances <= 6 * np.median(distances)]
-    return max(float(np.sqrt(np.mean(near**2))), float(np.finfo(np.float64).tiny))
+    return np.flatnonzero(distances <= _AWAY * np.median(distances))

@@ -93,6 +93,9 @@ def sources(dataset: Dataset, rows: Rows) -> Iterator[Source]:
         seen_from = -np.einsum("nij,nj->ni", R, position[turned])
         words = "every pose inverted, the point with the orientation (as a camera in the hand sees its target)"
         yield Source(_one("inverse", words), q[turned], seen_from, turned)
+    back = len(dataset) - 1 - rows
+    known = ~np.isnan(position[back]).any(axis=1)
+    yield Source(_one("reverse", "the points in reverse order"), q[rows[known]], position[back[known]], rows[known])
     for step in range(1, _FURTHEST + 1):
         for sign, where in ((1, "lower"), (-1, "higher")):
             kept = rows[(rows + sign * step >= 0) & (rows + sign * step < len(dataset))]

@@ -22,8 +22,8 @@ Poses = Callable[[FloatArray], FloatArray]
 _SCALE = 2.0  # medians of the distances at which a row counts half
 _SOUND = 0.7  # of the rows are taken to be no gross ones
 _FAR = 5.0  # times what those leave at most: farther off, a row is gross
-_ROUNDS = 30
-_CONVERGED = 1e-6  # of the last step [m, rad]
+_ROUNDS = 20
+_CONVERGED = 1e-5  # of the last step [m, rad]
 _LINEAR_ROUNDS = 8
 _STEP = 1e-6  # [rad] of a zero in a difference
 _LARGEST_TURN = 0.5  # [rad] that a step may turn a joint by
@@ -122,22 +122,20 @@ def fitted(poses: Poses, q: FloatArray, position: FloatArray, free: Sequence[int
     h = T[:, :3, 3] + T[:, :3, :3] @ tool
     b = np.median(position - h @ A.T, axis=0)
     zero = np.zeros(q.shape[1])
-    scale, left = np.inf, np.inf
     for _ in range(_ROUNDS):
         h = T[:, :3, 3] + T[:, :3, :3] @ tool
         at = h @ A.T
         r = at + b - position
         distances = np.linalg.norm(r, axis=1)
-        scale = _SCALE * float(np.median(distances)) + _TINY
+        scale = _SCALE * _middle(distances) + _TINY
         J = np.zeros((len(q), 3, 9 + len(free)))
         J[:, :, :3] = -_cross(at)
         J[:, :, 3:6] = np.eye(3)
         J[:, :, 6:9] = A @ T[:, :3, :3]
-        for k, joint in enumerate(free):
-            moved = zero.copy()
-            moved[joint] += _STEP
-            there = poses(q + moved)
-            J[:, :, 9 + k] = (there[:, :3, 3] + there[:, :3, :3] @ tool - h) @ A.T / _STEP
+        if len(free):
+            there = poses((q + zero + _STEP * np.eye(q.shape[1])[list(free), np.newaxis]).reshape(-1, q.shape[1]))
+            moved = (there[:, :3, 3] + there[:, :3, :3] @ tool).reshape(len(free), *h.shape) - h
+            J[:, :, 9:] = (moved @ A.T / _STEP).transpose(1, 2, 0)
         root = 1.0 / np.sqrt(1.0 + (distances / scale) ** 2)
         step = _least_squares((J * root[:, None, None]).reshape(-1, J.shape[2]), -(r * root[:, None]).ravel())
         turned = max(float(np.linalg.norm(step[:3])), float(np.abs(step[9:]).max(initial=0.0)))
@@ -166,8 +164,13 @@ def _robust_linear(T: FloatArray, position: FloatArray) -> tuple[FloatArray, Flo
     for _ in range(_LINEAR_ROUNDS):
         x = _least_squares((system * root).reshape(-1, 15), (t * root).ravel())
         distances = np.linalg.norm(system @ x - t[..., 0], axis=1)
-        root = 1.0 / np.sqrt(1.0 + (distances / (_SCALE * np.median(distances) + _TINY)) ** 2)[:, None, None]
+        root = 1.0 / np.sqrt(1.0 + (distances / (_SCALE * _middle(distances) + _TINY)) ** 2)[:, None, None]
     return x[:9].reshape(3, 3), x[9:12] - x[:9].reshape(3, 3) @ middle, x[12:]
+
+
+def _middle(values: FloatArray) -> float:
+    """The upper median of (N,): quick."""
+    return float(np.partition(values, len(values) // 2)[len(values) // 2])
 
 
 def _least_squares(A: FloatArray, b: FloatArray) -> FloatArray:

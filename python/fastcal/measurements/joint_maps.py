@@ -13,6 +13,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
 from itertools import combinations, permutations
+from math import prod
 from typing import NamedTuple
 
 import numpy as np
@@ -26,8 +27,11 @@ IntArray = NDArray[np.int64]
 QUARTER = to_si(90.0, "deg")
 NEAR_QUARTER = to_si(2.0, "deg")  # a zero this near to a multiple of 90 deg is meant to be it
 SHIFT_COST = 1.25  # of a zero beside a sign: of two readings that fit alike the one with fewer changes is simpler
+FREE_COST = 1.75  # of a zero that is no multiple of 90 deg
 _CHOICES = 3  # joints of which sign and zero change at once beside another change of columns
-_MOST_TURNED = 16_384  # ways to choose signs and zeros alone; with more, fewer joints change at once
+_FINE = 12  # zeros in a turn, from where free ones are fitted
+_WIDE = 7  # joints; of more, fewer change at once
+_MOST_TURNED = 21_000  # ways to choose signs and zeros alone; with more, fewer joints change at once
 
 
 class JointMap(NamedTuple):
@@ -95,7 +99,7 @@ class Joints:
             [
                 self._turned(own, self._choices(1)),
                 self._turned(self._structures(1), self._choices(0)),
-                self._turned(own, self._choices(self.count, signs_only=True)),
+                self._turned(own, self._choices(self.count, zeros=1)),
                 self._turned(own, self._choices(_CHOICES, among=wrist)),
             ]
         )
@@ -116,33 +120,49 @@ class Joints:
     def several(self) -> JointMaps:
         """All choices of signs and zeros, and exchanges, sums and units of columns with some of them."""
         own = np.eye(self.count)[np.newaxis]
+        few = self.count <= _WIDE
         return _once(
             [
                 self._turned(own, self._choices(self.count)),
-                self._turned(self._structures(1), self._choices(2)),
-                self._turned(self._structures(2), self._choices(1)),
-                self._turned(self._structures(3), self._choices(0)),
+                self._turned(self._structures(1), self._choices(2 if few else 1)),
+                self._turned(self._structures(2), self._choices(1 if few else 0)),
+                *([self._turned(self._structures(3), self._choices(0))] if few else []),
+                self._turned(own, self._choices(self.count, signs=False, zeros=_FINE)),
+                self._turned(own, self._choices(2, zeros=_FINE)),
             ]
         )
 
-    def _choices(self, most: int, *, signs_only: bool = False, among: set[int] | None = None) -> IntArray:
-        """(K, n, 2) sign and quarter turns of each joint, where at most `most` joints change; fewer, if too many."""
-        variants = []
+    def _choices(
+        self, most: int, *, signs: bool = True, zeros: int = 4, among: set[int] | None = None
+    ) -> tuple[IntArray, FloatArray]:
+        """(K, n) sign and zero of each joint, where at most `most` joints change; fewer, if too many.
+
+        `zeros` are so many in a turn.
+        """
+        changed = []  # what each joint may be besides (1, 0)
         for joint in range(self.count):
             free = among is None or joint in among
-            quarters = range(4) if free and joint in self.shiftable and not signs_only else (0,)
-            variants.append([(sign, quarter) for sign in ((1, -1) if free else (1,)) for quarter in quarters])
-        grid = np.indices([len(each) for each in variants]).reshape(self.count, -1).T
-        changed = np.count_nonzero(grid, axis=1)
-        while np.count_nonzero(changed <= most) > _MOST_TURNED:
+            steps = range(zeros) if free and joint in self.shiftable else (0,)
+            every = [(sign, step) for sign in ((1, -1) if free and signs else (1,)) for step in steps]
+            changed.append(np.array([each for each in every if each != (1, 0)], dtype=np.int64).reshape(-1, 2))
+        while sum(prod(map(len, some)) for k in range(most + 1) for some in combinations(changed, k)) > _MOST_TURNED:
             most -= 1
-        grid = grid[changed <= most]
-        return np.stack([np.array(each)[grid[:, joint]] for joint, each in enumerate(variants)], axis=1)
+        parts = []
+        for chosen in (some for k in range(most + 1) for some in combinations(range(self.count), k)):
+            sizes = [len(changed[joint]) for joint in chosen]
+            part = np.tile(np.array([1, 0]), (prod(sizes), self.count, 1))
+            for joint, picked in zip(chosen, np.indices((1, *sizes))[1:], strict=True):
+                part[:, joint] = changed[joint][picked.ravel()]
+            parts.append(part)
+        every_choice = np.concatenate(parts)
+        return every_choice[..., 0], 4 * QUARTER / zeros * every_choice[..., 1]
 
-    def _turned(self, structures: FloatArray, choices: IntArray) -> tuple[FloatArray, FloatArray]:
-        """Every structure (B, n, n) with every choice of signs and zeros (K, n, 2), as matrices and zeros."""
-        matrices = choices[np.newaxis, :, :, :1] * structures[:, np.newaxis]
-        zeros = np.broadcast_to(QUARTER * choices[np.newaxis, :, :, 1], matrices.shape[:3])
+    def _turned(
+        self, structures: FloatArray, choices: tuple[IntArray, FloatArray]
+    ) -> tuple[FloatArray, FloatArray]:
+        """Every structure (B, n, n) with every choice of signs and zeros (K, n), as matrices and zeros."""
+        matrices = choices[0][np.newaxis, :, :, np.newaxis] * structures[:, np.newaxis]
+        zeros = np.broadcast_to(choices[1], matrices.shape[:3])
         return matrices.reshape(-1, self.count, self.count), zeros.reshape(-1, self.count)
 
     def _structures(self, changes: int) -> FloatArray:
@@ -246,7 +266,7 @@ class Joints:
             by_size.setdefault(_degrees(float(zero[joint])), []).append(joint)
         return [
             Change(
-                SHIFT_COST * len(joints),
+                (SHIFT_COST if "." not in size else FREE_COST) * len(joints),
                 frozenset(("shift", joint) for joint in joints),
                 f"{_joints(joints)} shifted by {size} deg",
             )
@@ -305,7 +325,7 @@ def _once(parts: list[tuple[FloatArray, FloatArray]]) -> JointMaps:
     """Each map once, but for the columns as they are."""
     matrices, zeros = (np.concatenate(each) for each in zip(*parts, strict=True))
     count = matrices.shape[1]
-    keys = np.ascontiguousarray(np.hstack([matrices.reshape(len(matrices), -1), zeros]) + 0.0)
+    keys = np.ascontiguousarray(np.hstack([matrices.reshape(len(matrices), -1), np.round(zeros, 9)]) + 0.0)
     first = np.unique(keys.view(np.dtype((np.void, keys.dtype.itemsize * keys.shape[1]))), return_index=True)[1]
     plain = (keys == np.concatenate([np.eye(count).ravel(), np.zeros(count)])).all(axis=1)
     chosen = [k for k in sorted(first.tolist()) if not plain[k]]

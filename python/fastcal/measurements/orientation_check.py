@@ -35,7 +35,6 @@ NEGLIGIBLE_TURN = 3e-3  # [rad] what misses by less has been read as it was mean
 SEVERAL_TURN = 0.05  # [rad] what misses by more is read with several things changed as well
 FITS_TURN = to_si(5.0, "deg")  # a reading that leaves more explains nothing
 _BASE_KNOWN = to_si(1.0, "deg")  # to which points must show how the base stands
-_OWN_FRAME = to_si(5.0, "deg")  # by which the frame of orientations is another than that of the points
 _FITTED = 24
 _AT_ONCE = 512
 
@@ -60,8 +59,7 @@ class Turns:
             return None
         to_beat = as_read / BETTER_BY
         found = [*self._conventions(R, to_beat), *self._other_joints(measured, as_read)]
-        if self.base is not None:
-            found.append(self._own_frame(R, measured))
+        found += self._fitted([], R, measured)
         if as_read > SEVERAL_TURN and not any(each.share < to_beat for each in found):
             found += self._both(to_beat)
         found = [each for each in found if each.misfit < FITS_TURN]
@@ -91,8 +89,7 @@ class Turns:
         readings = np.stack([M for _, M in written])
         bounds = turn_bounds(np.broadcast_to(R, readings.shape), readings)
         for k in np.flatnonzero(bounds < SIMILAR * to_beat).tolist():
-            rms = orientation.misfit(R, readings[k], self.base)
-            yield Found([written[k][0]], rms, rms)
+            yield from self._fitted([written[k][0]], R, readings[k])
 
     def _other_joints(self, measured: FloatArray, as_read: float) -> Iterator[Found]:
         joints = self.points.joints
@@ -105,8 +102,8 @@ class Turns:
         )
         for k in np.argsort(bounds, kind="stable")[:_FITTED].tolist():
             if bounds[k] < SIMILAR * as_read / BETTER_BY and self._points_allow(maps[k]):
-                rms = orientation.misfit(self._arm(one_map(maps[k]))[0], measured, self.base)
-                yield Found(joints.changes(maps[k]), rms, rms, tuple(joints.formulas(maps[k])))
+                write = tuple(joints.formulas(maps[k]))
+                yield from self._fitted(joints.changes(maps[k]), self._arm(one_map(maps[k]))[0], measured, write)
 
     def _points_allow(self, joints: JointMap) -> bool:
         """Do the points fit as well with the joints read so?"""
@@ -115,15 +112,20 @@ class Turns:
             return True
         return self.points.frames(Reading(self.points.sources[0], joints)).rms <= SIMILAR * as_read.rms
 
-    def _own_frame(self, R: FloatArray, measured: FloatArray) -> Found:
-        """Orientations of another frame than the points."""
+    def _fitted(
+        self, changes: list[Change], R: FloatArray, measured: FloatArray, write: tuple[str, ...] = ()
+    ) -> Iterator[Found]:
+        """A reading with the base of the points and, where that does not fit, in a frame of its own."""
+        rms = orientation.misfit(R, measured, self.base)
+        yield Found(changes, rms, rms, write)
+        if self.base is None or rms < FITS_TURN:
+            return
         A, _ = orientation.placed(R, measured)
         rms = orientation.misfit(R, measured)
-        turn = float(np.arccos(np.clip((np.trace(A @ np.transpose(self.base)) - 1) / 2, -1.0, 1.0)))
-        if turn < _OWN_FRAME:
-            return Found([], rms, rms)
-        words = f"the orientations in a frame of their own (turned by {from_si(turn, 'deg'):.3g} deg from the points')"
-        return Found([Change(1.5, frozenset({("frame",)}), words)], rms, rms)
+        turn = float(np.arccos(np.clip((np.trace(A @ self.base.T) - 1) / 2, -1.0, 1.0)))
+        if turn > FITS_TURN:
+            words = f"the orientations in a frame of their own (turned by {from_si(turn, 'deg'):.3g} deg from the points')"
+            yield Found([*changes, Change(1.5, frozenset({("frame",)}), words)], rms, rms, write)
 
     def _both(self, to_beat: float) -> Iterator[Found]:
         """Joints and orientations read otherwise."""
@@ -133,9 +135,9 @@ class Turns:
         for index in np.argsort(bounds, kind="stable")[:_FITTED].tolist():
             k, m = divmod(index, len(written))
             if bounds[index] < SIMILAR * to_beat and self._points_allow(maps[k]):
-                rms = orientation.misfit(R[k], written[m][1], self.base)
                 joints = self.points.joints
-                yield Found([*joints.changes(maps[k]), written[m][0]], rms, rms, tuple(joints.formulas(maps[k])))
+                changes = [*joints.changes(maps[k]), written[m][0]]
+                yield from self._fitted(changes, R[k], written[m][1], tuple(joints.formulas(maps[k])))
 
 
 def _base_of(points: Points) -> FloatArray | None:

@@ -4,11 +4,15 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from fastcal.measurements.checks import RobotFacts
 from fastcal.measurements.column_check import Points, Suspicion
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.frame_fit import Poses
 from fastcal.measurements.orientation_check import Turns
+from fastcal.measurements.row_order import MOST_ROWS, Rows
+from fastcal.units import from_si
 
 
 def plausible(dataset: Dataset, robot: RobotFacts, poses: Poses) -> Suspicion | None:
@@ -20,4 +24,27 @@ def plausible(dataset: Dataset, robot: RobotFacts, poses: Poses) -> Suspicion | 
         poses: Poses (N, 4, 4) of the nominal robot at q (N, n), in any base and with any tool.
     """
     points = Points(dataset, robot, poses)
-    return points.suspicion() or Turns(points).suspicion()
+    rows = _rows_of(points)
+    found = points.suspicion() or _order(points, rows)
+    if found is None and points.far_off and (rows is None or rows.block is None):  # else the columns are right in parts
+        found = points.suspicion(several=True)
+    if found is not None and found.refused:
+        return found
+    return Turns(points).suspicion() or found
+
+
+def _rows_of(points: Points) -> Rows | None:
+    position = points.dataset.position
+    if position is None or points.as_read is None:
+        return None
+    whole = np.flatnonzero(~np.isnan(position).any(axis=1))[:MOST_ROWS]
+    return Rows(points.poses, points.dataset.q[whole], position[whole], points.robot.reach, points.as_read)
+
+
+def _order(points: Points, rows: Rows | None) -> Suspicion | None:
+    """Points in rows of other poses."""
+    found = None if rows is None else rows.other_order()
+    if found is None:
+        return None
+    read, better = (f"{from_si(rms, 'mm'):.4g} mm" for rms in (found.as_read, found.better))
+    return Suspicion(found.words, (), read, better, points.robot.reach, refused=not found.few)

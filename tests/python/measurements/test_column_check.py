@@ -179,7 +179,7 @@ def test_a_sliding_joint_is_judged_in_lengths() -> None:
         T[:, :3, 3] = np.column_stack([q[:, 1] * np.cos(q[:, 0]), q[:, 1] * np.sin(q[:, 0]), np.zeros(len(q))])
         return T
 
-    found = guard.plausible(Dataset.from_arrays(q * [1.0, 0.001], position=position), arm, planar, plane_poses)
+    found = guard.plausible(Dataset.from_arrays(q * [1.0, 0.001], position=position), slide, plane_poses)
     assert found is not None
     assert found.meant == "joint 2 in m where they were read in mm"
 
