@@ -36,6 +36,7 @@ NEGLIGIBLE_TURN = 3e-3  # [rad] the same for orientations
 SEVERAL_TURN = 0.1  # [rad]
 FITS = 0.01  # of the reach; a reading that leaves more explains nothing
 MASTERED = to_si(10.0, "deg")  # zeros nearer than this are for the calibration to identify
+DETERMINED = to_si(1.0, "deg")  # to which points must show a zero that is named
 BETTER_BY = 5.0
 SIMILAR = 1.5  # readings this close to the best one can't be distinguished from it
 FEWEST_ROWS = 8  # base and tool alone adapt to 9 numbers, three rows
@@ -121,7 +122,9 @@ class Points:
     """The points of a data set beside the nominal arm."""
 
     def __init__(self, dataset: Dataset, robot: RobotFacts, poses: Poses) -> None:
-        self.robot, self.poses, self.dataset = robot, poses, dataset
+        self.robot, self.poses = robot, poses
+        self.rows = one_set_up(dataset)
+        self.dataset = dataset = dataset if len(self.rows) == len(dataset) else dataset.select(self.rows)
         self.joints = joints_of(tuple(robot.joint_types))
         rows = None if dataset.position is None else chosen_rows(dataset.position)
         self.sources = [] if rows is None else [s for s in sources(dataset, rows) if len(s.q) >= FEWEST_ROWS]
@@ -144,23 +147,23 @@ class Points:
         worth = self._worth_fitting(self.joints.simple, None, min(1.0, as_read / spread) / BETTER_BY)
         if not worth and as_read <= SEVERAL_SHARE * reach:
             return None
-        least = self._mastered(as_read)
+        plain = Reading(self.sources[0], self.joints.as_read)
+        least = min(as_read, self.frames(plain, self.joints.shiftable).rms)
         to_beat = min(1.0, least / spread) / BETTER_BY
         worth += self._worth_fitting(self.joints.near, None, to_beat, better=True)
         if several:
             worth += self._worth_fitting(self.joints.several, self.joints.pairs, to_beat, better=True)
-        found = [each for reading in worth if (each := self._fitted(reading)).misfit < FITS * reach]
+        found = [self._fitted(reading) for reading in worth]
+        if least < as_read / BETTER_BY:  # zeros alone explain the points, and a reading must do so better than these
+            found = [each for each in found if each.share < to_beat] or [self._fitted(plain)]
+            to_beat = min(1.0, as_read / spread) / BETTER_BY
+        found = [each for each in found if each.misfit < FITS * reach]
         return best(found, to_beat, lambda rms: f"{from_si(rms, 'mm'):.4g} mm", as_read, reach, "points")
 
     @property
     def far_off(self) -> bool:
         """Are the points, as read, farther off than any nominal arm is?"""
         return self.as_read is not None and self.as_read.rms > FITS * self.robot.reach
-
-    def _mastered(self, as_read: float) -> float:
-        """What the columns as read leave when zeros that are near nominal are moved [m]."""
-        frames = self.frames(Reading(self.sources[0], self.joints.as_read), self.joints.shiftable)
-        return min(as_read, frames.rms) if np.abs(frames.zero).max() < MASTERED else as_read
 
     def _worth_fitting(
         self, own: JointMaps, others: JointMaps | None, to_beat: float, better: bool = False
@@ -177,7 +180,8 @@ class Points:
         plain = one_map(self.joints.as_read)
         as_read = self._bounds(self.sources[0], plain)[0] if better else 0.0
         for source in self.sources:
-            maps = plain.and_(own if source is self.sources[0] else others)
+            first = source is self.sources[0]
+            maps = own if first else plain.and_(others)
             found = self._bounds(source, maps)
             for k in np.argsort(found, kind="stable")[:_FITTED].tolist():
                 if found[k] <= max(SIMILAR * to_beat, float(as_read)):
@@ -203,7 +207,7 @@ class Points:
         scale = known_scale(scale_of(self.poses(reading.q), reading.position))
         reading = reading._replace(scale=scale)
         free = self.frames(reading, self.joints.shiftable)
-        far = np.abs(free.zero) >= MASTERED
+        far = (np.abs(free.zero) >= MASTERED) & (free.zero_std < DETERMINED)
         moved = JointMap(reading.joints.matrix, reading.joints.zero + np.where(far, free.zero, 0.0))
         reading = reading._replace(joints=moved)
         plain = self.frames(reading)
@@ -228,6 +232,15 @@ def best(
     meant = told[0]
     others = [each.words for each in told[1:] if each.cost <= meant.cost + _MORE_COMPLEX][:_OTHERS]
     return Suspicion(meant.words, tuple(others), text(as_read), text(meant.misfit), reach, what, meant.write)
+
+
+def one_set_up(dataset: Dataset) -> NDArray[np.int64]:
+    """The rows of the station and mount that have most of them: one base and one tool."""
+    labels = [codes for codes in (dataset.station, dataset.mount) if codes is not None]
+    if not labels:
+        return np.arange(len(dataset))
+    group = np.unique(np.stack(labels), axis=1, return_inverse=True)[1].reshape(-1)
+    return np.flatnonzero(group == np.argmax(np.bincount(group)))
 
 
 def one_map(of: JointMap) -> JointMaps:

@@ -83,6 +83,7 @@ class Frames:
         tool: (3,) the point in the last frame [m].
         zero: (n,) that joints were moved by [rad or m].
         distances: (N,) from the points [m].
+        zero_std: (n,) standard deviations of the zeros that were free, else 0 [rad or m].
     """
 
     A: FloatArray
@@ -90,6 +91,7 @@ class Frames:
     tool: FloatArray
     zero: FloatArray
     distances: FloatArray
+    zero_std: FloatArray
 
     @property
     def rms(self) -> float:
@@ -146,8 +148,12 @@ def fitted(poses: Poses, q: FloatArray, position: FloatArray, free: Sequence[int
             T = poses(q + zero)
         if np.linalg.norm(step) < _CONVERGED or not np.isfinite(step).all():
             break
-    frames = Frames(A, b, tool, zero, distances)
-    return Frames(A, b, tool, zero, np.linalg.norm(frames.at(T) - position, axis=1))
+    std = np.zeros(len(zero))
+    if len(free):
+        weighted = (J * root[:, None, None]).reshape(-1, J.shape[2])
+        std[list(free)] = scale / _SCALE * np.sqrt(np.diag(np.linalg.pinv(weighted.T @ weighted))[9:])
+    left = (T[:, :3, 3] + T[:, :3, :3] @ tool) @ A.T + b - position
+    return Frames(A, b, tool, zero, np.linalg.norm(left, axis=1), std)
 
 
 def _robust_linear(T: FloatArray, position: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:

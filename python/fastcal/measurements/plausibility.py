@@ -38,7 +38,7 @@ def _rows_of(points: Points) -> Rows | None:
     if position is None or points.as_read is None:
         return None
     whole = np.flatnonzero(~np.isnan(position).any(axis=1))[:MOST_ROWS]
-    return Rows(points.poses, points.dataset.q[whole], position[whole], points.robot.reach, points.as_read)
+    return Rows(points.poses, points.dataset.q[whole], position[whole], points.as_read, points.robot.reach, points.rows[whole])
 
 
 def _order(points: Points, rows: Rows | None) -> Suspicion | None:

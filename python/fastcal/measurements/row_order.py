@@ -49,10 +49,21 @@ class Order:
 class Rows:
     """The rows of a data set in their order, beside the nominal arm."""
 
-    def __init__(self, poses: Poses, q: FloatArray, position: FloatArray, reach: float, as_read: Frames) -> None:
-        """Joints (N, n) and points (N, 3) of all rows whose point is whole, and the fit of some of them as they are."""
-        self.poses, self.q, self.position, self.reach, self.as_read = poses, q, position, reach, as_read
-        self.T = poses(q)
+    def __init__(
+        self, poses: Poses, q: FloatArray, position: FloatArray, as_read: Frames, reach: float, numbers: IntArray
+    ) -> None:
+        """All rows whose point is whole.
+
+        Args:
+            poses: Of the nominal arm.
+            q: (N, n) joints.
+            position: (N, 3) points.
+            as_read: The fit of some of the rows as they are.
+            reach: [m].
+            numbers: (N,) of the rows, as a reader counts them.
+        """
+        self.poses, self.q, self.position, self.as_read, self.reach = poses, q, position, as_read, reach
+        self.numbers, self.T = numbers, poses(q)
 
     @cached_property
     def block(self) -> Frames | None:
@@ -81,7 +92,7 @@ class Rows:
             return None
         better = float(np.sqrt(np.mean(np.sum((at - position[stands])[known] ** 2, axis=1))))
         few = len(moved) <= _FEW * len(stands)
-        return Order(_words(stands), float(np.sqrt(np.mean(own**2))), better, few)
+        return Order(_words(stands, self.numbers), float(np.sqrt(np.mean(own**2))), better, few)
 
 
 def _rows_of(at: FloatArray, position: FloatArray, near: float) -> IntArray:
@@ -115,17 +126,17 @@ def _block(poses: Poses, q: FloatArray, position: FloatArray, T: FloatArray) -> 
     return frames
 
 
-def _words(stands: IntArray) -> str:
+def _words(stands: IntArray, numbers: IntArray) -> str:
     """Rows that are exchanged, and runs of rows of which the points stand elsewhere."""
     rows = np.arange(len(stands))
     pairs = [(i, int(j)) for i, j in enumerate(stands) if j > i and stands[j] == i]
-    told = [f"rows {i} and {j} exchanged" for i, j in pairs]
+    told = [f"rows {numbers[i]} and {numbers[j]} exchanged" for i, j in pairs]
     left = np.where(np.isin(rows, np.array(pairs, dtype=np.int64).ravel()), rows, stands)
     step = _filled(left - rows, left >= 0)
     ends = np.flatnonzero(np.diff(np.concatenate([[0], step, [0]])))
     for first, end in zip(ends[:-1].tolist(), ends[1:].tolist(), strict=True):
         if step[first]:
-            told.append(_run(first, end - 1, int(step[first]), len(stands)))
+            told.append(_run(first, end - 1, int(step[first]), numbers))
     listed = told[:_TOLD] + ([f"{len(told) - _TOLD} more such places"] if len(told) > _TOLD else [])
     *most, last = listed
     return f"{', '.join(most)} and {last}" if most else last
@@ -140,10 +151,11 @@ def _filled(step: IntArray, known: NDArray[np.bool_]) -> IntArray:
     return np.where(known, step, np.where((before >= 0) & (after < len(step)) & (one == other), one, 0))
 
 
-def _run(first: int, last: int, step: int, count: int) -> str:
+def _run(first: int, last: int, step: int, numbers: IntArray) -> str:
     if first == last:
-        return f"the point of row {first + step} in row {first}"
-    rows = "the points" if (first, last) == (0, count - 1) else f"the points of rows {first} to {last}"
-    rows = f"the points from row {first} on" if first and last >= count - 1 - abs(step) else rows
+        return f"the point of row {numbers[first + step]} in row {numbers[first]}"
+    begin, end = numbers[first], numbers[last]
+    rows = "the points" if (first, last) == (0, len(numbers) - 1) else f"the points of rows {begin} to {end}"
+    rows = f"the points from row {begin} on" if first and last >= len(numbers) - 1 - abs(step) else rows
     much = "one row" if abs(step) == 1 else f"{abs(step)} rows"
     return f"{rows} taken from {much} {'below' if step > 0 else 'above'}"
