@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from fastcal.measurements.checks import RobotFacts
 from fastcal.measurements.column_readings import Reading, Source, known_scale, sources
 from fastcal.measurements.dataset import Dataset
-from fastcal.measurements.frame_fit import Frames, Poses, fitted, point_bounds, scale_of
+from fastcal.measurements.frame_fit import Frames, Poses, base_matrix, fitted, point_bounds
 from fastcal.measurements.joint_maps import Change, JointMap, JointMaps, joints_of
 from fastcal.units import from_si, to_si
 
@@ -41,8 +41,9 @@ BETTER_BY = 5.0
 SIMILAR = 1.5  # readings this close to the best one can't be distinguished from it
 FEWEST_ROWS = 8  # base and tool alone adapt to 9 numbers, three rows
 MOST_ROWS = 60
+MOST_STRETCHED = 1.5  # a base that fits must be, one direction beside another
 _BOUND_ROWS = 30
-_FITTED = 48  # readings of the least bounds
+_FITTED = 32  # readings of the least bounds
 _AT_ONCE = 512
 _AWAY = 5.0  # medians of the distances from the middle of all points
 _MORE_COMPLEX = 2.0  # changes by which a reading that fits alike may exceed the simplest and still be told
@@ -62,6 +63,7 @@ class Suspicion:
         what: What was held against the robot: points or orientations.
         write: What to write in place of each joint.
         refused: The data are not to be used so; else a robust fit does without the rows concerned.
+        where: The rows that are spoken of, where it is not all.
     """
 
     meant: str
@@ -72,6 +74,7 @@ class Suspicion:
     what: str = "points"
     write: tuple[str, ...] = ()
     refused: bool = True
+    where: str = ""
 
     @property
     def message(self) -> str:
@@ -79,9 +82,11 @@ class Suspicion:
         reach = f", with a reach of {from_si(self.reach, 'mm'):.4g} mm" if self.what == "points" else ""
         either = f" (or: {'; or: '.join(self.others)})" if self.others else ""
         write = f"; the chain's joints would be {', '.join(self.write)}" if self.write else ""
+        apart = f"; the rows beside {self.where} do not go with these as well" if self.where else ""
         return (
-            f"the {self.what} do not fit this robot: as read, it misses them by {self.read} RMS after the best fit of "
-            f"base and tool{reach}; with {self.meant} it would be {self.better}{either}{write}; nothing was changed"
+            f"the {self.what} do not fit this robot: as read, it misses them{f' in {self.where}' if self.where else ''} by "
+            f"{self.read} RMS after the best fit of base and tool{reach}; with {self.meant} it would be "
+            f"{self.better}{either}{write}{apart}; nothing was changed"
         )
 
 
@@ -94,12 +99,14 @@ class Found:
         share: What readings are compared by.
         misfit: RMS in m or rad.
         write: What to write for the joints.
+        unmoved: The share without any zero that is fitted.
     """
 
     changes: list[Change]
     share: float
     misfit: float
     write: tuple[str, ...] = ()
+    unmoved: float = np.inf
 
     @property
     def cost(self) -> float:
@@ -122,7 +129,7 @@ class Points:
     """The points of a data set beside the nominal arm."""
 
     def __init__(self, dataset: Dataset, robot: RobotFacts, poses: Poses) -> None:
-        self.robot, self.poses = robot, poses
+        self.robot, self.poses, self._rough = robot, poses, False
         self.rows = one_set_up(dataset)
         self.dataset = dataset = dataset if len(self.rows) == len(dataset) else dataset.select(self.rows)
         self.joints = joints_of(tuple(robot.joint_types))
@@ -150,13 +157,15 @@ class Points:
         plain = Reading(self.sources[0], self.joints.as_read)
         least = min(as_read, self.frames(plain, self.joints.shiftable).rms)
         to_beat = min(1.0, least / spread) / BETTER_BY
-        worth += self._worth_fitting(self.joints.near, None, to_beat, better=True)
+        self._rough = as_read > SEVERAL_SHARE * reach
+        worth = self._worth_fitting(self.joints.near, None, to_beat, better=self._rough)
         if several:
             worth += self._worth_fitting(self.joints.several, self.joints.pairs, to_beat, better=True)
-        found = [self._fitted(reading) for reading in worth]
+        found = [each for reading in worth if (each := self._fitted(reading)) is not None]
         if least < as_read / BETTER_BY:  # zeros alone explain the points, and a reading must do so better than these
-            found = [each for each in found if each.share < to_beat] or [self._fitted(plain)]
             to_beat = min(1.0, as_read / spread) / BETTER_BY
+            found = [each for each in found if each.share < least / spread / BETTER_BY or each.unmoved < to_beat]
+            found.append(self._moved(plain))
         found = [each for each in found if each.misfit < FITS * reach]
         return best(found, to_beat, lambda rms: f"{from_si(rms, 'mm'):.4g} mm", as_read, reach, "points")
 
@@ -180,8 +189,7 @@ class Points:
         plain = one_map(self.joints.as_read)
         as_read = self._bounds(self.sources[0], plain)[0] if better else 0.0
         for source in self.sources:
-            first = source is self.sources[0]
-            maps = own if first else plain.and_(others)
+            maps = plain.and_(own if source is self.sources[0] else others)
             found = self._bounds(source, maps)
             for k in np.argsort(found, kind="stable")[:_FITTED].tolist():
                 if found[k] <= max(SIMILAR * to_beat, float(as_read)):
@@ -202,18 +210,25 @@ class Points:
             parts.append(point_bounds(T, position))
         return np.concatenate(parts)
 
-    def _fitted(self, reading: Reading) -> Found:
-        """A reading in the unit that fits and with zeros that are far off nominal moved; what is then left."""
-        scale = known_scale(scale_of(self.poses(reading.q), reading.position))
-        reading = reading._replace(scale=scale)
-        free = self.frames(reading, self.joints.shiftable)
+    def _fitted(self, reading: Reading) -> Found | None:
+        """A reading in the unit that fits; None where only a base that is no rotation makes it fit."""
+        G = base_matrix(self.poses(reading.q), reading.position)
+        lengths = np.linalg.svd(G, compute_uv=False)
+        if lengths[1] < lengths[0] / MOST_STRETCHED:  # the third is open where points lie in a plane
+            return None
+        size = float(np.sqrt(lengths[0] * lengths[1])) * (-1.0 if np.linalg.det(G) < 0 else 1.0)
+        return self._moved(reading._replace(scale=known_scale(size)))
+
+    def _moved(self, reading: Reading) -> Found:
+        """A reading with zeros that are far off nominal moved, and what is then left."""
+        free = self.frames(reading, self.joints.shiftable if self._rough else ())
         far = (np.abs(free.zero) >= MASTERED) & (free.zero_std < DETERMINED)
         moved = JointMap(reading.joints.matrix, reading.joints.zero + np.where(far, free.zero, 0.0))
         reading = reading._replace(joints=moved)
-        plain = self.frames(reading)
+        plain = self.frames(reading) if self._rough else free
         spread = spread_of(reading.position)
-        share = min(plain.rms, free.rms) / spread
-        return Found(reading.changes(self.joints), share, plain.rms, tuple(self.joints.formulas(moved)))
+        share, unmoved = min(plain.rms, free.rms) / spread, np.inf if far.any() else plain.rms / spread
+        return Found(reading.changes(self.joints), share, plain.rms, tuple(self.joints.formulas(moved)), unmoved)
 
 
 def best(

@@ -109,10 +109,9 @@ class Frames:
         return np.asarray((T[:, :3, 3] + T[:, :3, :3] @ self.tool) @ self.A.T + self.b)
 
 
-def scale_of(T: FloatArray, position: FloatArray) -> float:
-    """How many times larger the arm (N, 4, 4) is than the points (N, 3); negative where these are mirrored."""
-    volume = float(np.linalg.det(_robust_linear(T, position)[0]))
-    return float(np.sign(volume) * np.abs(volume) ** (1 / 3))
+def base_matrix(T: FloatArray, position: FloatArray) -> FloatArray:
+    """The matrix G (3, 3) that stands for the base: a rotation in another unit, or mirrored, where a reading is right."""
+    return _robust_linear(T, position)[0]
 
 
 def fitted(poses: Poses, q: FloatArray, position: FloatArray, free: Sequence[int] = ()) -> Frames:

@@ -54,7 +54,7 @@ class Turns:
             return None
         measured = orientation.of_quaternion(self.data.rotation[self.rows])
         R = self._arm(one_map(self.points.joints.as_read))[0]
-        as_read = orientation.misfit(R, measured, self.base)
+        as_read = next(self._fitted([], R, measured)).misfit
         if as_read <= NEGLIGIBLE_TURN:
             return None
         to_beat = as_read / BETTER_BY
@@ -115,17 +115,16 @@ class Turns:
     def _fitted(
         self, changes: list[Change], R: FloatArray, measured: FloatArray, write: tuple[str, ...] = ()
     ) -> Iterator[Found]:
-        """A reading with the base of the points and, where that does not fit, in a frame of its own."""
-        rms = orientation.misfit(R, measured, self.base)
-        yield Found(changes, rms, rms, write)
-        if self.base is None or rms < FITS_TURN:
-            return
+        """A reading with the base that the points show, which is nominal, or in a frame of its own where that is far."""
         A, _ = orientation.placed(R, measured)
         rms = orientation.misfit(R, measured)
-        turn = float(np.arccos(np.clip((np.trace(A @ self.base.T) - 1) / 2, -1.0, 1.0)))
+        turn = 0.0 if self.base is None else orientation.angle(A @ self.base.T)
         if turn > FITS_TURN:
+            fixed = orientation.misfit(R, measured, self.base)
+            yield Found(changes, fixed, fixed, write)
             words = f"the orientations in a frame of their own (turned by {from_si(turn, 'deg'):.3g} deg from the points')"
-            yield Found([*changes, Change(1.5, frozenset({("frame",)}), words)], rms, rms, write)
+            changes = [*changes, Change(1.5, frozenset({("frame",)}), words)]
+        yield Found(changes, rms, rms, write)
 
     def _both(self, to_beat: float) -> Iterator[Found]:
         """Joints and orientations read otherwise."""

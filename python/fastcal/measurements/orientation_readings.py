@@ -99,6 +99,11 @@ def _off(R: FloatArray, measured: FloatArray, A: FloatArray, B: FloatArray) -> F
     return np.asarray(2 * np.arcsin(np.minimum(np.linalg.norm(A @ R @ B - measured, axis=(1, 2)) / np.sqrt(8.0), 1.0)))
 
 
+def angle(R: FloatArray) -> float:
+    """Of one rotation (3, 3) [rad]."""
+    return float(2 * np.arcsin(min(np.linalg.norm(R - np.eye(3)) / np.sqrt(8.0), 1.0)))
+
+
 def inverse(R: FloatArray) -> FloatArray:
     """The transposes."""
     return np.swapaxes(R, 1, 2)

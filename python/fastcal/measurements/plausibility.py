@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from fastcal.measurements.checks import RobotFacts
@@ -13,6 +15,9 @@ from fastcal.measurements.frame_fit import Poses
 from fastcal.measurements.orientation_check import Turns
 from fastcal.measurements.row_order import MOST_ROWS, Rows
 from fastcal.units import from_si
+
+PART = 20  # rows that are looked at by themselves
+MOST_PARTS = 6
 
 
 def plausible(dataset: Dataset, robot: RobotFacts, poses: Poses) -> Suspicion | None:
@@ -27,10 +32,21 @@ def plausible(dataset: Dataset, robot: RobotFacts, poses: Poses) -> Suspicion | 
     rows = _rows_of(points)
     found = points.suspicion() or _order(points, rows)
     if found is None and points.far_off and (rows is None or rows.block is None):  # else the columns are right in parts
-        found = points.suspicion(several=True)
+        found = points.suspicion(several=True) or _in_parts(points)
     if found is not None and found.refused:
         return found
     return Turns(points).suspicion() or found
+
+
+def _in_parts(points: Points) -> Suspicion | None:
+    """What explains a run of neighbouring rows, where the tracker moved or rows slipped as well."""
+    starts = range(0, len(points.rows) - PART + 1, PART // 2)
+    for first in list(starts)[:: max(1, len(starts) // MOST_PARTS)]:
+        rows = np.arange(first, first + PART)
+        found = Points(points.dataset.select(rows), points.robot, points.poses).suspicion()
+        if found is not None:
+            return replace(found, where=f"rows {points.rows[first]} to {points.rows[rows[-1]]}")
+    return None
 
 
 def _rows_of(points: Points) -> Rows | None:

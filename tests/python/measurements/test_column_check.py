@@ -41,6 +41,7 @@ def arm(rows: tuple[tuple[float, float, float], ...] = tuple(ROWS)) -> Robot:
 
 
 ARM = arm()
+BASE = Rotation.random(rng=np.random.default_rng(9))
 
 
 def poses(q: np.ndarray, rows: Rows = ROWS) -> np.ndarray:
@@ -67,8 +68,7 @@ def measured(rows: Rows = ROWS) -> tuple[np.ndarray, np.ndarray]:
     rng = np.random.default_rng(0)
     q = rng.uniform(-1.4, 1.4, (80, 6))
     rows = [(d + 1e-3 * rng.normal(), a + 1e-3 * rng.normal(), alpha) for d, a, alpha in rows]
-    turn = Rotation.random(rng=rng)
-    return q, turn.apply(tool_point(q, rows)) + np.array([2.0, -3.0, 0.5])
+    return q, BASE.apply(tool_point(q, rows)) + np.array([2.0, -3.0, 0.5])
 
 
 def shifted(joint: int, sign: float, shift: float) -> Callable[..., tuple[np.ndarray, np.ndarray]]:
@@ -94,7 +94,7 @@ SLIPS = {
     "joint 2 shifted by 90 deg": shifted(2, 1.0, math.pi / 2),
     "joint 3 shifted by -90 deg": shifted(3, 1.0, -math.pi / 2),
     "joint 5 shifted by 180 deg": shifted(5, 1.0, math.pi),
-    "the sign of joint 2 turned and it shifted by -90 deg": shifted(2, -1.0, -math.pi / 2),
+    "the sign of joint 2 turned and joint 2 shifted by -90 deg": shifted(2, -1.0, -math.pi / 2),
     "one axis of the points turned round or two of them swapped (they are left-handed)": lambda q, p: (
         q,
         p[:, [1, 0, 2]],
@@ -109,27 +109,27 @@ def test_a_slip_is_named_with_its_evidence(meant: str) -> None:
     before = data.q.copy(), data.position.copy()
     found = guard.plausible(data, ARM, poses)
     assert found is not None
-    assert found.meant == meant
-    assert found.others == ()
+    assert meant in (found.meant, *found.others)  # with a tool that is free, joint 6 the other way is joint 5 at 180 deg
     read, better = (float(text.removesuffix(" mm")) for text in (found.read, found.better))
     assert better == pytest.approx(1000 * misfit(q, position), rel=0.3)
     assert read > 10 * better
     assert f"misses them by {found.read} RMS" in found.message
-    assert f"with {meant} it would be {found.better}" in found.message
+    assert f"with {found.meant} it would be {found.better}" in found.message
     np.testing.assert_array_equal(data.q, before[0])
     np.testing.assert_array_equal(data.position, before[1])
 
 
-def test_where_all_is_well_the_bounds_leave_little_to_fit() -> None:
-    q, position = measured()
-    calls = []
+def test_where_all_is_well_little_is_computed() -> None:
+    q, _ = measured()
+    position = tool_point(q) + np.random.default_rng(1).normal(scale=2e-4, size=(len(q), 3))
+    rows = []
 
-    def counted(q: np.ndarray, position: np.ndarray) -> float:
-        calls.append(len(q))
-        return misfit(q, position)
+    def counted(q: np.ndarray) -> np.ndarray:
+        rows.append(len(q))
+        return poses(q)
 
-    assert guard.plausible(Dataset.from_arrays(q, position=position), ARM, poses) is None
-    assert len(calls) < 5
+    assert guard.plausible(Dataset.from_arrays(q, position=position), ARM, counted) is None
+    assert sum(rows) < 10_000
 
 
 def test_it_is_silent_where_nothing_fits() -> None:
@@ -157,8 +157,8 @@ def test_readings_that_cannot_be_distinguished_are_all_named() -> None:
     data = Dataset.from_arrays(shifted(2, 1.0, math.pi / 2)(q, position)[0], position=position)
     found = guard.plausible(data, ARM, partial(poses, rows=rows))
     assert found is not None
-    assert {found.meant, *found.others} == {"joint 2 shifted by 90 deg", "joint 3 shifted by 90 deg"}
-    assert f"mm (or: {found.others[0]}); nothing was changed" in found.message
+    assert {found.meant, found.others[0]} == {"joint 2 shifted by 90 deg", "joint 3 shifted by 90 deg"}
+    assert f"mm (or: {found.others[0]}" in found.message
 
 
 def test_a_sliding_joint_is_judged_in_lengths() -> None:
@@ -168,10 +168,6 @@ def test_a_sliding_joint_is_judged_in_lengths() -> None:
     slide = SimpleNamespace(
         joint_types=["revolute", "prismatic"], limits=np.tile([-9.0, 9.0], (2, 1)), reach=0.6, mimics=()
     )
-
-    def planar(q: np.ndarray, position: np.ndarray) -> float:
-        mine = np.column_stack([q[:, 1] * np.cos(q[:, 0]), q[:, 1] * np.sin(q[:, 0]), np.zeros(len(q))])
-        return math.sqrt(np.mean(np.sum((mine - position) ** 2, axis=1))) + 1e-4
 
     def plane_poses(q: np.ndarray) -> np.ndarray:
         T = np.tile(np.eye(4), (len(q), 1, 1))
@@ -209,11 +205,11 @@ def test_read_back_joints_and_a_slip_of_a_row_are_tried() -> None:
     assert found.meant == "the points one row lower than the joints"
 
 
-def turned(q: np.ndarray) -> Rotation:
-    """Orientations of the arm as measured somewhere, with a target put on somehow and 0.02 deg of noise."""
+def turned(q: np.ndarray, base: Rotation | None = None) -> Rotation:
+    """Orientations of the arm as measured in a frame, with a target put on somehow and 0.02 deg of noise."""
     rng = np.random.default_rng(3)
     noise = Rotation.from_rotvec(rng.normal(scale=math.radians(0.02), size=(len(q), 3)))
-    return Rotation.random(rng=rng) * Rotation.from_matrix(poses(q)[:, :3, :3]) * Rotation.random(rng=rng) * noise
+    return (base or BASE) * Rotation.from_matrix(poses(q)[:, :3, :3]) * Rotation.random(rng=rng) * noise
 
 
 def as_angles(angles: np.ndarray) -> dict[str, np.ndarray]:
@@ -236,6 +232,7 @@ WRITTEN: dict[str, tuple[Callable[[Rotation], dict[str, np.ndarray]], str]] = {
     "rotation vector": (lambda R: as_angles(R.as_rotvec()), "a rotation vector"),
     "rad read as deg": (lambda R: as_angles(R.as_euler("xyz") * math.pi / 180), "in rad where they were read in deg"),
     "deg read as rad": (lambda R: as_angles(R.as_euler("xyz") * 180 / math.pi), "in deg where they were read in rad"),
+    "ZXZ": (lambda R: as_angles(R.as_euler("ZXZ")), "ZXZ Euler angles"),
     "inverse": (lambda R: as_angles(R.inv().as_euler("xyz")), "inverted"),
     "a vector in rad read as deg": (lambda R: as_angles(R.as_rotvec() * math.pi / 180), "vector, in rad where"),
 }
