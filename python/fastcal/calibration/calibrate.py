@@ -36,7 +36,7 @@ from fastcal.calibration.parameter_table import (
     turn_sigma,
     unknowns_by_owner,
 )
-from fastcal.calibration.postures import check_postures, too_few_postures
+from fastcal.calibration.postures import check_postures, saturated
 from fastcal.calibration.problem import CalibrationProblem, prepare
 from fastcal.calibration.residual_checks import MOST_ROWS, Checks, checked
 from fastcal.calibration.result import CalibrationResult as CalibrationResult
@@ -125,9 +125,7 @@ def calibrate(
     origin = made_by(robot, given, who)
     report = progress or (lambda text: None)
     report("looking at the columns")
-    if parameters is None or len(parameters):
-        check_postures(data)
-    suspected = check_columns(robot, data, as_read=as_read) if checks else []
+    suspected = [*check_postures(data, parameters), *(check_columns(robot, data, as_read=as_read) if checks else [])]
     report("aligning base and tool")
     problem = prepare(
         robot,
@@ -160,9 +158,7 @@ def calibrate(
     if suspected and seen.refusal is not None:  # rows of columns taken as they are agree on nothing: no gross points
         seen = replace(seen, notes=[*seen.notes, seen.refusal], refusal=None)
 
-    few = None
-    if long is None and not priors and found.status == "converged":
-        few = too_few_postures(data, len(found.free))
+    few = saturated(data, found) if long is None and not priors else None
     report("reporting")
     start, model, alignment, names = problem.robot, problem.model, problem.alignment, problem.names
     aligned = moved(start, alignment.T_world_base, alignment.T_flange_tool)

@@ -73,8 +73,8 @@ def _far_orientations(fit: Evaluation) -> str | None:
         return None
     return (
         f"the orientations do not fit this robot: even when calibrated it misses half of them by more than "
-        f"{from_si(median, 'deg'):.3g} deg; are they of this target, in the frame of the points, by the convention that "
-        f"was named, and every one in the row of its pose?"
+        f"{from_si(median, 'deg'):.3g} deg; are they of this target, in the frame of the points, by the convention "
+        f"that was named, and every one in the row of its pose?"
     )
 
 

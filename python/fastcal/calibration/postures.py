@@ -4,9 +4,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal import _core
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.units import to_si
@@ -14,19 +17,20 @@ from fastcal.units import to_si
 _STILL = to_si(0.05, "deg")  # that a joint which is read back may differ by without having moved [rad; m: 0.9 mm]
 
 
-def check_postures(data: Dataset) -> None:
-    """Refuses rows of one and the same posture.
+def check_postures(data: Dataset, parameters: Sequence[str] | None = None) -> list[str]:
+    """Refuses rows of one and the same posture, unless no `parameters` of the arm are asked for; no notes.
 
     Raises:
         InvalidInput: No joint moved in the rows where something was measured, and nothing else varies.
     """
     rows = data.measured
-    if not rows.any() or len(np.unique(states(data)[rows])) > 1:
-        return
-    which = "the only row that was measured" if rows.sum() == 1 else f"all {rows.sum()} measured rows"
+    asked = parameters is None or len(parameters) > 0
+    if not (asked and rows.any()) or len(np.unique(states(data)[rows])) > 1:
+        return []
+    which = "the only measured row shows" if rows.sum() == 1 else f"all {rows.sum()} measured rows show"
     raise InvalidInput(
-        f"{data.source}: no joint moved: {which} {'shows' if rows.sum() == 1 else 'show'} one and the same posture, from "
-        f"which nothing about the arm can be identified; measure different postures (`fastcal design` plans them)"
+        f"{data.source}: no joint moved: {which} one and the same posture, from which nothing about the arm can be "
+        f"identified; measure different postures (`fastcal design` plans them)"
     )
 
 
@@ -35,6 +39,11 @@ def states(data: Dataset) -> NDArray[np.int64]:
     parts = [np.round(data.q / _STILL), data.payload[:, np.newaxis]]
     parts += [] if data.wrench is None else [data.wrench]
     return np.asarray(np.unique(np.hstack(parts), axis=0, return_inverse=True)[1]).reshape(-1)
+
+
+def saturated(data: Dataset, found: _core.Identification) -> str | None:
+    """Why a fit that converged says nothing about the arm; None where it does."""
+    return too_few_postures(data, len(found.free)) if found.status == "converged" else None
 
 
 def too_few_postures(data: Dataset, parameters: int) -> str | None:
@@ -48,8 +57,8 @@ def too_few_postures(data: Dataset, parameters: int) -> str | None:
     count = int(np.sum(most > 0))
     repeats = ", and repeats only say how large the noise is" if different < numbers.sum() else ""
     return (
-        f"{measured} rows show {'only ' if repeats else ''}{count} different postures: they hold {different} independent "
-        f"numbers, which the {parameters} parameters that are identified fit whatever they are{repeats}; measure more "
+        f"{measured} rows show {'only ' if repeats else ''}{count} different postures: they hold {different} "
+        f"independent numbers, which the {parameters} parameters that are identified fit whatever they are{repeats}; measure more "
         f"postures (`fastcal design` plans them)"
     )
 

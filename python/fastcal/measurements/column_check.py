@@ -83,9 +83,9 @@ class Suspicion:
         either = f" (or: {'; or: '.join(self.others)})" if self.others else ""
         write = f"; the chain's joints would be {', '.join(self.write)}" if self.write else ""
         apart = f"; the rows beside {self.where} do not go with these as well" if self.where else ""
+        them = f"them in {self.where}" if self.where else "them"
         return (
-            f"the {self.what} do not fit this robot: as read, it misses them{f' in {self.where}' if self.where else ''} by "
-            f"{self.read} RMS after the best fit of base and tool{reach}; with {self.meant} it would be "
+            f"the {self.what} do not fit this robot: as read, it misses {them} by {self.read} RMS after the best fit of base and tool{reach}; with {self.meant} it would be "
             f"{self.better}{either}{write}{apart}; nothing was changed"
         )
 
@@ -203,8 +203,7 @@ class Points:
         near = within(source.position)[:_BOUND_ROWS]
         q, position = source.q[near], source.position[near]
         parts = []
-        for first in range(0, len(maps), _AT_ONCE):
-            some = JointMaps(maps.matrices[first : first + _AT_ONCE], maps.zeros[first : first + _AT_ONCE])
+        for some in maps.parts(_AT_ONCE):
             there = some.read(q)
             T = self.poses(there.reshape(-1, q.shape[1])).reshape(*there.shape[:2], 4, 4)
             parts.append(point_bounds(T, position))
@@ -239,9 +238,9 @@ def best(
     least = min((each.share for each in changed), default=np.inf)
     if not least < to_beat:
         return None
-    alike = sorted((each for each in changed if each.share <= SIMILAR * least), key=lambda each: (each.cost, each.share))
+    alike = [each for each in changed if each.share <= SIMILAR * least]
     told: list[Found] = []
-    for each in alike:  # one that holds another and something more says nothing new
+    for each in sorted(alike, key=lambda each: (each.cost, each.share)):  # one that holds another and something more says nothing new
         if not any(other.parts <= each.parts for other in told):
             told.append(each)
     meant = told[0]

@@ -27,7 +27,7 @@ _CONVERGED = 1e-5  # of the last step [m, rad]
 _LINEAR_ROUNDS = 8
 _STEP = 1e-6  # [rad] of a zero in a difference
 _LARGEST_TURN = 0.5  # [rad] that a step may turn a joint by
-_RIDGE = 1e-12
+_RIDGE = 1e-8  # of the squared lengths of columns: above what differences leave where columns depend on one another
 _TINY = float(np.finfo(np.float64).tiny)
 
 
@@ -110,7 +110,7 @@ class Frames:
 
 
 def base_matrix(T: FloatArray, position: FloatArray) -> FloatArray:
-    """The matrix G (3, 3) that stands for the base: a rotation in another unit, or mirrored, where a reading is right."""
+    """The matrix G (3, 3) for the base: where a reading is right a rotation, in another unit or mirrored."""
     return _robust_linear(T, position)[0]
 
 
@@ -150,7 +150,9 @@ def fitted(poses: Poses, q: FloatArray, position: FloatArray, free: Sequence[int
     std = np.zeros(len(zero))
     if len(free):
         weighted = (J * root[:, None, None]).reshape(-1, J.shape[2])
-        std[list(free)] = scale / _SCALE * np.sqrt(np.diag(np.linalg.pinv(weighted.T @ weighted))[9:])
+        size = np.linalg.norm(weighted, axis=0) + _TINY
+        shown = np.linalg.inv((weighted / size).T @ (weighted / size) + _RIDGE * np.eye(len(size)))
+        std[list(free)] = scale / _SCALE * (np.sqrt(np.diag(shown)) / size)[9:]
     left = (T[:, :3, 3] + T[:, :3, :3] @ tool) @ A.T + b - position
     return Frames(A, b, tool, zero, np.linalg.norm(left, axis=1), std)
 

@@ -69,6 +69,11 @@ class JointMaps:
             return self
         return JointMaps(np.concatenate([self.matrices, more.matrices]), np.concatenate([self.zeros, more.zeros]))
 
+    def parts(self, size: int) -> Iterator[JointMaps]:
+        """So many after each other."""
+        for first in range(0, len(self), size):
+            yield JointMaps(self.matrices[first : first + size], self.zeros[first : first + size])
+
     def read(self, q: FloatArray) -> FloatArray:
         """Joint positions (S, N, n) so read, of columns q (N, n) [rad or m]."""
         return np.asarray(q @ self.matrices.swapaxes(1, 2) + self.zeros[:, np.newaxis])
@@ -214,8 +219,7 @@ class Joints:
         moved = [joint for joint in range(self.count) if order[joint] != joint]
         if moved:
             out.append(Change(1.0, frozenset({("order", tuple(order))}), self._order_words(order, moved)))
-        for joint in np.flatnonzero(extra.any(axis=1)).tolist():
-            out.append(self._sum(joint, order[joint], extra[joint]))
+        out += [self._sum(joint, order[joint], extra[joint]) for joint in np.flatnonzero(extra.any(axis=1)).tolist()]
         own = of.matrix[range(self.count), order]
         out += self._unit_changes(np.abs(own))
         turned = np.flatnonzero(own < 0).tolist()

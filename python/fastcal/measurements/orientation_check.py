@@ -96,8 +96,8 @@ class Turns:
         maps = joints.simple if as_read <= SEVERAL_TURN else joints.several if self.base is None else joints.pairs
         bounds = np.concatenate(
             [
-                turn_bounds(self._arm(JointMaps(maps.matrices[k : k + _AT_ONCE], maps.zeros[k : k + _AT_ONCE])), measured)
-                for k in range(0, len(maps), _AT_ONCE)
+                turn_bounds(self._arm(some), measured)
+                for some in maps.parts(_AT_ONCE)
             ]
         )
         for k in np.argsort(bounds, kind="stable")[:_FITTED].tolist():
@@ -115,14 +115,15 @@ class Turns:
     def _fitted(
         self, changes: list[Change], R: FloatArray, measured: FloatArray, write: tuple[str, ...] = ()
     ) -> Iterator[Found]:
-        """A reading with the base that the points show, which is nominal, or in a frame of its own where that is far."""
+        """A reading in the frame of the points, which is nearly known, and where it does not fit in one of its own."""
         A, _ = orientation.placed(R, measured)
         rms = orientation.misfit(R, measured)
         turn = 0.0 if self.base is None else orientation.angle(A @ self.base.T)
         if turn > FITS_TURN:
             fixed = orientation.misfit(R, measured, self.base)
             yield Found(changes, fixed, fixed, write)
-            words = f"the orientations in a frame of their own (turned by {from_si(turn, 'deg'):.3g} deg from the points')"
+            size = from_si(turn, "deg")
+            words = f"the orientations in a frame of their own (turned by {size:.3g} deg from the points')"
             changes = [*changes, Change(1.5, frozenset({("frame",)}), words)]
         yield Found(changes, rms, rms, write)
 

@@ -54,7 +54,8 @@ def _rows_of(points: Points) -> Rows | None:
     if position is None or points.as_read is None:
         return None
     whole = np.flatnonzero(~np.isnan(position).any(axis=1))[:MOST_ROWS]
-    return Rows(points.poses, points.dataset.q[whole], position[whole], points.as_read, points.robot.reach, points.rows[whole])
+    q, reach = points.dataset.q[whole], points.robot.reach
+    return Rows(points.poses, q, position[whole], points.as_read, reach, points.rows[whole])
 
 
 def _order(points: Points, rows: Rows | None) -> Suspicion | None:

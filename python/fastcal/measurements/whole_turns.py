@@ -52,13 +52,13 @@ def unwrapped(q: FloatArray, robot: RobotFacts) -> tuple[FloatArray, list[str]]:
         out[:, joint] = multiplier * out[:, driver] + offset
     for sign, joints in changed.items():
         notes.append(
-            f"{_joints(joints)}: angles beyond the limits are read with a whole turn {sign} (360 deg), which brings all "
-            f"rows within them; the controller seems to give angles modulo a turn"
+            f"{_joints(joints)}: angles beyond the limits are read with a whole turn {sign} (360 deg), which brings "
+            f"all rows within them; the controller seems to give angles modulo a turn"
         )
     if len(doubtful) > 1:
         notes.append(
-            f"{_joints(doubtful)}: all angles lie from 0 to 360 deg, though the limits allow less than 0: were they taken "
-            f"modulo a turn? A wrong ratio would then look like a wave; give them as the controller counts"
+            f"{_joints(doubtful)}: all angles lie from 0 to 360 deg, though the limits allow less than 0: were they "
+            f"taken modulo a turn? A wrong ratio would then look like a wave; give them as the controller counts"
         )
     return out, notes
 

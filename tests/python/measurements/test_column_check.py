@@ -109,7 +109,7 @@ def test_a_slip_is_named_with_its_evidence(meant: str) -> None:
     before = data.q.copy(), data.position.copy()
     found = guard.plausible(data, ARM, poses)
     assert found is not None
-    assert meant in (found.meant, *found.others)  # with a tool that is free, joint 6 the other way is joint 5 at 180 deg
+    assert meant in (found.meant, *found.others)  # with a free tool, joint 6 turned is joint 5 at 180 deg
     read, better = (float(text.removesuffix(" mm")) for text in (found.read, found.better))
     assert better == pytest.approx(1000 * misfit(q, position), rel=0.3)
     assert read > 10 * better
