@@ -58,8 +58,8 @@ def too_few_postures(data: Dataset, parameters: int) -> str | None:
     repeats = ", and repeats only say how large the noise is" if different < numbers.sum() else ""
     return (
         f"{measured} rows show {'only ' if repeats else ''}{count} different postures: they hold {different} "
-        f"independent numbers, which the {parameters} parameters that are identified fit whatever they are{repeats}; measure more "
-        f"postures (`fastcal design` plans them)"
+        f"independent numbers, which the {parameters} parameters that are identified fit whatever they are{repeats}; "
+        f"measure more postures (`fastcal design` plans them)"
     )
 
 

@@ -25,7 +25,7 @@ from fastcal.measurements.checks import RobotFacts
 from fastcal.measurements.column_readings import Reading, Source, known_scale, sources
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.frame_fit import Frames, Poses, base_matrix, fitted, point_bounds
-from fastcal.measurements.joint_maps import Change, JointMap, JointMaps, joints_of
+from fastcal.measurements.joint_maps import Change, JointMap, JointMaps, is_quarter, joints_of
 from fastcal.units import from_si, to_si
 
 FloatArray = NDArray[np.float64]
@@ -35,15 +35,18 @@ SEVERAL_SHARE = 2e-3  # of the reach; what misses by more is read with several t
 NEGLIGIBLE_TURN = 3e-3  # [rad] the same for orientations
 SEVERAL_TURN = 0.1  # [rad]
 FITS = 0.01  # of the reach; a reading that leaves more explains nothing
-MASTERED = to_si(10.0, "deg")  # zeros nearer than this are for the calibration to identify
+MASTERED = to_si(15.0, "deg")  # zeros nearer than this are for the calibration to identify
 DETERMINED = to_si(1.0, "deg")  # to which points must show a zero that is named
 BETTER_BY = 5.0
+BETTER_AT_ONCE = 2.0  # the same before any zero is moved
 SIMILAR = 1.5  # readings this close to the best one can't be distinguished from it
-FEWEST_ROWS = 8  # base and tool alone adapt to 9 numbers, three rows
+FEWEST_ROWS = 8  # of different postures; base and tool alone adapt to 9 numbers, three rows
 MOST_ROWS = 60
 MOST_STRETCHED = 1.5  # a base that fits must be, one direction beside another
 _BOUND_ROWS = 30
+_SAME = to_si(0.2, "deg")  # postures that differ by less are one
 _FITTED = 32  # readings of the least bounds
+_MOST_TWICE = 20_000  # readings that are tried on two parts of the rows, as one of them may hold gross rows
 _AT_ONCE = 512
 _AWAY = 5.0  # medians of the distances from the middle of all points
 _MORE_COMPLEX = 2.0  # changes by which a reading that fits alike may exceed the simplest and still be told
@@ -85,8 +88,9 @@ class Suspicion:
         apart = f"; the rows beside {self.where} do not go with these as well" if self.where else ""
         them = f"them in {self.where}" if self.where else "them"
         return (
-            f"the {self.what} do not fit this robot: as read, it misses {them} by {self.read} RMS after the best fit of base and tool{reach}; with {self.meant} it would be "
-            f"{self.better}{either}{write}{apart}; nothing was changed"
+            f"the {self.what} do not fit this robot: as read, it misses {them} by {self.read} RMS after the best fit "
+            f"of base and tool{reach}; with {self.meant} it would be {self.better}{either}{write}{apart}; "
+            f"nothing was changed"
         )
 
 
@@ -133,7 +137,7 @@ class Points:
         self.rows = one_set_up(dataset)
         self.dataset = dataset = dataset if len(self.rows) == len(dataset) else dataset.select(self.rows)
         self.joints = joints_of(tuple(robot.joint_types))
-        rows = None if dataset.position is None else chosen_rows(dataset.position)
+        rows = None if dataset.position is None else chosen_rows(dataset.position, dataset.q)
         self.sources = [] if rows is None else [s for s in sources(dataset, rows) if len(s.q) >= FEWEST_ROWS]
 
     @cached_property
@@ -166,7 +170,8 @@ class Points:
             to_beat = min(1.0, as_read / spread) / BETTER_BY
             found = [each for each in found if each.share < least / spread / BETTER_BY or each.unmoved < to_beat]
             found.append(self._moved(plain))
-        found = [each for each in found if each.misfit < FITS * reach]
+        most = min(FITS * reach, as_read / BETTER_AT_ONCE)
+        found = [each for each in found if each.misfit < most]
         return best(found, to_beat, lambda rms: f"{from_si(rms, 'mm'):.4g} mm", as_read, reach, "points")
 
     @property
@@ -199,9 +204,15 @@ class Points:
         return [readings[k] for k in order[:_FITTED]]
 
     def _bounds(self, source: Source, maps: JointMaps) -> FloatArray:
-        """(S,) bounds of all readings of the joints, of some of a source's rows."""
-        near = within(source.position)[:_BOUND_ROWS]
-        q, position = source.q[near], source.position[near]
+        """(S,) bounds of all readings of the joints, of some of a source's rows: the lower of two parts' of these."""
+        near = within(source.position)
+        halves = [near[:_BOUND_ROWS]]
+        if len(maps) <= _MOST_TWICE and len(near) >= 2 * _BOUND_ROWS:
+            halves.append(near[_BOUND_ROWS : 2 * _BOUND_ROWS])
+        bounds = [self._bounds_of(source.q[rows], source.position[rows], maps) for rows in halves]
+        return np.asarray(np.min(bounds, axis=0))
+
+    def _bounds_of(self, q: FloatArray, position: FloatArray, maps: JointMaps) -> FloatArray:
         parts = []
         for some in maps.parts(_AT_ONCE):
             there = some.read(q)
@@ -221,7 +232,8 @@ class Points:
     def _moved(self, reading: Reading) -> Found:
         """A reading with zeros that are far off nominal moved, and what is then left."""
         free = self.frames(reading, self.joints.shiftable if self._rough else ())
-        far = (np.abs(free.zero) >= MASTERED) & (free.zero_std < DETERMINED)
+        far = (np.abs(free.zero) >= MASTERED) | ~is_quarter(reading.joints.zero)
+        far &= free.zero_std < DETERMINED
         moved = JointMap(reading.joints.matrix, reading.joints.zero + np.where(far, free.zero, 0.0))
         reading = reading._replace(joints=moved)
         plain = self.frames(reading) if self._rough else free
@@ -240,7 +252,8 @@ def best(
         return None
     alike = [each for each in changed if each.share <= SIMILAR * least]
     told: list[Found] = []
-    for each in sorted(alike, key=lambda each: (each.cost, each.share)):  # one that holds another and something more says nothing new
+    for each in sorted(alike, key=lambda each: (each.cost, each.share)):
+        # One that holds another and something more says nothing new.
         if not any(other.parts <= each.parts for other in told):
             told.append(each)
     meant = told[0]
@@ -262,13 +275,13 @@ def one_map(of: JointMap) -> JointMaps:
     return JointMaps(of.matrix[np.newaxis], of.zero[np.newaxis])
 
 
-def chosen_rows(values: FloatArray) -> NDArray[np.int64] | None:
-    """Up to 60 rows that are whole; None where there are too few to judge by."""
+def chosen_rows(values: FloatArray, q: FloatArray) -> NDArray[np.int64] | None:
+    """Up to 60 rows that are whole, of as many postures q (N, n); None where there are too few to judge by."""
     rows = np.flatnonzero(~np.isnan(values).any(axis=1))
-    if len(rows) < FEWEST_ROWS:
-        return None
     # Scattered and not at equal steps, which may fall in with the steps of a grid.
-    return np.random.default_rng(0).permutation(rows)[:MOST_ROWS]
+    rows = np.random.default_rng(0).permutation(rows)
+    first = np.unique(np.round(q[rows] / _SAME), axis=0, return_index=True)[1]
+    return rows[np.sort(first)][:MOST_ROWS] if len(first) >= FEWEST_ROWS else None
 
 
 def spread_of(position: FloatArray) -> float:

@@ -31,13 +31,13 @@ class Source(NamedTuple):
     """Joints and points of some rows, before the joints are read otherwise and the points in another unit.
 
     Attributes:
-        change: What was changed; None as read.
+        changes: What was changed; none as read.
         q: (M, n) [rad or m].
         position: (M, 3) [m].
         rows: (M,) of the data set.
     """
 
-    change: Change | None
+    changes: list[Change]
     q: FloatArray
     position: FloatArray
     rows: Rows
@@ -68,13 +68,12 @@ class Reading(NamedTuple):
 
     def changes(self, of: Joints) -> list[Change]:
         """What it changes."""
-        out = [] if self.source.change is None else [self.source.change]
-        out += [
+        out = [
             Change(1.0, frozenset({("unit of points", words)}), f"the points in {words}")
             for words, ratio in unit_slips("length")
             if np.isclose(abs(self.scale), ratio)
         ]
-        return [*out, *([MIRRORED] if self.scale < 0 else []), *of.changes(self.joints)]
+        return [*self.source.changes, *out, *([MIRRORED] if self.scale < 0 else []), *of.changes(self.joints)]
 
 
 def sources(dataset: Dataset, rows: Rows) -> Iterator[Source]:
@@ -82,27 +81,35 @@ def sources(dataset: Dataset, rows: Rows) -> Iterator[Source]:
     if dataset.position is None:
         return
     q, position = dataset.q, dataset.position
-    yield Source(None, q[rows], position[rows], rows)
+    yield from _late([], q, position, rows)
     if dataset.q_read is not None:
         read = rows[~np.isnan(dataset.q_read[rows]).any(axis=1)]
         words = "the joint positions read back in place of those commanded"
-        yield Source(_one("read back", words), dataset.q_read[read], position[read], read)
+        yield Source([_one("read back", words)], dataset.q_read[read], position[read], read)
     if dataset.rotation is not None:
-        turned = rows[~np.isnan(dataset.rotation[rows]).any(axis=1)]
-        R = inverse(of_quaternion(dataset.rotation[turned]))
-        seen_from = -np.einsum("nij,nj->ni", R, position[turned])
+        known = ~np.isnan(dataset.rotation).any(axis=1)
+        seen_from = np.full_like(position, np.nan)
+        R = inverse(of_quaternion(dataset.rotation[known]))
+        seen_from[known] = -np.einsum("nij,nj->ni", R, position[known])
         words = "every pose inverted, the point with the orientation (as a camera in the hand sees its target)"
-        yield Source(_one("inverse", words), q[turned], seen_from, turned)
-    back = len(dataset) - 1 - rows
-    known = ~np.isnan(position[back]).any(axis=1)
-    yield Source(_one("reverse", "the points in reverse order"), q[rows[known]], position[back[known]], rows[known])
+        yield from _late([_one("inverse", words)], q, seen_from, rows)
+
+
+def _late(changes: list[Change], q: FloatArray, position: FloatArray, rows: Rows) -> Iterator[Source]:
+    """The points in the rows of their joints, some rows late or early, and in reverse order."""
+    count = len(position)
+    shifted = [(0, "")]
     for step in range(1, _FURTHEST + 1):
-        for sign, where in ((1, "lower"), (-1, "higher")):
-            kept = rows[(rows + sign * step >= 0) & (rows + sign * step < len(dataset))]
-            kept = kept[~np.isnan(position[kept + sign * step]).any(axis=1)]
-            count = "one row" if step == 1 else f"{step} rows"
-            words = f"the points {count} {where}{' than the joints' if sign > 0 else ''}"
-            yield Source(_one(("late", sign * step), words), q[kept], position[kept + sign * step], kept)
+        much = "one row" if step == 1 else f"{step} rows"
+        shifted += [(step, f"the points {much} lower than the joints"), (-step, f"the points {much} higher")]
+    for step, words in shifted:
+        kept = rows[(rows + step >= 0) & (rows + step < count)]
+        kept = kept[~np.isnan(position[kept + step]).any(axis=1)]
+        more = [_one(("late", step), words)] if step else []
+        yield Source([*changes, *more], q[kept], position[kept + step], kept)
+    kept = rows[~np.isnan(position[count - 1 - rows]).any(axis=1)]
+    backwards = _one("reverse", "the points in reverse order")
+    yield Source([*changes, backwards], q[kept], position[count - 1 - kept], kept)
 
 
 def known_scale(scale: float) -> float:

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
-from itertools import combinations, permutations
+from itertools import combinations, permutations, product
 from math import prod
 from typing import NamedTuple
 
@@ -176,9 +176,10 @@ class Joints:
         if changes == 1:
             return np.array([*single, *self._units(), *self._whole_orders()])
         found = {}
-        for chosen in permutations(single, changes) if changes == 2 else combinations(single, changes):
+        pairs = [*permutations(single, 2), *product(self._units(only_all=True), single)]
+        for chosen in pairs if changes == 2 else combinations(single, changes):
             matrix = np.linalg.multi_dot(chosen) if changes > 2 else chosen[0] @ chosen[1]
-            if np.abs(matrix).max() == 1:
+            if len(set(np.abs(matrix).ravel().tolist())) == 2:
                 found[matrix.tobytes()] = matrix
         return np.array(list(found.values())).reshape(-1, self.count, self.count)
 
@@ -197,11 +198,11 @@ class Joints:
                     matrix[joint, joint - 1] = sign
                     yield matrix
 
-    def _units(self) -> Iterator[FloatArray]:
+    def _units(self, *, only_all: bool = False) -> Iterator[FloatArray]:
         for kind, quantity in (("revolute", "angle"), ("prismatic", "length")):
             joints = [joint for joint, found in enumerate(self.types) if found == kind]
             for _, ratio in unit_slips(quantity):
-                for chosen in [joints] * (len(joints) > 1) + [[joint] for joint in joints]:
+                for chosen in [joints] * (len(joints) > 1) + [[joint] for joint in joints] * (not only_all):
                     matrix = np.eye(self.count)
                     matrix[chosen, chosen] = ratio
                     yield matrix
@@ -323,6 +324,11 @@ def unit_slips(kind: str) -> Iterator[tuple[str, float]]:
 def joints_of(types: tuple[str, ...]) -> Joints:
     """The joints of an arm; lists of readings are made once for all arms of a kind."""
     return Joints(types)
+
+
+def is_quarter(zero: FloatArray) -> NDArray[np.bool_]:
+    """Which zeros [rad] are multiples of a quarter turn?"""
+    return np.asarray(np.abs(zero / QUARTER - np.round(zero / QUARTER)) < 1e-9)
 
 
 def _once(parts: list[tuple[FloatArray, FloatArray]]) -> JointMaps:

@@ -44,7 +44,7 @@ class Turns:
 
     def __init__(self, points: Points) -> None:
         self.points, self.data = points, points.dataset
-        rows = None if self.data.rotation is None else chosen_rows(self.data.rotation)
+        rows = None if self.data.rotation is None else chosen_rows(self.data.rotation, self.data.q)
         self.rows = np.zeros(0, dtype=np.int64) if rows is None else rows
         self.base = _base_of(points)
 

@@ -68,7 +68,9 @@ class Rows:
     @cached_property
     def block(self) -> Frames | None:
         """Base and tool of a run of rows that agree; None where there is none, or too few or too many rows."""
-        return _block(self.poses, self.q, self.position, self.T) if 2 * _RUN < len(self.q) <= MOST_ROWS else None
+        if not 2 * _RUN < len(self.q) <= MOST_ROWS:
+            return None
+        return _block(self.poses, self.q, self.position, self.T, self.reach)
 
     def other_order(self) -> Order | None:
         """The order of rows that explains the points, None where they stand in it or where none is found."""
@@ -84,8 +86,10 @@ class Rows:
         elif (own <= 2.0 * near).all():
             return None
         stands = _rows_of(at, position, near)
+        rows = np.arange(len(stands))  # a point that is where it belongs is no other row's, however near that is
+        stands = np.where((stands >= 0) & (stands != rows) & (stands[stands] == stands), -1, stands)
         known = stands >= 0
-        moved = np.flatnonzero(known & (stands != np.arange(len(stands))))
+        moved = np.flatnonzero(known & (stands != rows))
         apart = np.linalg.norm(position - np.median(position, axis=0), axis=1)
         by_chance = len(stands) * (near / np.median(apart)) ** 3
         if not len(moved) or np.mean(known) < _EXPLAINED or by_chance > _CHANCE:
@@ -104,7 +108,7 @@ def _rows_of(at: FloatArray, position: FloatArray, near: float) -> IntArray:
     return np.where(distances[rows, rows] <= 2.0 * near, rows, stands)
 
 
-def _block(poses: Poses, q: FloatArray, position: FloatArray, T: FloatArray) -> Frames | None:
+def _block(poses: Poses, q: FloatArray, position: FloatArray, T: FloatArray, reach: float) -> Frames | None:
     """Base and tool of the run of rows that agree best, as read or some rows late."""
     best = (_CLEAR, 0, 0)
     for late in range(-_LATE, _LATE + 1):
@@ -123,7 +127,7 @@ def _block(poses: Poses, q: FloatArray, position: FloatArray, T: FloatArray) -> 
         if len(more) <= len(rows):
             break
         rows = more
-    return frames
+    return frames if frames.rms <= _NEAR * reach else None
 
 
 def _words(stands: IntArray, numbers: IntArray) -> str:
