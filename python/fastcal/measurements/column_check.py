@@ -49,6 +49,7 @@ _FITTED = 32  # readings of the least bounds
 _MOST_TWICE = 20_000  # readings that are tried on two parts of the rows, as one of them may hold gross rows
 _AT_ONCE = 512
 _AWAY = 5.0  # medians of the distances from the middle of all points
+_EXACT = 1e-6  # share below which readings fit alike
 _MORE_COMPLEX = 2.0  # changes by which a reading that fits alike may exceed the simplest and still be told
 _OTHERS = 3
 
@@ -250,7 +251,7 @@ def best(
     least = min((each.share for each in changed), default=np.inf)
     if not least < to_beat:
         return None
-    alike = [each for each in changed if each.share <= SIMILAR * least]
+    alike = [each for each in changed if each.share <= max(SIMILAR * least, _EXACT)]
     told: list[Found] = []
     for each in sorted(alike, key=lambda each: (each.cost, each.share)):
         # One that holds another and something more says nothing new.

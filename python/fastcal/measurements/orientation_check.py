@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from fastcal.measurements import orientation_readings as orientation
 from fastcal.measurements.column_check import (
     BETTER_BY,
+    NEGLIGIBLE_SHARE,
     SIMILAR,
     Found,
     Points,
@@ -110,7 +111,8 @@ class Turns:
         as_read = self.points.as_read
         if as_read is None:
             return True
-        return self.points.frames(Reading(self.points.sources[0], joints)).rms <= SIMILAR * as_read.rms
+        allowed = max(SIMILAR * as_read.rms, NEGLIGIBLE_SHARE * self.points.robot.reach)
+        return self.points.frames(Reading(self.points.sources[0], joints)).rms <= allowed
 
     def _fitted(
         self, changes: list[Change], R: FloatArray, measured: FloatArray, write: tuple[str, ...] = ()
