@@ -36,6 +36,7 @@ from fastcal.calibration.parameter_table import (
     turn_sigma,
     unknowns_by_owner,
 )
+from fastcal.calibration.postures import check_postures, saturated
 from fastcal.calibration.problem import CalibrationProblem, prepare
 from fastcal.calibration.residual_checks import MOST_ROWS, Checks, checked
 from fastcal.calibration.result import CalibrationResult as CalibrationResult
@@ -124,7 +125,7 @@ def calibrate(
     origin = made_by(robot, given, who)
     report = progress or (lambda text: None)
     report("looking at the columns")
-    suspected = check_columns(robot, data, as_read=as_read) if checks else []
+    suspected = [*check_postures(data, parameters), *(check_columns(robot, data, as_read=as_read) if checks else [])]
     report("aligning base and tool")
     problem = prepare(
         robot,
@@ -157,6 +158,7 @@ def calibrate(
     if suspected and seen.refusal is not None:  # rows of columns taken as they are agree on nothing: no gross points
         seen = replace(seen, notes=[*seen.notes, seen.refusal], refusal=None)
 
+    few = saturated(data, found) if long is None and not priors else None
     report("reporting")
     start, model, alignment, names = problem.robot, problem.model, problem.alignment, problem.names
     aligned = moved(start, alignment.T_world_base, alignment.T_flange_tool)
@@ -201,8 +203,8 @@ def calibrate(
     if long is not None and rows is not None:
         train = judged_on_all(train, rows, long, result_model, **judge)
     return CalibrationResult(
-        status=found.status if seen.refusal is None else "not_converged",
-        message=seen.refusal or found.message,
+        status="too_few_equations" if few else found.status if seen.refusal is None else "not_converged",
+        message=few or seen.refusal or found.message,
         model=result_model,
         nominal=aligned,
         loss=found.loss if loss != "none" else loss,

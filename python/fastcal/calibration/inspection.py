@@ -7,17 +7,17 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from fastcal.calibration.alignment import align
 from fastcal.calibration.evaluation import Evaluation, distances
 from fastcal.errors import InvalidInput
-from fastcal.measurements.column_check import plausible
 from fastcal.measurements.dataset import Dataset
+from fastcal.measurements.plausibility import plausible
 from fastcal.robot.robot import Robot
-from fastcal.units import from_si
+from fastcal.units import from_si, to_si
 
 FloatArray = NDArray[np.float64]
 
 BAD_SHARE = 0.01  # of the reach; calibrated arms miss by a thousandth at most
+BAD_TURN = to_si(5.0, "deg")  # calibrated arms and cameras miss by a degree at most
 ACCEPT = "--as-read (in Python as_read=True) accepts the columns as they are"
 
 
@@ -28,43 +28,54 @@ def check_columns(robot: Robot, data: Dataset, *, as_read: bool = False) -> list
         InvalidInput: Another reading of the columns fits at least five times better; both misfits and what was meant.
     """
     bare = Robot(robot.spec | {"effects": []})
-
-    def misfit(q: FloatArray, position: FloatArray) -> float:
-        found = align(bare, Dataset.from_arrays(q, position=position))
-        return float(found.rms) if found.found else float("inf")
-
-    suspicion = plausible(data, bare, misfit, bare.forward)
+    suspicion = plausible(data, bare, bare.forward)
     if suspicion is None:
         return []
-    if as_read:
+    if as_read or not suspicion.refused:
         return [suspicion.message]
     raise InvalidInput(f"{data.source}: {suspicion.message}; {ACCEPT}")
 
 
 def check_fit(robot: Robot, fit: Evaluation, *, as_read: bool = False) -> list[str]:
-    """Refuses a calibration that explains nothing: half of the rows are still farther off than a part of the reach.
+    """Refuses a calibration that explains nothing: half of the rows are still far off, in place or in orientation.
 
     With `as_read`, a note says so instead.
 
     Raises:
         InvalidInput: The data are of another robot, or no measurements at all.
     """
+    messages = [message for message in (_far_points(robot, fit), _far_orientations(fit)) if message]
+    if messages and not as_read:
+        raise InvalidInput(f"{fit.data.source}: {messages[0]}; {ACCEPT}")
+    return messages
+
+
+def _far_points(robot: Robot, fit: Evaluation) -> str | None:
     limit = BAD_SHARE * robot.reach
     if fit.rows is None and fit.after is not None and 2 * fit.after.mean < limit:
-        return []  # half of some lengths are at most twice their mean
+        return None  # half of some lengths are at most twice their mean
     known = distances(fit.error_after, fit.length_after)
     known = known[~np.isnan(known)]
     median = float(np.median(known)) if len(known) else 0.0
     if median <= limit:
-        return []
+        return None
     miss, reach = (f"{from_si(length, 'mm'):.4g} mm" for length in (median, robot.reach))
-    message = (
+    return (
         f"the points do not fit this robot: even when calibrated it misses half of them by more than {miss}, with a "
         f"reach of {reach}; is it the right robot, with its joints in order and every point in the row of its pose?"
     )
-    if as_read:
-        return [message]
-    raise InvalidInput(f"{fit.data.source}: {message}")
+
+
+def _far_orientations(fit: Evaluation) -> str | None:
+    known = np.zeros(0) if fit.turn_after is None else fit.turn_after[~np.isnan(fit.turn_after)]
+    median = float(np.median(known)) if len(known) else 0.0
+    if median <= BAD_TURN:
+        return None
+    return (
+        f"the orientations do not fit this robot: even when calibrated it misses half of them by more than "
+        f"{from_si(median, 'deg'):.3g} deg; are they of this target, in the frame of the points, by the convention "
+        f"that was named, and every one in the row of its pose?"
+    )
 
 
 def readback_notes(robot: Robot, data: Dataset) -> list[str]:

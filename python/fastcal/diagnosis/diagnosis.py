@@ -15,6 +15,7 @@ from fastcal.calibration.data_notes import shared_row_notes
 from fastcal.calibration.inspection import check_columns, check_fit
 from fastcal.calibration.parallel import each, workers
 from fastcal.calibration.pose_folds import along_a_path
+from fastcal.calibration.postures import check_postures, too_few_postures
 from fastcal.diagnosis import adaptation, grading, rivals, rules, sensitivity, unexplained
 from fastcal.diagnosis.fits import Fit, fit, is_beyond_bounds
 from fastcal.diagnosis.heavy_tails import weighed
@@ -86,6 +87,7 @@ def diagnose(
     data = counted_once(as_data(data, robot))
     test = None if test is None else as_data(test, robot)
     notify("looking at the columns")
+    check_postures(data)
     suspected = check_columns(robot, data, as_read=as_read)
     library = build_library(robot, data, parse_exclusions(exclude, robot))
     with workers(threads):
@@ -120,8 +122,10 @@ def _found(
     rows = searched_rows(trusted, robot)
     looked_at = trusted if rows is None else trusted.select(rows)
     problem = prepared_problem(robot, looked_at, library.names, claimed(looked_at, sigma), threads, library.excluded)
+    plain = fit(problem, [])
+    _refuse_few_postures(looked_at, plain)
     notify("how large the noise is")
-    problem, level = with_estimated_noise(problem, fit(problem, []), sigma)
+    problem, level = with_estimated_noise(problem, plain, sigma)
     moved = all_moved(level.moved, trusted, rows)
     if moved and len(lost) + len(moved) <= rules.MAX_MOVED_SHARE * data.measured.sum():
         notify(f"without {len(moved)} rows that lie off together")
@@ -147,6 +151,14 @@ def _found(
     told = Told(model.state, final, remains, unsure)
     model = rivals.bare(sure) if unsure else model
     return _Found(robot, data, rows, test, search, model, told, library, level, sigma, threads, tuple(lost))
+
+
+def _refuse_few_postures(data: Dataset, plain: Fit) -> None:
+    if too_few_postures(data, len(plain.free)):
+        A, _, row = plain.whitened
+        seen = A[row >= 0] / np.maximum(np.linalg.norm(A[row >= 0], axis=0), np.finfo(np.float64).tiny)
+        if few := too_few_postures(data, int(np.linalg.matrix_rank(seen))):
+            raise InvalidInput(f"{data.source}: {few}")
 
 
 @dataclass(frozen=True, eq=False)

@@ -149,7 +149,8 @@ def dataset_from_table(
     own = RowCounts(robot) if counts is None else counts
     own.add(data.q)
     own.empty_payloads += columns.empty_payloads
-    notes = [*table.notes, *(f"column '{name}' is not known and is kept as it is" for name in foreign), *columns.notes]
+    notes = [*data.notes, *table.notes]
+    notes += [*(f"column '{name}' is not known and is kept as it is" for name in foreign), *columns.notes]
     if counts is None:
         notes += [*own.notes(), *copied_row_notes(data)]
     return replace(

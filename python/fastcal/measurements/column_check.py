@@ -1,41 +1,57 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Finds columns that were meant otherwise: a wrong unit, joints swapped or turned, another convention of orientation.
+"""Finds columns that were meant otherwise: units, signs, zeros, exchanged columns and rows, conventions of orientation.
 
-The nominal robot, laid onto the data by the best rigid base and tool, misses them by its own errors. Every single other
-reading of the columns is tried. One that explains the data at least five times better is what was probably meant; it is
-given with both figures, and nothing is changed. Points are judged first; orientations where the points fit.
+The nominal robot, laid onto the data by the best base and tool, misses them by its own errors. Other readings of the
+columns are tried, with one thing changed and, where the data fit badly, with several. One that explains the data at
+least five times better is what was probably meant; it is given with both figures, and nothing is changed. Points are
+judged first; orientations where the points fit.
 
-Readings of points are compared by RMS misfit / RMS spread of the points, which units of length leave as it is, so that
-shrinking the points explains nothing; a ratio above 1 counts as 1, for the mean of the points does as well. Bounds that
-cost little (`_least_misfits`) leave few readings to be fitted.
+Bounds (`frame_fit`) cost some ten microseconds a reading and leave few to be fitted. Zeros of the joints are fitted
+too, to as-read columns as to all others, since a badly mastered joint is what a calibration is for: it makes no other
+reading better, and is none as long as it stays below `MASTERED`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fastcal.measurements import orientation_readings as orientation
 from fastcal.measurements.checks import RobotFacts
-from fastcal.measurements.column_readings import Reading, other_readings
+from fastcal.measurements.column_readings import Reading, Source, known_scale, sources
 from fastcal.measurements.dataset import Dataset
-from fastcal.units import from_si
+from fastcal.measurements.frame_fit import Frames, Poses, base_matrix, fitted, point_bounds
+from fastcal.measurements.joint_maps import Change, JointMap, JointMaps, is_quarter, joints_of
+from fastcal.units import from_si, to_si
 
 FloatArray = NDArray[np.float64]
-Misfit = Callable[[FloatArray, FloatArray], float]
-Poses = Callable[[FloatArray], FloatArray]
 
 NEGLIGIBLE_SHARE = 1e-4  # of the reach; what misses by less has been read as it was meant
+SEVERAL_SHARE = 2e-3  # of the reach; what misses by more is read with several things changed as well
 NEGLIGIBLE_TURN = 3e-3  # [rad] the same for orientations
+SEVERAL_TURN = 0.1  # [rad]
+FITS = 0.01  # of the reach; a reading that leaves more explains nothing
+MASTERED = to_si(15.0, "deg")  # zeros nearer than this are for the calibration to identify
+DETERMINED = to_si(1.0, "deg")  # to which points must show a zero that is named
 BETTER_BY = 5.0
+BETTER_AT_ONCE = 2.0  # the same before any zero is moved
 SIMILAR = 1.5  # readings this close to the best one can't be distinguished from it
-SCALE_BAND = 2.0  # a unit slip is fitted where the points are this near to its ratio
-FEWEST_ROWS = 8  # base and tool alone adapt to 9 numbers, three rows
+FEWEST_ROWS = 8  # of different postures; base and tool alone adapt to 9 numbers, three rows
 MOST_ROWS = 60
+MOST_STRETCHED = 1.5  # a base that fits must be, one direction beside another
+_BOUND_ROWS = 30
+_SAME = to_si(0.2, "deg")  # postures that differ by less are one
+_FITTED = 32  # readings of the least bounds
+_MOST_TWICE = 20_000  # readings that are tried on two parts of the rows, as one of them may hold gross rows
+_AT_ONCE = 512
+_AWAY = 5.0  # medians of the distances from the middle of all points
+_EXACT = 1e-6  # share below which readings fit alike
+_MORE_COMPLEX = 2.0  # changes by which a reading that fits alike may exceed the simplest and still be told
+_OTHERS = 3
 
 
 @dataclass(frozen=True)
@@ -49,6 +65,9 @@ class Suspicion:
         better: The same with the columns as they were probably meant.
         reach: The robot's reach [m].
         what: What was held against the robot: points or orientations.
+        write: What to write in place of each joint.
+        refused: The data are not to be used so; else a robust fit does without the rows concerned.
+        where: The rows that are spoken of, where it is not all.
     """
 
     meant: str
@@ -57,159 +76,223 @@ class Suspicion:
     better: str
     reach: float
     what: str = "points"
+    write: tuple[str, ...] = ()
+    refused: bool = True
+    where: str = ""
 
     @property
     def message(self) -> str:
         """The suspicion and its evidence in one sentence."""
         reach = f", with a reach of {from_si(self.reach, 'mm'):.4g} mm" if self.what == "points" else ""
-        either = f" (or: {'; '.join(self.others)})" if self.others else ""
+        either = f" (or: {'; or: '.join(self.others)})" if self.others else ""
+        write = f"; the chain's joints would be {', '.join(self.write)}" if self.write else ""
+        apart = f"; the rows beside {self.where} do not go with these as well" if self.where else ""
+        them = f"them in {self.where}" if self.where else "them"
         return (
-            f"the {self.what} do not fit this robot: as read, it misses them by {self.read} RMS after the best fit of "
-            f"base and tool{reach}; with {self.meant} it would be {self.better}{either}; nothing was changed"
+            f"the {self.what} do not fit this robot: as read, it misses {them} by {self.read} RMS after the best fit "
+            f"of base and tool{reach}; with {self.meant} it would be {self.better}{either}{write}{apart}; "
+            f"nothing was changed"
         )
 
 
-def plausible(dataset: Dataset, robot: RobotFacts, misfit: Misfit, poses: Poses) -> Suspicion | None:
-    """Holds measurements against the nominal robot; None where they fit it, or where no other reading fits better.
+@dataclass(frozen=True)
+class Found:
+    """A reading that was fitted: what it changes, and how well it explains the data.
 
-    Args:
-        dataset: Up to 60 of its rows with a whole point, or else with an orientation, are looked at.
-        robot: The nominal arm's joint types and reach.
-        misfit: RMS distance [m] between the nominal robot at q (N, n) and points (N, 3) after the best rigid fit of
-            base and tool.
-        poses: Poses (N, 4, 4) of the nominal robot at q (N, n), in any base and with any tool.
+    Attributes:
+        changes: In words; empty as read.
+        share: What readings are compared by.
+        misfit: RMS in m or rad.
+        write: What to write for the joints.
+        unmoved: The share without any zero that is fitted.
     """
-    return _points(dataset, robot, misfit, poses) or _orientations(dataset, robot, poses)
+
+    changes: list[Change]
+    share: float
+    misfit: float
+    write: tuple[str, ...] = ()
+    unmoved: float = np.inf
+
+    @property
+    def cost(self) -> float:
+        """How far from simple it is."""
+        return sum(change.cost for change in self.changes)
+
+    @property
+    def parts(self) -> frozenset[tuple[object, ...]]:
+        """What it changes."""
+        return frozenset().union(*(change.parts for change in self.changes))
+
+    @property
+    def words(self) -> str:
+        """As it stands after "with"."""
+        *first, last = [change.words for change in self.changes]
+        return f"{', '.join(first)} and {last}" if first else last
 
 
-def _points(dataset: Dataset, robot: RobotFacts, misfit: Misfit, poses: Poses) -> Suspicion | None:
-    if dataset.position is None or (rows := _chosen(dataset.position)) is None:
-        return None
-    q, position = dataset.q[rows], dataset.position[rows]
-    as_read = misfit(q, position)
-    if as_read <= NEGLIGIBLE_SHARE * robot.reach:
-        return None
-    to_beat = min(1.0, as_read / _spread(position)) / BETTER_BY
-    scale = _scale(poses(q), position)
-    readings = [each for each in other_readings(dataset, rows, list(robot.joint_types)) if len(each.q) >= FEWEST_ROWS]
-    found = []
-    for reading in _worth_fitting(readings, scale, to_beat, poses):
-        rms = misfit(reading.q, reading.position)
-        found.append((reading.rank, rms / _spread(reading.position), rms, reading.words))
-    return _best(found, to_beat, robot, lambda rms: f"{from_si(rms, 'mm'):.4g} mm", as_read, "points")
+class Points:
+    """The points of a data set beside the nominal arm."""
+
+    def __init__(self, dataset: Dataset, robot: RobotFacts, poses: Poses) -> None:
+        self.robot, self.poses, self._rough = robot, poses, False
+        self.rows = one_set_up(dataset)
+        self.dataset = dataset = dataset if len(self.rows) == len(dataset) else dataset.select(self.rows)
+        self.joints = joints_of(tuple(robot.joint_types))
+        rows = None if dataset.position is None else chosen_rows(dataset.position, dataset.q)
+        self.sources = [] if rows is None else [s for s in sources(dataset, rows) if len(s.q) >= FEWEST_ROWS]
+
+    @cached_property
+    def as_read(self) -> Frames | None:
+        """Base and tool of the columns as they are; None where there are too few points."""
+        return self.frames(Reading(self.sources[0], self.joints.as_read)) if self.sources else None
+
+    def frames(self, reading: Reading, free: Sequence[int] = ()) -> Frames:
+        """Base and tool of a reading, and the zeros of the joints `free`."""
+        return fitted(self.poses, reading.q, reading.position, free)
+
+    def suspicion(self, *, several: bool = False) -> Suspicion | None:
+        """What was probably meant, where it is another reading; with `several`, one with more than two changes too."""
+        if self.as_read is None or self.as_read.rms <= NEGLIGIBLE_SHARE * self.robot.reach:
+            return None
+        as_read, spread = self.as_read.rms, spread_of(self.sources[0].position)
+        reach = self.robot.reach
+        worth = self._worth_fitting(self.joints.simple, None, min(1.0, as_read / spread) / BETTER_BY)
+        if not worth and as_read <= SEVERAL_SHARE * reach:
+            return None
+        plain = Reading(self.sources[0], self.joints.as_read)
+        least = min(as_read, self.frames(plain, self.joints.shiftable).rms)
+        to_beat = min(1.0, least / spread) / BETTER_BY
+        self._rough = as_read > SEVERAL_SHARE * reach
+        worth = self._worth_fitting(self.joints.near, None, to_beat, better=self._rough)
+        if several:
+            worth += self._worth_fitting(self.joints.several, self.joints.pairs, to_beat, better=True)
+        found = [each for reading in worth if (each := self._fitted(reading)) is not None]
+        if least < as_read / BETTER_BY:  # zeros alone explain the points, and a reading must do so better than these
+            to_beat = min(1.0, as_read / spread) / BETTER_BY
+            found = [each for each in found if each.share < least / spread / BETTER_BY or each.unmoved < to_beat]
+            found.append(self._moved(plain))
+        most = min(FITS * reach, as_read / BETTER_AT_ONCE)
+        found = [each for each in found if each.misfit < most]
+        return best(found, to_beat, lambda rms: f"{from_si(rms, 'mm'):.4g} mm", as_read, reach, "points")
+
+    @property
+    def far_off(self) -> bool:
+        """Are the points, as read, farther off than any nominal arm is?"""
+        return self.as_read is not None and self.as_read.rms > FITS * self.robot.reach
+
+    def _worth_fitting(
+        self, own: JointMaps, others: JointMaps | None, to_beat: float, better: bool = False
+    ) -> list[Reading]:
+        """Readings of which bounds leave it possible that they beat, or are similar to, one that beats what is read.
+
+        Args:
+            own: Readings of the joints.
+            others: The same where points and joints stand otherwise beside each other; None: as read.
+            to_beat: A share of the points' spread.
+            better: Those too of which the bound is below that of what is read: gross rows may lie in all bounds alike.
+        """
+        bounds, readings = [], []
+        plain = one_map(self.joints.as_read)
+        as_read = self._bounds(self.sources[0], plain)[0] if better else 0.0
+        for source in self.sources:
+            maps = plain.and_(own if source is self.sources[0] else others)
+            found = self._bounds(source, maps)
+            for k in np.argsort(found, kind="stable")[:_FITTED].tolist():
+                if found[k] <= max(SIMILAR * to_beat, float(as_read)):
+                    bounds.append(float(found[k]))
+                    readings.append(Reading(source, maps[k]))
+        order = np.argsort(bounds, kind="stable").tolist()
+        return [readings[k] for k in order[:_FITTED]]
+
+    def _bounds(self, source: Source, maps: JointMaps) -> FloatArray:
+        """(S,) bounds of all readings of the joints, of some of a source's rows: the lower of two parts' of these."""
+        near = within(source.position)
+        halves = [near[:_BOUND_ROWS]]
+        if len(maps) <= _MOST_TWICE and len(near) >= 2 * _BOUND_ROWS:
+            halves.append(near[_BOUND_ROWS : 2 * _BOUND_ROWS])
+        bounds = [self._bounds_of(source.q[rows], source.position[rows], maps) for rows in halves]
+        return np.asarray(np.min(bounds, axis=0))
+
+    def _bounds_of(self, q: FloatArray, position: FloatArray, maps: JointMaps) -> FloatArray:
+        parts = []
+        for some in maps.parts(_AT_ONCE):
+            there = some.read(q)
+            T = self.poses(there.reshape(-1, q.shape[1])).reshape(*there.shape[:2], 4, 4)
+            parts.append(point_bounds(T, position))
+        return np.concatenate(parts)
+
+    def _fitted(self, reading: Reading) -> Found | None:
+        """A reading in the unit that fits; None where only a base that is no rotation makes it fit."""
+        G = base_matrix(self.poses(reading.q), reading.position)
+        lengths = np.linalg.svd(G, compute_uv=False)
+        if lengths[1] < lengths[0] / MOST_STRETCHED:  # the third is open where points lie in a plane
+            return None
+        size = float(np.sqrt(lengths[0] * lengths[1])) * (-1.0 if np.linalg.det(G) < 0 else 1.0)
+        return self._moved(reading._replace(scale=known_scale(size)))
+
+    def _moved(self, reading: Reading) -> Found:
+        """A reading with zeros that are far off nominal moved, and what is then left."""
+        free = self.frames(reading, self.joints.shiftable if self._rough else ())
+        far = (np.abs(free.zero) >= MASTERED) | ~is_quarter(reading.joints.zero)
+        far &= free.zero_std < DETERMINED
+        moved = JointMap(reading.joints.matrix, reading.joints.zero + np.where(far, free.zero, 0.0))
+        reading = reading._replace(joints=moved)
+        plain = self.frames(reading) if self._rough else free
+        spread = spread_of(reading.position)
+        share, unmoved = min(plain.rms, free.rms) / spread, np.inf if far.any() else plain.rms / spread
+        return Found(reading.changes(self.joints), share, plain.rms, tuple(self.joints.formulas(moved)), unmoved)
 
 
-def _worth_fitting(readings: list[Reading], scale: float, to_beat: float, poses: Poses) -> list[Reading]:
-    """Those of which bounds leave it possible that they beat, or are similar to, one that beats what is read.
-
-    `scale` is that of the points as read: a slip of the unit shows in it, and the bound can't see it.
-    """
-    worth = [each for each in readings if each.scale != 1.0 and _may_have_scale(each, scale)]
-    unscaled = [each for each in readings if each.scale == 1.0]
-    for count in sorted({len(each.q) for each in unscaled}):  # all of one length at once
-        alike = [each for each in unscaled if len(each.q) == count]
-        T = poses(np.concatenate([each.q for each in alike])).reshape(len(alike), count, 4, 4)
-        least = _least_misfits(T, np.stack([each.position for each in alike]))
-        worth += [
-            each for each, bound in zip(alike, least, strict=True) if bound < SIMILAR * to_beat * _spread(each.position)
-        ]
-    return worth
-
-
-def _may_have_scale(reading: Reading, scale: float) -> bool:
-    if reading.scale < 0.0:
-        return scale <= 0.0 or abs(scale) < 1.0 / SCALE_BAND
-    return not SCALE_BAND**-1 < abs(scale) < SCALE_BAND
-
-
-def _least_misfits(T: FloatArray, position: FloatArray) -> FloatArray:
-    """(S,) bounds [m] that the misfits of S readings are not below, of poses (S, N, 4, 4) and points (S, N, 3)."""
-    system, origin = _linear_in_frames(T, position)
-    Q = np.linalg.qr(system)[0]
-    left = origin - (Q @ (Q.transpose(0, 2, 1) @ origin[..., np.newaxis]))[..., 0]
-    return np.asarray(np.sqrt(np.sum(left**2, axis=1) / T.shape[1]))
-
-
-def _scale(T: FloatArray, position: FloatArray) -> float:
-    """How many times larger the arm (N, 4, 4) is than the points (N, 3); negative where these are mirrored."""
-    system, origin = _linear_in_frames(T[np.newaxis], position[np.newaxis])
-    solution = np.linalg.lstsq(system[0], origin[0], rcond=None)[0]
-    volume = float(np.linalg.det(solution[:9].reshape(3, 3)))
-    return float(np.sign(volume) * np.abs(volume) ** (1 / 3))
-
-
-def _linear_in_frames(T: FloatArray, position: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Equations (S, 3 N, 15) and right sides (S, 3 N) of a base that may be any matrix G (3, 3), and a tool.
-
-    p = A (t + R x) + b is t = G p - c - R x with G = A'; any G in place of a rotation makes it linear in G, c and x.
-    """
-    S, N = T.shape[:2]
-    system = np.zeros((S, N, 3, 15))
-    for axis in range(3):
-        system[:, :, axis, 3 * axis : 3 * axis + 3] = position - position.mean(axis=1, keepdims=True)
-        system[:, :, axis, 9 + axis] = 1.0
-    system[..., 12:] = T[..., :3, :3]
-    return system.reshape(S, 3 * N, 15), np.ascontiguousarray(T[..., :3, 3]).reshape(S, 3 * N)
-
-
-def _orientations(dataset: Dataset, robot: RobotFacts, poses: Poses) -> Suspicion | None:
-    if dataset.rotation is None or (rows := _chosen(dataset.rotation)) is None:
-        return None
-    R = poses(dataset.q[rows])[:, :3, :3]
-    measured = orientation.of_quaternion(dataset.rotation[rows])
-    as_read = orientation.misfit(R, measured)
-    if as_read <= NEGLIGIBLE_TURN:
-        return None
-    readings = [(rank, words, R, M) for rank, words, M in _orientation_readings(dataset, rows)]
-    readings += [
-        (each.rank, each.words, poses(each.q)[:, :3, :3], orientation.of_quaternion(dataset.rotation[each.rows]))
-        for each in other_readings(dataset.without_points(), rows, list(robot.joint_types))
-    ]
-    to_beat = as_read / BETTER_BY
-    found = []
-    for rank, words, mine, theirs in readings:
-        if len(theirs) >= FEWEST_ROWS and orientation.least_misfit(mine, theirs) < SIMILAR * to_beat:
-            rms = orientation.misfit(mine, theirs)
-            found.append((rank, rms, rms, words))
-    return _best(found, to_beat, robot, lambda rms: f"{from_si(rms, 'deg'):.4g} deg", as_read, "orientations")
-
-
-def _orientation_readings(dataset: Dataset, rows: NDArray[np.int64]) -> list[tuple[int, str, FloatArray]]:
-    if dataset.rotation is None:
-        return []
-    if dataset.rotation_angles is not None:
-        return list(orientation.angle_readings(dataset.rotation_angles[rows]))
-    return list(orientation.quaternion_readings(dataset.rotation[rows]))
-
-
-def _best(
-    found: list[tuple[int, float, float, str]],
-    to_beat: float,
-    robot: RobotFacts,
-    text: Callable[[float], str],
-    as_read: float,
-    what: str,
+def best(
+    found: Iterable[Found], to_beat: float, text: Callable[[float], str], as_read: float, reach: float, what: str
 ) -> Suspicion | None:
-    """The best of (rank, share, misfit, words), where its share beats `to_beat`, with the simplest of those like it."""
-    best = min((share for _, share, _, _ in found), default=np.inf)
-    if not best < to_beat:
+    """The simplest of the readings that fit best, where their share beats `to_beat`, and others that fit alike."""
+    changed = [each for each in found if each.changes]
+    least = min((each.share for each in changed), default=np.inf)
+    if not least < to_beat:
         return None
-    # Where base or tool take up a shift of a joint, its sign turned and any shift do as well as the sign alone.
-    (simplest, _, meant_rms, meant), *rest = sorted(entry for entry in found if entry[1] <= SIMILAR * best)
-    others = tuple(words for rank, _, _, words in rest if rank == simplest)
-    return Suspicion(meant, others, text(as_read), text(meant_rms), robot.reach, what)
+    alike = [each for each in changed if each.share <= max(SIMILAR * least, _EXACT)]
+    told: list[Found] = []
+    for each in sorted(alike, key=lambda each: (each.cost, each.share)):
+        # One that holds another and something more says nothing new.
+        if not any(other.parts <= each.parts for other in told):
+            told.append(each)
+    meant = told[0]
+    others = [each.words for each in told[1:] if each.cost <= meant.cost + _MORE_COMPLEX][:_OTHERS]
+    return Suspicion(meant.words, tuple(others), text(as_read), text(meant.misfit), reach, what, meant.write)
 
 
-def _chosen(values: FloatArray) -> NDArray[np.int64] | None:
-    """Up to 60 rows that are whole; None where there are too few to judge by."""
+def one_set_up(dataset: Dataset) -> NDArray[np.int64]:
+    """The rows of the station and mount that have most of them: one base and one tool."""
+    labels = [codes for codes in (dataset.station, dataset.mount) if codes is not None]
+    if not labels:
+        return np.arange(len(dataset))
+    group = np.unique(np.stack(labels), axis=1, return_inverse=True)[1].reshape(-1)
+    return np.flatnonzero(group == np.argmax(np.bincount(group)))
+
+
+def one_map(of: JointMap) -> JointMaps:
+    """A single one as many."""
+    return JointMaps(of.matrix[np.newaxis], of.zero[np.newaxis])
+
+
+def chosen_rows(values: FloatArray, q: FloatArray) -> NDArray[np.int64] | None:
+    """Up to 60 rows that are whole, of as many postures q (N, n); None where there are too few to judge by."""
     rows = np.flatnonzero(~np.isnan(values).any(axis=1))
-    if len(rows) < FEWEST_ROWS:
-        return None
     # Scattered and not at equal steps, which may fall in with the steps of a grid.
-    return np.random.default_rng(0).permutation(rows)[:MOST_ROWS]
+    rows = np.random.default_rng(0).permutation(rows)
+    first = np.unique(np.round(q[rows] / _SAME), axis=0, return_index=True)[1]
+    return rows[np.sort(first)][:MOST_ROWS] if len(first) >= FEWEST_ROWS else None
 
 
-def _spread(position: FloatArray) -> float:
-    """RMS distance of points (N, 3) from their mean [m]."""
-    distances = np.linalg.norm(position - position.mean(axis=0), axis=1)
-    return max(float(np.sqrt(np.mean(distances**2))), np.finfo(np.float64).tiny)
+def spread_of(position: FloatArray) -> float:
+    """RMS distance of points (N, 3) from their median [m], rows far off left out."""
+    near = position[within(position)]
+    distances = np.linalg.norm(near - np.median(position, axis=0), axis=1)
+    return max(float(np.sqrt(np.mean(distances**2))), float(np.finfo(np.float64).tiny))
+
+
+def within(position: FloatArray) -> NDArray[np.int64]:
+    """Rows of points (N, 3) that do not lie far away from all others."""
+    distances = np.linalg.norm(position - np.median(position, axis=0), axis=1)
+    return np.flatnonzero(distances <= _AWAY * np.median(distances))

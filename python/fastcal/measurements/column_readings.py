@@ -1,106 +1,124 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Every other way in which the columns of joints and points may have been meant: one thing changed at a time."""
+"""Every other way in which the columns of joints and points may have been meant, one or several things changed."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import combinations, permutations
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.measurements.dataset import Dataset
-from fastcal.units import factor, to_si, unit_names
+from fastcal.measurements.joint_maps import Change, JointMap, Joints, unit_slips
+from fastcal.measurements.orientation_readings import inverse, of_quaternion
 
 FloatArray = NDArray[np.float64]
 Rows = NDArray[np.int64]
 
 MIRROR = np.array([1.0, 1.0, -1.0])
-TURNS = tuple((f"shifted by {degrees:g} deg", to_si(degrees, "deg")) for degrees in (90.0, -90.0, 2 * 90.0))
+MIRRORED = Change(
+    1.0,
+    frozenset({("mirror",)}),
+    "one axis of the points turned round or two of them swapped (they are left-handed)",
+)
+SAME_UNIT = 1.25  # of a ratio: no two units are nearer to each other
+_FURTHEST = 3  # rows by which a whole list is tried late or early
 
 
-class Reading(NamedTuple):
-    """One way to read the columns.
+class Source(NamedTuple):
+    """Joints and points of some rows, before the joints are read otherwise and the points in another unit.
 
     Attributes:
-        rank: 0 the simplest; of readings that fit alike the simplest is named.
-        words: What was meant, as it stands after "with".
-        scale: Ratio of the points so read to those read; negative where they are mirrored.
-        q: (M, n) joint positions so read [rad or m].
-        position: (M, 3) points so read [m].
-        rows: (M,) rows of the data set that these are.
+        changes: What was changed; none as read.
+        q: (M, n) [rad or m].
+        position: (M, 3) [m].
+        rows: (M,) of the data set.
     """
 
-    rank: int
-    words: str
-    scale: float
+    changes: list[Change]
     q: FloatArray
     position: FloatArray
     rows: Rows
 
 
-def other_readings(dataset: Dataset, rows: Rows, joint_types: list[str]) -> Iterator[Reading]:
-    """Every other reading of `rows`; one that moves points by a row, or takes read-back joints, drops incomplete rows.
+class Reading(NamedTuple):
+    """One way to read joints and points.
 
-    Without points the joints alone are read otherwise, and `position` is NaN.
+    Attributes:
+        source: Which rows and which columns.
+        joints: How the joints' columns are read.
+        scale: Ratio of the points so read to those read; negative where they are mirrored.
     """
-    q = dataset.q[rows]
-    whole = dataset.position if dataset.position is not None else np.full((len(dataset), 3), np.nan)
-    position = whole[rows]
-    for rank, words, meant in _joint_readings(joint_types, q):
-        yield Reading(rank, words, 1.0, meant, position, rows)
-    if dataset.q_read is not None:
-        read = ~np.isnan(dataset.q_read[rows]).any(axis=1)
-        words = "the joint positions read back in place of those commanded"
-        yield Reading(0, words, 1.0, dataset.q_read[rows][read], position[read], rows[read])
+
+    source: Source
+    joints: JointMap
+    scale: float = 1.0
+
+    @property
+    def q(self) -> FloatArray:
+        """(M, n) joint positions so read."""
+        return self.joints.read(self.source.q)
+
+    @property
+    def position(self) -> FloatArray:
+        """(M, 3) points so read [m]."""
+        return np.asarray(self.source.position * abs(self.scale) * (MIRROR if self.scale < 0 else 1.0))
+
+    def changes(self, of: Joints) -> list[Change]:
+        """What it changes."""
+        out = [
+            Change(1.0, frozenset({("unit of points", words)}), f"the points in {words}")
+            for words, ratio in unit_slips("length")
+            if np.isclose(abs(self.scale), ratio)
+        ]
+        return [*self.source.changes, *out, *([MIRRORED] if self.scale < 0 else []), *of.changes(self.joints)]
+
+
+def sources(dataset: Dataset, rows: Rows) -> Iterator[Source]:
+    """The rows as read, and as they would be with points and joints otherwise beside each other."""
     if dataset.position is None:
         return
-    for words, ratio in unit_slips("length"):
-        yield Reading(0, f"the points in {words}", ratio, q, position * ratio, rows)
-    words = "one axis of the points turned round or two of them swapped (they are left-handed)"
-    yield Reading(0, words, -1.0, q, position * MIRROR, rows)
-    for step, words in ((1, "the points one row lower than the joints"), (-1, "the points one row higher")):
-        kept = rows[(rows + step >= 0) & (rows + step < len(dataset))]
-        kept = kept[~np.isnan(whole[kept + step]).any(axis=1)]
-        yield Reading(0, words, 1.0, dataset.q[kept], whole[kept + step], kept)
+    q, position = dataset.q, dataset.position
+    yield from _late([], q, position, rows)
+    if dataset.q_read is not None:
+        read = rows[~np.isnan(dataset.q_read[rows]).any(axis=1)]
+        words = "the joint positions read back in place of those commanded"
+        yield Source([_one("read back", words)], dataset.q_read[read], position[read], read)
+    if dataset.rotation is not None:
+        known = ~np.isnan(dataset.rotation).any(axis=1)
+        seen_from = np.full_like(position, np.nan)
+        R = inverse(of_quaternion(dataset.rotation[known]))
+        seen_from[known] = -np.einsum("nij,nj->ni", R, position[known])
+        words = "every pose inverted, the point with the orientation (as a camera in the hand sees its target)"
+        yield from _late([_one("inverse", words)], q, seen_from, rows)
 
 
-def unit_slips(kind: str) -> Iterator[tuple[str, float]]:
-    """Pairs of units of a kind: which was meant and which was read, and the ratio; one pair for each ratio."""
-    seen: set[str] = set()
-    for meant, read in permutations(unit_names(kind), 2):
-        ratio = factor(meant) / factor(read)
-        if f"{ratio:.6g}" not in seen:
-            seen.add(f"{ratio:.6g}")
-            yield f"{meant} where they were read in {read}", ratio
+def _late(changes: list[Change], q: FloatArray, position: FloatArray, rows: Rows) -> Iterator[Source]:
+    """The points in the rows of their joints, some rows late or early, and in reverse order."""
+    count = len(position)
+    shifted = [(0, "")]
+    for step in range(1, _FURTHEST + 1):
+        much = "one row" if step == 1 else f"{step} rows"
+        shifted += [(step, f"the points {much} lower than the joints"), (-step, f"the points {much} higher")]
+    for step, words in shifted:
+        kept = rows[(rows + step >= 0) & (rows + step < count)]
+        kept = kept[~np.isnan(position[kept + step]).any(axis=1)]
+        more = [_one(("late", step), words)] if step else []
+        yield Source([*changes, *more], q[kept], position[kept + step], kept)
+    kept = rows[~np.isnan(position[count - 1 - rows]).any(axis=1)]
+    backwards = _one("reverse", "the points in reverse order")
+    yield Source([*changes, backwards], q[kept], position[count - 1 - kept], kept)
 
 
-def _joint_readings(joint_types: list[str], q: FloatArray) -> Iterator[tuple[int, str, FloatArray]]:
-    """Rank, words and joint positions (N, n) of every slip in the joints' columns."""
-    for joint_type, kind in (("revolute", "angle"), ("prismatic", "length")):
-        joints = [joint for joint, found in enumerate(joint_types) if found == joint_type]
-        for words, ratio in unit_slips(kind):
-            if len(joints) > 1:
-                yield 0, f"all {joint_type} joints in {words}", _changed(q, joints, ratio)
-            for joint in joints:
-                yield 0, f"joint {joint + 1} in {words}", _changed(q, [joint], ratio)
-        for first, second in combinations(joints, 2):
-            swapped = q.copy()
-            swapped[:, [first, second]] = q[:, [second, first]]
-            yield 0, f"the columns of joints {first + 1} and {second + 1} swapped", swapped
-        for joint in joints:
-            yield 0, f"the sign of joint {joint + 1} turned", _changed(q, [joint], -1.0)
-            for words, shift in TURNS if joint_type == "revolute" else ():
-                yield 1, f"joint {joint + 1} {words}", _changed(q, [joint], 1.0, shift)
-                yield 2, f"the sign of joint {joint + 1} turned and it {words}", _changed(q, [joint], -1.0, shift)
-    if len(set(joint_types)) == 1 and len(joint_types) > 2:
-        yield 1, "the signs of all joints turned", -q
-        yield 0, "the joints in reverse order", q[:, ::-1]
+def known_scale(scale: float) -> float:
+    """The ratio of two units that a scale is, 1 where it is none; negative as the scale."""
+    ratios = [1.0, *(ratio for _, ratio in unit_slips("length"))]
+    nearest = min(ratios, key=lambda ratio: abs(np.log(max(abs(scale), 1e-12) / ratio)))
+    near = abs(np.log(max(abs(scale), 1e-12) / nearest)) < np.log(SAME_UNIT)
+    return (nearest if near else 1.0) * (-1.0 if scale < 0 else 1.0)
 
 
-def _changed(q: FloatArray, joints: list[int], ratio: float, shift: float = 0.0) -> FloatArray:
-    meant = q.copy()
-    meant[:, joints] = ratio * q[:, joints] + shift
-    return meant
+def _one(part: object, words: str) -> Change:
+    return Change(1.0, frozenset({(part,)}), words)

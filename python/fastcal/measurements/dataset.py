@@ -21,6 +21,7 @@ from fastcal.measurements.instrument import with_tracker
 from fastcal.measurements.last_moves import directions, last_moves
 from fastcal.measurements.observations import found_kinds, measured_rows, tables_of
 from fastcal.measurements.splits import random_rows, region_rows
+from fastcal.measurements.whole_turns import unwrapped
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -273,7 +274,8 @@ class Dataset(Shown):
         to one and the same. Quaternions are brought to length 1.
 
         Args:
-            robot: Where given, q is held against its joints and limits and the points against its reach.
+            robot: Where given, q is held against its joints and limits, angles modulo a turn are brought within these
+                (a note says so), and the points are held against its reach.
 
         Raises:
             InvalidInput: A shape, a type or a value is invalid; names the field, the row and the value.
@@ -282,6 +284,7 @@ class Dataset(Shown):
         rows, count = joints.shape
         if rows == 0 or count == 0:
             raise InvalidInput(f"q must hold at least one row and one joint, got shape {joints.shape}")
+        joints, turned = (joints, []) if robot is None else unwrapped(joints, robot)
 
         def one(name: str, value: ArrayLike | None, *shape: int) -> FloatArray | None:
             return None if value is None else _array(name, value, (rows, *shape))
@@ -323,7 +326,7 @@ class Dataset(Shown):
             },
             extra={name: _array(name, values, (rows,)) for name, values in (extra or {}).items()},
             extra_labels={name: [str(label) for label in labels] for name, labels in (extra_labels or {}).items()},
-            notes=tuple(notes),
+            notes=(*notes, *turned),
             source=source,
             joint_types=() if robot is None else tuple(robot.joint_types),
         )

@@ -14,7 +14,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from fastcal.measurements.column_readings import unit_slips
+from fastcal.measurements.joint_maps import unit_slips
 
 FloatArray = NDArray[np.float64]
 
@@ -27,7 +27,9 @@ NAMES = {
     "intrinsic ZYZ": "ZYZ Euler angles",
     "intrinsic ZXZ": "ZXZ Euler angles",
 }
-_ROUNDS = 6
+_ROUNDS = 8
+_SOUND = 0.7  # of the rows are taken to be no gross ones
+_FAR = 5.0  # times what those leave at most: farther off, a row is gross
 
 
 def quaternion_readings(quaternion: FloatArray) -> Iterator[tuple[int, str, FloatArray]]:
@@ -60,29 +62,46 @@ def _conventions(angles: FloatArray) -> Iterator[tuple[int, str, FloatArray]]:
             yield (0 if name in NAMES else 2), NAMES.get(name, f"{name} Euler angles"), R
 
 
-def misfit(R: FloatArray, measured: FloatArray) -> float:
-    """RMS angle [rad] between `measured` and A R B, with the rotations A and B that fit best.
+def misfit(R: FloatArray, measured: FloatArray, base: FloatArray | None = None) -> float:
+    """RMS angle [rad] between `measured` and A R B, gross rows left out, with the rotations A and B that fit best.
 
     Relative rotations free A of B: skew(M_i M_j') = A skew(R_i R_j') for every pair, solved by Kabsch; then B and A in
-    turn, each by the nearest rotation to a sum (orthogonal Procrustes).
+    turn, each by the nearest rotation to a sum (orthogonal Procrustes) weighted by Cauchy's weights.
+
+    Args:
+        R: (N, 3, 3) of the arm.
+        measured: (N, 3, 3).
+        base: A (3, 3), where it is known.
     """
-    i, j = np.triu_indices(len(R), k=1)
-    theirs, mine = (_skew(rotations[i] @ inverse(rotations[j])) for rotations in (measured, R))
-    A = _nearest_rotation(theirs.T @ mine)
+    angles = _off(R, measured, *placed(R, measured, base))
+    return float(np.sqrt(np.mean(angles[angles <= _FAR * np.quantile(angles, _SOUND)] ** 2)))
+
+
+def placed(R: FloatArray, measured: FloatArray, base: FloatArray | None = None) -> tuple[FloatArray, FloatArray]:
+    """The rotations A and B of `misfit`."""
+    A = base
+    if A is None:
+        i, j = np.triu_indices(len(R), k=1)
+        theirs, mine = (_skew(rotations[i] @ inverse(rotations[j])) for rotations in (measured, R))
+        A = _nearest_rotation(theirs.T @ mine)
+    weight = np.ones(len(R))
     for _ in range(_ROUNDS):
-        B = _nearest_rotation(np.einsum("nji,njk->ik", A @ R, measured))
-        A = _nearest_rotation(np.einsum("nij,nkj->ik", measured, R @ B))
-    off = np.linalg.norm(A @ R @ B - measured, axis=(1, 2)) / np.sqrt(8.0)
-    return float(np.sqrt(np.mean((2 * np.arcsin(np.minimum(off, 1.0))) ** 2)))
+        B = _nearest_rotation(np.einsum("n,nji,njk->ik", weight, A @ R, measured))
+        if base is None:
+            A = _nearest_rotation(np.einsum("n,nij,nkj->ik", weight, measured, R @ B))
+        angles = _off(R, measured, A, B)
+        weight = 1.0 / (1.0 + (angles / (2.0 * np.median(angles) + 1e-12)) ** 2)
+    return A, B
 
 
-def least_misfit(R: FloatArray, measured: FloatArray) -> float:
-    """A bound [rad] that `misfit` is not below: A and B leave the angles between successive rows as they are.
+def _off(R: FloatArray, measured: FloatArray, A: FloatArray, B: FloatArray) -> FloatArray:
+    """(N,) angles [rad]."""
+    return np.asarray(2 * np.arcsin(np.minimum(np.linalg.norm(A @ R @ B - measured, axis=(1, 2)) / np.sqrt(8.0), 1.0)))
 
-    Each such angle differs by at most the misfits of its two rows; the RMS of the differences is at most twice theirs.
-    """
-    mine, theirs = (_angles_between(rotations) for rotations in (R, measured))
-    return 0.5 * float(np.sqrt(np.sum((mine - theirs) ** 2) / len(R)))
+
+def angle(R: FloatArray) -> float:
+    """Of one rotation (3, 3) [rad]."""
+    return float(2 * np.arcsin(min(np.linalg.norm(R - np.eye(3)) / np.sqrt(8.0), 1.0)))
 
 
 def inverse(R: FloatArray) -> FloatArray:
@@ -119,12 +138,6 @@ def of_angles(sequence: str, angles: FloatArray) -> FloatArray:
 def _skew(R: FloatArray) -> FloatArray:
     """Axis times sine of the angle (N, 3)."""
     return 0.5 * np.column_stack([R[:, 2, 1] - R[:, 1, 2], R[:, 0, 2] - R[:, 2, 0], R[:, 1, 0] - R[:, 0, 1]])
-
-
-def _angles_between(R: FloatArray) -> FloatArray:
-    """Angles (N - 1,) [rad] from each row to the next."""
-    chord = np.linalg.norm(R[1:] - R[:-1], axis=(1, 2)) / np.sqrt(8.0)
-    return np.asarray(2 * np.arcsin(np.minimum(chord, 1.0)))
 
 
 def _nearest_rotation(matrix: FloatArray) -> FloatArray:

@@ -5,15 +5,17 @@
 import math
 from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
+from functools import cache, partial
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from fastcal.measurements import column_check as guard
+from fastcal.measurements import plausibility as guard
 from fastcal.measurements.dataset import Dataset
+from fastcal.robot.given import as_robot
+from fastcal.robot.robot import Robot
 
 # An arm like the UR5: (d, a, alpha) a joint [m, rad]; the sizes of its link drawings, the wrist's made unequal.
 Rows = list[tuple[float, float, float]]
@@ -25,25 +27,26 @@ ROWS: Rows = [
     (0.095, 0.0, -math.pi / 2),
     (0.082, 0.06, 0.0),
 ]
-ARM = SimpleNamespace(
-    joint_types=["revolute"] * 6,
-    limits=np.tile([-2 * math.pi, 2 * math.pi], (6, 1)),
-    mimics=(),
-    reach=1.2,
-    joint_count=6,
-)
+
+
+@cache
+def arm(rows: tuple[tuple[float, float, float], ...] = tuple(ROWS)) -> Robot:
+    """The arm of T_i = Rz(q) Tz(d) Tx(a) Rx(alpha)."""
+    joints = [
+        {"type": "revolute", "theta_deg": 0, "d_mm": 1000 * d, "a_mm": 1000 * a, "alpha_deg": math.degrees(alpha)}
+        | {"min_deg": -360, "max_deg": 360}
+        for d, a, alpha in rows
+    ]
+    return as_robot({"name": "arm", "kinematics": "dh", "joints": joints})
+
+
+ARM = arm()
+BASE = Rotation.random(rng=np.random.default_rng(9))
 
 
 def poses(q: np.ndarray, rows: Rows = ROWS) -> np.ndarray:
-    """The flange of T_i = Rz(q) Tz(d) Tx(a) Rx(alpha) in the base (N, 4, 4)."""
-    T = np.tile(np.eye(4), (len(q), 1, 1))
-    for angle, (d, a, alpha) in zip(q.T, rows, strict=True):
-        link = np.tile(np.eye(4), (len(q), 1, 1))
-        turn = Rotation.from_rotvec(np.outer(angle, [0.0, 0.0, 1.0]))
-        link[:, :3, :3] = (turn * Rotation.from_rotvec([alpha, 0.0, 0.0])).as_matrix()
-        link[:, :3, 3] = turn.apply([a, 0.0, d])
-        T = T @ link
-    return T
+    """The flange in the base (N, 4, 4)."""
+    return arm(tuple(rows)).forward(q)
 
 
 def tool_point(q: np.ndarray, rows: Rows = ROWS) -> np.ndarray:
@@ -65,8 +68,7 @@ def measured(rows: Rows = ROWS) -> tuple[np.ndarray, np.ndarray]:
     rng = np.random.default_rng(0)
     q = rng.uniform(-1.4, 1.4, (80, 6))
     rows = [(d + 1e-3 * rng.normal(), a + 1e-3 * rng.normal(), alpha) for d, a, alpha in rows]
-    turn = Rotation.random(rng=rng)
-    return q, turn.apply(tool_point(q, rows)) + np.array([2.0, -3.0, 0.5])
+    return q, BASE.apply(tool_point(q, rows)) + np.array([2.0, -3.0, 0.5])
 
 
 def shifted(joint: int, sign: float, shift: float) -> Callable[..., tuple[np.ndarray, np.ndarray]]:
@@ -92,7 +94,7 @@ SLIPS = {
     "joint 2 shifted by 90 deg": shifted(2, 1.0, math.pi / 2),
     "joint 3 shifted by -90 deg": shifted(3, 1.0, -math.pi / 2),
     "joint 5 shifted by 180 deg": shifted(5, 1.0, math.pi),
-    "the sign of joint 2 turned and it shifted by -90 deg": shifted(2, -1.0, -math.pi / 2),
+    "the sign of joint 2 turned and joint 2 shifted by -90 deg": shifted(2, -1.0, -math.pi / 2),
     "one axis of the points turned round or two of them swapped (they are left-handed)": lambda q, p: (
         q,
         p[:, [1, 0, 2]],
@@ -105,71 +107,67 @@ def test_a_slip_is_named_with_its_evidence(meant: str) -> None:
     q, position = measured()
     data = Dataset.from_arrays(*SLIPS[meant](q, position)[:1], position=SLIPS[meant](q, position)[1])
     before = data.q.copy(), data.position.copy()
-    found = guard.plausible(data, ARM, misfit, poses)
+    found = guard.plausible(data, ARM, poses)
     assert found is not None
-    assert found.meant == meant
-    assert found.others == ()
+    assert meant in (found.meant, *found.others)  # with a free tool, joint 6 turned is joint 5 at 180 deg
     read, better = (float(text.removesuffix(" mm")) for text in (found.read, found.better))
     assert better == pytest.approx(1000 * misfit(q, position), rel=0.3)
     assert read > 10 * better
     assert f"misses them by {found.read} RMS" in found.message
-    assert f"with {meant} it would be {found.better}; nothing was changed" in found.message
+    assert f"with {found.meant} it would be {found.better}" in found.message
     np.testing.assert_array_equal(data.q, before[0])
     np.testing.assert_array_equal(data.position, before[1])
 
 
-def test_where_all_is_well_the_bounds_leave_little_to_fit() -> None:
-    q, position = measured()
-    calls = []
+def test_where_all_is_well_little_is_computed() -> None:
+    q, _ = measured()
+    position = tool_point(q) + np.random.default_rng(1).normal(scale=2e-4, size=(len(q), 3))
+    rows = []
 
-    def counted(q: np.ndarray, position: np.ndarray) -> float:
-        calls.append(len(q))
-        return misfit(q, position)
+    def counted(q: np.ndarray) -> np.ndarray:
+        rows.append(len(q))
+        return poses(q)
 
-    assert guard.plausible(Dataset.from_arrays(q, position=position), ARM, counted, poses) is None
-    assert len(calls) < 5
+    assert guard.plausible(Dataset.from_arrays(q, position=position), ARM, counted) is None
+    assert sum(rows) < 20_000
 
 
 def test_it_is_silent_where_nothing_fits() -> None:
     q, position = measured()
     noise = np.random.default_rng(1).normal(scale=0.4, size=position.shape)
     assert misfit(q, position + noise) > 0.2
-    assert guard.plausible(Dataset.from_arrays(q, position=position + noise), ARM, misfit, poses) is None
+    assert guard.plausible(Dataset.from_arrays(q, position=position + noise), ARM, poses) is None
 
 
 def test_it_is_silent_where_there_is_too_little_to_judge_by() -> None:
     q, position = measured()
     swapped = q[:, [0, 2, 1, 3, 4, 5]]
-    assert guard.plausible(Dataset.from_arrays(swapped[:7], position=position[:7]), ARM, misfit, poses) is None
-    assert guard.plausible(Dataset.from_arrays(swapped), ARM, misfit, poses) is None
+    assert guard.plausible(Dataset.from_arrays(swapped[:7], position=position[:7]), ARM, poses) is None
+    assert guard.plausible(Dataset.from_arrays(swapped), ARM, poses) is None
     holes = position.copy()
     holes[7:, 1] = np.nan
-    assert guard.plausible(Dataset.from_arrays(swapped, position=holes), ARM, misfit, poses) is None
+    assert guard.plausible(Dataset.from_arrays(swapped, position=holes), ARM, poses) is None
     holes[:20] = position[:20]
-    assert guard.plausible(Dataset.from_arrays(swapped, position=holes), ARM, misfit, poses) is not None
+    assert guard.plausible(Dataset.from_arrays(swapped, position=holes), ARM, poses) is not None
 
 
 def test_readings_that_cannot_be_distinguished_are_all_named() -> None:
     rows = [ROWS[0], (0.0, 0.0, 0.0), *ROWS[2:]]  # joints 2 and 3 turn about one axis, so that either may be shifted
     q, position = measured(rows=rows)
     data = Dataset.from_arrays(shifted(2, 1.0, math.pi / 2)(q, position)[0], position=position)
-    found = guard.plausible(data, ARM, partial(misfit, rows=rows), partial(poses, rows=rows))
+    found = guard.plausible(data, ARM, partial(poses, rows=rows))
     assert found is not None
-    assert {found.meant, *found.others} == {"joint 2 shifted by 90 deg", "joint 3 shifted by 90 deg"}
-    assert f"mm (or: {found.others[0]}); nothing was changed" in found.message
+    assert {found.meant, found.others[0]} == {"joint 2 shifted by 90 deg", "joint 3 shifted by 90 deg"}
+    assert f"mm (or: {found.others[0]}" in found.message
 
 
 def test_a_sliding_joint_is_judged_in_lengths() -> None:
     rng = np.random.default_rng(0)
     q = np.column_stack([rng.uniform(-1.5, 1.5, 40), rng.uniform(0.1, 0.6, 40)])
     position = np.column_stack([q[:, 1] * np.cos(q[:, 0]), q[:, 1] * np.sin(q[:, 0]), np.zeros(40)])
-    arm = SimpleNamespace(
+    slide = SimpleNamespace(
         joint_types=["revolute", "prismatic"], limits=np.tile([-9.0, 9.0], (2, 1)), reach=0.6, mimics=()
     )
-
-    def planar(q: np.ndarray, position: np.ndarray) -> float:
-        mine = np.column_stack([q[:, 1] * np.cos(q[:, 0]), q[:, 1] * np.sin(q[:, 0]), np.zeros(len(q))])
-        return math.sqrt(np.mean(np.sum((mine - position) ** 2, axis=1))) + 1e-4
 
     def plane_poses(q: np.ndarray) -> np.ndarray:
         T = np.tile(np.eye(4), (len(q), 1, 1))
@@ -177,9 +175,9 @@ def test_a_sliding_joint_is_judged_in_lengths() -> None:
         T[:, :3, 3] = np.column_stack([q[:, 1] * np.cos(q[:, 0]), q[:, 1] * np.sin(q[:, 0]), np.zeros(len(q))])
         return T
 
-    found = guard.plausible(Dataset.from_arrays(q * [1.0, 0.001], position=position), arm, planar, plane_poses)
+    found = guard.plausible(Dataset.from_arrays(q * [1.0, 0.001], position=position), slide, plane_poses)
     assert found is not None
-    assert found.meant == "joint 2 in m where they were read in mm"
+    assert "joint 2 in m where they were read in mm" in (found.meant, *found.others)  # or the points: it has no other size
 
 
 def test_an_error_far_below_a_hundredth_of_the_reach_is_asked_too() -> None:
@@ -190,7 +188,7 @@ def test_an_error_far_below_a_hundredth_of_the_reach_is_asked_too() -> None:
     turned = q * [1.0, 1.0, 1.0, 1.0, 1.0, -1.0]
     assert misfit(turned, position, rows) < 0.003
     data = Dataset.from_arrays(turned, position=position + np.random.default_rng(2).normal(scale=2e-5, size=(80, 3)))
-    found = guard.plausible(data, ARM, partial(misfit, rows=rows), partial(poses, rows=rows))
+    found = guard.plausible(data, ARM, partial(poses, rows=rows))
     assert found is not None
     assert found.meant == "the sign of joint 6 turned"
 
@@ -198,20 +196,20 @@ def test_an_error_far_below_a_hundredth_of_the_reach_is_asked_too() -> None:
 def test_read_back_joints_and_a_slip_of_a_row_are_tried() -> None:
     q, position = measured()
     commanded = q + np.random.default_rng(4).normal(scale=0.1, size=q.shape)
-    found = guard.plausible(Dataset.from_arrays(commanded, q_read=q, position=position), ARM, misfit, poses)
+    found = guard.plausible(Dataset.from_arrays(commanded, q_read=q, position=position), ARM, poses)
     assert found is not None
     assert found.meant == "the joint positions read back in place of those commanded"
     slipped = Dataset.from_arrays(q, position=np.roll(position, 1, axis=0))
-    found = guard.plausible(slipped, ARM, misfit, poses)
+    found = guard.plausible(slipped, ARM, poses)
     assert found is not None
     assert found.meant == "the points one row lower than the joints"
 
 
-def turned(q: np.ndarray) -> Rotation:
-    """Orientations of the arm as measured somewhere, with a target put on somehow and 0.02 deg of noise."""
+def turned(q: np.ndarray, base: Rotation | None = None) -> Rotation:
+    """Orientations of the arm as measured in a frame, with a target put on somehow and 0.02 deg of noise."""
     rng = np.random.default_rng(3)
     noise = Rotation.from_rotvec(rng.normal(scale=math.radians(0.02), size=(len(q), 3)))
-    return Rotation.random(rng=rng) * Rotation.from_matrix(poses(q)[:, :3, :3]) * Rotation.random(rng=rng) * noise
+    return (base or BASE) * Rotation.from_matrix(poses(q)[:, :3, :3]) * Rotation.random(rng=rng) * noise
 
 
 def as_angles(angles: np.ndarray) -> dict[str, np.ndarray]:
@@ -234,6 +232,7 @@ WRITTEN: dict[str, tuple[Callable[[Rotation], dict[str, np.ndarray]], str]] = {
     "rotation vector": (lambda R: as_angles(R.as_rotvec()), "a rotation vector"),
     "rad read as deg": (lambda R: as_angles(R.as_euler("xyz") * math.pi / 180), "in rad where they were read in deg"),
     "deg read as rad": (lambda R: as_angles(R.as_euler("xyz") * 180 / math.pi), "in deg where they were read in rad"),
+    "ZXZ": (lambda R: as_angles(R.as_euler("ZXZ")), "ZXZ Euler angles"),
     "inverse": (lambda R: as_angles(R.inv().as_euler("xyz")), "inverted"),
     "a vector in rad read as deg": (lambda R: as_angles(R.as_rotvec() * math.pi / 180), "vector, in rad where"),
 }
@@ -246,7 +245,7 @@ def test_another_convention_of_orientation_is_named(written: str, with_points: b
     columns, words = WRITTEN[written][0](turned(q)), WRITTEN[written][1]
     angles = columns.pop("rotation_angles", None)
     data = Dataset.from_arrays(q, position=position if with_points else None, **columns)
-    found = guard.plausible(replace(data, rotation_angles=angles), ARM, misfit, poses)
+    found = guard.plausible(replace(data, rotation_angles=angles), ARM, poses)
     assert found is not None
     assert words in " ".join([found.meant, *found.others])
     assert found.what == "orientations"
@@ -262,7 +261,7 @@ def test_right_orientations_are_left_alone(noise_deg: float) -> None:
     for columns in (as_quaternion(R.as_quat()[:, [3, 0, 1, 2]]), as_angles(R.as_euler("xyz"))):
         angles = columns.pop("rotation_angles", None)
         data = replace(Dataset.from_arrays(q, position=position, **columns), rotation_angles=angles)
-        assert guard.plausible(data, ARM, misfit, poses) is None
+        assert guard.plausible(data, ARM, poses) is None
 
 
 def test_a_joint_that_only_the_orientation_shows_is_named() -> None:
@@ -273,7 +272,7 @@ def test_a_joint_that_only_the_orientation_shows_is_named() -> None:
     data = Dataset.from_arrays(
         q * [1.0, 1.0, 1.0, 1.0, 1.0, -1.0], position=tool_point(q, rows), rotation=R.as_quat()[:, [3, 0, 1, 2]]
     )
-    found = guard.plausible(data, ARM, partial(misfit, rows=rows), partial(poses, rows=rows))
+    found = guard.plausible(data, ARM, partial(poses, rows=rows))
     assert found is not None
     assert found.meant == "the sign of joint 6 turned"
     assert found.what == "orientations"

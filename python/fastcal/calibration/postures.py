@@ -1,0 +1,75 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Do the rows show different postures? What is measured again in the same one says how large the noise is, no more."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal import _core
+from fastcal.errors import InvalidInput
+from fastcal.measurements.dataset import Dataset
+from fastcal.units import to_si
+
+_STILL = to_si(0.05, "deg")  # that a joint which is read back may differ by without having moved [rad; m: 0.9 mm]
+
+
+def check_postures(data: Dataset, parameters: Sequence[str] | None = None) -> list[str]:
+    """Refuses rows of one and the same posture, unless no `parameters` of the arm are asked for; no notes.
+
+    Raises:
+        InvalidInput: No joint moved in the rows where something was measured, and nothing else varies.
+    """
+    rows = data.measured
+    asked = parameters is None or len(parameters) > 0
+    if not (asked and rows.any()) or len(np.unique(states(data)[rows])) > 1:
+        return []
+    which = "the only measured row shows" if rows.sum() == 1 else f"all {rows.sum()} measured rows show"
+    raise InvalidInput(
+        f"{data.source}: no joint moved: {which} one and the same posture, from which nothing about the arm can be "
+        f"identified; measure different postures (`fastcal design` plans them)"
+    )
+
+
+def states(data: Dataset) -> NDArray[np.int64]:
+    """(N,) a number for each different posture and load, the same in all rows that repeat it."""
+    parts = [np.round(data.q / _STILL), data.payload[:, np.newaxis]]
+    parts += [] if data.wrench is None else [data.wrench]
+    return np.asarray(np.unique(np.hstack(parts), axis=0, return_inverse=True)[1]).reshape(-1)
+
+
+def saturated(data: Dataset, found: _core.Identification) -> str | None:
+    """Why a fit that converged says nothing about the arm; None where it does."""
+    return too_few_postures(data, len(found.free)) if found.status == "converged" else None
+
+
+def too_few_postures(data: Dataset, parameters: int) -> str | None:
+    """Why a fit of so many parameters says nothing: repeats counted once, the rows hold no more numbers than that."""
+    numbers, state = _numbers(data), states(data)
+    most = np.zeros(state.max() + 1, dtype=np.int64)
+    np.maximum.at(most, state, numbers)
+    different, measured = int(most.sum()), int(np.sum(numbers > 0))
+    if different > parameters:
+        return None
+    count = int(np.sum(most > 0))
+    repeats = ", and repeats only say how large the noise is" if different < numbers.sum() else ""
+    return (
+        f"{measured} rows show {'only ' if repeats else ''}{count} different postures: they hold {different} "
+        f"independent numbers, which the {parameters} parameters that are identified fit whatever they are{repeats}; "
+        f"measure more postures (`fastcal design` plans them)"
+    )
+
+
+def _numbers(data: Dataset) -> NDArray[np.int64]:
+    """(N,) how many independent numbers were measured in each row."""
+    out = np.zeros(len(data), dtype=np.int64)
+    for field in {name for own in data.kinds.values() for name in own}:
+        values = data.table(field)
+        if values is None:
+            out += data.label_codes(field)[0] >= 0
+        else:
+            out += np.minimum(np.sum(~np.isnan(values), axis=1), 3)  # a quaternion holds three
+    return out
