@@ -25,6 +25,7 @@ from fastcal.importers.orientation import check_convention
 from fastcal.importers.reading import Column, Reading, interpret
 from fastcal.importers.rosbag import bag_grids
 from fastcal.importers.sources import read_grids
+from fastcal.io.text_encoding import asked_codec
 from fastcal.robot.robot import Robot
 
 Path_ = str | os.PathLike[str]
@@ -38,6 +39,7 @@ def import_measurements(
     sheet: str | None = None,
     orientation: str | None = None,
     mapping: Mapping | None = None,
+    encoding: str | None = None,
 ) -> Reading:
     """Reads exports of instruments and controllers into columns of a measurement file.
 
@@ -48,6 +50,7 @@ def import_measurements(
         sheet: The sheet of a workbook.
         orientation: What the exports' angles are, by `importers.orientation.CONVENTIONS`.
         mapping: Answers kept in a file.
+        encoding: Of the files' texts; None: as they say, or the likeliest.
 
     Raises:
         InvalidInput, ParseError: Something can't be read or decided; one sentence with the option that decides.
@@ -61,6 +64,7 @@ def import_measurements(
         robot=robot,
         sheet=sheet or mapping.sheet,
         orientation=orientation or mapping.orientation,
+        encoding=asked_encoding(encoding, mapping),
     )
     readings = [reading for path in exports for reading in asked(path, wanted="points" if joints else "any")]
     poses = None if joints is None else stacked(asked(joints, wanted="joints"))
@@ -110,6 +114,7 @@ def read(
     robot: Robot | None = None,
     sheet: str | None = None,
     orientation: str | None = None,
+    encoding: str | None = None,
     wanted: str = "any",
 ) -> list[Reading]:
     """What a file holds: one reading, or the joints and the points of two sheets.
@@ -122,7 +127,7 @@ def read(
     found: list[tuple[Grid, Reading]] = []
     problems: list[InvalidInput] = []
     without_table: list[InvalidInput] = []
-    for export in open_exports(path, mapping, sheet, wanted):
+    for export in open_exports(path, mapping, sheet, wanted, encoding):
         if isinstance(export, InvalidInput):
             without_table.append(export)
             continue
@@ -152,12 +157,20 @@ def _best(problems: list[InvalidInput]) -> InvalidInput:
     return next((problem for problem in problems if "--" in str(problem)), problems[0])
 
 
-def open_exports(path: Path_, mapping: Mapping, sheet: str | None, wanted: str = "any") -> list[Export | InvalidInput]:
+def asked_encoding(encoding: str | None, mapping: Mapping) -> str | None:
+    """Python's name of the encoding that the user gives, or else the map."""
+    given = encoding or mapping.encoding
+    return None if given is None else asked_codec(given)
+
+
+def open_exports(
+    path: Path_, mapping: Mapping, sheet: str | None, wanted: str = "any", encoding: str | None = None
+) -> list[Export | InvalidInput]:
     """The exports in a file, a sheet each, with the map applied; a sheet that can't be read is its problem."""
     name = os.fspath(path)
     if programs.is_program(path):
         return [mapping.applied(programs.read_joints(name))]
-    grids = bag_grids(path, sheet, joints_alone=wanted == "joints") if is_bag(path) else read_grids(path)
+    grids = bag_grids(path, sheet, joints_alone=wanted == "joints") if is_bag(path) else read_grids(path, encoding)
     if sheet is not None and grids[0].sheet is not None:
         chosen = [grid for grid in grids if str(grid.sheet).lower() == sheet.lower()]
         if not chosen:
@@ -233,10 +246,14 @@ def _check_map(mapping: Mapping, readings: Sequence[Reading]) -> None:
             raise ParseError(f"columns.{ours}: no file has the column {theirs!r}", mapping.path)
 
 
-def map_text(paths: Sequence[Path_], mapping: Mapping | None = None, sheet: str | None = None) -> str:
+def map_text(
+    paths: Sequence[Path_], mapping: Mapping | None = None, sheet: str | None = None, encoding: str | None = None
+) -> str:
     """A map of the columns of some files, as YAML, to start from.
 
     Raises:
         ParseError: A file can't be read.
     """
-    return text_of_map([export for path in paths for export in open_exports(path, mapping or Mapping(), sheet)])
+    answers = mapping or Mapping()
+    asked = asked_encoding(encoding, answers)
+    return text_of_map([each for path in paths for each in open_exports(path, answers, sheet, encoding=asked)])

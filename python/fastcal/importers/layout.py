@@ -7,7 +7,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-from fastcal.importers.export import Export, number, with_units
+from fastcal.importers.export import Export, is_value, number, with_units
 from fastcal.importers.footers import footer_start
 from fastcal.importers.grid import Grid, Row
 from fastcal.importers.words import ANGLES, LENGTHS, POLAR, UNIT_WORDS, Title, meaning, plain_words, unit_of
@@ -48,7 +48,7 @@ def find_header(grid: Grid) -> int | None:
     best, place = (False, _FEWEST_TITLES - 1), None
     for k, row in enumerate(grid.rows[:_SEARCHED]):
         filled = [cell for cell in row.cells if cell]
-        numbers = sum(number(cell) is not None for cell in filled)
+        numbers = sum(map(is_value, filled))
         if numbers * 3 > len(filled):
             continue
         known = sum(meaning(cell) is not None for cell in filled)
@@ -103,7 +103,7 @@ def _body(grid: Grid, titles: Sequence[str], after: Sequence[Row]) -> tuple[list
     for row in after:
         cells = row.cells
         if any(cells[width:]):
-            if sum(number(cell) is not None for cell in cells) < width / 2:
+            if sum(map(is_value, cells)) < width / 2:
                 continue  # a sentence
             hint = "; decimal commas need ; or tab between the cells" if len(cells) >= 2 * width - 2 else ""
             raise grid.error(f"expected {width} cells as in the header, got {len(cells)}{hint}", row.line)

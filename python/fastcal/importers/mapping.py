@@ -16,6 +16,7 @@ from fastcal.importers.export import Export
 from fastcal.importers.orientation import CONVENTIONS
 from fastcal.importers.words import ANGLES, LENGTHS, Title
 from fastcal.io.fields import Fields
+from fastcal.io.text_encoding import codec_of
 from fastcal.io.yaml_file import read_yaml
 
 _UNITS = "|".join((*LENGTHS, *ANGLES))
@@ -38,6 +39,7 @@ class Mapping:
         orientation: What three angles or nine numbers are; None: as the export gives it.
         sheet: The sheet of a workbook.
         skip_rows: Lines above the table that are passed over.
+        encoding: Of the export's text; None: as it says, or the likeliest.
     """
 
     path: str = ""
@@ -45,6 +47,7 @@ class Mapping:
     orientation: str | None = None
     sheet: str | None = None
     skip_rows: int = 0
+    encoding: str | None = None
 
     def places(self, export: Export) -> dict[str, int]:
         """Where an export has the columns of the map.
@@ -120,12 +123,16 @@ def read_map(path: str | os.PathLike[str]) -> Mapping:
             raise ParseError(f"columns.{ours}: expected a header or a number from 1, got {theirs!r}", name)
         columns[key] = theirs
     orientation, sheet, skip = fields.take("orientation", None), fields.take("sheet", None), fields.take("skip_rows", 0)
+    encoding = fields.take("encoding", None)
     fields.done()
     if orientation is not None and orientation not in CONVENTIONS:
         raise ParseError(f"orientation: expected {', '.join(CONVENTIONS)}, got {orientation!r}", name)
     if isinstance(skip, bool) or not isinstance(skip, int) or skip < 0:
         raise ParseError(f"skip_rows: expected a number of lines, got {skip!r}", name)
-    return Mapping(name, columns, orientation, None if sheet is None else str(sheet), skip)
+    if encoding is not None and codec_of(str(encoding)) is None:
+        raise ParseError(f"encoding: expected one such as utf-8, cp932, gbk or cp1252, got {encoding!r:.40}", name)
+    as_text = None if encoding is None else str(encoding)
+    return Mapping(name, columns, orientation, None if sheet is None else str(sheet), skip, as_text)
 
 
 def map_text(exports: Sequence[Export | InvalidInput]) -> str:
@@ -157,7 +164,7 @@ def map_text(exports: Sequence[Export | InvalidInput]) -> str:
         "# What three angles rx ry rz are, in this order, or nine numbers r11 ... r33:",
         f"#orientation: {' | '.join(CONVENTIONS)}",
     ]
-    return "\n".join([*lines, "#sheet: Sheet1", "#skip_rows: 0", ""])
+    return "\n".join([*lines, "#sheet: Sheet1", "#skip_rows: 0", "#encoding: cp932", ""])
 
 
 def _ours(meaning: Title, export: Export) -> str | None:

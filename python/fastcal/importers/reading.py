@@ -196,6 +196,7 @@ def _kept(export: Export, sent: Sequence[int], measured: Sequence[int]) -> tuple
     for what, places in (("joints", sent), ("a measured point", measured)):
         if places:
             dropped = [k for k in rows if not any(number(export.rows[k][place]) is not None for place in places)]
+            # NaN, n/a and --- are short; text, and formulas without a value, are asked about.
             filled = [k for k in dropped if any(len(export.rows[k][place]) > 3 for place in places)]
             if filled:
                 export.numbers(next(place for place in places if export.rows[filled[0]][place]), [filled[0]])

@@ -36,6 +36,15 @@ def _plain(text: str) -> str:
     return text[1:] if text.startswith("'") and is_formula(text[1:]) else text
 
 
+class Formula(str):
+    """The cell of a workbook with a formula whose value is not saved, as programs write it that do not calculate."""
+
+    __slots__ = ()
+
+
+NO_VALUE = "holds formulas without a stored value, {count}; open the workbook in a spreadsheet program and save it"
+
+
 @dataclass(frozen=True)
 class Table:
     """Named columns of one length, at least one of each.
@@ -94,14 +103,24 @@ class Table:
         return values
 
     def labels(self, place: int) -> list[str]:
-        """A column as texts, "" where a cell is empty; the number 3.0 is the label 3, as a sheet makes one of it."""
+        """A column as texts, "" where a cell is empty; the number 3.0 is the label 3, as a sheet makes one of it.
+
+        Raises:
+            ParseError: A cell is a formula without a value.
+        """
         cells = self.columns[place]
+        if not isinstance(cells, np.ndarray) and any(isinstance(cell, Formula) for cell in cells):
+            raise self.wrong_cell(place, 0, "a text")
         if isinstance(cells, np.ndarray):
             return ["" if math.isnan(value) else f"{value:.17g}" for value in cells.tolist()]
         return ["" if cell.lower() in EMPTY else _plain(cell) for cell in map(str.strip, cells)]
 
     def wrong_cell(self, place: int, row: int, expected: str, got: str | None = None) -> ParseError:
         """The error for a cell: where it is, what was expected and what came."""
+        cells = self.columns[place]
+        if bare := [k for k, cell in enumerate(cells) if isinstance(cell, Formula)]:
+            message = NO_VALUE.format(count=f"in {len(bare)} of {len(cells)} cells")
+            return self.error(f"column '{self.names[place]}' {message}", bare[0])
         return self.error(
             f"column '{self.names[place]}': expected {expected}, got {got or self._cell(place, row)}", row
         )
