@@ -12,18 +12,17 @@ from functools import partial
 import numpy as np
 
 from fastcal.errors import InvalidInput, ParseError
-from fastcal.importers import programs
+from fastcal.importers import programs, rosbag
 from fastcal.importers.bag_path import is_bag
 from fastcal.importers.dialects import read_export
 from fastcal.importers.export import Export
 from fastcal.importers.grid import Grid
-from fastcal.importers.joining import joined
+from fastcal.importers.joining import confirmed, joined
 from fastcal.importers.joint_names import notes_on_names, with_joint_names
 from fastcal.importers.mapping import Mapping
 from fastcal.importers.mapping import map_text as text_of_map
 from fastcal.importers.orientation import check_convention
 from fastcal.importers.reading import Column, Reading, interpret
-from fastcal.importers.rosbag import bag_grids
 from fastcal.importers.sources import read_grids
 from fastcal.io.text_encoding import asked_codec
 from fastcal.robot.robot import Robot
@@ -91,6 +90,8 @@ def _complete(readings: list[Reading], poses: Reading | None, robot: Robot | Non
                 f"{reading.path}: holds {len(reading)} measured points and no joints: give the controller's log "
                 "or program with --joints FILE"
             )
+    if robot is not None:
+        readings = [confirmed(r, robot) if r.dialect == rosbag.DIALECT.name else r for r in readings]
     return stacked(readings)
 
 
@@ -127,7 +128,8 @@ def read(
     found: list[tuple[Grid, Reading]] = []
     problems: list[InvalidInput] = []
     without_table: list[InvalidInput] = []
-    for export in open_exports(path, mapping, sheet, wanted, encoding):
+    count = None if kinds is None else len(kinds)
+    for export in open_exports(path, mapping, sheet, wanted, encoding, names, count):
         if isinstance(export, InvalidInput):
             without_table.append(export)
             continue
@@ -164,13 +166,23 @@ def asked_encoding(encoding: str | None, mapping: Mapping) -> str | None:
 
 
 def open_exports(
-    path: Path_, mapping: Mapping, sheet: str | None, wanted: str = "any", encoding: str | None = None
+    path: Path_,
+    mapping: Mapping,
+    sheet: str | None,
+    wanted: str = "any",
+    encoding: str | None = None,
+    joint_names: Sequence[str] = (),
+    joint_count: int | None = None,
 ) -> list[Export | InvalidInput]:
     """The exports in a file, a sheet each, with the map applied; a sheet that can't be read is its problem."""
     name = os.fspath(path)
     if programs.is_program(path):
         return [mapping.applied(programs.read_joints(name))]
-    grids = bag_grids(path, sheet, joints_alone=wanted == "joints") if is_bag(path) else read_grids(path, encoding)
+    if is_bag(path):
+        alone = wanted == "joints"
+        grids = rosbag.bag_grids(path, sheet, joints_alone=alone, names=joint_names, count=joint_count)
+    else:
+        grids = read_grids(path, encoding)
     if sheet is not None and grids[0].sheet is not None:
         chosen = [grid for grid in grids if str(grid.sheet).lower() == sheet.lower()]
         if not chosen:

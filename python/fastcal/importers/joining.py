@@ -70,6 +70,26 @@ def joined(points: Reading, poses: Reading, robot: Robot | None) -> Reading:
     )
 
 
+def confirmed(reading: Reading, robot: Robot) -> Reading:
+    """Rows that came as joints with points, tried on the robot; a slip of whole rows, as by clocks, is mended.
+
+    What the robot does not explain is left as it is and said: it may be a pose of another kind.
+    """
+    join = _Join(reading, reading, robot)
+    try:
+        pairs = _tried(join, [(k, k) for k in range(len(reading))], "by time") or []
+    except InvalidInput:
+        note = "on the robot the points could not be confirmed: they do not fit it, nor with rows missing or shifted"
+        return replace(reading, notes=[*reading.notes, note])
+    at, to = reading.rows([i for i, _ in pairs]), reading.rows([j for _, j in pairs])
+    joints = {name: column for name, column in at.columns.items() if _is_of_joint(name)}
+    return replace(to, columns=to.columns | joints, notes=[*reading.notes, *join.notes])
+
+
+def _is_of_joint(name: str) -> bool:
+    return name[0] == "q" and name[1].isdigit()
+
+
 def _by_name_or_time(join: _Join) -> tuple[list[Pair] | None, str | None]:
     points, poses = join.points, join.poses
     if points.names is not None and poses.names is not None:

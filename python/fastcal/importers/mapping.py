@@ -20,7 +20,7 @@ from fastcal.io.text_encoding import codec_of
 from fastcal.io.yaml_file import read_yaml
 
 _UNITS = "|".join((*LENGTHS, *ANGLES))
-_JOINT = re.compile(rf"q(\d+)(_read)?_({_UNITS})")
+_JOINT = re.compile(rf"q(\d{{1,3}})(_read)?_({_UNITS})")
 _PART = re.compile(rf"([xyz]|r[xyz])_({_UNITS})|(q[wxyz]|r[123][123])")
 _OWN = re.compile(
     r"(payload|sigma|sigma_[xyz]|sigma_rot|temperature|time|f[xyz]|m[xyz]|current\d+|distance|tilt_[xy]|sigma_tilt)_\S+"

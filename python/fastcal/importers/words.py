@@ -256,7 +256,7 @@ def _component(words: list[str], unit: tuple[str, float] | None) -> Title | None
 
 def _own_word(words: list[str]) -> tuple[str | None, list[str]]:
     """The word of a title that names a component, and the others."""
-    if words[-1].isdigit() and len(words) > 2 and words[-2] == "pose" and 0 <= int(words[-1]) < 6:
+    if words[-1] in "012345" and len(words) > 2 and words[-2] == "pose":
         return ("x", "y", "z", "rx", "ry", "rz")[int(words[-1])], words[:-1]  # actual_TCP_pose_0
     alike = {f"{at}{axis}": axis for axis in "xyz" for at in ("pos", "coord")}
     alike |= {f"{axis}{at}": axis for axis in "xyz" for at in ("pos", "coord")}

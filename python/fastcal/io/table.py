@@ -74,7 +74,7 @@ class Table:
         for place, name in enumerate(self.names, start=1):
             first = seen.setdefault(name.lower(), place)
             if first != place:
-                raise self.error(f"column '{name}' comes twice, as columns {first} and {place}")
+                raise self.error(f"column '{name:.60}' comes twice, as columns {first} and {place}")
         if not self.columns or len(self) == 0:
             raise self.error("holds no rows; expected rows of numbers below a header")
 
@@ -120,9 +120,9 @@ class Table:
         cells = self.columns[place]
         if bare := [k for k, cell in enumerate(cells) if isinstance(cell, Formula)]:
             message = NO_VALUE.format(count=f"in {len(bare)} of {len(cells)} cells")
-            return self.error(f"column '{self.names[place]}' {message}", bare[0])
+            return self.error(f"column '{self.names[place]:.60}' {message}", bare[0])
         return self.error(
-            f"column '{self.names[place]}': expected {expected}, got {got or self._cell(place, row)}", row
+            f"column '{self.names[place]:.60}': expected {expected}, got {got or self._cell(place, row)}", row
         )
 
     def error(self, message: str, row: int | None = None) -> ParseError:
@@ -150,7 +150,7 @@ class Table:
         ((usual, first),) = self._first_with_mark.items()
         other, word = (".", "comma") if usual == "," else (",", "point")
         if other in rows:
-            raise self.wrong_cell(place, rows[other][0], f"a decimal {word} as in column '{self.names[first]}'")
+            raise self.wrong_cell(place, rows[other][0], f"a decimal {word} as in column '{self.names[first]:.60}'")
 
 
 def unreadable(kind: str, error: Exception, path: str) -> ParseError:
