@@ -87,7 +87,7 @@ def _of_the_arm(path: str, devices: Devices, wanted: Sequence[str], count: int |
     """The devices whose joints are the arm's."""
     whole = [names for names in devices if wanted and set(wanted) <= set(names)]
     parts = [names for names in devices if set(wanted) & set(names)]
-    if whole or set(wanted) <= {name for names in parts for name in names} and wanted:
+    if whole or (set(wanted) <= {name for names in parts for name in names} and wanted):
         # Beside whole messages, parts of them keep what they name up to date.
         return [*whole, *(names for names in parts if names not in whole)]
     groups = _sharing_joints(devices)
@@ -144,13 +144,13 @@ def _finite(
 ) -> tuple[tuple[str, ...], FloatArray, FloatArray, list[str]]:
     """Joints that ever have a number, and the samples in which all have one; what was left out is said."""
     notes = []
-    good = np.isfinite(q)
-    ever = good.any(axis=0)
+    good = np.asarray(np.isfinite(q))
+    ever = np.asarray(good.any(axis=0))
     if len(q) and not ever.all() and ever.any():
         silent = ", ".join(name for name, any_ in zip(names, ever, strict=True) if not any_)
         notes.append(f"joints without a number in any message are left out: {silent}")
         names, q, good = tuple(n for n, any_ in zip(names, ever, strict=True) if any_), q[:, ever], good[:, ever]
-    kept = good.all(axis=1)
+    kept = np.asarray(good.all(axis=1))
     if not kept.all():
         notes.append(left_out_samples(int((~kept).sum()), len(kept), "joint states"))
     return names, times[kept], q[kept], notes

@@ -88,7 +88,7 @@ def bag_grids(
 def _finite_poses(source: str, stream: Stream) -> tuple[FloatArray, FloatArray, list[str]]:
     """Times and poses that are numbers, and where they come from."""
     times, x = stream.arrays()
-    kept = np.isfinite(x).all(axis=1)
+    kept = np.asarray(np.isfinite(x).all(axis=1))
     notes = [f"measured poses read from the topic {source}"]
     if not kept.all():
         notes.append(left_out_samples(int((~kept).sum()), len(kept), "measured poses"))

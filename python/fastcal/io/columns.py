@@ -88,7 +88,8 @@ def _match(table: Table, title: str, kinds: dict[str, str | None]) -> tuple[str 
     if kind is None:
         if re.fullmatch(r"(q|current|approach)\d+(_read)?", quantity) and quantity not in kinds:
             count = sum(f"q{joint}" in kinds for joint in range(1, len(kinds)))
-            raise table.error(f"column '{title:.60}' names no joint of this robot; its joints are numbered 1 to {count}")
+            numbers = f"its joints are numbered 1 to {count}"
+            raise table.error(f"column '{title:.60}' names no joint of this robot; {numbers}")
         if at and kinds.get(f"{quantity.partition('@')[0]}@link1") is not None:
             raise table.error(f"column '{title:.60}' names no link of this robot; expected @link1 and so on")
         return None, None

@@ -161,7 +161,6 @@ def _whole_lines(text: bytes, name: str) -> tuple[bytes, bytes]:
 
 def _text_table(content: bytes, name: str, skipped: int) -> Table:
     """The table of a header and lines, `skipped` lines of the file between them."""
-
     try:
         content.decode()
     except UnicodeDecodeError as error:

@@ -17,8 +17,13 @@ from fastcal.errors import InvalidInput, ParseError
 _NO_TEXT = frozenset({"idna", "mbcs", "oem", "punycode", "raw-unicode-escape", "undefined", "unicode-escape", "utf-7"})
 # Names that others use and Python does not know.
 _ALIASES = {
-    **dict.fromkeys(("x-sjis", "windows-31j", "windows-932"), "cp932"),
-    **{"windows-936": "gbk", "windows-949": "cp949", "windows-950": "cp950", "ansi": "cp1252"},
+    "x-sjis": "cp932",
+    "windows-31j": "cp932",
+    "windows-932": "cp932",
+    "windows-936": "gbk",
+    "windows-949": "cp949",
+    "windows-950": "cp950",
+    "ansi": "cp1252",
 }
 _MARKS = (  # the longer ones first: that of UTF-16 begins that of UTF-32
     (codecs.BOM_UTF32_LE, "utf-32"),
@@ -33,19 +38,25 @@ _SAMPLE = 20_000  # bytes of lines that are not ASCII
 _HIGH = re.compile(rb"[\x80-\xff]+")
 _WESTERN = "cp1252"
 _TYPOGRAPHIC = frozenset(mark.encode(_WESTERN) for mark in "€„…‘’“”–—™")
+
+
+def _words(text: str) -> list[str]:
+    return text.split()
+
+
 # What stands in the headers of lists of points, by the encodings of its script.
 _GUESSES = {
     **dict.fromkeys(
         ("cp932", "euc_jp"),
-        "名前 名称 番号 点名 測定 計測 座標 軸 関節 角度 位置 時刻 日時 温度 点 姿勢 備考 ポイント ターゲット".split(),
+        _words("名前 名称 番号 点名 測定 計測 座標 軸 関節 角度 位置 時刻 日時 温度 点 姿勢 備考 ポイント ターゲット"),
     ),
-    "gb18030": "名称 编号 序号 点名 点号 测量 测点 坐标 轴 关节 角度 位置 时间 温度 目标 备注 姿态 名字".split(),
-    "big5": "名稱 編號 序號 點名 點號 測量 測點 座標 軸 關節 角度 位置 時間 溫度 目標 備註 姿態".split(),
-    "cp949": "이름 번호 측정 좌표 축 관절 각도 위치 시간 온도 점 자세 비고".split(),
+    "gb18030": _words("名称 编号 序号 点名 点号 测量 测点 坐标 轴 关节 角度 位置 时间 温度 目标 备注 姿态 名字"),
+    "big5": _words("名稱 編號 序號 點名 點號 測量 測點 座標 軸 關節 角度 位置 時間 溫度 目標 備註 姿態"),
+    "cp949": _words("이름 번호 측정 좌표 축 관절 각도 위치 시간 온도 점 자세 비고"),
     **dict.fromkeys(
-        ("cp1251", "koi8_r"), "имя точка точки номер ось координата измер угол сустав время название".split()
+        ("cp1251", "koi8_r"), _words("имя точка точки номер ось координата измер угол сустав время название")
     ),
-    "cp1250": "měření číslo název nazwa oś położenie współrzędne mérés név szám točka ime".split(),
+    "cp1250": _words("měření číslo název nazwa oś położenie współrzędne mérés név szám točka ime"),
 }
 
 
