@@ -19,10 +19,11 @@ from fastcal.importers.export import Export
 from fastcal.importers.grid import Grid
 from fastcal.importers.joining import confirmed, joined
 from fastcal.importers.joint_names import notes_on_names, with_joint_names
+from fastcal.importers.label_columns import LabelColumn
 from fastcal.importers.mapping import Mapping
 from fastcal.importers.mapping import map_text as text_of_map
 from fastcal.importers.orientation import check_convention
-from fastcal.importers.reading import Column, Reading, interpret
+from fastcal.importers.reading import Column, Reading, interpret, unknown_note
 from fastcal.importers.sources import read_grids
 from fastcal.io.text_encoding import asked_codec
 from fastcal.robot.robot import Robot
@@ -68,7 +69,8 @@ def import_measurements(
     readings = [reading for path in exports for reading in asked(path, wanted="points" if joints else "any")]
     poses = None if joints is None else stacked(asked(joints, wanted="joints"))
     _check_map(mapping, [*readings, *([poses] if poses else [])])
-    return _complete(readings, poses, robot)
+    found = _complete(readings, poses, robot)
+    return replace(found, notes=[*found.notes, *unknown_note(found.unknown, found.path)])
 
 
 def _complete(readings: list[Reading], poses: Reading | None, robot: Robot | None) -> Reading:
@@ -245,10 +247,22 @@ def stacked(readings: Sequence[Reading]) -> Reading:
         columns=columns,
         names=[name for reading in readings for name in reading.names or []] if all_named else None,
         counted=any(reading.counted for reading in readings),
+        labels=_labels(readings),
+        unknown=list(dict.fromkeys(title for reading in readings for title in reading.unknown)),
         times=None,
         lines=[line for reading in readings for line in reading.lines],
         notes=list(dict.fromkeys(note for reading in readings for note in reading.notes)),
     )
+
+
+def _labels(readings: Sequence[Reading]) -> list[LabelColumn]:
+    """The columns that could name the rows, of those that all readings have."""
+    first, *others = [{column.title: column for column in reading.labels} for reading in readings]
+    common = [column for title, column in first.items() if all(title in other for other in others)]
+    return [
+        replace(column, texts=[text for each in (first, *others) for text in each[column.title].texts])
+        for column in common
+    ]
 
 
 def _check_map(mapping: Mapping, readings: Sequence[Reading]) -> None:

@@ -75,11 +75,19 @@ class Mapping:
         places = self.places(export)
         if not places:
             return export
-        keep = ("name", "number", "time", "date", "valid")
-        meanings = [title if title is not None and title.role in keep else None for title in export.meanings]
+        keep = ("time", "date", "valid") if "name" in places else ("name", "number", "time", "date", "valid")
+        only_labels = {*places} <= {*_LABELS}  # which say nothing of what was measured
+        meanings = [
+            title
+            if title is not None and (title.role in keep or (only_labels and title.role not in ("name", "number")))
+            else None
+            for title in export.meanings
+        ]
         for ours, place in places.items():
             meanings[place] = _title(ours)
         orientation = self.orientation or ("rpy" if any(_PART.fullmatch(k) and k[0] == "r" for k in places) else None)
+        if only_labels:
+            return replace(export, meanings=meanings, mapped=frozenset(places))
         return replace(
             export,
             meanings=meanings,

@@ -13,6 +13,8 @@ import unicodedata
 from dataclasses import dataclass
 from functools import lru_cache
 
+from fastcal.measurements.labels import LABEL_WORDS, title_words
+
 
 def _words(text: str) -> frozenset[str]:
     return frozenset(text.split())
@@ -174,7 +176,7 @@ def meaning(title: str) -> Title | None:
     base, unit = split_unit(" ".join(title.split()))
     words = plain_words(base)
     if not words:
-        return None
+        return _of_label(title)
     joined = "".join(words)
     if contract := _contract_name(title):
         return contract
@@ -186,7 +188,16 @@ def meaning(title: str) -> Title | None:
         return Title("xyz"[int(match[1])], unit=unit)
     if match := re.fullmatch(r"([noa])([xyz])", joined):  # its first three, as normal, orientation and approach
         return Title(f"r{'xyz'.index(match[2]) + 1}{'noa'.index(match[1]) + 1}")
-    return _joint(words, unit) or _component(words, unit) or _label(words, unit)
+    return _joint(words, unit) or _component(words, unit) or _label(words, unit) or _of_label(title)
+
+
+def _of_label(title: str) -> Title | None:
+    """A title that says in any language that the column names or counts the rows."""
+    words = title_words(title)
+    if title.strip() in ("#", "№"):
+        return Title("number")
+    known = words <= LABEL_WORDS and len("".join(words)) > 1 - (not title.isascii())
+    return Title("name") if words and known and not any(map(str.isdigit, title)) else None
 
 
 def _contract_name(title: str) -> Title | None:
