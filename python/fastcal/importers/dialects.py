@@ -61,4 +61,4 @@ def read_export(grid: Grid) -> Export:
     """
     dialect = next((dialect for dialect in DIALECTS if dialect.recognizes(grid)), None)
     found = read_table(grid) if dialect is None else dialect.export(grid)
-    return replace(found, notes=(*grid.notes, *found.notes))
+    return replace(found, notes=(*found.grid.notes, *found.notes))

@@ -128,37 +128,38 @@ def read(
     kinds = None if robot is None else robot.joint_types
     names = [] if robot is None else [str(joint["name"]) for joint in robot.spec["joints"] if "name" in joint]
     found: list[tuple[Grid, Reading]] = []
-    problems: list[InvalidInput] = []
-    without_table: list[InvalidInput] = []
+    problems: list[tuple[int, InvalidInput]] = []  # and how many titles of the sheet are known
     count = None if kinds is None else len(kinds)
     for export in open_exports(path, mapping, sheet, wanted, encoding, names, count):
         if isinstance(export, InvalidInput):
-            without_table.append(export)
+            problems.append((-1, export))
             continue
+        known = sum(meaning is not None for meaning in export.meanings)
         try:
             export = with_joint_names(export, names)
             reading = interpret(export, convention=orientation, joint_kinds=kinds, wanted=wanted)
             reading = replace(reading, notes=[*reading.notes, *notes_on_names(export, names, reading.joints)])
         except InvalidInput as problem:
-            problems.append(problem)
+            problems.append((known, problem))
             continue
         if reading.joints or (wanted != "joints" and (reading.measured or reading.computed)):
             found.append((export.grid, reading))
         elif wanted == "joints":
-            problems.append(
-                InvalidInput(f"{reading.path}: holds no joint positions that are known; name them with --map")
-            )
+            sentence = f"{reading.path}: holds no joint positions that are known; name them with --map"
+            problems.append((known, InvalidInput(sentence)))
         else:
-            problems.append(InvalidInput(_without_points(reading)))
-    problems += without_table
+            problems.append((known, InvalidInput(_without_points(reading))))
     if not found:
         raise _best(problems)
     return _chosen(os.fspath(path), found, several=len(found) + len(problems) > 1)
 
 
-def _best(problems: list[InvalidInput]) -> InvalidInput:
-    """The problem of the sheet that came farthest: one that asks, then one with a table, as they come first."""
-    return next((problem for problem in problems if "--" in str(problem)), problems[0])
+def _best(problems: list[tuple[int, InvalidInput]]) -> InvalidInput:
+    """The problem of the sheet that came farthest: of which the most titles are known, and one that asks before others.
+
+    A cover sheet has hardly any.
+    """
+    return max(problems, key=lambda each: (each[0], "--" in str(each[1])))[1]
 
 
 def asked_encoding(encoding: str | None, mapping: Mapping) -> str | None:

@@ -44,6 +44,7 @@ class Reading:
         mapped: Columns of the contract that a map named.
         labels: Columns that could name the rows, those that say so first.
         unknown: Titles of columns that say nothing that is known, and are not taken.
+        sheet: Of a workbook.
         notes: What a reader should know.
     """
 
@@ -60,6 +61,7 @@ class Reading:
     mapped: frozenset[str] = frozenset()
     labels: list[LabelColumn] = field(default_factory=list)
     unknown: list[str] = field(default_factory=list)
+    sheet: str | None = None
     notes: list[str] = field(default_factory=list)
 
     def __len__(self) -> int:
@@ -137,6 +139,7 @@ def interpret(
         export.mapped,
         label_columns(export, rows, used),
         _unknown(export, rows),
+        export.grid.sheet,
         notes,
     )
 

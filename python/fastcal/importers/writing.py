@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.errors import ParseError
 from fastcal.importers.reading import Column, Reading
 from fastcal.io.measurements import dataset_from_table
 from fastcal.io.table import Cells, Table
@@ -64,7 +65,12 @@ def imported_dataset(reading: Reading, robot: RobotFacts | None) -> Dataset:
         units = [next(n for n in reading.columns if n.startswith(f"q{j}_")) for j in range(1, reading.joints + 1)]
         lengths = unit_names("length")
         robot = _AnyRobot(["prismatic" if name.split("_")[-1] in lengths else "revolute" for name in units])
-    return dataset_from_table(table_of(reading), robot)
+    try:
+        return dataset_from_table(table_of(reading), robot)
+    except ParseError as error:
+        if reading.sheet is None:
+            raise
+        raise type(error)(f"sheet '{reading.sheet}': {error.message}", error.path, error.line) from None
 
 
 def write_imported(path: str | os.PathLike[str], reading: Reading, robot: RobotFacts | None) -> int:

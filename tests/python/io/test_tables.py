@@ -5,6 +5,7 @@
 import csv
 import datetime
 import re
+import zipfile
 from collections.abc import Iterator
 from decimal import Decimal
 from pathlib import Path
@@ -322,3 +323,39 @@ def test_a_text_that_a_spreadsheet_would_run_is_quoted_and_comes_back(text: str,
 def test_other_texts_are_written_as_they_are(text: str, tmp_path: Path) -> None:
     write_csv(tmp_path / "a.csv", {"name": [text, "P1"]})
     assert (tmp_path / "a.csv").read_text().splitlines()[1] == text
+
+
+def test_formulas_without_a_stored_value_are_refused_as_such(tmp_path: Path) -> None:
+    """As openpyxl writes them, and with the 0 that XlsxWriter puts there; a formula that was calculated is a number."""
+    book = openpyxl.Workbook()
+    book.active.append(["a", "b", "name"])
+    for row in range(2, 9):
+        book.active.append([row, f"=A{row}*2" if row % 2 else row, "x"])
+    path = tmp_path / "book.xlsx"
+    book.save(path)
+    table = read_table(path)
+    np.testing.assert_array_equal(table.numbers(0), range(2, 9))
+    said = r"book.xlsx:3: column 'b' holds formulas without a stored value, in 3 of 7 cells; open the workbook in a sp"
+    with pytest.raises(ParseError, match=said):
+        table.numbers(1)
+    with pytest.raises(ParseError, match=said):
+        table.labels(1)
+    for stored, is_number in ((b"<v>0</v>", False), (b"<v>6</v>", True)):
+        again = _with_stored(path, tmp_path / "stored.xlsx", stored)
+        if is_number:
+            np.testing.assert_array_equal(read_table(again).numbers(1), [2, 6, 4, 6, 6, 6, 8])
+        else:
+            np.testing.assert_array_equal(read_table(again).numbers(1), [2, 0, 4, 0, 6, 0, 8])  # three may well be 0
+    for row in range(2, 9):
+        book.active.cell(row, 2, f"=A{row}*2")
+    book.save(path)
+    with pytest.raises(ParseError, match="'b' holds formulas without a stored value, in 7 of 7 cells"):
+        read_table(_with_stored(path, tmp_path / "stored.xlsx", b"<v>0</v>")).numbers(1)
+
+
+def _with_stored(book: Path, out: Path, value: bytes) -> Path:
+    """The workbook with a value beside each formula."""
+    with zipfile.ZipFile(book) as old, zipfile.ZipFile(out, "w") as new:
+        for name in old.namelist():
+            new.writestr(name, re.sub(rb"(</f>)<v ?/>|(</f>)<v></v>", rb"</f>" + value, old.read(name)))
+    return out
