@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from fastcal.errors import ParseError
 from fastcal.importers.grid import NUMBER, THOUSANDS, Grid
 from fastcal.importers.words import Title, meaning, unit_of
-from fastcal.io.table import NO_VALUE, Formula
+from fastcal.io.table import NO_VALUE, Uncalculated
 
 FloatArray = NDArray[np.float64]
 NOT_MEASURED = frozenset({"", "nan", "na", "n/a", "#n/a", "#nv", "-", "--", "---", "*", "****", "null", "none"}) | {
@@ -77,7 +77,7 @@ class Export:
                 out[k] = np.nan
                 continue
             value = number(cell)
-            if isinstance(cell, Formula):
+            if isinstance(cell, Uncalculated):
                 raise self.error(f"column {self.title(place)} {NO_VALUE.format(count=self._formulas(place))}", row)
             if value is None:
                 raise self.error(f"column {self.title(place)}: expected a number, got {cell[:40]!r}", row)
@@ -92,7 +92,7 @@ class Export:
         return out
 
     def _formulas(self, place: int) -> str:
-        count = sum(isinstance(row[place], Formula) for row in self.rows)
+        count = sum(isinstance(row[place], Uncalculated) for row in self.rows)
         return f"in {count} of {len(self.rows)} cells"
 
     def error(self, message: str, row: int | None = None) -> ParseError:
@@ -102,7 +102,7 @@ class Export:
 
 def is_value(cell: str) -> bool:
     """Whether a cell holds a number, or a formula of which the number is not known."""
-    return number(cell) is not None or isinstance(cell, Formula)
+    return number(cell) is not None or isinstance(cell, Uncalculated)
 
 
 def number(cell: str) -> float | None:

@@ -13,7 +13,7 @@ from fastcal.errors import ParseError, TooLarge
 from fastcal.importers.grid import Grid, Row, export_text, text_grid
 from fastcal.io.excel_sheets import sheets
 from fastcal.io.regular_file import read_bytes
-from fastcal.io.table import Formula, unreadable
+from fastcal.io.table import Uncalculated, unreadable
 
 MAX_BYTES = 32_000_000
 MAX_LINES = 200_000
@@ -89,7 +89,7 @@ def _text(cell: object) -> str:
     """A cell as text: dates as ISO writes them, whole numbers without a point."""
     if cell is None:
         return ""
-    if isinstance(cell, Formula):
+    if isinstance(cell, Uncalculated):
         return cell
     if isinstance(cell, float):
         return f"{cell:.17g}" if float(f"{cell:.15g}") != cell else f"{cell:.15g}"

@@ -11,7 +11,7 @@ import numpy as np
 from fastcal.errors import ParseError, TooLarge
 from fastcal.io.excel_archive import MAX_BYTES
 from fastcal.io.excel_sheets import sheets
-from fastcal.io.table import Cells, Formula, Table, unreadable, without_blank_columns
+from fastcal.io.table import Cells, Table, Uncalculated, unreadable, without_blank_columns
 
 EXPLANATIONS = "Columns"  # the sheet of fastcal's own templates that explains the columns
 
@@ -57,7 +57,7 @@ def _column(cells: list[object]) -> Cells:
 def _text(cell: object) -> str:
     if cell is None:
         return ""
-    if isinstance(cell, Formula):
+    if isinstance(cell, Uncalculated):
         return cell
     return f"{cell:.17g}" if isinstance(cell, float) else str(cell).strip()
 

@@ -11,7 +11,7 @@ from itertools import zip_longest
 from typing import Any
 
 from fastcal.io.excel_archive import check_archive
-from fastcal.io.table import Formula
+from fastcal.io.table import Uncalculated
 
 Cell = object
 _FEWEST = 5  # formulas of a sheet, all of them 0, that nobody has calculated
@@ -21,7 +21,7 @@ def sheets(content: bytes, path: str) -> Iterator[tuple[str, Iterator[Sequence[C
     """Title and rows of each sheet; to be read one after the other.
 
     A formula counts with the value saved beside it; where none is, or where all of a sheet's have the 0 that some
-    writers put there, the cell is a `Formula`.
+    writers put there, the cell is a `Uncalculated`.
 
     Raises:
         TooLarge, ParseError: As `check_archive`; whatever the decoder raises of a damaged file.
@@ -50,7 +50,7 @@ def _with_formulas(saved: Iterator[Sequence[Cell]], written: Iterator[Sequence[C
     never = len(values) >= _FEWEST and all(type(value) is int and value == 0 for value in values if value is not None)
     for row in pairs:
         yield [
-            Formula(getattr(formula, "text", None) or formula)
+            Uncalculated(getattr(formula, "text", None) or formula)
             if _is_formula(value, formula) and (value is None or never)
             else value
             for value, formula in row

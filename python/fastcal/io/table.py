@@ -36,7 +36,7 @@ def _plain(text: str) -> str:
     return text[1:] if text.startswith("'") and is_formula(text[1:]) else text
 
 
-class Formula(str):
+class Uncalculated(str):
     """The cell of a workbook with a formula whose value is not saved, as programs write it that do not calculate."""
 
     __slots__ = ()
@@ -109,7 +109,7 @@ class Table:
             ParseError: A cell is a formula without a value.
         """
         cells = self.columns[place]
-        if not isinstance(cells, np.ndarray) and any(isinstance(cell, Formula) for cell in cells):
+        if not isinstance(cells, np.ndarray) and any(isinstance(cell, Uncalculated) for cell in cells):
             raise self.wrong_cell(place, 0, "a text")
         if isinstance(cells, np.ndarray):
             return ["" if math.isnan(value) else f"{value:.17g}" for value in cells.tolist()]
@@ -118,7 +118,7 @@ class Table:
     def wrong_cell(self, place: int, row: int, expected: str, got: str | None = None) -> ParseError:
         """The error for a cell: where it is, what was expected and what came."""
         cells = self.columns[place]
-        if bare := [k for k, cell in enumerate(cells) if isinstance(cell, Formula)]:
+        if bare := [k for k, cell in enumerate(cells) if isinstance(cell, Uncalculated)]:
             message = NO_VALUE.format(count=f"in {len(bare)} of {len(cells)} cells")
             return self.error(f"column '{self.names[place]:.60}' {message}", bare[0])
         return self.error(
