@@ -78,7 +78,7 @@ class Export:
                 continue
             value = number(cell)
             if isinstance(cell, Uncalculated):
-                raise self.error(f"column {self.title(place)} {NO_VALUE.format(count=self._formulas(place))}", row)
+                self.check_calculated(place)
             if value is None:
                 raise self.error(f"column {self.title(place)}: expected a number, got {cell[:40]!r}", row)
             for mark in ",.":
@@ -91,9 +91,16 @@ class Export:
             raise self.error(f"column {self.title(place)} mixes decimal commas and points, as in '{cell:.40}'", row)
         return out
 
-    def _formulas(self, place: int) -> str:
-        count = sum(isinstance(row[place], Uncalculated) for row in self.rows)
-        return f"in {count} of {len(self.rows)} cells"
+    def check_calculated(self, place: int) -> None:
+        """Refuses a column with formulas that have no value.
+
+        Raises:
+            ParseError: Says how many, and where the first is.
+        """
+        bare = [row for row, cells in enumerate(self.rows) if isinstance(cells[place], Uncalculated)]
+        if bare:
+            message = NO_VALUE.format(count=f"in {len(bare)} of {len(self.rows)} cells")
+            raise self.error(f"column {self.title(place)} {message}", bare[0])
 
     def error(self, message: str, row: int | None = None) -> ParseError:
         """An error with the file and the line of a row."""

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from fastcal.errors import InvalidInput
 from fastcal.importers.export import Export, number
 from fastcal.importers.names import Pair, counts_rows, is_whole, pairs_by_name
+from fastcal.io.table import Uncalculated
 from fastcal.measurements.labels import LABEL_WORDS, title_words
 
 _MOST_COLUMNS = 30  # of a list that are compared
@@ -77,7 +78,8 @@ def label_columns(export: Export, rows: Sequence[int], used: Iterable[int]) -> l
     found = []
     taken = set(used)
     for place, meaning in enumerate(export.meanings):
-        texts = [export.rows[row][place].strip() for row in rows]
+        cells = [export.rows[row][place] for row in rows]
+        texts = ["" if isinstance(cell, Uncalculated) else cell.strip() for cell in cells]
         role = None if meaning is None else meaning.role
         if "name" in export.mapped and role != "name":
             continue

@@ -367,6 +367,7 @@ def _names(export: Export, rows: Sequence[int]) -> tuple[list[str] | None, bool]
     """The names of the rows and whether they only count; the first column of names that differ wins."""
     for role in ("name", "number"):
         for place in families.labelled(export, role):
+            export.check_calculated(place)
             texts = [export.rows[k][place] for k in rows]
             if len(set(texts)) * 2 > len(texts):
                 return texts, all(number(text) is not None for text in texts)
