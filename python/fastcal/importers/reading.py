@@ -244,7 +244,7 @@ def _joint_columns(
         if unit is None:
             unit = ("deg", 1.0) if turning else ("mm", 1.0)
             assumed.append(joint)
-            largest = max(largest, float(np.nanmax(np.abs(values)))) if turning else np.inf
+            largest = max(largest, float(np.nanmax(np.abs(values), initial=0.0))) if turning else np.inf
         columns[f"q{joint}_{unit[0]}"] = values * unit[1]
     for joint, back in enumerate(read, start=1):
         if back is not None:

@@ -19,6 +19,8 @@ from fastcal.measurements.checks import RobotFacts
 from fastcal.measurements.dataset import Dataset
 from fastcal.units import unit_names
 
+_LATEST = 1e12  # [s] 30,000 years: what is beyond tells no time
+
 
 @dataclass(frozen=True)
 class _AnyRobot:
@@ -49,7 +51,7 @@ def table_of(reading: Reading) -> Table:
         columns[name] = reading.columns[name]
     if reading.times is not None and not any(name.startswith("time_") for name in columns):
         seconds = reading.times.seconds
-        if np.isfinite(seconds).all():
+        if np.isfinite(seconds).all() and np.abs(seconds).max() < _LATEST:
             columns["time_s"] = np.round(seconds - seconds.min(), 6)
     cells: list[Cells] = list(columns.values())
     return Table(reading.path, list(columns), cells, lines=reading.lines, notes=tuple(reading.notes))

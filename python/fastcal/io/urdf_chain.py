@@ -67,7 +67,7 @@ def _with_rpy(tag: str) -> str:
     if text is None:
         return tag
     turn = _numbers(text, 4)
-    if turn is None or not 0.9 < (length := float(np.linalg.norm(turn))) < 1.1:
+    if turn is None or not 0.9 < (length := math.hypot(*turn)) < 1.1:
         raise InvalidInput(f"expected quat_xyzw of an origin to be a unit quaternion x y z w, got '{text:.60}'")
     R = _core.quaternion_to_rotation(turn[[3, 0, 1, 2]] / length)
     if (given := _attribute(tag, "rpy")) is not None:
