@@ -22,8 +22,10 @@ _FEWEST = 3  # samples of a window, and windows
 _ALIKE = 2.0  # times the least spread: a shift is as good
 
 
-def delay(windows: FloatArray, times: FloatArray, points: FloatArray) -> float:
-    """By how much the points' clock is late [s]; 0 where it need not be.
+def delay(windows: FloatArray, times: FloatArray, points: FloatArray) -> tuple[float, bool]:
+    """By how much the points' clock is late [s], 0 where it need not be; and whether another delay would do as well.
+
+    Of several delays the smallest is taken: where all poses are held equally long, one of a whole pose more looks alike.
 
     Args:
         windows: (K, 2) [s] begin and end of the joints' standstills.
@@ -31,25 +33,20 @@ def delay(windows: FloatArray, times: FloatArray, points: FloatArray) -> float:
         points: (N, 3) [m].
     """
     if len(windows) < _FEWEST or len(times) < _FEWEST:
-        return 0.0
+        return 0.0, False
     here = spreads(windows, times, points)
     if not (np.isfinite(here).sum() >= _FEWEST and np.nanmedian(here) > _LEAST):
-        return 0.0
-    between = float(np.diff(windows.mean(axis=1)).min()) / 2  # farther, and a window may be still at the next pose
-    steps = int(min(_LONGEST, between) / _STEP)
+        return 0.0, False
+    steps = round(_LONGEST / _STEP)
     shifts = _STEP * np.arange(-steps, steps + 1)
     typical = np.array([_typical(spreads(windows + shift, times, points)) for shift in shifts])
     best = float(typical.min())
     if not best < _typical(here) / _RESTLESS:
-        return 0.0
-    alike = typical <= max(_ALIKE * best, _LEAST / _RESTLESS)
-    middle = int(np.argmin(typical))
-    low, high = middle, middle
-    while low > 0 and alike[low - 1]:
-        low -= 1
-    while high < len(shifts) - 1 and alike[high + 1]:
-        high += 1
-    return float(shifts[low] + shifts[high]) / 2
+        return 0.0, False
+    alike = np.r_[False, typical <= max(_ALIKE * best, _LEAST / _RESTLESS), False]
+    ends = np.flatnonzero(np.diff(alike.astype(int)))  # of stretches of shifts that do
+    middles = (shifts[ends[::2]] + shifts[ends[1::2] - 1]) / 2
+    return float(middles[np.argmin(np.abs(middles))]), len(middles) > 1
 
 
 def still_windows(windows: FloatArray, times: FloatArray, points: FloatArray) -> tuple[NDArray[np.bool_], float]:

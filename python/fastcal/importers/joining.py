@@ -134,6 +134,8 @@ def _by_name_or_time(join: _Join) -> tuple[list[Pair] | None, str | None]:
     for rows, why in ((timed.moving, "were taken while the arm moved"), (timed.outside, "have no pose at their time")):
         if rows:
             join.notes.append(f"{len(rows)} points {why} and are left out: {_listed(points, rows)}")
+    if join.robot is None:
+        join.notes.append("nothing but the two clocks joins them: --robot ROBOT would check that they agree")
     if len(poses) < _RECORD * len(points):
         return timed.pairs, "by time"
     # Of a record of the motion the other samples are no poses that could have lost their point.

@@ -80,7 +80,7 @@ def bag_grids(
     titles = ["x [m]", "y [m]", "z [m]", "qx", "qy", "qz", "qw"][: x.shape[1]]
     if not len(joints.times):
         return [_table(name, titles, seen, x, sheet=measured, notes=notes)]
-    times, rows, more = _by_standstill(name, joints, seen, x)
+    times, rows, more = _by_standstill(name, joints, seen, x, tried=count is not None)
     notes = [*joints.notes, *notes, *more]
     return [_table(name, [*_joint_titles(joints.names), *titles], times, rows, sheet=measured, notes=notes)]
 
@@ -206,7 +206,7 @@ def _chosen(path: str, poses: Mapping[str, Stream], topic: str | None) -> str | 
 
 
 def _by_standstill(
-    path: str, joints: JointStates, seen: FloatArray, x: FloatArray
+    path: str, joints: JointStates, seen: FloatArray, x: FloatArray, *, tried: bool
 ) -> tuple[FloatArray, FloatArray, list[str]]:
     """A row of joints and the mean pose for each standstill of the joints in which poses were measured, and notes."""
     at, q = joints.times, joints.q
@@ -216,7 +216,7 @@ def _by_standstill(
         if at[end - 1] - at[start] >= _SHORTEST
     ]
     windows = np.array([(at[middle][0], at[middle][-1]) for _, _, middle in still]).reshape(len(still), 2)
-    late = delay(windows, seen, x[:, :3])
+    late, may_be_another = delay(windows, seen, x[:, :3])
     moving, largest = still_windows(windows + late, seen, x[:, :3])
     times, rows, restless = [], [], 0
     for (_, _, middle), (low, high), moves in zip(still, windows + late, moving, strict=True):
@@ -231,6 +231,7 @@ def _by_standstill(
         notes.append(
             f"the clock of the poses is {abs(late):.2f} s {'late' if late > 0 else 'early'} against that of the "
             "joints, which is taken into account: so the measured point stands still where the joints do"
+            + ("; one of a whole pose more would look alike, which --robot ROBOT tells apart" * (may_be_another and not tried))
         )
     if restless:
         moved = f"in {restless} of {restless + len(rows)} standstills of the joints the measured point still moves, by "

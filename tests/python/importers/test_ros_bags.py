@@ -351,10 +351,23 @@ def test_the_delay_of_a_noisy_camera_is_none() -> None:
     times = np.arange(0, 40, 0.03)
     places = rng.normal(0, 1, (20, 3))[np.minimum((times / 2).astype(int), 19)] + rng.normal(0, 0.005, (len(times), 3))
     windows = np.array([(2 * k + 0.3, 2 * k + 1.7) for k in range(20)], dtype=float)
-    assert delay(windows, times, places) == 0.0
+    assert delay(windows, times, places) == (0.0, False)
     assert not still_windows(windows, times, places)[0].any()
-    late = delay(windows, times + 0.6, places)
+    late, may_be_another = delay(windows, times + 0.6, places)
     assert abs(late - 0.6) < 0.05
+    assert may_be_another  # of 2 s more
+
+
+def test_a_delay_of_more_than_a_pose_is_found_where_poses_are_held_unequally_long() -> None:
+    rng = np.random.default_rng(1)
+    begins = np.cumsum(rng.uniform(1.0, 4.0, 25))
+    times = np.arange(0, begins[-1], 0.02)
+    held = np.searchsorted(begins, times, side="right")
+    places = rng.normal(0, 1, (26, 3))[held] + rng.normal(0, 1e-5, (len(times), 3))
+    windows = np.column_stack([begins[:-1] + 0.2, begins[1:] - 0.2])
+    late, may_be_another = delay(windows, times - 4.3, places)
+    assert abs(late + 4.3) < 0.05
+    assert not may_be_another
 
 
 @pytest.mark.parametrize("split", [3, 4, 5])
