@@ -161,7 +161,8 @@ def _refuse_names_that_differ(join: _Join) -> None:
         InvalidInput: Both have such a column, and no robot is there to check the order.
     """
     points, poses = (
-        [column for column in each.labels if not (column.counts or column.timed)] for each in (join.points, join.poses)
+        [column for column in each.labels if not (column.counts or column.timed or column.is_reading)]
+        for each in (join.points, join.poses)
     )
     if points and poses and not all(columns[0].read for columns in (points, poses)) and join.robot is None:
         raise InvalidInput(

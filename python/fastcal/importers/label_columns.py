@@ -51,6 +51,12 @@ class LabelColumn:
         return self.timed and len(known) == len(numbers) and known == sorted(known)
 
     @property
+    def is_reading(self) -> bool:
+        """Whether it holds real numbers, and its title does not say that they are names."""
+        numbers = [text for text in self.texts if number(text) is not None]
+        return not self.read and not all(map(is_whole, numbers))
+
+    @property
     def has_letters(self) -> bool:
         """Whether it holds more than numbers."""
         return any(number(text) is None for text in self.texts if text)
@@ -68,7 +74,7 @@ class LabelMatch:
 def label_columns(export: Export, rows: Sequence[int], used: Iterable[int]) -> list[LabelColumn]:
     """The columns of an export that could name its rows, those that say so by their titles first.
 
-    These hold texts or whole numbers, most of them different.
+    Most of its texts or numbers are different.
 
     Args:
         export: The table.
@@ -88,16 +94,16 @@ def label_columns(export: Export, rows: Sequence[int], used: Iterable[int]) -> l
         words = title_words(export.titles[place])
         read = role in ("name", "number") or (bool(words) and words <= LABEL_WORDS)
         found.append(LabelColumn(export.title(place), texts, read, role in _TIMES))
-    return sorted(found, key=lambda column: not column.read)
+    return sorted(found, key=lambda column: (not column.read, column.is_reading))
 
 
 def _could_name(texts: Sequence[str]) -> bool:
-    """Whether texts are most of them different and no real numbers."""
+    """Whether texts are most of them different, and all of them or few are numbers."""
     filled = [text for text in texts if text]
     if len({*filled}) <= _DISTINCT * len(texts):
         return False
-    numbers = [text for text in filled if number(text) is not None]
-    return all(map(is_whole, numbers)) if len(numbers) == len(filled) else 2 * len(numbers) <= len(filled)
+    numbers = sum(number(text) is not None for text in filled)
+    return numbers == len(filled) or 2 * numbers <= len(filled)
 
 
 def best_match(
@@ -116,14 +122,14 @@ def best_match(
     Raises:
         InvalidInput: Other columns agree as well and name other rows.
     """
-    found: list[tuple[tuple[bool, int, int, bool], bool, LabelMatch]] = []
+    found: list[tuple[tuple[int, int, int, bool], bool, LabelMatch]] = []
     for pose in poses[:_MOST_COLUMNS]:
         for point in points[:_MOST_COLUMNS]:
             pairs = None if pose.is_clock and point.is_clock else pairs_by_name(pose.texts, point.texts)
             if pairs is not None:
-                counters = pose.counts and point.counts
+                counters = int(pose.counts) + int(point.counts)
                 letters = pose.has_letters and point.has_letters
-                rank = (not counters, len(pairs.pairs), -pairs.coarseness, letters)
+                rank = (-counters, len(pairs.pairs), -pairs.coarseness, letters)
                 found.append((rank, pose.read and point.read, LabelMatch(pairs.pairs, pose, point)))
     if not found:
         return None

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 Pair = tuple[int, int]  # pose, point
 _MOST = 0.5  # of the shorter list that must have a partner, or the names mean different things
 _WHOLE_NUMBER = re.compile(r"([-+]?\d+)(?:[.,]0*)?")
+_REAL = re.compile(r"[-+]?(\d+[.,]?\d*|[.,]\d+)([eE][-+]?\d+)?")
 _LONGEST_NUMBER = 15  # digits of a number that counts something
 
 
@@ -43,6 +44,8 @@ def pairs_by_name(poses: Sequence[str], points: Sequence[str]) -> NamePairs | No
     numeric = _are_numbers(poses) or _are_numbers(points)
     found: NamePairs | None = None
     for coarseness, key in enumerate(_KEYS):
+        if coarseness and (_are_real(poses) or _are_real(points)):
+            break  # 1.2 is not 12, nor any point 2
         if (coarseness == len(_KEYS) - 1 or numeric) and _counts_otherwise(poses, points):
             continue
         pairs = _paired(poses, points, key)
@@ -75,6 +78,12 @@ def _counts_otherwise(poses: Sequence[str], points: Sequence[str]) -> bool:
 
 def _are_numbers(names: Sequence[str]) -> bool:
     return all(_WHOLE_NUMBER.fullmatch(name) for name in names if name)
+
+
+def _are_real(names: Sequence[str]) -> bool:
+    """Whether all names are numbers, and not all of them whole."""
+    filled = [name.strip() for name in names if name.strip()]
+    return all(map(_REAL.fullmatch, filled)) and not all(map(is_whole, filled))
 
 
 def _paired(poses: Sequence[str], points: Sequence[str], key: Callable[[str], Hashable]) -> list[Pair] | None:

@@ -34,6 +34,7 @@ LABELS = {
     "text": [f"P{k:03d}" for k in range(1, 31)],
     "words": [f"{a}{b}{c}" for a in "ABC" for b in "xyzuv" for c in "st"],
     "numbers": [str(7 * k % 31 + 100) for k in range(30)],
+    "levels": [f"{k // 7 + 1}.{k % 7 + 1}" for k in range(30)],
     "counted": [str(k) for k in range(1, 31)],
 }
 
@@ -228,6 +229,8 @@ def test_the_column_that_names_the_rows_wins_whatever_its_place(rng: random.Rand
         (["1", "10", "100"], ["10.0", "1.0", "100.0"], [(0, 1), (1, 0), (2, 2)]),
         (["P1-1", "P11", "P1-2"], ["P11", "P1-2", "P1-1"], [(0, 2), (1, 0), (2, 1)]),
         (["A1", "B1", "A2"], ["B 1", "A 2", "A 1"], [(0, 2), (1, 0), (2, 1)]),
+        (["1.1", "1.2", "2.1"], ["2.1", "1.1", "1.2"], [(0, 1), (1, 2), (2, 0)]),
+        (["1.1", "1.2", "2.1"], ["11", "12", "21"], None),
         (["A1", "B1", "A2"], ["1", "2", "7"], None),  # two poses have the number 1
         (["1", "2", "3", "4"], ["4", "2", "1"], [(0, 2), (1, 1), (3, 0)]),  # numbers out of order are names
         (["1", "2", "3", "4"], ["0", "3", "2", "1"], None),  # one counts from 0
