@@ -25,7 +25,7 @@ _ALIKE = 2.0  # times the least spread: a shift is as good
 def delay(windows: FloatArray, times: FloatArray, points: FloatArray) -> tuple[float, bool]:
     """By how much the points' clock is late [s], 0 where it need not be; and whether another delay would do as well.
 
-    Of several delays the smallest is taken: where all poses are held equally long, one of a whole pose more looks alike.
+    Of several delays the smallest is taken: where poses are held equally long, one of a whole pose more looks alike.
 
     Args:
         windows: (K, 2) [s] begin and end of the joints' standstills.

@@ -217,6 +217,7 @@ def _by_standstill(
     ]
     windows = np.array([(at[middle][0], at[middle][-1]) for _, _, middle in still]).reshape(len(still), 2)
     late, may_be_another = delay(windows, seen, x[:, :3])
+    ask = may_be_another and not tried
     moving, largest = still_windows(windows + late, seen, x[:, :3])
     times, rows, restless = [], [], 0
     for (_, _, middle), (low, high), moves in zip(still, windows + late, moving, strict=True):
@@ -231,7 +232,7 @@ def _by_standstill(
         notes.append(
             f"the clock of the poses is {abs(late):.2f} s {'late' if late > 0 else 'early'} against that of the "
             "joints, which is taken into account: so the measured point stands still where the joints do"
-            + ("; one of a whole pose more would look alike, which --robot ROBOT tells apart" * (may_be_another and not tried))
+            + "; one of a whole pose more would look alike, which --robot ROBOT tells apart" * ask
         )
     if restless:
         moved = f"in {restless} of {restless + len(rows)} standstills of the joints the measured point still moves, by "
