@@ -107,6 +107,12 @@ def read_export(path: Path) -> None:
     finite(data.q, data.position, data.rotation)
 
 
+def read_points(path: Path) -> None:
+    """Points that only their labels, under a title of no language, join with sound joints in another order."""
+    data = imported_dataset(import_measurements([path], joints=path.with_name("labelled.csv")), ROBOT)
+    finite(data.q, data.position)
+
+
 def read_joints(path: Path) -> None:
     """Joints beside sound points."""
     data = imported_dataset(import_measurements([path.with_name("report.txt")], joints=path), ROBOT)
@@ -228,6 +234,20 @@ def corpus(folder: Path) -> dict[str, tuple[str, bytes, Read, Callable[[random.R
         f"P{k},{'ab'[k % 2]},1," + ",".join(map(str, row[:6])) + ",5,1,400,-200.5\n"
         for k, row in enumerate(rows.tolist())
     )
+    titled = "foo;J1 [deg];J2 [deg];J3 [deg];J4 [deg];J5 [deg];J6 [deg]\n"
+    joints = [f"K-{k}x;" + ";".join(map(str, row[:6])) + "\n" for k, row in enumerate(rows.tolist())]
+    (folder / "labelled.csv").write_text(titled + "".join(joints[::-1]))
+    labelled = "Nr;bar;X [mm];Y [mm];Z [mm]\n"
+    labelled += "".join(f"{k};k {k}X;" + ";".join(map(str, row[6:9])) + "\n" for k, row in enumerate(rows.tolist()))
+    marked = "% by hand\n% " + table.replace(",", " ")
+    side = "\n".join(",".join(map(str, [name, *column])) for name, column in zip(names, rows.T.tolist(), strict=True))
+    japanese = "名前,関節1,関節2,関節3,関節4,関節5,関節6,測定X [mm],測定Y [mm],測定Z [mm]\n"
+    japanese += "".join(f"点{k}," + ",".join(map(str, row[:9])) + "\n" for k, row in enumerate(rows.tolist()))
+    book = openpyxl.load_workbook(folder / "log.xlsx")
+    book.active.cell(1, 14, "twice")
+    for line in range(4, 8):
+        book.active.cell(line, 14, f"=A{line}*2")
+    book.save(folder / "formulas.xlsx")
     bag = b""
     if find_spec("rosbags") is not None:
         bag = recorded_bag(folder / "bag", np.radians(rows[:, :6]), 1e-3 * rows[:, 6:9])
@@ -235,10 +255,12 @@ def corpus(folder: Path) -> dict[str, tuple[str, bytes, Read, Callable[[random.R
         "measurements, CSV": (".csv", table.encode(), read_measurements, damaged),
         "measurements, xlsx": (".xlsx", (folder / "book.xlsx").read_bytes(), read_measurements, damaged_workbook),
         "measurements, Parquet": (".parquet", (folder / "table.parquet").read_bytes(), read_measurements, damaged),
+        "measurements, marked": (".csv", marked.encode("utf-16"), read_measurements, damaged),
         "targets": (".csv", poses.encode(), read_targets, damaged),
         "robot, YAML": (".yaml", (folder / "arm.yaml").read_bytes(), read_robot, damaged),
         "robot with a structure": (".yaml", STRUCTURE.encode(), read_robot, damaged),
         "robot, URDF": (".urdf", (folder / "arm.urdf").read_bytes(), read_robot, damaged),
+        "robot, URDF 1.1": (".urdf", URDF_1_1.encode("cp932"), read_robot, damaged),
         "cell": (".yaml", cell.encode(), load_cell, damaged),
         "surroundings": (".yaml", room.encode(), load_surroundings, damaged),
         "instruments": (".yaml", INSTRUMENTS.encode(), load_instruments, damaged),
@@ -246,6 +268,10 @@ def corpus(folder: Path) -> dict[str, tuple[str, bytes, Read, Callable[[random.R
         "result": (".json", result.encode(), read_json, damaged),
         "export, table": (".csv", log.encode(), read_export, damaged),
         "export, xlsx": (".xlsx", (folder / "log.xlsx").read_bytes(), read_export, damaged_workbook),
+        "export, formulas": (".xlsx", (folder / "formulas.xlsx").read_bytes(), read_export, damaged_workbook),
+        "export, labels": (".csv", labelled.encode(), read_points, damaged),
+        "export, on its side": (".csv", side.encode(), read_export, damaged),
+        "export, cp932": (".csv", japanese.encode("cp932"), read_export, damaged),
         "export, report": (".txt", report.encode(), read_export, damaged),
         "export, ROS": (".yaml", echo.encode(), read_joints, damaged),
         "export, ROS bag": (".mcap", bag, read_export, damaged),
@@ -314,6 +340,14 @@ XACRO = """<robot name="arm" xmlns:xacro="http://www.ros.org/wiki/xacro">
   <xacro:if value="true"><xacro:joint n="3" below="b" above="c" z="0.2"/></xacro:if>
 </robot>
 """
+URDF_1_1 = """<?xml version="1.0" encoding="cp932"?>
+<robot name="腕" version="1.1"><link name="base"/><link name="a"/><link name="b"/>
+  <joint name="j1" type="revolute"><origin xyz="0 0 0.2" quat_xyzw="0 0 0.3826834 0.9238795"/><parent link="base"/>
+    <child link="a"/><axis xyz="0 0 1"/></joint>
+  <joint name="j2" type="prismatic"><origin rpy="0 0.1 0"/><parent link="a"/><child link="b"/><axis xyz="0 1 0"/>
+    <limit lower="-1" upper="1"/></joint>
+</robot>
+"""
 BUDGET = """level: 0.95
 instrument: {xyz_mm: [3000, 0, 1200.5]}
 inputs:
@@ -355,10 +389,11 @@ planes:
 LIST = "robot,data,test,name\nur5,one.csv,,first\narm.yaml,two.csv,test.csv,second\nur5,three.csv,,\n"
 ROBOT = fastcal.load_robot("ur5")
 NAMES = [
-    *("measurements, CSV", "measurements, xlsx", "measurements, Parquet", "targets"),
-    *("robot, YAML", "robot with a structure", "robot, URDF", "cell", "surroundings"),
+    *("measurements, CSV", "measurements, xlsx", "measurements, Parquet", "measurements, marked", "targets"),
+    *("robot, YAML", "robot with a structure", "robot, URDF", "robot, URDF 1.1", "cell", "surroundings"),
     *("instruments", "network", "result"),
-    *("export, table", "export, xlsx", "export, report", "export, ROS", "export, ROS bag", "map"),
+    *("export, table", "export, xlsx", "export, formulas", "export, labels", "export, on its side", "export, cp932"),
+    *("export, report", "export, ROS", "export, ROS bag", "map"),
     *("UR kinematics", "UR calibration", "robot, xacro", "budget", "acceptance plan", "check", "list of arms"),
     *("program, .mod", "program, .src", "program, .ls", "program, .script"),
 ]

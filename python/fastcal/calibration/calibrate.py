@@ -22,7 +22,7 @@ from fastcal.calibration.data_notes import (
     thin_data_notes,
     unseen_directions,
 )
-from fastcal.calibration.evaluation import evaluate, judged
+from fastcal.calibration.evaluation import judged
 from fastcal.calibration.extrapolation_notes import range_notes
 from fastcal.calibration.geometry_anchoring import pulls
 from fastcal.calibration.inspection import check_columns, check_fit
@@ -36,6 +36,7 @@ from fastcal.calibration.parameter_table import (
     turn_sigma,
     unknowns_by_owner,
 )
+from fastcal.calibration.placed_test import evaluated_test
 from fastcal.calibration.postures import check_postures, saturated
 from fastcal.calibration.problem import CalibrationProblem, prepare
 from fastcal.calibration.residual_checks import MOST_ROWS, Checks, checked
@@ -198,6 +199,7 @@ def calibrate(
     reached = bounds_reached(problem, found, {**limits, **pulled})
     table, table_covariance = parameter_table(start, model, found, covariance, reached)
     beyond = [] if test is None else [f"{test.source}: {note}" for note in range_notes(result_model, test)]
+    tested, placing = (None, []) if test is None else evaluated_test(result_model, aligned, test, judge)
     # Without effects all robots of a kind read the same of the rows.
     train = judged(result_model, data, **judge, samples=None if start.effects else problem.samples)
     if long is not None and rows is not None:
@@ -225,7 +227,7 @@ def calibrate(
         outliers=sorted({*found.outliers, *seen.set_aside}),
         weights=np.asarray(found.weights),
         train=train,
-        test=None if test is None else evaluate(result_model, test, **judge),
+        test=tested,
         notes=[
             *suspected,
             *check_fit(robot, train, as_read=as_read),
@@ -237,6 +239,7 @@ def calibrate(
             *(p.bound.note(f"{p.owner} {p.name}", p.value, p.unit) for p in table if p.bound is not None),
             *seen.notes,
             *([] if test is None else shared_row_notes([data] if long is None else long.parts(moves=False), test)),
+            *placing,
             *beyond,
         ],
         unknowns=unknowns,

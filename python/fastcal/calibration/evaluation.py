@@ -275,6 +275,16 @@ def _is_hopeless(p: FloatArray, x: FloatArray, e: FloatArray) -> bool:
     return float(np.vdot(e, e)) < ALIGNED_BETTER**2 * float(apart @ apart) / 2
 
 
+def best_motion(p: FloatArray, x: FloatArray) -> FloatArray:
+    """The rigid motion (4, 4) of points p (N, 3) that leaves the least of |M p - x|^2, by W. Kabsch (1976)."""
+    middle_p, middle_x = p.mean(axis=0), x.mean(axis=0)
+    U, _, Vt = np.linalg.svd((x - middle_x).T @ (p - middle_p))
+    motion = np.eye(4)
+    motion[:3, :3] = U @ np.diag([1.0, 1.0, np.sign(np.linalg.det(U @ Vt))]) @ Vt
+    motion[:3, 3] = middle_x - motion[:3, :3] @ middle_p
+    return motion
+
+
 def realigned(predicted: FloatArray, error: FloatArray) -> Realigned | None:
     """The rigid motion of predicted points (N, 3) that leaves the least of `error` (N, 3), predicted less measured [m].
 
@@ -287,12 +297,8 @@ def realigned(predicted: FloatArray, error: FloatArray) -> Realigned | None:
     x = p - e
     if _is_hopeless(p, x, e):
         return None
-    middle_p, middle_x = p.mean(axis=0), x.mean(axis=0)
-    U, _, Vt = np.linalg.svd((x - middle_x).T @ (p - middle_p))
-    R = U @ np.diag([1.0, 1.0, np.sign(np.linalg.det(U @ Vt))]) @ Vt
-    motion = np.eye(4)
-    motion[:3, :3], motion[:3, 3] = R, middle_x - R @ middle_p
-    left = ErrorStatistics.of(np.linalg.norm(p @ R.T + motion[:3, 3] - x, axis=1))
+    motion = best_motion(p, x)
+    left = ErrorStatistics.of(np.linalg.norm(p @ motion[:3, :3].T + motion[:3, 3] - x, axis=1))
     given = ErrorStatistics.of(np.linalg.norm(e, axis=1))
     if left is None or given is None or given.rms < ALIGNED_BETTER * left.rms:
         return None

@@ -38,6 +38,10 @@ def import_(
     map_: Annotated[
         Path | None, typer.Option("--map", metavar="FILE", help="Which of its columns is which, as YAML.")
     ] = None,
+    encoding: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="Of the text, where it does not say it: cp932, gbk, cp1252, utf-16 ..."),
+    ] = None,
     print_map: Annotated[
         bool, typer.Option("--print-map", help="Write such a map to start from, to FILE or the screen.")
     ] = False,
@@ -54,9 +58,10 @@ def import_(
     mapping: Mapping | None = None if map_ is None else read_map(map_)
     arm = None if robot is None else load_robot(robot)
     if print_map:
-        text = map_text([*exports, *([joints] if joints else [])], mapping, sheet)
+        text = map_text([*exports, *([joints] if joints else [])], mapping, sheet, encoding)
         if output is None:
-            say(text.rstrip())
+            for line in text.splitlines():
+                say(line)
         else:
             write_text(output, text)
         emit({"map": text} | ({} if output is None else {"file": str(output)}))
@@ -66,7 +71,13 @@ def import_(
     with progress() as show:
         show("reading")
         found = import_measurements(
-            exports, joints=joints, robot=arm, sheet=sheet, orientation=orientation, mapping=mapping
+            exports,
+            joints=joints,
+            robot=arm,
+            sheet=sheet,
+            orientation=orientation,
+            mapping=mapping,
+            encoding=encoding,
         )
         rows = write_imported(output, found, arm)
     for note in found.notes:

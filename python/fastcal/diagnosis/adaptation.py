@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from fastcal.calibration.data_notes import covered
 from fastcal.calibration.evaluation import Evaluation, evaluate
+from fastcal.calibration.placed_test import evaluated_test
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.fits import Fit
 from fastcal.diagnosis.library import Hypothesis
@@ -47,7 +48,7 @@ class Judge:
         """A robot with its errors, beside those of another one."""
         frame: dict[str, Any] = {"before": before, "unknowns": unknowns, "unknowns_before": unknowns}
         frame |= {"threads": self.threads}
-        test = None if self.test is None else evaluate(model, self.test, **frame)
+        test = None if self.test is None else evaluated_test(model, before, self.test, frame)[0]
         return AdaptedModel(model, evaluate(model, self.data, **frame), test)
 
 

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from fastcal.calibration.data_notes import shared_row_notes
 from fastcal.calibration.inspection import check_columns, check_fit
 from fastcal.calibration.parallel import each, workers
+from fastcal.calibration.placed_test import placing_notes
 from fastcal.calibration.pose_folds import along_a_path
 from fastcal.calibration.postures import check_postures, too_few_postures
 from fastcal.diagnosis import adaptation, grading, rivals, rules, sensitivity, unexplained
@@ -102,7 +103,7 @@ def diagnose(
         notify("adding what was found")
         result = found.result()
     unexplained_by_any = check_fit(robot, result.steps[0].train, as_read=as_read)
-    shared = [] if test is None else shared_row_notes([data], test)
+    shared = [] if test is None else [*shared_row_notes([data], test), *placing_notes(result.model, test)]
     return replace(result, notes=[*suspected, *unexplained_by_any, *shared, *result.notes])
 
 

@@ -288,6 +288,6 @@ def _conditions(data: Dataset) -> Iterator[tuple[str, FloatArray, int]]:
     ):
         if values is not None and np.ptp(values) > 0:
             yield name, np.asarray(values), degree
-    for name, values in data.extra.items():
+    for name, values in data.sensors.items():
         if np.isfinite(values).all() and np.ptp(values) > 0:
             yield name, values, rules.CONDITION_DEGREE

@@ -45,7 +45,7 @@ def searched_rows(data: Dataset, robot: Robot) -> IntArray | None:
 
 def _extremes(data: Dataset) -> IntArray:
     """Rows with the least and largest value of each column, and the first row of each label."""
-    numbers = [data.q, data.payload, data.time, data.temperature, data.position, data.move, *data.extra.values()]
+    numbers = [data.q, data.payload, data.time, data.temperature, data.position, data.move, *data.sensors.values()]
     columns = np.column_stack([column for column in numbers if column is not None])
     labels = [data.station, data.mount, data.anchor, *map(np.array, data.observed_labels.values())]
     each = [np.unique(label, return_index=True)[1] for label in labels if label is not None]

@@ -170,7 +170,7 @@ def moved_together(slow: Sequence[SlowMotion], data: Dataset) -> IntArray:
 
     What a posture, a payload or a direction of approach sets apart may be an effect.
     """
-    conditions = [data.payload, data.approach, *data.extra.values()]
+    conditions = [data.payload, data.approach, *data.sensors.values()]
     labels = [np.unique(own, return_inverse=True)[1] for own in (data.station, data.mount) if own is not None]
     apart = np.column_stack([data.q, *(c for c in conditions if c is not None), *labels])
     blocks = [motion.block for motion in slow if _joint_of_shared_range(motion.block, apart) is None]

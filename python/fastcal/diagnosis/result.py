@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from fastcal.calibration.evaluation import Evaluation
 from fastcal.diagnosis import words
+from fastcal.diagnosis.columns import columns_of
 from fastcal.diagnosis.library import Untestable
 from fastcal.diagnosis.reasons import Because, CauseLabel
 from fastcal.display import late
@@ -237,6 +238,7 @@ class Diagnosis(Plotted):
                 "formulas": list(remaining.formulas),
             },
             "untestable": [vars(u) for u in self.untestable],
+            "columns": {name: list(titles) for name, titles in vars(columns_of(self.train.data)).items()},
             "outliers": self.outliers,
             "sigma_mm": {"value": self.sigma_mm, "source": self.sigma_source, "note": self.sigma_note},
             "gap": [vars(step) for step in self.gap],

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from fastcal.importers import (
     api,
@@ -58,5 +59,6 @@ def read_export(grid: Grid) -> Export:
     Raises:
         ParseError: It holds no table.
     """
-    found = next((dialect for dialect in DIALECTS if dialect.recognizes(grid)), None)
-    return read_table(grid) if found is None else found.export(grid)
+    dialect = next((dialect for dialect in DIALECTS if dialect.recognizes(grid)), None)
+    found = read_table(grid) if dialect is None else dialect.export(grid)
+    return replace(found, notes=(*found.grid.notes, *found.notes))

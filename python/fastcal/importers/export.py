@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from fastcal.errors import ParseError
 from fastcal.importers.grid import NUMBER, THOUSANDS, Grid
 from fastcal.importers.words import Title, meaning, unit_of
+from fastcal.io.table import NO_VALUE, Uncalculated
 
 FloatArray = NDArray[np.float64]
 NOT_MEASURED = frozenset({"", "nan", "na", "n/a", "#n/a", "#nv", "-", "--", "---", "*", "****", "null", "none"}) | {
@@ -76,6 +77,8 @@ class Export:
                 out[k] = np.nan
                 continue
             value = number(cell)
+            if isinstance(cell, Uncalculated):
+                self.check_calculated(place)
             if value is None:
                 raise self.error(f"column {self.title(place)}: expected a number, got {cell[:40]!r}", row)
             for mark in ",.":
@@ -88,9 +91,25 @@ class Export:
             raise self.error(f"column {self.title(place)} mixes decimal commas and points, as in '{cell:.40}'", row)
         return out
 
+    def check_calculated(self, place: int) -> None:
+        """Refuses a column with formulas that have no value.
+
+        Raises:
+            ParseError: Says how many, and where the first is.
+        """
+        bare = [row for row, cells in enumerate(self.rows) if isinstance(cells[place], Uncalculated)]
+        if bare:
+            message = NO_VALUE.format(count=f"in {len(bare)} of {len(self.rows)} cells")
+            raise self.error(f"column {self.title(place)} {message}", bare[0])
+
     def error(self, message: str, row: int | None = None) -> ParseError:
         """An error with the file and the line of a row."""
         return self.grid.error(message, None if row is None else self.lines[row])
+
+
+def is_value(cell: str) -> bool:
+    """Whether a cell holds a number, or a formula of which the number is not known."""
+    return number(cell) is not None or isinstance(cell, Uncalculated)
 
 
 def number(cell: str) -> float | None:

@@ -56,7 +56,7 @@ def _with_scalar_first(found: dict[Family, dict[str, int]]) -> dict[Family, dict
 
 
 def _is_joint(role: str) -> bool:
-    return role[0] == "q" and role[1:].isdigit()
+    return role[0] == "q" and role[1:].isdigit() and len(role) < 5
 
 
 def joints(export: Export, count: int | None) -> tuple[list[int], list[int | None], list[str]]:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fastcal.importers.export import number
+from fastcal.importers.export import is_value, number
 from fastcal.importers.words import STATISTICS, plain_words
 
 _MOST = 10  # rows of a footer that are looked at
@@ -21,7 +21,7 @@ _TOLERANCE = 2e-4  # of the greatest number of a column: as statistics are round
 def footer_start(rows: Sequence[Sequence[str]], lines: Sequence[int]) -> int:
     """How many rows are the table's; those behind are remarks or statistics of it."""
     kept = len(rows)
-    while kept and (_is_named(rows[kept - 1]) or sum(number(cell) is not None for cell in rows[kept - 1]) <= 1):
+    while kept and (_is_named(rows[kept - 1]) or sum(map(is_value, rows[kept - 1])) <= 1):
         kept -= 1
     # Without names: rows behind an empty one, each a mean, a deviation or a limit of the rows before it.
     for start in range(max(_FEWEST_ROWS, kept - _MOST), kept):
@@ -32,7 +32,7 @@ def footer_start(rows: Sequence[Sequence[str]], lines: Sequence[int]) -> int:
 
 def _is_named(row: Sequence[str]) -> bool:
     """Whether a row is a mean, a deviation or the like, by its own name."""
-    texts = [cell for cell in row if cell and number(cell) is None]
+    texts = [cell for cell in row if cell and not is_value(cell)]
     words = [word for text in texts[:2] for word in plain_words(text)]
     return bool(words) and words[0] in STATISTICS
 

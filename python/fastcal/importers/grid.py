@@ -12,10 +12,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from fastcal.errors import ParseError
+from fastcal.io.text_encoding import decoded
 
 NUMBER = re.compile(r"[-+]?(\d+([.,]\d*)?|[.,]\d+)([eE][-+]?\d+)?")
 THOUSANDS = re.compile(r"[-+]?\d{1,3}(\.\d{3})+,\d+|[-+]?\d{1,3}(,\d{3})+\.\d+")
 COMMENT_MARKS = ("//", "#", "%", "!")
+_RULER = re.compile(r"[|+][-=+|: ]*-[-=+|: ]*[|+]|[-=_]{4,}")  # a line of a table that is drawn
 _LONGEST = 2000  # characters of a row in which words are looked for
 _ENOUGH = 400  # lines that decide on the separator
 _NEARLY = 0.7  # of the numbers that the best separator finds: a rarer separator wins by convention
@@ -44,12 +46,14 @@ class Grid:
         rows: All rows, empty ones too.
         text: The whole text, for exports that are no tables; a sheet has none.
         sheet: The name of the sheet of a workbook.
+        notes: What a reader should know of how it was read.
     """
 
     path: str
     rows: tuple[Row, ...]
     text: str = ""
     sheet: str | None = None
+    notes: tuple[str, ...] = ()
 
     @property
     def opening(self) -> str:
@@ -61,31 +65,20 @@ class Grid:
         return ParseError(message if self.sheet is None else f"sheet '{self.sheet}': {message}", self.path, line)
 
 
-def decoded(content: bytes, path: str) -> str:
-    """The text of a file: UTF-16 and UTF-8 with or without their mark, else the Windows code page 1252.
+def export_text(content: bytes, path: str, encoding: str | None = None) -> tuple[str, tuple[str, ...]]:
+    """The text of a file, and a sentence where its encoding was guessed.
 
     Raises:
         ParseError: It is no text, or a web page.
     """
-    if content[:2] in (b"\xff\xfe", b"\xfe\xff"):
-        return content.decode("utf-16", errors="replace").lstrip("\ufeff")
-    if content[:3] != b"\xef\xbb\xbf" and b"\0" in content:
-        sides = content[: len(content) // 2 * 2]
-        encoding = "utf-16-le" if sides[1::2].count(0) > sides[::2].count(0) else "utf-16-be"
-        text = sides.decode(encoding, errors="replace")
-        if "\0" in text or text.count("\ufffd") > len(text) / 100:
-            raise ParseError("holds NUL characters; expected a text file or an Excel workbook (xlsx)", path)
-        return text
-    try:
-        text = content.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        text = content.decode("cp1252", errors="replace")
+    text, notes = decoded(content, path, encoding)
+    text = text.removeprefix("\ufeff")
     if text.lstrip()[:15].lower().startswith(("<!doctype html", "<html")):
         raise ParseError("is a web page (HTML); expected a table as text, Excel or Parquet", path)
-    return text
+    return text, notes
 
 
-def text_grid(text: str, path: str) -> Grid:
+def text_grid(text: str, path: str, notes: tuple[str, ...] = ()) -> Grid:
     """The cells of a text: separated by tab, semicolon, bar, comma or blanks, whichever gives the most numbers."""
     lines = re.split(r"\r\n|\r|\n", text.replace("\N{MINUS SIGN}", "-"))
     split, separator = _separation([line for line in lines if line.strip()])
@@ -93,10 +86,15 @@ def text_grid(text: str, path: str) -> Grid:
     rows = []
     for number, line in enumerate(lines, start=1):
         bare = line.strip()
+        if _RULER.fullmatch(bare):
+            rows.append(Row(number, ()))
+            continue
         comment = next((mark for mark in marks if bare.startswith(mark)), None)
         rest = bare[len(comment) :].strip() if comment else line
+        if comment and rest[:1] == separator.strip():  # a column may be titled # or %
+            comment, rest = None, line
         rows.append(Row(number, split(rest), comment is not None))
-    return Grid(path, tuple(rows), text)
+    return Grid(path, tuple(rows), text, notes=notes)
 
 
 def _separation(lines: Sequence[str]) -> tuple[Callable[[str], tuple[str, ...]], str]:

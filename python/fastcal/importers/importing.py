@@ -12,20 +12,21 @@ from functools import partial
 import numpy as np
 
 from fastcal.errors import InvalidInput, ParseError
-from fastcal.importers import programs
+from fastcal.importers import programs, rosbag
 from fastcal.importers.bag_path import is_bag
 from fastcal.importers.controller_joints import named_by_their_owner
 from fastcal.importers.dialects import read_export
 from fastcal.importers.export import Export
 from fastcal.importers.grid import Grid
-from fastcal.importers.joining import joined
+from fastcal.importers.joining import confirmed, joined
 from fastcal.importers.joint_names import notes_on_names, with_joint_names
+from fastcal.importers.label_columns import LabelColumn
 from fastcal.importers.mapping import Mapping
 from fastcal.importers.mapping import map_text as text_of_map
 from fastcal.importers.orientation import check_convention
-from fastcal.importers.reading import Column, Reading, interpret
-from fastcal.importers.rosbag import bag_grids
+from fastcal.importers.reading import Column, Reading, interpret, unknown_note
 from fastcal.importers.sources import read_grids
+from fastcal.io.text_encoding import asked_codec
 from fastcal.robot.robot import Robot
 
 Path_ = str | os.PathLike[str]
@@ -39,6 +40,7 @@ def import_measurements(
     sheet: str | None = None,
     orientation: str | None = None,
     mapping: Mapping | None = None,
+    encoding: str | None = None,
 ) -> Reading:
     """Reads exports of instruments and controllers into columns of a measurement file.
 
@@ -49,6 +51,7 @@ def import_measurements(
         sheet: The sheet of a workbook.
         orientation: What the exports' angles are, by `importers.orientation.CONVENTIONS`.
         mapping: Answers kept in a file.
+        encoding: Of the files' texts; None: as they say, or the likeliest.
 
     Raises:
         InvalidInput, ParseError: Something can't be read or decided; one sentence with the option that decides.
@@ -62,11 +65,13 @@ def import_measurements(
         robot=robot,
         sheet=sheet or mapping.sheet,
         orientation=orientation or mapping.orientation,
+        encoding=asked_encoding(encoding, mapping),
     )
     readings = [reading for path in exports for reading in asked(path, wanted="points" if joints else "any")]
     poses = None if joints is None else stacked(asked(joints, wanted="joints"))
     _check_map(mapping, [*readings, *([poses] if poses else [])])
-    return _complete(readings, poses, robot)
+    found = _complete(readings, poses, robot)
+    return replace(found, notes=[*found.notes, *unknown_note(found.unknown, found.path)])
 
 
 def _complete(readings: list[Reading], poses: Reading | None, robot: Robot | None) -> Reading:
@@ -88,6 +93,8 @@ def _complete(readings: list[Reading], poses: Reading | None, robot: Robot | Non
                 f"{reading.path}: holds {len(reading)} measured points and no joints: give the controller's log "
                 "or program with --joints FILE"
             )
+    if robot is not None:
+        readings = [confirmed(r, robot) if r.dialect == rosbag.DIALECT.name else r for r in readings]
     return stacked(readings)
 
 
@@ -111,6 +118,7 @@ def read(
     robot: Robot | None = None,
     sheet: str | None = None,
     orientation: str | None = None,
+    encoding: str | None = None,
     wanted: str = "any",
 ) -> list[Reading]:
     """What a file holds: one reading, or the joints and the points of two sheets.
@@ -121,45 +129,65 @@ def read(
     kinds = None if robot is None else robot.joint_types
     names = [] if robot is None else [str(joint["name"]) for joint in robot.spec["joints"] if "name" in joint]
     found: list[tuple[Grid, Reading]] = []
-    problems: list[InvalidInput] = []
-    without_table: list[InvalidInput] = []
-    for export in open_exports(path, mapping, sheet, wanted):
+    problems: list[tuple[int, InvalidInput]] = []  # and how many titles of the sheet are known
+    count = None if kinds is None else len(kinds)
+    for export in open_exports(path, mapping, sheet, wanted, encoding, names, count):
         if isinstance(export, InvalidInput):
-            without_table.append(export)
+            problems.append((-1, export))
             continue
+        known = sum(meaning is not None for meaning in export.meanings)
         try:
             export = with_joint_names(export, names)
             reading = interpret(export, convention=orientation, joint_kinds=kinds, wanted=wanted)
             reading = named_by_their_owner(reading, export, robot)
             reading = replace(reading, notes=[*reading.notes, *notes_on_names(export, names, reading.joints)])
         except InvalidInput as problem:
-            problems.append(problem)
+            problems.append((known, problem))
             continue
         if reading.joints or (wanted != "joints" and (reading.measured or reading.computed)):
             found.append((export.grid, reading))
         elif wanted == "joints":
-            problems.append(
-                InvalidInput(f"{reading.path}: holds no joint positions that are known; name them with --map")
-            )
+            sentence = f"{reading.path}: holds no joint positions that are known; name them with --map"
+            problems.append((known, InvalidInput(sentence)))
         else:
-            problems.append(InvalidInput(_without_points(reading)))
-    problems += without_table
+            problems.append((known, InvalidInput(_without_points(reading))))
     if not found:
         raise _best(problems)
     return _chosen(os.fspath(path), found, several=len(found) + len(problems) > 1)
 
 
-def _best(problems: list[InvalidInput]) -> InvalidInput:
-    """The problem of the sheet that came farthest: one that asks, then one with a table, as they come first."""
-    return next((problem for problem in problems if "--" in str(problem)), problems[0])
+def _best(problems: list[tuple[int, InvalidInput]]) -> InvalidInput:
+    """The problem of the sheet that came farthest: of which the most titles are known, and one that asks before others.
+
+    A cover sheet has hardly any.
+    """
+    return max(problems, key=lambda each: (each[0], "--" in str(each[1])))[1]
 
 
-def open_exports(path: Path_, mapping: Mapping, sheet: str | None, wanted: str = "any") -> list[Export | InvalidInput]:
+def asked_encoding(encoding: str | None, mapping: Mapping) -> str | None:
+    """Python's name of the encoding that the user gives, or else the map."""
+    given = encoding or mapping.encoding
+    return None if given is None else asked_codec(given)
+
+
+def open_exports(
+    path: Path_,
+    mapping: Mapping,
+    sheet: str | None,
+    wanted: str = "any",
+    encoding: str | None = None,
+    joint_names: Sequence[str] = (),
+    joint_count: int | None = None,
+) -> list[Export | InvalidInput]:
     """The exports in a file, a sheet each, with the map applied; a sheet that can't be read is its problem."""
     name = os.fspath(path)
     if programs.is_program(path):
         return [mapping.applied(programs.read_joints(name))]
-    grids = bag_grids(path, sheet, joints_alone=wanted == "joints") if is_bag(path) else read_grids(path)
+    if is_bag(path):
+        alone = wanted == "joints"
+        grids = rosbag.bag_grids(path, sheet, joints_alone=alone, names=joint_names, count=joint_count)
+    else:
+        grids = read_grids(path, encoding)
     if sheet is not None and grids[0].sheet is not None:
         chosen = [grid for grid in grids if str(grid.sheet).lower() == sheet.lower()]
         if not chosen:
@@ -222,10 +250,22 @@ def stacked(readings: Sequence[Reading]) -> Reading:
         columns=columns,
         names=[name for reading in readings for name in reading.names or []] if all_named else None,
         counted=any(reading.counted for reading in readings),
+        labels=_labels(readings),
+        unknown=list(dict.fromkeys(title for reading in readings for title in reading.unknown)),
         times=None,
         lines=[line for reading in readings for line in reading.lines],
         notes=list(dict.fromkeys(note for reading in readings for note in reading.notes)),
     )
+
+
+def _labels(readings: Sequence[Reading]) -> list[LabelColumn]:
+    """The columns that could name the rows, of those that all readings have."""
+    first, *others = [{column.title: column for column in reading.labels} for reading in readings]
+    common = [column for title, column in first.items() if all(title in other for other in others)]
+    return [
+        replace(column, texts=[text for each in (first, *others) for text in each[column.title].texts])
+        for column in common
+    ]
 
 
 def _check_map(mapping: Mapping, readings: Sequence[Reading]) -> None:
@@ -235,10 +275,14 @@ def _check_map(mapping: Mapping, readings: Sequence[Reading]) -> None:
             raise ParseError(f"columns.{ours}: no file has the column {theirs!r}", mapping.path)
 
 
-def map_text(paths: Sequence[Path_], mapping: Mapping | None = None, sheet: str | None = None) -> str:
+def map_text(
+    paths: Sequence[Path_], mapping: Mapping | None = None, sheet: str | None = None, encoding: str | None = None
+) -> str:
     """A map of the columns of some files, as YAML, to start from.
 
     Raises:
         ParseError: A file can't be read.
     """
-    return text_of_map([export for path in paths for export in open_exports(path, mapping or Mapping(), sheet)])
+    answers = mapping or Mapping()
+    asked = asked_encoding(encoding, answers)
+    return text_of_map([each for path in paths for each in open_exports(path, answers, sheet, encoding=asked)])

@@ -12,9 +12,9 @@ import numpy as np
 from fastcal.errors import InvalidInput
 from fastcal.importers.controller_joints import si_joints
 from fastcal.importers.export import FloatArray
-from fastcal.importers.names import pairs_by_name
+from fastcal.importers.label_columns import LabelColumn, LabelMatch, best_match
 from fastcal.importers.pairing import FEWEST_ROWS, Pairing, pair_by_robot
-from fastcal.importers.reading import Column, Reading
+from fastcal.importers.reading import Column, Reading, unknown_note
 from fastcal.importers.standstills import core, standstills
 from fastcal.importers.timing import pairs_by_time
 from fastcal.robot.robot import Robot
@@ -36,6 +36,7 @@ class _Join:
     points: Reading
     poses: Reading
     robot: Robot | None
+    match: LabelMatch | None = None
     notes: list[str] = field(default_factory=list)
 
 
@@ -56,27 +57,76 @@ def joined(points: Reading, poses: Reading, robot: Robot | None) -> Reading:
     pairs = _tried(join, pairs, how)
     if not pairs:
         raise InvalidInput(f"{points.path}: no point belongs to a pose of {poses.path}")
-    note = f"{len(pairs)} points joined with their poses {how}"
+    note = f"{len(pairs)} points joined with their poses {how}{_titles(join)}"
     at, to = join.poses.rows([i for i, _ in pairs]), join.points.rows([j for _, j in pairs])
     columns: dict[str, Column] = {**at.columns, **{n: v for n, v in to.columns.items() if n not in at.columns}}
-    named = to if to.names is not None and not to.counted else at
+    names, counted = _names(join, at, to, pairs)
+    taken = {title for match in [join.match] if match is not None for title in (match.poses.title, match.points.title)}
     return replace(
         to,
         columns=columns,
         joints=at.joints,
-        names=named.names,
-        counted=named.counted,
+        names=names,
+        counted=counted,
         times=to.times or at.times,
-        notes=[*points.notes, *poses.notes, note, *join.notes],
+        labels=[],
+        unknown=[title for title in points.unknown if f"'{title}'" not in taken],
+        notes=[
+            *points.notes,
+            *poses.notes,
+            *unknown_note([title for title in poses.unknown if f"'{title}'" not in taken], poses.path),
+            note,
+            *join.notes,
+        ],
     )
+
+
+def _titles(join: _Join) -> str:
+    """Which columns have the same names, for the note."""
+    if join.match is None:
+        return ""
+    both = [column.title for column in (join.match.points, join.match.poses)]
+    return f" ({both[0]})" if both[0] == both[1] else f" ({both[0]} of the points, {both[1]} of the poses)"
+
+
+def _names(join: _Join, at: Reading, to: Reading, pairs: Sequence[Pair]) -> tuple[list[str] | None, bool]:
+    """The names of the joined rows, and whether they only count: those by which they were joined, the points' first."""
+    if join.match is not None:
+        points, poses = join.match.points, join.match.poses
+        if points.has_letters or not poses.has_letters:
+            return [points.texts[j] for _, j in pairs], not points.has_letters
+        return [poses.texts[i] for i, _ in pairs], False
+    named = to if to.names is not None and not to.counted else at
+    return named.names, named.counted
+
+
+def confirmed(reading: Reading, robot: Robot) -> Reading:
+    """Rows that came as joints with points, tried on the robot; a slip of whole rows, as by clocks, is mended.
+
+    What the robot does not explain is left as it is and said: it may be a pose of another kind.
+    """
+    join = _Join(reading, reading, robot)
+    try:
+        pairs = _tried(join, [(k, k) for k in range(len(reading))], "by time") or []
+    except InvalidInput:
+        note = "on the robot the points could not be confirmed: they do not fit it, nor with rows missing or shifted"
+        return replace(reading, notes=[*reading.notes, note])
+    at, to = reading.rows([i for i, _ in pairs]), reading.rows([j for _, j in pairs])
+    joints = {name: column for name, column in at.columns.items() if _is_of_joint(name)}
+    return replace(to, columns=to.columns | joints, notes=[*reading.notes, *join.notes])
+
+
+def _is_of_joint(name: str) -> bool:
+    return name[0] == "q" and name[1].isdigit()
 
 
 def _by_name_or_time(join: _Join) -> tuple[list[Pair] | None, str | None]:
     points, poses = join.points, join.poses
-    if points.names is not None and poses.names is not None:
-        found = pairs_by_name(poses.names, points.names, counted=(poses.counted, points.counted))
-        if found is not None:
-            return found, "by name"
+    match = best_match(poses.labels, points.labels, points.path, ask=join.robot is None)
+    if match is not None:
+        join.match = match
+        _note_counter(join, match)
+        return match.pairs, "by name"
     timed = pairs_by_time(si_joints(poses), poses.times, points.times)
     if timed is None:
         return None, None
@@ -85,11 +135,49 @@ def _by_name_or_time(join: _Join) -> tuple[list[Pair] | None, str | None]:
     for rows, why in ((timed.moving, "were taken while the arm moved"), (timed.outside, "have no pose at their time")):
         if rows:
             join.notes.append(f"{len(rows)} points {why} and are left out: {_listed(points, rows)}")
+    if join.robot is None:
+        join.notes.append("nothing but the two clocks joins them: --robot ROBOT would check that they agree")
     if len(poses) < _RECORD * len(points):
         return timed.pairs, "by time"
     # Of a record of the motion the other samples are no poses that could have lost their point.
     join.poses, join.points = poses.rows([i for i, _ in timed.pairs]), points.rows([j for _, j in timed.pairs])
     return [(k, k) for k in range(len(timed.pairs))], "by time"
+
+
+def _note_counter(join: _Join, match: LabelMatch) -> None:
+    """Says where a list only counts its rows, and the other is in another order."""
+    rows = [point for _, point in match.pairs]
+    if join.robot is not None or rows == sorted(rows) or match.poses.counts == match.points.counts:
+        return
+    counter, path = (match.poses, join.poses.path) if match.poses.counts else (match.points, join.points.path)
+    join.notes.append(
+        f"{counter.title} counts the rows of {path}: if it is no name, the join is wrong; --robot ROBOT would check it"
+    )
+
+
+def _refuse_names_that_differ(join: _Join) -> None:
+    """Refuses to join by order lists whose rows have names that nobody has read, and says where one alone has them.
+
+    Raises:
+        InvalidInput: Both have such a column, and no robot is there to check the order.
+    """
+    points, poses = (
+        [column for column in each.labels if not (column.counts or column.timed or column.is_reading)]
+        for each in (join.points, join.poses)
+    )
+    if points and poses and not all(columns[0].read for columns in (points, poses)) and join.robot is None:
+        raise InvalidInput(
+            f"{join.points.path}: {_some(points)} may name the points, and {_some(poses)} the poses of "
+            f"{join.poses.path}, but they do not agree, so that nothing but the order would join them: say which "
+            "columns have the names with --map, name: TITLE, or give the arm with --robot ROBOT, which tries the order"
+        )
+    for columns, reading, other in ((points, join.points, join.poses), (poses, join.poses, join.points)):
+        if columns:
+            join.notes.append(f"{_some(columns)} of {reading.path} may name the rows; {other.path} has no such names")
+
+
+def _some(columns: Sequence[LabelColumn]) -> str:
+    return " or ".join(column.title for column in columns[:3])
 
 
 def _reduce_records(join: _Join) -> None:
@@ -113,11 +201,12 @@ def _reduced(join: _Join, reading: Reading, values: FloatArray, tolerance: float
         # Angles and quaternions may jump by a turn or a sign: their middle sample stands for them.
         if isinstance(column, np.ndarray) and name[0] in "qjxyz" and not name.startswith(("qw", "qx", "qy", "qz")):
             out.columns[name] = np.array([column[core(*stretch)].mean() for stretch in found])
-    return replace(out, names=None, times=None if out.times is None else out.times)
+    return replace(out, names=None, labels=[], times=None if out.times is None else out.times)
 
 
 def _by_order(join: _Join) -> tuple[list[Pair] | None, str]:
     points, poses = join.points, join.poses
+    _refuse_names_that_differ(join)
     if len(points) == len(poses):
         if join.robot is None:
             join.notes.append("nothing but the order joins them: --robot ROBOT would check that no row has slipped")

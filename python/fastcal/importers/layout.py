@@ -6,14 +6,16 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 
-from fastcal.importers.export import Export, number, with_units
+from fastcal.importers.export import Export, is_value, number, with_units
 from fastcal.importers.footers import footer_start
 from fastcal.importers.grid import Grid, Row
 from fastcal.importers.words import ANGLES, LENGTHS, POLAR, UNIT_WORDS, Title, meaning, plain_words, unit_of
 
 _SEARCHED = 200  # rows in which the header is looked for
 _FEWEST_TITLES = 3
+_MOST_TURNED = 200_000  # cells of a table that stands on its side
 _UNITS = re.compile(
     r"\b(length |angle |angular )?(units?|unite|unites|unité|unités|einheit|einheiten|unita|unità|unidades)\b", re.I
 )
@@ -27,9 +29,11 @@ def read_table(grid: Grid, dialect: str = "a table") -> Export:
     """
     header = find_header(grid)
     if header is None:
-        return _without_header(grid, dialect)
+        turned = _turned(grid)
+        is_turned = turned is not None and find_header(turned) is not None
+        return read_table(turned, dialect) if turned is not None and is_turned else _without_header(grid, dialect)
     titles = _titles(grid, header)
-    after = [row for row in grid.rows[header + 1 :] if not row.blank and not row.comment]
+    after, remarks = _below(grid, header)
     units = [""] * len(titles)
     if after and _is_units(after[0].cells):
         units = _padded(after[0].cells, len(titles))
@@ -38,9 +42,23 @@ def read_table(grid: Grid, dialect: str = "a table") -> Export:
         units = _padded(grid.rows[header - 1].cells, len(titles))
     meanings = with_units(titles, units)
     rows, lines, notes = _body(grid, titles, after)
+    notes += remarks
     if not rows:
         raise grid.error("holds no rows of numbers below its header")
     return Export(grid, dialect, titles, meanings, rows, lines, stated_units(grid, header), notes=tuple(notes))
+
+
+def _below(grid: Grid, header: int) -> tuple[list[Row], list[str]]:
+    """The rows below the header but for remarks, and a sentence on those of numbers that somebody put a mark before."""
+    below = [row for row in grid.rows[header + 1 :] if not row.blank]
+    after = [row for row in below if not row.comment]
+    numbers = [row for row in below if row.comment and sum(map(is_value, row.cells)) >= _FEWEST_TITLES]
+    if numbers and not any(sum(map(is_value, row.cells)) >= _FEWEST_TITLES for row in after):
+        return below, []  # the mark begins the names of all rows
+    if not numbers:
+        return after, []
+    lines = ", ".join(str(row.line) for row in numbers[:6]) + (", ..." if len(numbers) > 6 else "")
+    return after, [f"{len(numbers)} rows behind the mark of a remark are left out (lines {lines})"]
 
 
 def find_header(grid: Grid) -> int | None:
@@ -48,7 +66,7 @@ def find_header(grid: Grid) -> int | None:
     best, place = (False, _FEWEST_TITLES - 1), None
     for k, row in enumerate(grid.rows[:_SEARCHED]):
         filled = [cell for cell in row.cells if cell]
-        numbers = sum(number(cell) is not None for cell in filled)
+        numbers = sum(map(is_value, filled))
         if numbers * 3 > len(filled):
             continue
         known = sum(meaning(cell) is not None for cell in filled)
@@ -56,6 +74,37 @@ def find_header(grid: Grid) -> int | None:
         if known >= _FEWEST_TITLES and (not row.comment, known) > best:
             best, place = (not row.comment, known), k
     return place
+
+
+def _turned(grid: Grid) -> Grid | None:
+    """The grid with its columns as rows, where the first cells of its rows title them; None where they do not.
+
+    Its lines are the columns of the file. Rows that title nothing known, such as those above the table, stay titles.
+    """
+    rows = [row for row in grid.rows if not row.blank]
+    width = max((len(row.cells) for row in rows), default=0)
+    if not _FEWEST_TITLES <= len(rows) <= _SEARCHED or width <= 2 or width * len(rows) > _MOST_TURNED:
+        return None
+    titled = [row for row in rows if meaning(row.cells[0]) is not None and any(map(is_value, row.cells))]
+    if not _are_titles([row.cells[0] for row in titled], width - 1):
+        return None
+    first, last = rows.index(titled[0]), rows.index(titled[-1])
+    above = rows[first - 1 : first]
+    if above and above[0].cells[0] and len(above[0].cells) == len(titled[0].cells):
+        first -= 1  # the names of the poses
+    columns = zip(*(_padded(row.cells, width) for row in rows[first : last + 1]), strict=True)
+    body = (Row(column, cells) for column, cells in enumerate(columns, start=1))
+    said = "the table stands on its side, a column a pose: its columns are read as rows, and counted so in messages"
+    before = (row for row in rows[:first] if len(list(filter(None, row.cells))) == 1)
+    return replace(grid, rows=(*before, *body), text="", notes=(*grid.notes, said))
+
+
+def _are_titles(cells: Sequence[str], poses: int) -> bool:
+    """Whether cells title a point's coordinates, or all joints of an arm, and are no names of points such as A1."""
+    roles = [title.role for cell in cells if (title := meaning(cell)) is not None]
+    joints = sorted(int(role[1:]) for role in roles if re.fullmatch(r"q\d{1,2}", role))
+    numbered = joints == list(range(1, len(joints) + 1)) and _FEWEST_TITLES <= len(joints) <= poses
+    return {"x", "y", "z"} <= {*roles} or numbered
 
 
 def stated_units(grid: Grid, header: int) -> dict[str, tuple[str, float]]:
@@ -103,7 +152,7 @@ def _body(grid: Grid, titles: Sequence[str], after: Sequence[Row]) -> tuple[list
     for row in after:
         cells = row.cells
         if any(cells[width:]):
-            if sum(number(cell) is not None for cell in cells) < width / 2:
+            if sum(map(is_value, cells)) < width / 2:
                 continue  # a sentence
             hint = "; decimal commas need ; or tab between the cells" if len(cells) >= 2 * width - 2 else ""
             raise grid.error(f"expected {width} cells as in the header, got {len(cells)}{hint}", row.line)

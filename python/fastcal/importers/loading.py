@@ -15,6 +15,7 @@ from fastcal.errors import InvalidInput, ParseError, TooLarge
 from fastcal.importers.bag_path import is_bag
 from fastcal.io import measurements
 from fastcal.io.columns import JOINT_TITLE
+from fastcal.io.text_tables import is_row_of_numbers
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.long_dataset import LongDataset
 from fastcal.robot.robot import Robot
@@ -29,6 +30,7 @@ def load_measurements(
     sheet: str | None = None,
     orientation: str | None = None,
     mapping: str | os.PathLike[str] | None = None,
+    encoding: str | None = None,
 ) -> Dataset:
     """Reads measured poses into SI arrays.
 
@@ -45,6 +47,7 @@ def load_measurements(
         sheet: The sheet of a workbook.
         orientation: What an export's angles are, as `--orientation` of `fastcal import`.
         mapping: A mapping file, as `--map`.
+        encoding: Of the text, as `--encoding`.
 
     Raises:
         ParseError: The file or something in it is invalid; one sentence with file, line and column.
@@ -53,11 +56,12 @@ def load_measurements(
     files = [path] if isinstance(path, str | os.PathLike) else list(path)
     if not files:
         raise InvalidInput("expected at least one file of measurements")
-    if not (joints is None and sheet is None and orientation is None and mapping is None):
+    if any(answer is not None for answer in (joints, sheet, orientation, mapping, encoding)):
         from fastcal.importers.mapping import read_map
 
         answers = None if mapping is None else read_map(mapping)
-        return _imported(files, robot, joints=joints, sheet=sheet, orientation=orientation, mapping=answers)
+        more = {"sheet": sheet, "orientation": orientation, "mapping": answers, "encoding": encoding}
+        return _imported(files, robot, joints=joints, **more)
     sets = [_load(file, robot, require_measured) for file in files]
     return sets[0] if len(sets) == 1 else Dataset.concatenate(sets, labels=_labels(files))
 
@@ -120,18 +124,21 @@ def _asking(problem: InvalidInput) -> InvalidInput:
 
 def _is_own(path: str | os.PathLike[str]) -> bool:
     """Whether a file means to be a measurement file: its header names joints as fastcal does."""
-    from fastcal.importers.grid import decoded
+    from fastcal.importers.grid import export_text
 
     with Path(path).open("rb") as file:
         content = file.read(20_000)
+    if b"\0" not in content and b"\n" in content:
+        content = content[: content.rindex(b"\n")]  # what is cut within a letter is no text
     if content.startswith((b"PK\x03\x04", b"PAR1")):
         return False
     try:
-        text = decoded(content, os.fspath(path))
+        text, _ = export_text(content, os.fspath(path))
     except ParseError:
         return False
     first = next((line for line in re.split(r"[\r\n]+", text) if line.strip()), "")
-    return JOINT_TITLE.search(first) is not None
+    # A row of numbers behind its name belongs to a table with a column a pose.
+    return JOINT_TITLE.search(first) is not None and not is_row_of_numbers(first.encode())
 
 
 def _labels(files: Sequence[str | os.PathLike[str]]) -> list[str]:

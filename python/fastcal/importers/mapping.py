@@ -17,10 +17,11 @@ from fastcal.importers.export import Export
 from fastcal.importers.orientation import CONVENTIONS
 from fastcal.importers.words import ANGLES, LENGTHS, Title
 from fastcal.io.fields import Fields
+from fastcal.io.text_encoding import codec_of
 from fastcal.io.yaml_file import read_yaml
 
 _UNITS = "|".join((*LENGTHS, *ANGLES))
-_JOINT = re.compile(rf"([qj])(\d+)(_read)?_({_UNITS})")
+_JOINT = re.compile(rf"([qj])(\d{{1,3}})(_read)?_({_UNITS})")
 _PART = re.compile(rf"([xyz]|r[xyz])_({_UNITS})|(q[wxyz]|r[123][123])")
 _OWN = re.compile(
     r"(payload|sigma|sigma_[xyz]|sigma_rot|temperature|time|f[xyz]|m[xyz]|current\d+|distance|tilt_[xy]|sigma_tilt)_\S+"
@@ -39,6 +40,7 @@ class Mapping:
         orientation: What three angles or nine numbers are; None: as the export gives it.
         sheet: The sheet of a workbook.
         skip_rows: Lines above the table that are passed over.
+        encoding: Of the export's text; None: as it says, or the likeliest.
     """
 
     path: str = ""
@@ -46,6 +48,7 @@ class Mapping:
     orientation: str | None = None
     sheet: str | None = None
     skip_rows: int = 0
+    encoding: str | None = None
 
     def places(self, export: Export) -> dict[str, int]:
         """Where an export has the columns of the map.
@@ -73,11 +76,19 @@ class Mapping:
         places = self.places(export)
         if not places:
             return export
-        keep = ("name", "number", "time", "date", "valid")
-        meanings = [title if title is not None and title.role in keep else None for title in export.meanings]
+        keep = ("time", "date", "valid") if "name" in places else ("name", "number", "time", "date", "valid")
+        only_labels = {*places} <= {*_LABELS}  # which say nothing of what was measured
+        meanings = [
+            title
+            if title is not None and (title.role in keep or (only_labels and title.role not in ("name", "number")))
+            else None
+            for title in export.meanings
+        ]
         for ours, place in places.items():
             meanings[place] = _title(ours)
         orientation = self.orientation or ("rpy" if any(_PART.fullmatch(k) and k[0] == "r" for k in places) else None)
+        if only_labels:
+            return replace(export, meanings=meanings, mapped=frozenset(places))
         return replace(
             export,
             meanings=meanings,
@@ -122,12 +133,16 @@ def read_map(path: str | os.PathLike[str]) -> Mapping:
             raise ParseError(f"columns.{ours}: expected a header or a number from 1, got {theirs!r}", name)
         columns[key] = theirs
     orientation, sheet, skip = fields.take("orientation", None), fields.take("sheet", None), fields.take("skip_rows", 0)
+    encoding = fields.take("encoding", None)
     fields.done()
     if orientation is not None and orientation not in CONVENTIONS:
         raise ParseError(f"orientation: expected {', '.join(CONVENTIONS)}, got {orientation!r}", name)
     if isinstance(skip, bool) or not isinstance(skip, int) or skip < 0:
         raise ParseError(f"skip_rows: expected a number of lines, got {skip!r}", name)
-    return Mapping(name, columns, orientation, None if sheet is None else str(sheet), skip)
+    if encoding is not None and codec_of(str(encoding)) is None:
+        raise ParseError(f"encoding: expected one such as utf-8, cp932, gbk or cp1252, got {encoding!r:.40}", name)
+    as_text = None if encoding is None else str(encoding)
+    return Mapping(name, columns, orientation, None if sheet is None else str(sheet), skip, as_text)
 
 
 def map_text(exports: Sequence[Export | InvalidInput]) -> str:
@@ -159,7 +174,7 @@ def map_text(exports: Sequence[Export | InvalidInput]) -> str:
         "# What three angles rx ry rz are, in this order, or nine numbers r11 ... r33:",
         f"#orientation: {' | '.join(CONVENTIONS)}",
     ]
-    return "\n".join([*lines, "#sheet: Sheet1", "#skip_rows: 0", ""])
+    return "\n".join([*lines, "#sheet: Sheet1", "#skip_rows: 0", "#encoding: cp932", ""])
 
 
 def _ours(meaning: Title, export: Export) -> str | None:

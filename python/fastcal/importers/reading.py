@@ -13,6 +13,7 @@ from fastcal.errors import InvalidInput
 from fastcal.importers import families
 from fastcal.importers.clock import Times, read_times
 from fastcal.importers.export import Export, FloatArray, number
+from fastcal.importers.label_columns import LabelColumn, label_columns
 from fastcal.importers.orientation import converted
 from fastcal.importers.words import ANGLES, LENGTHS, Title
 
@@ -20,7 +21,7 @@ Column = FloatArray | list[str]
 FULL_TURN = 6.3  # joints in degrees of a calibration go farther than this number, those in radians don't
 SMALL_LENGTH = 10.0  # an arm's points in millimetres go farther than this number, those in metres don't
 _ENOUGH = 6  # rows that are enough to decide
-_MOST_NAMED = 6  # columns that are left out
+_MOST_NAMED = 20  # columns that are left out
 _FALSE = frozenset({"0", "no", "false", "n", "nein", "non", "invalid", "falsch"})
 _LABELS = frozenset({"station", "mount", "plane", "anchor"})
 
@@ -41,6 +42,9 @@ class Reading:
         lines: The line of each row.
         computed: The title of a pose that a controller computed, which is never taken.
         mapped: Columns of the contract that a map named.
+        labels: Columns that could name the rows, those that say so first.
+        unknown: Titles of columns that say nothing that is known, and are not taken.
+        sheet: Of a workbook.
         notes: What a reader should know.
     """
 
@@ -55,6 +59,9 @@ class Reading:
     lines: list[int]
     computed: str | None = None
     mapped: frozenset[str] = frozenset()
+    labels: list[LabelColumn] = field(default_factory=list)
+    unknown: list[str] = field(default_factory=list)
+    sheet: str | None = None
     notes: list[str] = field(default_factory=list)
 
     def __len__(self) -> int:
@@ -72,6 +79,7 @@ class Reading:
             names=None if self.names is None else [self.names[k] for k in chosen],
             times=None if self.times is None else Times(self.times.seconds[index], self.times.kind),
             lines=[self.lines[k] for k in chosen],
+            labels=[column.rows(chosen) for column in self.labels],
         )
 
     def label(self, row: int) -> str:
@@ -104,6 +112,7 @@ def interpret(
     lengths = [name for name in own if name.startswith("distance_")]
     rows, left = _kept(export, sent, [*places, *(own[name][0] for name in lengths)])
     notes = [*export.notes, *notes, *left]
+    used = {*sent, *(place for place in read if place is not None), *places}
     columns: dict[str, Column] = {}
     if sent:
         columns |= _joint_columns(export, sent, read, rows, joint_kinds, notes)
@@ -111,9 +120,10 @@ def interpret(
         columns |= _point_columns(export, places, rows, notes)
         if found := families.orientation(export, beside):
             columns |= _orientation_columns(export, found, rows, convention, notes)
+            used |= {*found.places}
     for name, (place, _) in own.items():
         columns[name] = [export.rows[k][place] for k in rows] if name in _LABELS else export.numbers(place, rows)
-    notes += _not_used(export, rows)
+    used |= {place for name, (place, _) in own.items() if name not in _LABELS}
     names, counted = _names(export, rows)
     return Reading(
         export.dialect,
@@ -127,23 +137,30 @@ def interpret(
         [export.lines[k] for k in rows],
         computed,
         export.mapped,
+        label_columns(export, rows, used),
+        _unknown(export, rows),
+        export.grid.sheet,
         notes,
     )
 
 
-def _not_used(export: Export, rows: Sequence[int]) -> list[str]:
-    """A sentence with the titles of columns of numbers that say nothing that is known."""
-    if not export.headed or export.mapped:
+def _unknown(export: Export, rows: Sequence[int]) -> list[str]:
+    """The titles of columns that hold something and say nothing that is known."""
+    if not export.headed:
         return []
-    unknown = [
+    return [
         title
         for place, (title, known) in enumerate(zip(export.titles, export.meanings, strict=True))
-        if title and known is None and rows and number(export.rows[rows[0]][place]) is not None
+        if title and known is None and any(export.rows[row][place] for row in rows)
     ]
-    if not unknown:
+
+
+def unknown_note(titles: Sequence[str], path: str) -> list[str]:
+    """The sentence on columns that are not known, where there are any."""
+    if not titles:
         return []
-    more = f" and {len(unknown) - _MOST_NAMED} more" if len(unknown) > _MOST_NAMED else ""
-    return [f"columns that are not known are left out: {', '.join(map(repr, unknown[:_MOST_NAMED]))}{more}"]
+    more = f" and {len(titles) - _MOST_NAMED} more" if len(titles) > _MOST_NAMED else ""
+    return [f"columns of {path} that are not known are left out: {', '.join(map(repr, titles[:_MOST_NAMED]))}{more}"]
 
 
 def _without_titles(export: Export, joint_kinds: Sequence[str] | None, wanted: str) -> Export:
@@ -196,6 +213,7 @@ def _kept(export: Export, sent: Sequence[int], measured: Sequence[int]) -> tuple
     for what, places in (("joints", sent), ("a measured point", measured)):
         if places:
             dropped = [k for k in rows if not any(number(export.rows[k][place]) is not None for place in places)]
+            # NaN, n/a and --- are short; text, and formulas without a value, are asked about.
             filled = [k for k in dropped if any(len(export.rows[k][place]) > 3 for place in places)]
             if filled:
                 export.numbers(next(place for place in places if export.rows[filled[0]][place]), [filled[0]])
@@ -226,7 +244,7 @@ def _joint_columns(
         if unit is None:
             unit = ("deg", 1.0) if turning else ("mm", 1.0)
             assumed.append(joint)
-            largest = max(largest, float(np.nanmax(np.abs(values)))) if turning else np.inf
+            largest = max(largest, float(np.nanmax(np.abs(values), initial=0.0))) if turning else np.inf
         columns[f"q{joint}_{unit[0]}"] = values * unit[1]
     for joint, back in enumerate(read, start=1):
         if back is not None:
@@ -349,6 +367,7 @@ def _names(export: Export, rows: Sequence[int]) -> tuple[list[str] | None, bool]
     """The names of the rows and whether they only count; the first column of names that differ wins."""
     for role in ("name", "number"):
         for place in families.labelled(export, role):
+            export.check_calculated(place)
             texts = [export.rows[k][place] for k in rows]
             if len(set(texts)) * 2 > len(texts):
                 return texts, all(number(text) is not None for text in texts)

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.errors import InvalidInput, ParseError, TooLarge
+from fastcal.importers.bag_clocks import delay, still_windows
+from fastcal.importers.bag_joints import Devices, JointStates, Stream, joint_states, left_out_samples
 from fastcal.importers.dialect import Dialect, made
 from fastcal.importers.export import Export
 from fastcal.importers.grid import Grid, Row
@@ -45,48 +47,55 @@ LEAST_UNPACKED, MOST_UNPACKED = 100_000_000, 50  # bytes of an unpacked file, at
 MAX_SAMPLES = 200_000  # of a table that is not reduced to standstills
 
 
-@dataclass
-class _Stream:
-    """The values of one topic over time."""
-
-    topic: str = ""
-    times: list[float] = field(default_factory=list)  # [s] since 1970
-    values: list[list[float]] = field(default_factory=list)  # joints, or x y z [qx qy qz qw]
-
-    def arrays(self) -> tuple[FloatArray, FloatArray]:
-        order = np.argsort(self.times, kind="stable")
-        return np.array(self.times)[order], np.array(self.values)[order]
-
-
-def bag_grids(path: str | os.PathLike[str], topic: str | None = None, *, joints_alone: bool = False) -> list[Grid]:
+def bag_grids(
+    path: str | os.PathLike[str],
+    topic: str | None = None,
+    *,
+    joints_alone: bool = False,
+    names: Sequence[str] = (),
+    count: int | None = None,
+) -> list[Grid]:
     """The one table of a bag: joints and measured poses by standstills, or whichever of the two it has, by samples.
 
     Args:
         path: The bag.
         topic: Which poses were measured, where several topics hold poses; TOPIC:CHILD_FRAME of transforms.
         joints_alone: The poses were measured elsewhere.
+        names: Of the robot's joints, where it has names.
+        count: Of the robot's joints, where one is given.
 
     Raises:
         ParseError: It is no bag that can be read, or holds neither.
         InvalidInput: Several topics could be it; the sentence lists them.
     """
     name = os.fspath(path)
-    joint_names, joints, poses = _read_bounded(name)
+    devices, poses = _read_bounded(name)
+    joints = joint_states(name, devices, names, count)
     measured = None if joints_alone else _chosen(name, poses, topic)
-    if not joints.times and measured is None:
+    if not len(joints.times) and measured is None:
         raise ParseError("the bag holds neither joint states nor poses", name)
     if measured is None:
-        return [_table(name, _joint_titles(joint_names), *joints.arrays(), notes=[_joints_from(joints)])]
-    stream = poses[measured]
-    titles = ["x [m]", "y [m]", "z [m]", "qx", "qy", "qz", "qw"][: len(stream.values[0])]
-    if not joints.times:
-        return [_table(name, titles, *stream.arrays(), sheet=measured, notes=[_poses_from(measured)])]
-    times, rows = _by_standstill(name, joints, stream)
-    notes = [_joints_from(joints), _poses_from(measured)]
-    return [_table(name, [*_joint_titles(joint_names), *titles], times, rows, sheet=measured, notes=notes)]
+        return [_table(name, _joint_titles(joints.names), joints.times, joints.q, notes=joints.notes)]
+    seen, x, notes = _finite_poses(measured, poses[measured])
+    titles = ["x [m]", "y [m]", "z [m]", "qx", "qy", "qz", "qw"][: x.shape[1]]
+    if not len(joints.times):
+        return [_table(name, titles, seen, x, sheet=measured, notes=notes)]
+    times, rows, more = _by_standstill(name, joints, seen, x, tried=count is not None)
+    notes = [*joints.notes, *notes, *more]
+    return [_table(name, [*_joint_titles(joints.names), *titles], times, rows, sheet=measured, notes=notes)]
 
 
-_Streams = tuple[list[str], _Stream, dict[str, _Stream]]
+def _finite_poses(source: str, stream: Stream) -> tuple[FloatArray, FloatArray, list[str]]:
+    """Times and poses that are numbers, and where they come from."""
+    times, x = stream.arrays()
+    kept = np.asarray(np.isfinite(x).all(axis=1))
+    notes = [f"measured poses read from the topic {source}"]
+    if not kept.all():
+        notes.append(left_out_samples(int((~kept).sum()), len(kept), "measured poses"))
+    return times[kept], x[kept], notes
+
+
+_Streams = tuple[Devices, dict[str, Stream]]
 
 
 def _read_bounded(path: str) -> _Streams:
@@ -102,13 +111,13 @@ def _read_bounded(path: str) -> _Streams:
 
 
 def _read(path: str, most: int) -> _Streams:
-    """Names and positions of the joints, and the poses by topic; at most `most` messages."""
+    """The joint states by the joints that they name, and the poses by topic; at most `most` messages."""
     try:
         from rosbags.highlevel import AnyReader
         from rosbags.typesys import Stores, get_typestore
     except ImportError:
         raise ParseError("reading a ROS bag needs the package rosbags: pip install fastcal[ros]", path) from None
-    devices, poses = dict[tuple[str, ...], _Stream](), dict[str, _Stream]()
+    devices, poses = dict[tuple[str, ...], Stream](), dict[str, Stream]()
     try:
         with AnyReader([Path(path)], default_typestore=get_typestore(Stores.LATEST)) as reader:
             wanted = [c for c in reader.connections if c.msgtype in _POSES or c.msgtype == _JOINTS]
@@ -117,10 +126,10 @@ def _read(path: str, most: int) -> _Streams:
                     raise TooLarge(f"expected a bag of at most {most} joint states and poses", path)
                 message: Any = reader.deserialize(raw, connection.msgtype)
                 if connection.msgtype == _JOINTS:
-                    _add_joints(path, connection.topic, message, received, devices)
+                    _add_joints(connection.topic, message, received, devices)
                     continue
                 for source, header, values in _POSES[connection.msgtype](connection.topic, message):
-                    stream = poses.setdefault(source, _Stream(source))
+                    stream = poses.setdefault(source, Stream(source))
                     stream.times.append(_time(header, received))
                     stream.values.append(values)
     except ParseError:
@@ -129,25 +138,19 @@ def _read(path: str, most: int) -> _Streams:
         raise ParseError(f"is no ROS bag that can be read within {MEMORY / 1e9:.0f} GB", path) from None
     except Exception as error:  # noqa: BLE001 - a damaged bag makes its reader raise what it happens to meet
         raise ParseError(f"is no ROS bag that can be read: {' '.join(str(error).split()):.200}", path) from None
-    # A gripper or a rail beside the arm has fewer joints, whichever of them spoke first.
-    names = max(devices, key=len, default=())
-    return list(names), devices.get(names, _Stream()), poses
+    return devices, poses
 
 
-def _add_joints(path: str, topic: str, message: Any, received: int, devices: dict[tuple[str, ...], _Stream]) -> None:
-    """A message of joint states, to the device all of whose joints it names."""
+def _add_joints(topic: str, message: Any, received: int, devices: dict[tuple[str, ...], Stream]) -> None:
+    """A message of joint states, to the device all of whose joints it names, and no others."""
     listed = list(message.name)
     if len(listed) != len(message.position) or not listed:
         return
     place = {name: k for k, name in enumerate(listed)}
-    names = next((known for known in devices if set(known) <= set(place)), None)
-    if names is None:
-        if any(set(known) & set(place) for known in devices):
-            raise ParseError(f"{topic}: a message names only some of the joints of an earlier one", path)
-        names = tuple(listed)
-        devices[names] = _Stream(topic)
-    devices[names].times.append(_time(message.header, received))
-    devices[names].values.append([float(message.position[place[name]]) for name in names])
+    names = next((known for known in devices if set(known) == set(place)), tuple(place))
+    stream = devices.setdefault(names, Stream(topic))
+    stream.times.append(_time(message.header, received))
+    stream.values.append([float(message.position[place[name]]) for name in names])
 
 
 def _time(header: Any, received: int) -> float:
@@ -185,7 +188,7 @@ _POSES: Mapping[str, Callable[[str, Any], _Found]] = {
 }
 
 
-def _chosen(path: str, poses: Mapping[str, _Stream], topic: str | None) -> str | None:
+def _chosen(path: str, poses: Mapping[str, Stream], topic: str | None) -> str | None:
     """The source of the measured poses; transforms only where asked for, as robot_state_publisher sends them too."""
     if topic is not None:
         if topic not in poses:
@@ -202,22 +205,44 @@ def _chosen(path: str, poses: Mapping[str, _Stream], topic: str | None) -> str |
     return None
 
 
-def _by_standstill(path: str, joints: _Stream, poses: _Stream) -> tuple[FloatArray, FloatArray]:
-    """A row of joints and the mean pose for each standstill of the joints in which poses were measured."""
-    at, q = joints.arrays()
-    seen, x = poses.arrays()
-    times, rows = [], []
-    for start, end in standstills(q, _STILL):
-        middle = core(start, end)
-        if at[end - 1] - at[start] < _SHORTEST:
-            continue
-        within = (seen >= at[middle][0]) & (seen <= at[middle][-1])
-        if within.any():
+def _by_standstill(
+    path: str, joints: JointStates, seen: FloatArray, x: FloatArray, *, tried: bool
+) -> tuple[FloatArray, FloatArray, list[str]]:
+    """A row of joints and the mean pose for each standstill of the joints in which poses were measured, and notes."""
+    at, q = joints.times, joints.q
+    still = [
+        (start, end, core(start, end))
+        for start, end in standstills(q, _STILL)
+        if at[end - 1] - at[start] >= _SHORTEST
+    ]
+    windows = np.array([(at[middle][0], at[middle][-1]) for _, _, middle in still]).reshape(len(still), 2)
+    late, may_be_another = delay(windows, seen, x[:, :3])
+    ask = may_be_another and not tried
+    moving, largest = still_windows(windows + late, seen, x[:, :3])
+    times, rows, restless = [], [], 0
+    for (_, _, middle), (low, high), moves in zip(still, windows + late, moving, strict=True):
+        within = (seen >= low) & (seen <= high)
+        if within.any() and moves:
+            restless += 1
+        elif within.any():
             times.append(float(at[middle].mean()))
             rows.append([*q[middle].mean(axis=0), *_mean_pose(x[within])])
+    notes = []
+    if late:
+        notes.append(
+            f"the clock of the poses is {abs(late):.2f} s {'late' if late > 0 else 'early'} against that of the "
+            "joints, which is taken into account: so the measured point stands still where the joints do"
+            + "; one of a whole pose more would look alike, which --robot ROBOT tells apart" * ask
+        )
+    if restless:
+        moved = f"in {restless} of {restless + len(rows)} standstills of the joints the measured point still moves, by "
+        moved += f"{1000 * largest:.3g} mm at most"
+        if restless > len(rows):
+            raise ParseError(f"{moved}: are the clocks of joints and poses the same?", path)
+        notes.append(f"{moved}, and these are left out")
     if not rows:
         raise ParseError("no pose was measured while the joints stood still for a third of a second", path)
-    return np.array(times), np.array(rows)
+    return np.array(times), np.array(rows), notes
 
 
 def _mean_pose(x: FloatArray) -> FloatArray:
@@ -229,16 +254,8 @@ def _mean_pose(x: FloatArray) -> FloatArray:
     return np.concatenate([x[:, :3].mean(axis=0), vectors[:, -1]])
 
 
-def _joint_titles(names: list[str]) -> list[str]:
+def _joint_titles(names: Sequence[str]) -> list[str]:
     return [f"/joint_states/{name}/position" for name in names]
-
-
-def _joints_from(joints: _Stream) -> str:
-    return f"joints read from the topic {joints.topic}"
-
-
-def _poses_from(source: str) -> str:
-    return f"measured poses read from the topic {source}"
 
 
 def _table(

@@ -5,17 +5,15 @@
 from __future__ import annotations
 
 import datetime
-import io
 import os
-import warnings
 
 import numpy as np
 
 from fastcal.errors import ParseError, TooLarge
-from fastcal.importers.grid import Grid, Row, decoded, text_grid
-from fastcal.io.excel_archive import check_archive
+from fastcal.importers.grid import Grid, Row, export_text, text_grid
+from fastcal.io.excel_sheets import sheets
 from fastcal.io.regular_file import read_bytes
-from fastcal.io.table import unreadable
+from fastcal.io.table import Uncalculated, unreadable
 
 MAX_BYTES = 32_000_000
 MAX_LINES = 200_000
@@ -23,8 +21,12 @@ MAX_LINE = 100_000  # characters
 MAX_CELLS = 1_500_000
 
 
-def read_grids(path: str | os.PathLike[str]) -> list[Grid]:
+def read_grids(path: str | os.PathLike[str], encoding: str | None = None) -> list[Grid]:
     """The grids of a file that hold anything.
+
+    Args:
+        path: The file.
+        encoding: Of its text, where the user gives it; of a workbook it says nothing.
 
     Raises:
         TooLarge: It holds more than poses and points, or a record of a session, could.
@@ -40,9 +42,9 @@ def read_grids(path: str | os.PathLike[str]) -> list[Grid]:
         return [_parquet(content, name)]
     if content.startswith(b"\xd0\xcf\x11\xe0"):
         raise ParseError("is an old Excel file (xls); save it as xlsx or CSV", name)
-    text = decoded(content, name)
+    text, notes = export_text(content, name, encoding)
     _check_text(text, name)
-    grid = text_grid(text, name)
+    grid = text_grid(text, name, notes)
     _check_cells(sum(len(row.cells) for row in grid.rows), name)
     return [grid]
 
@@ -63,24 +65,17 @@ def _check_cells(cells: int, path: str) -> None:
 
 
 def _sheets(content: bytes, path: str) -> list[Grid]:
-    check_archive(content, path)
     cells = 0
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # about styles and extensions, which are not read here
-            import openpyxl  # takes longer to import than a CSV to read
-
-            book = openpyxl.load_workbook(io.BytesIO(content), read_only=True, data_only=True)
-            grids = []
-            for sheet in book.worksheets:
-                sheet.reset_dimensions()  # some writers state them wrongly
-                rows = []
-                for line, values in enumerate(sheet.iter_rows(values_only=True), 1):
-                    cells += 1 + len(values)
-                    _check_cells(cells, path)
-                    rows.append(Row(line, tuple(map(_text, values))))
-                grids.append(Grid(path, tuple(rows), sheet=sheet.title))
-    except TooLarge:
+        grids = []
+        for title, found in sheets(content, path):
+            rows = []
+            for line, values in enumerate(found, 1):
+                cells += 1 + len(values)
+                _check_cells(cells, path)
+                rows.append(Row(line, tuple(map(_text, values))))
+            grids.append(Grid(path, tuple(rows), sheet=title))
+    except ParseError:
         raise
     except Exception as error:  # noqa: BLE001 - a damaged file makes the decoder raise what it happens to meet
         raise unreadable("Excel", error, path) from None
@@ -94,6 +89,8 @@ def _text(cell: object) -> str:
     """A cell as text: dates as ISO writes them, whole numbers without a point."""
     if cell is None:
         return ""
+    if isinstance(cell, Uncalculated):
+        return cell
     if isinstance(cell, float):
         return f"{cell:.17g}" if float(f"{cell:.15g}") != cell else f"{cell:.15g}"
     if isinstance(cell, datetime.date | datetime.time):

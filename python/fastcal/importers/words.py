@@ -13,6 +13,8 @@ import unicodedata
 from dataclasses import dataclass
 from functools import lru_cache
 
+from fastcal.measurements.labels import LABEL_WORDS, title_words
+
 
 def _words(text: str) -> frozenset[str]:
     return frozenset(text.split())
@@ -174,7 +176,7 @@ def meaning(title: str) -> Title | None:
     base, unit = split_unit(" ".join(title.split()))
     words = plain_words(base)
     if not words:
-        return None
+        return _of_label(title)
     joined = "".join(words)
     if contract := _contract_name(title):
         return contract
@@ -186,7 +188,16 @@ def meaning(title: str) -> Title | None:
         return Title("xyz"[int(match[1])], unit=unit)
     if match := re.fullmatch(r"([noa])([xyz])", joined):  # its first three, as normal, orientation and approach
         return Title(f"r{'xyz'.index(match[2]) + 1}{'noa'.index(match[1]) + 1}")
-    return _joint(words, unit) or _component(words, unit) or _label(words, unit)
+    return _joint(words, unit) or _component(words, unit) or _label(words, unit) or _of_label(title)
+
+
+def _of_label(title: str) -> Title | None:
+    """A title that says in any language that the column names or counts the rows."""
+    words = title_words(title)
+    if title.strip() in ("#", "№"):
+        return Title("number")
+    known = words <= LABEL_WORDS and len("".join(words)) > 1 - (not title.isascii())
+    return Title("name") if words and known and not any(map(str.isdigit, title)) else None
 
 
 def _contract_name(title: str) -> Title | None:
@@ -256,7 +267,7 @@ def _component(words: list[str], unit: tuple[str, float] | None) -> Title | None
 
 def _own_word(words: list[str]) -> tuple[str | None, list[str]]:
     """The word of a title that names a component, and the others."""
-    if words[-1].isdigit() and len(words) > 2 and words[-2] == "pose" and 0 <= int(words[-1]) < 6:
+    if words[-1] in "012345" and len(words) > 2 and words[-2] == "pose":
         return ("x", "y", "z", "rx", "ry", "rz")[int(words[-1])], words[:-1]  # actual_TCP_pose_0
     alike = {f"{at}{axis}": axis for axis in "xyz" for at in ("pos", "coord")}
     alike |= {f"{axis}{at}": axis for axis in "xyz" for at in ("pos", "coord")}

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.errors import ParseError
 from fastcal.importers.reading import Column, Reading
 from fastcal.io.measurements import dataset_from_table
 from fastcal.io.table import Cells, Table
@@ -18,6 +19,8 @@ from fastcal.measurements.checks import RobotFacts
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.pendant import Pendant
 from fastcal.units import unit_names
+
+_LATEST = 1e12  # [s] 30,000 years: what is beyond tells no time
 
 
 @dataclass(frozen=True)
@@ -54,7 +57,7 @@ def table_of(reading: Reading) -> Table:
         columns[name] = reading.columns[name]
     if reading.times is not None and not any(name.startswith("time_") for name in columns):
         seconds = reading.times.seconds
-        if np.isfinite(seconds).all():
+        if np.isfinite(seconds).all() and np.abs(seconds).max() < _LATEST:
             columns["time_s"] = np.round(seconds - seconds.min(), 6)
     cells: list[Cells] = list(columns.values())
     return Table(reading.path, list(columns), cells, lines=reading.lines, notes=tuple(reading.notes))
@@ -72,7 +75,12 @@ def imported_dataset(reading: Reading, robot: RobotFacts | None) -> Dataset:
         ]
         lengths = unit_names("length")
         robot = _AnyRobot(["prismatic" if name.split("_")[-1] in lengths else "revolute" for name in units])
-    return dataset_from_table(table_of(reading), robot)
+    try:
+        return dataset_from_table(table_of(reading), robot)
+    except ParseError as error:
+        if reading.sheet is None:
+            raise
+        raise type(error)(f"sheet '{reading.sheet}': {error.message}", error.path, error.line) from None
 
 
 def write_imported(path: str | os.PathLike[str], reading: Reading, robot: RobotFacts | None) -> int:

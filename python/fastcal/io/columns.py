@@ -59,7 +59,7 @@ def match_columns(table: Table, joint_types: Sequence[str]) -> tuple[dict[str, C
             unknown.append(place)
         elif quantity in known:
             other = table.names[known[quantity].place]
-            raise table.error(f"columns '{other}' and '{title}' both give {quantity}; expected one of them")
+            raise table.error(f"columns '{other:.60}' and '{title:.60}' both give {quantity}; expected one of them")
         else:
             known[quantity] = Column(place, unit)
     return known, unknown
@@ -91,14 +91,15 @@ def _match(table: Table, title: str, kinds: dict[str, str | None]) -> tuple[str 
     if kind is None:
         if re.fullmatch(r"(q|j|current|approach)\d+(_read)?", quantity) and quantity not in kinds:
             count = sum(f"q{joint}" in kinds for joint in range(1, len(kinds)))
-            raise table.error(f"column '{title}' names no joint of this robot; its joints are numbered 1 to {count}")
+            numbers = f"its joints are numbered 1 to {count}"
+            raise table.error(f"column '{title:.60}' names no joint of this robot; {numbers}")
         if at and kinds.get(f"{quantity.partition('@')[0]}@link1") is not None:
-            raise table.error(f"column '{title}' names no link of this robot; expected @link1 and so on")
+            raise table.error(f"column '{title:.60}' names no link of this robot; expected @link1 and so on")
         return None, None
     if unit is None:
-        raise table.error(f"column '{title}' has no unit; expected {would_do(quantity, kind)}")
+        raise table.error(f"column '{title:.60}' has no unit; expected {would_do(quantity, kind)}")
     if unit not in UNITS or UNITS[unit].kind != kind:
         raise table.error(
-            f"column '{title}': '{unit}' is no unit of {kind} known here; expected {would_do(quantity, kind)}"
+            f"column '{title:.60}': '{unit}' is no unit of {kind} known here; expected {would_do(quantity, kind)}"
         )
     return quantity, unit

@@ -4,15 +4,14 @@
 
 from __future__ import annotations
 
-import io
 import sys
-import warnings
 
 import numpy as np
 
 from fastcal.errors import ParseError, TooLarge
-from fastcal.io.excel_archive import MAX_BYTES, check_archive
-from fastcal.io.table import Cells, Table, unreadable, without_blank_columns
+from fastcal.io.excel_archive import MAX_BYTES
+from fastcal.io.excel_sheets import sheets
+from fastcal.io.table import Cells, Table, Uncalculated, unreadable, without_blank_columns
 
 EXPLANATIONS = "Columns"  # the sheet of fastcal's own templates that explains the columns
 
@@ -23,23 +22,19 @@ def read_excel_table(content: bytes, path: str) -> Table:
     Raises:
         ParseError: It is damaged, has no sheet of cells, or a row is longer than the header.
     """
-    import openpyxl  # takes longer to import than a CSV to read
-
-    check_archive(content, path)
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # about styles and extensions, which are not read here
-            book = openpyxl.load_workbook(io.BytesIO(content), read_only=True, data_only=True)
-            sheet = book.worksheets[0]
-            sheet.reset_dimensions()  # some writers state them wrongly
-            rows = sheet.iter_rows(values_only=True)
-            filled = [(line, row) for line, row in enumerate(rows, 1) if any(cell not in (None, "") for cell in row)]
+        found = sheets(content, path)
+        title, rows = next(found)
+        filled = [(line, row) for line, row in enumerate(rows, 1) if any(cell not in (None, "") for cell in row)]
+        left_out = [name for name, _ in found if name != EXPLANATIONS]
+    except ParseError:
+        raise
     except Exception as error:  # noqa: BLE001 - a damaged file makes the decoder raise what it happens to meet
         raise unreadable("Excel", error, path) from None
     if sum(len(cell) for _, row in filled for cell in row if isinstance(cell, str)) > MAX_BYTES:
         raise TooLarge(f"expected a sheet of at most {MAX_BYTES} characters", path)
     if not filled:
-        raise ParseError(f"sheet '{sheet.title}' is empty; expected a header and rows of numbers", path)
+        raise ParseError(f"sheet '{title}' is empty; expected a header and rows of numbers", path)
     width = len(filled[0][1])
     for line, row in filled[1:]:
         if any(cell is not None for cell in row[width:]):
@@ -47,8 +42,8 @@ def read_excel_table(content: bytes, path: str) -> Table:
     (_, header), *body = filled
     names = ["" if name is None else str(name) for name in header]
     columns = [_column([row[place] if place < len(row) else None for _, row in body]) for place in range(width)]
-    others = ", ".join(f"'{other.title}'" for other in book.worksheets[1:] if other.title != EXPLANATIONS)
-    notes = (f"sheet '{sheet.title}' is read; left out: {others}",) if others else ()
+    others = ", ".join(f"'{name}'" for name in left_out)
+    notes = (f"sheet '{title}' is read; left out: {others}",) if others else ()
     return Table(path, *without_blank_columns(names, columns), lines=[line for line, _ in body], notes=notes)
 
 
@@ -56,7 +51,15 @@ def _column(cells: list[object]) -> Cells:
     """Numbers if all filled cells hold numbers that fit a double, else texts; 3.0 is the text 3."""
     if all(cell is None or _is_number(cell) for cell in cells):
         return np.array([np.nan if cell is None else cell for cell in cells], dtype=np.float64)
-    return ["" if cell is None else f"{cell:.17g}" if isinstance(cell, float) else str(cell).strip() for cell in cells]
+    return [_text(cell) for cell in cells]
+
+
+def _text(cell: object) -> str:
+    if cell is None:
+        return ""
+    if isinstance(cell, Uncalculated):
+        return cell
+    return f"{cell:.17g}" if isinstance(cell, float) else str(cell).strip()
 
 
 def _is_number(cell: object) -> bool:

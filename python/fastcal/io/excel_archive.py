@@ -19,11 +19,12 @@ _SHEET = re.compile(r"(?i)xl/(worksheets/[^/]*|[^/]*sheet[^/]*)\.xml\Z")
 _ROW = re.compile(rb"""<(?:\w+:)?row(?=[\s/>])([^>]*)""")
 _NUMBER = re.compile(rb"""\sr\s*=\s*["']\s*([^"']*?)\s*["']""")
 _COLUMN = re.compile(rb"""<(?:\w+:)?c\s[^>]*?\br\s*=\s*["']\s*([A-Za-z]+)[0-9]""")
+_FORMULA = re.compile(rb"<(?:\w+:)?f[\s/>]")
 _CELL = re.compile(rb"<(?:\w+:)?c(?=[\s/>])")
 
 
-def check_archive(content: bytes, path: str) -> None:
-    """Refuses a workbook that unpacks to more than a table of measurements could be.
+def check_archive(content: bytes, path: str) -> bool:
+    """Refuses a workbook that unpacks to more than a table of measurements could be; whether it holds formulas.
 
     Raises:
         TooLarge: Its parts, rows or cells are too many; says how many.
@@ -36,9 +37,13 @@ def check_archive(content: bytes, path: str) -> None:
             if size > MAX_BYTES or len(parts) > MAX_PARTS:
                 message = f"expected a workbook of at most {MAX_BYTES} bytes unpacked, got {size} in {len(parts)} parts"
                 raise TooLarge(message, path)
+            has_formulas = False
             for part in parts:
                 if _SHEET.search(part.filename):
-                    _check_sheet(archive.read(part), path)
+                    xml = archive.read(part)
+                    _check_sheet(xml, path)
+                    has_formulas = has_formulas or _FORMULA.search(xml) is not None
+            return has_formulas
     except (OSError, ValueError, RuntimeError, NotImplementedError, EOFError, zipfile.BadZipFile) as error:
         if isinstance(error, ParseError):
             raise

@@ -16,7 +16,7 @@ from fastcal.io import inputs
 from fastcal.io.columns import JOINT_TITLE
 from fastcal.io.measurements import RowCounts, dataset_of
 from fastcal.io.table import Table, unreadable, without_blank_columns
-from fastcal.io.text_tables import read_text_table
+from fastcal.io.text_tables import is_remark, is_row_of_numbers, read_text_table, without_remarks
 from fastcal.measurements.checks import RobotFacts
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.long_dataset import PART_ROWS, LongDataset
@@ -128,13 +128,17 @@ def _parquet_tables(path: str | os.PathLike[str], name: str) -> Iterator[Table]:
 def _text_tables(path: str | os.PathLike[str], name: str) -> Iterator[Table]:
     """Tables of whole lines below the header of a CSV file."""
     with Path(path).open("rb") as file:
-        header = b""
-        while not header.strip():
+        top, line = b"", b""
+        while not line.strip() or is_remark(line):
             line = file.readline(_HEADER)
             if not line:
                 raise ParseError("is empty; expected a header and rows of numbers", name)
-            header += line
-        lines, rest = header.count(b"\n"), b""
+            top += line
+        # The last remark is the header where a row of numbers follows it.
+        rest = line if top.strip() != line.strip() and is_row_of_numbers(line) else b""
+        header = without_remarks(top)
+        header = header[: len(header) - len(rest)]
+        lines = header.count(b"\n")
         above = lines
         while block := file.read(_BLOCK):
             whole, rest = _whole_lines(rest + block, name)
@@ -157,6 +161,11 @@ def _whole_lines(text: bytes, name: str) -> tuple[bytes, bytes]:
 
 def _text_table(content: bytes, name: str, skipped: int) -> Table:
     """The table of a header and lines, `skipped` lines of the file between them."""
+    try:
+        content.decode()
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1 + skipped
+        raise ParseError("is not UTF-8 text; a file of so many rows is read in UTF-8 alone", name, line) from None
 
     def placed(read: Callable[[], Table]) -> Table:
         try:

@@ -374,4 +374,4 @@ def unknown_columns(table: Table, places: Sequence[int]) -> tuple[dict[str, Floa
 
 
 def _listed(names: Sequence[str], most: int = 12) -> str:
-    return ", ".join(f"'{name}'" for name in names[:most]) + (", ..." if len(names) > most else "")
+    return ", ".join(f"'{name:.60}'" for name in names[:most]) + (", ..." if len(names) > most else "")

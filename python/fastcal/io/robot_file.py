@@ -104,7 +104,7 @@ def chosen_arm(source: RobotSource) -> tuple[RobotSource, list[str]]:
     """A bare URDF or xacro with the links between which its arm lies, and the sentences that say what was chosen."""
     spec = read_spec(source)
     chosen = RobotSource(source, spec["source"]["base_link"], spec["source"]["tip_link"], source.xacro)
-    return chosen, [note for note in spec.get("notes", []) if " was chosen" in note]
+    return chosen, [note for note in spec.get("notes", []) if " was chosen" in note or " without limits " in note]
 
 
 def _arguments(source: RobotSource) -> dict[str, str]:

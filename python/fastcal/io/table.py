@@ -36,6 +36,15 @@ def _plain(text: str) -> str:
     return text[1:] if text.startswith("'") and is_formula(text[1:]) else text
 
 
+class Uncalculated(str):
+    """The cell of a workbook with a formula whose value is not saved, as programs write it that do not calculate."""
+
+    __slots__ = ()
+
+
+NO_VALUE = "holds formulas without a stored value, {count}; open the workbook in a spreadsheet program and save it"
+
+
 @dataclass(frozen=True)
 class Table:
     """Named columns of one length, at least one of each.
@@ -65,7 +74,7 @@ class Table:
         for place, name in enumerate(self.names, start=1):
             first = seen.setdefault(name.lower(), place)
             if first != place:
-                raise self.error(f"column '{name}' comes twice, as columns {first} and {place}")
+                raise self.error(f"column '{name:.60}' comes twice, as columns {first} and {place}")
         if not self.columns or len(self) == 0:
             raise self.error("holds no rows; expected rows of numbers below a header")
 
@@ -94,16 +103,26 @@ class Table:
         return values
 
     def labels(self, place: int) -> list[str]:
-        """A column as texts, "" where a cell is empty; the number 3.0 is the label 3, as a sheet makes one of it."""
+        """A column as texts, "" where a cell is empty; the number 3.0 is the label 3, as a sheet makes one of it.
+
+        Raises:
+            ParseError: A cell is a formula without a value.
+        """
         cells = self.columns[place]
+        if not isinstance(cells, np.ndarray) and any(isinstance(cell, Uncalculated) for cell in cells):
+            raise self.wrong_cell(place, 0, "a text")
         if isinstance(cells, np.ndarray):
             return ["" if math.isnan(value) else f"{value:.17g}" for value in cells.tolist()]
         return ["" if cell.lower() in EMPTY else _plain(cell) for cell in map(str.strip, cells)]
 
     def wrong_cell(self, place: int, row: int, expected: str, got: str | None = None) -> ParseError:
         """The error for a cell: where it is, what was expected and what came."""
+        cells = self.columns[place]
+        if bare := [k for k, cell in enumerate(cells) if isinstance(cell, Uncalculated)]:
+            message = NO_VALUE.format(count=f"in {len(bare)} of {len(cells)} cells")
+            return self.error(f"column '{self.names[place]:.60}' {message}", bare[0])
         return self.error(
-            f"column '{self.names[place]}': expected {expected}, got {got or self._cell(place, row)}", row
+            f"column '{self.names[place]:.60}': expected {expected}, got {got or self._cell(place, row)}", row
         )
 
     def error(self, message: str, row: int | None = None) -> ParseError:
@@ -131,7 +150,7 @@ class Table:
         ((usual, first),) = self._first_with_mark.items()
         other, word = (".", "comma") if usual == "," else (",", "point")
         if other in rows:
-            raise self.wrong_cell(place, rows[other][0], f"a decimal {word} as in column '{self.names[first]}'")
+            raise self.wrong_cell(place, rows[other][0], f"a decimal {word} as in column '{self.names[first]:.60}'")
 
 
 def unreadable(kind: str, error: Exception, path: str) -> ParseError:

@@ -4,38 +4,43 @@
 
 from __future__ import annotations
 
-import codecs
 import os
 import re
 
 from fastcal.errors import ParseError
 from fastcal.io.regular_file import read_bytes
+from fastcal.io.text_encoding import codec_of, marked_encoding
 from fastcal.io.yaml_file import MAX_BYTES
 
-# The encodings besides UTF-8 that files declare. Python has codecs that decompress or execute; those are never asked.
-_READ = re.compile(
-    r"us-ascii|ascii|iso-?8859-\d{1,2}|latin-?\d|windows-125\d|cp125\d|koi8-[ru]|gb2312|gbk|gb18030|big5|shift_jis|"
-    r"euc-jp|euc-kr",
-    re.IGNORECASE,
-)
 _DECLARED = re.compile(r"""(<\?xml\s[^>]{0,200}?\bencoding\s*=\s*["'])([\w.:-]{1,40})(?=["'])""", re.ASCII)
 _HEAD = 400  # characters in which the declaration lies
+_WIDE = ((b"<\0", "utf-16-le"), (b"\0<", "utf-16-be"))  # how UTF-16 without its mark begins
 
 
 def read_xml(path: str | os.PathLike[str]) -> str:
     """The text of an XML file: by its byte order mark, else in the encoding that it declares, else UTF-8.
 
+    A text of two or four bytes a character comes back declared as UTF-8, in which it will be written.
+
     Raises:
         ParseError: There is no such file, it is too large, or it is no text in that encoding.
     """
     content = read_bytes(path, MAX_BYTES)
-    encoding = _encoding(content[:_HEAD].decode("latin-1"))
+    wide = marked_encoding(content) or next((name for start, name in _WIDE if content.startswith(start)), None)
+    head = content[:_HEAD].decode("latin-1")
+    encoding = wide or _encoding(head)
     try:
-        return content.decode(encoding)
+        text = content.decode(encoding)
     except UnicodeDecodeError as error:
         expected = "UTF-8" if encoding == "utf-8-sig" else encoding
-        hint = "" if expected != "UTF-8" else "; text in another encoding begins like <?xml encoding='ISO-8859-1'?>"
+        declared = _DECLARED.match(head)
+        hint = ""
+        if declared is not None and codec_of(declared[2]) is None:
+            hint = f"; the encoding '{declared[2]}' that it declares is not known here"
+        elif declared is None and expected == "UTF-8":
+            hint = "; text in another encoding begins like <?xml encoding='ISO-8859-1'?>"
         raise ParseError(f"expected {expected} text, got the byte 0x{content[error.start]:02x}{hint}", path) from None
+    return declared_as_utf8(text) if encoding.startswith(("utf-16", "utf-32")) else text
 
 
 def xml_bytes(text: str) -> bytes:
@@ -51,9 +56,6 @@ def declared_as_utf8(text: str) -> str:
 def _encoding(head: str) -> str:
     """The codec for the encoding that the declaration at the beginning of a text names; UTF-8 for any other."""
     declared = _DECLARED.match(head)
-    if declared is not None and _READ.fullmatch(declared[2]):
-        try:
-            return codecs.lookup(declared[2]).name
-        except LookupError:  # iso-8859-99
-            pass
-    return "utf-8-sig"
+    found = None if declared is None else codec_of(declared[2])
+    # A declaration that can be read byte by byte is not of two or four bytes a character, whatever it says.
+    return "utf-8-sig" if found is None or found.startswith(("utf-16", "utf-32", "utf-8")) else found

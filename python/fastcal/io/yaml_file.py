@@ -17,6 +17,7 @@ import yaml
 
 from fastcal.errors import ParseError
 from fastcal.io.regular_file import read_bytes
+from fastcal.io.text_encoding import marked_encoding
 
 MAX_BYTES = 64_000_000  # the root of a covariance of 3,400 parameters
 MAX_VALUES = 500_000  # a covariance of 950 parameters, listed as older versions did, is 450,000
@@ -30,15 +31,18 @@ _WORDS: dict[str, bool | None] = {"": None, "~": None, "null": None, "true": Tru
 
 
 def read_text(path: str | os.PathLike[str]) -> str:
-    """The text of a UTF-8 file of reasonable size.
+    """The text of a file of reasonable size: UTF-8, or UTF-16 with its mark, as PowerShell writes what is printed.
 
     Raises:
         ParseError: There is no such file, it is none, too large, or no text.
     """
+    content = read_bytes(path, MAX_BYTES)
+    encoding = marked_encoding(content) or "utf-8"
     try:
-        return read_bytes(path, MAX_BYTES).decode("utf-8-sig")
+        return content.decode(encoding)
     except UnicodeDecodeError as error:
-        raise ParseError(f"expected UTF-8 text, got the byte 0x{error.object[error.start]:02x}", path) from None
+        name = encoding.removesuffix("-sig").upper()
+        raise ParseError(f"expected {name} text, got the byte 0x{content[error.start]:02x}", path) from None
 
 
 def read_yaml(path: str | os.PathLike[str]) -> Any:

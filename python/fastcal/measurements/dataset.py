@@ -18,6 +18,7 @@ from fastcal.display.shown import Shown
 from fastcal.errors import InvalidInput
 from fastcal.measurements.checks import BadRow, RobotFacts, check_values
 from fastcal.measurements.instrument import with_tracker
+from fastcal.measurements.labels import sensors
 from fastcal.measurements.last_moves import directions, last_moves
 from fastcal.measurements.observations import found_kinds, measured_rows, tables_of
 from fastcal.measurements.splits import random_rows, region_rows
@@ -100,6 +101,11 @@ class Dataset(Shown):
     notes: tuple[str, ...] = ()
     source: str = "arrays"
     joint_types: tuple[str, ...] = ()
+
+    @cached_property
+    def sensors(self) -> dict[str, FloatArray]:
+        """Of `extra` what an error may depend on: readings, and no names, serial numbers or counters."""
+        return sensors(self.extra, self.q)
 
     def __len__(self) -> int:
         return len(self.q)

@@ -14,6 +14,7 @@ import numpy as np
 
 from fastcal.calibration.parallel import workers
 from fastcal.diagnosis import partial_residuals
+from fastcal.diagnosis.columns import columns_of
 from fastcal.diagnosis.words import cause_in_words, plan_text, reason_text
 from fastcal.io.design_out import write_poses
 from fastcal.io.folder import atomic_folder
@@ -143,6 +144,7 @@ def diagnosis_page(found: Diagnosis, *, simulated: bool = False, made_by: Mappin
         gap=gap_figure(found),
         ranking=diagnosis_tables.ranking_table(found),
         confusion=confusion_figure(found),
+        columns=columns_of(found.train.data),
         untestable=diagnosis_tables.untestable_table(found),
         smallest=diagnosis_tables.smallest_table(found),
         pairs=_pairs(train, geometry, changed=len(found.steps) > 1),

@@ -30,7 +30,7 @@ def test_import_writes_a_measurement_file_and_says_how(here: Session, capsys: py
     assert main(["import", "points.csv", "--joints", "joints.csv", "--robot", "ur5", "-o", "out.csv"]) == 0
     said = capsys.readouterr()
     assert said.err == ""
-    assert "30 points joined with their poses by name" in said.out
+    assert "30 points joined with their poses by name ('Name')" in said.out
     assert said.out.splitlines()[-1] == "out.csv: 30 rows, 6 joints, points; read as a table"
     assert len(load_measurements("out.csv", fastcal.load_robot("ur5"))) == 30
 
@@ -38,7 +38,7 @@ def test_import_writes_a_measurement_file_and_says_how(here: Session, capsys: py
 def test_the_summary_of_an_import_as_json(here: Session, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["import", "points.csv", "--joints", "joints.csv", "--robot", "ur5", "-o", "out.csv", "--json"]) == 0
     said = json.loads(capsys.readouterr().out)
-    assert said.pop("notes")[0] == "30 points joined with their poses by name"
+    assert said.pop("notes")[0] == "30 points joined with their poses by name ('Name')"
     assert said == {"file": "out.csv", "rows": 30, "joints": 6, "measured": ["points"], "read_as": "a table"}
 
 

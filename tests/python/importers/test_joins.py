@@ -35,8 +35,8 @@ IN_ORDER = [(0, 0), (1, 1), (2, 2)]
     ],
 )
 def test_names(poses: list[str], points: list[str], expected: list[tuple[int, int]] | None) -> None:
-    counted = (all(map(str.isdigit, poses)), all(map(str.isdigit, points)))
-    assert pairs_by_name(poses, points, counted=counted) == expected
+    found = pairs_by_name(poses, points)
+    assert (None if found is None else found.pairs) == expected
 
 
 def test_sequences_are_matched_at_the_least_cost() -> None:

@@ -12,7 +12,10 @@ from scipy.spatial.transform import Rotation
 import fastcal
 from fastcal.errors import InvalidInput, ParseError, TooLarge
 from fastcal.importers import import_measurements, load_measurements
+from fastcal.importers.bag_clocks import delay, still_windows
+from fastcal.importers.bag_joints import Stream, joint_states
 from fastcal.importers.bag_path import is_bag
+from fastcal.importers.writing import imported_dataset
 
 pytest.importorskip("rosbags", reason="the extra [ros] is not installed")
 from rosbags.highlevel import AnyReader
@@ -221,11 +224,179 @@ def test_anything_but_a_bag_is_refused(arm, tmp_path) -> None:
         bag.add("/joint_states", START, joint_state(START, [], []))
     with pytest.raises(ParseError, match="the bag holds neither joint states nor poses"):
         load_measurements(tmp_path / "empty", arm[0])
-    with Bag(tmp_path / "changing") as bag:
-        bag.add("/joint_states", START, joint_state(START, ["a", "b"], [0, 0]))
-        bag.add("/joint_states", START, joint_state(START, ["a"], [0]))
-    with pytest.raises(ParseError, match="/joint_states: a message names only some of the joints"):
-        load_measurements(tmp_path / "changing", arm[0])
+
+
+def spoilt(bag: Bag, true, q, *, late=0.0, joints=lambda k, q: [(NAMES, q)], point=lambda k, x: x) -> None:
+    """An arm and a tracker whose clock is late; what each message of joints, and each point, becomes."""
+    end = len(q) * (STILL + MOVE)
+    for k in range(int(end * RATE)):
+        time = k / RATE
+        for part, (names, values) in enumerate(joints(k, joints_at(q, time))):
+            message = joint_state(START + time, names, values)
+            bag.add("/joint_states" if part == 0 else f"/more_joint_states_{part}", START + time, message)
+    times = np.arange(int(end * TRACKER)) / TRACKER
+    places = true.forward(np.array([joints_at(q, time) for time in times]))[:, :3, 3]
+    for k, (time, x) in enumerate(zip(times, places, strict=True)):
+        stamp = START + time + late
+        body = pose(point(k, x), [0, 0, 0, 1]).position
+        bag.add("/tracker", START + time, T["geometry_msgs/msg/PointStamped"](header(stamp), body))
+
+
+def check_rows(found, arm, q, atol=1e-6) -> None:
+    """All postures, each with its point."""
+    data = imported_dataset(found, arm[0])
+    np.testing.assert_allclose(data.q, q, atol=1e-9)
+    np.testing.assert_allclose(data.position, arm[1].forward(q)[:, :3, 3], atol=atol)
+
+
+@pytest.mark.parametrize("late", [0.3, -0.45, 0.1, -0.05])
+def test_a_late_clock_is_found_and_made_up_for(arm, tmp_path, late) -> None:
+    """Within half a standstill's length the points are right already; beyond, they move where the joints don't."""
+    q = arm[2][:12]
+    with Bag(tmp_path / "bag") as bag:
+        spoilt(bag, arm[1], q, late=late)
+    found = import_measurements([tmp_path / "bag"], robot=arm[0])
+    check_rows(found, arm, q)
+    said = [note for note in found.notes if "the clock of the poses is" in note]
+    assert len(said) == (abs(late) > 0.15)
+    if said:
+        assert f"{abs(late):.2f} s {'late' if late > 0 else 'early'}" in said[0] or "0.31" in said[0]
+
+
+def test_clocks_that_differ_by_whole_poses_are_mended_by_the_robot(arm, tmp_path) -> None:
+    q = arm[2]
+    with Bag(tmp_path / "bag") as bag:
+        spoilt(bag, arm[1], q, late=STILL + MOVE)
+    found = import_measurements([tmp_path / "bag"], robot=arm[0])
+    data = imported_dataset(found, arm[0])
+    assert len(data) >= len(q) - 3
+    np.testing.assert_allclose(data.position, arm[1].forward(data.q)[:, :3, 3], atol=1e-6)
+    assert any("slipped, mended with the robot" in note for note in found.notes)
+
+
+def test_a_point_that_moves_while_the_joints_stand_is_left_out(arm, tmp_path) -> None:
+    q = arm[2][:12]
+
+    def knocked(k, x):  # between 5 and 6 s, of the fourth posture
+        return x + np.array([0, 0, 0.02 * (5.3 < k / TRACKER < 5.5)])
+
+    with Bag(tmp_path / "bag") as bag:
+        spoilt(bag, arm[1], q, point=knocked)
+    found = import_measurements([tmp_path / "bag"], robot=arm[0])
+    check_rows(found, arm, np.delete(q, 3, axis=0))
+    assert any("in 1 of 12 standstills of the joints the measured point still moves, by" in n for n in found.notes)
+
+
+def test_a_point_that_never_stands_still_is_refused(arm, tmp_path) -> None:
+    with Bag(tmp_path / "bag") as bag:
+        spoilt(bag, arm[1], arm[2][:12], point=lambda k, x: x + 0.01 * np.sin(2.5 * k / TRACKER))
+    with pytest.raises(ParseError, match=r"the measured point still moves.*are the clocks of .* the same"):
+        import_measurements([tmp_path / "bag"], robot=arm[0])
+
+
+def test_samples_without_a_number_are_left_out_and_counted(arm, tmp_path) -> None:
+    q = arm[2][:12]
+
+    def states(k, values):
+        broken = [*values[:2], np.nan if k % 37 == 5 else values[2], *values[3:], np.nan]
+        return [([*NAMES, "finger"], broken)]
+
+    with Bag(tmp_path / "bag") as bag:
+        spoilt(bag, arm[1], q, joints=states, point=lambda k, x: x * [1, np.nan if k % 29 == 3 else 1, 1])
+    found = import_measurements([tmp_path / "bag"], robot=arm[0])
+    check_rows(found, arm, q)
+    said = "; ".join(found.notes)
+    assert "11 of 384 joint states hold NaN" in said
+    assert "20 of 576 measured poses hold NaN" in said
+    assert "other joints in the bag are left out: finger" in said
+
+
+def test_a_joint_that_never_has_a_number_is_left_out() -> None:
+    states = Stream("/js", [0.0, 0.1, 0.2], [[1, np.nan], [2, np.nan], [np.nan, np.nan]])
+    found = joint_states("bag", {("a1", "finger"): states}, (), None)
+    assert (found.names, found.q.tolist()) == (("a1",), [[1.0], [2.0]])
+    assert found.notes[1:] == (
+        "joints without a number in any message are left out: finger",
+        "1 of 3 joint states hold NaN, which is no finite number, and are left out",
+    )
+
+
+@pytest.mark.parametrize(
+    ("devices", "count", "expected"),
+    [
+        ([3, 3], None, "asks"),
+        ([7, 7], 7, "asks"),
+        ([3, 3], 6, "abcdef"),
+        ([6, 2], 6, "abcdef"),
+        ([2, 6], None, "cdefgh"),
+        ([2, 6, 3], 6, "cdefgh"),
+        ([1], None, "a"),
+    ],
+)
+def test_which_messages_are_the_arm_s_without_its_names(devices, count, expected) -> None:
+    letters, streams = iter("abcdefghijklmnop"), {}
+    for size in devices:
+        names = tuple(next(letters) for _ in range(size))
+        streams[names] = Stream("/js", [0.0], [[1.0] * size])
+    if expected == "asks":
+        with pytest.raises(InvalidInput, match="--robot URDF says which are the arm's"):
+            joint_states("bag", streams, (), count)
+    else:
+        assert "".join(joint_states("bag", streams, (), count).names) == expected
+
+
+def test_the_delay_of_a_noisy_camera_is_none() -> None:
+    """Five millimetres of noise are no motion, and nothing is to be made up for."""
+    rng = np.random.default_rng(0)
+    times = np.arange(0, 40, 0.03)
+    places = rng.normal(0, 1, (20, 3))[np.minimum((times / 2).astype(int), 19)] + rng.normal(0, 0.005, (len(times), 3))
+    windows = np.array([(2 * k + 0.3, 2 * k + 1.7) for k in range(20)], dtype=float)
+    assert delay(windows, times, places) == (0.0, False)
+    assert not still_windows(windows, times, places)[0].any()
+    late, may_be_another = delay(windows, times + 0.6, places)
+    assert abs(late - 0.6) < 0.05
+    assert may_be_another  # of 2 s more
+
+
+def test_a_delay_of_more_than_a_pose_is_found_where_poses_are_held_unequally_long() -> None:
+    rng = np.random.default_rng(1)
+    begins = np.cumsum(rng.uniform(1.0, 4.0, 25))
+    times = np.arange(0, begins[-1], 0.02)
+    held = np.searchsorted(begins, times, side="right")
+    places = rng.normal(0, 1, (26, 3))[held] + rng.normal(0, 1e-5, (len(times), 3))
+    windows = np.column_stack([begins[:-1] + 0.2, begins[1:] - 0.2])
+    late, may_be_another = delay(windows, times - 4.3, places)
+    assert abs(late + 4.3) < 0.05
+    assert not may_be_another
+
+
+@pytest.mark.parametrize("split", [3, 4, 5])
+def test_joints_in_two_messages_are_put_together(arm, tmp_path, split) -> None:
+    """As two controllers of one arm publish them; a gripper stays out."""
+    q = arm[2][:12]
+    order = np.argsort(NAMES)
+    names = np.array(NAMES)[order]
+
+    def states(k, values):
+        first, second = (names[:split], values[order][:split]), (names[split:], values[order][split:])
+        return [first, second, (["finger"], [0.01 * k])] if k % 2 else [second, first]
+
+    with Bag(tmp_path / "bag") as bag:
+        spoilt(bag, arm[1], q, joints=states)
+    found = import_measurements([tmp_path / "bag"], robot=arm[0])
+    check_rows(found, arm, q)
+    assert any("joints come in 2 kinds of messages, which are put together" in note for note in found.notes)
+
+
+def test_a_message_of_some_joints_keeps_them_up_to_date(arm, tmp_path) -> None:
+    q = arm[2][:12]
+
+    def states(k, values):
+        return [(NAMES, values), (NAMES[:2], values[:2])]
+
+    with Bag(tmp_path / "bag") as bag:
+        spoilt(bag, arm[1], q, joints=states)
+    check_rows(import_measurements([tmp_path / "bag"], robot=arm[0]), arm, q)
 
 
 def test_the_bags_of_these_tests_are_ros_bags(bags) -> None:

@@ -10,7 +10,7 @@ import pytest
 
 from fastcal import load_robot
 from fastcal.errors import InvalidInput, ParseError
-from fastcal.importers import map_text, read_map, write_imported
+from fastcal.importers import loading, map_text, read_map, write_imported
 from fastcal.importers.orientation import CONVENTIONS, converted
 from fastcal.io.measurements import load_measurements
 
@@ -284,3 +284,66 @@ def test_words_in_place_of_a_point_leave_its_row_out(session: Session, word: str
     found = import_measurements([path])
     assert len(found) == len(session.q) - 1
     assert any("a measured point" in note and "5" in note for note in found.notes)
+
+
+def test_a_table_may_stand_on_its_side(session: Session) -> None:
+    """A row a quantity and a column a pose, with the names of the poses above or without."""
+    rows = [[f"J{j + 1} [deg]", *(f"{v:.4f}" for v in session.q[:, j])] for j in range(6)]
+    rows += [[f"{axis} [mm]", *(f"{v:.4f}" for v in session.points[:, k])] for k, axis in enumerate("XYZ")]
+    for named in (False, True):
+        lines = [["Pose", *session.names], *rows] if named else rows
+        text = "Session of Monday\n\n" * named + "\n".join(";".join(line) for line in lines) + "\n"
+        found = import_measurements([session.write("poses.csv", text)])
+        check(found, session)
+        assert (found.names == session.names) == named
+        assert any("the table stands on its side, a column a pose" in note for note in found.notes)
+
+
+@pytest.mark.parametrize("name", ["A", "J", "X", "P"])
+def test_names_of_points_are_no_titles_of_rows(session: Session, name: str) -> None:
+    """A list without a header, whose points are called A1, A2 ..."""
+    lines = [f"{name}{k};" + P.format(p=p).replace(",", ";") for k, p in enumerate(session.points, start=1)]
+    path = session.write("points.txt", "\n".join(lines))
+    joints = session.table("Name;J1;J2;J3;J4;J5;J6", f"{name}{{k}};" + Q.replace(",", ";"), "joints.csv")
+    check(import_measurements([path], joints=joints), session)
+
+
+def test_the_error_is_that_of_the_sheet_with_the_data(session: Session) -> None:
+    """And not that of a cover sheet, whatever stands on it."""
+    book = openpyxl.Workbook()
+    for row in (["Report 12"], ["Customer", "ACME"], [1, 2, 3], ["X and Y"]):
+        book.active.append(row)
+    sheet = book.create_sheet("Data")
+    sheet.append(["J1", "J2", "J3", "J4", "J5", "J6", "X", "Y", "Z"])
+    for q, p in zip(session.q, session.points, strict=True):
+        sheet.append([*q, *p])
+    for cell, message in (("oops", "'J2': expected a number, got 'oops'"), (None, "'q2_deg': expected a finite")):
+        sheet["B4"] = cell
+        book.save(session.folder / "book.xlsx")
+        with pytest.raises(InvalidInput, match=rf"book.xlsx:4: sheet 'Data': .*{message}"):
+            loading.load_measurements(session.folder / "book.xlsx", load_robot("ur5"))
+
+
+@pytest.mark.parametrize("mark", ["# ", "% ", "// ", "! "])
+def test_a_header_may_stand_behind_a_mark(session: Session, mark: str) -> None:
+    row = f"{Q} {P}".replace(",", " ")
+    check(import_measurements([session.table(f"{mark}J1 J2 J3 J4 J5 J6 X Y Z", row)]), session)
+
+
+def test_names_may_begin_with_a_mark(session: Session) -> None:
+    """All of them: where some do, these lines are left out, and counted."""
+    path = session.table("Name;J1;J2;J3;J4;J5;J6;X;Y;Z", "#{k};" + Q.replace(",", ";") + ";" + P.replace(",", ";"))
+    check(import_measurements([path]), session)
+    lines = path.read_text().splitlines()
+    path.write_text("\n".join([line.removeprefix("#") if k not in (5, 9) else line for k, line in enumerate(lines)]))
+    found = import_measurements([path])
+    check(found, session, rows=[k for k in range(30) if k not in (4, 8)])
+    assert any("2 rows behind the mark of a remark are left out (lines 6, 10)" in note for note in found.notes)
+
+
+def test_a_table_may_be_drawn_with_bars(session: Session) -> None:
+    head = "| Name | J1 | J2 | J3 | J4 | J5 | J6 | X | Y | Z |\n" + "|---" * 10 + "|"
+    row = "| {name} | " + Q.replace(",", " | ") + " | " + P.replace(",", " | ") + " |"
+    check(import_measurements([session.table(head, row)]), session)
+    ruler = "+-----" * 10 + "+"
+    check(import_measurements([session.table(f"{ruler}\n{head.splitlines()[0]}\n{ruler}", row)]), session)

@@ -92,10 +92,10 @@ def test_temperature_and_payload_are_known_by_word_and_unit(session: Session) ->
 
 
 def test_columns_that_are_not_known_are_named(session: Session) -> None:
-    """Numbers alone: phi, theta and psi could be an orientation; a remark is none."""
+    """Phi, theta and psi could be an orientation."""
     path = session.table("J1,J2,J3,J4,J5,J6,X,Y,Z,phi,theta,psi,remark", Q + "," + P + ",1,2,3,fine")
     (said,) = [note for note in import_measurements([path]).notes if "left out" in note]
-    assert said == "columns that are not known are left out: 'phi', 'theta', 'psi'"
+    assert said == f"columns of {path} that are not known are left out: 'phi', 'theta', 'psi', 'remark'"
 
 
 LOGS = {

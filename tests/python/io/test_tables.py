@@ -5,6 +5,7 @@
 import csv
 import datetime
 import re
+import zipfile
 from collections.abc import Iterator
 from decimal import Decimal
 from pathlib import Path
@@ -50,6 +51,17 @@ def both_ways(path: Path) -> list[Table]:
         ("\n a , b , c \n\n 1.5 , -2.25e-7 , 3 \n\n N/A , 4 , 1234.5 \n\n", "utf-8"),
         ("a,b,c\r1.5,-2.25e-7,3\r,4,1234.5\r", "utf-8"),
         ("a,b,c,,\n1.5,-2.25e-7,3,,\n,4,1234.5,,\n", "utf-8"),
+        ("a,b,c\r\n1.5,-2.25e-7,3\r\n,4,1234.5\r\n", "utf-16"),
+        ("a;b;c\r\n1,5;-2,25e-7;3\r\n;4;1234,5\r\n", "utf-16-le"),
+        ("a\tb\tc\n1.5\t-2.25e-7\t3\n\t4\t1234.5\n", "utf-16-be"),
+        ("# a,b,c\n1.5,-2.25e-7,3\n,4,1234.5\n", "utf-8"),
+        ("# made by hand\n#\n# a , b , c\n1.5,-2.25e-7,3\nnan,4,1234.5\n# the end\n", "utf-8"),
+        ("% units: mm, deg\n% a;b;c\n1,5;-2,25e-7;3\n;4;1234,5\n", "utf-8"),
+        ("# remark\n\n% other\na,b,c\n1.5,-2.25e-7,3\n,4,1234.5\n", "utf-8"),
+        ("// a|b|c\n1.5|-2.25e-7|3\n|4|1234.5\n", "utf-8"),
+        ("a  b c\n 1.5 -2.25e-7   3\nnan\t4 1234.5 \n", "utf-8"),
+        ("## a b c\n1.5 -2.25e-7 3\nnan 4 1234.5\n", "utf-8"),
+        ("| a | b | c |\n|---|:--|--:|\n| 1.5 | -2.25e-7 | 3 |\n|  | 4 | 1234.5 |\n", "utf-8"),
     ],
 )
 def test_separators_decimal_marks_and_line_ends(tmp_path: Path, text: str, encoding: str) -> None:
@@ -59,6 +71,27 @@ def test_separators_decimal_marks_and_line_ends(tmp_path: Path, text: str, encod
     exact = table if table.exact is None else table.exact()
     assert list(exact.names) == list(table.names) == ["a", "b", "c"]
     np.testing.assert_array_equal(np.transpose([exact.numbers(place) for place in range(3)]), NUMBERS)
+
+
+def test_a_column_may_be_titled_by_a_mark(tmp_path: Path) -> None:
+    """A counter's title is no remark, and neither are names that all begin with one."""
+    path = tmp_path / "data.csv"
+    path.write_text("#,a\n1,2\n3,4\n")
+    table = read_table(path)
+    assert list((table.exact() if table.exact else table).names) == ["#", "a"]
+    path.write_text("name,a\n#1,2\n#2,4\n")
+    for table in [read_table(path)]:
+        assert table.labels(0) == ["#1", "#2"]
+
+
+def test_rows_that_someone_put_a_mark_before_are_left_out_and_named(tmp_path: Path) -> None:
+    path = tmp_path / "data.csv"
+    path.write_text("a,b\n1,2\n# 3,4\n5,6\n# seen by J\n#7,8\n")
+    table = read_table(path)
+    table = table.exact() if table.exact else table
+    np.testing.assert_array_equal(table.numbers(0), [1, 5])
+    assert table.lines == [2, 4]
+    assert table.notes == ("left out, as they begin with the mark of a remark: lines 3, 5, 6",)
 
 
 def test_the_quick_way_takes_plain_files_and_agrees_with_the_exact_way(tmp_path: Path) -> None:
@@ -158,8 +191,8 @@ def test_what_is_wrong_in_a_row_is_named_with_its_line(tmp_path: Path, text: str
         (b"a,b\n", r"holds no rows; expected rows of numbers below a header"),
         (b"a,b\n,\n ,\n", r"holds no rows"),
         (b"a,b,A\n1,2,3\n", r"column 'A' comes twice, as columns 1 and 3"),
-        (b"a,b\n1,\xff\n", r"data:2: is not UTF-8 text; save it as CSV in UTF-8, or as Parquet or xlsx"),
-        ("a,b\n1,2\n".encode("utf-16"), r"data:1: is not UTF-8 text"),
+        (b"a,b\n1,\x98\x81\xff\n", r"data: is neither UTF-8 nor says which encoding it has; name it with --encoding"),
+        ("a,b\n1,2\n".encode("utf-16") + b"\0", r"data:\d: is no UTF-16 text: byte 0x00"),
         (b"a,b\n1,2\n3,\0\n", r"data:3: holds a NUL character"),
         (b"PAR1 but no more", r"is not a readable Parquet file: "),
         (b"PK\x03\x04 but no more", r"is not a readable Excel file: "),
@@ -290,3 +323,39 @@ def test_a_text_that_a_spreadsheet_would_run_is_quoted_and_comes_back(text: str,
 def test_other_texts_are_written_as_they_are(text: str, tmp_path: Path) -> None:
     write_csv(tmp_path / "a.csv", {"name": [text, "P1"]})
     assert (tmp_path / "a.csv").read_text().splitlines()[1] == text
+
+
+def test_formulas_without_a_stored_value_are_refused_as_such(tmp_path: Path) -> None:
+    """As openpyxl writes them, and with the 0 that XlsxWriter puts there; a formula that was calculated is a number."""
+    book = openpyxl.Workbook()
+    book.active.append(["a", "b", "name"])
+    for row in range(2, 9):
+        book.active.append([row, f"=A{row}*2" if row % 2 else row, "x"])
+    path = tmp_path / "book.xlsx"
+    book.save(path)
+    table = read_table(path)
+    np.testing.assert_array_equal(table.numbers(0), range(2, 9))
+    said = r"book.xlsx:3: column 'b' holds formulas without a stored value, in 3 of 7 cells; open the workbook in a sp"
+    with pytest.raises(ParseError, match=said):
+        table.numbers(1)
+    with pytest.raises(ParseError, match=said):
+        table.labels(1)
+    for stored, is_number in ((b"<v>0</v>", False), (b"<v>6</v>", True)):
+        again = _with_stored(path, tmp_path / "stored.xlsx", stored)
+        if is_number:
+            np.testing.assert_array_equal(read_table(again).numbers(1), [2, 6, 4, 6, 6, 6, 8])
+        else:
+            np.testing.assert_array_equal(read_table(again).numbers(1), [2, 0, 4, 0, 6, 0, 8])  # three may well be 0
+    for row in range(2, 9):
+        book.active.cell(row, 2, f"=A{row}*2")
+    book.save(path)
+    with pytest.raises(ParseError, match="'b' holds formulas without a stored value, in 7 of 7 cells"):
+        read_table(_with_stored(path, tmp_path / "stored.xlsx", b"<v>0</v>")).numbers(1)
+
+
+def _with_stored(book: Path, out: Path, value: bytes) -> Path:
+    """The workbook with a value beside each formula."""
+    with zipfile.ZipFile(book) as old, zipfile.ZipFile(out, "w") as new:
+        for name in old.namelist():
+            new.writestr(name, re.sub(rb"(</f>)<v ?/>|(</f>)<v></v>", rb"</f>" + value, old.read(name)))
+    return out

@@ -90,3 +90,13 @@ def test_an_alias_is_what_it_stands_for(tmp_path: Path) -> None:
 
 def test_a_byte_order_mark_is_read(tmp_path: Path) -> None:
     assert read("\ufeffa: 1\n", tmp_path) == {"a": 1}
+
+
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "utf-32"])
+def test_a_text_may_have_its_mark(tmp_path: Path, encoding: str) -> None:
+    """A shell of Windows writes UTF-16 where the output of a command goes into a file."""
+    (tmp_path / "map.yaml").write_bytes("name: Größe\n".encode(encoding))
+    assert read_yaml(tmp_path / "map.yaml") == {"name": "Größe"}
+    (tmp_path / "map.yaml").write_bytes("name: Größe\n".encode("utf-16")[:-1])
+    with pytest.raises(ParseError, match="expected UTF-16 text, got the byte 0x0a"):
+        read_yaml(tmp_path / "map.yaml")

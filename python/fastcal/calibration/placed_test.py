@@ -1,0 +1,79 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Test poses that do not say at which station they were measured: the model is judged where their own points put it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal.calibration.evaluation import Evaluation, best_motion, evaluate
+from fastcal.effects.entries import Spec, traits_of
+from fastcal.errors import InvalidInput
+from fastcal.measurements.dataset import Dataset
+from fastcal.robot.core_model import pose
+from fastcal.robot.identified_spec import with_frames
+from fastcal.robot.robot import Robot
+
+FloatArray = NDArray[np.float64]
+_FEWEST = 6  # points that place a base by six numbers and leave something to judge
+
+
+def evaluated_test(
+    model: Robot, before: Robot, test: Dataset, judge: Mapping[str, Any]
+) -> tuple[Evaluation, list[str]]:
+    """The evaluation of a model beside that of the arm before, and what a reader should know.
+
+    Args:
+        model: The calibrated model.
+        before: The nominal arm.
+        test: Poses that no fit has seen.
+        judge: Further arguments of `evaluate`.
+
+    Raises:
+        InvalidInput: As `placed`.
+    """
+    there, notes = placed(model, test)
+    return evaluate(there, test, **{**judge, "before": placed(before, test)[0]}), notes
+
+
+def placed(model: Robot, test: Dataset) -> tuple[Robot, list[str]]:
+    """The model as it is, or with its base moved to where the test's points fit best, and a sentence that says so.
+
+    Where it knows several stations and the test names none, B' = M B without what the stations add to the base B, M the
+    rigid motion that leaves the least of |M p_i - x_i|^2, by W. Kabsch (1976).
+
+    Raises:
+        InvalidInput: The test names no mounts although the model knows several, or has too few points to be placed.
+    """
+    if test.mount is None and _entries(model, "mounts"):
+        raise InvalidInput(f"{test.source}: has no column mount, which says with which of the tools it was measured")
+    stations = _entries(model, "stations")
+    if not stations or test.station is not None:
+        return model, []
+    measured = np.zeros(len(test), bool) if test.position is None else ~np.isnan(test.position).any(axis=1)
+    if test.position is None or measured.sum() < _FEWEST:
+        raise InvalidInput(
+            f"{test.source}: has no column station, and fewer than {_FEWEST} points from which to see where the "
+            "instrument stood"
+        )
+    spec = model.spec | {"effects": [entry for entry in model.spec["effects"] if entry not in stations]}
+    bare = Robot(spec)
+    motion = best_motion(bare.poses(test)[measured, :3, 3], test.position[measured])
+    there = Robot(with_frames(spec, motion @ pose(spec["base"]), pose(spec["tool"])))
+    return there, placing_notes(model, test)
+
+
+def placing_notes(model: Robot, test: Dataset) -> list[str]:
+    """The sentence on a test that names no station of a model that knows several."""
+    if test.station is not None or not _entries(model, "stations"):
+        return []
+    return [f"{test.source}: has no column station: its base is fitted to its own points, where its errors are judged"]
+
+
+def _entries(model: Robot, labels: str) -> list[Spec]:
+    """The effects of a model that are told apart by these labels."""
+    return [entry for entry in model.spec.get("effects") or [] if traits_of(entry["effect"]).labels == labels]
