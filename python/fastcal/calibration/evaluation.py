@@ -13,6 +13,9 @@ from numpy.typing import NDArray
 
 from fastcal import _core
 from fastcal.calibration.alignment import measurements
+from fastcal.calibration.error_statistics import ErrorStatistics as ErrorStatistics
+from fastcal.calibration.kind_errors import KindErrors as KindErrors
+from fastcal.calibration.kind_errors import table
 from fastcal.calibration.repeatability import Repeatability as Repeatability
 from fastcal.calibration.repeatability import pose_groups as pose_groups
 from fastcal.calibration.repeatability import repeatability
@@ -27,54 +30,6 @@ FloatArray = NDArray[np.float64]
 
 ALIGNED_BETTER = 5.0
 ALIGNED_ROWS = 4  # points: twelve numbers for six unknowns
-
-
-@dataclass(frozen=True)
-class ErrorStatistics:
-    """Distances over all rows [m]: of points, or of lengths where no point was measured. std is with n - 1."""
-
-    count: int
-    mean: float
-    std: float
-    max: float
-    rms: float
-
-    @staticmethod
-    def of(distances: FloatArray) -> ErrorStatistics | None:
-        """Statistics of (N,) distances [m], NaN left out; None where nothing is left."""
-        sums = ErrorSums()
-        sums.add(distances)
-        return sums.statistics()
-
-    def to_mm(self) -> dict[str, float]:
-        """mean, std, max, rms in mm, as result.json holds them."""
-        return {name: from_si(getattr(self, name), "mm") for name in ("mean", "std", "max", "rms")}
-
-
-class ErrorSums:
-    """Error statistics of distances that come part by part (T. Chan, G. Golub, R. LeVeque 1983)."""
-
-    def __init__(self) -> None:
-        self._count, self._mean, self._squares, self._largest = 0, 0.0, 0.0, 0.0  # squares: about the mean
-
-    def add(self, distances: FloatArray) -> None:
-        """Adds (N,) distances [m], NaN left out."""
-        known = distances[~np.isnan(distances)]
-        if not len(known):
-            return
-        mean, whole = float(known.mean()), self._count + len(known)
-        apart = mean - self._mean
-        self._squares += float(((known - mean) ** 2).sum()) + apart**2 * self._count * len(known) / whole
-        self._mean += apart * len(known) / whole
-        self._count, self._largest = whole, max(self._largest, float(known.max()))
-
-    def statistics(self) -> ErrorStatistics | None:
-        """Of all that was added; None where nothing was."""
-        if not self._count:
-            return None
-        std = float(np.sqrt(self._squares / (self._count - 1))) if self._count > 1 else 0.0
-        rms = float(np.sqrt(self._squares / self._count + self._mean**2))
-        return ErrorStatistics(self._count, self._mean, std, self._largest, rms)
 
 
 @dataclass(frozen=True, eq=False)

@@ -42,7 +42,7 @@ class Table:
 def tables_of(joint_count: int) -> dict[str, Table]:
     """All fields that a data set of an arm may have, by their names."""
     out: dict[str, Table] = {}
-    for kind in reversed(_core.observation_names()):
+    for kind in _as_written():
         for field in _core.observation_entry(kind).fields:
             for place in [f"@link{joint}" for joint in range(1, joint_count + 1)] if field.each_link else [""]:
                 columns = tuple(column + place for column in field.columns)
@@ -51,10 +51,16 @@ def tables_of(joint_count: int) -> dict[str, Table]:
     return out
 
 
+def _as_written() -> list[str]:
+    """Kinds of observation in the order of a file's columns: those of the tool, then those of each link."""
+    names = reversed(_core.observation_names())
+    return sorted(names, key=lambda kind: any(field.each_link for field in _core.observation_entry(kind).fields))
+
+
 def expected_columns() -> str:
     """What a file may hold that is measured, in words."""
     names = []
-    for kind in reversed(_core.observation_names()):
+    for kind in _as_written():
         entry = _core.observation_entry(kind)
         fields = [f for f in entry.fields if f.role == "measured"] or [f for f in entry.fields if f.role == "label"]
         place = "@linkN" if fields[0].each_link else ""
@@ -79,7 +85,7 @@ def sharing(data: Dataset, field: str) -> int:
 
 
 def kind_of(observation: _core.Observation) -> str:
-    """Its kind in the registry: one that is placed on a link has that in its name, "inclination of link3"."""
+    """Its kind in the registry: one that is placed on a link has that in its name, "tilt of link3"."""
     return observation.name.partition(" of link")[0]
 
 
