@@ -26,14 +26,13 @@ from fastcal.calibration.evaluation import evaluate, judged
 from fastcal.calibration.extrapolation_notes import range_notes
 from fastcal.calibration.geometry_anchoring import pulls
 from fastcal.calibration.inspection import check_columns, check_fit
+from fastcal.calibration.kind_noise import noise_by_kind, noise_record, scaled
 from fastcal.calibration.long_rows import covered_by_all, judged_on_all, long_notes, shown
+from fastcal.calibration.nominal_arm import nominal_arm
 from fastcal.calibration.parallel import one_blas_thread
 from fastcal.calibration.parameter_table import (
     correlated_pairs,
-    length_sigma,
     parameter_table,
-    sigma_note,
-    turn_sigma,
     unknowns_by_owner,
 )
 from fastcal.calibration.problem import CalibrationProblem, prepare
@@ -50,10 +49,9 @@ from fastcal.measurements.long_dataset import LongDataset
 from fastcal.robot.calibration_record import CalibrationRecord, lower_root
 from fastcal.robot.controller_robot import nominal_record
 from fastcal.robot.given import DataLike, RobotLike, RowsLike, as_data, as_robot, as_rows
-from fastcal.robot.identified_spec import identified_spec, moved
+from fastcal.robot.identified_spec import identified_spec
 from fastcal.robot.made_by import made_by
 from fastcal.robot.robot import Robot
-from fastcal.units import from_si
 
 FloatArray = NDArray[np.float64]
 Progress = Callable[[str], None]
@@ -158,8 +156,8 @@ def calibrate(
         seen = replace(seen, notes=[*seen.notes, seen.refusal], refusal=None)
 
     report("reporting")
-    start, model, alignment, names = problem.robot, problem.model, problem.alignment, problem.names
-    aligned = moved(start, alignment.T_world_base, alignment.T_flange_tool)
+    start, model, names = problem.robot, problem.model, problem.names
+    before = nominal_arm(problem)
     found_spec = identified_spec(start, model, found)
     free = found.free  # a copy each time it is asked for, as all of the core's lists are
     every = [full_name(parameter) for parameter in found.parameters] if problem.unknown_count else names
@@ -169,28 +167,27 @@ def calibrate(
         np.asarray(found.covariance_root),
         found.degrees_of_freedom,
     )
-    sigma = length_sigma(problem.measured, found) or 0.0
+    noise = noise_by_kind(problem.measured, found)
     if seen.serial is not None and "prior_sigma" not in limits:
-        covariance, sigma = seen.serial.covariance, sigma * seen.serial.noise
+        covariance, noise = seen.serial.covariance, scaled(noise, seen.serial.noise)
         root, freedom = lower_root(covariance), round(seen.serial.freedom)
     kept = [k for k, i in enumerate(free) if i < len(names)]
     if kept:
         record = CalibrationRecord(
             [free_names[k] for k in kept],
             root[: len(kept), : len(kept)],  # anchors come last
-            from_si(sigma, "mm"),
+            noise_record(noise),
             freedom,
             *unseen_directions(found, names),
             covered(start, data) if long is None else covered_by_all(start, long),
-            None if (turn := turn_sigma(problem.measured, found)) is None else from_si(turn, "deg"),
         )
         found_spec["calibration"] = record.to_spec() | {"nominal": nominal_record(start.spec)}
     result_model = Robot.keeping(found_spec | {"made_by": origin})
     unknowns = unknowns_by_owner(problem.measured, np.asarray(found.theta)[len(names) :])
     judge: dict[str, Any] = {
-        "before": aligned,
+        "before": before.robot,
         "unknowns": unknowns,
-        "unknowns_before": unknowns_by_owner(problem.measured, np.asarray(alignment.unknowns)),
+        "unknowns_before": before.unknowns,
         "threads": threads,
     }
     reached = bounds_reached(problem, found, {**limits, **pulled})
@@ -204,7 +201,7 @@ def calibrate(
         status=found.status if seen.refusal is None else "not_converged",
         message=seen.refusal or found.message,
         model=result_model,
-        nominal=aligned,
+        nominal=before.robot,
         loss=found.loss if loss != "none" else loss,
         method=method,
         parameters=table,
@@ -218,8 +215,7 @@ def calibrate(
         asked_count=len(free) + len(found.held),
         degrees_of_freedom=freedom,
         iterations=found.iterations,
-        sigma=sigma,
-        sigma_note=sigma_note(problem.measured, found),
+        noise=noise,
         outliers=sorted({*found.outliers, *seen.set_aside}),
         weights=np.asarray(found.weights),
         train=train,

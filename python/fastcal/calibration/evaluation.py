@@ -21,6 +21,7 @@ from fastcal.calibration.repeatability import pose_groups as pose_groups
 from fastcal.calibration.repeatability import repeatability
 from fastcal.display.shown import Shown
 from fastcal.measurements.dataset import Dataset
+from fastcal.measurements.kinds import POINTS, Kind, kind_named, of_observation
 from fastcal.robot.given import DataLike, RobotLike, as_data, as_robot
 from fastcal.robot.robot import Robot
 from fastcal.robot.se3 import rotation_to_rpy
@@ -63,7 +64,8 @@ class Evaluation(Shown):
             None where only one model is judged.
         length_before, length_after: (N,) predicted less measured length, or height over a touched plane [m], or None.
         turn_after: (N,) angle between predicted and measured orientation [rad], or None.
-        before, after: Statistics of the distances; None where nothing of the kind was measured.
+        before, after: Statistics of the points' distances; None where none was measured.
+        kinds: Errors of each kind of reading, by its name.
         repeatability: Where poses repeat.
         aligned: Where another place of the tracker or the base would make the rows fit ALIGNED_BETTER times better.
         others_after: What is left of each observation that is no pose, by its name: (N, k) [m or rad].
@@ -81,8 +83,14 @@ class Evaluation(Shown):
     repeatability: Repeatability | None = None
     aligned: Realigned | None = None
     others_after: Mapping[str, FloatArray] = field(default_factory=dict)
+    kinds: Mapping[str, KindErrors] = field(default_factory=dict)
     rows: NDArray[np.intp] | None = None
     all_rows: int | None = None
+
+    @property
+    def main(self) -> KindErrors | None:
+        """The kind that a headline speaks of: points where they were measured; None where nothing was judged."""
+        return next(iter(self.kinds.values()), None)
 
     @property
     def row_count(self) -> int:
@@ -96,8 +104,8 @@ class Evaluation(Shown):
     def to_json_dict(self) -> dict[str, Any]:
         """The blocks `train` and `test` of result.json."""
         out: dict[str, Any] = {"count": self.row_count}
-        if self.before is not None:
-            out["before_mm"] = self.before.to_mm()
+        if self.error_before is not None:
+            out["before_mm"] = None if self.before is None else self.before.to_mm()
         out["after_mm"] = None if self.after is None else self.after.to_mm()
         if self.turn_after is not None and not np.all(np.isnan(self.turn_after)):
             out["after_rotation_deg"] = {
@@ -108,6 +116,7 @@ class Evaluation(Shown):
         others = {name: np.sqrt(np.nanmean(r**2)) for name, r in self.others_after.items() if not np.isnan(r).all()}
         if others:
             out["after_rms_si"] = {name: float(rms) for name, rms in others.items()}
+        out["kinds"] = {name: of.to_json_dict() for name, of in self.kinds.items()}
         if self.repeatability is not None:
             out["repeated_poses"] = self.repeatability.to_json_dict()
         if self.aligned is not None:
@@ -115,26 +124,44 @@ class Evaluation(Shown):
         return out
 
 
-def residuals(
-    robot: Robot, data: Dataset, unknowns: Mapping[str, FloatArray] | None = None, threads: int = 1
-) -> tuple[FloatArray, FloatArray | None, FloatArray | None, dict[str, FloatArray]]:
-    """Predicted less measured: points (N, 3) [m], other lengths (N,) [m], turns (N,) [rad], all others by name (N, k).
+@dataclass(frozen=True, eq=False)
+class Compared:
+    """Predicted less measured: NaN where not measured, None where nothing of the kind was.
 
-    NaN where not measured, None where nothing of the kind was. `unknowns` are those of the observations that are
-    known, by what they are of ("anchor 1": its place); what hangs on another is NaN. A trained correction counts in
-    points and turns.
+    Attributes:
+        points: (N, 3) [m].
+        lengths: (N,) measured lengths, or heights over touched planes [m].
+        turns: (N,) angles between orientations [rad].
+        others: (N, k) of every observation that is no part of the tool's pose, by its name [m or rad].
+        sizes: (N, k) error of each reading of a kind [m or rad], k instruments.
     """
-    return _compared(robot, robot.poses(data, threads=threads), data, unknowns, threads)
+
+    points: FloatArray
+    lengths: FloatArray | None
+    turns: FloatArray | None
+    others: dict[str, FloatArray]
+    sizes: dict[Kind, FloatArray]
 
 
-def _compared(
-    robot: Robot, T: FloatArray, data: Dataset, unknowns: Mapping[str, FloatArray] | None, threads: int
-) -> tuple[FloatArray, FloatArray | None, FloatArray | None, dict[str, FloatArray]]:
-    """`residuals` of predicted poses (N, 4, 4)."""
+def compared(
+    robot: Robot,
+    data: Dataset,
+    unknowns: Mapping[str, FloatArray] | None = None,
+    threads: int = 1,
+    T: FloatArray | None = None,
+) -> Compared:
+    """What a robot is off of all that was measured; T (N, 4, 4) its predicted poses, where they are known.
+
+    `unknowns` are those of the observations that are known, by what they are of ("anchor 1": its place); what hangs on
+    another is NaN. A trained correction counts in points and turns.
+    """
+    T = robot.poses(data, threads=threads) if T is None else T
     points = np.full((len(data), 3), np.nan) if data.position is None else T[:, :3, 3] - data.position
+    sizes: dict[Kind, FloatArray] = {kind_named(POINTS): np.linalg.norm(points, axis=1)[:, np.newaxis]}
     turns = None
     if data.rotation is not None:
         turns = np.array([_angle(R, wxyz) for R, wxyz in zip(T[:, :3, :3], data.rotation, strict=True)])
+        sizes[kind_named("orientation")] = turns[:, np.newaxis]
     others: dict[str, FloatArray] = {}
     lengths = None
     if any(field not in ("position", "rotation") for own in data.kinds.values() for field in own):
@@ -149,12 +176,20 @@ def _compared(
         for of in beside:
             part = r[:, of.first_number : of.first_number + len(of.components)]
             others[of.name] = part
+            size = _size(part)
+            kind = of_observation(of)
+            sizes[kind] = np.hstack([*([sizes[kind]] if kind in sizes else []), size[:, np.newaxis]])
             if of.unit == "m":
-                row = np.linalg.norm(part, axis=1)
-                lengths = row if lengths is None else np.where(np.isnan(lengths), row, lengths)
+                lengths = size if lengths is None else np.where(np.isnan(lengths), size, lengths)
                 if len(of.components) == 1 and len(others) == 1:
                     lengths = part[:, 0]
-    return points, lengths, turns, others
+    return Compared(points, lengths, turns, others, sizes)
+
+
+def _size(part: FloatArray) -> FloatArray:
+    """(N,) length of the numbers (N, k) of a reading that are there; NaN where none is."""
+    size = np.sqrt(np.nansum(part**2, axis=1))
+    return np.where(np.isnan(part).all(axis=1), np.nan, size)
 
 
 def _angle(R: FloatArray, wxyz: FloatArray) -> float:
@@ -163,7 +198,7 @@ def _angle(R: FloatArray, wxyz: FloatArray) -> float:
     return float(np.linalg.norm(_core.log_so3(_core.quaternion_to_rotation(wxyz).T @ R)))
 
 
-def distances(points: FloatArray, lengths: FloatArray | None) -> FloatArray:
+def distances(points: FloatArray, lengths: FloatArray | None = None) -> FloatArray:
     """(N,) length of each whole point's error, or |error| of the row's length where it has no point; else NaN."""
     out = np.linalg.norm(points, axis=1)
     return out if lengths is None else np.where(np.isnan(out), np.abs(lengths), out)
@@ -198,25 +233,25 @@ def judged(
 ) -> Evaluation:
     """`evaluate` of a robot and a data set, with the samples of both robots where they are known."""
     T = robot.poses(data, threads=threads, samples=samples)
-    points, lengths, turns, others = _compared(robot, T, data, unknowns, threads)
-    after = ErrorStatistics.of(distances(points, lengths))
-    points_before = lengths_before = first = None
+    found = compared(robot, data, unknowns, threads, T)
+    first = None
     if before is not None:
         T_before = before.poses(data, threads=threads, samples=samples)
-        points_before, lengths_before, *_ = _compared(before, T_before, data, unknowns_before, threads)
-        first = ErrorStatistics.of(distances(points_before, lengths_before))
+        first = compared(before, data, unknowns_before, threads, T_before)
+    kinds = table(found.sizes, None if first is None else first.sizes)
     return Evaluation(
         data,
-        points,
-        lengths,
-        turns,
-        after,
-        points_before,
-        lengths_before,
-        first,
-        repeatability(data, points, T[:, :3, :3] if data.rotation is not None else None),
-        realigned(T[:, :3, 3], points),
-        others,
+        found.points,
+        found.lengths,
+        found.turns,
+        ErrorStatistics.of(distances(found.points)),
+        None if first is None else first.points,
+        None if first is None else first.lengths,
+        None if first is None else ErrorStatistics.of(distances(first.points)),
+        repeatability(data, found.points, T[:, :3, :3] if data.rotation is not None else None),
+        realigned(T[:, :3, 3], found.points),
+        found.others,
+        kinds,
     )
 
 

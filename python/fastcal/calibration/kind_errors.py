@@ -70,5 +70,7 @@ def judged_on(
     before: Mapping[str, ErrorStatistics | None],
     after: Mapping[str, ErrorStatistics | None],
 ) -> dict[str, KindErrors]:
-    """The errors of some rows with the statistics of all."""
-    return {name: replace(of, of_all=(before.get(name), after.get(name))) for name, of in kinds.items()}
+    """The errors of some rows with the statistics of all, where these are known."""
+    return {
+        name: replace(of, of_all=(before.get(name), after[name])) if name in after else of for name, of in kinds.items()
+    }

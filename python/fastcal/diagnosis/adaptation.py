@@ -13,9 +13,11 @@ from numpy.typing import NDArray
 
 from fastcal.calibration.data_notes import covered
 from fastcal.calibration.evaluation import Evaluation, evaluate
+from fastcal.calibration.kind_noise import noise_record
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.fits import Fit
 from fastcal.diagnosis.library import Hypothesis
+from fastcal.diagnosis.noise_scales import noise_by_kind
 from fastcal.diagnosis.problem import core_entry
 from fastcal.diagnosis.result import AdaptedModel, GapStep, NamedValue
 from fastcal.diagnosis.search import Search, SearchNode
@@ -25,7 +27,6 @@ from fastcal.robot.calibration_record import CalibrationRecord
 from fastcal.robot.controller_robot import nominal_record
 from fastcal.robot.identified_spec import identified_spec, with_frames
 from fastcal.robot.robot import Robot, Spec
-from fastcal.units import from_si
 
 FloatArray = NDArray[np.float64]
 
@@ -78,7 +79,7 @@ def robot_of(fit: Fit, sigma: float) -> Robot:
     record = CalibrationRecord(
         [full_name(parameters[fit.free[k]]) for k in kept],
         fit.root(kept),
-        from_si(sigma, "mm"),
+        noise_record(noise_by_kind(fit.problem, sigma)),
         int(fit.freedom),
         covered=covered(start, fit.problem.data),
     )

@@ -69,7 +69,7 @@ def noise(data: Dataset, record: CalibrationRecord) -> tuple[float, float, float
         own = 0.0 if claimed is None else float(np.sqrt(np.nanmean(claimed**2)))
         return float(np.sqrt(max(total**2 - own**2, 0.0)))
 
-    point = beyond(to_si(record.sigma_mm, "mm"), data.sigma_position)
+    point = beyond(to_si(record.sigma_mm or 0.0, "mm"), data.sigma_position)
     turn = 0.0 if record.sigma_deg is None else beyond(to_si(record.sigma_deg, "deg"), data.sigma_rotation)
     return point, turn, point
 

@@ -147,12 +147,11 @@ def _record(old: Robot, fitted: Refit, data: Dataset) -> CalibrationRecord:
     return CalibrationRecord(
         names,
         lower_root(fitted.covariance),
-        record.sigma_mm * fitted.scale,
+        {kind: (value * fitted.scale, unit) for kind, (value, unit) in record.noise.items()},
         round(fitted.freedom),
         [full_name(fitted.rows.parameters[i]) for i in moved],
         fitted.held[moved],
         ranges,
-        None if record.sigma_deg is None else record.sigma_deg * fitted.scale,
     )
 
 
