@@ -42,6 +42,7 @@ from fastcal.calibration.result import IdentifiedParameter as IdentifiedParamete
 from fastcal.calibration.result import Unidentifiable as Unidentifiable
 from fastcal.calibration.setups import added_setups
 from fastcal.calibration.unset_options import fill_unset_options
+from fastcal.calibration.variance_components import noise_of_own_freedom
 from fastcal.effects.entries import extra_columns, full_name
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
@@ -141,12 +142,15 @@ def calibrate(
     limits = problem.limits(priors=priors)
 
     def identify(problem: CalibrationProblem) -> _core.Identification:
-        return problem.identify(
-            method=method,
-            max_iterations=max_iterations * (5 if pulled else 1),  # curves creep along what they share with geometry
+        options: dict[str, Any] = {
+            "method": method,
+            "max_iterations": max_iterations * (5 if pulled else 1),  # curves creep along what they share with geometry
             **limits,
             **pulled,
-        )
+        }
+        found = problem.identify(**options)
+        own = None if priors or pulled else noise_of_own_freedom(problem, found)
+        return found if own is None else problem.identify(**options, noise=own)
 
     found = identify(problem)
     seen = Checks()

@@ -28,7 +28,6 @@ from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.targets import Targets
 from fastcal.robot.robot import Robot
-from fastcal.units import to_si
 
 Progress = Callable[[str], None]
 

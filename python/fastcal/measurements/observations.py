@@ -109,12 +109,13 @@ def measured_rows(data: Dataset) -> NDArray[np.bool_]:
     return known
 
 
-def without_measured(data: Dataset, rows: NDArray[np.intp]) -> Dataset:
+def without_measured(data: Dataset, rows: NDArray[np.intp] | NDArray[np.int64]) -> Dataset:
     """The same rows, as if nothing had been measured in some of them (indices)."""
     observed, labels, own = dict(data.observed), dict(data.observed_labels), dict[str, FloatArray]()
+    gone = set(rows.tolist())
     for field in (field for kind in kinds_of(data) for field in _measured_fields(data, kind)):
         if field in labels:
-            labels[field] = ["" if i in rows else label for i, label in enumerate(labels[field])]
+            labels[field] = ["" if i in gone else label for i, label in enumerate(labels[field])]
             continue
         into = observed if field in observed else own
         into[field] = np.array(getattr(data, field) if into is own else observed[field])
