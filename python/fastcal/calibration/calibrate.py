@@ -26,6 +26,7 @@ from fastcal.calibration.evaluation import evaluate, judged
 from fastcal.calibration.extrapolation_notes import range_notes
 from fastcal.calibration.geometry_anchoring import pulls
 from fastcal.calibration.inspection import check_columns, check_fit
+from fastcal.calibration.kind_misfits import kind_misfits
 from fastcal.calibration.kind_noise import noise_by_kind, noise_record, scaled
 from fastcal.calibration.long_rows import covered_by_all, judged_on_all, long_notes, shown
 from fastcal.calibration.nominal_arm import nominal_arm
@@ -189,7 +190,7 @@ def calibrate(
     result_model = Robot.keeping(found_spec | {"made_by": origin})
     unknowns = unknowns_by_owner(problem.measured, np.asarray(found.theta)[len(names) :])
     judge: dict[str, Any] = {
-        "before": before.robot,
+        "before": before.judged,
         "unknowns": unknowns,
         "unknowns_before": before.unknowns,
         "threads": threads,
@@ -199,6 +200,7 @@ def calibrate(
     beyond = [] if test is None else [f"{test.source}: {note}" for note in range_notes(result_model, test)]
     # Without effects all robots of a kind read the same of the rows.
     train = judged(result_model, data, **judge, samples=None if start.effects else problem.samples)
+    misfits = [] if found.status != "converged" else kind_misfits(result_model, data, train, unknowns, threads)
     if long is not None and rows is not None:
         train = judged_on_all(train, rows, long, result_model, **judge)
     return CalibrationResult(
@@ -224,7 +226,10 @@ def calibrate(
         weights=np.asarray(found.weights),
         train=train,
         test=None if test is None else evaluate(result_model, test, **judge),
+        misfits=misfits,
+        caveats=seen.caveats,
         notes=[
+            *(misfit.text for misfit in misfits),
             *suspected,
             *check_fit(robot, train, as_read=as_read),
             *_notes(result_model, data),

@@ -15,7 +15,7 @@ from fastcal import _core
 from fastcal.calibration.alignment import measurements
 from fastcal.calibration.error_statistics import ErrorStatistics as ErrorStatistics
 from fastcal.calibration.kind_errors import KindErrors as KindErrors
-from fastcal.calibration.kind_errors import table
+from fastcal.calibration.kind_errors import sizes_of, table
 from fastcal.calibration.repeatability import Repeatability as Repeatability
 from fastcal.calibration.repeatability import pose_groups as pose_groups
 from fastcal.calibration.repeatability import repeatability
@@ -133,14 +133,14 @@ class Compared:
         lengths: (N,) measured lengths, or heights over touched planes [m].
         turns: (N,) angles between orientations [rad].
         others: (N, k) of every observation that is no part of the tool's pose, by its name [m or rad].
-        sizes: (N, k) error of each reading of a kind [m or rad], k instruments.
+        numbers: (N, k, c) predicted less measured of each kind, k instruments with c numbers a reading.
     """
 
     points: FloatArray
     lengths: FloatArray | None
     turns: FloatArray | None
     others: dict[str, FloatArray]
-    sizes: dict[Kind, FloatArray]
+    numbers: dict[Kind, FloatArray]
 
 
 def compared(
@@ -157,11 +157,12 @@ def compared(
     """
     T = robot.poses(data, threads=threads) if T is None else T
     points = np.full((len(data), 3), np.nan) if data.position is None else T[:, :3, 3] - data.position
-    sizes: dict[Kind, FloatArray] = {kind_named(POINTS): np.linalg.norm(points, axis=1)[:, np.newaxis]}
+    numbers: dict[Kind, FloatArray] = {kind_named(POINTS): points[:, np.newaxis]}
     turns = None
     if data.rotation is not None:
-        turns = np.array([_angle(R, wxyz) for R, wxyz in zip(T[:, :3, :3], data.rotation, strict=True)])
-        sizes[kind_named("orientation")] = turns[:, np.newaxis]
+        turned = np.array([_turn(R, wxyz) for R, wxyz in zip(T[:, :3, :3], data.rotation, strict=True)])
+        turns = np.array([float(np.linalg.norm(turn)) for turn in turned])
+        numbers[kind_named("orientation")] = turned.reshape(-1, 1, 3)
     others: dict[str, FloatArray] = {}
     lengths = None
     if any(field not in ("position", "rotation") for own in data.kinds.values() for field in own):
@@ -176,26 +177,21 @@ def compared(
         for of in beside:
             part = r[:, of.first_number : of.first_number + len(of.components)]
             others[of.name] = part
-            size = _size(part)
-            kind = of_observation(of)
-            sizes[kind] = np.hstack([*([sizes[kind]] if kind in sizes else []), size[:, np.newaxis]])
+            size, kind = sizes_of(part), of_observation(of)
+            before = [numbers[kind]] if kind in numbers else []
+            numbers[kind] = np.concatenate([*before, part[:, np.newaxis]], axis=1)
             if of.unit == "m":
                 lengths = size if lengths is None else np.where(np.isnan(lengths), size, lengths)
                 if len(of.components) == 1 and len(others) == 1:
                     lengths = part[:, 0]
-    return Compared(points, lengths, turns, others, sizes)
+    return Compared(points, lengths, turns, others, numbers)
 
 
-def _size(part: FloatArray) -> FloatArray:
-    """(N,) length of the numbers (N, k) of a reading that are there; NaN where none is."""
-    size = np.sqrt(np.nansum(part**2, axis=1))
-    return np.where(np.isnan(part).all(axis=1), np.nan, size)
-
-
-def _angle(R: FloatArray, wxyz: FloatArray) -> float:
+def _turn(R: FloatArray, wxyz: FloatArray) -> FloatArray:
+    """(3,) from a measured orientation to the predicted one [rad]."""
     if np.isnan(wxyz).any():
-        return float("nan")
-    return float(np.linalg.norm(_core.log_so3(_core.quaternion_to_rotation(wxyz).T @ R)))
+        return np.full(3, np.nan)
+    return np.asarray(_core.log_so3(_core.quaternion_to_rotation(wxyz).T @ R))
 
 
 def distances(points: FloatArray, lengths: FloatArray | None = None) -> FloatArray:
@@ -238,7 +234,7 @@ def judged(
     if before is not None:
         T_before = before.poses(data, threads=threads, samples=samples)
         first = compared(before, data, unknowns_before, threads, T_before)
-    kinds = table(found.sizes, None if first is None else first.sizes)
+    kinds = table(found.numbers, None if first is None else first.numbers)
     return Evaluation(
         data,
         found.points,

@@ -10,13 +10,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.calibration.error_statistics import ErrorStatistics
-from fastcal.measurements.kinds import Kind, in_order
+from fastcal.measurements.kinds import POINTS, Kind, in_order
 
 FloatArray = NDArray[np.float64]
 
@@ -26,15 +27,36 @@ class KindErrors:
     """What one kind of reading is off, before and after a calibration.
 
     Attributes:
-        after, before: (N, k) error of each reading, k instruments of the kind, NaN where not read; before is None
-            where only one model is judged, or no nominal arm could be fitted.
+        numbers, numbers_before: (N, k, c) predicted less measured, k instruments of the kind with c numbers a reading,
+            NaN where not read; the second is None where only one model is judged, or no nominal arm could be fitted.
         of_all: Statistics before and after over all rows, where these N are some of very many.
     """
 
     kind: Kind
-    after: FloatArray
-    before: FloatArray | None = None
+    numbers: FloatArray
+    numbers_before: FloatArray | None = None
     of_all: tuple[ErrorStatistics | None, ErrorStatistics | None] | None = None
+
+    @cached_property
+    def after(self) -> FloatArray:
+        """(N, k) error of each reading [m or rad]."""
+        return whole_sizes(self.kind, self.numbers)
+
+    @cached_property
+    def before(self) -> FloatArray | None:
+        """(N, k) the same before; None where `numbers_before` is."""
+        return None if self.numbers_before is None else whole_sizes(self.kind, self.numbers_before)
+
+    @property
+    def rms(self) -> float | None:
+        """After, in the kind's unit; None where nothing is known."""
+        after = self.statistics[1]
+        return None if after is None else self.kind.shown(after.rms)
+
+    @property
+    def width(self) -> int:
+        """Numbers of a reading: 3 of a point, 1 of a length."""
+        return int(self.numbers.shape[2])
 
     @property
     def statistics(self) -> tuple[ErrorStatistics | None, ErrorStatistics | None]:
@@ -63,6 +85,16 @@ def table(after: Mapping[Kind, FloatArray], before: Mapping[Kind, FloatArray] | 
         for kind in in_order(after)
         if not np.isnan(after[kind]).all()
     }
+
+
+def sizes_of(numbers: FloatArray) -> FloatArray:
+    """(N, ...) length of the numbers (N, ..., c) of a reading that are there; NaN where none is."""
+    return np.where(np.isnan(numbers).all(axis=-1), np.nan, np.sqrt(np.nansum(numbers**2, axis=-1)))
+
+
+def whole_sizes(kind: Kind, numbers: FloatArray) -> FloatArray:
+    """`sizes_of`, of points only where they are whole: a distance has three coordinates."""
+    return np.linalg.norm(numbers, axis=-1) if kind.name == POINTS else sizes_of(numbers)
 
 
 def judged_on(

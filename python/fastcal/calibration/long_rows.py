@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from fastcal.calibration.data_notes import covered
 from fastcal.calibration.error_statistics import ErrorSums
 from fastcal.calibration.evaluation import Evaluation, compared
-from fastcal.calibration.kind_errors import judged_on
+from fastcal.calibration.kind_errors import judged_on, whole_sizes
 from fastcal.calibration.some_rows import SHOWN_ROWS, some_rows
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.kinds import POINTS
@@ -37,7 +37,7 @@ def judged_on_all(
     data: LongDataset,
     model: Robot,
     *,
-    before: Robot,
+    before: Robot | None,
     unknowns: Mapping[str, FloatArray],
     unknowns_before: Mapping[str, FloatArray],
     threads: int = 1,
@@ -47,8 +47,8 @@ def judged_on_all(
     for part in data.parts(moves=bool(model.effects)):
         points = replace(part, rotation=None, rotation_angles=None)  # turns are told of the rows that are shown
         for sums, robot, known in ((first, before, unknowns_before), (last, model, unknowns)):
-            for kind, sizes in compared(robot, points, known, threads).sizes.items():
-                sums.setdefault(kind.name, ErrorSums()).add(sizes.ravel())
+            for kind, numbers in compared(robot, points, known, threads).numbers.items():
+                sums.setdefault(kind.name, ErrorSums()).add(whole_sizes(kind, numbers).ravel())
     was, now = ({name: sums.statistics() for name, sums in each.items()} for each in (first, last))
     kinds = judged_on(some.kinds, was, now)
     return replace(

@@ -20,15 +20,12 @@ from fastcal.robot.robot import Robot
 
 FloatArray = NDArray[np.float64]
 
-_LOSS = "huber"  # as the rigid fit of base and tool: gross rows hardly move it, and the arm's own errors all count
-
 
 @dataclass(frozen=True, eq=False)
 class NominalArm:
-    """The nominal robot where the measurements put it.
+    """The nominal robot where the measurements put it, and the observations' unknowns by what they are of.
 
     Attributes:
-        unknowns: Of the observations, by what they are of.
         is_fitted: Did the fit converge? What is left says nothing otherwise.
     """
 
@@ -36,16 +33,14 @@ class NominalArm:
     unknowns: dict[str, FloatArray]
     is_fitted: bool
 
+    @property
+    def judged(self) -> Robot | None:
+        """The robot that "before" is told of; None where nothing can be told."""
+        return self.robot if self.is_fitted else None
+
 
 def nominal_arm(problem: CalibrationProblem) -> NominalArm:
-    """Points and orientations have it from the rigid fit; anchors, planes and mountings ask for a fit with the tool."""
-    start, own = problem.robot, len(problem.model.robot.nominal)
-    if not problem.unknown_count:
-        T_base, T_tool = problem.alignment.T_world_base, problem.alignment.T_flange_tool
-        return NominalArm(moved(start, T_base, T_tool), {}, is_fitted=True)
-    ends = [i for i in problem.asked if i < own and problem.parameters[i].owner in ("base", "tool")]
-    found = problem.identify(asked=ends, loss=_LOSS)
-    theta = np.asarray(found.theta)
-    robot = moved(start, *problem.model.robot.base_and_tool(theta[:own]))
-    unknowns = unknowns_by_owner(problem.measured, theta[len(problem.model.start) :])
-    return NominalArm(robot, unknowns, is_fitted=found.status == "converged")
+    """The arm before calibration."""
+    place = problem.alignment
+    robot = moved(problem.robot, place.T_world_base, place.T_flange_tool)
+    return NominalArm(robot, unknowns_by_owner(problem.measured, place.unknowns), place.is_fitted)

@@ -16,7 +16,7 @@ from fastcal.calibration.bounds import Bound
 from fastcal.calibration.evaluation import Evaluation
 from fastcal.display import late
 from fastcal.display.shown import Plotted
-from fastcal.measurements.kinds import POINTS, KindNoise
+from fastcal.measurements.kinds import POINTS, KindMisfit, KindNoise
 from fastcal.robot.robot import Robot
 from fastcal.units import from_si
 
@@ -66,6 +66,8 @@ class CalibrationResult(Plotted):
         noise: Of one number of each kind of reading, by the kind's name.
         outliers: Rows whose error the noise does not explain.
         weights: (N,) robust weight of each row of `train.data`, 1 is full.
+        misfits: Kinds of reading that do not belong to the arm or to the other kinds; `notes` begin with them.
+        caveats: Those of the notes by which the stated deviations and intervals do not hold.
         unknowns: Of the observations, by what they are of: the place (3,) [m] of "anchor 2" of measured lengths.
     """
 
@@ -89,6 +91,8 @@ class CalibrationResult(Plotted):
     train: Evaluation
     test: Evaluation | None = None
     notes: list[str] = field(default_factory=list)
+    misfits: list[KindMisfit] = field(default_factory=list)
+    caveats: list[str] = field(default_factory=list)
     unknowns: dict[str, FloatArray] = field(default_factory=dict)
 
     @property
@@ -145,6 +149,8 @@ class CalibrationResult(Plotted):
             "noise": {name: of.to_json_dict() for name, of in self.noise.items()},
             "degrees_of_freedom": self.degrees_of_freedom,
             "outliers": self.outliers,
+            "misfits": [{"kind": of.kind.name, "text": of.text} for of in self.misfits],
+            "caveats": self.caveats,
             "notes": self.notes,
             "made_by": self.model.spec.get("made_by") or {},
         }

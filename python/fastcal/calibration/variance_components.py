@@ -26,6 +26,7 @@ _ROUNDS = 50
 _SETTLED = 1e-4  # relative
 _STANDS = 0.01  # relative: the fit does not see a smaller change
 _LEAST_FREEDOM = 2.0
+_ROUNDING = 1e-9  # [m, rad] noise of exact, simulated numbers
 
 
 def noise_of_own_freedom(problem: CalibrationProblem, found: _core.Identification) -> list[float] | None:
@@ -39,21 +40,23 @@ def noise_of_own_freedom(problem: CalibrationProblem, found: _core.Identificatio
     of_number = np.array([k for k, of in enumerate(observations) for _ in of.components])
     of = of_number[np.asarray(near.number)][kept]
     J, r = np.asarray(near.J)[kept][:, found.free], np.asarray(near.r)[kept]
-    factor = _factors(J, r, of, [k for k, each in enumerate(observations) if not each.claims_sigma])
+    estimated = [not each.claims_sigma and tau > _ROUNDING for each, tau in zip(observations, common, strict=True)]
+    factor = _factors(J, r, of, estimated)
     if factor is None or np.abs(np.log(factor)).max() < _STANDS:
         return None
-    return [tau * float(by) for tau, by in zip(common, np.append(factor, np.ones(len(common) - len(factor))), strict=True)]
+    return [tau * float(by) for tau, by in zip(common, factor, strict=True)]
 
 
-def _factors(J: FloatArray, r: FloatArray, of: NDArray[np.int64], estimated: list[int]) -> FloatArray | None:
+def _factors(J: FloatArray, r: FloatArray, of: NDArray[np.int64], estimated: list[bool]) -> FloatArray | None:
     """(K,) by which to multiply the noise of each observation; None where one leaves no freedom.
 
     Args:
-        J: (m, p) whitened columns; r (m,) whitened residuals at the fit.
+        J: (m, p) whitened columns.
+        r: (m,) whitened residuals at the fit.
         of: (m,) the observation of each number.
-        estimated: Those whose noise is not claimed.
+        estimated: (K,) is the noise of the observation neither claimed nor rounding?
     """
-    factor = np.ones(int(of.max()) + 1)
+    factor = np.ones(len(estimated))
     for _ in range(_ROUNDS):
         weight = 1 / factor[of]
         Q = np.linalg.qr(J * weight[:, np.newaxis])[0]
@@ -61,11 +64,11 @@ def _factors(J: FloatArray, r: FloatArray, of: NDArray[np.int64], estimated: lis
         left = white - Q @ (Q.T @ white)
         leverage = np.sum(Q**2, axis=1)
         by = np.ones(len(factor))
-        for k in estimated:
+        for k in np.flatnonzero(estimated):
             own = of == k
-            freedom = float(np.sum(own) - leverage[own].sum())
             if not own.any():
                 continue
+            freedom = float(np.sum(own) - leverage[own].sum())
             if freedom < _LEAST_FREEDOM:
                 return None
             by[k] = np.sqrt(float(left[own] @ left[own]) / freedom)

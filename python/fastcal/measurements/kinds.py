@@ -87,3 +87,11 @@ class KindNoise:
 
     def __str__(self) -> str:
         return self.kind.text(self.value)
+
+
+@dataclass(frozen=True)
+class KindMisfit:
+    """A kind that does not belong to the arm or to the other kinds, and why, in a sentence."""
+
+    kind: Kind
+    text: str

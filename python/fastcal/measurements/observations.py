@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import TYPE_CHECKING
@@ -121,6 +122,15 @@ def without_measured(data: Dataset, rows: NDArray[np.intp] | NDArray[np.int64]) 
         into[field] = np.array(getattr(data, field) if into is own else observed[field])
         into[field][rows] = np.nan
     return replace(data, observed=observed, observed_labels=labels, **own)  # type: ignore[arg-type]
+
+
+def without_kinds(data: Dataset, kinds: Collection[str]) -> Dataset:
+    """The same rows, as if some kinds of observation had not been measured in them."""
+    gone = {field for kind in kinds for field in data.kinds.get(kind, [])}
+    observed = {name: values for name, values in data.observed.items() if name not in gone}
+    labels = {name: values for name, values in data.observed_labels.items() if name not in gone}
+    own: dict[str, None] = dict.fromkeys(gone - {*data.observed, *data.observed_labels})
+    return replace(data, observed=observed, observed_labels=labels, **own)
 
 
 def present_numbers(data: Dataset, kind: str, width: int) -> NDArray[np.bool_]:
