@@ -88,7 +88,7 @@ def _misfit(
     """
     kind, after = of.kind, float(np.nanmedian(of.after))
     before = None if of.before is None or np.isnan(of.before).all() else float(np.nanmedian(of.before))
-    was = "" if before is None else f" ({kind.text(before, 3)} before it)"
+    was = "" if before is None else f" ({kind.text(before, 3)} before the fit)"
     others = [each.kind for each in found.kinds.values() if each.kind != kind]
     beside = " and ".join(each.plural for each in others) if others else "this robot"
     what = f"the {kind.plural} do not fit {'the ' if others else ''}{beside}: half of them miss by more than"
