@@ -200,7 +200,7 @@ def calibrate(
     beyond = [] if test is None else [f"{test.source}: {note}" for note in range_notes(result_model, test)]
     # Without effects all robots of a kind read the same of the rows.
     train = judged(result_model, data, **judge, samples=None if start.effects else problem.samples)
-    misfits = [] if found.status != "converged" else kind_misfits(result_model, data, train, unknowns, threads)
+    misfits = [] if found.status == "too_few_equations" else kind_misfits(result_model, data, train, unknowns, threads)
     if long is not None and rows is not None:
         train = judged_on_all(train, rows, long, result_model, **judge)
     return CalibrationResult(
