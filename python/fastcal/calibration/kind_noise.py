@@ -10,7 +10,9 @@ from dataclasses import replace
 import numpy as np
 
 from fastcal import _core
-from fastcal.measurements.kinds import KindNoise, in_order, of_observation
+from fastcal.measurements.dataset import Dataset
+from fastcal.measurements.kinds import Kind, KindNoise, in_order, of_observation
+from fastcal.measurements.observations import sigma_field
 from fastcal.units import UNITS
 
 
@@ -25,6 +27,11 @@ def noise_by_kind(measured: _core.Measurements, found: _core.Identification) -> 
         source, note = _source(measured, found, own[0])
         out[kind.name] = KindNoise(kind, float(np.sqrt(np.mean(sigma[sigma > 0] ** 2))), source, note)
     return out
+
+
+def noise_source(data: Dataset, kind: Kind) -> str:
+    """Whether the noise of new rows is their own claim, or what a calibration's residuals had."""
+    return "column" if data.table(sigma_field(kind.name)) is not None else "residual"
 
 
 def length_noise(noise: Mapping[str, KindNoise]) -> float | None:

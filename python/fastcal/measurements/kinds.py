@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from fastcal.measurements.dataset import Dataset
 
 POINTS = "position"  # whose figures are also those of the keys that end in _mm
+POSE = (POINTS, "orientation")  # what is measured of the tool's pose itself, without unknowns of its own
 _SHOWN = {"length": "mm", "angle": "deg"}  # by quantity; any other is shown as files write it
 
 

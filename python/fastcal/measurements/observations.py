@@ -95,6 +95,13 @@ def sigma_field(kind: str) -> str:
     return next(field.name for field in _core.observation_entry(kind).fields if field.role == "sigma")
 
 
+def sigma_column(kind: str) -> str:
+    """The title of the column of the standard deviations of a kind of observation."""
+    field = next(field for field in _core.observation_entry(kind).fields if field.role == "sigma")
+    title = field.columns[0] if len(field.columns) == 1 else "sigma"
+    return f"{title}_{field.written_unit}"
+
+
 def plurals(data: Dataset) -> list[str]:
     """What a data set has, in words: positions, lengths ..."""
     return [_core.observation_entry(kind).plural for kind in kinds_of(data)]
