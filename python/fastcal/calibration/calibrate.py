@@ -34,7 +34,6 @@ from fastcal.calibration.parallel import one_blas_thread
 from fastcal.calibration.parameter_table import (
     correlated_pairs,
     parameter_table,
-    unknowns_by_owner,
 )
 from fastcal.calibration.problem import CalibrationProblem, prepare
 from fastcal.calibration.residual_checks import MOST_ROWS, Checks, checked
@@ -42,6 +41,7 @@ from fastcal.calibration.result import CalibrationResult as CalibrationResult
 from fastcal.calibration.result import IdentifiedParameter as IdentifiedParameter
 from fastcal.calibration.result import Unidentifiable as Unidentifiable
 from fastcal.calibration.setups import added_setups
+from fastcal.calibration.unknowns import unknowns_by_owner
 from fastcal.calibration.unset_options import fill_unset_options
 from fastcal.calibration.variance_components import noise_of_own_freedom
 from fastcal.effects.entries import extra_columns, full_name

@@ -19,6 +19,7 @@ from fastcal.calibration.kind_errors import sizes_of, table
 from fastcal.calibration.repeatability import Repeatability as Repeatability
 from fastcal.calibration.repeatability import pose_groups as pose_groups
 from fastcal.calibration.repeatability import repeatability
+from fastcal.calibration.unknowns import fitted_unknowns
 from fastcal.display.shown import Shown
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.kinds import POINTS, Kind, kind_named, of_observation
@@ -211,11 +212,14 @@ def evaluate(
 ) -> Evaluation:
     """Error statistics of a model on measured data, beside those of `before` where it is given.
 
-    Unknowns of the observations (anchors, planes, mountings) are the ones that calibration found; without them, what
-    hangs on them is not judged. Paths are read.
+    Unknowns of the observations (anchors, planes, mountings) are the ones that calibration found; without these, they
+    are fitted to the data. Paths are read.
     """
     robot = as_robot(robot)
-    return judged(robot, as_data(data, robot), before, unknowns, unknowns_before, threads)
+    data = as_data(data, robot)
+    if unknowns is None:
+        unknowns = fitted_unknowns(robot, data, threads)
+    return judged(robot, data, before, unknowns, unknowns_before, threads)
 
 
 def judged(

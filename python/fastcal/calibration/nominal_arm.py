@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fastcal.calibration.parameter_table import unknowns_by_owner
 from fastcal.calibration.problem import CalibrationProblem
+from fastcal.calibration.unknowns import unknowns_by_owner
 from fastcal.robot.identified_spec import moved
 from fastcal.robot.robot import Robot
 

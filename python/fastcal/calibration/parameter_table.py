@@ -70,14 +70,6 @@ def parameter_table(
     return out, covariance
 
 
-def unknowns_by_owner(measured: _core.Measurements, values: FloatArray) -> dict[str, FloatArray]:
-    """Values of the observations' unknowns by what they are of: the place (3,) [m] of "anchor 2"."""
-    out: dict[str, list[float]] = {}
-    for parameter, value in zip(measured.parameters, values, strict=True):
-        out.setdefault(parameter.owner, []).append(float(value))
-    return {owner: np.array(numbers) for owner, numbers in out.items()}
-
-
 def correlated_pairs(names: list[str], covariance: FloatArray) -> list[tuple[str, str, float]]:
     """Pairs whose estimates move together, strongest first."""
     if len(names) < 2:

@@ -28,8 +28,8 @@ from scipy.linalg import lapack
 from fastcal import _core
 from fastcal.calibration.geometry_anchoring import geometry_pulls
 from fastcal.calibration.parallel import each
-from fastcal.calibration.parameter_table import unknowns_by_owner
 from fastcal.calibration.tall import gram, moved, taken
+from fastcal.calibration.unknowns import unknowns_by_owner
 from fastcal.diagnosis import priors, rules
 from fastcal.diagnosis.library import Hypothesis
 from fastcal.diagnosis.memory import without_memory

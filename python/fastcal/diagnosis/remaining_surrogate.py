@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fastcal.calibration.parameter_table import unknowns_by_owner
+from fastcal.calibration.unknowns import unknowns_by_owner
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.adaptation import Judge, gap_step, nominal
 from fastcal.diagnosis.fits import Fit

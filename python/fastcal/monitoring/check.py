@@ -8,8 +8,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from fastcal.calibration.parallel import one_blas_thread
 from fastcal.calibration.kind_noise import noise_source
+from fastcal.calibration.parallel import one_blas_thread
 from fastcal.design.poses import SIGMA
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset

@@ -18,7 +18,7 @@ from fastcal import _core
 from fastcal.calibration.alignment import measurements
 from fastcal.calibration.evaluation import Compared, compared
 from fastcal.calibration.kind_errors import KindErrors, table
-from fastcal.calibration.parameter_table import unknowns_by_owner
+from fastcal.calibration.unknowns import placed, unknowns_by_owner
 from fastcal.effects.entries import traits_of
 from fastcal.errors import Undetermined
 from fastcal.measurements.dataset import Dataset
@@ -122,7 +122,9 @@ def _set_up(model: Robot, data: Dataset, name: str, rows: IntArray, threads: int
     if robot.correction is not None:
         shift = robot.correct(part.q, part.payload).displacement
         bare = replace(part, position=np.asarray(part.position) - shift)
-    unknowns = _fitted(robot, part, measured, False, where, threads)[1] if measured.parameters else np.zeros(0)
+    unknowns = np.zeros(0)
+    if measured.parameters:
+        unknowns = placed(robot, part, measured, with_base=False, where=where, threads=threads)[1]
     found = compared(robot, part, unknowns_by_owner(measured, unknowns), threads)
     return SetUp(name, rows, motion, robot, bare, -found.points, unknowns, found)
 
@@ -138,26 +140,8 @@ def _placed(
         T = pose(model.spec["base"])
         T[:3, :3] = np.asarray(aligned.T_world_base)[:3, :3]  # where it stands, orientations do not say
         model = with_base(model, T)
-    return _fitted(model, data, measured, measured.shows_base, where, threads)
-
-
-def _fitted(
-    model: Robot, data: Dataset, measured: _core.Measurements, is_free: bool, where: str, threads: int
-) -> tuple[Robot, FloatArray]:
-    """The base, where it is free, and the observations' unknowns by a fit; arm and tool stay."""
-    samples = model.samples(data)
-    start = _core.align(model.error_model, samples, measured, threads)
-    if not start.found:
-        raise Undetermined(f"{where}: {start.message}")
-    core = model.error_model
-    base = [i for i, p in enumerate(core.parameters[: len(core.robot.nominal)]) if p.owner == "base"]
-    asked = base if is_free else []
-    found = _core.identify(
-        core, samples, measured, asked=asked, unknowns=start.unknowns, loss="huber", threads=threads
-    )
-    theta = np.asarray(found.theta)
-    T_base, _ = core.robot.base_and_tool(theta[: len(core.robot.nominal)])
-    return (with_base(model, T_base) if is_free else model), theta[len(core.start) :]
+    T, unknowns = placed(model, data, measured, with_base=measured.shows_base, where=where, threads=threads)
+    return (with_base(model, T) if measured.shows_base else model), unknowns
 
 
 def with_base(robot: Robot, T_world_base: FloatArray) -> Robot:

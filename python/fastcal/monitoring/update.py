@@ -14,8 +14,8 @@ from fastcal.calibration.alignment import measurements
 from fastcal.calibration.data_notes import covered
 from fastcal.calibration.evaluation import Evaluation, evaluate
 from fastcal.calibration.parallel import one_blas_thread
-from fastcal.calibration.parameter_table import unknowns_by_owner
 from fastcal.calibration.result import IdentifiedParameter
+from fastcal.calibration.unknowns import unknowns_by_owner
 from fastcal.display import late
 from fastcal.display.shown import Shown
 from fastcal.effects.entries import edge_name, edge_unit, full_name

@@ -15,6 +15,7 @@ from fastcal.calibration.evaluation import Evaluation
 from fastcal.calibration.repeatability import Repeatability
 from fastcal.calibration.result import CalibrationResult
 from fastcal.measurements.dataset import Dataset
+from fastcal.measurements.kinds import POSE
 from fastcal.measurements.observations import plurals
 from fastcal.report.formatting import plural
 from fastcal.report.words import listed
@@ -118,9 +119,14 @@ def evaluation_lines(found: Evaluation, title: str) -> list[str]:
         after = figures["after_mm"]
         sizes = ", ".join(f"{name} {after[name]:.4f} mm" for name in ("mean", "std", "rms", "max"))
         lines.append(f"position error: {sizes}")
-    elif found.others_after:
-        names = " and ".join(found.others_after)
-        lines.append(f"not judged: {names}; anchors, planes and mountings are known only during a calibration")
+    for name, of in found.kinds.items():
+        if name not in POSE and (after := of.statistics[1]) is not None:
+            sizes = ", ".join(f"{key} {value:.4f} {of.kind.unit}" for key, value in after.to_unit(of.kind.unit).items())
+            lines.append(f"{name} error: {sizes}; what it hangs on is fitted to these rows")
+    unjudged = [name for name, left in found.others_after.items() if np.isnan(left).all()]
+    if unjudged:
+        names = " and ".join(unjudged)
+        lines.append(f"not judged: {names}; too few readings place what they hang on")
     if (turn := figures.get("after_rotation_deg")) is not None:
         sizes = ", ".join(f"{name} {turn[name]:.4f} deg" for name in ("mean", "rms", "max"))
         lines.append(f"orientation error: {sizes}")

@@ -20,7 +20,7 @@ NOISE = {"position": 3e-5, "orientation": 2e-4, "length": 2e-5, "plane": 2e-5, "
 ALONE = [(kind,) for kind in NOISE]
 PAIRS = list(combinations(NOISE, 2))
 ANCHORS = np.array([[0.9, -0.3, 0.1], [-0.2, 1.0, 0.2], [0.3, 0.2, -0.4]])
-PLANES = [(np.array([0.0, 0.0, 1.0]), 0.25), (np.array([1.0, 0.0, 0.0]), 0.45), (np.array([0.6, 0.64, 0.48]), 0.3)]
+PLANES = [(np.array([0.0, 0.0, 1.0]), 0.25), (np.array([0.96, 0.0, 0.28]), 0.45), (np.array([0.6, 0.64, 0.48]), 0.3)]
 LEVELS = (3, 5)
 
 
