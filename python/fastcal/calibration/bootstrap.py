@@ -3,8 +3,9 @@
 """How far identified parameters spread without a formula: the same calibration of rows whose errors are turned around.
 
 The wild bootstrap: row i gets x_i* = f_i + v_i k (x_i - f_i), f the fit, v_i = +1 or -1 by chance, k^2 the measured
-numbers over the degrees of freedom, since a fit leaves less than the noise. Poses, loads and history stay as they are,
-and so does how precise each row is, whatever its law (C. Wu 1986; R. Davidson, E. Flachaire 2008).
+numbers over the degrees of freedom, since a fit leaves less than the noise; of several kinds of reading each has its k.
+Poses, loads and history stay as they are, and so does how precise each row is, whatever its law (C. Wu 1986; R.
+Davidson, E. Flachaire 2008).
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from fastcal.calibration.prediction import quaternions
 from fastcal.calibration.processes import workers
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
+from fastcal.measurements.observations import kind_of
 from fastcal.robot.given import DataLike, RobotLike, as_data, as_robot
 from fastcal.robot.robot import Robot
 
@@ -115,8 +117,8 @@ class _Errors:
     T: FloatArray  # (N, 4, 4) predicted
     theta: FloatArray  # (P + U,) of the fit
     r: FloatArray  # (N, numbers) predicted less measured, of the observations
-    touch: FloatArray  # (N, n) change of the joints that takes a touch onto its plane
-    k: float
+    touch: dict[str, FloatArray]  # (N, n) by kind: change of the joints that takes a touch onto its plane
+    k: dict[str, float]  # by kind
 
     @staticmethod
     def of(result: CalibrationResult, data: Dataset) -> _Errors:
@@ -127,7 +129,7 @@ class _Errors:
         core = model.error_model
         theta = np.concatenate([core.start, unknowns])
         r = np.asarray(_core.residuals(core, model.samples(data), measured, theta))
-        k = float(np.sqrt(np.sum(~np.isnan(r)) / max(result.degrees_of_freedom, 1)))
+        k = _growth(result, measured, r)
         touch = _onto(measured, r, levers(model.core, data, measured, unknowns))
         return _Errors(data, model, model.poses(data), theta, r, touch, k)
 
@@ -138,18 +140,19 @@ class _Errors:
 
     def turned(self, sign: FloatArray) -> Dataset:
         """The rows with errors of these signs (N,)."""
-        data, along = self.data, (self.k * sign)[:, np.newaxis]
-        q = data.q + (1 - along) * self.touch
+        data, v = self.data, sign[:, np.newaxis]
+        along = {kind: k * v for kind, k in self.k.items()}
+        q = data.q + sum(((1 - along[kind]) * change for kind, change in self.touch.items()), np.zeros(data.q.shape))
         T, r = self.T, self.r
-        if self.touch.any():
+        if self.touch:
             there = replace(data, q=q)
             T, core = self.model.poses(there), self.model.error_model
             r = np.asarray(_core.residuals(core, self.model.samples(there), self.measured, self.theta))
         p, moved = T[:, :3, 3], T[:, :3, 3] - self.T[:, :3, 3]
-        change = r - along * self.r
         observed, distance = dict(data.observed), data.distance
         for of in self.measured.observations:
-            part = change[:, of.first_number : of.first_number + len(of.components)]
+            own = slice(of.first_number, of.first_number + len(of.components))
+            part = r[:, own] - along[kind_of(of)] * self.r[:, own]
             if of.field in observed:
                 observed[of.field] = observed[of.field] + part
             elif of.field == "distance" and distance is not None:
@@ -157,8 +160,8 @@ class _Errors:
         return replace(
             data,
             q=q,
-            position=None if data.position is None else p + along * (data.position + moved - p),
-            rotation=None if data.rotation is None else self._turned(data.rotation, along[:, 0]),
+            position=None if data.position is None else p + along["position"] * (data.position + moved - p),
+            rotation=None if data.rotation is None else self._turned(data.rotation, along["orientation"][:, 0]),
             rotation_angles=None,
             distance=distance,
             observed=observed,
@@ -175,19 +178,41 @@ class _Errors:
         return out
 
 
-def _onto(measured: _core.Measurements, r: FloatArray, by_joint: FloatArray) -> FloatArray:
-    """(N, n) least change of the joints that takes what is not read, such as a height over a plane, to 0.
+def _growth(result: CalibrationResult, measured: _core.Measurements, r: FloatArray) -> dict[str, float]:
+    """K of each kind: what its noise is over what the fit leaves of it, by its own degrees of freedom where several."""
+    kinds = [kind_of(of) for of in measured.observations]
+    if len(kinds) == 1:
+        return {kinds[0]: float(np.sqrt(np.sum(~np.isnan(r)) / max(result.degrees_of_freedom, 1)))}
+    kept = np.delete(r, result.outliers, axis=0)
+    out = {}
+    for kind in dict.fromkeys(kinds):
+        own = np.concatenate(
+            [
+                kept[:, of.first_number : of.first_number + len(of.components)].ravel()
+                for of in measured.observations
+                if kind_of(of) == kind
+            ]
+        )
+        left = float(np.sqrt(np.nanmean(own**2))) if not np.isnan(own).all() else 0.0
+        known = result.noise.get(kind)
+        out[kind] = known.value / left if known is not None and left > 0 else 1.0
+    return out
+
+
+def _onto(measured: _core.Measurements, r: FloatArray, by_joint: FloatArray) -> dict[str, FloatArray]:
+    """(N, n) by kind, least change of the joints that takes what is not read, such as a height over a plane, to 0.
 
     Such a number is an error of where the tool was when it touched: a draw of it is another posture.
     """
-    out = np.zeros((len(r), by_joint.shape[2]))
+    out: dict[str, FloatArray] = {}
     for of in measured.observations:
         if of.field:
             continue
+        change = out.setdefault(kind_of(of), np.zeros((len(r), by_joint.shape[2])))
         for c in range(of.first_number, of.first_number + len(of.components)):
             slope = by_joint[:, c]
             there = ~np.isnan(r[:, c]) & (np.sum(slope**2, axis=1) > 0)
-            out[there] -= (r[there, c] / np.sum(slope[there] ** 2, axis=1))[:, np.newaxis] * slope[there]
+            change[there] -= (r[there, c] / np.sum(slope[there] ** 2, axis=1))[:, np.newaxis] * slope[there]
     return out
 
 
