@@ -230,6 +230,7 @@ def calibrate(
         caveats=seen.caveats,
         notes=[
             *(misfit.text for misfit in misfits),
+            *seen.caveats,
             *suspected,
             *check_fit(robot, train, as_read=as_read),
             *_notes(result_model, data),
@@ -238,7 +239,7 @@ def calibrate(
             *added_setups(start, robot, effects),
             *thin_data_notes(found, loss),
             *(p.bound.note(f"{p.owner} {p.name}", p.value, p.unit) for p in table if p.bound is not None),
-            *seen.notes,
+            *(note for note in seen.notes if note not in seen.caveats),
             *([] if test is None else shared_row_notes([data] if long is None else long.parts(moves=False), test)),
             *beyond,
         ],
