@@ -41,6 +41,7 @@ from fastcal.calibration.result import CalibrationResult as CalibrationResult
 from fastcal.calibration.result import IdentifiedParameter as IdentifiedParameter
 from fastcal.calibration.result import Unidentifiable as Unidentifiable
 from fastcal.calibration.setups import added_setups
+from fastcal.calibration.shape import shape_of
 from fastcal.calibration.unknowns import unknowns_by_owner
 from fastcal.calibration.unset_options import fill_unset_options
 from fastcal.calibration.variance_components import noise_of_own_freedom
@@ -200,6 +201,7 @@ def calibrate(
     beyond = [] if test is None else [f"{test.source}: {note}" for note in range_notes(result_model, test)]
     # Without effects all robots of a kind read the same of the rows.
     train = judged(result_model, data, **judge, samples=None if start.effects else problem.samples)
+    shape = shape_of(result_model, data) if kept else None
     misfits = [] if found.status == "too_few_equations" else kind_misfits(result_model, data, train, unknowns, threads)
     if long is not None and rows is not None:
         train = judged_on_all(train, rows, long, result_model, **judge)
@@ -228,10 +230,12 @@ def calibrate(
         test=None if test is None else evaluate(result_model, test, **judge),
         misfits=misfits,
         caveats=seen.caveats,
+        shape=shape,
         notes=[
             *(misfit.text for misfit in misfits),
             *seen.caveats,
             *suspected,
+            *([] if shape is None else [shape.note]),
             *check_fit(robot, train, as_read=as_read),
             *_notes(result_model, data),
             *([] if long is None else long_notes(long, data)),

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from fastcal.calibration.bounds import Bound
 from fastcal.calibration.evaluation import Evaluation
+from fastcal.calibration.shape import Shape
 from fastcal.display import late
 from fastcal.display.shown import Plotted
 from fastcal.measurements.kinds import POINTS, KindMisfit, KindNoise
@@ -68,6 +69,7 @@ class CalibrationResult(Plotted):
         weights: (N,) robust weight of each row of `train.data`, 1 is full.
         misfits: Kinds of reading that do not belong to the arm or to the other kinds; `notes` begin with them.
         caveats: Those of the notes by which the stated deviations and intervals do not hold.
+        shape: How surely distances between points are known, where no points were measured.
         unknowns: Of the observations, by what they are of: the place (3,) [m] of "anchor 2" of measured lengths.
     """
 
@@ -93,6 +95,7 @@ class CalibrationResult(Plotted):
     notes: list[str] = field(default_factory=list)
     misfits: list[KindMisfit] = field(default_factory=list)
     caveats: list[str] = field(default_factory=list)
+    shape: Shape | None = None
     unknowns: dict[str, FloatArray] = field(default_factory=dict)
 
     @property
@@ -149,6 +152,7 @@ class CalibrationResult(Plotted):
             "noise": {name: of.to_json_dict() for name, of in self.noise.items()},
             "degrees_of_freedom": self.degrees_of_freedom,
             "outliers": self.outliers,
+            "shape": None if self.shape is None else self.shape.to_json_dict(),
             "misfits": [{"kind": of.kind.name, "text": of.text} for of in self.misfits],
             "caveats": self.caveats,
             "notes": self.notes,

@@ -181,9 +181,10 @@ def _(result: CalibrationResult) -> list[str]:
             before, after = of.statistics
             if before is None or after is None:
                 continue
-            text, what = of.kind.text, "" if of.kind.name == POINTS else f", {of.kind.plural}"
+            text, is_point = of.kind.text, of.kind.name == POINTS
+            what = f", {after.count} rows" if is_point else f", {after.count} {of.kind.plural}"
             lines.append(
-                f"error on {name} poses{what}, {after.count} rows: RMS {text(before.rms)} before, "
+                f"error on {name} poses{what}: RMS {text(before.rms)} before, "
                 f"{text(after.rms)} after; largest {text(before.max)} before, {text(after.max)} after"
             )
     for noise in result.noise.values():

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import units
+from fastcal.measurements.kinds import POINTS
 from fastcal.report.figures import COMPONENT_COLOURS
 from fastcal.report.language import _, language
 from fastcal.report.tables import unit_text
@@ -101,6 +102,12 @@ class Rows:
     def row_count(self) -> int:
         """N."""
         return len(self.residual)
+
+    @property
+    def judged_count(self) -> int:
+        """Rows with an error: of very many all, of several instruments each row once."""
+        rows = int(np.isfinite(self.error_after).sum())
+        return max(rows, self.after.count if self.kind.name == POINTS else 0)
 
     @cached_property
     def variables(self) -> list[Variable]:

@@ -60,9 +60,9 @@ def verdict(result: CalibrationResult, train: Rows | None, test: Rows | None, tr
         return Verdict("caution", _("Not judged"), headline, remarks)
     before, after = rows.before, rows.after
     if test:
-        where = _("{poses} not used in the fit", poses=plural(after.count, "test pose"))
+        where = _("{poses} not used in the fit", poses=plural(rows.judged_count, "test pose"))
     else:
-        where = _("the {poses} of the fit", poses=plural(after.count, "pose"))
+        where = _("the {poses} of the fit", poses=plural(rows.judged_count, "pose"))
     numbers = {
         "before": _size(before.mean, after.mean, rows.unit),
         "after": _size(after.mean, after.mean, rows.unit),

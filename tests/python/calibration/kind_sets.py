@@ -34,7 +34,7 @@ def read(
     claimed: bool = False,
     q: FloatArray | None = None,
 ) -> Dataset:
-    """What instruments read of an arm with DH rows `truth`; with `base` (4, 4) points and poses are seen from elsewhere.
+    """What instruments read of an arm with DH rows `truth`; with `base` (4, 4) its pose is seen from elsewhere.
 
     Where planes are touched, only every second row touches one if anything else is read.
     """
