@@ -47,6 +47,8 @@ def judged_on_all(
     for part in data.parts(moves=bool(model.effects)):
         points = replace(part, rotation=None, rotation_angles=None)  # turns are told of the rows that are shown
         for sums, robot, known in ((first, before, unknowns_before), (last, model, unknowns)):
+            if robot is None:
+                continue
             for kind, numbers in compared(robot, points, known, threads).numbers.items():
                 sums.setdefault(kind.name, ErrorSums()).add(whole_sizes(kind, numbers).ravel())
     was, now = ({name: sums.statistics() for name, sums in each.items()} for each in (first, last))

@@ -17,6 +17,8 @@ from fastcal.calibration.alignment import measurements
 from fastcal.calibration.core_rows import CoreRows
 from fastcal.calibration.options_from_data import with_origins
 from fastcal.calibration.parameter_limits import parameter_limits
+from fastcal.calibration.placement import Placement as Placement
+from fastcal.calibration.placement import by_points
 from fastcal.calibration.setups import with_setups
 from fastcal.calibration.some_rows import SHOWN_ROWS, some_rows
 from fastcal.effects.entries import extra_columns, full_name, parse_effects, without_repeats
@@ -32,22 +34,6 @@ FloatArray = NDArray[np.float64]
 
 
 _PLACING_LOSS = "huber"  # as that of the rigid fit: gross rows hardly move it, and the arm's own errors all count
-
-
-@dataclass(frozen=True, eq=False)
-class Placement:
-    """Where the nominal arm fits what was measured best.
-
-    Attributes:
-        T_world_base, T_flange_tool: (4, 4).
-        unknowns: Of the observations: anchors, planes, mountings.
-        is_fitted: Did the fit converge?
-    """
-
-    T_world_base: FloatArray
-    T_flange_tool: FloatArray
-    unknowns: FloatArray
-    is_fitted: bool = True
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,7 +158,8 @@ def prepare(
     alignment = _aligned(start, data, samples, measured, threads, has_others=long is not None)
     if not alignment.found:
         raise Undetermined(f"{data.source}: {alignment.message}")
-    model = start.error_model.with_robot(start.core.with_base_and_tool(alignment.T_world_base, alignment.T_flange_tool))
+    place = by_points(start, data, Placement.of(alignment), threads)
+    model = start.error_model.with_robot(start.core.with_base_and_tool(place.T_world_base, place.T_flange_tool))
     asked = asked_parameters(
         model, geometry or parameters is not None, turned=measured.shows_tool_turn, placed=measured.shows_base
     )
@@ -183,7 +170,6 @@ def prepare(
             if name not in names:
                 raise InvalidInput(f"there is no parameter '{name}' to identify; there are {', '.join(names)}")
         asked = [i for i in asked if names[i] in parameters or owners[i] in ("base", "tool")]
-    place = Placement(*map(np.asarray, (alignment.T_world_base, alignment.T_flange_tool, alignment.unknowns)))
     return _placed(CalibrationProblem(start, data, model, samples, measured, place, asked, loss, threads, long))
 
 

@@ -234,8 +234,8 @@ class _Found:
         findings += [_curve(steps[-1].model, entry) for entry in profiles]
         if more is not None and step is not None:
             steps, gap = [*steps, more], [*gap, step]
-        last = steps[-1]
-        misfits = [*left_out, *kind_misfits(last.model, self.data, last.train, last.unknowns, self.threads)]
+        end = steps[-1]
+        misfits = [*left_out, *kind_misfits(end.model, self.data, end.train, end.unknowns, self.threads)]
         runs = row_run_notes(self.data, outliers, steps[-1].train.error_after)
         doubts = noise_doubts(over_claim(self.level, self.data, self.sigma), search.problem.noise.memory)
         found = Diagnosis(

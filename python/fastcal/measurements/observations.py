@@ -137,7 +137,7 @@ def without_kinds(data: Dataset, kinds: Collection[str]) -> Dataset:
     observed = {name: values for name, values in data.observed.items() if name not in gone}
     labels = {name: values for name, values in data.observed_labels.items() if name not in gone}
     own: dict[str, None] = dict.fromkeys(gone - {*data.observed, *data.observed_labels})
-    return replace(data, observed=observed, observed_labels=labels, **own)
+    return replace(data, observed=observed, observed_labels=labels, **own)  # type: ignore[arg-type]
 
 
 def present_numbers(data: Dataset, kind: str, width: int) -> NDArray[np.bool_]:

@@ -134,7 +134,7 @@ def row_hypotheses(row: NDArray[np.intp], numbers_of: Sequence[tuple[Kind, str]]
     """That one row of the data is wrong; `numbers_of` are the kind and the name of each number."""
     out = []
     for i in np.unique(row).tolist():
-        own = [numbers_of[k] for k in np.flatnonzero(row == i)]
+        own = [numbers_of[k] for k in np.flatnonzero(row == i).tolist()]
         sizes = np.array([_ROW_SIZE if UNITS[kind.unit].kind == "length" else _ROW_TURN for kind, _ in own])
         numbers = tuple(Changing(f"{name}_{kind.unit}", f"row {i}", kind.unit, 0.0) for kind, name in own)
         out.append(Hypothesis("row", f"row {i}", numbers, sizes, row=i))

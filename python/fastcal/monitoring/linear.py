@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -162,7 +163,7 @@ class LinearRows:
         square = np.sum(S**2, axis=1) * self.sigma**2
         return {kind: float(np.sqrt(square[self.of(kind)].sum() / self.readings[kind])) for kind in self.kinds}
 
-    def base_motion(self, b: FloatArray) -> FloatArray:
+    def base_motion(self, b: NDArray[np.floating[Any]]) -> FloatArray:
         """(6, ...) of the first base, of b (b, ...); 0 where the rows do not show it."""
         out = np.zeros((MOTIONS, *b.shape[1:]))
         for place, motion in self.motions:
@@ -203,8 +204,7 @@ def linear_rows(places: list[SetUp], record: CalibrationRecord, *, threads: int 
         parts.append((-np.asarray(near.r), J, B, place.rows[row], sigma))
     r, J, B, row, sigma = (np.concatenate(each) for each in zip(*parts, strict=True))
     B, motions = _told_apart(B, linalg.block_diag(*unknown_columns))
-    names = [full_name(p) for p in parameters]
-    R = covariance_root(record, names, base)
+    R = covariance_root(record, [full_name(p) for p in parameters], base)
     return LinearRows(
         r, J, B, motions, R, row, sigma, numbers, readings, len(places), parameters, len(first.robot.parameters),
         float(record.degrees_of_freedom),

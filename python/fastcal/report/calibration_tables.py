@@ -40,7 +40,11 @@ def kind_table(parts: Sequence[tuple[str, Evaluation]]) -> Table | None:
         lines = []
         for of in part.kinds.values():
             before, after = of.statistics
-            sizes = (before and before.rms, after and after.rms, after and after.max)
+            sizes = [
+                None if before is None else before.rms,
+                None if after is None else after.rms,
+                None if after is None else after.max,
+            ]
             lines.append(
                 [
                     Cell(kind_title(of.kind)),

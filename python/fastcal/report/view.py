@@ -183,7 +183,7 @@ def _rows(
 
 def _parts(main: KindErrors) -> list[str]:
     """Names of the numbers of a row, instrument by instrument."""
-    names = {"position": ("x", "y", "z"), "orientation": ("rx", "ry", "rz")}.get(main.kind.name, ())
+    names: tuple[str, ...] = {"position": ("x", "y", "z"), "orientation": ("rx", "ry", "rz")}.get(main.kind.name, ())
     if len(names) != main.width:
         axes = "xyz"[: main.width]
         names = (main.kind.name,) if main.width == 1 else tuple(f"{main.kind.name} {axis}" for axis in axes)
