@@ -18,7 +18,7 @@ from fastcal.calibration.residuals import Residuals, near_fit
 from fastcal.calibration.serial_correlation import SerialCorrelation, serial_correlation
 from fastcal.calibration.shifted_rows import Shift, find_shift
 from fastcal.measurements.dataset import Dataset
-from fastcal.measurements.kinds import POINTS, Kind
+from fastcal.measurements.kinds import POINTS, Kind, in_order
 from fastcal.measurements.observations import without_measured
 
 FloatArray = NDArray[np.float64]
@@ -62,8 +62,9 @@ def checked(
         return found, Checks()
     notes: list[str] = []
     set_aside: list[int] = []
-    shift = moved_part(near, problem.model, problem.data)
-    if shift is not None:
+    found_shift = moved_part(near, problem.model, problem.data)
+    if found_shift is not None:
+        shift, kind = found_shift
         rows = shift.smaller_part(len(problem.data))
         cleared = without_measured(problem.data, rows)
         part = problem.with_(data=cleared, measured=measurements(cleared, problem.robot))
@@ -71,12 +72,12 @@ def checked(
         left = near_fit(problem, again)
         better = again is not found and again.status == "converged" and len(again.free) >= len(found.free)
         if better and left is not None:
-            late = np.isin(left.row, rows) & left.of(left.kind)
-            size = left.scale * float(np.sqrt(np.sum(left.residual[late] ** 2) / len(rows)))
-            notes.append(shift_note(replace(shift, size=size), len(cleared), left.kind, is_used=False))
+            late = np.isin(left.row, rows) & left.of(kind)
+            size = left.scale_of(kind) * float(np.sqrt(np.sum(left.residual[late] ** 2) / len(rows)))
+            notes.append(shift_note(replace(shift, size=size), len(cleared), kind, is_used=False))
             found, problem, set_aside = again, part, rows.tolist()
         else:
-            notes.append(shift_note(shift, len(cleared), near.kind, is_used=True))
+            notes.append(shift_note(shift, len(cleared), kind, is_used=True))
     agreed = majority(problem, found, refit)
     found, problem = agreed.found, agreed.problem
     notes += agreed.notes
@@ -85,14 +86,24 @@ def checked(
     return found, Checks(serial, notes + more, [*set_aside, *agreed.set_aside], agreed.refusal, caveats)
 
 
-def moved_part(near: Residuals, model: _core.ErrorModel, data: Dataset) -> Shift | None:
-    """Where the tracker, the base or the target moved; None where labels give the set-ups."""
+def moved_part(near: Residuals, model: _core.ErrorModel, data: Dataset) -> tuple[Shift, Kind] | None:
+    """Where the tracker, the base or the target moved, and the kind that shows it; None where labels say it."""
     if data.station is not None or data.mount is not None:
         return None
     own = len(model.robot.parameters)
     turned = data.rotation is not None
     motions = [near.J[:, :6], near.J[:, own - 6 : own if turned else own - 3]]
-    return find_shift(near.J[:, near.free], motions, near.residual, near.row, near.scale)
+    for kind in in_order(set(near.kind_of_number)):  # one that stands still would hide what another shows
+        own = near.of(kind)
+        J = near.J[own]
+        seen = J[:, near.free].any(axis=0)
+        columns = [motion[own] for motion in motions if motion[own].any()]
+        if not columns:
+            continue
+        shift = find_shift(J[:, near.free][:, seen], columns, near.residual[own], near.row[own], near.scale_of(kind))
+        if shift is not None:
+            return shift, kind
+    return None
 
 
 def shift_note(shift: Shift, count: int, kind: Kind, *, is_used: bool) -> str:

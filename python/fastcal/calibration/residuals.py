@@ -30,7 +30,7 @@ class Residuals:
         kept: (m,) is its row no outlier?
         kind_of_number: The kind of each number of a row.
         kind: The one that sizes are told of: points where they were measured.
-        scale: [m or rad] what a whitened 1 of this kind stands for.
+        scales: [m or rad] what a whitened 1 of each kind stands for.
     """
 
     J: FloatArray
@@ -41,7 +41,16 @@ class Residuals:
     kept: BoolArray
     kind_of_number: list[Kind]
     kind: Kind
-    scale: float
+    scales: dict[Kind, float]
+
+    @property
+    def scale(self) -> float:
+        """[m or rad] what a whitened 1 of `kind` stands for."""
+        return self.scales[self.kind]
+
+    def scale_of(self, kind: Kind) -> float:
+        """[m or rad] what a whitened 1 of a kind stands for."""
+        return self.scales[kind]
 
     def of(self, kind: Kind) -> BoolArray:
         """(m,) is the number of this kind?"""
@@ -61,4 +70,4 @@ def near_fit(problem: CalibrationProblem, found: _core.Identification) -> Residu
     kept = ~np.isin(row, found.outliers)
     kinds = [of_observation(of) for of in observations for _ in of.components]
     J, r = np.asarray(near.J), np.asarray(near.r)
-    return Residuals(J, r, row, number, list(found.free), kept, kinds, kind, sigma[kind])
+    return Residuals(J, r, row, number, list(found.free), kept, kinds, kind, sigma)
