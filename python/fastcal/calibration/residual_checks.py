@@ -94,13 +94,14 @@ def moved_part(near: Residuals, model: _core.ErrorModel, data: Dataset) -> tuple
     turned = data.rotation is not None
     motions = [near.J[:, :6], near.J[:, own - 6 : own if turned else own - 3]]
     for kind in in_order(set(near.kind_of_number)):  # one that stands still would hide what another shows
-        own = near.of(kind)
-        J = near.J[own]
+        of_kind = near.of(kind)
+        J = near.J[of_kind]
         seen = J[:, near.free].any(axis=0)
-        columns = [motion[own] for motion in motions if motion[own].any()]
+        columns = [motion[of_kind] for motion in motions if motion[of_kind].any()]
         if not columns:
             continue
-        shift = find_shift(J[:, near.free][:, seen], columns, near.residual[own], near.row[own], near.scale_of(kind))
+        residual, row = near.residual[of_kind], near.row[of_kind]
+        shift = find_shift(J[:, near.free][:, seen], columns, residual, row, near.scale_of(kind))
         if shift is not None:
             return shift, kind
     return None
