@@ -183,7 +183,7 @@ class CheckResult(Shown):
     @property
     def rms(self) -> float:
         """Error of the readings that are spoken of, such as distances of points from the model [m or rad]."""
-        return self.main.found.rms
+        return float(np.sqrt(np.nanmean(self.main.errors.after**2)))
 
     @property
     def expected_rms(self) -> float:
