@@ -59,7 +59,7 @@ class Observation {
   Observation& operator=(const Observation&) = delete;
   virtual ~Observation() = default;
 
-  /// What it reads, for messages and reports: "position", "inclination of link3".
+  /// What it reads, for messages and reports: "position", "tilt of link3".
   virtual std::string name() const = 0;
 
   /// Its numbers, one name each: "x", "y", "z"; at most kMostComponents.

@@ -3,26 +3,30 @@
 """How far identified parameters spread without a formula: the same calibration of rows whose errors are turned around.
 
 The wild bootstrap: row i gets x_i* = f_i + v_i k (x_i - f_i), f the fit, v_i = +1 or -1 by chance, k^2 the measured
-numbers over the degrees of freedom, since a fit leaves less than the noise. Poses, loads and history stay as they are,
-and so does how precise each row is, whatever its law (C. Wu 1986; R. Davidson, E. Flachaire 2008).
+numbers over the degrees of freedom, since a fit leaves less than the noise; of several kinds of reading each has its k.
+Poses, loads and history stay as they are, and so does how precise each row is, whatever its law (C. Wu 1986; R.
+Davidson, E. Flachaire 2008).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.calibration.alignment import measurements
 from fastcal.calibration.calibrate import CalibrationResult, calibrate
+from fastcal.calibration.levers import levers
 from fastcal.calibration.prediction import quaternions
 from fastcal.calibration.processes import workers
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
+from fastcal.measurements.observations import kind_of
 from fastcal.robot.given import DataLike, RobotLike, as_data, as_robot
 from fastcal.robot.robot import Robot
 
@@ -74,7 +78,7 @@ def bootstrap(
 
     Args:
         robot: As for `calibrate`.
-        data: Measured points or poses, or lengths without either.
+        data: Measured rows, of any kind.
         draws: How many; 200 know a standard deviation to 5 %, and limits of 95 % want 1,000.
         seed: The same seed gives the same draws, whatever `jobs` and `cluster` are.
         block: Successive rows that are turned together, where the noise has a memory of so many.
@@ -83,8 +87,8 @@ def bootstrap(
         **options: effects, loss, priors ... of `calibrate`.
 
     Raises:
-        InvalidInput: Fewer than two draws, a block of no row, rows that measure something else, a calibration that
-            does not converge, or a cluster that can't be reached.
+        InvalidInput: Fewer than two draws, a block of no row, a calibration that does not converge, or a cluster that
+            can't be reached.
     """
     if draws < 2 or block < 1:
         raise InvalidInput(f"a bootstrap needs at least two draws and blocks of one row, got {draws} and {block}")
@@ -109,34 +113,58 @@ class _Errors:
     """Rows, what the fit makes of them, and k."""
 
     data: Dataset
+    model: Robot
     T: FloatArray  # (N, 4, 4) predicted
-    length: FloatArray | None  # (N,) predicted [m]
-    k: float
+    theta: FloatArray  # (P + U,) of the fit
+    r: FloatArray  # (N, numbers) predicted less measured, of the observations
+    touch: dict[str, FloatArray]  # (N, n) by kind: change of the joints that takes a touch onto its plane
+    k: dict[str, float]  # by kind
 
     @staticmethod
     def of(result: CalibrationResult, data: Dataset) -> _Errors:
-        others = [name for name in result.train.others_after if not name.startswith("length")]
-        if others:
-            raise InvalidInput(f"{data.source}: errors of points, poses and lengths can be drawn, not of {others[0]}")
-        measured = (data.position, data.rotation, data.distance)
-        of_row = (1, 0.75, 1)  # a quaternion has three numbers to measure
-        count = sum(share * np.sum(~np.isnan(x)) for x, share in zip(measured, of_row, strict=True) if x is not None)
-        length = None if data.distance is None else data.distance + np.asarray(result.train.length_after)
-        k = float(np.sqrt(count / max(result.degrees_of_freedom, 1)))
-        return _Errors(data, result.model.poses(data), length, k)
+        model = result.model
+        measured = measurements(data, model)
+        known = {owner: iter(values) for owner, values in result.unknowns.items()}
+        unknowns = np.array([float(next(known[p.owner])) for p in measured.parameters])
+        core = model.error_model
+        theta = np.concatenate([core.start, unknowns])
+        r = np.asarray(_core.residuals(core, model.samples(data), measured, theta))
+        k = _growth(result, measured, r)
+        touch = _onto(measured, r, levers(model.core, data, measured, unknowns))
+        return _Errors(data, model, model.poses(data), theta, r, touch, k)
+
+    @cached_property
+    def measured(self) -> _core.Measurements:
+        """The rows as the core reads them, which no process can send to another."""
+        return measurements(self.data, self.model)
 
     def turned(self, sign: FloatArray) -> Dataset:
         """The rows with errors of these signs (N,)."""
-        data, along = self.data, (self.k * sign)[:, np.newaxis]
-        p = self.T[:, :3, 3]
+        data, v = self.data, sign[:, np.newaxis]
+        along = {kind: k * v for kind, k in self.k.items()}
+        q = data.q + sum(((1 - along[kind]) * change for kind, change in self.touch.items()), np.zeros(data.q.shape))
+        T, r = self.T, self.r
+        if self.touch:
+            there = replace(data, q=q)
+            T, core = self.model.poses(there), self.model.error_model
+            r = np.asarray(_core.residuals(core, self.model.samples(there), self.measured, self.theta))
+        p, moved = T[:, :3, 3], T[:, :3, 3] - self.T[:, :3, 3]
+        observed, distance = dict(data.observed), data.distance
+        for of in self.measured.observations:
+            own = slice(of.first_number, of.first_number + len(of.components))
+            part = r[:, own] - along[kind_of(of)] * self.r[:, own]
+            if of.field in observed:
+                observed[of.field] = observed[of.field] + part
+            elif of.field == "distance" and distance is not None:
+                distance = distance + part[:, 0]
         return replace(
             data,
-            position=None if data.position is None else p + along * (data.position - p),
-            rotation=None if data.rotation is None else self._turned(data.rotation, along[:, 0]),
+            q=q,
+            position=None if data.position is None else p + along["position"] * (data.position + moved - p),
+            rotation=None if data.rotation is None else self._turned(data.rotation, along["orientation"][:, 0]),
             rotation_angles=None,
-            distance=None
-            if data.distance is None or self.length is None
-            else self.length + along[:, 0] * (data.distance - self.length),
+            distance=distance,
+            observed=observed,
         )
 
     def _turned(self, rotation: FloatArray, along: FloatArray) -> FloatArray:
@@ -148,6 +176,44 @@ class _Errors:
             turned[place] = R @ _core.exp_so3(along[i] * _core.log_so3(R.T @ _core.quaternion_to_rotation(rotation[i])))
         out[known] = quaternions(turned)
         return out
+
+
+def _growth(result: CalibrationResult, measured: _core.Measurements, r: FloatArray) -> dict[str, float]:
+    """K of each kind: what its noise is over what the fit leaves of it, by its own degrees of freedom where several."""
+    kinds = [kind_of(of) for of in measured.observations]
+    if len(kinds) == 1:
+        return {kinds[0]: float(np.sqrt(np.sum(~np.isnan(r)) / max(result.degrees_of_freedom, 1)))}
+    kept = np.delete(r, result.outliers, axis=0)
+    out = {}
+    for kind in dict.fromkeys(kinds):
+        own = np.concatenate(
+            [
+                kept[:, of.first_number : of.first_number + len(of.components)].ravel()
+                for of in measured.observations
+                if kind_of(of) == kind
+            ]
+        )
+        left = float(np.sqrt(np.nanmean(own**2))) if not np.isnan(own).all() else 0.0
+        known = result.noise.get(kind)
+        out[kind] = known.value / left if known is not None and left > 0 else 1.0
+    return out
+
+
+def _onto(measured: _core.Measurements, r: FloatArray, by_joint: FloatArray) -> dict[str, FloatArray]:
+    """(N, n) by kind, least change of the joints that takes what is not read, such as a height over a plane, to 0.
+
+    Such a number is an error of where the tool was when it touched: a draw of it is another posture.
+    """
+    out: dict[str, FloatArray] = {}
+    for of in measured.observations:
+        if of.field:
+            continue
+        change = out.setdefault(kind_of(of), np.zeros((len(r), by_joint.shape[2])))
+        for c in range(of.first_number, of.first_number + len(of.components)):
+            slope = by_joint[:, c]
+            there = ~np.isnan(r[:, c]) & (np.sum(slope**2, axis=1) > 0)
+            change[there] -= (r[there, c] / np.sum(slope[there] ** 2, axis=1))[:, np.newaxis] * slope[there]
+    return out
 
 
 def _batch(

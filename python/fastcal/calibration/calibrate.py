@@ -26,15 +26,14 @@ from fastcal.calibration.evaluation import judged
 from fastcal.calibration.extrapolation_notes import range_notes
 from fastcal.calibration.geometry_anchoring import pulls
 from fastcal.calibration.inspection import check_columns, check_fit
+from fastcal.calibration.kind_misfits import kind_misfits
+from fastcal.calibration.kind_noise import noise_by_kind, noise_record, scaled
 from fastcal.calibration.long_rows import covered_by_all, judged_on_all, long_notes, shown
+from fastcal.calibration.nominal_arm import nominal_arm
 from fastcal.calibration.parallel import one_blas_thread
 from fastcal.calibration.parameter_table import (
     correlated_pairs,
-    length_sigma,
     parameter_table,
-    sigma_note,
-    turn_sigma,
-    unknowns_by_owner,
 )
 from fastcal.calibration.placed_test import evaluated_test
 from fastcal.calibration.postures import check_postures, saturated
@@ -44,7 +43,10 @@ from fastcal.calibration.result import CalibrationResult as CalibrationResult
 from fastcal.calibration.result import IdentifiedParameter as IdentifiedParameter
 from fastcal.calibration.result import Unidentifiable as Unidentifiable
 from fastcal.calibration.setups import added_setups
+from fastcal.calibration.shape import shape_of
+from fastcal.calibration.unknowns import unknowns_by_owner
 from fastcal.calibration.unset_options import fill_unset_options
+from fastcal.calibration.variance_components import noise_of_own_freedom
 from fastcal.effects.entries import extra_columns, full_name
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
@@ -52,10 +54,9 @@ from fastcal.measurements.long_dataset import LongDataset
 from fastcal.robot.calibration_record import CalibrationRecord, lower_root
 from fastcal.robot.controller_robot import nominal_record
 from fastcal.robot.given import DataLike, RobotLike, RowsLike, as_data, as_robot, as_rows
-from fastcal.robot.identified_spec import identified_spec, moved
+from fastcal.robot.identified_spec import identified_spec
 from fastcal.robot.made_by import made_by
 from fastcal.robot.robot import Robot
-from fastcal.units import from_si
 
 FloatArray = NDArray[np.float64]
 Progress = Callable[[str], None]
@@ -145,12 +146,15 @@ def calibrate(
     limits = problem.limits(priors=priors)
 
     def identify(problem: CalibrationProblem) -> _core.Identification:
-        return problem.identify(
-            method=method,
-            max_iterations=max_iterations * (5 if pulled else 1),  # curves creep along what they share with geometry
+        options: dict[str, Any] = {
+            "method": method,
+            "max_iterations": max_iterations * (5 if pulled else 1),  # curves creep along what they share with geometry
             **limits,
             **pulled,
-        )
+        }
+        found = problem.identify(**options)
+        own = None if priors or pulled else noise_of_own_freedom(problem, found)
+        return found if own is None else problem.identify(**options, noise=own)
 
     found = identify(problem)
     seen = Checks()
@@ -161,8 +165,8 @@ def calibrate(
 
     few = saturated(data, found) if long is None and not priors else None
     report("reporting")
-    start, model, alignment, names = problem.robot, problem.model, problem.alignment, problem.names
-    aligned = moved(start, alignment.T_world_base, alignment.T_flange_tool)
+    start, model, names = problem.robot, problem.model, problem.names
+    before = nominal_arm(problem)
     found_spec = identified_spec(start, model, found)
     free = found.free  # a copy each time it is asked for, as all of the core's lists are
     every = [full_name(parameter) for parameter in found.parameters] if problem.unknown_count else names
@@ -172,43 +176,44 @@ def calibrate(
         np.asarray(found.covariance_root),
         found.degrees_of_freedom,
     )
-    sigma = length_sigma(problem.measured, found) or 0.0
+    noise = noise_by_kind(problem.measured, found)
     if seen.serial is not None and "prior_sigma" not in limits:
-        covariance, sigma = seen.serial.covariance, sigma * seen.serial.noise
+        covariance, noise = seen.serial.covariance, scaled(noise, seen.serial.noise)
         root, freedom = lower_root(covariance), round(seen.serial.freedom)
     kept = [k for k, i in enumerate(free) if i < len(names)]
     if kept:
         record = CalibrationRecord(
             [free_names[k] for k in kept],
             root[: len(kept), : len(kept)],  # anchors come last
-            from_si(sigma, "mm"),
+            noise_record(noise),
             freedom,
             *unseen_directions(found, names),
             covered(start, data) if long is None else covered_by_all(start, long),
-            None if (turn := turn_sigma(problem.measured, found)) is None else from_si(turn, "deg"),
         )
         found_spec["calibration"] = record.to_spec() | {"nominal": nominal_record(start.spec)}
     result_model = Robot.keeping(found_spec | {"made_by": origin})
     unknowns = unknowns_by_owner(problem.measured, np.asarray(found.theta)[len(names) :])
     judge: dict[str, Any] = {
-        "before": aligned,
+        "before": before.judged,
         "unknowns": unknowns,
-        "unknowns_before": unknowns_by_owner(problem.measured, np.asarray(alignment.unknowns)),
+        "unknowns_before": before.unknowns,
         "threads": threads,
     }
     reached = bounds_reached(problem, found, {**limits, **pulled})
     table, table_covariance = parameter_table(start, model, found, covariance, reached)
     beyond = [] if test is None else [f"{test.source}: {note}" for note in range_notes(result_model, test)]
-    tested, placing = (None, []) if test is None else evaluated_test(result_model, aligned, test, judge)
+    tested, placing = (None, []) if test is None else evaluated_test(result_model, before.judged, test, judge)
     # Without effects all robots of a kind read the same of the rows.
     train = judged(result_model, data, **judge, samples=None if start.effects else problem.samples)
+    shape = shape_of(result_model, data) if kept else None
+    misfits = [] if found.status == "too_few_equations" else kind_misfits(result_model, data, train, unknowns, threads)
     if long is not None and rows is not None:
         train = judged_on_all(train, rows, long, result_model, **judge)
     return CalibrationResult(
         status="too_few_equations" if few else found.status if seen.refusal is None else "not_converged",
         message=few or seen.refusal or found.message,
         model=result_model,
-        nominal=aligned,
+        nominal=before.robot,
         loss=found.loss if loss != "none" else loss,
         method=method,
         parameters=table,
@@ -222,14 +227,19 @@ def calibrate(
         asked_count=len(free) + len(found.held),
         degrees_of_freedom=freedom,
         iterations=found.iterations,
-        sigma=sigma,
-        sigma_note=sigma_note(problem.measured, found),
+        noise=noise,
         outliers=sorted({*found.outliers, *seen.set_aside}),
         weights=np.asarray(found.weights),
         train=train,
         test=tested,
+        misfits=misfits,
+        caveats=seen.caveats,
+        shape=shape,
         notes=[
+            *(misfit.text for misfit in misfits),
+            *seen.caveats,
             *suspected,
+            *([] if shape is None else [shape.note]),
             *check_fit(robot, train, as_read=as_read),
             *_notes(result_model, data),
             *([] if long is None else long_notes(long, data)),
@@ -237,7 +247,7 @@ def calibrate(
             *added_setups(start, robot, effects),
             *thin_data_notes(found, loss),
             *(p.bound.note(f"{p.owner} {p.name}", p.value, p.unit) for p in table if p.bound is not None),
-            *seen.notes,
+            *(note for note in seen.notes if note not in seen.caveats),
             *([] if test is None else shared_row_notes([data] if long is None else long.parts(moves=False), test)),
             *placing,
             *beyond,

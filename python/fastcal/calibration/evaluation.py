@@ -13,11 +13,16 @@ from numpy.typing import NDArray
 
 from fastcal import _core
 from fastcal.calibration.alignment import measurements
+from fastcal.calibration.error_statistics import ErrorStatistics as ErrorStatistics
+from fastcal.calibration.kind_errors import KindErrors as KindErrors
+from fastcal.calibration.kind_errors import sizes_of, table
 from fastcal.calibration.repeatability import Repeatability as Repeatability
 from fastcal.calibration.repeatability import pose_groups as pose_groups
 from fastcal.calibration.repeatability import repeatability
+from fastcal.calibration.unknowns import fitted_unknowns
 from fastcal.display.shown import Shown
 from fastcal.measurements.dataset import Dataset
+from fastcal.measurements.kinds import POINTS, Kind, kind_named, of_observation
 from fastcal.robot.given import DataLike, RobotLike, as_data, as_robot
 from fastcal.robot.robot import Robot
 from fastcal.robot.se3 import rotation_to_rpy
@@ -27,54 +32,6 @@ FloatArray = NDArray[np.float64]
 
 ALIGNED_BETTER = 5.0
 ALIGNED_ROWS = 4  # points: twelve numbers for six unknowns
-
-
-@dataclass(frozen=True)
-class ErrorStatistics:
-    """Distances over all rows [m]: of points, or of lengths where no point was measured. std is with n - 1."""
-
-    count: int
-    mean: float
-    std: float
-    max: float
-    rms: float
-
-    @staticmethod
-    def of(distances: FloatArray) -> ErrorStatistics | None:
-        """Statistics of (N,) distances [m], NaN left out; None where nothing is left."""
-        sums = ErrorSums()
-        sums.add(distances)
-        return sums.statistics()
-
-    def to_mm(self) -> dict[str, float]:
-        """mean, std, max, rms in mm, as result.json holds them."""
-        return {name: from_si(getattr(self, name), "mm") for name in ("mean", "std", "max", "rms")}
-
-
-class ErrorSums:
-    """Error statistics of distances that come part by part (T. Chan, G. Golub, R. LeVeque 1983)."""
-
-    def __init__(self) -> None:
-        self._count, self._mean, self._squares, self._largest = 0, 0.0, 0.0, 0.0  # squares: about the mean
-
-    def add(self, distances: FloatArray) -> None:
-        """Adds (N,) distances [m], NaN left out."""
-        known = distances[~np.isnan(distances)]
-        if not len(known):
-            return
-        mean, whole = float(known.mean()), self._count + len(known)
-        apart = mean - self._mean
-        self._squares += float(((known - mean) ** 2).sum()) + apart**2 * self._count * len(known) / whole
-        self._mean += apart * len(known) / whole
-        self._count, self._largest = whole, max(self._largest, float(known.max()))
-
-    def statistics(self) -> ErrorStatistics | None:
-        """Of all that was added; None where nothing was."""
-        if not self._count:
-            return None
-        std = float(np.sqrt(self._squares / (self._count - 1))) if self._count > 1 else 0.0
-        rms = float(np.sqrt(self._squares / self._count + self._mean**2))
-        return ErrorStatistics(self._count, self._mean, std, self._largest, rms)
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,7 +65,8 @@ class Evaluation(Shown):
             None where only one model is judged.
         length_before, length_after: (N,) predicted less measured length, or height over a touched plane [m], or None.
         turn_after: (N,) angle between predicted and measured orientation [rad], or None.
-        before, after: Statistics of the distances; None where nothing of the kind was measured.
+        before, after: Statistics of the points' distances; None where none was measured.
+        kinds: Errors of each kind of reading, by its name.
         repeatability: Where poses repeat.
         aligned: Where another place of the tracker or the base would make the rows fit ALIGNED_BETTER times better.
         others_after: What is left of each observation that is no pose, by its name: (N, k) [m or rad].
@@ -126,8 +84,14 @@ class Evaluation(Shown):
     repeatability: Repeatability | None = None
     aligned: Realigned | None = None
     others_after: Mapping[str, FloatArray] = field(default_factory=dict)
+    kinds: Mapping[str, KindErrors] = field(default_factory=dict)
     rows: NDArray[np.intp] | None = None
     all_rows: int | None = None
+
+    @property
+    def main(self) -> KindErrors | None:
+        """The kind that a headline speaks of: points where they were measured; None where nothing was judged."""
+        return next(iter(self.kinds.values()), None)
 
     @property
     def row_count(self) -> int:
@@ -141,8 +105,8 @@ class Evaluation(Shown):
     def to_json_dict(self) -> dict[str, Any]:
         """The blocks `train` and `test` of result.json."""
         out: dict[str, Any] = {"count": self.row_count}
-        if self.before is not None:
-            out["before_mm"] = self.before.to_mm()
+        if self.error_before is not None:
+            out["before_mm"] = None if self.before is None else self.before.to_mm()
         out["after_mm"] = None if self.after is None else self.after.to_mm()
         if self.turn_after is not None and not np.all(np.isnan(self.turn_after)):
             out["after_rotation_deg"] = {
@@ -153,6 +117,7 @@ class Evaluation(Shown):
         others = {name: np.sqrt(np.nanmean(r**2)) for name, r in self.others_after.items() if not np.isnan(r).all()}
         if others:
             out["after_rms_si"] = {name: float(rms) for name, rms in others.items()}
+        out["kinds"] = {name: of.to_json_dict() for name, of in self.kinds.items()}
         if self.repeatability is not None:
             out["repeated_poses"] = self.repeatability.to_json_dict()
         if self.aligned is not None:
@@ -160,26 +125,45 @@ class Evaluation(Shown):
         return out
 
 
-def residuals(
-    robot: Robot, data: Dataset, unknowns: Mapping[str, FloatArray] | None = None, threads: int = 1
-) -> tuple[FloatArray, FloatArray | None, FloatArray | None, dict[str, FloatArray]]:
-    """Predicted less measured: points (N, 3) [m], other lengths (N,) [m], turns (N,) [rad], all others by name (N, k).
+@dataclass(frozen=True, eq=False)
+class Compared:
+    """Predicted less measured: NaN where not measured, None where nothing of the kind was.
 
-    NaN where not measured, None where nothing of the kind was. `unknowns` are those of the observations that are
-    known, by what they are of ("anchor 1": its place); what hangs on another is NaN. A trained correction counts in
-    points and turns.
+    Attributes:
+        points: (N, 3) [m].
+        lengths: (N,) measured lengths, or heights over touched planes [m].
+        turns: (N,) angles between orientations [rad].
+        others: (N, k) of every observation that is no part of the tool's pose, by its name [m or rad].
+        numbers: (N, k, c) predicted less measured of each kind, k instruments with c numbers a reading.
     """
-    return _compared(robot, robot.poses(data, threads=threads), data, unknowns, threads)
+
+    points: FloatArray
+    lengths: FloatArray | None
+    turns: FloatArray | None
+    others: dict[str, FloatArray]
+    numbers: dict[Kind, FloatArray]
 
 
-def _compared(
-    robot: Robot, T: FloatArray, data: Dataset, unknowns: Mapping[str, FloatArray] | None, threads: int
-) -> tuple[FloatArray, FloatArray | None, FloatArray | None, dict[str, FloatArray]]:
-    """`residuals` of predicted poses (N, 4, 4)."""
+def compared(
+    robot: Robot,
+    data: Dataset,
+    unknowns: Mapping[str, FloatArray] | None = None,
+    threads: int = 1,
+    T: FloatArray | None = None,
+) -> Compared:
+    """What a robot is off of all that was measured; T (N, 4, 4) its predicted poses, where they are known.
+
+    `unknowns` are those of the observations that are known, by what they are of ("anchor 1": its place); what hangs on
+    another is NaN. A trained correction counts in points and turns.
+    """
+    T = robot.poses(data, threads=threads) if T is None else T
     points = np.full((len(data), 3), np.nan) if data.position is None else T[:, :3, 3] - data.position
+    numbers: dict[Kind, FloatArray] = {kind_named(POINTS): points[:, np.newaxis]}
     turns = None
     if data.rotation is not None:
-        turns = np.array([_angle(R, wxyz) for R, wxyz in zip(T[:, :3, :3], data.rotation, strict=True)])
+        turned = np.array([_turn(R, wxyz) for R, wxyz in zip(T[:, :3, :3], data.rotation, strict=True)])
+        turns = np.array([float(np.linalg.norm(turn)) for turn in turned])
+        numbers[kind_named("orientation")] = turned.reshape(-1, 1, 3)
     others: dict[str, FloatArray] = {}
     lengths = None
     if any(field not in ("position", "rotation") for own in data.kinds.values() for field in own):
@@ -194,21 +178,24 @@ def _compared(
         for of in beside:
             part = r[:, of.first_number : of.first_number + len(of.components)]
             others[of.name] = part
+            size, kind = sizes_of(part), of_observation(of)
+            before = [numbers[kind]] if kind in numbers else []
+            numbers[kind] = np.concatenate([*before, part[:, np.newaxis]], axis=1)
             if of.unit == "m":
-                row = np.linalg.norm(part, axis=1)
-                lengths = row if lengths is None else np.where(np.isnan(lengths), row, lengths)
+                lengths = size if lengths is None else np.where(np.isnan(lengths), size, lengths)
                 if len(of.components) == 1 and len(others) == 1:
                     lengths = part[:, 0]
-    return points, lengths, turns, others
+    return Compared(points, lengths, turns, others, numbers)
 
 
-def _angle(R: FloatArray, wxyz: FloatArray) -> float:
+def _turn(R: FloatArray, wxyz: FloatArray) -> FloatArray:
+    """(3,) from a measured orientation to the predicted one [rad]."""
     if np.isnan(wxyz).any():
-        return float("nan")
-    return float(np.linalg.norm(_core.log_so3(_core.quaternion_to_rotation(wxyz).T @ R)))
+        return np.full(3, np.nan)
+    return np.asarray(_core.log_so3(_core.quaternion_to_rotation(wxyz).T @ R))
 
 
-def distances(points: FloatArray, lengths: FloatArray | None) -> FloatArray:
+def distances(points: FloatArray, lengths: FloatArray | None = None) -> FloatArray:
     """(N,) length of each whole point's error, or |error| of the row's length where it has no point; else NaN."""
     out = np.linalg.norm(points, axis=1)
     return out if lengths is None else np.where(np.isnan(out), np.abs(lengths), out)
@@ -225,11 +212,14 @@ def evaluate(
 ) -> Evaluation:
     """Error statistics of a model on measured data, beside those of `before` where it is given.
 
-    Unknowns of the observations (anchors, planes, mountings) are the ones that calibration found; without them, what
-    hangs on them is not judged. Paths are read.
+    Unknowns of the observations (anchors, planes, mountings) are the ones that calibration found; without these, they
+    are fitted to the data. Paths are read.
     """
     robot = as_robot(robot)
-    return judged(robot, as_data(data, robot), before, unknowns, unknowns_before, threads)
+    data = as_data(data, robot)
+    if unknowns is None:
+        unknowns = fitted_unknowns(robot, data, threads)
+    return judged(robot, data, before, unknowns, unknowns_before, threads)
 
 
 def judged(
@@ -243,25 +233,25 @@ def judged(
 ) -> Evaluation:
     """`evaluate` of a robot and a data set, with the samples of both robots where they are known."""
     T = robot.poses(data, threads=threads, samples=samples)
-    points, lengths, turns, others = _compared(robot, T, data, unknowns, threads)
-    after = ErrorStatistics.of(distances(points, lengths))
-    points_before = lengths_before = first = None
+    found = compared(robot, data, unknowns, threads, T)
+    first = None
     if before is not None:
         T_before = before.poses(data, threads=threads, samples=samples)
-        points_before, lengths_before, *_ = _compared(before, T_before, data, unknowns_before, threads)
-        first = ErrorStatistics.of(distances(points_before, lengths_before))
+        first = compared(before, data, unknowns_before, threads, T_before)
+    kinds = table(found.numbers, None if first is None else first.numbers)
     return Evaluation(
         data,
-        points,
-        lengths,
-        turns,
-        after,
-        points_before,
-        lengths_before,
-        first,
-        repeatability(data, points, T[:, :3, :3] if data.rotation is not None else None),
-        realigned(T[:, :3, 3], points),
-        others,
+        found.points,
+        found.lengths,
+        found.turns,
+        ErrorStatistics.of(distances(found.points)),
+        None if first is None else first.points,
+        None if first is None else first.lengths,
+        None if first is None else ErrorStatistics.of(distances(first.points)),
+        repeatability(data, found.points, T[:, :3, :3] if data.rotation is not None else None),
+        realigned(T[:, :3, 3], found.points),
+        found.others,
+        kinds,
     )
 
 

@@ -13,9 +13,11 @@ from numpy.typing import NDArray
 from fastcal import _core
 from fastcal.calibration.alignment import measurements
 from fastcal.calibration.consensus import GROSS, Rows, agreeing_rows, leave_freedom
-from fastcal.calibration.lack_of_fit import posture_dependence
+from fastcal.calibration.lack_of_fit import points_depend
 from fastcal.calibration.problem import CalibrationProblem
-from fastcal.calibration.residuals import Residuals, near_fit, without_rows
+from fastcal.calibration.residuals import Residuals, near_fit
+from fastcal.measurements.kinds import POINTS, kind_named
+from fastcal.measurements.observations import without_measured
 from fastcal.units import from_si
 
 FloatArray = NDArray[np.float64]
@@ -75,7 +77,7 @@ def majority(problem: CalibrationProblem, found: _core.Identification, refit: Re
 
 def _points(near: Residuals) -> tuple[IntArray, IntArray]:
     """(n, 3) which numbers are the whole points, and (n,) their rows."""
-    numbers = np.flatnonzero(near.number < 3)
+    numbers = np.flatnonzero(near.of(kind_named(POINTS)))
     row = near.row[numbers]
     places = np.flatnonzero(np.bincount(row) == 3)
     return numbers[np.isin(row, places)].reshape(-1, 3), places
@@ -103,7 +105,7 @@ def _smooth(problem: CalibrationProblem, near: Residuals, rows: IntArray, places
     off = near.scale * np.sqrt(np.mean(residual[others] ** 2))
     if off > _LARGEST_EFFECT * problem.robot.reach:
         return False
-    return posture_dependence(J[others], residual[others], places[~agree], problem.robot, problem.data) < _SMOOTH
+    return points_depend(J[others], residual[others], places[~agree], problem.robot, problem.data) < _SMOOTH
 
 
 def _refitted(
@@ -115,7 +117,7 @@ def _refitted(
     limit = special.chdtri(3, _LIMIT / len(places))
     for _ in range(_ROUNDS):
         aside = places[~agree]
-        cleared = without_rows(problem.data, aside)
+        cleared = without_measured(problem.data, aside)
         part = problem.with_(data=cleared, measured=measurements(cleared, problem.robot))
         again = refit(part)
         near = near_fit(problem, again)

@@ -18,6 +18,8 @@ from numpy.typing import NDArray
 
 from fastcal import _core
 from fastcal.calibration.gamma_tail import gamma_tail
+from fastcal.calibration.levers import whitened_levers
+from fastcal.calibration.problem import CalibrationProblem
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot
 
@@ -48,7 +50,7 @@ def posture_features(data: Dataset, joint_types: list[str]) -> FloatArray:
     return np.asarray(table[:, size > 1e-9] / size[size > 1e-9])
 
 
-def posture_dependence(J: FloatArray, residual: FloatArray, rows: IntArray, robot: Robot, data: Dataset) -> float:
+def points_depend(J: FloatArray, residual: FloatArray, rows: IntArray, robot: Robot, data: Dataset) -> float:
     """`posture_p_value` of the points of some rows of the data; J (3 n, p) and residual (3 n,) are theirs."""
     rigid = _core.ErrorModel(robot.core, [], np.zeros(0))
     lever = np.asarray(_core.joint_jacobian(rigid, _core.Samples(data.q[rows]), 1))[:, :3]
@@ -56,21 +58,39 @@ def posture_dependence(J: FloatArray, residual: FloatArray, rows: IntArray, robo
     return posture_p_value(J, residual, lever.reshape(len(residual), -1), features)
 
 
+def readings_depend(
+    problem: CalibrationProblem,
+    found: _core.Identification,
+    J: FloatArray,
+    residual: FloatArray,
+    row: IntArray,
+    number: IntArray,
+) -> float:
+    """The same of any numbers: J (m, p) and residual (m,) of number `number` (m,) in row `row` (m,)."""
+    lever = whitened_levers(problem, found, row, number)
+    return dependence_p_value(J, residual, lever, posture_features(problem.data, problem.robot.joint_types)[row])
+
+
 def posture_p_value(J: FloatArray, residual: FloatArray, lever: FloatArray, features: FloatArray) -> float:
+    """`dependence_p_value` of points: three numbers of each row, for which it has the features (N, k)."""
+    return dependence_p_value(J, residual, lever, np.repeat(features, 3, axis=0))
+
+
+def dependence_p_value(J: FloatArray, residual: FloatArray, lever: FloatArray, features: FloatArray) -> float:
     """The probability that noise makes residuals which depend so on the posture.
 
     Args:
-        J: (3 N, p) whitened columns of the fit.
-        residual: (3 N,) whitened, x, y, z of each row.
-        lever: (3 N, n) how each number moves with each joint.
-        features: (N, k).
+        J: (m, p) whitened columns of the fit.
+        residual: (m,) whitened.
+        lever: (m, n) how each number moves with each joint.
+        features: (m, k) of its row.
     """
     nu = len(residual) - J.shape[1]
     if nu < 3 or features.shape[1] == 0:
         return 1.0
     Q = np.linalg.qr(J)[0]
     r = residual - Q @ (Q.T @ residual)
-    Z = (lever[:, :, np.newaxis] * np.repeat(features, 3, axis=0)[:, np.newaxis]).reshape(len(residual), -1)
+    Z = (lever[:, :, np.newaxis] * features[:, np.newaxis]).reshape(len(residual), -1)
     before = np.linalg.norm(Z, axis=0)
     Z = Z - Q @ (Q.T @ Z)
     after = np.linalg.norm(Z, axis=0)

@@ -11,9 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.calibration.data_notes import covered
-from fastcal.calibration.evaluation import ErrorSums, Evaluation, distances, residuals
+from fastcal.calibration.error_statistics import ErrorSums
+from fastcal.calibration.evaluation import Evaluation, compared
+from fastcal.calibration.kind_errors import judged_on, whole_sizes
 from fastcal.calibration.some_rows import SHOWN_ROWS, some_rows
 from fastcal.measurements.dataset import Dataset
+from fastcal.measurements.kinds import POINTS
 from fastcal.measurements.long_dataset import LongDataset
 from fastcal.robot.robot import Robot
 
@@ -34,19 +37,25 @@ def judged_on_all(
     data: LongDataset,
     model: Robot,
     *,
-    before: Robot,
+    before: Robot | None,
     unknowns: Mapping[str, FloatArray],
     unknowns_before: Mapping[str, FloatArray],
     threads: int = 1,
 ) -> Evaluation:
     """An evaluation of some rows with the statistics of all of them; arguments as `evaluate`."""
-    first, last = ErrorSums(), ErrorSums()
+    first, last = dict[str, ErrorSums](), dict[str, ErrorSums]()
     for part in data.parts(moves=bool(model.effects)):
         points = replace(part, rotation=None, rotation_angles=None)  # turns are told of the rows that are shown
         for sums, robot, known in ((first, before, unknowns_before), (last, model, unknowns)):
-            found, lengths, *_ = residuals(robot, points, known, threads)
-            sums.add(distances(found, lengths))
-    return replace(some, before=first.statistics(), after=last.statistics(), rows=rows, all_rows=len(data))
+            if robot is None:
+                continue
+            for kind, numbers in compared(robot, points, known, threads).numbers.items():
+                sums.setdefault(kind.name, ErrorSums()).add(whole_sizes(kind, numbers).ravel())
+    was, now = ({name: sums.statistics() for name, sums in each.items()} for each in (first, last))
+    kinds = judged_on(some.kinds, was, now)
+    return replace(
+        some, before=was.get(POINTS), after=now.get(POINTS), kinds=kinds, rows=rows, all_rows=len(data)
+    )
 
 
 def covered_by_all(robot: Robot, data: LongDataset) -> dict[str, tuple[float, float]]:

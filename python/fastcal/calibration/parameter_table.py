@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""What the core identified, for a result: the table of parameters, what moves together, outliers, the noise."""
+"""What the core identified, for a result: the table of parameters, what moves together."""
 
 from __future__ import annotations
 
@@ -70,26 +70,6 @@ def parameter_table(
     return out, covariance
 
 
-def unknowns_by_owner(measured: _core.Measurements, values: FloatArray) -> dict[str, FloatArray]:
-    """Values of the observations' unknowns by what they are of: the place (3,) [m] of "anchor 2"."""
-    out: dict[str, list[float]] = {}
-    for parameter, value in zip(measured.parameters, values, strict=True):
-        out.setdefault(parameter.owner, []).append(float(value))
-    return {owner: np.array(numbers) for owner, numbers in out.items()}
-
-
-def length_sigma(measured: _core.Measurements, found: _core.Identification) -> float | None:
-    """Standard deviation [m] of a number of the first observation that is a length; None where there is none."""
-    sigma = (s for of, s in zip(measured.observations, found.sigma, strict=True) if of.unit == "m")
-    return next((s for s in sigma if s > 0), None)
-
-
-def turn_sigma(measured: _core.Measurements, found: _core.Identification) -> float | None:
-    """Standard deviation [rad] of a measured orientation about each axis; None where none was measured."""
-    sigma = (s for of, s in zip(measured.observations, found.sigma, strict=True) if of.field == "rotation")
-    return next((s for s in sigma if s > 0), None)
-
-
 def correlated_pairs(names: list[str], covariance: FloatArray) -> list[tuple[str, str, float]]:
     """Pairs whose estimates move together, strongest first."""
     if len(names) < 2:
@@ -100,16 +80,3 @@ def correlated_pairs(names: list[str], covariance: FloatArray) -> list[tuple[str
     i, j = i[i < j], j[i < j]
     order = np.argsort(-np.abs(r[i, j]), kind="stable")
     return [(names[i[k]], names[j[k]], float(r[i[k], j[k]])) for k in order]
-
-
-def sigma_note(measured: _core.Measurements, found: _core.Identification) -> str:
-    """Where the noise level comes from, for the reader."""
-    first = next((k for k, of in enumerate(measured.observations) if of.unit == "m"), 0)
-    observation = measured.observations[first]
-    if not observation.claims_sigma:
-        return "estimated from the residuals; no sigma column"
-    unit = "mm" if observation.unit == "m" else "mrad"
-    common = from_si(found.common_noise[first], unit)
-    if common > 0:
-        return f"the sigma columns and a common part of {common:.4f} {unit} that they do not explain"
-    return f"the sigma columns times {found.variance_factor**0.5:.3f}, by the residuals"

@@ -23,13 +23,13 @@ _FEWEST = 6  # points that place a base by six numbers and leave something to ju
 
 
 def evaluated_test(
-    model: Robot, before: Robot, test: Dataset, judge: Mapping[str, Any]
+    model: Robot, before: Robot | None, test: Dataset, judge: Mapping[str, Any]
 ) -> tuple[Evaluation, list[str]]:
     """The evaluation of a model beside that of the arm before, and what a reader should know.
 
     Args:
         model: The calibrated model.
-        before: The nominal arm.
+        before: The nominal arm; None: nothing is told of it.
         test: Poses that no fit has seen.
         judge: Further arguments of `evaluate`.
 
@@ -37,7 +37,7 @@ def evaluated_test(
         InvalidInput: As `placed`.
     """
     there, notes = placed(model, test)
-    return evaluate(there, test, **{**judge, "before": placed(before, test)[0]}), notes
+    return evaluate(there, test, **{**judge, "before": None if before is None else placed(before, test)[0]}), notes
 
 
 def placed(model: Robot, test: Dataset) -> tuple[Robot, list[str]]:

@@ -17,6 +17,8 @@ from fastcal.calibration.alignment import measurements
 from fastcal.calibration.core_rows import CoreRows
 from fastcal.calibration.options_from_data import with_origins
 from fastcal.calibration.parameter_limits import parameter_limits
+from fastcal.calibration.placement import Placement as Placement
+from fastcal.calibration.placement import by_points
 from fastcal.calibration.setups import with_setups
 from fastcal.calibration.some_rows import SHOWN_ROWS, some_rows
 from fastcal.effects.entries import extra_columns, full_name, parse_effects, without_repeats
@@ -31,6 +33,9 @@ from fastcal.robot.robot import Robot
 FloatArray = NDArray[np.float64]
 
 
+_PLACING_LOSS = "huber"  # as that of the rigid fit: gross rows hardly move it, and the arm's own errors all count
+
+
 @dataclass(frozen=True, eq=False)
 class CalibrationProblem:
     """A robot with the effects to identify, its model with base and tool fitted, and what was measured.
@@ -40,7 +45,7 @@ class CalibrationProblem:
         data: The measured rows; of a long data set some of them.
         model: The robot's model; base and tool are those of the best rigid fit.
         samples, measured: The rows as the core reads them.
-        alignment: The rigid fit; where the observations' unknowns start.
+        alignment: Base, tool and unknowns of the nominal arm, where the fit starts.
         asked: Indices of the model's parameters to identify; the observations' unknowns always are.
         loss: Robust loss on the whitened error of a row.
         threads: Cores; no result depends on it.
@@ -52,7 +57,7 @@ class CalibrationProblem:
     model: _core.ErrorModel
     samples: _core.Samples
     measured: _core.Measurements
-    alignment: _core.Alignment
+    alignment: Placement
     asked: list[int]
     loss: str = "tukey"
     threads: int = 1
@@ -153,7 +158,8 @@ def prepare(
     alignment = _aligned(start, data, samples, measured, threads, has_others=long is not None)
     if not alignment.found:
         raise Undetermined(f"{data.source}: {alignment.message}")
-    model = start.error_model.with_robot(start.core.with_base_and_tool(alignment.T_world_base, alignment.T_flange_tool))
+    place = by_points(start, data, Placement.of(alignment), threads)
+    model = start.error_model.with_robot(start.core.with_base_and_tool(place.T_world_base, place.T_flange_tool))
     asked = asked_parameters(
         model, geometry or parameters is not None, turned=measured.shows_tool_turn, placed=measured.shows_base
     )
@@ -164,7 +170,23 @@ def prepare(
             if name not in names:
                 raise InvalidInput(f"there is no parameter '{name}' to identify; there are {', '.join(names)}")
         asked = [i for i in asked if names[i] in parameters or owners[i] in ("base", "tool")]
-    return CalibrationProblem(start, data, model, samples, measured, alignment, asked, loss, threads, long)
+    return _placed(CalibrationProblem(start, data, model, samples, measured, place, asked, loss, threads, long))
+
+
+def _placed(problem: CalibrationProblem) -> CalibrationProblem:
+    """With base, tool and unknowns fitted by the noise of each kind; points alone have them from the rigid fit."""
+    if not problem.unknown_count and len(problem.measured.observations) == 1:
+        return problem
+    model = problem.model
+    own = len(model.robot.nominal)
+    ends = [i for i in problem.asked if i < own and problem.parameters[i].owner in ("base", "tool")]
+    found = problem.identify(asked=ends, loss=_PLACING_LOSS)
+    if found.status != "converged":
+        return problem.with_(alignment=replace(problem.alignment, is_fitted=False))
+    theta = np.asarray(found.theta)
+    T_base, T_tool = model.robot.base_and_tool(theta[:own])
+    place = Placement(np.asarray(T_base), np.asarray(T_tool), theta[len(model.start) :])
+    return problem.with_(model=model.with_robot(model.robot.with_base_and_tool(T_base, T_tool)), alignment=place)
 
 
 def _aligned(

@@ -1,19 +1,20 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""What a fit leaves, linearized, and the data without some of the rows."""
+"""What a fit leaves of every kind of reading, linearized and divided by its noise."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
 from fastcal.calibration.problem import CalibrationProblem
-from fastcal.measurements.dataset import Dataset
+from fastcal.measurements.kinds import Kind, in_order, of_observation
 
 FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,10 +25,12 @@ class Residuals:
         J: (m, P) whitened columns of all parameters.
         residual: (m,) whitened, predicted less measured.
         row: (m,) the row that each number belongs to, ascending.
+        number: (m,) which number of its row.
         free: Columns of the identified parameters.
         kept: (m,) is its row no outlier?
-        number: (m,) which number of its row; 0 to 2 are the point where points were measured.
-        scale: [m] what a whitened 1 stands for.
+        kind_of_number: The kind of each number of a row.
+        kind: The one that sizes are told of: points where they were measured.
+        scales: [m or rad] what a whitened 1 of each kind stands for.
     """
 
     J: FloatArray
@@ -35,38 +38,36 @@ class Residuals:
     row: NDArray[np.int64]
     number: NDArray[np.int64]
     free: list[int]
-    kept: NDArray[np.bool_]
-    scale: float
+    kept: BoolArray
+    kind_of_number: list[Kind]
+    kind: Kind
+    scales: dict[Kind, float]
+
+    @property
+    def scale(self) -> float:
+        """[m or rad] what a whitened 1 of `kind` stands for."""
+        return self.scales[self.kind]
+
+    def scale_of(self, kind: Kind) -> float:
+        """[m or rad] what a whitened 1 of a kind stands for."""
+        return self.scales[kind]
+
+    def of(self, kind: Kind) -> BoolArray:
+        """(m,) is the number of this kind?"""
+        return np.array([each == kind for each in self.kind_of_number], dtype=bool)[self.number]
 
 
 def near_fit(problem: CalibrationProblem, found: _core.Identification) -> Residuals | None:
-    """The linearized problem; None where nothing was identified or no points were measured."""
-    if not found.free or problem.data.position is None or not found.sigma[0] > 0:
+    """The linearized problem; None where nothing was identified or nothing is left."""
+    observations = problem.measured.observations
+    sigma = {of_observation(of): float(s) for of, s in zip(reversed(observations), reversed(found.sigma), strict=True)}
+    kind = in_order(sigma)[0]
+    if not found.free or not sigma[kind] > 0:
         return None
     near = problem.linearize(np.asarray(found.theta), found.common_noise)
     row = np.asarray(near.row, dtype=np.int64)
     number = np.asarray(near.number, dtype=np.int64)
     kept = ~np.isin(row, found.outliers)
-    return Residuals(np.asarray(near.J), np.asarray(near.r), row, number, list(found.free), kept, float(found.sigma[0]))
-
-
-def without_rows(data: Dataset, rows: NDArray[np.int64]) -> Dataset:
-    """The data with nothing measured in some rows."""
-
-    def blank(values: FloatArray | None) -> FloatArray | None:
-        if values is None:
-            return None
-        out = np.array(values)
-        out[rows] = np.nan
-        return out
-
-    gone = set(rows.tolist())
-    texts = {name: [t if i not in gone else "" for i, t in enumerate(v)] for name, v in data.observed_labels.items()}
-    return replace(
-        data,
-        position=blank(data.position),
-        rotation=blank(data.rotation),
-        distance=blank(data.distance),
-        observed={name: blanked for name, values in data.observed.items() if (blanked := blank(values)) is not None},
-        observed_labels=texts,
-    )
+    kinds = [of_observation(of) for of in observations for _ in of.components]
+    J, r = np.asarray(near.J), np.asarray(near.r)
+    return Residuals(J, r, row, number, list(found.free), kept, kinds, kind, sigma)

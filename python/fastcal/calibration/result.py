@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -13,8 +14,10 @@ from numpy.typing import NDArray
 
 from fastcal.calibration.bounds import Bound
 from fastcal.calibration.evaluation import Evaluation
+from fastcal.calibration.shape import Shape
 from fastcal.display import late
 from fastcal.display.shown import Plotted
+from fastcal.measurements.kinds import POINTS, KindMisfit, KindNoise
 from fastcal.robot.robot import Robot
 from fastcal.units import from_si
 
@@ -61,9 +64,12 @@ class CalibrationResult(Plotted):
         parameters: Identified numbers in edge units; `covariance` (P, P) is theirs in SI, in the same order.
         iterations: Of the solver, summed over the rounds in which weights, noise and loads settle.
         rank: Directions of the asked parameters that change anything that was measured.
-        sigma: Noise of one measured coordinate [m], `sigma_note` says where it comes from.
+        noise: Of one number of each kind of reading, by the kind's name.
         outliers: Rows whose error the noise does not explain.
         weights: (N,) robust weight of each row of `train.data`, 1 is full.
+        misfits: Kinds of reading that do not belong to the arm or to the other kinds; `notes` begin with them.
+        caveats: Those of the notes by which the stated deviations and intervals do not hold.
+        shape: How surely distances between points are known, where no points were measured.
         unknowns: Of the observations, by what they are of: the place (3,) [m] of "anchor 2" of measured lengths.
     """
 
@@ -81,19 +87,31 @@ class CalibrationResult(Plotted):
     asked_count: int
     degrees_of_freedom: int
     iterations: int
-    sigma: float
-    sigma_note: str
+    noise: Mapping[str, KindNoise]
     outliers: list[int]
     weights: FloatArray
     train: Evaluation
     test: Evaluation | None = None
     notes: list[str] = field(default_factory=list)
+    misfits: list[KindMisfit] = field(default_factory=list)
+    caveats: list[str] = field(default_factory=list)
+    shape: Shape | None = None
     unknowns: dict[str, FloatArray] = field(default_factory=dict)
 
     @property
-    def sigma_mm(self) -> float:
+    def sigma(self) -> float | None:
+        """Noise of one measured coordinate [m]; None where no point was measured."""
+        return self.noise[POINTS].value if POINTS in self.noise else None
+
+    @property
+    def sigma_note(self) -> str:
+        """Where the noise comes from, of points where they were measured."""
+        return next((of.note for of in self.noise.values()), "")
+
+    @property
+    def sigma_mm(self) -> float | None:
         """`sigma` in mm."""
-        return from_si(self.sigma, "mm")
+        return None if self.sigma is None else from_si(self.sigma, "mm")
 
     def interval(self, level: float = 0.95) -> FloatArray:
         """(P, 2) two-sided confidence intervals of the parameters in edge units, by Student's t.
@@ -131,8 +149,12 @@ class CalibrationResult(Plotted):
             "correlated": [{"first": a, "second": b, "correlation": r} for a, b, r in self.correlated],
             "sigma_mm": self.sigma_mm,
             "sigma_note": self.sigma_note,
+            "noise": {name: of.to_json_dict() for name, of in self.noise.items()},
             "degrees_of_freedom": self.degrees_of_freedom,
             "outliers": self.outliers,
+            "shape": None if self.shape is None else self.shape.to_json_dict(),
+            "misfits": [{"kind": of.kind.name, "text": of.text} for of in self.misfits],
+            "caveats": self.caveats,
             "notes": self.notes,
             "made_by": self.model.spec.get("made_by") or {},
         }

@@ -28,7 +28,6 @@ from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.targets import Targets
 from fastcal.robot.robot import Robot
-from fastcal.units import to_si
 
 Progress = Callable[[str], None]
 
@@ -188,7 +187,7 @@ def design_poses(
 def _checked_sigma(robot: Robot, sigma: float | None) -> float:
     record = robot.record
     if sigma is None:
-        sigma = SIGMA if record is None else to_si(record.sigma_mm, "mm")
+        sigma = (record.length_sigma if record else None) or SIGMA
     if not (np.isfinite(sigma) and sigma > 0):
         raise InvalidInput(f"sigma must be above 0, got {sigma}")
     return sigma

@@ -13,20 +13,22 @@ from numpy.typing import NDArray
 
 from fastcal.calibration.data_notes import covered
 from fastcal.calibration.evaluation import Evaluation, evaluate
+from fastcal.calibration.kind_noise import noise_record
+from fastcal.calibration.nominal_arm import NominalArm, nominal_arm
 from fastcal.calibration.placed_test import evaluated_test
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.fits import Fit
 from fastcal.diagnosis.library import Hypothesis
+from fastcal.diagnosis.noise_scales import noise_by_kind
 from fastcal.diagnosis.problem import core_entry
-from fastcal.diagnosis.result import AdaptedModel, GapStep, NamedValue
+from fastcal.diagnosis.result import AdaptedModel, GapStep, KindGap, NamedValue
 from fastcal.diagnosis.search import Search, SearchNode
 from fastcal.effects.entries import full_name, identity
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.calibration_record import CalibrationRecord
 from fastcal.robot.controller_robot import nominal_record
-from fastcal.robot.identified_spec import identified_spec, with_frames
+from fastcal.robot.identified_spec import identified_spec
 from fastcal.robot.robot import Robot, Spec
-from fastcal.units import from_si
 
 FloatArray = NDArray[np.float64]
 
@@ -44,12 +46,12 @@ class Judge:
         before = nominal(fit)
         return self.of(robot_of(fit, sigma), before, fit.unknowns)
 
-    def of(self, model: Robot, before: Robot, unknowns: dict[str, FloatArray]) -> AdaptedModel:
+    def of(self, model: Robot, before: NominalArm, unknowns: dict[str, FloatArray]) -> AdaptedModel:
         """A robot with its errors, beside those of another one."""
-        frame: dict[str, Any] = {"before": before, "unknowns": unknowns, "unknowns_before": unknowns}
+        frame: dict[str, Any] = {"before": before.judged, "unknowns": unknowns, "unknowns_before": before.unknowns}
         frame |= {"threads": self.threads}
-        test = None if self.test is None else evaluated_test(model, before, self.test, frame)[0]
-        return AdaptedModel(model, evaluate(model, self.data, **frame), test)
+        test = None if self.test is None else evaluated_test(model, before.judged, self.test, frame)[0]
+        return AdaptedModel(model, evaluate(model, self.data, **frame), test, unknowns)
 
 
 def fits(search: Search, best: SearchNode, names: Sequence[Hypothesis]) -> list[Fit]:
@@ -63,10 +65,9 @@ def fits(search: Search, best: SearchNode, names: Sequence[Hypothesis]) -> list[
     return out
 
 
-def nominal(fit: Fit) -> Robot:
-    """The robot as it came, with base and tool fitted to the data."""
-    start = fit.problem.start
-    return Robot(with_frames(start.robot.spec, start.alignment.T_world_base, start.alignment.T_flange_tool))
+def nominal(fit: Fit) -> NominalArm:
+    """The robot as it came, with base and tool, anchors, planes and mountings fitted to the data."""
+    return nominal_arm(fit.problem.start)
 
 
 def robot_of(fit: Fit, sigma: float) -> Robot:
@@ -79,7 +80,7 @@ def robot_of(fit: Fit, sigma: float) -> Robot:
     record = CalibrationRecord(
         [full_name(parameters[fit.free[k]]) for k in kept],
         fit.root(kept),
-        from_si(sigma, "mm"),
+        noise_record(noise_by_kind(fit.problem, sigma)),
         int(fit.freedom),
         covered=covered(start, fit.problem.data),
     )
@@ -110,8 +111,14 @@ def gap(steps: Sequence[AdaptedModel], names: Sequence[Hypothesis], profiles: Se
 
 def gap_step(added: str | None, found: AdaptedModel) -> GapStep:
     """RMS errors of one model, and what was added to it."""
-    return GapStep(added, _rms(found.train) or 0.0, None if found.test is None else _rms(found.test))
+    return GapStep(added, _rms(found.train), None if found.test is None else _rms(found.test), _by_kind(found))
 
 
 def _rms(part: Evaluation) -> float | None:
     return part.after.to_mm()["rms"] if part.after is not None else None
+
+
+def _by_kind(found: AdaptedModel) -> dict[str, KindGap]:
+    """RMS errors of each kind."""
+    test = {} if found.test is None else {name: of.rms for name, of in found.test.kinds.items()}
+    return {name: KindGap(of.kind.unit, of.rms, test.get(name)) for name, of in found.train.kinds.items()}

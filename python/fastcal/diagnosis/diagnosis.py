@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from fastcal.calibration.data_notes import shared_row_notes
 from fastcal.calibration.inspection import check_columns, check_fit
+from fastcal.calibration.kind_misfits import gross_misfits, kind_misfits
 from fastcal.calibration.parallel import each, workers
 from fastcal.calibration.placed_test import placing_notes
 from fastcal.calibration.pose_folds import along_a_path
@@ -31,6 +32,7 @@ from fastcal.diagnosis.noise import (
     sharing_no_posture,
     with_estimated_noise,
 )
+from fastcal.diagnosis.noise_scales import noise_by_kind
 from fastcal.diagnosis.one_curve import waves_of_one_curve, with_orders_between
 from fastcal.diagnosis.periodic import is_periodic
 from fastcal.diagnosis.plan import SeparatingPlan, separating_plan
@@ -47,10 +49,10 @@ from fastcal.diagnosis.words import noise_doubts, sentence_of
 from fastcal.errors import InvalidInput
 from fastcal.measurements.copied_rows import counted_once
 from fastcal.measurements.dataset import Dataset
-from fastcal.measurements.observations import without_measured
+from fastcal.measurements.kinds import KindMisfit
+from fastcal.measurements.observations import without_kinds, without_measured
 from fastcal.robot.given import DataLike, RobotLike, as_data, as_robot
 from fastcal.robot.robot import Robot, Spec
-from fastcal.units import from_si
 
 
 def diagnose(
@@ -90,6 +92,8 @@ def diagnose(
     notify("looking at the columns")
     check_postures(data)
     suspected = check_columns(robot, data, as_read=as_read)
+    misfits = gross_misfits(robot, data, threads)
+    data = without_kinds(data, [misfit.kind.name for misfit in misfits])
     library = build_library(robot, data, parse_exclusions(exclude, robot))
     with workers(threads):
         found = _found(robot, data, test, library, sigma, threads, notify)
@@ -101,10 +105,11 @@ def diagnose(
             notify(f"without {len(lost)} rows that nothing explains")
             found = _found(robot, data, test, library, sigma, threads, notify, lost)
         notify("adding what was found")
-        result = found.result()
+        result = found.result(misfits)
     unexplained_by_any = check_fit(robot, result.steps[0].train, as_read=as_read)
     shared = [] if test is None else [*shared_row_notes([data], test), *placing_notes(result.model, test)]
-    return replace(result, notes=[*suspected, *unexplained_by_any, *shared, *result.notes])
+    told = [misfit.text for misfit in result.misfits]
+    return replace(result, notes=[*told, *suspected, *unexplained_by_any, *shared, *result.notes])
 
 
 def _found(
@@ -214,8 +219,8 @@ class _Found:
         at = problem.rows[sharing_no_posture(gross_rows(A, r, row), problem.kept)]
         return [int(i) for i in (at if self.rows is None else self.rows[at])]
 
-    def result(self) -> Diagnosis:
-        """Calibrated models, grades, what remains, and everything else that a reader should know."""
+    def result(self, left_out: Sequence[KindMisfit] = ()) -> Diagnosis:
+        """Calibrated models, grades, what remains, and all else that a reader should know; kinds that were left out."""
         best, search = self.best, self.search
         is_named = not self.told.remains and not self.model.profiles
         outliers = self._outliers(is_named)
@@ -242,6 +247,8 @@ class _Found:
         findings += [_curve(steps[-1].model, entry) for entry in profiles]
         if more is not None and step is not None:
             steps, gap = [*steps, more], [*gap, step]
+        end = steps[-1]
+        misfits = [*left_out, *kind_misfits(end.model, self.data, end.train, end.unknowns, self.threads)]
         runs = row_run_notes(self.data, outliers, steps[-1].train.error_after)
         doubts = noise_doubts(over_claim(self.level, self.data, self.sigma), search.problem.noise.memory)
         found = Diagnosis(
@@ -251,7 +258,7 @@ class _Found:
             unexplained=remaining,
             untestable=sensitivity.untestable(search, self.offered),
             outliers=outliers,
-            sigma_mm=from_si(self.level.sigma, "mm"),
+            noise=noise_by_kind(self.search.problem, self.level.sigma, self.level.source),
             sigma_source=self.level.source,
             sigma_note=with_memory_named(self.level.note, search.problem.noise.memory),
             gap=gap,
@@ -264,9 +271,10 @@ class _Found:
             final=self.told.final,
             plan=self._plan(equivalents),
             notes=[*self.data.notes, *runs, *doubts, *self._limits(remaining)],
+            misfits=misfits,
         )
-        left_out = [f"{len(outliers)} rows that nothing explains were left out"] if runs else []
-        return replace(found, sentence=sentence_of(found, [*left_out, *doubts]))
+        rows_left_out = [f"{len(outliers)} rows that nothing explains were left out"] if runs else []
+        return replace(found, sentence=sentence_of(found, [*rows_left_out, *doubts]))
 
     def _remaining(self, geometry: AdaptedModel, outliers: list[int]) -> Unexplained | None:
         """What the names leave: where the most of it is."""

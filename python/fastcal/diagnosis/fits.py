@@ -28,8 +28,8 @@ from scipy.linalg import lapack
 from fastcal import _core
 from fastcal.calibration.geometry_anchoring import geometry_pulls
 from fastcal.calibration.parallel import each
-from fastcal.calibration.parameter_table import unknowns_by_owner
 from fastcal.calibration.tall import gram, moved, taken
+from fastcal.calibration.unknowns import unknowns_by_owner
 from fastcal.diagnosis import priors, rules
 from fastcal.diagnosis.library import Hypothesis
 from fastcal.diagnosis.memory import without_memory
@@ -221,8 +221,12 @@ class Fit:
         m - tr(J (J^T J + D^-2)^-1 J^T), D the deviations of priors and pulls.
         """
         hold = held(self.prior, self.pull)[self.free]
-        L = np.linalg.cholesky(self.normal * np.outer(hold, hold))
-        determined = len(hold) - float(np.sum(lapack.dtrtri(L, lower=1)[0] ** 2))
+        scaled = self.normal * np.outer(hold, hold)
+        try:
+            open_to_priors = float(np.sum(lapack.dtrtri(np.linalg.cholesky(scaled), lower=1)[0] ** 2))
+        except np.linalg.LinAlgError:  # 1 + J^T J of scaled columns, whose eigenvalues rounding has put below 1
+            open_to_priors = float(np.sum(1 / np.maximum(np.linalg.eigvalsh(scaled), 1.0)))
+        determined = len(hold) - open_to_priors
         return max(len(self.near.r) - determined, 1.0)
 
     @cached_property

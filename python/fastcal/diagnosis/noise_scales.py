@@ -21,8 +21,8 @@ from fastcal.diagnosis.fits import Fit
 from fastcal.diagnosis.problem import Noise, Problem
 from fastcal.diagnosis.robust_rows import RichFit
 from fastcal.measurements.dataset import Dataset
+from fastcal.measurements.kinds import KindNoise, in_order, of_observation
 from fastcal.measurements.observations import kind_of, sigma_field
-from fastcal.units import from_si
 
 FloatArray = NDArray[np.float64]
 
@@ -108,13 +108,23 @@ def without_scales(problem: Problem) -> tuple[Dataset, tuple[float, float, float
     return scaled, (common[0], common[1], common[2])
 
 
+def noise_by_kind(problem: Problem, sigma: float, source: str = "residual") -> dict[str, KindNoise]:
+    """The noise of each kind, by its name; `sigma` [m or rad] of the first kind, which has the source."""
+    first, out = kind_of(first_kind(problem)), {}
+    observations = {of_observation(of): of for of in reversed(problem.measured.observations)}
+    for kind in in_order(observations):
+        is_first = kind.name == first
+        value = sigma if is_first else rms_sigma(problem, observations[kind])
+        out[kind.name] = KindNoise(kind, value, source if is_first else "residual")
+    return out
+
+
 def others_note(problem: Problem) -> str:
     """The noise of the other kinds, in words; empty where there are none."""
     said = []
     for kind, of in {kind_of(of): of for of in problem.measured.observations}.items():
         if kind in other_kinds(problem):
-            unit = "deg" if of.unit == "rad" else "mm"
-            said.append(f"{kind} {from_si(rms_sigma(problem, of), unit):.4f} {unit}")
+            said.append(f"{kind} {of_observation(of).text(rms_sigma(problem, of))}")
     return ", ".join(said)
 
 

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fastcal.calibration.parameter_table import unknowns_by_owner
+from fastcal.calibration.unknowns import unknowns_by_owner
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.adaptation import Judge, gap_step, nominal
 from fastcal.diagnosis.fits import Fit
@@ -63,7 +63,7 @@ def with_surrogate(
         return None, None, placed if unexplained is not None and is_borne_out else unexplained
     model = judge.of(found.model, nominal(fit), unknowns_by_owner(problem.measured, found.unknowns))
     step = gap_step(added, model)
-    if not step.train_rms_mm < gap_step(None, last).train_rms_mm:  # it bends what was linear
+    if not (step.main.train_rms or 0.0) < (gap_step(None, last).main.train_rms or 0.0):  # it bends what was linear
         return None, None, replace(placed, added=None)
     return model, step, placed
 

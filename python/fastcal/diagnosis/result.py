@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +19,7 @@ from fastcal.diagnosis.library import Untestable
 from fastcal.diagnosis.reasons import Because, CauseLabel
 from fastcal.display import late
 from fastcal.display.shown import Plotted
+from fastcal.measurements.kinds import POINTS, KindMisfit, KindNoise
 from fastcal.robot.robot import Robot
 
 if TYPE_CHECKING:
@@ -97,12 +99,31 @@ class Unexplained:
 
 
 @dataclass(frozen=True)
+class KindGap:
+    """RMS error of a kind of reading, in its unit."""
+
+    unit: str
+    train_rms: float | None
+    test_rms: float | None
+
+
+@dataclass(frozen=True)
 class GapStep:
-    """RMS error of the model with one effect more [mm]."""
+    """RMS error of the model with one effect more: of points [mm], None where none was measured, and of each kind."""
 
     added: str | None
-    train_rms_mm: float
+    train_rms_mm: float | None
     test_rms_mm: float | None
+    kinds: Mapping[str, KindGap] = field(default_factory=dict)
+
+    @property
+    def main(self) -> KindGap:
+        """Of the kind that is spoken of: points where they were measured."""
+        return next(iter(self.kinds.values()))
+
+    def to_json_dict(self) -> dict[str, Any]:
+        """An entry of `gap`."""
+        return {**vars(self), "kinds": {name: vars(of) for name, of in self.kinds.items()}}
 
 
 @dataclass(frozen=True)
@@ -145,11 +166,12 @@ class DetectableEffect:
 
 @dataclass(frozen=True, eq=False)
 class AdaptedModel:
-    """A robot with what was found so far, and its errors on the data and the test poses."""
+    """A robot with what was found so far, its errors on the data and the test poses, and the observations' unknowns."""
 
     model: Robot
     train: Evaluation
     test: Evaluation | None
+    unknowns: Mapping[str, FloatArray] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -161,7 +183,8 @@ class Diagnosis(Plotted):
         effects: Largest first.
         untestable: On which the data hold no information: neither present nor absent.
         outliers: Rows, from 0.
-        sigma_mm, sigma_source, sigma_note: Noise of a coordinate and where it comes from.
+        noise: Of a number of each kind of reading; sigma_source, sigma_note say where it comes from.
+        misfits: Kinds of reading that do not belong to the arm or to the other kinds.
         gap: Error of the geometry alone, then with each effect added.
         ranking: All names by what they explain, with the reason for which each is not given.
         smallest: What would have been seen.
@@ -177,7 +200,7 @@ class Diagnosis(Plotted):
     unexplained: Unexplained | None
     untestable: list[Untestable]
     outliers: list[int]
-    sigma_mm: float
+    noise: Mapping[str, KindNoise]
     sigma_source: str
     sigma_note: str
     gap: list[GapStep]
@@ -190,6 +213,24 @@ class Diagnosis(Plotted):
     final: SearchNode
     plan: SeparatingPlan | None = None
     notes: list[str] = field(default_factory=list)
+    misfits: list[KindMisfit] = field(default_factory=list)
+
+    @property
+    def sigma_mm(self) -> float | None:
+        """Noise of a coordinate; None where no point was measured."""
+        return self.noise[POINTS].kind.shown(self.noise[POINTS].value) if POINTS in self.noise else None
+
+    @property
+    def main_noise(self) -> KindNoise:
+        """Of the kind that is spoken of: points where they were measured."""
+        return next(iter(self.noise.values()))
+
+    @property
+    def floor(self) -> float:
+        """RMS error that noise alone would make of the kind that is spoken of, in its unit."""
+        main = self.train.main
+        width = 1 if main is None else main.width
+        return float(self.main_noise.kind.shown(self.main_noise.value) * width**0.5)
 
     @property
     def model(self) -> Robot:
@@ -241,7 +282,12 @@ class Diagnosis(Plotted):
             "columns": {name: list(titles) for name, titles in vars(columns_of(self.train.data)).items()},
             "outliers": self.outliers,
             "sigma_mm": {"value": self.sigma_mm, "source": self.sigma_source, "note": self.sigma_note},
-            "gap": [vars(step) for step in self.gap],
+            "noise": {name: of.to_json_dict() for name, of in self.noise.items()},
+            "kinds": {name: of.to_json_dict() for name, of in self.train.kinds.items()},
+            "train": self.train.to_json_dict(),
+            "test": None if self.test is None else self.test.to_json_dict(),
+            "misfits": [{"kind": of.kind.name, "text": of.text} for of in self.misfits],
+            "gap": [step.to_json_dict() for step in self.gap],
             "ranking": [
                 {"name": r.name, "snr": r.snr, "share": r.share, "estimate": r.estimate, "reason": r.reason}
                 for r in self.ranking

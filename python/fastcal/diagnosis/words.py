@@ -146,8 +146,9 @@ def noise_doubts(over_claim: float, memory: float) -> list[str]:
 
 def sentence_of(found: Diagnosis, doubts: Sequence[str] = ()) -> str:
     """The first sentence of the page; `doubts` are about the noise."""
+    misfits = [f"{of.text[0].upper()}{of.text[1:]}." for of in found.misfits]
     parts = (_causes(found, doubts), _not_written(found.effects), _unexplained(found.unexplained), _gain(found))
-    return " ".join(part for part in parts if part)
+    return " ".join(part for part in (*misfits, *parts) if part)
 
 
 def _causes(found: Diagnosis, doubts: Sequence[str] = ()) -> str:
@@ -155,7 +156,10 @@ def _causes(found: Diagnosis, doubts: Sequence[str] = ()) -> str:
         if found.unexplained:
             return "Something is missing in the model, and no effect of the library explains it."
         but = "".join(f"; but {doubt}" if k == 0 else f"; and {doubt}" for k, doubt in enumerate(doubts))
-        return f"Nothing is missing that these data could show above their noise of {found.sigma_mm:.3f} mm{but}."
+        noise = found.main_noise.kind.text(found.main_noise.value, 3)
+        if found.misfits:
+            return f"The other readings show no missing effect above their noise of {noise}{but}."
+        return f"Nothing is missing that these data could show above their noise of {noise}{but}."
     waves = [f for f in found.effects if traits_of(f.effect).is_wave and f.grade != "C"]
     many = len(waves) > rules.MAX_WAVES_LISTED
     sentences = [_many_waves(waves)] if many else []
@@ -250,14 +254,14 @@ def _unexplained(remaining: Unexplained | None) -> str:
 def _gain(found: Diagnosis) -> str:
     if len(found.gap) < 2:
         return ""
-    first, last = found.gap[0], found.gap[-1]
-    it = "it" if len(found.gap) == 2 else "them"
-    if first.test_rms_mm is None or last.test_rms_mm is None:
-        before, after, where = first.train_rms_mm, last.train_rms_mm, ""
-    else:
-        before, after, where = first.test_rms_mm, last.test_rms_mm, " on the test poses"
+    first, last = found.gap[0].main, found.gap[-1].main
+    it, unit = "it" if len(found.gap) == 2 else "them", first.unit
+    before, after, where = first.test_rms, last.test_rms, " on the test poses"
+    if before is None or after is None:
+        before, after, where = first.train_rms, last.train_rms, ""
+    if before is None or after is None:
+        return ""
     moves = f"With {it} in the model the error{where} {'falls' if after < before else 'rises'} from {before:.3f} to"
     if not where:
-        return f"{moves} {after:.3f} mm RMS."
-    floor = found.sigma_mm * (1.0 if found.search.problem.data.position is None else 3**0.5)
-    return f"{moves} {after:.3f} mm RMS; noise alone makes {floor:.3f} mm."
+        return f"{moves} {after:.3f} {unit} RMS."
+    return f"{moves} {after:.3f} {unit} RMS; noise alone makes {found.floor:.3f} {unit}."

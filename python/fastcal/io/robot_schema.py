@@ -17,6 +17,7 @@ from fastcal.io.pendant_schema import check_pendant
 from fastcal.io.structure_schema import check_structure
 from fastcal.robot.calibration_record import unpacked
 from fastcal.robot.controller_robot import GEOMETRY
+from fastcal.units import UNITS
 
 Spec = dict[str, Any]
 KINDS = ("dh", "mdh", "poe", "urdf")
@@ -307,10 +308,13 @@ def _calibration(fields: Fields, joints: list[Spec]) -> Spec:
     if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
         fields.fail("parameters", "a list of names", names)
     record: Spec = {"parameters": list(names), "covariance_root": _covariance_root(fields, len(names))}
-    record["sigma_mm"] = fields.number("sigma_mm")
+    of_points = fields.optional("sigma_mm") if fields.has("noise") else fields.take("sigma_mm")
+    record["sigma_mm"] = None if of_points is None else fields.checked_number("sigma_mm", of_points)
     record["degrees_of_freedom"] = fields.count("degrees_of_freedom", 0, 10**9)
     if (turn := fields.optional("sigma_deg")) is not None:
         record["sigma_deg"] = fields.checked_number("sigma_deg", turn)
+    if fields.has("noise"):
+        record["noise"] = _noise(fields)
     if fields.has("held"):
         record["held"] = _held(Fields(fields.take("held"), "calibration.held", fields.path))
     if fields.has("covered"):
@@ -321,6 +325,21 @@ def _calibration(fields: Fields, joints: list[Spec]) -> Spec:
     if fields.has("nominal"):
         record["nominal"] = _nominal(Fields(fields.take("nominal"), "calibration.nominal", fields.path), joints)
     return record | fields.rest()
+
+
+def _noise(fields: Fields) -> Spec:
+    """Value and unit of the noise of each kind of reading."""
+    kinds = fields.take("noise")
+    if not isinstance(kinds, dict):
+        fields.fail("noise", "a value and a unit by kind of reading", kinds)
+    out = {}
+    for kind, given in kinds.items():
+        own = Fields(given, f"calibration.noise.{kind}", fields.path)
+        unit = own.text("unit")
+        if unit not in UNITS or UNITS[unit].kind not in ("length", "angle"):
+            own.fail("unit", "a unit of length or angle", unit)
+        out[str(kind)] = {"value": own.number("value"), "unit": unit}
+    return out
 
 
 def _covariance_root(fields: Fields, count: int) -> list[list[float]] | str:

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import TYPE_CHECKING
@@ -42,7 +43,7 @@ class Table:
 def tables_of(joint_count: int) -> dict[str, Table]:
     """All fields that a data set of an arm may have, by their names."""
     out: dict[str, Table] = {}
-    for kind in reversed(_core.observation_names()):
+    for kind in _as_written():
         for field in _core.observation_entry(kind).fields:
             for place in [f"@link{joint}" for joint in range(1, joint_count + 1)] if field.each_link else [""]:
                 columns = tuple(column + place for column in field.columns)
@@ -51,10 +52,16 @@ def tables_of(joint_count: int) -> dict[str, Table]:
     return out
 
 
+def _as_written() -> list[str]:
+    """Kinds of observation in the order of a file's columns: those of the tool, then those of each link."""
+    names = reversed(_core.observation_names())
+    return sorted(names, key=lambda kind: any(field.each_link for field in _core.observation_entry(kind).fields))
+
+
 def expected_columns() -> str:
     """What a file may hold that is measured, in words."""
     names = []
-    for kind in reversed(_core.observation_names()):
+    for kind in _as_written():
         entry = _core.observation_entry(kind)
         fields = [f for f in entry.fields if f.role == "measured"] or [f for f in entry.fields if f.role == "label"]
         place = "@linkN" if fields[0].each_link else ""
@@ -79,13 +86,20 @@ def sharing(data: Dataset, field: str) -> int:
 
 
 def kind_of(observation: _core.Observation) -> str:
-    """Its kind in the registry: one that is placed on a link has that in its name, "inclination of link3"."""
+    """Its kind in the registry: one that is placed on a link has that in its name, "tilt of link3"."""
     return observation.name.partition(" of link")[0]
 
 
 def sigma_field(kind: str) -> str:
     """The field of the standard deviations of a kind of observation."""
     return next(field.name for field in _core.observation_entry(kind).fields if field.role == "sigma")
+
+
+def sigma_column(kind: str) -> str:
+    """The title of the column of the standard deviations of a kind of observation."""
+    field = next(field for field in _core.observation_entry(kind).fields if field.role == "sigma")
+    title = field.columns[0] if len(field.columns) == 1 else "sigma"
+    return f"{title}_{field.written_unit}"
 
 
 def plurals(data: Dataset) -> list[str]:
@@ -103,16 +117,26 @@ def measured_rows(data: Dataset) -> NDArray[np.bool_]:
     return known
 
 
-def without_measured(data: Dataset, rows: NDArray[np.intp]) -> Dataset:
+def without_measured(data: Dataset, rows: NDArray[np.intp] | NDArray[np.int64]) -> Dataset:
     """The same rows, as if nothing had been measured in some of them (indices)."""
     observed, labels, own = dict(data.observed), dict(data.observed_labels), dict[str, FloatArray]()
+    gone = set(rows.tolist())
     for field in (field for kind in kinds_of(data) for field in _measured_fields(data, kind)):
         if field in labels:
-            labels[field] = ["" if i in rows else label for i, label in enumerate(labels[field])]
+            labels[field] = ["" if i in gone else label for i, label in enumerate(labels[field])]
             continue
         into = observed if field in observed else own
         into[field] = np.array(getattr(data, field) if into is own else observed[field])
         into[field][rows] = np.nan
+    return replace(data, observed=observed, observed_labels=labels, **own)  # type: ignore[arg-type]
+
+
+def without_kinds(data: Dataset, kinds: Collection[str]) -> Dataset:
+    """The same rows, as if some kinds of observation had not been measured in them."""
+    gone = {field for kind in kinds for field in data.kinds.get(kind, [])}
+    observed = {name: values for name, values in data.observed.items() if name not in gone}
+    labels = {name: values for name, values in data.observed_labels.items() if name not in gone}
+    own: dict[str, None] = dict.fromkeys(gone - {*data.observed, *data.observed_labels})
     return replace(data, observed=observed, observed_labels=labels, **own)  # type: ignore[arg-type]
 
 

@@ -24,7 +24,6 @@ from fastcal.monitoring.check import check
 from fastcal.monitoring.events import Event, model_event
 from fastcal.monitoring.result import CheckResult
 from fastcal.robot.robot import Robot
-from fastcal.units import from_si
 
 MODELS = (".yaml", ".yml")
 NO_FILE, NOTHING_NEW = "no file has such a name", "nothing was measured since the model was made"
@@ -74,7 +73,7 @@ class ArmCheck:
             "state": self.state,
             "rms_mm": None if found is None else found.rms_mm,
             "expected_rms_mm": None if found is None else found.expected_rms_mm,
-            "max_mm": None if found is None else from_si(found.largest, "mm"),
+            "max_mm": None if found is None else found.largest_mm,
             "p_value": None if found is None else found.p_value,
             "data": " ".join(self.files),
             "sentence": self.sentence,

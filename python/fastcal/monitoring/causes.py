@@ -11,7 +11,7 @@ from fastcal.monitoring.evidence import Evidence
 from fastcal.monitoring.hypotheses import ODDS, Changing
 from fastcal.monitoring.result import Cause, Change
 from fastcal.monitoring.setting import Setting
-from fastcal.units import factor, from_si
+from fastcal.units import factor
 
 FloatArray = NDArray[np.float64]
 
@@ -69,10 +69,11 @@ def _cause(setting: Setting, chosen: list[int], k: int, probability: float, othe
     index = chosen[k]
     others_given = setting.evidence.given([i for i in chosen if i not in (index, len(setting.possible))])
     if index == len(setting.possible):
-        sigma = from_si(float(np.sqrt(np.mean(setting.rows.sigma[setting.rows.is_point] ** 2))), "mm")
+        kind = setting.rows.kinds[0]
+        sigma = kind.shown(setting.rows.noise(kind))
         grown = others_given.noise_odds[1]
         std = grown * sigma / np.sqrt(2 * max(others_given.degrees, 1))
-        change = Change("sigma_mm", "instrument", grown * sigma, std, "mm", sigma, others_given.p_value)
+        change = Change(f"sigma_{kind.unit}", "instrument", grown * sigma, std, kind.unit, sigma, others_given.p_value)
         return Cause("noise", "noise", probability, labels, (change,))
     h, t = setting.possible[index], others_given.tests[index]
     p = setting.evidence.adjusted(t.p_value)

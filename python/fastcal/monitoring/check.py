@@ -8,13 +8,18 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from fastcal.calibration.kind_noise import noise_source
 from fastcal.calibration.parallel import one_blas_thread
+from fastcal.design.poses import SIGMA
 from fastcal.errors import InvalidInput
+from fastcal.measurements.dataset import Dataset
+from fastcal.measurements.kinds import POINTS, Kind, KindNoise
 from fastcal.monitoring import words
 from fastcal.monitoring.causes import LEVEL, explained
-from fastcal.monitoring.result import FEWEST_DEGREES, Cause, CheckResult
-from fastcal.monitoring.setting import given, prepared
-from fastcal.monitoring.setups import distances
+from fastcal.monitoring.linear import record_of
+from fastcal.monitoring.result import FEWEST_DEGREES, Cause, CheckResult, KindFit
+from fastcal.monitoring.setting import Setting, given, prepared
+from fastcal.monitoring.setups import kind_errors
 from fastcal.monitoring.single_changes import single_changes
 from fastcal.monitoring.what_next import what_next
 from fastcal.robot.given import DataLike, RobotLike
@@ -50,11 +55,17 @@ def check(
         raise InvalidInput(f"tolerance must be above 0, got {tolerance}")
     robot, measured = given(model, data)
     setting, places, notes = prepared(robot, measured, as_read=as_read, threads=threads)
-    error = distances(places)
-    rms, largest = float(np.sqrt(np.nanmean(error**2))), float(np.nanmax(error))
     rows, evidence = setting.rows, setting.evidence
+    kinds = kind_errors(places)
+    main = next(iter(kinds.values()))
+    if tolerance is not None and main.kind.name != POINTS:
+        raise InvalidInput(f"{measured.source}: a tolerance is of points, and none was measured")
+    after = main.statistics[1]
+    largest = 0.0 if after is None else after.max
     p_value = min(1.0, 2 * min(evidence.p_value, evidence.smallest_p))
-    sigma = float(np.sqrt(np.mean(rows.sigma[rows.is_point] ** 2)))
+    sigma = rows.noise(main.kind)
+    point_sigma = sigma if main.kind.name == POINTS else record_of(robot).length_sigma or SIGMA  # of poses to come
+    fits = [KindFit(of, rows.expected_rms[of.kind], _noise(setting, measured, of.kind)) for of in kinds.values()]
     causes, rivals = ([], []) if p_value >= LEVEL else explained(setting)
     enough = evidence.degrees >= FEWEST_DEGREES
     verdict = _verdict(p_value, causes, enough)
@@ -63,23 +74,20 @@ def check(
         within = _within(largest, tolerance, sigma)
         if verdict == "holds" and within is None:
             verdict = "cannot_tell"
-    then = what_next(setting, measured, verdict, causes, rivals, sigma, enough)
+    then = what_next(setting, measured, verdict, causes, rivals, point_sigma, enough)
     return CheckResult(
         verdict=verdict,
         sentence=words.sentence(verdict, causes, within, tolerance, largest, enough),
-        reasons=words.reasons(rms, rows.expected_rms, p_value, evidence.degrees, places, causes),
+        reasons=words.reasons(fits, p_value, evidence.degrees, places, causes),
         model=robot,
         data=measured,
         places=places,
-        rms=rms,
-        expected_rms=rows.expected_rms,
-        largest=largest,
+        fits=fits,
         p_value=p_value,
         misfit_p_value=evidence.p_value,
         tolerance=tolerance,
         within_tolerance=within,
         degrees_of_freedom=evidence.degrees,
-        sigma=sigma,
         causes=causes,
         tests=single_changes(setting),
         blind=[h.label for h, t in zip(setting.possible, evidence.tests, strict=True) if t.rank == 0 and h.odds >= 1],
@@ -88,6 +96,11 @@ def check(
         notes=notes,
         made_by=made_by(robot, measured, who),
     )
+
+
+def _noise(setting: Setting, data: Dataset, kind: Kind) -> KindNoise:
+    """That the rows were held against."""
+    return KindNoise(kind, setting.rows.noise(kind), noise_source(data, kind))
 
 
 def _verdict(p_value: float, causes: list[Cause], enough: bool) -> str:

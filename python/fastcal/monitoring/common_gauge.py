@@ -208,7 +208,7 @@ def fitted_to(
 
 def noise_of(a: Robot, b: Robot) -> float:
     """[m] of a coordinate, of what the two models were fitted to."""
-    each = [to_si(robot.record.sigma_mm, "mm") if robot.record else 0.0 for robot in (a, b)]
+    each = [(robot.record.length_sigma if robot.record else None) or 0.0 for robot in (a, b)]
     return max(_LEAST_NOISE, float(np.linalg.norm(each)))
 
 

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fastcal.calibration.evaluation import ErrorStatistics
+from fastcal.calibration.error_statistics import ErrorStatistics
 from fastcal.calibration.parallel import one_blas_thread
 from fastcal.display import late
 from fastcal.display.shown import Shown

@@ -44,8 +44,7 @@ def check_event(path: Path, root: Path) -> Event | None:
     content: dict[str, Any] = late.call("read_json", path)
     if content.get("verdict") not in VERDICTS or not isinstance(content.get("tests"), list):
         return None
-    numbers = ("rms_mm", "expected_rms_mm", "p_value", "misfit_p_value")
-    if not all(is_number(content.get(key)) for key in numbers):
+    if not all(is_number(content.get(key)) for key in ("p_value", "misfit_p_value")) or misfit_of(content) is None:
         return None
     origin = content.get("made_by")
     origin = origin if isinstance(origin, Mapping) else {}
@@ -65,6 +64,20 @@ def is_number(value: Any) -> bool:
     return isinstance(value, int | float) and abs(value) < _LARGEST
 
 
+def misfit_of(content: Mapping[str, Any]) -> tuple[float, float, str] | None:
+    """RMS error found and expected of a check.json, and their unit; of points where they were measured."""
+    kinds = content.get("kinds")
+    found, expected, unit = content.get("rms_mm"), content.get("expected_rms_mm"), "mm"
+    if found is None and isinstance(kinds, Mapping) and kinds:
+        of = next(iter(kinds.values()))
+        if not isinstance(of, Mapping) or not isinstance(of.get("after"), Mapping):
+            return None
+        found, expected, unit = of["after"].get("rms"), of.get("expected_rms"), str(of.get("unit"))
+    if not is_number(found) or not is_number(expected):
+        return None
+    return float(found), float(expected), unit  # type: ignore[arg-type]
+
+
 def model_event(path: Path, root: Path) -> Event | None:
     """A calibrated model; None for another robot file."""
     if "covariance_root" not in path.read_text(encoding="utf-8", errors="replace"):
@@ -73,7 +86,8 @@ def model_event(path: Path, root: Path) -> Event | None:
     if robot.record is None:
         return None
     origin = robot.spec.get("made_by") or {}
-    content = {"sigma_mm": robot.record.sigma_mm, "made_by": origin, "robot": robot.name}
+    noise = {kind: {"value": value, "unit": unit} for kind, (value, unit) in robot.record.noise.items()}
+    content = {"noise": noise, "sigma_mm": robot.record.sigma_mm, "made_by": origin, "robot": robot.name}
     return Event(
         _name(origin, robot.name, path, root),
         "model",

@@ -9,7 +9,7 @@ typical size (`drift`) and odds against the others.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,9 +27,10 @@ from fastcal.effects.entries import (
     traits_of,
 )
 from fastcal.effects.registered import find
+from fastcal.measurements.kinds import Kind
 from fastcal.monitoring.drift import ZEROS, drift_of, new_effect
 from fastcal.robot.robot import Robot, Spec
-from fastcal.units import from_si, to_si
+from fastcal.units import UNITS, from_si, to_si
 
 FloatArray = NDArray[np.float64]
 
@@ -129,17 +130,13 @@ def hypotheses(arm: Robot, extended_arm: Robot, added: list[Spec], turned: bool)
     return [*_of_geometry(arm, model, turned), *_of_effects(extended_arm, added)]
 
 
-def row_hypotheses(row: NDArray[np.intp], is_point: NDArray[np.bool_]) -> list[Hypothesis]:
-    """That one row of the data is wrong."""
+def row_hypotheses(row: NDArray[np.intp], numbers_of: Sequence[tuple[Kind, str]]) -> list[Hypothesis]:
+    """That one row of the data is wrong; `numbers_of` are the kind and the name of each number."""
     out = []
     for i in np.unique(row).tolist():
-        points = is_point[row == i]
-        sizes = np.where(points, _ROW_SIZE, _ROW_TURN)
-        axes = ("x", "y", "z", "rx", "ry", "rz")
-        numbers = tuple(
-            Changing(f"{axis}_{'mm' if point else 'deg'}", f"row {i}", "mm" if point else "deg", 0.0)
-            for axis, point in zip(axes, points, strict=False)
-        )
+        own = [numbers_of[k] for k in np.flatnonzero(row == i).tolist()]
+        sizes = np.array([_ROW_SIZE if UNITS[kind.unit].kind == "length" else _ROW_TURN for kind, _ in own])
+        numbers = tuple(Changing(f"{name}_{kind.unit}", f"row {i}", kind.unit, 0.0) for kind, name in own)
         out.append(Hypothesis("row", f"row {i}", numbers, sizes, row=i))
     return out
 

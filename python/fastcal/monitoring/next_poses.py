@@ -175,9 +175,17 @@ def _base_count(arm: Robot) -> int:
 
 def _measured_information(rows: LinearRows, common: int, base: int, rivals: Sequence[Hypothesis]) -> FloatArray:
     """J^T J of the rows measured already on [base, z, causes ...], and of the model's own prior on z."""
-    B = rows.B.reshape(len(rows.B), -1, base).sum(axis=1) if rows.B.shape[1] else rows.B
     extra = [rows.J @ h.directions[: rows.J.shape[1]] for h in rivals if h.directions is not None]
-    A = np.hstack([B, rows.J @ rows.R, *extra])
-    information = A.T @ A
+    if rows.are_of_bases:
+        B = rows.B.reshape(len(rows.B), -1, base).sum(axis=1)
+        A = np.hstack([B, rows.J @ rows.R, *extra])
+        information = A.T @ A
+    else:  # bases and unknowns of the rows' own are taken out of all else; of the base to come nothing is known
+        A = np.hstack([rows.J @ rows.R, *extra])
+        Q = np.linalg.qr(rows.B)[0]
+        A = A - Q @ (Q.T @ A)
+        information = np.zeros((base + A.shape[1],) * 2)
+        information[:base, :base] = np.eye(base)  # 1 m and 1 rad
+        information[base:, base:] = A.T @ A
     information[base:common, base:common] += np.eye(common - base)
     return np.asarray(information)

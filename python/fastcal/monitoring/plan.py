@@ -7,6 +7,7 @@ from __future__ import annotations
 import numpy as np
 
 from fastcal.design.candidates import Candidates
+from fastcal.design.poses import SIGMA
 from fastcal.design.surroundings import Surroundings
 from fastcal.effects.entries import full_name
 from fastcal.errors import InvalidInput
@@ -17,7 +18,6 @@ from fastcal.monitoring.next_poses import informative
 from fastcal.monitoring.setups import bare_arm
 from fastcal.robot.given import RobotLike, as_robot
 from fastcal.robot.steady import assumed_temperature, warmed
-from fastcal.units import to_si
 
 FEWEST = 4
 
@@ -47,7 +47,7 @@ def check_poses(model: RobotLike, count: int = 8, *, surroundings: Surroundings 
     own = len(more.core.parameters)
     base = np.array([i < own and p.owner == "base" for i, p in enumerate(parameters)])
     R = covariance_root(record, [full_name(p) for p in parameters], base)
-    return informative(more, record, None, watched, R, to_si(record.sigma_mm, "mm"), count, surroundings)
+    return informative(more, record, None, watched, R, record.length_sigma or SIGMA, count, surroundings)
 
 
 def assumed(model: RobotLike) -> list[str]:

@@ -25,7 +25,7 @@ from fastcal.effects.entries import full_name, identity
 from fastcal.measurements.dataset import Dataset
 from fastcal.monitoring.drift import drift_of
 from fastcal.monitoring.hypotheses import Hypothesis
-from fastcal.monitoring.linear import MOTIONS, LinearRows, as_known, linear_rows, record_of
+from fastcal.monitoring.linear import LinearRows, as_known, linear_rows, record_of
 from fastcal.monitoring.setting import Setting
 from fastcal.monitoring.setups import SetUp, set_ups
 from fastcal.robot.calibration_record import CalibrationRecord
@@ -92,7 +92,7 @@ def refit(setting: Setting, changed: list[Hypothesis], data: Dataset, threads: i
         if converged := gain < _SETTLED:
             break
         theta = best.theta + G @ du
-        theta[base] += b[:MOTIONS]
+        theta[base] += best.rows.base_motion(b)
         moved = Robot(identified_spec(best.robot, best.robot.error_model, Values(theta)))
         there = _Fitted.to(moved, known, record, best.u + du, threads)
         if there.cost < best.cost:
@@ -105,14 +105,14 @@ def refit(setting: Setting, changed: list[Hypothesis], data: Dataset, threads: i
     freedom = rows.freedom + len(rows.r) - B.shape[1]
     scale = float(np.sqrt((rows.freedom + best.cost) / freedom))
     theta = best.theta
-    theta[base] += np.linalg.lstsq(B, rows.r, rcond=None)[0][:MOTIONS]
+    theta[base] += rows.base_motion(np.linalg.lstsq(B, rows.r, rcond=None)[0])
     to_theta = np.zeros((len(theta), len(spread)))
-    to_theta[base, :MOTIONS] = np.eye(MOTIONS)
+    to_theta[base, : B.shape[1]] = rows.base_motion(np.eye(B.shape[1]))
     to_theta[:, B.shape[1] :] = G
     root = scale * to_theta @ spread
     free = [i for i in range(len(theta)) if np.any(root[i] != 0)]
     covariance = root[free] @ root[free].T
-    held[base] = -np.linalg.lstsq(B[:, :MOTIONS], rows.J @ held, rcond=None)[0]
+    held[base] = -rows.base_motion(np.linalg.lstsq(B, rows.J @ held, rcond=None)[0])
     spec = identified_spec(best.robot, best.robot.error_model, Values(theta, free, covariance))
     return Refit(spec, arm, best.places, rows, scale, freedom, theta, covariance, free, held, converged)
 

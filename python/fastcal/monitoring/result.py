@@ -11,10 +11,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.calibration.error_statistics import ErrorStatistics
+from fastcal.calibration.kind_errors import KindErrors
 from fastcal.display import late
 from fastcal.display.shown import Shown
 from fastcal.measurements.dataset import Dataset
-from fastcal.monitoring.setups import SetUp, distances
+from fastcal.measurements.kinds import POINTS, Kind, KindNoise
+from fastcal.monitoring.setups import SetUp
 from fastcal.robot.pendant import controller_columns
 from fastcal.robot.robot import Robot
 from fastcal.units import from_si, to_si
@@ -97,6 +100,35 @@ class NextPose:
     payload_kg: float
 
 
+@dataclass(frozen=True, eq=False)
+class KindFit:
+    """How a kind of reading fits the model.
+
+    Attributes:
+        errors: What the readings are off.
+        expected_rms: [m or rad] as noise and the model's uncertainty make it.
+        noise: Of a number.
+    """
+
+    errors: KindErrors
+    expected_rms: float
+    noise: KindNoise
+
+    @property
+    def kind(self) -> Kind:
+        """Which one."""
+        return self.errors.kind
+
+    @property
+    def found(self) -> ErrorStatistics:
+        """Of what the readings are off."""
+        return self.errors.statistics[1] or ErrorStatistics(0, 0.0, 0.0, 0.0, 0.0)
+
+    def to_json_dict(self) -> dict[str, Any]:
+        """An entry of `kinds` in check.json."""
+        return self.errors.to_json_dict() | {"expected_rms": self.kind.shown(self.expected_rms)}
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class CheckResult(Shown):
     """What `check` found.
@@ -106,9 +138,7 @@ class CheckResult(Shown):
         model: As it was given.
         data: What was measured.
         places: Each set-up of the instrument, with the model's base where it is now.
-        rms, expected_rms: Distance of the points from the model [m], found and as noise and the model's uncertainty
-            make it.
-        largest: The largest distance [m].
+        fits: How each kind of reading fits, points first.
         p_value: That the model, unchanged, gives such a misfit; held against all changes that were tried.
         misfit_p_value: Of the misfit as a whole.
         within_tolerance: None without a tolerance, or where the poses don't decide it.
@@ -127,15 +157,12 @@ class CheckResult(Shown):
     model: Robot
     data: Dataset
     places: list[SetUp]
-    rms: float
-    expected_rms: float
-    largest: float
+    fits: list[KindFit]
     p_value: float
     misfit_p_value: float
     tolerance: float | None
     within_tolerance: bool | None
     degrees_of_freedom: int
-    sigma: float
     causes: list[Cause]
     tests: list[Test]
     blind: list[str]
@@ -150,18 +177,52 @@ class CheckResult(Shown):
         return [change for cause in self.causes for change in cause.changes]
 
     @property
-    def rms_mm(self) -> float:
-        """`rms` in mm."""
-        return from_si(self.rms, "mm")
+    def main(self) -> KindFit:
+        """Of the kind that is spoken of: points where they were measured."""
+        return self.fits[0]
 
     @property
-    def expected_rms_mm(self) -> float:
-        """`expected_rms` in mm."""
-        return from_si(self.expected_rms, "mm")
+    def rms(self) -> float:
+        """Error of the readings that are spoken of, such as distances of points from the model [m or rad]."""
+        return float(np.sqrt(np.nanmean(self.main.errors.after**2)))
+
+    @property
+    def expected_rms(self) -> float:
+        """`rms` as noise and the model's uncertainty make it."""
+        return self.main.expected_rms
+
+    @property
+    def largest(self) -> float:
+        """The largest of these errors [m or rad]."""
+        return self.main.found.max
+
+    @property
+    def sigma(self) -> float:
+        """Noise of one of their numbers [m or rad]."""
+        return self.main.noise.value
+
+    @property
+    def rms_mm(self) -> float | None:
+        """`rms` in mm; None where no point was measured."""
+        return self._mm(self.rms)
+
+    @property
+    def expected_rms_mm(self) -> float | None:
+        """`expected_rms` in mm; None where no point was measured."""
+        return self._mm(self.expected_rms)
+
+    @property
+    def largest_mm(self) -> float | None:
+        """`largest` in mm; None where no point was measured."""
+        return self._mm(self.largest)
+
+    def _mm(self, value: float) -> float | None:
+        return from_si(value, "mm") if self.main.kind.name == POINTS else None
 
     def errors(self) -> FloatArray:
-        """(N,) distance of each point from the model [m], NaN where none was measured."""
-        return distances(self.places)
+        """(N,) error of each row's reading, such as the distance of a point [m or rad]; the largest of several."""
+        each = self.main.errors.after
+        return np.where(np.isnan(each).all(axis=1), np.nan, np.nan_to_num(each, nan=-1.0).max(axis=1))
 
     def shown(self, pose: NextPose) -> dict[str, float]:
         """A pose's joints as the controller shows them, by the names of a file's columns, to 0.001 deg or mm."""
@@ -180,7 +241,7 @@ class CheckResult(Shown):
             "reasons": self.reasons,
             "rms_mm": self.rms_mm,
             "expected_rms_mm": self.expected_rms_mm,
-            "max_mm": from_si(self.largest, "mm"),
+            "max_mm": self.largest_mm,
             "p_value": self.p_value,
             "misfit_p_value": self.misfit_p_value,
             "tolerance_mm": None if self.tolerance is None else from_si(self.tolerance, "mm"),
@@ -209,8 +270,10 @@ class CheckResult(Shown):
             "blind": self.blind,
             "count": len(self.data),
             "degrees_of_freedom": self.degrees_of_freedom,
-            "sigma_mm": from_si(self.sigma, "mm"),
-            "errors_mm": [float(v) for v in from_si(self.errors(), "mm")],
+            "sigma_mm": self._mm(self.sigma),
+            "errors_mm": [float(v) for v in from_si(self.errors(), "mm")] if self.rms_mm is not None else None,
+            "kinds": {fit.kind.name: fit.to_json_dict() for fit in self.fits},
+            "noise": {fit.kind.name: fit.noise.to_json_dict() for fit in self.fits},
             "notes": self.notes,
             "robot": self.model.name,
             "made_by": self.made_by,

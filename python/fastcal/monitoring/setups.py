@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: MIT
 """A calibrated model before instruments that were set up again: the base of each station fitted, all else as it is.
 
-A set-up's motion: measured = motion * predicted in closed form (W. Kabsch 1976), over its rows with a whole point.
+A set-up's motion: measured = motion * predicted in closed form (W. Kabsch 1976), over its rows with a whole point. What
+has no points has the base, as far as it shows, and anchors, planes and mountings by a fit; the arm and its tool stay.
 """
 
 from __future__ import annotations
@@ -13,13 +14,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal import _core
+from fastcal.calibration.alignment import measurements
+from fastcal.calibration.evaluation import Compared, compared
+from fastcal.calibration.kind_errors import KindErrors, table
+from fastcal.calibration.unknowns import placed, unknowns_by_owner
 from fastcal.effects.entries import traits_of
-from fastcal.errors import InvalidInput, Undetermined
+from fastcal.errors import Undetermined
 from fastcal.measurements.dataset import Dataset
+from fastcal.measurements.kinds import Kind
 from fastcal.robot.core_model import pose
 from fastcal.robot.identified_spec import frame_spec
 from fastcal.robot.robot import Robot, Spec
-from fastcal.robot.se3 import rotation_to_rpy
+from fastcal.robot.se3 import inverse, rotation_to_rpy
 from fastcal.units import from_si
 
 FloatArray = NDArray[np.float64]
@@ -41,6 +48,8 @@ class SetUp:
         robot: The model with its base there.
         data: Its rows; a trained correction's displacement is taken off the points.
         error: (k, 3) measured less predicted point [m], NaN where not measured.
+        unknowns: Of the observations: anchors, planes, mountings.
+        compared: Predicted less measured of everything.
     """
 
     name: str
@@ -49,6 +58,8 @@ class SetUp:
     robot: Robot
     data: Dataset
     error: FloatArray
+    unknowns: FloatArray
+    compared: Compared
 
     def to_json_dict(self) -> dict[str, list[float]]:
         """{xyz_mm, rpy_deg} of the motion."""
@@ -80,11 +91,9 @@ def set_ups(model: Robot, data: Dataset, *, threads: int = 1) -> list[SetUp]:
     """The base of each station of the data, fitted to its points.
 
     Raises:
-        InvalidInput: No point was measured.
-        Undetermined: The points of a station are too few, or lie on a line.
+        InvalidInput: Nothing was measured.
+        Undetermined: The points of a station are too few, or lie on a line; too few lengths, touches or tilts.
     """
-    if data.position is None:
-        raise InvalidInput(f"{data.source}: expected measured points (x_mm, y_mm, z_mm), got none")
     if data.station is None:
         return [_set_up(model, data, "", np.arange(len(data)), threads)]
     return [
@@ -96,9 +105,14 @@ def set_ups(model: Robot, data: Dataset, *, threads: int = 1) -> list[SetUp]:
 
 def _set_up(model: Robot, data: Dataset, name: str, rows: IntArray, threads: int) -> SetUp:
     part = replace(data.select(rows), station=None, station_names=())
-    robot = model
     where = f"{data.source}, station {name}" if name else data.source
-    motion = np.eye(4)
+    measured = measurements(part, model)
+    if part.position is None:
+        robot, unknowns = _placed(model, part, measured, where, threads)
+        motion = pose(robot.spec["base"]) @ inverse(pose(model.spec["base"]))
+        found = compared(robot, part, unknowns_by_owner(measured, unknowns), threads)
+        return SetUp(name, rows, motion, robot, part, -found.points, unknowns, found)
+    robot, motion = model, np.eye(4)
     for _ in range(_ROUNDS):
         predicted = robot.poses(part, threads=threads)[:, :3, 3]
         step = rigid(predicted, np.asarray(part.position), where)
@@ -108,8 +122,26 @@ def _set_up(model: Robot, data: Dataset, name: str, rows: IntArray, threads: int
     if robot.correction is not None:
         shift = robot.correct(part.q, part.payload).displacement
         bare = replace(part, position=np.asarray(part.position) - shift)
-    error = np.asarray(part.position) - robot.poses(part, threads=threads)[:, :3, 3]
-    return SetUp(name, rows, motion, robot, bare, error)
+    unknowns = np.zeros(0)
+    if measured.parameters:
+        unknowns = placed(robot, part, measured, with_base=False, where=where, threads=threads)[1]
+    found = compared(robot, part, unknowns_by_owner(measured, unknowns), threads)
+    return SetUp(name, rows, motion, robot, bare, -found.points, unknowns, found)
+
+
+def _placed(
+    model: Robot, data: Dataset, measured: _core.Measurements, where: str, threads: int
+) -> tuple[Robot, FloatArray]:
+    """The robot with the base that readings without points show, and the observations' unknowns."""
+    if data.rotation is not None:
+        aligned = _core.align(model.error_model, model.samples(data), measured, threads)
+        if not aligned.found:
+            raise Undetermined(f"{where}: {aligned.message}")
+        T = pose(model.spec["base"])
+        T[:3, :3] = np.asarray(aligned.T_world_base)[:3, :3]  # where it stands, orientations do not say
+        model = with_base(model, T)
+    T, unknowns = placed(model, data, measured, with_base=measured.shows_base, where=where, threads=threads)
+    return (with_base(model, T) if measured.shows_base else model), unknowns
 
 
 def with_base(robot: Robot, T_world_base: FloatArray) -> Robot:
@@ -141,9 +173,12 @@ def rigid(p: FloatArray, x: FloatArray, where: str) -> FloatArray:
     return motion
 
 
-def distances(places: list[SetUp]) -> FloatArray:
-    """(N,) distance of every point from where the model has it [m], NaN where none was measured."""
-    out = np.full(sum(len(place.rows) for place in places), np.nan)
+def kind_errors(places: list[SetUp]) -> dict[str, KindErrors]:
+    """What all rows are off of the model, by kind of reading."""
+    count = sum(len(place.rows) for place in places)
+    numbers: dict[Kind, FloatArray] = {}
     for place in places:
-        out[place.rows] = np.linalg.norm(place.error, axis=1)
-    return out
+        for kind, own in place.compared.numbers.items():
+            all_rows = numbers.setdefault(kind, np.full((count, *own.shape[1:]), np.nan))
+            all_rows[place.rows] = own
+    return table(numbers, None)

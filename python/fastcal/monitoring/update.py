@@ -10,14 +10,17 @@ from typing import Any
 
 import numpy as np
 
+from fastcal.calibration.alignment import measurements
 from fastcal.calibration.data_notes import covered
 from fastcal.calibration.evaluation import Evaluation, evaluate
 from fastcal.calibration.parallel import one_blas_thread
 from fastcal.calibration.result import IdentifiedParameter
+from fastcal.calibration.unknowns import unknowns_by_owner
 from fastcal.display import late
 from fastcal.display.shown import Shown
 from fastcal.effects.entries import edge_name, edge_unit, full_name
 from fastcal.measurements.dataset import Dataset
+from fastcal.measurements.kinds import POINTS, Kind, KindNoise
 from fastcal.monitoring.check import check
 from fastcal.monitoring.linear import record_of
 from fastcal.monitoring.refit import Refit, refit
@@ -39,7 +42,7 @@ class UpdateResult(Shown):
         before: The check of the same rows against the old model.
         parameters: Of the arm and its tool; `nominal` is what the old model had.
         train: Errors on the rows.
-        sigma: Noise of a coordinate [m], pooled; degrees_of_freedom too.
+        noise: Of a number of each kind of reading, pooled; degrees_of_freedom too.
         left_out: Rows that were left out as wrong.
         status: converged or not_converged.
     """
@@ -48,11 +51,27 @@ class UpdateResult(Shown):
     before: CheckResult
     parameters: list[IdentifiedParameter]
     train: Evaluation
-    sigma: float
+    noise: Mapping[str, KindNoise]
     degrees_of_freedom: int
     left_out: list[int]
     notes: list[str] = field(default_factory=list)
     status: str = "converged"
+
+    @property
+    def sigma(self) -> float | None:
+        """Noise of a coordinate [m]; None where no point was measured."""
+        return self.noise[POINTS].value if POINTS in self.noise else None
+
+    @property
+    def errors(self) -> list[tuple[Kind, float, float]]:
+        """RMS error of each kind [m or rad] with the old model and with this one."""
+        before = {fit.kind.name: fit.found.rms for fit in self.before.fits}
+        after = {name: of.statistics[1] for name, of in self.train.kinds.items()}
+        return [
+            (self.train.kinds[name].kind, before[name], now.rms)
+            for name, now in after.items()
+            if now is not None and name in before
+        ]
 
     def to_json_dict(self) -> dict[str, Any]:
         """The content of result.json."""
@@ -64,7 +83,8 @@ class UpdateResult(Shown):
             "test": None,
             "parameters": [vars(p) for p in self.parameters],
             "unidentifiable": [],
-            "sigma_mm": from_si(self.sigma, "mm"),
+            "sigma_mm": None if self.sigma is None else from_si(self.sigma, "mm"),
+            "noise": {name: of.to_json_dict() for name, of in self.noise.items()},
             "degrees_of_freedom": self.degrees_of_freedom,
             "outliers": self.left_out,
             "check": self.before.to_json_dict(),
@@ -122,12 +142,14 @@ def update(
     one = (
         replace(kept, station=None, station_names=()) if len(fitted.places) == 1 else kept.select(fitted.places[0].rows)
     )
+    first = fitted.places[0]
+    unknowns = unknowns_by_owner(measurements(first.data, first.robot), first.unknowns)
     return UpdateResult(
         result,
         before,
         _table(fitted),
-        evaluate(result, one, threads=threads),
-        fitted.scale * before.sigma,
+        evaluate(result, one, unknowns=unknowns, threads=threads),
+        {fit.kind.name: replace(fit.noise, value=fitted.scale * fit.noise.value) for fit in before.fits},
         record.degrees_of_freedom,
         wrong,
         notes,
@@ -147,12 +169,11 @@ def _record(old: Robot, fitted: Refit, data: Dataset) -> CalibrationRecord:
     return CalibrationRecord(
         names,
         lower_root(fitted.covariance),
-        record.sigma_mm * fitted.scale,
+        {kind: (value * fitted.scale, unit) for kind, (value, unit) in record.noise.items()},
         round(fitted.freedom),
         [full_name(fitted.rows.parameters[i]) for i in moved],
         fitted.held[moved],
         ranges,
-        None if record.sigma_deg is None else record.sigma_deg * fitted.scale,
     )
 
 

@@ -12,7 +12,7 @@ from typing import Any
 
 from fastcal.effects.entries import traits_of
 from fastcal.errors import FastcalError
-from fastcal.monitoring.result import FEWEST_DEGREES, Cause, Change
+from fastcal.monitoring.result import FEWEST_DEGREES, Cause, Change, KindFit
 from fastcal.monitoring.setups import SetUp
 from fastcal.units import from_si, to_si
 
@@ -78,7 +78,7 @@ def kept_sentence(content: Mapping[str, Any], _: Translate = plain) -> str:
             causes,
             content["within_tolerance"],
             None if limit is None else to_si(limit, "mm"),
-            to_si(content["max_mm"], "mm"),
+            0.0 if content["max_mm"] is None else to_si(content["max_mm"], "mm"),
             content["degrees_of_freedom"] >= FEWEST_DEGREES,
             _,
         )
@@ -126,7 +126,7 @@ def cause_text(cause: Cause, _: Translate = plain) -> str:
     if cause.kind == "noise":
         (change,) = cause.changes
         was, now = f"{change.was:.3f}", f"{change.value:.3f}"
-        text = _("the noise has grown from {was} to {now} mm", was=was, now=now)
+        text = _("the noise has grown from {was} to {now} {unit}", was=was, now=now, unit=change.unit)
     elif len(cause.changes) == 1:
         text = _("{what} by {size}", what=spoken(cause.label, _), size=size_text(cause.changes[0]))
     else:
@@ -183,25 +183,31 @@ def listed_numbers(values: Sequence[float], digits: int) -> str:
 
 
 def reasons(
-    rms: float,
-    expected: float,
+    fits: Sequence[KindFit],
     p_value: float,
     degrees: int,
     places: Sequence[SetUp],
     causes: Sequence[Cause],
     _: Translate = plain,
 ) -> list[str]:
-    """The evidence, a sentence each; lengths in m."""
+    """The evidence, a sentence each."""
+    main, *others = fits
+    digits = 3 if main.kind.unit == "mm" else 4
     out = [
         _(
-            "RMS {found} mm after fitting the base, {wanted} mm expected from noise and the model's uncertainty "
+            "RMS {found} after fitting the base, {wanted} expected from noise and the model's uncertainty "
             "({degrees} degrees of freedom, p {p})",
-            found=f"{from_si(rms, 'mm'):.3f}",
-            wanted=f"{from_si(expected, 'mm'):.3f}",
+            found=main.kind.text(main.found.rms, digits),
+            wanted=main.kind.text(main.expected_rms, digits),
             degrees=degrees,
             p=f"= {p_value:.2g}" if p_value >= LEAST_P else f"< {LEAST_P:.4f}",
         )
     ]
+    for fit in others:
+        found, wanted = (fit.kind.text(size) for size in (fit.found.rms, fit.expected_rms))
+        out.append(
+            _("{kind}: RMS {found}, {wanted} expected", kind=_(fit.kind.plural), found=found, wanted=wanted)
+        )
     for place in places:
         motion = place.to_json_dict()
         xyz, rpy = listed_numbers(motion["xyz_mm"], 2), listed_numbers(motion["rpy_deg"], 3)

@@ -12,13 +12,13 @@ from fastcal.report import monitoring_figures as drawings
 from fastcal.report.check_report import causes_section, check_sentence, next_poses_sections
 from fastcal.report.document import document_facts
 from fastcal.report.figures import Figure, Key
-from fastcal.report.formatting import plural, significant
+from fastcal.report.formatting import plural
 from fastcal.report.history_report import ON_PAPER
+from fastcal.report.kind_words import beside_mm
 from fastcal.report.language import _, in_language
 from fastcal.report.sections import Section, present, state_word
-from fastcal.report.tables import Cell, Column, Group, Table, number_cell
+from fastcal.report.tables import Cell, Column, Group, Table
 from fastcal.report.words import Remark, Verdict
-from fastcal.units import from_si
 
 MOST_ARMS = 30  # that have sections of their own; the table has all
 _MOST_NAMES = 8
@@ -81,13 +81,15 @@ def _table(found: ArmChecks) -> Table:
     rows = []
     for arm in found.arms:
         each = arm.found
-        sizes = [None] * 3 if each is None else [each.rms_mm, each.expected_rms_mm, float(from_si(each.largest, "mm"))]
+        kind = None if each is None else each.main.kind
+        of = [None] * 3 if each is None else [each.rms, each.expected_rms, each.largest]
+        sizes = [None if size is None or kind is None else kind.shown(size) for size in of]
         rows.append(
             [
                 Cell(arm.name),
                 Cell("" if each is None else each.model.name),
                 Cell(state_word(arm.state)),
-                *(number_cell("" if size is None else significant(size), size) for size in sizes),
+                *(beside_mm(size, "mm" if kind is None else kind.unit) for size in sizes),
                 Cell("" if arm.state == "holds" else _sentence(arm)),
                 Cell(", ".join(arm.files)),
             ]

@@ -11,14 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.calibration.acceptance_limit import SHARE
+from fastcal.measurements.kinds import POINTS
 from fastcal.measurements.observations import plurals
 from fastcal.report import calibration_tables, charts, figures, page, residual_figures, workspace
 from fastcal.report.document import document_facts
 from fastcal.report.formatting import alike, count, percent, plural, significant
+from fastcal.report.kind_words import noise_text, noise_title
 from fastcal.report.language import _, decimal_sign, in_language, mid_sentence
 from fastcal.report.tables import capitalised, in_words
 from fastcal.report.view import Rows, rows_of
-from fastcal.report.words import listed, verdict
+from fastcal.report.words import caveat_text, listed, verdict
 from fastcal.units import from_si
 
 if TYPE_CHECKING:
@@ -64,12 +66,17 @@ def _page(result: CalibrationResult, simulated: bool, limit: LimitJudged | None)
         accuracy_table=calibration_tables.accuracy_table(sets) if sets else None,
         accuracy_figures=accuracy_figures(sets) if sets else [],
         accuracy_facts=_accuracy_facts(result),
+        of_points=train is None or train.kind.name == POINTS,
+        kind_table=calibration_tables.kind_table(
+            [(_("training poses"), result.train), *([] if result.test is None else [(_("test poses"), result.test)])]
+        ),
         scene=None if arrows is None else workspace.scene(*arrows, base, _("the measuring frame")),
         flat_views=[] if arrows is None else workspace.flat_views(*arrows),
         component_key=charts.component_key(train.components) if train else [],
         trend_panels=residual_figures.trend_panels(train, trends) if train else [],
         trend_note=residual_figures.drawn_note(train.row_count, result.train.row_count) if train else "",
-        parameter_table=calibration_tables.parameter_table(result.parameters),
+        parameter_table=calibration_tables.parameter_table(result.parameters, holds=not result.caveats),
+        caveat=caveat_text() if result.caveats else "",
         unidentifiable=[
             (capitalised(in_words(item.direction)), in_words(item.parameters[0]) if item.parameters else "")
             for item in result.unidentifiable
@@ -77,9 +84,10 @@ def _page(result: CalibrationResult, simulated: bool, limit: LimitJudged | None)
         correlated_table=calibration_tables.correlated_table(result.correlated),
         told_count=len(result.parameters),
         asked_count=result.asked_count,
-        normal_plot=residual_figures.normal_plot(train, result.sigma_mm, outliers) if train else None,
-        sigma=significant(result.sigma_mm, 2),
-        sigma_note=result.sigma_note,
+        normal_plot=residual_figures.normal_plot(train, result.noise[train.kind.name], outliers)
+        if train and train.kind.name in result.noise
+        else None,
+        noise=[(noise_title(of.kind), noise_text(of), _(of.note)) for of in result.noise.values()],
         outlier_table=calibration_tables.outlier_table(train, outliers, result.weights) if train else None,
         outlier_count=len(result.outliers),
         method=_method(result),
@@ -132,22 +140,23 @@ def _sources(result: CalibrationResult) -> list[tuple[str, str, int]]:
 def _tiles(result: CalibrationResult, sets: list[Rows]) -> list[tuple[str, str, str]]:
     shares = _("{some} of {all}", some=len(result.parameters), all=result.asked_count)
     identified = (_("Identified"), shares, _("parameters; rank {rank}", rank=result.rank))
-    noise = (_("Noise of a coordinate"), f"{significant(result.sigma_mm, 2)} mm", _("standard deviation"))
+    noise = [(noise_title(of.kind), noise_text(of), _("standard deviation")) for of in result.noise.values()]
     if not sets:
-        return [noise, identified]
+        return [*noise, identified]
     before, after = sets[-1].before, sets[-1].after
     on = _poses_of(result, sets[-1] is not sets[0])
-    was = [_("was {value} mm", value=alike(value, after.mean)) for value in (before.mean, before.max)]
+    unit = sets[-1].unit
+    was = [_("was {value} {unit}", value=alike(value, after.mean), unit=unit) for value in (before.mean, before.max)]
     return [
-        (_("Mean error, {on}", on=on), f"{alike(after.mean, after.mean)} mm", was[0]),
-        (_("Largest error, {on}", on=on), f"{alike(after.max, after.mean)} mm", was[1]),
-        noise,
+        (_("Mean error, {on}", on=on), f"{alike(after.mean, after.mean)} {unit}", was[0]),
+        (_("Largest error, {on}", on=on), f"{alike(after.max, after.mean)} {unit}", was[1]),
+        *noise,
         identified,
     ]
 
 
 def _poses_of(result: CalibrationResult, of_test: bool) -> str:
-    is_test = of_test or result.train.after is None
+    is_test = of_test or result.train.main is None
     return _("test poses") if is_test else _("training poses")
 
 
@@ -191,7 +200,7 @@ def accuracy_figures(sets: list[Rows]) -> list[figures.Figure]:
         curves.append((_("{set} before", set=name), rows.error_before, figures.BEFORE, dash))
         curves.append((_("{set} after", set=name), rows.error_after, figures.AFTER, dash))
         samples.insert(0, (name, rows.error_after, figures.AFTER if is_judged else figures.INK))
-    return [charts.cumulative(curves, "mm"), charts.histogram(samples, "mm")]
+    return [charts.cumulative(curves, sets[0].unit), charts.histogram(samples, sets[0].unit)]
 
 
 def _method(result: CalibrationResult) -> list[tuple[str, str]]:

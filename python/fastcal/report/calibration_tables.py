@@ -11,13 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import units
-from fastcal.report.formatting import count, fixed, is_known, percent, plural, with_uncertainty
+from fastcal.measurements.kinds import POINTS
+from fastcal.report.formatting import count, fixed, is_known, percent, plural, significant, with_uncertainty
+from fastcal.report.kind_words import kind_title
 from fastcal.report.language import _
 from fastcal.report.tables import Cell, Column, Group, Table, capitalised, in_words, number_cell, unit_text
 from fastcal.report.view import Rows
 
 if TYPE_CHECKING:
     from fastcal.calibration.calibrate import IdentifiedParameter
+    from fastcal.calibration.evaluation import Evaluation
 
 OUTLIER_LIMIT = 25
 PAIR_LIMIT = 15
@@ -26,9 +29,38 @@ _POSE = ("x", "y", "z", "rx", "ry", "rz")
 _STATISTICS = ("mean", "std", "rms", "max")
 
 
+def kind_table(parts: Sequence[tuple[str, Evaluation]]) -> Table | None:
+    """Errors of every kind of reading on each set, each in its unit; None where only points were measured."""
+    if all(name == POINTS for _set, part in parts for name in part.kinds):
+        return None
+    columns = [Column("", numeric=False), Column(_("Unit"), numeric=False), Column(_("Readings"))]
+    columns += [Column(title) for title in (_("RMS before"), _("RMS after"), _("Max after"))]
+    groups = []
+    for title, part in parts:
+        lines = []
+        for of in part.kinds.values():
+            before, after = of.statistics
+            sizes = [
+                None if before is None else before.rms,
+                None if after is None else after.rms,
+                None if after is None else after.max,
+            ]
+            lines.append(
+                [
+                    Cell(kind_title(of.kind)),
+                    Cell(unit_text(of.kind.unit)),
+                    Cell(count(0 if after is None else after.count)),
+                    *(Cell("" if size is None else significant(of.kind.shown(size))) for size in sizes),
+                ]
+            )
+        groups.append(Group(lines, title))
+    return Table(_("Errors of each kind of reading"), columns, groups)
+
+
 def accuracy_table(sets: list[Rows]) -> Table:
     """Mean, std, RMS and maximum of the error before and after on each set, and the share that remains."""
-    titles = (_("Mean (mm)"), _("Std (mm)"), _("RMS (mm)"), _("Max (mm)"))
+    unit = sets[0].unit
+    titles = (f"{title} ({unit})" for title in (_("Mean"), _("Std"), "RMS", "Max"))
     columns = [Column("", numeric=False), Column(_("Poses")), *(Column(title) for title in titles)]
     groups = []
     for rows in sets:
@@ -45,13 +77,19 @@ def accuracy_table(sets: list[Rows]) -> Table:
         ]
         lines.append([Cell(_("remaining")), Cell(""), *(Cell(share) for share in shares)])
         groups.append(Group(lines, _("{set} poses", set=rows.name)))
-    return Table(_("Error before and after calibration, in millimetres"), columns, groups)
+    return Table(_("Error before and after calibration"), columns, groups)
 
 
-def parameter_table(parameters: list[IdentifiedParameter]) -> Table:
-    """Nominal, identified, std and change of every parameter, in groups by owner in the order of the parameters."""
+def parameter_table(parameters: list[IdentifiedParameter], *, holds: bool = True) -> Table:
+    """Nominal, identified, std and change of every parameter, in groups by owner in the order of the parameters.
+
+    Args:
+        parameters: Identified ones.
+        holds: Do their standard deviations hold? Else the title of their column says so.
+    """
     columns = [Column(_("Parameter"), numeric=False), Column(_("Unit"), numeric=False)]
-    columns += [Column(title) for title in (_("Nominal"), _("Identified"), _("Std"), _("Change"), _("Change / std"))]
+    std = _("Std") if holds else _("Std (does not hold)")
+    columns += [Column(title) for title in (_("Nominal"), _("Identified"), std, _("Change"), _("Change / std"))]
     groups = []
     for owner in dict.fromkeys(parameter.owner for parameter in parameters):
         rows = [_parameter_row(parameter) for parameter in parameters if parameter.owner == owner]
@@ -84,7 +122,8 @@ def outlier_table(rows: Rows, outliers: Sequence[int] | NDArray[np.intp], weight
     error, outlying = rows.error_after, np.asarray(outliers, int)
     worst = outlying[np.argsort(-np.nan_to_num(error[outlying]))][:OUTLIER_LIMIT]
     parts = rows.components if len(rows.components) > 1 else ()
-    columns = [Column(title) for title in (_("Row"), _("Error (mm)"), *(f"{name} (mm)" for name in parts), _("Weight"))]
+    titles = [f"{name} ({rows.unit})" for name in (_("Error"), *parts)]
+    columns = [Column(title) for title in (_("Row"), *titles, _("Weight"))]
     units_of = ", ".join(dict.fromkeys(joint.unit for joint in rows.joints))
     columns.append(Column(_("Joint positions ({units})", units=units_of), numeric=False))
     lines = []

@@ -91,8 +91,9 @@ def trend_panel(
     key: list[Key],
     y_range: float,
     shown: NDArray[np.intp],
+    unit: str = "mm",
 ) -> Figure:
-    """Residual (N, m) in mm against x (N,): the `shown` rows as points; medians of all rows, with their 95 % bands.
+    """Residual (N, m) in a unit against x (N,): the `shown` rows as points; medians of all rows, with their 95 % bands.
 
     Of very many rows the medians are those of some, of `judged_rows`.
     `titles` are those of the panel and of its x axis; `key` gives each of the m columns its name and look.
@@ -106,18 +107,21 @@ def trend_panel(
             continue
         around = np.concatenate([bins.x, bins.x[::-1]]), np.concatenate([bins.low, bins.high[::-1]])
         fill = {"fill": "toself", "fillcolor": figures.translucent(entry.colour, 0.18), "line": {"width": 0}}
-        hover = _("{component}: median %{{y:.3g}} mm at %{{x:.4g}}", component=entry.label)
+        hover = _("{component}: median %{{y:.3g}} {unit} at %{{x:.4g}}", component=entry.label, unit=unit)
         traces.append(figures.line(*around, entry.colour) | fill)
         traces.append(figures.line(bins.x, bins.median, entry.colour, entry.mark, hover=hover))
     title, x_title = titles
-    drawn = figures.layout(x_title, _("residual (mm)"), yaxis={"range": [-y_range, y_range]}, xaxis={"nticks": 5})
+    y_title = _("residual ({unit})", unit=unit)
+    drawn = figures.layout(x_title, y_title, yaxis={"range": [-y_range, y_range]}, xaxis={"nticks": 5})
     drawn["margin"] |= {"l": 56, "t": 6, "b": 42}
-    alt = _("Residual in millimetres against {variable}, with the running median of each component.", variable=x_title)
+    alt = _("Residual against {variable}, with the running median of each component.", variable=x_title)
     return Figure(f"trend-{id_}", title, alt, traces, drawn, columns=2, height=230)
 
 
-def normal_plot(residual: Array, sigma: float, is_outlier: NDArray[np.bool_], most: int = 1500) -> Figure:
-    """Sorted residual components (M,) in mm against normal quantiles, with the line of noise sigma (mm).
+def normal_plot(
+    residual: Array, sigma: float, is_outlier: NDArray[np.bool_], most: int = 1500, unit: str = "mm"
+) -> Figure:
+    """Sorted residual components (M,) in a unit against normal quantiles, with the line of noise sigma in it.
 
     Quantile of rank k: (k - 3/8) / (M + 1/4) (Blom 1958). Of many points the middle is thinned, the tails are not.
     """
@@ -127,7 +131,7 @@ def normal_plot(residual: Array, sigma: float, is_outlier: NDArray[np.bool_], mo
     quantile = NormalDist().inv_cdf
     x = np.array([quantile((k + 0.625) / (len(order) + 0.25)) for k in shown.tolist()])
     y, outlying = residual[order][shown], is_outlier[order][shown]
-    hover = _("residual %{{y:.3f}} mm at normal quantile %{{x:.2f}}")
+    hover = _("residual %{{y:.3g}} {unit} at normal quantile %{{x:.2f}}", unit=unit)
     traces = [figures.points(x[~outlying], y[~outlying], figures.AFTER, 5, 0.75, hover=hover)]
     key = [Key(_("residual component"), figures.AFTER, "point")]
     if outlying.any():
@@ -135,10 +139,10 @@ def normal_plot(residual: Array, sigma: float, is_outlier: NDArray[np.bool_], mo
         key.append(Key(_("of an outlying row"), figures.ALERT, "cross"))
     reach = float(np.abs(x).max(initial=1.0))
     traces.append(figures.line([-reach, reach], [-reach * sigma, reach * sigma], figures.INK, "dash"))
-    key.append(Key(_("normal noise of {sigma} mm", sigma=significant(sigma, 2)), figures.INK, "dash"))
+    key.append(Key(_("normal noise of {sigma} {unit}", sigma=significant(sigma, 2), unit=unit), figures.INK, "dash"))
     largest = max(float(np.abs(y).max(initial=0.0)), reach * sigma) or 1.0
     top = min(1.08 * largest, _NORMAL_PLOT_SIGMAS * sigma or math.inf)
-    drawn = figures.layout(_("normal quantile (standard deviations)"), _("residual component (mm)"))
+    drawn = figures.layout(_("normal quantile (standard deviations)"), _("residual component ({unit})", unit=unit))
     drawn["yaxis"]["range"] = [-top, top]
     beyond = int(np.count_nonzero(np.abs(residual[known]) > top))
     note = ""

@@ -12,6 +12,7 @@ from fastcal.report import monitoring_figures as drawings
 from fastcal.report import page
 from fastcal.report.document import document_facts
 from fastcal.report.formatting import fixed, plural, significant, with_uncertainty
+from fastcal.report.kind_words import noise_text, noise_title
 from fastcal.report.language import _, in_language
 from fastcal.report.sections import (
     TONES,
@@ -26,7 +27,6 @@ from fastcal.report.sections import (
 )
 from fastcal.report.tables import Cell, Column, Group, Table, in_words, number_cell, unit_text
 from fastcal.report.words import Remark, Verdict
-from fastcal.units import from_si
 
 
 def check_sentence(found: CheckResult) -> str:
@@ -43,7 +43,7 @@ def check_act(found: CheckResult) -> str:
 
 def check_reasons(found: CheckResult) -> list[str]:
     """The evidence in the language of the page."""
-    given = (found.rms, found.expected_rms, found.p_value, found.degrees_of_freedom, found.places, found.causes)
+    given = (found.fits, found.p_value, found.degrees_of_freedom, found.places, found.causes)
     return words.reasons(*given, translated)
 
 
@@ -87,14 +87,15 @@ def check_page(found: CheckResult, language: str = "en") -> str:
 
 
 def _check_tiles(found: CheckResult) -> list[tuple[str, str, str]]:
+    kind = found.main.kind
+
+    def size(value: float) -> str:
+        return f"{significant(kind.shown(value))} {unit_text(kind.unit)}"
+
     return [
-        (_("RMS error"), f"{significant(found.rms_mm)} mm", _("after fitting the base")),
-        (_("Expected"), f"{significant(found.expected_rms_mm)} mm", _("noise and the model's uncertainty")),
-        (
-            _("Largest error"),
-            f"{significant(from_si(found.largest, 'mm'))} mm",
-            _("of {count} poses", count=len(found.data)),
-        ),
+        (_("RMS error"), size(found.rms), _("after fitting the base")),
+        (_("Expected"), size(found.expected_rms), _("noise and the model's uncertainty")),
+        (_("Largest error"), size(found.largest), _("of {count} poses", count=len(found.data))),
         (_("p-value"), p_text(found.p_value), _("of an unchanged arm")),
     ]
 
@@ -171,7 +172,7 @@ def _sought(found: CheckResult) -> Section:
 def _check_method(found: CheckResult) -> Section:
     facts = [
         (_("Degrees of freedom"), _("{count}: numbers less six for each set-up", count=found.degrees_of_freedom)),
-        (_("Noise of a coordinate"), f"{significant(from_si(found.sigma, 'mm'), 2)} mm"),
+        *((noise_title(fit.kind), noise_text(fit.noise)) for fit in found.fits),
     ]
     for place in found.places:
         block = place.to_json_dict()

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from fastcal.report import figures
 from fastcal.report.figures import Figure, Key, Trace
 from fastcal.report.formatting import alike, fixed
-from fastcal.report.tables import capitalised
+from fastcal.report.tables import capitalised, unit_text
 
 Array = NDArray[np.float64]
 
@@ -21,29 +21,31 @@ TAKEN = "#009e73"
 _BAND = [[0.0, "#ffffff"], [0.5, "#dbe7ee"], [0.8, "#8fb8cf"], [0.95, "#e09f3e"], [1.0, "#a11d1d"]]
 
 
-def waterfall(steps: Sequence[tuple[str, float]], floor: float, on: str) -> Figure:
-    """RMS error [mm] of the geometry alone, what each effect takes away, what remains, and what noise alone makes.
+def waterfall(steps: Sequence[tuple[str, float]], floor: float, on: str, kind_unit: str = "mm") -> Figure:
+    """RMS error of the geometry alone, what each effect takes away, what remains, and what noise alone makes.
 
     Args:
         steps: (name, RMS with it and all before it), geometry first.
-        floor: RMS that noise alone would make [mm].
+        floor: RMS that noise alone would make.
         on: The poses, as in "test poses".
+        kind_unit: Of all these.
     """
+    unit = unit_text(kind_unit)
     names = ["geometry alone"]
-    base, height, colours, texts = [0.0], [steps[0][1]], [figures.BEFORE], [f"{alike(steps[0][1], floor)} mm"]
+    base, height, colours, texts = [0.0], [steps[0][1]], [figures.BEFORE], [f"{alike(steps[0][1], floor)} {unit}"]
     for (_, before), (name, after) in pairwise(steps):
         names.append(f"with {name}")
         base.append(min(before, after))
         height.append(abs(before - after))
         colours.append(TAKEN if after <= before else figures.ALERT)
         sign = "\N{MINUS SIGN}" if after <= before else "+"
-        texts.append(f"{sign}{alike(abs(before - after), floor)} mm")
+        texts.append(f"{sign}{alike(abs(before - after), floor)} {unit}")
     if len(steps) > 1:
         names.append("what remains")
         base.append(0.0)
         height.append(steps[-1][1])
         colours.append(figures.AFTER)
-        texts.append(f"{alike(steps[-1][1], floor)} mm")
+        texts.append(f"{alike(steps[-1][1], floor)} {unit}")
     bars: Trace = {
         "type": "bar", "orientation": "h", "x": height, "base": base, "y": list(range(len(names))), "width": 0.5,
         "marker": {"color": colours}, "text": texts, "textposition": "outside", "cliponaxis": False,
@@ -52,7 +54,7 @@ def waterfall(steps: Sequence[tuple[str, float]], floor: float, on: str) -> Figu
     ends = [-0.8, len(names) - 0.5]
     top = max(b + h for b, h in zip(base, height, strict=True))
     drawn = figures.layout(
-        "RMS error (mm)",
+        f"RMS error ({unit})",
         "",
         xaxis={"range": [0, 1.16 * max(top, floor)]},
         yaxis={

@@ -20,6 +20,7 @@ from fastcal.io.design_out import write_poses
 from fastcal.io.folder import atomic_folder
 from fastcal.io.results import write_json
 from fastcal.io.robot_file import write_spec
+from fastcal.measurements.kinds import POINTS
 from fastcal.report import (
     calibration_tables,
     charts,
@@ -42,9 +43,10 @@ from fastcal.report.diagnosis_words import (
 )
 from fastcal.report.document import document_facts
 from fastcal.report.figures import Figure
-from fastcal.report.formatting import alike, percent, significant
+from fastcal.report.formatting import alike, percent
+from fastcal.report.kind_words import noise_text, noise_title
 from fastcal.report.model_patches import PATTERN, patch_name, removal_patches
-from fastcal.report.tables import Table, capitalised
+from fastcal.report.tables import Table, capitalised, unit_text
 from fastcal.report.view import Rows, rows_of
 
 if TYPE_CHECKING:
@@ -109,7 +111,6 @@ def diagnosis_page(found: Diagnosis, *, simulated: bool = False, made_by: Mappin
     """The HTML text of the page; with `made_by` it is a document that can be signed."""
     train, geometry = compared_rows(found, "Training", "train")
     test, _ = compared_rows(found, "Test", "test")
-    judged = test or train
     sets = [rows for rows in (train, test) if rows is not None]
     arrows = residual_figures.arrows(sets)
     base = np.asarray(found.model.spec["base"]["xyz_mm"], float)
@@ -117,7 +118,7 @@ def diagnosis_page(found: Diagnosis, *, simulated: bool = False, made_by: Mappin
     if found.verdict == "several" and any(f.grade != "A" for f in found.effects):
         tone = "caution"
     state = found.final
-    floor = _floor(found, judged)
+    floor = found.floor
     return page.render(
         "diagnosis.html",
         title=f"Diagnosis of {found.model.name}",
@@ -152,9 +153,9 @@ def diagnosis_page(found: Diagnosis, *, simulated: bool = False, made_by: Mappin
         trend_note=residual_figures.drawn_note(train.row_count) if train else "",
         scene=None if arrows is None else workspace.scene(*arrows, base, _FRAME),
         flat_views=[] if arrows is None else workspace.flat_views(*arrows),
-        sigma=significant(found.sigma_mm, 2),
+        noise=[(noise_title(of.kind), noise_text(of)) for of in found.noise.values()],
         sigma_note=found.sigma_note,
-        normal_plot=residual_figures.normal_plot(train, found.sigma_mm, found.outliers) if train else None,
+        normal_plot=residual_figures.normal_plot(train, found.main_noise, found.outliers) if train else None,
         outlier_table=_outlier_table(found, train),
         outlier_count=len(found.outliers),
         notes=found.notes,
@@ -184,23 +185,19 @@ def compared_rows(found: Diagnosis, name: str, part: str) -> tuple[Rows | None, 
     last: Evaluation | None = getattr(found.steps[-1], part)
     if first is None or last is None:
         return None, None
-    compared = replace(last, before=first.after, error_before=first.error_after, length_before=first.length_after)
+    was = {name: of.numbers for name, of in first.kinds.items()}
+    told = {name: replace(of, numbers_before=was.get(name)) for name, of in last.kinds.items()}
+    compared = replace(last, before=first.after, error_before=first.error_after, kinds=told)
     kinds = found.model.joint_types
     return rows_of(name, compared, kinds), rows_of(name, first, kinds)
 
 
-def _floor(found: Diagnosis, rows: Rows | None) -> float:
-    """RMS error [mm] that noise alone would make."""
-    is_length = rows is not None and rows.components == ("length",)
-    return float(found.sigma_mm * (1.0 if is_length else np.sqrt(3.0)))
-
-
 def _judged(found: Diagnosis) -> tuple[str, list[float]]:
-    """The poses by which the gap is judged, and its RMS errors [mm]."""
-    tested = [step.test_rms_mm for step in found.gap if step.test_rms_mm is not None]
+    """The poses by which the gap is judged, and its RMS errors, in the unit of the kind that is spoken of."""
+    tested = [step.main.test_rms for step in found.gap if step.main.test_rms is not None]
     if len(tested) == len(found.gap):
         return "test poses, which no fit has seen", tested
-    return "poses of the fit", [step.train_rms_mm for step in found.gap]
+    return "poses of the fit", [step.main.train_rms or 0.0 for step in found.gap]
 
 
 def _tried(found: Diagnosis) -> int:
@@ -208,20 +205,26 @@ def _tried(found: Diagnosis) -> int:
     return len({name.key for name in found.search.problem.names})
 
 
+def _number_word(found: Diagnosis) -> str:
+    return "coordinate" if found.main_noise.kind.name == POINTS else "number"
+
+
 def _tiles(found: Diagnosis, floor: float) -> list[tuple[str, str, str]]:
     on, sizes = _judged(found)
     before, after = sizes[0], sizes[-1]
-    where = on.split(",")[0]
-    noise = ("Noise alone would make", f"{alike(floor, floor)} mm", f"{significant(found.sigma_mm, 2)} mm a coordinate")
+    where, unit = on.split(",")[0], unit_text(found.main_noise.kind.unit)
+    of_one = f"{noise_text(found.main_noise)} a {_number_word(found)}"
+    noise = ("Noise alone would make", f"{alike(floor, floor)} {unit}", of_one)
     dead = len({(u.effect, u.owner) for u in found.untestable})
     tried = ("Causes tried", str(_tried(found)), f"{dead} more can\N{RIGHT SINGLE QUOTATION MARK}t show in these data")
     if len(sizes) == 1:
         unexplained = np.sqrt(max(after**2 - floor**2, 0.0))
-        above = ("Beyond the noise", f"{alike(unexplained, floor)} mm", "root of the difference of squares")
-        return [(f"RMS error, {where}", f"{alike(after, floor)} mm", "calibrated geometry"), noise, above, tried]
+        above = ("Beyond the noise", f"{alike(unexplained, floor)} {unit}", "root of the difference of squares")
+        return [(f"RMS error, {where}", f"{alike(after, floor)} {unit}", "calibrated geometry"), noise, above, tried]
     closed = float(np.clip((before**2 - after**2) / max(before**2 - floor**2, 1e-30), 0.0, 1.0))
+    was = f"was {alike(before, floor)} {unit} with geometry alone"
     return [
-        (f"RMS error, {where}", f"{alike(after, floor)} mm", f"was {alike(before, floor)} mm with geometry alone"),
+        (f"RMS error, {where}", f"{alike(after, floor)} {unit}", was),
         noise,
         ("Gap closed", percent(closed), "of the mean square beyond the noise"),
         tried,
@@ -256,10 +259,9 @@ def _unexplained_figures(found: Diagnosis, state: SearchNode) -> list[Figure]:
 def gap_figure(found: Diagnosis) -> Figure:
     """The error of the geometry alone, what each effect takes of it, what remains, and the noise."""
     on, sizes = _judged(found)
-    test, _ = compared_rows(found, "Test", "test")
-    floor = _floor(found, test or compared_rows(found, "Training", "train")[0])
     names = [_step_name(step.added) for step in found.gap]
-    return diagnosis_figures.waterfall(list(zip(names, sizes, strict=True)), floor, on)
+    steps, unit = list(zip(names, sizes, strict=True)), found.main_noise.kind.unit
+    return diagnosis_figures.waterfall(steps, found.floor, on, unit)
 
 
 def _step_name(added: str | None) -> str:

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from fastcal.diagnosis.result import Diagnosis, Finding
 from fastcal.effects.entries import traits_of
+from fastcal.measurements.kinds import POINTS
 from fastcal.report.summaries import headline, outlier_lines, summary
 
 
@@ -21,10 +22,12 @@ def _(found: Diagnosis) -> list[str]:
     for finding in found.effects:
         lines += _finding_lines(finding)
     for step in found.gap:
-        test = "" if step.test_rms_mm is None else f", test poses {step.test_rms_mm:.4f} mm"
-        name = "geometry alone" if step.added is None else f"with {step.added}"
-        lines.append(f"{name}: RMS {step.train_rms_mm:.4f} mm{test}")
-    lines.append(f"noise of a measured coordinate: {found.sigma_mm:.4f} mm ({found.sigma_note})")
+        name, main = "geometry alone" if step.added is None else f"with {step.added}", step.main
+        test = "" if main.test_rms is None else f", test poses {main.test_rms:.4f} {main.unit}"
+        if main.train_rms is not None:
+            lines.append(f"{name}: RMS {main.train_rms:.4f} {main.unit}{test}")
+    what = "a measured coordinate" if found.main_noise.kind.name == POINTS else found.main_noise.kind.plural
+    lines.append(f"noise of {what}: {found.main_noise} ({found.sigma_note})")
     if found.untestable:
         names = sorted({cause.effect for cause in found.untestable})
         lines.append(f"not testable with these data (diagnosis.json says what would be needed): {', '.join(names)}")

@@ -4,14 +4,16 @@
 
 from __future__ import annotations
 
+from fastcal.monitoring.events import misfit_of
 from fastcal.monitoring.history import Alarm, ArmHistory, History
 from fastcal.monitoring.words import kept_sentence
 from fastcal.report import monitoring_figures as drawings
 from fastcal.report import page
 from fastcal.report.formatting import plural, significant
+from fastcal.report.kind_words import beside_mm
 from fastcal.report.language import _, in_language
 from fastcal.report.sections import Section, present, state_word, translated
-from fastcal.report.tables import Cell, Column, Group, Table, in_words, number_cell
+from fastcal.report.tables import Cell, Column, Group, Table, in_words, unit_text
 from fastcal.report.words import Remark, Verdict
 
 MOST_ARMS = 40  # whose charts a page has; the table has all
@@ -98,7 +100,7 @@ def _fleet_table(arms: list[ArmHistory]) -> Table:
     rows = []
     for arm in arms:
         last = next((e for e in reversed(arm.events) if e.kind == "check"), None)
-        rms = None if last is None else float(last.content["rms_mm"])
+        rms, _expected, unit = (None, None, "mm") if last is None else misfit_of(last.content) or (None, None, "mm")
         count = sum(e.kind == "check" for e in arm.events)
         rows.append(
             [
@@ -107,7 +109,7 @@ def _fleet_table(arms: list[ArmHistory]) -> Table:
                 Cell(state_word(arm.state)),
                 Cell(str(count), count),
                 Cell("" if last is None else _one_line(last.date)),
-                number_cell("" if rms is None else significant(rms), rms),
+                beside_mm(rms, unit),
                 Cell(str(len(arm.alarms)), len(arm.alarms)),
             ]
         )
@@ -120,25 +122,26 @@ def _event_table(arm: ArmHistory) -> Table:
     rows = []
     for e in arm.events:
         if e.kind == "model":
-            noise = float(e.content["sigma_mm"])
+            each = e.content["noise"].values()
+            noise = ", ".join(f"{significant(of['value'], 2)} {unit_text(of['unit'])}" for of in each)
             rows.append(
                 [
                     Cell(_one_line(e.date)),
                     Cell(_("model")),
                     Cell(""),
                     Cell(""),
-                    Cell(_("noise {size} mm", size=significant(noise, 2))),
+                    Cell(_("noise {size}", size=noise)),
                     Cell(e.file),
                 ]
             )
             continue
-        rms, expected = float(e.content["rms_mm"]), float(e.content["expected_rms_mm"])
+        rms, expected, unit = misfit_of(e.content) or (None, None, "mm")
         rows.append(
             [
                 Cell(_one_line(e.date)),
                 Cell(_("check")),
-                number_cell(significant(rms), rms),
-                number_cell(significant(expected), expected),
+                beside_mm(rms, unit),
+                beside_mm(expected, unit),
                 Cell(state_word("holds") if e.verdict == "holds" else kept_sentence(e.content, translated)),
                 Cell(e.file),
             ]

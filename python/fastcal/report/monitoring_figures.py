@@ -10,13 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.monitoring.compare import Comparison
+from fastcal.monitoring.events import misfit_of
 from fastcal.monitoring.history import ArmHistory
 from fastcal.monitoring.result import CheckResult, Test
 from fastcal.report import figures
 from fastcal.report.figures import Figure, Key
 from fastcal.report.formatting import plural
 from fastcal.report.language import _
-from fastcal.report.tables import in_words
+from fastcal.report.tables import in_words, unit_text
 from fastcal.units import from_si
 
 Array = NDArray[np.float64]
@@ -30,10 +31,11 @@ DATES = {"type": "date", "tickformat": "%Y-%m-%d", "nticks": 4}  # months have n
 
 def errors(found: CheckResult) -> Figure:
     """The distance of each pose from the model, with what is expected of noise and the model."""
-    error = from_si(found.errors(), "mm")
+    kind = found.main.kind
+    error, unit = from_si(found.errors(), kind.unit), unit_text(kind.unit)
     row = np.arange(len(error))
-    expected = found.expected_rms_mm
-    hover = _("row %{{x}}: %{{y:.3f}} mm")
+    expected = kind.shown(found.expected_rms)
+    hover = _("row %{{x}}: %{{y:.3f}} {unit}", unit=unit)
     traces = [
         figures.points(row, error, figures.AFTER, 9, hover=hover),
         figures.line([-0.5, len(error) - 0.5], [expected, expected], figures.INK, "dash"),
@@ -43,7 +45,9 @@ def errors(found: CheckResult) -> Figure:
         limit = from_si(found.tolerance, "mm")
         traces.append(figures.line([-0.5, len(error) - 0.5], [limit, limit], figures.ALERT))
         key.append(Key(_("tolerance"), figures.ALERT, "solid"))
-    drawn = figures.layout(_("data row"), _("distance from the model (mm)"), yaxis={"rangemode": "tozero"})
+    drawn = figures.layout(
+        _("data row"), _("distance from the model ({unit})", unit=unit), yaxis={"rangemode": "tozero"}
+    )
     alt = _("Distance of each measured pose from the model after fitting the base, with the expected RMS.")
     return Figure("errors", _("Errors of the poses"), alt, traces, drawn, columns=3, key=key, paper_height=190)
 
@@ -136,13 +140,14 @@ def ratio_chart(arms: Sequence[ArmHistory]) -> Figure | None:
     """RMS found over expected of every check of every arm."""
     traces = []
     for arm in arms:
-        checks = [e for e in arm.events if e.kind == "check" and e.content["expected_rms_mm"] > 0]
+        sizes = [(e, misfit_of(e.content)) for e in arm.events if e.kind == "check"]
+        checks = [(e, size[0] / size[1]) for e, size in sizes if size is not None and size[1] > 0]
         if checks:
-            ratio = np.array([e.content["rms_mm"] / e.content["expected_rms_mm"] for e in checks])
+            ratio = np.array([each for _, each in checks])
             colour = figures.ALERT if arm.state == "changed" else figures.AFTER
             hover = f"{arm.name}, %{{x}}: %{{y:.2f}}"
             traces.append(
-                figures.line([e.date for e in checks], ratio, colour, hover=hover, mode="lines+markers", opacity=0.7)
+                figures.line([e.date for e, _ in checks], ratio, colour, hover=hover, mode="lines+markers", opacity=0.7)
             )
     if not traces:
         return None

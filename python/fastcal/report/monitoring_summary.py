@@ -4,19 +4,20 @@
 
 from __future__ import annotations
 
+from fastcal.measurements.kinds import POINTS, Kind
 from fastcal.monitoring.arms import STATES, ArmChecks
 from fastcal.monitoring.compare import Comparison
 from fastcal.monitoring.history import History
 from fastcal.monitoring.result import CheckResult
 from fastcal.monitoring.update import UpdateResult
 from fastcal.report.summaries import headline, summary
-from fastcal.units import from_si
 
 
 @headline.register
 def _(found: CheckResult) -> str:
     return (
-        f"{found.model.name}, {found.verdict.replace('_', ' ')}, RMS {found.rms_mm:.4f} mm of {len(found.data)} poses"
+        f"{found.model.name}, {found.verdict.replace('_', ' ')}, RMS {found.main.kind.text(found.rms)} of "
+        f"{len(found.data)} poses"
     )
 
 
@@ -58,11 +59,16 @@ def _(found: UpdateResult) -> list[str]:
     poses = len(found.before.data)
     said = f"up to date from {poses} poses" if found.status == "converged" else f"not converged on {poses} poses"
     lines = [f"{found.model.name}: {said}", f"before: {found.before.sentence}"]
-    if found.train.after is not None:
-        after = found.train.after.to_mm()
-        lines.append(f"error on these poses: RMS {found.before.rms_mm:.4f} mm before, {after['rms']:.4f} mm after")
-    lines.append(f"noise of a measured coordinate: {from_si(found.sigma, 'mm'):.4f} mm, pooled with the calibration's")
+    for kind, before, after in found.errors:
+        lines.append(f"error on these poses{_of(kind)}: RMS {kind.text(before)} before, {kind.text(after)} after")
+    for noise in found.noise.values():
+        of = "a measured coordinate" if noise.kind.name == POINTS else noise.kind.plural
+        lines.append(f"noise of {of}: {noise}, pooled with the calibration's")
     return lines
+
+
+def _of(kind: Kind) -> str:
+    return "" if kind.name == POINTS else f", {kind.plural}"
 
 
 @headline.register

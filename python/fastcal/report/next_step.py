@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fastcal.measurements.kinds import POINTS
+from fastcal.measurements.observations import sigma_field
 from fastcal.report.formatting import significant
 from fastcal.report.trends import Trend
 from fastcal.report.view import Rows, rows_of
@@ -55,19 +57,21 @@ def what_remains(result: CalibrationResult, rows: Rows, trends: dict[str, Trend]
     if flagged:
         named = listed([f"{titles[name]} ({100 * trends[name].share:.0f} %)" for name in flagged[:_MOST]])
         return f"the remaining error is not all noise: it depends on {named}"
-    floor = known_floor(result)
+    floor, unit = known_floor(result), rows.unit
     rms = float(np.sqrt(np.nanmean(np.delete(rows.error_after, result.train.places(result.outliers)) ** 2)))
     if floor is not None and rms > MORE_THAN_NOISE * floor:
-        return f"RMS {significant(rms)} mm remains where the known noise makes {significant(floor)} mm"
+        return f"RMS {significant(rms)} {unit} remains where the known noise makes {significant(floor)} {unit}"
     return None
 
 
 def known_floor(result: CalibrationResult) -> float | None:
-    """RMS error [mm] of a row that the noise of a coordinate would make, where it is known without the model."""
-    data = result.train.data
-    dimensions = 3.0 if data.position is not None else 1.0
-    if result.train.repeatability is not None:
-        return float(from_si(result.train.repeatability.sigma, "mm") * np.sqrt(dimensions))
-    if data.sigma_position is None:
+    """RMS error of a reading that noise would make, in its unit, where the noise is known without the model."""
+    main = result.train.main
+    if main is None:
         return None
-    return float(from_si(np.sqrt(np.nanmean(data.sigma_position**2)), "mm") * np.sqrt(dimensions))
+    if result.train.repeatability is not None and main.kind.name == POINTS:
+        return float(from_si(result.train.repeatability.sigma, "mm") * np.sqrt(main.width))
+    claims = result.train.data.table(sigma_field(main.kind.name))
+    if claims is None:
+        return None
+    return float(from_si(np.sqrt(np.nanmean(claims**2)), main.kind.unit) * np.sqrt(main.width))

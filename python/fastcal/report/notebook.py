@@ -171,7 +171,7 @@ def _workspace(shown: Any) -> list[Figure]:
 def _noise(shown: Any) -> list[Figure]:
     sets = _sets(shown)
     outliers = shown.train.places(shown.outliers)
-    return [residual_figures.normal_plot(sets[0], shown.sigma_mm, outliers)] if sets else []
+    return [residual_figures.normal_plot(sets[0], shown.noise[sets[0].kind.name], outliers)] if sets else []
 
 
 def _gap(found: Diagnosis) -> list[Figure]:

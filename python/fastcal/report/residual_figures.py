@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.measurements.kinds import KindNoise
 from fastcal.report import charts, figures
 from fastcal.report.formatting import count, percent
 from fastcal.report.language import _
@@ -60,7 +61,7 @@ def trend_pairs(states: dict[str, tuple[Rows, dict[str, Trend]]]) -> list[list[f
 
 
 def reach(rows: Rows) -> float:
-    """Half the height of the panels of a residual, in mm."""
+    """Half the height of the panels of a residual, in its unit."""
     known = np.abs(rows.residual[np.isfinite(rows.residual)])
     return (min(float(known.max()) * 1.1, 6.5 * float(np.median(known))) if len(known) else 0.0) or 1.0
 
@@ -82,7 +83,7 @@ def _panel(rows: Rows, variable: Variable, trends: dict[str, Trend], y_range: fl
     titles = variable.title, variable.label
     key = charts.component_key(rows.components)
     shown = figures.spread_rows(rows.row_count, POINT_LIMIT)
-    panel = charts.trend_panel(variable.name, titles, variable.values, rows.residual, key, y_range, shown)
+    panel = charts.trend_panel(variable.name, titles, variable.values, rows.residual, key, y_range, shown, rows.unit)
     return figures.marked(panel, badge, weight)
 
 
@@ -108,8 +109,9 @@ def drawn_note(shown_count: int, row_count: int = 0) -> str:
     )
 
 
-def normal_plot(rows: Rows, sigma_mm: float, outliers: Sequence[int] | NDArray[np.intp]) -> figures.Figure:
+def normal_plot(rows: Rows, noise: KindNoise, outliers: Sequence[int] | NDArray[np.intp]) -> figures.Figure:
     """The normal plot of all residual components, those of outlying rows marked."""
     is_outlier = np.zeros(rows.residual.shape, bool)
     is_outlier[np.asarray(outliers, int)] = True
-    return charts.normal_plot(rows.residual.ravel(), sigma_mm, is_outlier.ravel())
+    sigma = noise.kind.shown(noise.value)
+    return charts.normal_plot(rows.residual.ravel(), sigma, is_outlier.ravel(), unit=rows.unit)

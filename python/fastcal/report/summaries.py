@@ -15,6 +15,7 @@ from fastcal.calibration.evaluation import Evaluation
 from fastcal.calibration.repeatability import Repeatability
 from fastcal.calibration.result import CalibrationResult
 from fastcal.measurements.dataset import Dataset
+from fastcal.measurements.kinds import POINTS, POSE
 from fastcal.measurements.observations import plurals
 from fastcal.report.formatting import plural
 from fastcal.report.words import listed
@@ -68,7 +69,11 @@ def _(robot: Robot) -> list[str]:
     ]
     if robot.record is not None:
         record = robot.record
-        lines.append(f"identified: {len(record.parameters)} parameters, noise of a coordinate {record.sigma_mm:.4f} mm")
+        noise = ", ".join(
+            f"noise of {'a coordinate' if kind == POINTS else kind} {value:.4f} {unit}"
+            for kind, (value, unit) in record.noise.items()
+        )
+        lines.append(f"identified: {len(record.parameters)} parameters, {noise}")
     return lines
 
 
@@ -101,7 +106,9 @@ def _(data: Dataset) -> list[str]:
 
 @headline.register
 def _(found: Evaluation) -> str:
-    rms = "no position error" if found.after is None else f"RMS {found.after.to_mm()['rms']:.4f} mm"
+    main = found.main
+    after = None if main is None else main.statistics[1]
+    rms = "nothing judged" if main is None or after is None else f"RMS {main.kind.text(after.rms)}"
     return f"{PurePath(found.data.source).name}, {plural(len(found.data), 'pose')}, {rms}"
 
 
@@ -118,9 +125,14 @@ def evaluation_lines(found: Evaluation, title: str) -> list[str]:
         after = figures["after_mm"]
         sizes = ", ".join(f"{name} {after[name]:.4f} mm" for name in ("mean", "std", "rms", "max"))
         lines.append(f"position error: {sizes}")
-    elif found.others_after:
-        names = " and ".join(found.others_after)
-        lines.append(f"not judged: {names}; anchors, planes and mountings are known only during a calibration")
+    for name, of in found.kinds.items():
+        if name not in POSE and (after := of.statistics[1]) is not None:
+            sizes = ", ".join(f"{key} {value:.4f} {of.kind.unit}" for key, value in after.to_unit(of.kind.unit).items())
+            lines.append(f"{name} error: {sizes}; what it hangs on is fitted to these rows")
+    unjudged = [name for name, left in found.others_after.items() if np.isnan(left).all()]
+    if unjudged:
+        names = " and ".join(unjudged)
+        lines.append(f"not judged: {names}; too few readings place what they hang on")
     if (turn := figures.get("after_rotation_deg")) is not None:
         sizes = ", ".join(f"{name} {turn[name]:.4f} deg" for name in ("mean", "rms", "max"))
         lines.append(f"orientation error: {sizes}")
@@ -153,7 +165,9 @@ def _(result: CalibrationResult) -> str:
     state = result.status.replace("_", " ")
     judged = result.test or result.train
     on = "test" if result.test is not None else "training"
-    rms = "" if judged.after is None else f", RMS {judged.after.to_mm()['rms']:.4f} mm on {on} poses"
+    main = judged.main
+    after = None if main is None else main.statistics[1]
+    rms = "" if main is None or after is None else f", RMS {main.kind.text(after.rms)} on {on} poses"
     return f"{result.model.name}, {state}, {len(result.parameters)} parameters{rms}"
 
 
@@ -163,13 +177,19 @@ def _(result: CalibrationResult) -> list[str]:
     state = result.status.replace("_", " ")
     lines = [f"{result.model.name}: {state}, {len(result.parameters)} parameters identified from {rows} rows"]
     for name, part in (("training", result.train), ("test", result.test)):
-        if part is not None and part.before is not None and part.after is not None:
-            before, after = part.before.to_mm(), part.after.to_mm()
+        for of in [] if part is None else part.kinds.values():
+            before, after = of.statistics
+            if before is None or after is None:
+                continue
+            text, is_point = of.kind.text, of.kind.name == POINTS
+            what = f", {after.count} rows" if is_point else f", {after.count} {of.kind.plural}"
             lines.append(
-                f"error on {name} poses, {part.after.count} rows: RMS {before['rms']:.4f} mm before, "
-                f"{after['rms']:.4f} mm after; largest {before['max']:.4f} mm before, {after['max']:.4f} mm after"
+                f"error on {name} poses{what}: RMS {text(before.rms)} before, "
+                f"{text(after.rms)} after; largest {text(before.max)} before, {text(after.max)} after"
             )
-    lines.append(f"noise of a measured coordinate: {result.sigma_mm:.4f} mm ({result.sigma_note})")
+    for noise in result.noise.values():
+        what = "a measured coordinate" if noise.kind.name == POINTS else noise.kind.plural
+        lines.append(f"noise of {what}: {noise} ({noise.note})")
     lines.append(f"loss: {result.loss}" + ("" if result.loss == "none" else " (robust: outliers get less weight)"))
     if result.unidentifiable:
         count = len(result.unidentifiable)

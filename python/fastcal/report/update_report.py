@@ -10,17 +10,19 @@ from fastcal.report import page
 from fastcal.report.check_report import check_sentence
 from fastcal.report.document import document_facts
 from fastcal.report.formatting import fixed, plural, significant
+from fastcal.report.kind_words import noise_text, noise_title
 from fastcal.report.language import _, in_language
 from fastcal.report.sections import Section, bare, before_and_now, present, who_measured
 from fastcal.report.tables import Cell, Column, Group, Table, in_words, unit_text
 from fastcal.report.words import Remark, Verdict
-from fastcal.units import from_si
 
 
 def update_page(found: UpdateResult, language: str = "en") -> str:
     """The HTML text of an update's page."""
     with in_language(language):
-        before, after = found.before.rms_mm, found.train.after.to_mm()["rms"] if found.train.after else float("nan")
+        main = found.errors[0] if found.errors else (found.before.main.kind, found.before.rms, float("nan"))
+        kind, (before, after) = main[0], map(main[0].shown, main[1:])
+        unit = unit_text(kind.unit)
         columns = [Column(_("Parameter"), numeric=False), Column(_("Before")), Column(_("Now")), Column(_("Change"))]
         columns += [Column("±"), Column(_("Unit"), numeric=False)]
         groups: dict[str, list[list[Cell]]] = {}
@@ -40,15 +42,20 @@ def update_page(found: UpdateResult, language: str = "en") -> str:
                 "good" if found.status == "converged" else "bad",
                 _("Up to date") if found.status == "converged" else _("Not converged"),
                 _(
-                    "The model's RMS error on the new poses is {after} mm; it was {before} mm.",
-                    after=fixed(after, 3),
-                    before=fixed(before, 3),
+                    "The model's RMS error on the new poses is {after} {unit}; it was {before} {unit}.",
+                    after=fixed(after, 3 if kind.unit == "mm" else 4),
+                    before=fixed(before, 3 if kind.unit == "mm" else 4),
+                    unit=unit,
                 ),
                 [Remark(check_sentence(found.before), found.before.verdict != "holds", "before")],
             ),
             tiles=[
-                (_("RMS error"), f"{significant(after)} mm", _("was {before} mm", before=significant(before))),
-                (_("Noise of a coordinate"), f"{significant(from_si(found.sigma, 'mm'), 2)} mm", _("pooled")),
+                (
+                    _("RMS error"),
+                    f"{significant(after)} {unit}",
+                    _("was {before} {unit}", before=significant(before), unit=unit),
+                ),
+                *((noise_title(of.kind), noise_text(of), _("pooled")) for of in found.noise.values()),
                 (_("Degrees of freedom"), str(found.degrees_of_freedom), _("those of the calibration with them")),
             ],
             sections=[

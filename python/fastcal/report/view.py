@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: MIT
 """What the report draws of one measured set: the SI arrays of an evaluation in the units of the page.
 
-Residuals are predicted less measured, as in Evaluation: x, y, z in the measuring frame, and the length where lengths
-were measured. The error of a row is the distance of its whole point, or the size of its length residual without one.
+Residuals are predicted less measured, as in Evaluation, of one kind of reading: of points x, y, z in the measuring
+frame, else the turns, lengths, heights or tilts. The error of a row is the size of its reading, of several the largest.
 """
 
 from __future__ import annotations
@@ -17,12 +17,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import units
+from fastcal.measurements.kinds import POINTS
+from fastcal.report.figures import COMPONENT_COLOURS
 from fastcal.report.language import _, language
+from fastcal.report.tables import unit_text
 from fastcal.report.trends import Trend, judged_rows, trends
 
 if TYPE_CHECKING:
-    from fastcal.calibration.evaluation import ErrorStatistics, Evaluation
+    from fastcal.calibration.error_statistics import ErrorStatistics
+    from fastcal.calibration.evaluation import Evaluation
+    from fastcal.calibration.kind_errors import KindErrors
     from fastcal.measurements.dataset import Dataset
+    from fastcal.measurements.kinds import Kind
 
 Array = NDArray[np.float64]
 
@@ -44,7 +50,7 @@ class Variable:
 
 @dataclass(frozen=True)
 class Statistics:
-    """Of the errors of `count` rows, in mm."""
+    """Of the errors of `count` readings, in the unit of their kind."""
 
     count: int
     mean: float
@@ -55,21 +61,23 @@ class Statistics:
 
 @dataclass(frozen=True)
 class Rows:
-    """One measured set of N rows, in mm and the units of its variables.
+    """One kind of reading in a measured set of N rows, in its unit and those of the variables.
 
     Attributes:
+        kind: The kind of reading.
         name: Training or Test.
         source: Where the data came from.
-        position: (N, 3) measured points, NaN where not measured.
+        position: (N, 3) measured points in mm, NaN where not measured.
         components: Names of the m columns of `residual`.
         residual: (N, m) after calibration, NaN where not measured.
-        point_before, point_after: (N, 3) residual of the point.
+        point_before, point_after: (N, 3) residual of the point in mm.
         error_before, error_after: (N,) error of each row, NaN where there is none.
         before, after: Their statistics, as the evaluation gives them.
         joints, conditions: What the residual may depend on.
         numbers: (N,) which rows of the file these are.
     """
 
+    kind: Kind
     name: str
     source: str
     position: Array
@@ -86,9 +94,20 @@ class Rows:
     numbers: NDArray[np.intp]
 
     @property
+    def unit(self) -> str:
+        """Of errors and residuals, as it is printed."""
+        return unit_text(self.kind.unit)
+
+    @property
     def row_count(self) -> int:
         """N."""
         return len(self.residual)
+
+    @property
+    def judged_count(self) -> int:
+        """Rows with an error: of very many all, of several instruments each row once."""
+        rows = int(np.isfinite(self.error_after).sum())
+        return max(rows, self.after.count if self.kind.name == POINTS else 0)
 
     @cached_property
     def variables(self) -> list[Variable]:
@@ -113,32 +132,38 @@ _SEEN: WeakKeyDictionary[Evaluation, tuple[str, Rows]] = WeakKeyDictionary()  # 
 
 
 def rows_of(name: str, evaluation: Evaluation | None, joint_types: list[str]) -> Rows | None:
-    """The rows of an evaluation; None where it has no point or length to judge before and after."""
-    if evaluation is None or evaluation.before is None or evaluation.after is None:
+    """The rows of the kind that an evaluation speaks of; None where it has nothing to judge before and after."""
+    if evaluation is None or evaluation.main is None:
+        return None
+    before, after = evaluation.main.statistics
+    if before is None or after is None:
         return None
     tongue, rows = _SEEN.get(evaluation, ("", None))
     if rows is None or (tongue, rows.name) != (language.get(), name):
-        rows = _rows(name, evaluation, evaluation.before, evaluation.after, joint_types)
+        rows = _rows(name, evaluation, evaluation.main, before, after, joint_types)
         _SEEN[evaluation] = language.get(), rows
     return rows
 
 
 def _rows(
-    name: str, evaluation: Evaluation, before: ErrorStatistics, after: ErrorStatistics, joint_types: list[str]
+    name: str,
+    evaluation: Evaluation,
+    main: KindErrors,
+    before: ErrorStatistics,
+    after: ErrorStatistics,
+    joint_types: list[str],
 ) -> Rows:
-    data = evaluation.data
+    data, kind = evaluation.data, main.kind
     point_after = _millimetres(evaluation.error_after)
     point_before = np.full_like(point_after, np.nan)
     if evaluation.error_before is not None:
         point_before = _millimetres(evaluation.error_before)
-    length_before, length_after = (
-        np.full(len(point_after), np.nan) if length is None else _millimetres(length)
-        for length in (evaluation.length_before, evaluation.length_after)
-    )
-    columns = {"x": point_after[:, 0], "y": point_after[:, 1], "z": point_after[:, 2], "length": length_after}
-    measured = {part: column for part, column in columns.items() if np.isfinite(column).any()}
+    columns = dict(zip(_parts(main), main.numbers.reshape(len(data), -1).T, strict=True))
+    shown = [part for part, column in columns.items() if np.isfinite(column).any()][: len(COMPONENT_COLOURS)]
+    measured = {part: np.asarray(units.from_si(columns[part], kind.unit)) for part in shown}
     numbers = np.arange(len(data)) if evaluation.rows is None else evaluation.rows
     return Rows(
+        kind=kind,
         name=name,
         source=str(data.source),
         position=np.full_like(point_after, np.nan) if data.position is None else _millimetres(data.position),
@@ -146,28 +171,41 @@ def _rows(
         residual=np.column_stack(list(measured.values())),
         point_before=point_before,
         point_after=point_after,
-        error_before=row_error(point_before, length_before),
-        error_after=row_error(point_after, length_after),
-        before=_statistics(before),
-        after=_statistics(after),
+        error_before=_largest(main.before, kind),
+        error_after=_largest(main.after, kind),
+        before=_statistics(before, kind),
+        after=_statistics(after, kind),
         joints=_joints(data, joint_types),
         conditions=_conditions(data, numbers),
         numbers=numbers,
     )
 
 
-def row_error(point: Array, length: Array) -> Array:
-    """Distance of each whole point (N, 3), or |length| (N,) where it is not whole; NaN where neither is known."""
-    distance = np.linalg.norm(point, axis=1)
-    return np.where(np.isfinite(distance), distance, np.abs(length))
+def _parts(main: KindErrors) -> list[str]:
+    """Names of the numbers of a row, instrument by instrument."""
+    names: tuple[str, ...] = {"position": ("x", "y", "z"), "orientation": ("rx", "ry", "rz")}.get(main.kind.name, ())
+    if len(names) != main.width:
+        axes = "xyz"[: main.width]
+        names = (main.kind.name,) if main.width == 1 else tuple(f"{main.kind.name} {axis}" for axis in axes)
+    several = main.numbers.shape[1]
+    return [f"{name} {k + 1}" if several > 1 else name for k in range(several) for name in names]
+
+
+def _largest(sizes: Array | None, kind: Kind) -> Array:
+    """(N,) the largest error of a row's readings (N, k) in the kind's unit; NaN where nothing was read."""
+    if sizes is None:
+        return np.zeros(0)
+    known = np.isfinite(sizes).any(axis=1)
+    largest = np.where(known, np.max(np.nan_to_num(sizes, nan=-1.0), axis=1), np.nan)
+    return np.asarray(units.from_si(largest, kind.unit))
 
 
 def _millimetres(metres: Array) -> Array:
     return np.asarray(units.from_si(np.asarray(metres, float), "mm"))
 
 
-def _statistics(statistics: ErrorStatistics) -> Statistics:
-    return Statistics(statistics.count, **statistics.to_mm())
+def _statistics(statistics: ErrorStatistics, kind: Kind) -> Statistics:
+    return Statistics(statistics.count, **statistics.to_unit(kind.unit))
 
 
 def _joints(data: Dataset, joint_types: list[str]) -> list[Variable]:

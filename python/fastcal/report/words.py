@@ -11,6 +11,7 @@ import numpy as np
 
 from fastcal.report.formatting import alike, count, percent, plural, significant
 from fastcal.report.language import _
+from fastcal.report.tables import unit_text
 from fastcal.report.trends import Trend
 from fastcal.report.view import Rows
 
@@ -46,6 +47,7 @@ def verdict(result: CalibrationResult, train: Rows | None, test: Rows | None, tr
     remarks = [_unidentifiable(result)]
     if train is not None:
         remarks = [_on_test(train, test), _what_remains(train, trends), *remarks, *_outlying(result, train)]
+    remarks = [*_misfits(result), *_caveats(result), *remarks]
     if result.status != "converged":
         headline = _(
             "The calibration failed: {reason}. The figures show where it stopped.", reason=result.message.rstrip(".")
@@ -54,16 +56,16 @@ def verdict(result: CalibrationResult, train: Rows | None, test: Rows | None, tr
         return Verdict("bad", failures.get(result.status, _("Failed")), headline, remarks)
     rows = test or train
     if rows is None:
-        headline = _("The calibration converged; no measured point or length remains to judge its accuracy by.")
+        headline = _("The calibration converged; nothing measured remains to judge its accuracy by.")
         return Verdict("caution", _("Not judged"), headline, remarks)
     before, after = rows.before, rows.after
     if test:
-        where = _("{poses} not used in the fit", poses=plural(after.count, "test pose"))
+        where = _("{poses} not used in the fit", poses=plural(rows.judged_count, "test pose"))
     else:
-        where = _("the {poses} of the fit", poses=plural(after.count, "pose"))
+        where = _("the {poses} of the fit", poses=plural(rows.judged_count, "pose"))
     numbers = {
-        "before": _millimetres(before.mean, after.mean),
-        "after": _millimetres(after.mean, after.mean),
+        "before": _size(before.mean, after.mean, rows.unit),
+        "after": _size(after.mean, after.mean, rows.unit),
         "where": where,
     }
     if after.rms > _NO_GAIN * before.rms:
@@ -91,8 +93,36 @@ def listed(names: list[str]) -> str:
     return f" {_('and')} ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
 
 
-def _millimetres(value: float, like: float) -> str:
-    return f"{alike(value, like)}\N{NO-BREAK SPACE}mm"
+def _size(value: float, like: float, unit: str) -> str:
+    return f"{alike(value, like)}\N{NO-BREAK SPACE}{unit}"
+
+
+def _misfits(result: CalibrationResult) -> list[Remark]:
+    """Kinds of reading that do not belong to the others."""
+    out = []
+    for misfit in result.misfits:
+        kind = misfit.kind
+        median = float(np.nanmedian(result.train.kinds[kind.name].after))
+        text = _(
+            "The {kind} do not fit: after the fit half of them miss by more than {size} {unit}.",
+            kind=_(kind.plural),
+            size=significant(kind.shown(median)),
+            unit=unit_text(kind.unit),
+        )
+        out.append(Remark(text, True, "accuracy"))
+    return out
+
+
+def _caveats(result: CalibrationResult) -> list[Remark]:
+    return [Remark(caveat_text(), True, "parameters")] if result.caveats else []
+
+
+def caveat_text() -> str:
+    """Why no stated deviation holds."""
+    return _(
+        "The stated standard deviations and intervals do not hold: the residuals depend on the posture, so an effect "
+        "is missing from the model; fastcal diagnose looks for it."
+    )
 
 
 def _on_test(train: Rows, test: Rows | None) -> Remark:

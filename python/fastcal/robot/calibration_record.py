@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fastcal.units import to_si
+from fastcal.units import UNITS, to_si
 
 _LARGEST = 1e100  # whose square is a number as well
 _SMALLEST = 1e-100  # the least that a file holds: less is what rounding leaves of nothing
@@ -65,24 +65,43 @@ class CalibrationRecord:
     Attributes:
         parameters: Names as `Robot.parameter_names` gives them, of the identified (free) parameters.
         root: (P, P) lower triangular L in SI, covariance = L L^T.
-        sigma_mm: Noise of one measured coordinate.
+        noise: Of one number of each kind of reading, and its unit: "position" to (0.03, "mm").
         degrees_of_freedom: Measured numbers less identified parameters.
         moved: Names of the (M,) parameters that move with what was held.
         directions: (M, held) SI; column k: how the parameters move, unseen by the measurements, when the k-th held one
             is off by its plausible size.
         covered: Least and greatest of the measured rows by quantity, with its unit: "q3_deg", "payload_kg",
             "temperature_c"; empty in files of older versions.
-        sigma_deg: Noise of a measured orientation about each axis; None where none was measured, or in older files.
     """
 
     parameters: list[str]
     root: NDArray[np.float64]
-    sigma_mm: float
+    noise: dict[str, tuple[float, str]]
     degrees_of_freedom: int
     moved: list[str] = field(default_factory=list)
     directions: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 0)))
     covered: dict[str, tuple[float, float]] = field(default_factory=dict)
-    sigma_deg: float | None = None
+
+    @property
+    def sigma_mm(self) -> float | None:
+        """Noise of one measured coordinate; None where no point was measured."""
+        return self.noise.get("position", (None, ""))[0]
+
+    @property
+    def sigma_deg(self) -> float | None:
+        """Noise of a measured orientation about each axis; None where none was measured, or in older files."""
+        return self.noise.get("orientation", (None, ""))[0]
+
+    def sigma(self, kind: str) -> float | None:
+        """Noise of a number of a kind [m or rad]; None where the calibration had none of it."""
+        known = self.noise.get(kind)
+        return None if known is None else to_si(*known)
+
+    @property
+    def length_sigma(self) -> float | None:
+        """Noise of a length [m]: that of a point's coordinate, else of a wire or a touch; None: none was measured."""
+        known = (to_si(value, unit) for value, unit in self.noise.values() if UNITS[unit].kind == "length")
+        return next(known, None)
 
     @property
     def temperature(self) -> float:
@@ -102,12 +121,11 @@ class CalibrationRecord:
         return CalibrationRecord(
             list(spec["parameters"]),
             root,
-            float(spec["sigma_mm"]),
+            _noise_of(spec),
             int(spec["degrees_of_freedom"]),
             list(held["parameters"]),
             np.array(held["directions"], dtype=float).reshape(len(held["directions"]), len(held["parameters"])).T,
             {name: (float(low), float(high)) for name, (low, high) in (spec.get("covered") or {}).items()},
-            None if spec.get("sigma_deg") is None else float(spec["sigma_deg"]),
         )
 
     def to_spec(self) -> dict[str, Any]:
@@ -118,14 +136,23 @@ class CalibrationRecord:
         spec: dict[str, Any] = {
             "parameters": list(self.parameters),
             "covariance_root": rows,
-            "sigma_mm": float(self.sigma_mm),
+            "sigma_mm": self.sigma_mm,
             "degrees_of_freedom": int(self.degrees_of_freedom),
         }
         if self.sigma_deg is not None:
             spec["sigma_deg"] = float(self.sigma_deg)
+        spec["noise"] = {kind: {"value": float(value), "unit": unit} for kind, (value, unit) in self.noise.items()}
         if self.directions.size:
             columns = _without_traces(self.directions).T.tolist()
             spec["held"] = {"parameters": list(self.moved), "directions": columns}
         if self.covered:
             spec["covered"] = {name: [float(low), float(high)] for name, (low, high) in self.covered.items()}
         return spec
+
+
+def _noise_of(spec: dict[str, Any]) -> dict[str, tuple[float, str]]:
+    """The noise by kind; files of older versions have that of points, and of orientations."""
+    if "noise" in spec:
+        return {kind: (float(of["value"]), str(of["unit"])) for kind, of in spec["noise"].items()}
+    old = {"position": (spec.get("sigma_mm"), "mm"), "orientation": (spec.get("sigma_deg"), "deg")}
+    return {kind: (float(value), unit) for kind, (value, unit) in old.items() if value is not None}

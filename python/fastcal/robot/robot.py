@@ -355,6 +355,10 @@ class Robot(Shown):
         own = self.surrogate_deviation(samples) ** 2
         return np.asarray(roots @ np.swapaxes(roots, 1, 2) + own[:, :, np.newaxis] * np.eye(3))
 
+    def point_roots(self, samples: _core.Samples, threads: int = 1) -> FloatArray:
+        """(N, 3, k) independent shifts of the points [m], of which a covariance is the sum; none of a nominal robot."""
+        return np.zeros((len(samples), 3, 0)) if self.record is None else self._roots(self.record, samples, threads)
+
     def _roots(self, record: CalibrationRecord, samples: _core.Samples, threads: int) -> FloatArray:
         """(N, 3, P + held) J L and J H: the columns are independent shifts of the points [m]."""
         J = np.asarray(self.error_model.parameter_jacobian(samples, self.error_model.start, 3, threads, None))

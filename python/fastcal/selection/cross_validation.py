@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from fastcal import _core
 from fastcal.calibration.critical_loads import with_critical_loads
 from fastcal.calibration.evaluation import pose_groups
-from fastcal.calibration.parameter_table import length_sigma
+from fastcal.calibration.kind_noise import length_noise, noise_by_kind
 from fastcal.calibration.problem import CalibrationProblem
 from fastcal.calibration.unset_options import fill_unset_options
 from fastcal.errors import InvalidInput
@@ -93,7 +93,7 @@ class CrossValidation:
         left = float(np.sum(weight * np.asarray(near.r) ** 2)) / max(full.degrees_of_freedom, 1)
         self._unit = left if left > 0 else 1.0
         self._weights = self._weights / self._unit
-        self.sigma = length_sigma(self._problem.measured, full)
+        self.sigma = length_noise(noise_by_kind(self._problem.measured, full))
 
     def _near(self, theta: FloatArray) -> _core.Linearization:
         return self._problem.linearize(theta, self._noise)

@@ -160,7 +160,7 @@ INSTANTIATE_TEST_SUITE_P(All, Contract, testing::Range<std::size_t>(0, 6));
 
 TEST(Registry, HasTheseKinds) {
   EXPECT_EQ(observation_names(),
-            (std::vector<std::string>{"inclination", "length", "orientation", "plane", "position"}));
+            (std::vector<std::string>{"length", "orientation", "plane", "position", "tilt"}));
   EXPECT_THROW(observation_entry("smell"), InvalidInput);
   Random random(1);
   EXPECT_EQ(Measurements(tables(random), arm()).observation_count(), 6);  // as many as Contract runs over
@@ -199,8 +199,8 @@ TEST(Measurements, SigmaOfALengthIsThatOfTheFirstCoordinate) {
                                                  {"orientation", 4},
                                                  {"length", 1},
                                                  {"plane", 1},
-                                                 {"inclination of link3", 5},
-                                                 {"inclination of link5", 5}}));
+                                                 {"tilt of link3", 5},
+                                                 {"tilt of link5", 5}}));
 }
 
 TEST(Position, SeenFromAnInstrumentIsAlongItsBeamAndAcross) {
@@ -315,7 +315,7 @@ TEST(Measurements, BadTablesAreRefusedInASentence) {
               t.numbers.clear();
               t.labels.clear();
             }),
-            "nothing was measured; expected inclinations, lengths, orientations, touches of a plane, positions");
+            "nothing was measured; expected lengths, orientations, touches of a plane, positions, inclinations");
 }
 
 }  // namespace

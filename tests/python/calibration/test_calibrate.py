@@ -180,8 +180,10 @@ def test_lengths_to_unknown_anchors_identify_the_arm(staubli: Robot) -> None:
     result = calibrate(staubli, Dataset.from_arrays(q, distance=distance, anchor=anchor))
     assert result.status == "converged"
     assert_finite(result)
-    assert result.sigma == pytest.approx(NOISE, rel=0.15)
-    assert result.train.after.rms == pytest.approx(NOISE, rel=0.15)
+    assert result.noise["length"].value == pytest.approx(NOISE, rel=0.15)
+    after = result.train.kinds["length"].statistics[1]
+    assert after is not None
+    assert after.rms == pytest.approx(NOISE, rel=0.15)
     places = {(p.owner, p.name): p.value for p in result.parameters if p.owner.startswith("anchor")}
     for i, place in enumerate(anchors):
         for axis, value in zip("xyz", place, strict=True):

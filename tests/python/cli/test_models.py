@@ -55,7 +55,8 @@ def test_evaluate_writes_the_test_block_of_the_result(demo, tmp_path, fastcal) -
     assert said.code == 0
     block = json.loads((tmp_path / "block.json").read_text())
     test = json.loads((demo / "result.json").read_text())["test"]
-    assert block == {name: test[name] for name in ("count", "after_mm")}
+    points = {name: test["kinds"]["position"][name] for name in ("unit", "count", "after")}
+    assert block == {name: test[name] for name in ("count", "after_mm")} | {"kinds": {"position": points}}
     assert f"rms {test['after_mm']['rms']:.4f} mm" in said.out
 
 

@@ -55,7 +55,7 @@ def test_lengths_are_diagnosed_by_the_command(gap: float, tmp_path: Path) -> Non
     assert main(["diagnose", *files, "--test", files[1], "-o", str(tmp_path / "out")]) == 0
     found = json.loads((tmp_path / "out" / "diagnosis.json").read_text(), parse_constant=pytest.fail)
     assert [f"{f['effect']}@{f['owner']}" for f in found["effects"]] == (["backlash@joint4"] if gap else [])
-    assert all(0 < step["test_rms_mm"] < 2e3 * SIGMA for step in found["gap"])
+    assert all(0 < step["kinds"]["length"]["test_rms"] < 2e3 * SIGMA for step in found["gap"])
 
 
 def test_lengths_of_an_independent_simulator_have_errors(shared_data: Path) -> None:
@@ -65,9 +65,9 @@ def test_lengths_of_an_independent_simulator_have_errors(shared_data: Path) -> N
     data, test = (load_measurements(folder / f"{name}.csv", nominal) for name in ("measurements", "test"))
     found = diagnose(nominal, data, test=test)
     assert [f.label for f in found.effects] == ["backlash@joint3"]
-    (before, after) = found.gap
-    assert 0 < after.train_rms_mm < before.train_rms_mm
-    assert 0 < (after.test_rms_mm or 0.0) < (before.test_rms_mm or 0.0)
+    before, after = (step.kinds["length"] for step in found.gap)
+    assert 0 < (after.train_rms or 0.0) < (before.train_rms or 0.0)
+    assert 0 < (after.test_rms or 0.0) < (before.test_rms or 0.0)
 
 
 def test_an_approach_of_the_other_sign_is_no_sure_finding() -> None:

@@ -149,7 +149,8 @@ def test_lengths_from_an_unknown_anchor_show_a_missing_effect_too() -> None:
     found = fastcal.diagnose(robot, data)
     assert [f.label for f in found.effects] == ["reduction_ratio@joint2"]
     assert found.effects[0].parameters["error"].value == pytest.approx(1e-3, rel=0.05)
-    assert found.sigma_mm == pytest.approx(np.sqrt(2) * 0.04, rel=0.15)  # of the point and of the length
+    noise = 1e3 * found.noise["length"].value  # of the point and of the length
+    assert noise == pytest.approx(np.sqrt(2) * 0.04, rel=0.15)
 
 
 @pytest.mark.parametrize("height", [2e-4, 8e-4])

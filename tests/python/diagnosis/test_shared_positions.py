@@ -42,7 +42,7 @@ def test_what_batches_of_rows_share_is_not_named_and_makes_nothing_worse(batches
     assert [f for f in found.effects if f.grade in "AB"] == []
     assert found.unexplained is not None
     assert found.unexplained.formulas == ()
-    before, after = found.gap[0].test_rms_mm, found.gap[-1].test_rms_mm
+    before, after = found.gap[0].kinds["length"].test_rms, found.gap[-1].kinds["length"].test_rms
     assert before is not None
     assert after is not None
     assert after <= 1.02 * before

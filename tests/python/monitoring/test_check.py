@@ -180,7 +180,7 @@ def test_what_a_check_refuses(calibrated) -> None:
         fastcal.check("staubli_rx160l", data)
     with pytest.raises(InvalidInput, match="expected the model and then"):
         fastcal.check(calibrated.model)
-    with pytest.raises(InvalidInput, match="expected measured points"):
+    with pytest.raises(InvalidInput, match="no measured column; expected x_mm"):
         fastcal.check(calibrated.model, replace(data, position=None))
     with pytest.raises(InvalidInput, match="do not fit"):
         fastcal.check(calibrated.model, replace(data, position=data.position[::-1].copy()))

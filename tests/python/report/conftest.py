@@ -13,8 +13,10 @@ from numpy.typing import NDArray
 
 from fastcal.calibration.calibrate import CalibrationResult, IdentifiedParameter, Unidentifiable
 from fastcal.calibration.evaluation import ErrorStatistics, Evaluation, distances
+from fastcal.calibration.kind_errors import table
 from fastcal.io.robot_file import load_robot
 from fastcal.measurements.dataset import Dataset
+from fastcal.measurements.kinds import KindNoise, kind_named
 from fastcal.robot.robot import Robot
 
 Array = NDArray[np.float64]
@@ -48,15 +50,21 @@ def _evaluation(robot: Robot, count: int, seed: int, outliers: list[int], name: 
         time=8.0 * np.arange(count) if kind["conditions"] else None,
         source=f"campaign/{name}.csv",
     )
+    kind = kind_named("length" if kind["lengths"] else "position")
+    was, now = (
+        {kind: points[:, np.newaxis] if length is None else length.reshape(-1, 1, 1)}
+        for points, length in zip((before, after), lengths, strict=True)
+    )
     return Evaluation(
         data,
         after,
         lengths[1],
         None,
-        ErrorStatistics.of(distances(after, lengths[1])),
+        ErrorStatistics.of(distances(after)),
         before,
         lengths[0],
-        ErrorStatistics.of(distances(before, lengths[0])),
+        ErrorStatistics.of(distances(before)),
+        kinds=table(now, was),
     )
 
 
@@ -106,6 +114,8 @@ def make_result() -> MakeResult:
         kind = {"conditions": conditions, "missing": missing, "lengths": lengths}
         robot = Robot(copy.deepcopy(nominal.spec) | {"name": name})
         parameters = _parameters(robot)
+        kind_of = kind_named("length" if lengths else "position")
+        noise = {kind_of.name: KindNoise(kind_of, SIGMA, "residual", "estimated from the residuals; no sigma column")}
         content = {
             "status": "converged",
             "message": "the relative change of the cost fell below 1e-15",
@@ -124,8 +134,7 @@ def make_result() -> MakeResult:
             "asked_count": len(parameters) + 2,
             "degrees_of_freedom": 3 * rows - len(parameters),
             "iterations": 6,
-            "sigma": SIGMA,
-            "sigma_note": "estimated from the residuals; no sigma column",
+            "noise": noise,
             "outliers": outliers,
             "weights": weights,
             "train": _evaluation(robot, rows, 1, outliers, "measurements", **kind),

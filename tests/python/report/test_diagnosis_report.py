@@ -20,7 +20,7 @@ from fastcal.diagnosis import Diagnosis, diagnose
 from fastcal.diagnosis import partial_residuals as partial
 from fastcal.diagnosis.plan import SeparatingPlan
 from fastcal.diagnosis.reasons import Because, BlockLabel, CauseLabel, Reason
-from fastcal.diagnosis.result import NamedValue, Unexplained
+from fastcal.diagnosis.result import KindGap, NamedValue, Unexplained
 from fastcal.diagnosis.words import reason_text, sentence_of
 from fastcal.report import diagnosis_steps, diagnosis_words, shop
 from fastcal.report.diagnosis_figures import confusion_map, waterfall
@@ -300,5 +300,5 @@ def test_a_plan_that_would_settle_nothing_is_no_advice(found: Diagnosis) -> None
 def test_several_causes_are_spoken_of_as_several(found: Diagnosis) -> None:
     assert "With it in the model the error" in found.sentence
     assert "With them in the model the error" in sentence_of(replace(found, gap=[*found.gap, found.gap[-1]]))
-    worse = replace(found.gap[-1], test_rms_mm=9.0)
+    worse = replace(found.gap[-1], kinds={"position": KindGap("mm", 9.0, 9.0)})
     assert " rises from " in sentence_of(replace(found, gap=[found.gap[0], worse]))

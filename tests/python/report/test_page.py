@@ -20,6 +20,7 @@ import plotly.graph_objects as go
 import pytest
 
 from fastcal.calibration.calibrate import CalibrationResult
+from fastcal.measurements.kinds import KindNoise, kind_named
 from fastcal.report import calibration_page, write_report
 from fastcal.report.calibration_tables import parameter_table
 from fastcal.report.page import to_script_json
@@ -33,7 +34,7 @@ CASES: dict[str, dict[str, Any]] = {
     "missing coordinates": {"missing": 0.3},
     "lengths only": {"lengths": True},
     "100,000 rows": {"rows": 100_000, "test_rows": 20_000, "outlier_count": 700},
-    "no noise": {"sigma": 0.0},
+    "no noise": {"noise": {"position": KindNoise(kind_named("position"), 0.0, "residual")}},
     "nothing told": {"parameters": [], "correlated": [], "rank": 0, "status": "too_few_equations"},
 }
 
@@ -158,7 +159,7 @@ def test_hostile_names_are_only_text(make_result: MakeResult) -> None:
         rows=30,
         name=HOSTILE,
         message=HOSTILE,
-        sigma_note=HOSTILE,
+        noise={"position": KindNoise(kind_named("position"), 1e-5, "residual", HOSTILE)},
         notes=[HOSTILE],
         correlated=[(HOSTILE, HOSTILE, 0.99)],
     )

@@ -9,9 +9,11 @@ import numpy as np
 from fastcal import units
 from fastcal.calibration.calibrate import CalibrationResult
 from fastcal.calibration.evaluation import ErrorStatistics, Evaluation, distances
+from fastcal.calibration.kind_errors import table
 from fastcal.measurements.dataset import Dataset
+from fastcal.measurements.kinds import kind_named
 from fastcal.report import tables
-from fastcal.report.calibration_tables import accuracy_table, outlier_table, parameter_table
+from fastcal.report.calibration_tables import accuracy_table, kind_table, outlier_table, parameter_table
 from fastcal.report.view import rows_of
 
 TYPES = ["revolute"] * 6
@@ -47,16 +49,24 @@ def test_what_does_not_vary_has_no_panel(make_result: Callable[..., CalibrationR
     assert [variable.name for variable in rows.variables] == ["q1", "q2", "q3", "q4", "q5", "q6", "order"]
 
 
-def test_points_and_lengths_are_side_by_side() -> None:
+def test_points_are_spoken_of_and_lengths_have_their_own_line() -> None:
     point = np.array([[3e-3, 0.0, 4e-3], [np.nan] * 3, [np.nan, 1e-3, 0.0]])
     length = np.array([np.nan, -2e-3, np.nan])
     data = Dataset(np.zeros((3, 6)), np.zeros(3), position=np.zeros((3, 3)), distance=np.ones(3))
-    judged = ErrorStatistics.of(distances(point, length))
-    rows = rows_of("Training", Evaluation(data, point, length, None, judged, point, length, judged), TYPES)
+    numbers = {kind_named("position"): point[:, np.newaxis], kind_named("length"): length.reshape(-1, 1, 1)}
+    judged = ErrorStatistics.of(distances(point))
+    found = Evaluation(data, point, length, None, judged, point, length, judged, kinds=table(numbers, numbers))
+    rows = rows_of("Training", found, TYPES)
     assert rows is not None
-    assert rows.components == ("x", "y", "z", "length")
-    np.testing.assert_allclose(rows.error_after, [5.0, 2.0, np.nan])
+    assert rows.components == ("x", "y", "z")
+    np.testing.assert_allclose(rows.error_after, [5.0, np.nan, np.nan])
     assert rows.with_arrows.tolist() == [True, False, False]
+    lines = kind_table([("Training", found)])
+    assert lines is not None
+    assert [[cell.text for cell in row] for row in lines.groups[0].rows] == [
+        ["Positions", "mm", "1", "5.00", "5.00", "5.00"],
+        ["Lengths", "mm", "1", "2.00", "2.00", "2.00"],
+    ]
 
 
 def test_a_set_without_anything_to_judge_has_no_rows() -> None:

@@ -20,7 +20,7 @@ def record(count: int) -> CalibrationRecord:
     own = load_robot("ur5").parameter_names
     names = [*own, *(f"curve {k}" for k in range(count - len(own)))]
     root = np.tril(np.random.default_rng(1).normal(0, 1e-5, (count, count)))
-    return CalibrationRecord(names, root, 0.05, 1000)
+    return CalibrationRecord(names, root, {"position": (0.05, "mm")}, 1000)
 
 
 def with_record(held: CalibrationRecord) -> Robot:

@@ -185,14 +185,14 @@ def test_lengths_to_an_anchor_get_nearer_or_nothing_is_added(
     assert found.status == "converged"  # a factor of these rows once broke a singular value decomposition
     places = np.concatenate(list(found.unknowns.values()))
     added = add_surrogate(found.model, measured, noise=(NOISE, 1e-4, NOISE), thresholds=thresholds(), unknowns=places)
-    before = evaluate(found.model, others, unknowns=found.unknowns).after
+    before = evaluate(found.model, others, unknowns=found.unknowns).kinds["length"].statistics[1]
     owner = next(iter(found.unknowns))
-    after = evaluate(added.model, others, unknowns={owner: added.unknowns}).after
+    after = evaluate(added.model, others, unknowns={owner: added.unknowns}).kinds["length"].statistics[1]
     assert before is not None
     assert after is not None
     assert after.rms <= before.rms
     if added.added:
-        stale = evaluate(added.model, others, unknowns=found.unknowns).after
+        stale = evaluate(added.model, others, unknowns=found.unknowns).kinds["length"].statistics[1]
         assert stale is not None
         assert stale.rms > after.rms  # what a caller that keeps the old place would get
     else:

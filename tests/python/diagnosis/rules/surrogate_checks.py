@@ -56,7 +56,7 @@ def added(curves: bool) -> tuple[str, Unexplained | None]:
 
 def _step(added: str | None, _: Any) -> Any:
     """A surrogate halves what is left."""
-    return SimpleNamespace(added=added, train_rms_mm=1.0 if added is None else 0.5)
+    return SimpleNamespace(added=added, main=SimpleNamespace(train_rms=1.0 if added is None else 0.5))
 
 
 @falls_with(SURROGATE_EVIDENCE=1e9)

@@ -47,7 +47,7 @@ class Inclination : public Observation {
       parameters_.push_back({"level on " + link_, axis, "rad", 1e-2, "turn of its mounting in the axes of the link"});
   }
 
-  std::string name() const override { return "inclination of " + link_; }
+  std::string name() const override { return "tilt of " + link_; }
   const std::vector<std::string>& components() const override {
     static const std::vector<std::string> names{"tilt x", "tilt y"};
     return names;
@@ -160,7 +160,7 @@ class Inclination : public Observation {
 }  // namespace
 
 FASTCAL_REGISTER_OBSERVATION(
-    "inclination",
+    "tilt",
     {.plural = "inclinations",
      .fields = {{"tilt", FieldRole::kMeasured, {"tilt_x", "tilt_y"}, "angle", "mrad", true},
                 {"sigma_tilt", FieldRole::kSigma, {"sigma_tilt"}, "angle", "mrad"}},

@@ -1,0 +1,46 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""The arm before calibration: nominal, with all that the measurements leave free fitted to them.
+
+Base and tool, and anchors, planes and mountings where something hangs on them: what then is left measures the arm and
+not where the instrument stood.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal.calibration.problem import CalibrationProblem
+from fastcal.calibration.unknowns import unknowns_by_owner
+from fastcal.robot.identified_spec import moved
+from fastcal.robot.robot import Robot
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class NominalArm:
+    """The nominal robot where the measurements put it, and the observations' unknowns by what they are of.
+
+    Attributes:
+        is_fitted: Did the fit converge? What is left says nothing otherwise.
+    """
+
+    robot: Robot
+    unknowns: dict[str, FloatArray]
+    is_fitted: bool
+
+    @property
+    def judged(self) -> Robot | None:
+        """The robot that "before" is told of; None where nothing can be told."""
+        return self.robot if self.is_fitted else None
+
+
+def nominal_arm(problem: CalibrationProblem) -> NominalArm:
+    """The arm before calibration."""
+    place = problem.alignment
+    robot = moved(problem.robot, place.T_world_base, place.T_flange_tool)
+    return NominalArm(robot, unknowns_by_owner(problem.measured, place.unknowns), place.is_fitted)

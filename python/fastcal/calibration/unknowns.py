@@ -1,0 +1,65 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Where anchors, planes and mountings are, beside an arm that is known: its parameters stay as they are."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal import _core
+from fastcal.calibration.alignment import measurements
+from fastcal.errors import Undetermined
+from fastcal.measurements.dataset import Dataset
+from fastcal.robot.robot import Robot
+
+FloatArray = NDArray[np.float64]
+
+
+def placed(
+    model: Robot, data: Dataset, measured: _core.Measurements, *, with_base: bool, where: str = "", threads: int = 1
+) -> tuple[FloatArray, FloatArray]:
+    """(4, 4) the base, fitted where asked for, and (U,) the observations' unknowns; noise is found by kind.
+
+    Raises:
+        Undetermined: Too few readings to place something.
+    """
+    samples = model.samples(data)
+    start = _core.align(model.error_model, samples, measured, threads)
+    if not start.found:
+        raise Undetermined(f"{where or data.source}: {start.message}")
+    core = model.error_model
+    own = len(core.robot.nominal)
+    base = [i for i, p in enumerate(core.parameters[:own]) if p.owner == "base"]
+    found = _core.identify(
+        core,
+        samples,
+        measured,
+        asked=base if with_base else [],
+        unknowns=start.unknowns,
+        loss="huber",
+        threads=threads,
+    )
+    theta = np.asarray(found.theta)
+    return np.asarray(core.robot.base_and_tool(theta[:own])[0]), theta[len(core.start) :]
+
+
+def fitted_unknowns(model: Robot, data: Dataset, threads: int = 1) -> dict[str, FloatArray]:
+    """The unknowns by what they are of, fitted beside a model; none where there are none, or too few readings."""
+    if not data.kinds:
+        return {}
+    measured = measurements(data, model)
+    if not measured.parameters:
+        return {}
+    try:
+        return unknowns_by_owner(measured, placed(model, data, measured, with_base=False, threads=threads)[1])
+    except Undetermined:
+        return {}
+
+
+def unknowns_by_owner(measured: _core.Measurements, values: FloatArray) -> dict[str, FloatArray]:
+    """Values of the observations' unknowns by what they are of: the place (3,) [m] of "anchor 2"."""
+    out: dict[str, list[float]] = {}
+    for parameter, value in zip(measured.parameters, values, strict=True):
+        out.setdefault(parameter.owner, []).append(float(value))
+    return {owner: np.array(numbers) for owner, numbers in out.items()}

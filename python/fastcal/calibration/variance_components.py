@@ -1,0 +1,80 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""The noise of each kind of reading by its own degrees of freedom.
+
+A fit takes more from few heights, which alone show how their planes lie, than from many points; with one share of
+freedom for all, the noise of the few comes out too small and their rows weigh too much. With h_i the leverage of number
+i in the weighted fit, the numbers of observation k have n_k - sum h_i degrees of freedom, and
+
+    s_k^2 = sum r_i^2 / (n_k - sum h_i),
+
+weights and noise found by turns (variance components: F. R. Helmert 1924; W. Foerstner 1979).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal import _core
+from fastcal.calibration.problem import CalibrationProblem
+
+FloatArray = NDArray[np.float64]
+
+MOST_ROWS = 5000  # of more, no parameter takes a share that counts
+_ROUNDS = 50
+_SETTLED = 1e-4  # relative
+_STANDS = 0.01  # relative: the fit does not see a smaller change
+_LEAST_FREEDOM = 2.0
+_ROUNDING = 1e-9  # [m, rad] noise of exact, simulated numbers
+
+
+def noise_of_own_freedom(problem: CalibrationProblem, found: _core.Identification) -> list[float] | None:
+    """The common noise of each observation [m or rad]; None where one is read, or the fit's own stands."""
+    observations = problem.measured.observations
+    common = list(found.common_noise)
+    if len(observations) < 2 or len(problem.data) > MOST_ROWS or found.status != "converged" or not found.free:
+        return None
+    near = problem.linearize(np.asarray(found.theta), common)
+    kept = ~np.isin(np.asarray(near.row), found.outliers)
+    of_number = np.array([k for k, of in enumerate(observations) for _ in of.components])
+    of = of_number[np.asarray(near.number)][kept]
+    J, r = np.asarray(near.J)[kept][:, found.free], np.asarray(near.r)[kept]
+    estimated = [not each.claims_sigma and tau > _ROUNDING for each, tau in zip(observations, common, strict=True)]
+    factor = _factors(J, r, of, estimated)
+    if factor is None or np.abs(np.log(factor)).max() < _STANDS:
+        return None
+    return [tau * float(by) for tau, by in zip(common, factor, strict=True)]
+
+
+def _factors(J: FloatArray, r: FloatArray, of: NDArray[np.int64], estimated: list[bool]) -> FloatArray | None:
+    """(K,) by which to multiply the noise of each observation; None where one leaves no freedom.
+
+    Args:
+        J: (m, p) whitened columns.
+        r: (m,) whitened residuals at the fit.
+        of: (m,) the observation of each number.
+        estimated: (K,) is the noise of the observation neither claimed nor rounding?
+    """
+    factor = np.ones(len(estimated))
+    for _ in range(_ROUNDS):
+        weight = 1 / factor[of]
+        Q = np.linalg.qr(J * weight[:, np.newaxis])[0]
+        white = r * weight
+        left = white - Q @ (Q.T @ white)
+        leverage = np.sum(Q**2, axis=1)
+        by = np.ones(len(factor))
+        for k in np.flatnonzero(estimated):
+            own = of == k
+            if not own.any():
+                continue
+            freedom = float(np.sum(own) - leverage[own].sum())
+            if freedom < _LEAST_FREEDOM:
+                return None
+            by[k] = np.sqrt(float(left[own] @ left[own]) / freedom)
+        if not (by > 0).all():
+            return None
+        factor *= by
+        if np.abs(np.log(by)).max() < _SETTLED:
+            break
+    return factor
