@@ -52,8 +52,8 @@ class Judge:
 
 
 def fits(search: Search, best: SearchNode, names: Sequence[Hypothesis]) -> list[Fit]:
-    """The fitted geometry, then the fits with one effect of `names` more each time."""
-    out, near = [search.start.fit], search.start
+    """The fitted geometry, then the fits with one effect of `names` more each time; the last is that of the set."""
+    out, near = [search.start.fit if names else best.fit], search.start
     added: list[Hypothesis] = []
     for group in groups(names):
         added = [*added, *group]

@@ -168,6 +168,7 @@ class Diagnosis(Plotted):
         steps: The model at each step of `gap`.
         search: Every set that was fitted; `state` is the one that is given, `final` the same beside joint profiles.
         plan: What to measure next, where a name has equivalents.
+        plain: Which plain model is written, and why, where it predicts held-out rows better than what was found.
     """
 
     verdict: str
@@ -188,6 +189,7 @@ class Diagnosis(Plotted):
     state: SearchNode
     final: SearchNode
     plan: SeparatingPlan | None = None
+    plain: str | None = None
     notes: list[str] = field(default_factory=list)
 
     @property
@@ -258,6 +260,7 @@ class Diagnosis(Plotted):
                 "names": [str(label) for label in self.confusion[0]],
                 "correlation": self.confusion[1].tolist(),
             },
+            "plain_model": self.plain,
             "notes": self.notes,
         }
 

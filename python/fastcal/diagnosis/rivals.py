@@ -280,8 +280,17 @@ def _fitted(state: SearchNode, curves: list[Spec], problem: Problem, near: Fit, 
     """
     if names is None:
         names = near if near is state.fit else fit(problem, state.names, near)
-    found = fit(problem, [*state.names, *map(Hypothesis, curves)], names, pulled=True)
+    are_pulled = any(entry["effect"] == curve_of("joint") for entry in curves)
+    found = fit(problem, [*state.names, *map(Hypothesis, curves)], names, pulled=are_pulled)
     return found if found.converged and all(found.value(name).any() for name in state.names) else None
+
+
+def with_entries(state: SearchNode, entries: Sequence[Spec], problem: Problem) -> Model | None:
+    """A set with entries beside it, as curved as held-out rows ask for, on the rows of a problem; None as `_fitted`."""
+    names = state.fit if problem is state.fit.problem else fit(problem, state.names, state.fit)
+    curves = with_curvatures(names, entries)
+    found = _fitted(state, curves, problem, names, names)
+    return None if found is None else Model(state, curves, found, problem.noise, problem.used, names)
 
 
 def _on_more_rows(model: Model) -> Model:

@@ -70,6 +70,10 @@ _REASONS = {
     Reason.ORDERS_ALIKE: "orders {orders} look the same at these positions of the joint: measure between them",
     Reason.ZERO_JUMPED: "a jump of the zero of {places} does the same: check its mastering",
     Reason.ZERO_CREEPS: "a creeping zero of {places} does the same: check its mastering",
+    Reason.PART_OF_A_PLAIN_MODEL: "it is in the model because poses that were held out are predicted best with it in "
+    "every joint; whether this joint has it is not shown",
+    Reason.PLAIN_MODEL_PREDICTS: "it is not in the model: a plain model without it predicts poses that were held out "
+    "clearly better",
     Reason.MAY_BE_CHANCE: "it is not in the model: noise alone makes some cause look like this in {value:.0e} of data "
     "sets, and such a cause would make other poses worse; {limit:.0e} at most is needed",
     Reason.CHANGES_OTHERWISE: "it is not in the model: what it stands for may change with time or temperature in "
@@ -146,7 +150,8 @@ def noise_doubts(over_claim: float, memory: float) -> list[str]:
 
 def sentence_of(found: Diagnosis, doubts: Sequence[str] = ()) -> str:
     """The first sentence of the page; `doubts` are about the noise."""
-    parts = (_causes(found, doubts), _not_written(found.effects), _unexplained(found.unexplained), _gain(found))
+    plain = "" if found.plain is None else f"The model that is written is a plain one: {found.plain}."
+    parts = (_causes(found, doubts), _not_written(found.effects), plain, _unexplained(found.unexplained), _gain(found))
     return " ".join(part for part in parts if part)
 
 

@@ -1,0 +1,182 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""What was found beside what anyone would try by hand: the model that predicts rows held out of it best is written.
+
+Plain models are the geometry, and the geometry with the compliance, the sag, or a curve of every joint, or with
+compliance and curves; each by itself and beside the names, each by least squares of all rows as well as without the
+rows and the memory of the noise that the diagnosis takes out. Rows are held out by poses and by stretches of the order
+of measuring, and judged as they were measured, whatever noise a fit assumes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal.calibration.options_from_data import with_origins
+from fastcal.diagnosis import rules, unexplained
+from fastcal.diagnosis.fits import fit, is_beyond_bounds
+from fastcal.diagnosis.held_out import STRETCHES, HeldOut, gain
+from fastcal.diagnosis.library import Hypothesis, is_excluded
+from fastcal.diagnosis.problem import Problem
+from fastcal.diagnosis.reasons import Because, Reason
+from fastcal.diagnosis.rivals import Model, Rivals, bare, with_entries
+from fastcal.diagnosis.search import SearchNode
+from fastcal.diagnosis.sure_names import Told
+from fastcal.diagnosis.words import owner_in_words
+from fastcal.effects.entries import curve_of, effect_names, effect_owners, label, traits_of
+from fastcal.errors import InvalidInput
+from fastcal.robot.robot import Spec
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Judged:
+    """A model and its rows held out.
+
+    Attributes:
+        model: The model.
+        squares: (N,) of each measured row, in units of its claimed noise: the mean of poses and stretches held out.
+        is_plain: Would anyone have tried it?
+        by_least_squares: Of all rows, with the noise white?
+        lead: Share by which it leaves less of what held-out rows are off by, squared, than what was found.
+    """
+
+    model: Model
+    squares: FloatArray
+    is_plain: bool
+    by_least_squares: bool = False
+    lead: float = 0.0
+
+    @property
+    def words(self) -> str:
+        """What the model is, and why it is written."""
+        model = self.model
+        parts = dict.fromkeys(traits_of(entry["effect"]).phrase for entry in model.profiles)
+        joints = {phrase: _owners(model.profiles, phrase) for phrase in parts}
+        what = ["geometry", *(["what was named"] if model.state.names else [])]
+        what += [f"{phrase} of {owners}" for phrase, owners in joints.items()]
+        how = ", by least squares of all rows" if self.by_least_squares else ""
+        better = f"it leaves {self.lead:.0%} less of what poses held out of the fit are off by, squared"
+        return f"{' with '.join([what[0], ', '.join(what[1:])] if what[1:] else what)}{how}; {better}"
+
+
+def _owners(entries: Sequence[Spec], phrase: str) -> str:
+    """Those of one effect, in words."""
+    owners = [owner_in_words(entry["owner"]) for entry in entries if traits_of(entry["effect"]).phrase == phrase]
+    return owners[0] if len(owners) == 1 else f"{', '.join(owners[:-1])} and {owners[-1]}"
+
+
+def judged(model: Model, *, is_plain: bool, by_least_squares: bool = False) -> Judged:
+    """A model with its held-out rows."""
+    kinds = (HeldOut(model.fit, owner=owner, as_measured=True).squares() for owner in (None, STRETCHES))
+    return Judged(model, np.mean(list(kinds), axis=0), is_plain, by_least_squares)
+
+
+def best_of_all(rivals: Rivals, found: Model) -> Judged:
+    """The model that was found, or a plain one that predicts held-out rows clearly better.
+
+    Where that is so, the first model that the best one does not clearly beat: those with the names come first.
+    """
+    own = judged(found, is_plain=False)
+    others = [one for one in _plain(rivals, found) if one.model.fit is not found.fit]
+    best = min([own, *others], key=lambda one: gain(one.squares, own.squares)[0] * -1)
+    if not _beats(best, own):
+        return own
+    chosen = next(one for one in (*others, best) if one is best or not _beats(best, one))
+    return replace(chosen, lead=gain(chosen.squares, own.squares)[0])
+
+
+def beside_plain(told: Told, written: Judged) -> Told:
+    """What is told where a plain model is written: names that it has no part of are not in it."""
+    held = {name.key for name in written.model.state.names}
+    held |= {(entry["effect"], entry["owner"]) for entry in written.model.profiles}
+    gone = {repr(n): Because(Reason.PLAIN_MODEL_PREDICTS) for n in told.best.names if n.key not in held}
+    final = SearchNode(written.model.fit, told.best.family)
+    return Told(told.best, final, unexplained.remains(final), gone | told.unsure)
+
+
+def _beats(one: Judged, other: Judged) -> bool:
+    less, error = gain(one.squares, other.squares)
+    return less > max(rules.MIN_PLAIN_SHARE, rules.MIN_RIVAL_GAIN * error)
+
+
+def _plain(rivals: Rivals, found: Model) -> Iterator[Judged]:
+    """The plain models, those with the names first; by least squares where that differs."""
+    search = rivals.search
+    start, named = search.start, found.state
+    richer = [] if start.suffices else list(_additions(rivals))
+    states = [named, start] if named.names and not start.suffices else [start]
+    for state in states:
+        for entries in ([], *richer):
+            model = _with(state, _beside(state, entries), state.fit.problem)
+            if model is not None:
+                yield judged(model, is_plain=True)
+            every = _as_measured(state.fit.problem)
+            model = None if every is None else _with(state, _beside(state, entries), every)
+            if model is not None:
+                yield judged(model, is_plain=True, by_least_squares=True)
+
+
+def _additions(rivals: Rivals) -> Iterator[list[Spec]]:
+    """What is added to the geometry: compliances, sags, curves of all joints, compliances and curves."""
+    yields, sags = _of_all_joints(rivals, is_sag=False), _of_all_joints(rivals, is_sag=True)
+    curves = [entry for entry in rivals.every if not is_excluded(entry["effect"], entry["owner"], rivals.search.problem.excluded)]
+    for entries in (yields, sags, curves, [*yields, *curves] if yields and curves else []):
+        if entries:
+            yield entries
+
+
+def _of_all_joints(rivals: Rivals, *, is_sag: bool) -> list[Spec]:
+    """Entries of the effect by which every joint yields to its load, or to the arm's weight where no masses say it."""
+    problem = rivals.search.problem
+    robot, there = problem.start.robot, {(e["effect"], e["owner"]) for e in problem.given}
+    out: list[Spec] = []
+    for effect in effect_names():
+        traits = traits_of(effect)
+        own = traits.without_masses if is_sag else traits.depends_on == ("torque",) and not traits.generalizes
+        if not own or traits.role != "cause" or traits.place != "joint":
+            continue
+        for owner in effect_owners(effect, robot.core):
+            if (effect, owner) in there or is_excluded(effect, owner, problem.excluded):
+                continue
+            try:
+                out.append(with_origins({"effect": effect, "owner": owner}, robot, problem.kept))
+            except InvalidInput:
+                continue
+    return out
+
+
+def _beside(state: SearchNode, entries: Sequence[Spec]) -> list[Spec]:
+    """The entries but for those that a set holds already, or something richer."""
+    held = {name.key for name in state.names} | {(s, n.owner) for n in state.names for s in n.traits.generalizes}
+    return [entry for entry in entries if (entry["effect"], entry["owner"]) not in held]
+
+
+def _as_measured(problem: Problem) -> Problem | None:
+    """All rows, as if the noise had no memory; None where that is the problem as it is."""
+    measured = problem.data.measured
+    if np.array_equal(problem.used, measured) and not problem.noise.memory and problem.weight is None:
+        return None
+    return replace(problem, used=measured, noise=replace(problem.noise, memory=0.0), weight=None)
+
+
+def _with(state: SearchNode, entries: list[Spec], problem: Problem) -> Model | None:
+    """A set with entries beside it, less those that come out with an impossible sign; None where it is no model."""
+    if not entries:
+        at = state.fit if problem is state.fit.problem else fit(problem, state.names, state.fit)
+        return bare(state if at is state.fit else SearchNode(at, state.family)) if at.converged else None
+    for _ in range(rules.MAX_REFITS):
+        model = with_entries(state, entries, problem)
+        if model is None:
+            return None
+        added = model.fit.added[len(state.names) :]
+        wrong = [label(name.entry) for name in added if is_beyond_bounds(model.fit, name)]
+        entries = [entry for entry in entries if label(entry) not in wrong]
+        if not wrong or not entries:
+            break
+    return model if entries else None
