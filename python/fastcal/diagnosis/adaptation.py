@@ -12,9 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.calibration.data_notes import covered
-from fastcal.calibration.evaluation import Evaluation, evaluate
+from fastcal.calibration.evaluation import ErrorStatistics, distances, evaluate
+from fastcal.calibration.parallel import each
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.fits import Fit
+from fastcal.diagnosis.held_out import HeldOut
 from fastcal.diagnosis.library import Hypothesis
 from fastcal.diagnosis.problem import core_entry
 from fastcal.diagnosis.result import AdaptedModel, GapStep, NamedValue
@@ -28,6 +30,7 @@ from fastcal.robot.robot import Robot, Spec
 from fastcal.units import from_si
 
 FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,18 +102,24 @@ def values(model: Robot, entry: Spec) -> dict[str, NamedValue]:
     raise KeyError(identity(entry))
 
 
-def gap(steps: Sequence[AdaptedModel], names: Sequence[Hypothesis], profiles: Sequence[Spec]) -> list[GapStep]:
-    """RMS errors of the geometry alone and of each model after it."""
+def gap(
+    steps: Sequence[AdaptedModel],
+    fits: Sequence[Fit],
+    kept: BoolArray,
+    names: Sequence[Hypothesis],
+    profiles: Sequence[Spec],
+) -> list[GapStep]:
+    """RMS errors of the geometry alone and of each model after it, over the rows that are `kept` (N,): no outliers."""
     added: list[str | None] = [None, *(",".join("@".join(name.key) for name in group) for group in groups(names))]
     if profiles:
         added.append(",".join(f"{p['effect']}@{p['owner']}" for p in profiles))
-    return [gap_step(name, found) for name, found in zip(added, steps, strict=True)]
+    held_out = each(lambda at: from_si(HeldOut(at, as_measured=True).rms(kept), "mm"), fits)
+    return [gap_step(*step, kept) for step in zip(added, steps, held_out, strict=True)]
 
 
-def gap_step(added: str | None, found: AdaptedModel) -> GapStep:
-    """RMS errors of one model, and what was added to it."""
-    return GapStep(added, _rms(found.train) or 0.0, None if found.test is None else _rms(found.test))
-
-
-def _rms(part: Evaluation) -> float | None:
-    return part.after.to_mm()["rms"] if part.after is not None else None
+def gap_step(added: str | None, found: AdaptedModel, held_out: float, kept: BoolArray) -> GapStep:
+    """RMS errors of one model, and what was added to it; `held_out` [mm] of poses held out of its fit."""
+    part = found.train
+    train = ErrorStatistics.of(distances(part.error_after, part.length_after)[kept])
+    test = None if found.test is None or found.test.after is None else found.test.after.to_mm()["rms"]
+    return GapStep(added, 0.0 if train is None else train.to_mm()["rms"], held_out if held_out >= 0 else None, test)

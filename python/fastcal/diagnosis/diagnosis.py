@@ -149,7 +149,7 @@ def _found(
     told = Told(model.state, final, remains, unsure)
     model = rivals.bare(sure) if unsure else model
     notify("beside what anyone would try")
-    written = best_of_all(plain, model)
+    written = best_of_all(plain, model, remains=remains)
     told = beside_plain(told, written) if written.is_plain else told
     return _Found(robot, data, rows, test, search, written, told, library, level, sigma, threads, tuple(lost))
 
@@ -226,10 +226,12 @@ class _Found:
         steps = each(lambda at: judge.adapted(at, self.level.sigma), written)
         profiles = self.model.profiles
         remaining = self._remaining(steps[0], outliers)
-        gap = adaptation.gap(steps, names, profiles)
+        kept = self.data.measured.copy()
+        kept[outliers] = False
+        gap = adaptation.gap(steps, written, kept, names, profiles)
         last = replace(written[-1], problem=self.fit.problem, squares=None)
         more, step, remaining = with_surrogate(
-            steps[-1], last, self.reaches, judge, remaining, drifts=self.level.slow.drifts
+            steps[-1], gap[-1], last, self.reaches, judge, remaining, drifts=self.level.slow.drifts
         )
         findings = [self._finding(best.names[k], proofs[k], equivalents[k], steps[-1].model, remaining) for k in order]
         if findings and all(f.grade == "A" for f in findings) and not self._stands(steps[-1].model):
@@ -349,6 +351,8 @@ class _Found:
         freedom = self.best.fit.problem.noise.freedom
         alone = p_values(np.array([proof.statistic]), np.array([proof.rank], dtype=np.int32), freedom)[0]
         p = min(1.0, float(alone) * self.search.start.family.named)
+        if self.written.is_plain and not self.written.shows(name):
+            grade, limits = "C", (Because(Reason.SHADOW), *limits)
         unsure = self.told.unsure.get(repr(name))
         model = model if unsure is None else adaptation.robot_of(self.told_fit, self.level.sigma)
         values = adaptation.values(model, name.entry)
@@ -388,7 +392,7 @@ def _unnamed(model: Robot, entry: Spec) -> Finding:
         because = Because(Reason.CURVE_WITHOUT_NAME, waves=tuple(unexplained.main_orders(model, entry)))
         return Finding(entry["effect"], entry["owner"], "C", {}, 0.0, 0.0, limits=(because,))
     limits = (Because(Reason.PART_OF_A_PLAIN_MODEL),)
-    return Finding(entry["effect"], entry["owner"], "C", adaptation.values(model, entry), 0.0, 0.0, limits=limits)
+    return Finding(entry["effect"], entry["owner"], "C", {}, 0.0, 0.0, limits=limits)
 
 
 def _verdict(findings: Sequence[Finding], remaining: Unexplained | None) -> str:

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from fastcal.calibration.options_from_data import with_origins
 from fastcal.diagnosis import rules, unexplained
+from fastcal.diagnosis.curves import with_curvatures
 from fastcal.diagnosis.fits import fit, is_beyond_bounds
 from fastcal.diagnosis.held_out import STRETCHES, HeldOut, gain
 from fastcal.diagnosis.library import Hypothesis, is_excluded
@@ -27,7 +28,7 @@ from fastcal.diagnosis.rivals import Model, Rivals, bare, with_entries
 from fastcal.diagnosis.search import SearchNode
 from fastcal.diagnosis.sure_names import Told
 from fastcal.diagnosis.words import owner_in_words
-from fastcal.effects.entries import curve_of, effect_names, effect_owners, label, traits_of
+from fastcal.effects.entries import effect_names, effect_owners, label, traits_of
 from fastcal.errors import InvalidInput
 from fastcal.robot.robot import Spec
 
@@ -52,23 +53,35 @@ class Judged:
     by_least_squares: bool = False
     lead: float = 0.0
 
+    def shows(self, name: Hypothesis) -> bool:
+        """Is a name of the set still clear beside what was added to it?"""
+        own = next((n for n in self.model.fit.added if n.key == name.key), None)
+        state = SearchNode(self.model.fit, self.model.state.family)
+        return own is not None and state.wald(own) > rules.MIN_SNR_BESIDE_REST**2
+
     @property
     def words(self) -> str:
         """What the model is, and why it is written."""
         model = self.model
-        parts = dict.fromkeys(traits_of(entry["effect"]).phrase for entry in model.profiles)
-        joints = {phrase: _owners(model.profiles, phrase) for phrase in parts}
-        what = ["geometry", *(["what was named"] if model.state.names else [])]
-        what += [f"{phrase} of {owners}" for phrase, owners in joints.items()]
+        owners: dict[str, list[str]] = {}
+        for entry in model.profiles:
+            owners.setdefault(entry["effect"], []).append(entry["owner"])
+        joints = model.fit.problem.start.robot.joint_count
+        parts = ["what was named"] if model.state.names else []
+        parts += [f"{_what(effect)} of {_where(own, joints)}" for effect, own in owners.items()]
+        beside = f" with {' and '.join(parts)}" if parts else " alone"
         how = ", by least squares of all rows" if self.by_least_squares else ""
         better = f"it leaves {self.lead:.0%} less of what poses held out of the fit are off by, squared"
-        return f"{' with '.join([what[0], ', '.join(what[1:])] if what[1:] else what)}{how}; {better}"
+        return f"the geometry{beside}{how}; {better}"
 
 
-def _owners(entries: Sequence[Spec], phrase: str) -> str:
-    """Those of one effect, in words."""
-    owners = [owner_in_words(entry["owner"]) for entry in entries if traits_of(entry["effect"]).phrase == phrase]
-    return owners[0] if len(owners) == 1 else f"{', '.join(owners[:-1])} and {owners[-1]}"
+def _what(effect: str) -> str:
+    traits = traits_of(effect)
+    return "a curve over the position" if traits.role == "curve" else traits.phrase
+
+
+def _where(owners: Sequence[str], joints: int) -> str:
+    return "all joints" if len(owners) == joints else ", ".join(map(owner_in_words, owners))
 
 
 def judged(model: Model, *, is_plain: bool, by_least_squares: bool = False) -> Judged:
@@ -77,14 +90,15 @@ def judged(model: Model, *, is_plain: bool, by_least_squares: bool = False) -> J
     return Judged(model, np.mean(list(kinds), axis=0), is_plain, by_least_squares)
 
 
-def best_of_all(rivals: Rivals, found: Model) -> Judged:
+def best_of_all(rivals: Rivals, found: Model, *, remains: bool) -> Judged:
     """The model that was found, or a plain one that predicts held-out rows clearly better.
 
-    Where that is so, the first model that the best one does not clearly beat: those with the names come first.
+    Where that is so, the first model that the best one does not clearly beat: those with the names come first. Curves
+    are tried where something `remains`.
     """
     own = judged(found, is_plain=False)
-    others = [one for one in _plain(rivals, found) if one.model.fit is not found.fit]
-    best = min([own, *others], key=lambda one: gain(one.squares, own.squares)[0] * -1)
+    others = [one for one in _plain(rivals, found, remains=remains) if one.model.fit is not found.fit]
+    best = min([own, *others], key=lambda one: -gain(one.squares, own.squares)[0])
     if not _beats(best, own):
         return own
     chosen = next(one for one in (*others, best) if one is best or not _beats(best, one))
@@ -105,35 +119,34 @@ def _beats(one: Judged, other: Judged) -> bool:
     return less > max(rules.MIN_PLAIN_SHARE, rules.MIN_RIVAL_GAIN * error)
 
 
-def _plain(rivals: Rivals, found: Model) -> Iterator[Judged]:
+def _plain(rivals: Rivals, found: Model, *, remains: bool) -> Iterator[Judged]:
     """The plain models, those with the names first; by least squares where that differs."""
     search = rivals.search
     start, named = search.start, found.state
-    richer = [] if start.suffices else list(_additions(rivals))
+    richer = [] if start.suffices else list(_additions(rivals, curved=remains))
     states = [named, start] if named.names and not start.suffices else [start]
     for state in states:
         for entries in ([], *richer):
-            model = _with(state, _beside(state, entries), state.fit.problem)
-            if model is not None:
-                yield judged(model, is_plain=True)
-            every = _as_measured(state.fit.problem)
-            model = None if every is None else _with(state, _beside(state, entries), every)
-            if model is not None:
-                yield judged(model, is_plain=True, by_least_squares=True)
+            for problem in (state.fit.problem, _as_measured(state.fit.problem)):
+                model = None if problem is None else _with(state, _beside(state, entries), problem)
+                if model is not None:
+                    yield judged(model, is_plain=True, by_least_squares=problem is not state.fit.problem)
 
 
-def _additions(rivals: Rivals) -> Iterator[list[Spec]]:
+def _additions(rivals: Rivals, *, curved: bool) -> Iterator[list[Spec]]:
     """What is added to the geometry: compliances, sags, curves of all joints, compliances and curves."""
-    yields, sags = _of_all_joints(rivals, is_sag=False), _of_all_joints(rivals, is_sag=True)
-    curves = [entry for entry in rivals.every if not is_excluded(entry["effect"], entry["owner"], rivals.search.problem.excluded)]
+    start = rivals.search.start
+    yields = _of_all_joints(rivals.search.problem, is_sag=False)
+    sags = with_curvatures(start.fit, _of_all_joints(rivals.search.problem, is_sag=True))
+    with_curves = rivals.with_profiles(start, rivals.every) if curved else None
+    curves = [] if with_curves is None else with_curves.profiles
     for entries in (yields, sags, curves, [*yields, *curves] if yields and curves else []):
         if entries:
             yield entries
 
 
-def _of_all_joints(rivals: Rivals, *, is_sag: bool) -> list[Spec]:
+def _of_all_joints(problem: Problem, *, is_sag: bool) -> list[Spec]:
     """Entries of the effect by which every joint yields to its load, or to the arm's weight where no masses say it."""
-    problem = rivals.search.problem
     robot, there = problem.start.robot, {(e["effect"], e["owner"]) for e in problem.given}
     out: list[Spec] = []
     for effect in effect_names():
@@ -166,16 +179,17 @@ def _as_measured(problem: Problem) -> Problem | None:
 
 
 def _with(state: SearchNode, entries: list[Spec], problem: Problem) -> Model | None:
-    """A set with entries beside it, less those that come out with an impossible sign; None where it is no model."""
+    """A set with entries beside it, less those that come out with an impossible sign; None where a name does."""
     if not entries:
         at = state.fit if problem is state.fit.problem else fit(problem, state.names, state.fit)
-        return bare(state if at is state.fit else SearchNode(at, state.family)) if at.converged else None
+        return bare(state if at is state.fit else SearchNode(at, state.family))
     for _ in range(rules.MAX_REFITS):
         model = with_entries(state, entries, problem)
         if model is None:
             return None
-        added = model.fit.added[len(state.names) :]
-        wrong = [label(name.entry) for name in added if is_beyond_bounds(model.fit, name)]
+        wrong = [label(name.entry) for name in model.fit.added if is_beyond_bounds(model.fit, name)]
+        if any(label(name.entry) in wrong for name in state.names):
+            return None
         entries = [entry for entry in entries if label(entry) not in wrong]
         if not wrong or not entries:
             break

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.calibration.evaluation import Evaluation
-from fastcal.diagnosis import words
+from fastcal.diagnosis import rules, words
 from fastcal.diagnosis.library import Untestable
 from fastcal.diagnosis.reasons import Because, CauseLabel
 from fastcal.display import late
@@ -97,11 +97,46 @@ class Unexplained:
 
 @dataclass(frozen=True)
 class GapStep:
-    """RMS error of the model with one effect more [mm]."""
+    """RMS error of the model with one effect more [mm].
+
+    Attributes:
+        added: The effect; None: the geometry alone.
+        train_rms_mm: Of the rows that the fits hold, without those that are listed as outliers.
+        held_out_rms_mm: Of the same rows, each part of the poses predicted by a fit to the others; None where no point
+            and no length was measured.
+        test_rms_mm: Of the test poses.
+    """
 
     added: str | None
     train_rms_mm: float
+    held_out_rms_mm: float | None
     test_rms_mm: float | None
+
+
+@dataclass(frozen=True)
+class Gap:
+    """The gap in one kind of numbers, as it is spoken of.
+
+    Attributes:
+        on: "test", "held out", or "fitted" where neither is known: the poses that it is of.
+        sizes: RMS errors [mm] of the steps.
+        floor: What noise alone makes [mm].
+    """
+
+    on: str
+    sizes: list[float]
+    floor: float
+
+    @property
+    def rises(self) -> bool:
+        """Is the last model worse than the geometry alone, by more than a user would notice?"""
+        return self.sizes[-1] > rules.MAX_RISE * self.sizes[0]
+
+    @property
+    def closed(self) -> float:
+        """Share of the mean square beyond the noise that is gone."""
+        before, after = self.sizes[0], self.sizes[-1]
+        return float(np.clip((before**2 - after**2) / max(before**2 - self.floor**2, 1e-30), 0.0, 1.0))
 
 
 @dataclass(frozen=True)
@@ -206,6 +241,24 @@ class Diagnosis(Plotted):
     def test(self) -> Evaluation | None:
         """Errors on the test poses."""
         return self.steps[-1].test
+
+    def fitted_with(self, finding: Finding) -> SearchNode:
+        """The set whose fit has a finding: `final`, but for names that are told and not written."""
+        there = any((e["effect"], e["owner"]) == (finding.effect, finding.owner) for e in self.final.fit.entries)
+        return self.final if there else self.state
+
+    @property
+    def judged_gap(self) -> Gap:
+        """On the test poses where there are any, else on poses held out of the fits."""
+        floor = self.sigma_mm * (1.0 if self.search.problem.data.position is None else 3**0.5)
+        for on, sizes in (
+            ("test", [step.test_rms_mm for step in self.gap]),
+            ("held out", [step.held_out_rms_mm for step in self.gap]),
+        ):
+            known = [size for size in sizes if size is not None]
+            if len(known) == len(sizes):
+                return Gap(on, known, floor)
+        return Gap("fitted", [step.train_rms_mm for step in self.gap], floor)
 
     def to_json_dict(self) -> dict[str, Any]:
         """The content of diagnosis.json."""

@@ -286,11 +286,10 @@ def _fitted(state: SearchNode, curves: list[Spec], problem: Problem, near: Fit, 
 
 
 def with_entries(state: SearchNode, entries: Sequence[Spec], problem: Problem) -> Model | None:
-    """A set with entries beside it, as curved as held-out rows ask for, on the rows of a problem; None as `_fitted`."""
+    """A set with entries beside it, on the rows of a problem; None as `_fitted`."""
     names = state.fit if problem is state.fit.problem else fit(problem, state.names, state.fit)
-    curves = with_curvatures(names, entries)
-    found = _fitted(state, curves, problem, names, names)
-    return None if found is None else Model(state, curves, found, problem.noise, problem.used, names)
+    found = _fitted(state, list(entries), problem, names, names)
+    return None if found is None else Model(state, list(entries), found, problem.noise, problem.used, names)
 
 
 def _on_more_rows(model: Model) -> Model:

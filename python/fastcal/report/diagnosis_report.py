@@ -34,8 +34,8 @@ from fastcal.report.diagnosis_steps import is_advice, next_steps
 from fastcal.report.diagnosis_words import (
     GRADES,
     VERDICTS,
-    short_name,
     spoken,
+    step_name,
     sureness,
     unexplained_sentence,
 )
@@ -108,7 +108,6 @@ def diagnosis_page(found: Diagnosis, *, simulated: bool = False, made_by: Mappin
     """The HTML text of the page; with `made_by` it is a document that can be signed."""
     train, geometry = compared_rows(found, "Training", "train")
     test, _ = compared_rows(found, "Test", "test")
-    judged = test or train
     sets = [rows for rows in (train, test) if rows is not None]
     arrows = residual_figures.arrows(sets)
     base = np.asarray(found.model.spec["base"]["xyz_mm"], float)
@@ -116,7 +115,6 @@ def diagnosis_page(found: Diagnosis, *, simulated: bool = False, made_by: Mappin
     if found.verdict == "several" and any(f.grade != "A" for f in found.effects):
         tone = "caution"
     state = found.final
-    floor = _floor(found, judged)
     return page.render(
         "diagnosis.html",
         title=f"Diagnosis of {found.model.name}",
@@ -132,8 +130,8 @@ def diagnosis_page(found: Diagnosis, *, simulated: bool = False, made_by: Mappin
         sentence=found.sentence,
         steps=next_steps(found),
         sections=_sections(found),
-        tiles=_tiles(found, floor),
-        cards=[_card(found, finding, state) for finding in found.effects],
+        tiles=_tiles(found),
+        cards=[_card(found, finding) for finding in found.effects],
         grades=GRADES if found.effects else {},  # the glossary explains those that the page gives
         effect_key=effect_figures.KEY,
         plan=found.plan if is_advice(found.plan) else None,
@@ -187,18 +185,11 @@ def compared_rows(found: Diagnosis, name: str, part: str) -> tuple[Rows | None, 
     return rows_of(name, compared, kinds), rows_of(name, first, kinds)
 
 
-def _floor(found: Diagnosis, rows: Rows | None) -> float:
-    """RMS error [mm] that noise alone would make."""
-    is_length = rows is not None and rows.components == ("length",)
-    return float(found.sigma_mm * (1.0 if is_length else np.sqrt(3.0)))
-
-
-def _judged(found: Diagnosis) -> tuple[str, list[float]]:
-    """The poses by which the gap is judged, and its RMS errors [mm]."""
-    tested = [step.test_rms_mm for step in found.gap if step.test_rms_mm is not None]
-    if len(tested) == len(found.gap):
-        return "test poses, which no fit has seen", tested
-    return "poses of the fit", [step.train_rms_mm for step in found.gap]
+_JUDGED = {
+    "test": "test poses, which no fit has seen",
+    "held out": "poses held out, each part predicted by a fit to the others",
+    "fitted": "poses of the fit",
+}
 
 
 def _tried(found: Diagnosis) -> int:
@@ -206,10 +197,11 @@ def _tried(found: Diagnosis) -> int:
     return len({name.key for name in found.search.problem.names})
 
 
-def _tiles(found: Diagnosis, floor: float) -> list[tuple[str, str, str]]:
-    on, sizes = _judged(found)
+def _tiles(found: Diagnosis) -> list[tuple[str, str, str]]:
+    gap = found.judged_gap
+    sizes, floor = gap.sizes, gap.floor
     before, after = sizes[0], sizes[-1]
-    where = on.split(",")[0]
+    where = _JUDGED[gap.on].split(",")[0]
     noise = ("Noise alone would make", f"{alike(floor, floor)} mm", f"{significant(found.sigma_mm, 2)} mm a coordinate")
     dead = len({(u.effect, u.owner) for u in found.untestable})
     tried = ("Causes tried", str(_tried(found)), f"{dead} more can\N{RIGHT SINGLE QUOTATION MARK}t show in these data")
@@ -217,17 +209,16 @@ def _tiles(found: Diagnosis, floor: float) -> list[tuple[str, str, str]]:
         unexplained = np.sqrt(max(after**2 - floor**2, 0.0))
         above = ("Beyond the noise", f"{alike(unexplained, floor)} mm", "root of the difference of squares")
         return [(f"RMS error, {where}", f"{alike(after, floor)} mm", "calibrated geometry"), noise, above, tried]
-    closed = float(np.clip((before**2 - after**2) / max(before**2 - floor**2, 1e-30), 0.0, 1.0))
     return [
         (f"RMS error, {where}", f"{alike(after, floor)} mm", f"was {alike(before, floor)} mm with geometry alone"),
         noise,
-        ("Gap closed", percent(closed), "of the mean square beyond the noise"),
+        ("Gap closed", percent(gap.closed), "of the mean square beyond the noise"),
         tried,
     ]
 
 
-def _card(found: Diagnosis, finding: Finding, state: SearchNode) -> _Card:
-    seen = partial_residuals.of_finding(state, finding)
+def _card(found: Diagnosis, finding: Finding) -> _Card:
+    seen = partial_residuals.of_finding(found.fitted_with(finding), finding)
     cause = capitalised(cause_in_words(finding.effect, finding.owner))
     drawn = effect_figures.effect_figures(seen, finding.owner, f"effect-{patch_name(finding)[8:-6]}")
     return _Card(
@@ -253,20 +244,9 @@ def _unexplained_figures(found: Diagnosis, state: SearchNode) -> list[Figure]:
 
 def gap_figure(found: Diagnosis) -> Figure:
     """The error of the geometry alone, what each effect takes of it, what remains, and the noise."""
-    on, sizes = _judged(found)
-    test, _ = compared_rows(found, "Test", "test")
-    floor = _floor(found, test or compared_rows(found, "Training", "train")[0])
-    names = [_step_name(step.added) for step in found.gap]
-    return diagnosis_figures.waterfall(list(zip(names, sizes, strict=True)), floor, on)
-
-
-def _step_name(added: str | None) -> str:
-    if added is None:
-        return "geometry alone"
-    parts = [part.partition("@") for part in added.split(",")]
-    if len(parts) > 2:
-        return f"the curves of {len(parts)} joints"
-    return " and ".join(short_name(effect, owner) for effect, _, owner in parts)
+    gap = found.judged_gap
+    names = [step_name(step.added) for step in found.gap]
+    return diagnosis_figures.waterfall(list(zip(names, gap.sizes, strict=True)), gap.floor, _JUDGED[gap.on])
 
 
 def confusion_figure(found: Diagnosis) -> Figure | None:
