@@ -120,17 +120,29 @@ def _beats(one: Judged, other: Judged) -> bool:
 
 
 def _plain(rivals: Rivals, found: Model, *, remains: bool) -> Iterator[Judged]:
-    """The plain models, those with the names first; by least squares where that differs."""
+    """The plain models, those with the names first; by least squares where that differs.
+
+    Of many rows only those without the names, and of these by least squares the geometry alone: what differs is little.
+    """
     search = rivals.search
     start, named = search.start, found.state
     richer = [] if start.suffices else list(_additions(rivals, curved=remains))
-    states = [named, start] if named.names and not start.suffices else [start]
+    few = len(start.fit.problem.rows) <= rules.CHOSEN_AGAIN_ROWS
+    states = [named, start] if few and named.names and not start.suffices else [start]
     for state in states:
         for entries in ([], *richer):
             for problem in (state.fit.problem, _as_measured(state.fit.problem)):
-                model = None if problem is None else _with(state, _beside(state, entries), problem)
+                if problem is None or (entries and problem is not state.fit.problem and not few):
+                    continue
+                model = _known(rivals, state, entries, problem) or _with(state, _beside(state, entries), problem)
                 if model is not None:
                     yield judged(model, is_plain=True, by_least_squares=problem is not state.fit.problem)
+
+
+def _known(rivals: Rivals, state: SearchNode, entries: list[Spec], problem: Problem) -> Model | None:
+    """The model with the curves of all joints as the rivals have it already."""
+    known = rivals.with_profiles(state, rivals.every) if rivals.is_known(state, rivals.every) else None
+    return known if known is not None and known.profiles == entries and problem is state.fit.problem else None
 
 
 def _additions(rivals: Rivals, *, curved: bool) -> Iterator[list[Spec]]:

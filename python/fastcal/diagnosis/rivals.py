@@ -163,6 +163,10 @@ class Rivals:
             self.fitted[key] = _with_profiles(state, profiles) if profiles else None
         return self.fitted[key]
 
+    def is_known(self, state: SearchNode, profiles: Sequence[Spec]) -> bool:
+        """Was this fitted already?"""
+        return _key(state, profiles) in self.fitted
+
     @property
     def names_are_hopeless(self) -> bool:
         """Would the most names that a set may have explain too little to be given, or less than profiles predict?
