@@ -50,7 +50,7 @@ def _ending(found: Diagnosis) -> list[str]:
     before, after = gap.sizes[0], gap.sizes[-1]
     left = float(np.sqrt(max(after**2 - gap.floor**2, 0.0)))
     beyond = f"{left:.3f} mm beyond the noise"
-    if before <= gap.floor * _NOTICED:
+    if found.unexplained is None and before <= gap.floor * _NOTICED:
         lines = [f"no gap {_JUDGED[gap.on]}: {after:.3f} mm, of which noise alone makes {gap.floor:.3f} mm"]
     else:
         sizes = f"{before:.3f} mm before, {after:.3f} mm after, {gap.closed:.0%} closed"

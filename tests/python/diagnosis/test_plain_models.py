@@ -34,7 +34,8 @@ def bare_arm() -> Robot:
 
 
 def rows(true: Robot, count: int, seed: int) -> Dataset:
-    poses = Dataset.from_arrays(random_poses(bare_arm(), count, seed=seed), robot=bare_arm(), payload=np.full(count, 5.0))
+    q = random_poses(bare_arm(), count, seed=seed)
+    poses = Dataset.from_arrays(q, robot=bare_arm(), payload=np.full(count, 5.0))
     return simulate(true, poses, noise=NOISE, seed=seed)
 
 
