@@ -93,16 +93,21 @@ def judged(model: Model, *, is_plain: bool, by_least_squares: bool = False) -> J
 def best_of_all(rivals: Rivals, found: Model, *, remains: bool) -> Judged:
     """The model that was found, or a plain one that predicts held-out rows clearly better.
 
-    Where that is so, the first model that the best one does not clearly beat: those with the names come first. Curves
-    are tried where something `remains`.
+    Of those that do, the first that the best one does not clearly beat as well: models with the names come first. Where
+    something `remains` curves are tried too, and one standard error decides; else MIN_GAIN of them.
     """
     own = judged(found, is_plain=False)
-    others = [one for one in _plain(rivals, found, remains=remains) if one.model.fit is not found.fit]
-    best = min([own, *others], key=lambda one: -gain(one.squares, own.squares)[0])
-    if not _beats(best, own):
-        return own
-    chosen = next(one for one in (*others, best) if one is best or not _beats(best, one))
-    return replace(chosen, lead=gain(chosen.squares, own.squares)[0])
+    errors = rules.MIN_RIVAL_GAIN if remains else rules.MIN_GAIN
+    plain = [one for one in _plain(rivals, found, remains=remains) if one.model.fit is not found.fit]
+    better = [one for one in plain if _beats(one, own, errors)]
+    best = min(better, key=lambda one: -gain(one.squares, own.squares)[0], default=own)
+    chosen = next((one for one in better if one is best or not _beats(best, one, errors)), own)
+    return own if chosen is own else replace(chosen, lead=gain(chosen.squares, own.squares)[0])
+
+
+def _beats(one: Judged, other: Judged, errors: float) -> bool:
+    less, error = gain(one.squares, other.squares)
+    return less > max(rules.MIN_PLAIN_SHARE, errors * error)
 
 
 def beside_plain(told: Told, written: Judged) -> Told:
@@ -112,11 +117,6 @@ def beside_plain(told: Told, written: Judged) -> Told:
     gone = {repr(n): Because(Reason.PLAIN_MODEL_PREDICTS) for n in told.best.names if n.key not in held}
     final = SearchNode(written.model.fit, told.best.family)
     return Told(told.best, final, unexplained.remains(final), gone | told.unsure)
-
-
-def _beats(one: Judged, other: Judged) -> bool:
-    less, error = gain(one.squares, other.squares)
-    return less > max(rules.MIN_PLAIN_SHARE, rules.MIN_RIVAL_GAIN * error)
 
 
 def _plain(rivals: Rivals, found: Model, *, remains: bool) -> Iterator[Judged]:
