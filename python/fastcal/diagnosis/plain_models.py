@@ -20,7 +20,7 @@ from fastcal.calibration.options_from_data import with_origins
 from fastcal.diagnosis import rules, unexplained
 from fastcal.diagnosis.curves import with_curvatures
 from fastcal.diagnosis.fits import fit, is_beyond_bounds
-from fastcal.diagnosis.held_out import STRETCHES, HeldOut, gain
+from fastcal.diagnosis.held_out import STRETCHES, HeldOut, gain, positions
 from fastcal.diagnosis.library import Hypothesis, is_excluded
 from fastcal.diagnosis.problem import Problem
 from fastcal.diagnosis.reasons import Because, Reason
@@ -99,7 +99,7 @@ def best_of_all(rivals: Rivals, found: Model, *, remains: bool) -> Judged:
     own = judged(found, is_plain=False)
     errors = rules.MIN_RIVAL_GAIN if remains else rules.MIN_GAIN
     plain = [one for one in _plain(rivals, found, remains=remains) if one.model.fit is not found.fit]
-    better = [one for one in plain if _beats(one, own, errors)]
+    better = [one for one in plain if _beats(one, own, errors) and _holds_elsewhere(one.model, found)]
     best = min(better, key=lambda one: -gain(one.squares, own.squares)[0], default=own)
     chosen = next((one for one in better if one is best or not _beats(best, one, errors)), own)
     return own if chosen is own else replace(chosen, lead=gain(chosen.squares, own.squares)[0])
@@ -108,6 +108,20 @@ def best_of_all(rivals: Rivals, found: Model, *, remains: bool) -> Judged:
 def _beats(one: Judged, other: Judged, errors: float) -> bool:
     less, error = gain(one.squares, other.squares)
     return less > max(rules.MIN_PLAIN_SHARE, errors * error)
+
+
+def _holds_elsewhere(model: Model, found: Model) -> bool:
+    """Do curves of joints predict better where their joints have not been, of all of them together?
+
+    Rows that share positions of a joint share what is wrong with them; one joint alone decides nothing.
+    """
+    joints = [entry["owner"] for entry in model.profiles if traits_of(entry["effect"]).role == "curve"]
+    gains = []
+    for joint in joints:
+        own, other = (HeldOut(one.fit, owner=joint, as_measured=True).squares() for one in (model, found))
+        gains.append(gain(own, other, positions(found.fit.problem.data, joint)))
+    less, error = np.sum(gains, axis=0) if gains else (1.0, 0.0)
+    return bool(less > rules.MIN_GAIN * error)
 
 
 def beside_plain(told: Told, written: Judged) -> Told:
@@ -135,6 +149,8 @@ def _plain(rivals: Rivals, found: Model, *, remains: bool) -> Iterator[Judged]:
                 if problem is None or (entries and problem is not state.fit.problem and not few):
                     continue
                 model = _known(rivals, state, entries, problem) or _with(state, _beside(state, entries), problem)
+                if model is not None and model.profiles:
+                    model = rivals.with_what_helps(model)
                 if model is not None:
                     yield judged(model, is_plain=True, by_least_squares=problem is not state.fit.problem)
 

@@ -113,17 +113,17 @@ class Rivals:
                 chosen = rival
                 plain = plain if rival.profiles else rival
         if chosen.profiles:
-            fewer = self._with_what_helps(chosen)
+            fewer = self.with_what_helps(chosen)
             if fewer.profiles and _holds_elsewhere(fewer, plain) and leads(fewer, plain):
                 return _finer(fewer)
             plain = plain if fewer.profiles else fewer
         if all(name in best.names for name in plain.state.names):
             return plain
-        fewer, simpler = self._with_what_helps(plain), bare(best)
+        fewer, simpler = self.with_what_helps(plain), bare(best)
         simpler = bare(start) if is_better(bare(start).predicted, simpler.predicted) else simpler
         return fewer if leads(fewer, simpler) else simpler
 
-    def _with_what_helps(self, model: Model) -> Model:
+    def with_what_helps(self, model: Model) -> Model:
         """The model less the names and curves without which held-out rows are predicted as well, the least first."""
         held, gone = model.held, list[Hypothesis]()
         left = model.predicted
@@ -138,9 +138,9 @@ class Rivals:
         if not gone:
             return model
         kept = [name for name in model.state.names if not any(name is m for m in gone)]
-        owners = {m.owner for m in gone if m not in model.state.names}
+        idle = {m.key for m in gone if m not in model.state.names}
         state = self.search.state(kept, model.state) if kept else self.search.start
-        curves = [entry for entry in model.profiles if entry["owner"] not in owners]
+        curves = [entry for entry in model.profiles if (entry["effect"], entry["owner"]) not in idle]
         if not curves:
             fewer = bare(state)
         else:
