@@ -216,7 +216,8 @@ class _Found:
         best, search = self.best, self.search
         is_named = not self.told.remains and not self.model.profiles
         outliers = self._outliers(is_named)
-        few = is_named and len(best.names) <= search.most
+        stands = is_named or (self.written.is_plain and best.suffices)
+        few = stands and len(best.names) <= search.most
         equivalents = search.alternatives(best) if few else [[] for _ in best.names]
         proofs = [grading.evidence(search, best, name) for name in best.names]
         order = sorted(range(len(best.names)), key=lambda k: -proofs[k].statistic)
