@@ -43,6 +43,13 @@ def with_origins(entry: Spec, robot: Robot, data: Rows) -> Spec:
     return {**filled, **entry, **covered}
 
 
+def with_reference(entry: Spec, robot: Robot) -> Spec:
+    """The entry with what its numbers count from on this robot: on an identified one they would count from another."""
+    if "reference" not in traits_of(entry["effect"]).options_from_data:
+        return entry
+    return {**_reference(entry, robot), **entry}
+
+
 def _parts(data: Rows, field: str, name: str = "") -> Iterator[FloatArray] | None:
     """A column, the rows of a long data set some at a time; None where there is none."""
     if isinstance(data, LongDataset):
@@ -146,7 +153,7 @@ def _size(entry: Spec, robot: Robot, data: Rows) -> Spec:
     return {"size": float(f"{rms:.2g}")} if rms > 0 else {}
 
 
-def _reference(entry: Spec, robot: Robot, data: Rows) -> Spec:
+def _reference(entry: Spec, robot: Robot, data: Rows | None = None) -> Spec:
     """What its numbers count from, as the geometry is before it is identified.
 
     That of a model that keeps its nominal one, where the entry is new: what an identification leaves of a length says

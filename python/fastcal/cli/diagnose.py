@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fastcal.cli.console import emit, progress, say, warn
+from fastcal.cli.console import NOT_CONVERGED, emit, progress, say, warn
 from fastcal.cli.options import AsRead, DataFiles, OutFolder, RobotFile, Threads
 from fastcal.cli.tracker import Tracker, seen_by
 from fastcal.cli.who import Who
@@ -68,6 +68,8 @@ def diagnose(
         write_diagnosis(found, output, made_by=origin)
     warn(found.notes)
     say_diagnosis(found, output)
+    if found.judged_gap.rises:
+        raise typer.Exit(NOT_CONVERGED)
 
 
 def say_diagnosis(found: Diagnosis, output: Path) -> None:

@@ -5,19 +5,23 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.calibration.data_notes import covered
-from fastcal.calibration.evaluation import Evaluation, evaluate
+from fastcal.calibration.error_statistics import ErrorStatistics
+from fastcal.calibration.evaluation import evaluate
+from fastcal.calibration.kind_errors import KindErrors
 from fastcal.calibration.kind_noise import noise_record
 from fastcal.calibration.nominal_arm import NominalArm, nominal_arm
+from fastcal.calibration.parallel import each
 from fastcal.calibration.placed_test import evaluated_test
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.fits import Fit
+from fastcal.diagnosis.held_out import HeldOut
 from fastcal.diagnosis.library import Hypothesis
 from fastcal.diagnosis.noise_scales import noise_by_kind
 from fastcal.diagnosis.problem import core_entry
@@ -31,6 +35,7 @@ from fastcal.robot.identified_spec import identified_spec
 from fastcal.robot.robot import Robot, Spec
 
 FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,8 +60,8 @@ class Judge:
 
 
 def fits(search: Search, best: SearchNode, names: Sequence[Hypothesis]) -> list[Fit]:
-    """The fitted geometry, then the fits with one effect of `names` more each time."""
-    out, near = [search.start.fit], search.start
+    """The fitted geometry, then the fits with one effect of `names` more each time; the last is that of the set."""
+    out, near = [search.start.fit if names else best.fit], search.start
     added: list[Hypothesis] = []
     for group in groups(names):
         added = [*added, *group]
@@ -101,24 +106,40 @@ def values(model: Robot, entry: Spec) -> dict[str, NamedValue]:
     raise KeyError(identity(entry))
 
 
-def gap(steps: Sequence[AdaptedModel], names: Sequence[Hypothesis], profiles: Sequence[Spec]) -> list[GapStep]:
-    """RMS errors of the geometry alone and of each model after it."""
+def gap(
+    steps: Sequence[AdaptedModel],
+    fits: Sequence[Fit],
+    kept: BoolArray,
+    names: Sequence[Hypothesis],
+    profiles: Sequence[Spec],
+) -> list[GapStep]:
+    """RMS errors of the geometry alone and of each model after it, over the rows that are `kept` (N,): no outliers."""
     added: list[str | None] = [None, *(",".join("@".join(name.key) for name in group) for group in groups(names))]
     if profiles:
         added.append(",".join(f"{p['effect']}@{p['owner']}" for p in profiles))
-    return [gap_step(name, found) for name, found in zip(added, steps, strict=True)]
+    held_out = each(lambda of: held_out_rms(*of, kept), list(zip(fits, steps, strict=True)))
+    return [gap_step(*step, kept) for step in zip(added, steps, held_out, strict=True)]
 
 
-def gap_step(added: str | None, found: AdaptedModel) -> GapStep:
-    """RMS errors of one model, and what was added to it."""
-    return GapStep(added, _rms(found.train), None if found.test is None else _rms(found.test), _by_kind(found))
+def gap_step(added: str | None, found: AdaptedModel, held_out: float | None, kept: BoolArray) -> GapStep:
+    """RMS errors of one model over the rows `kept` (N,), and what was added to it.
 
-
-def _rms(part: Evaluation) -> float | None:
-    return part.after.to_mm()["rms"] if part.after is not None else None
-
-
-def _by_kind(found: AdaptedModel) -> dict[str, KindGap]:
-    """RMS errors of each kind."""
+    `held_out`, in the unit of the kind that is spoken of, is that of poses held out of its fit.
+    """
     test = {} if found.test is None else {name: of.rms for name, of in found.test.kinds.items()}
-    return {name: KindGap(of.kind.unit, of.rms, test.get(name)) for name, of in found.train.kinds.items()}
+    kinds = {name: KindGap(of.kind.unit, _rms(of, kept), None, test.get(name)) for name, of in found.train.kinds.items()}
+    main = next(iter(kinds), None)
+    if main is not None:
+        kinds[main] = replace(kinds[main], held_out_rms=held_out)
+    return GapStep(added, kinds)
+
+
+def held_out_rms(fit: Fit, found: AdaptedModel, kept: BoolArray) -> float | None:
+    """RMS error of poses held out of a fit, in the unit of the kind that is spoken of; None where nothing is known."""
+    main, rms = found.train.main, HeldOut(fit, as_measured=True).rms(kept)
+    return None if main is None or np.isnan(rms) else float(main.kind.shown(rms))
+
+
+def _rms(of: KindErrors, kept: BoolArray) -> float | None:
+    found = ErrorStatistics.of(of.after[kept].ravel())
+    return None if found is None else float(of.kind.shown(found.rms))

@@ -24,7 +24,7 @@ from fastcal.diagnosis.priors import moves_nothing
 from fastcal.diagnosis.problem import ONE, Problem
 from fastcal.diagnosis.projection import score_tests, score_tests_beside
 from fastcal.diagnosis.reasons import Label
-from fastcal.diagnosis.starting_values import corner_start, identity_of
+from fastcal.diagnosis.starting_values import corner_start, values_by_name
 from fastcal.effects.entries import curve_of
 from fastcal.robot.robot import Robot, Spec
 
@@ -132,11 +132,7 @@ def columns_at(at: Fit, alone: list[Hypothesis] | None = None) -> Columns:
     for k, name in enumerate(names):
         if "corner" in name.entry:
             part = slice(first[offset + k], first[offset + k + 1])
-            known = {
-                identity_of({"effect": n.effect, "owner": n.owner}): at.value(n)
-                for n in at.added
-                if n.effect in name.traits.generalizes
-            }
+            known = values_by_name(at.entries, at.model_effects, at.theta[problem.own :])
             theta[part] = corner_start(name.entry, at, known)
             theta[part.start : part.start + 2] = 0.0
     near = problem.linearized(model, samples, theta)

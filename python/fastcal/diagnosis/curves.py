@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Curves over the joints' positions beside a fit: how curved each is, as held-out rows predict best."""
+"""Curves of joints, and what else is smoothed, beside a fit: how curved each is, as held-out rows predict best."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from fastcal.calibration.smoothing import LinearProblem, choose_curvatures
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.fits import Fit, held
 from fastcal.diagnosis.memory import without_memory
+from fastcal.effects.entries import curve_of
 from fastcal.robot.robot import Spec
 
 FloatArray = NDArray[np.float64]
@@ -62,6 +63,8 @@ def _shown(q: FloatArray) -> int:
 def with_curvatures(at: Fit, curves: Sequence[Spec], start: Sequence[float] | None = None) -> list[Spec]:
     """The entries with their ranges and `curvature`, near a fit without them: one linearization for all.
 
+    Those that have nothing to smooth stay without; beside curves of joints the geometry is pulled.
+
     Args:
         at: The fit.
         curves: The entries.
@@ -78,11 +81,16 @@ def with_curvatures(at: Fit, curves: Sequence[Spec], start: Sequence[float] | No
     row = near.row
     others = [i if i < first else i + last - first for i in at.free]
     pull = np.full(len(at.prior), np.inf)
-    pull[: problem.own] = geometry_pulls(model)
+    if any(entry["effect"] == curve_of("joint") for entry in entries):
+        pull[: problem.own] = geometry_pulls(model)
     own = np.array([p.sigma for p in model.parameters[first:last]])
     weak = np.concatenate([held(at.prior, pull)[at.free], rules.PRIOR_WIDTH * own])
     effects = problem.effects(entries)
     ends = len(others) + np.cumsum([0, *(len(e.parameters) for e in effects)])
+    blocks = [np.arange(a, b) for a, b in pairwise(ends)]
+    smooth = [k for k, effect in enumerate(effects) if effect.penalty]
+    if not smooth:
+        return entries
     J = np.take(near.J, [*others, *range(first, last)], axis=1)
     J /= problem.noise.factor
     chosen = choose_curvatures(
@@ -90,10 +98,11 @@ def with_curvatures(at: Fit, curves: Sequence[Spec], start: Sequence[float] | No
             without_memory(problem, J, row),
             without_memory(problem, near.r / problem.noise.factor, row),
             row,
-            [np.arange(a, b) for a, b in pairwise(ends)],
-            [np.asarray(e.penalty) for e in effects],
+            [blocks[k] for k in smooth],
+            [np.asarray(effects[k].penalty) for k in smooth],
             weak,
         ),
         start,
     )
-    return [{**entry, "curvature": curvature} for entry, curvature in zip(entries, chosen, strict=True)]
+    of = dict(zip(smooth, chosen, strict=True))
+    return [{**entry, "curvature": of[k]} if k in of else entry for k, entry in enumerate(entries)]

@@ -35,6 +35,7 @@ from fastcal.diagnosis.noise import (
 from fastcal.diagnosis.noise_scales import noise_by_kind
 from fastcal.diagnosis.one_curve import waves_of_one_curve, with_orders_between
 from fastcal.diagnosis.periodic import is_periodic
+from fastcal.diagnosis.plain_models import Judged, beside_plain, best_of_all
 from fastcal.diagnosis.plan import SeparatingPlan, separating_plan
 from fastcal.diagnosis.problem import Problem, prepared_problem
 from fastcal.diagnosis.reasons import Because, Reason
@@ -46,6 +47,7 @@ from fastcal.diagnosis.search import Search, SearchNode
 from fastcal.diagnosis.sure_names import Told, replacement, sure_names
 from fastcal.diagnosis.tail_probabilities import p_values
 from fastcal.diagnosis.words import noise_doubts, sentence_of
+from fastcal.effects.entries import curve_of, label
 from fastcal.errors import InvalidInput
 from fastcal.measurements.copied_rows import counted_once
 from fastcal.measurements.dataset import Dataset
@@ -156,7 +158,10 @@ def _found(
     sure, unsure = sure_names(search, best) if final is best else (best, {})
     told = Told(model.state, final, remains, unsure)
     model = rivals.bare(sure) if unsure else model
-    return _Found(robot, data, rows, test, search, model, told, library, level, sigma, threads, tuple(lost))
+    notify("beside what anyone would try")
+    written = best_of_all(plain, model, remains=remains)
+    told = beside_plain(told, written) if written.is_plain else told
+    return _Found(robot, data, rows, test, search, written, told, library, level, sigma, threads, tuple(lost))
 
 
 def _refuse_few_postures(data: Dataset, plain: Fit) -> None:
@@ -176,13 +181,18 @@ class _Found:
     rows: NDArray[np.intp] | None  # that were searched; None: all
     test: Dataset | None
     search: Search
-    model: rivals.Model  # that is written
+    written: Judged
     told: Told
     offered: Library
     level: NoiseLevel
     sigma: float | None
     threads: int
     lost: tuple[int, ...]  # rows that were not looked at
+
+    @property
+    def model(self) -> rivals.Model:
+        """The one that is written."""
+        return self.written.model
 
     @property
     def best(self) -> SearchNode:
@@ -192,7 +202,7 @@ class _Found:
     @cached_property
     def told_fit(self) -> Fit:
         """That of all names, sure or not."""
-        if not self.told.unsure:
+        if not self.told.unsure and not self.written.is_plain:
             return self.fit
         return self.best.fit if self.rows is None else fit(self.whole, self.best.names, self.best.fit)
 
@@ -224,27 +234,31 @@ class _Found:
         best, search = self.best, self.search
         is_named = not self.told.remains and not self.model.profiles
         outliers = self._outliers(is_named)
-        few = is_named and len(best.names) <= search.most
+        stands = is_named or (self.written.is_plain and best.suffices)
+        few = stands and len(best.names) <= search.most
         equivalents = search.alternatives(best) if few else [[] for _ in best.names]
         proofs = [grading.evidence(search, best, name) for name in best.names]
         order = sorted(range(len(best.names)), key=lambda k: -proofs[k].statistic)
-        names = [best.names[k] for k in order if repr(best.names[k]) not in self.told.unsure]
+        names = [best.names[k] for k in order if best.names[k] in self.model.state.names]
         judge = adaptation.Judge(self.data, self.test, self.threads)
         written = self._written(names)
         steps = each(lambda at: judge.adapted(at, self.level.sigma), written)
         profiles = self.model.profiles
         remaining = self._remaining(steps[0], outliers)
-        gap = adaptation.gap(steps, names, profiles)
+        kept = self.data.measured.copy()
+        kept[outliers] = False
+        gap = adaptation.gap(steps, written, kept, names, profiles)
         last = replace(written[-1], problem=self.fit.problem, squares=None)
         more, step, remaining = with_surrogate(
-            steps[-1], last, self.reaches, judge, remaining, drifts=self.level.slow.drifts
+            steps[-1], gap[-1], last, self.reaches, judge, remaining, drifts=self.level.slow.drifts
         )
         findings = [self._finding(best.names[k], proofs[k], equivalents[k], steps[-1].model, remaining) for k in order]
         if findings and all(f.grade == "A" for f in findings) and not self._stands(steps[-1].model):
             findings = [replace(f, grade="B", limits=(Because(Reason.OWN_MODEL),)) for f in findings]
         if any(f.grade != "A" for f in findings):
             findings = [_as_sure_as_the_least(f) for f in findings]
-        findings += [_curve(steps[-1].model, entry) for entry in profiles]
+        there = {finding.label for finding in findings}
+        findings += [_unnamed(steps[-1].model, entry) for entry in profiles if label(entry) not in there]
         if more is not None and step is not None:
             steps, gap = [*steps, more], [*gap, step]
         end = steps[-1]
@@ -270,6 +284,7 @@ class _Found:
             state=best,
             final=self.told.final,
             plan=self._plan(equivalents),
+            plain=self.written.words if self.written.is_plain else None,
             notes=[*self.data.notes, *runs, *doubts, *self._limits(remaining)],
             misfits=misfits,
         )
@@ -291,6 +306,13 @@ class _Found:
             out.append(
                 "successive poses lie near each other, so that noise which changes slowly looks like a cause without a "
                 "name: measure some of these poses again in another order"
+            )
+        if remaining is not None and remaining.depends_on == ("order",) and self.level.slow.begins is not None:
+            is_tool = remaining.owner == "tool"
+            what, column = ("tool or target sits", "mount") if is_tool else ("base or instrument stands", "station")
+            out.append(
+                f"from about row {self.level.slow.begins} on the {what} elsewhere: with two labels in a column "
+                f"{column}, one for the rows before it and one from there on, it can be taken out"
             )
         if self.rows is not None:
             share = f"{len(self.rows)} of {int(self.data.measured.sum())} measured rows"
@@ -358,6 +380,8 @@ class _Found:
         freedom = self.best.fit.problem.noise.freedom
         alone = p_values(np.array([proof.statistic]), np.array([proof.rank], dtype=np.int32), freedom)[0]
         p = min(1.0, float(alone) * self.search.start.family.named)
+        if self.written.is_plain and not self.written.shows(name):
+            grade, limits = "C", (Because(Reason.SHADOW), *limits)
         unsure = self.told.unsure.get(repr(name))
         model = model if unsure is None else adaptation.robot_of(self.told_fit, self.level.sigma)
         values = adaptation.values(model, name.entry)
@@ -367,7 +391,8 @@ class _Found:
         if grade == "A" and doubts:
             grade, limits = "B", doubts
         if unsure is not None:
-            grade, limits = ("B" if grade == "A" else grade), (unsure, *limits)
+            grade = "C" if unsure.reason is Reason.PLAIN_MODEL_PREDICTS else "B" if grade == "A" else grade
+            limits = (unsure, *limits)
         return Finding(
             effect=name.effect,
             owner=name.owner,
@@ -390,10 +415,13 @@ def _as_sure_as_the_least(finding: Finding) -> Finding:
     return replace(finding, grade="B", limits=(Because(Reason.UNSURE_COMPANION),))
 
 
-def _curve(model: Robot, entry: Spec) -> Finding:
-    """A joint that errs by its own position: the place is known, the form is not."""
-    because = Because(Reason.CURVE_WITHOUT_NAME, waves=tuple(unexplained.main_orders(model, entry)))
-    return Finding(entry["effect"], entry["owner"], "C", {}, 0.0, 0.0, limits=(because,))
+def _unnamed(model: Robot, entry: Spec) -> Finding:
+    """What is in the model without being named: a joint that errs by its own position, or a part of a plain model."""
+    if entry["effect"] == curve_of("joint"):
+        because = Because(Reason.CURVE_WITHOUT_NAME, waves=tuple(unexplained.main_orders(model, entry)))
+        return Finding(entry["effect"], entry["owner"], "C", {}, 0.0, 0.0, limits=(because,))
+    limits = (Because(Reason.PART_OF_A_PLAIN_MODEL),)
+    return Finding(entry["effect"], entry["owner"], "C", {}, 0.0, 0.0, limits=limits)
 
 
 def _verdict(findings: Sequence[Finding], remaining: Unexplained | None) -> str:

@@ -25,6 +25,7 @@ from fastcal.calibration.pose_folds import measuring_place, pose_folds
 from fastcal.calibration.repeatability import place_groups
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.fits import Fit, held
+from fastcal.diagnosis.noise_scales import first_kind, numbers_of, sigmas
 from fastcal.diagnosis.problem import Problem
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.splits import deal
@@ -81,10 +82,18 @@ class HeldOut:
         more: (m, k) further columns over the numbers and priors of the fit, after its own; the rows that it leaves out
             are not predicted then.
         owner: A joint: the folds hold out its positions. STRETCHES: parts of the order of measuring.
+        as_measured: Judge the rows as they were measured, where the fit takes out what noise with a memory shares: so
+            that fits of different noise compare.
     """
 
     def __init__(
-        self, at: Fit, fitted: BoolArray | None = None, more: FloatArray | None = None, owner: str | None = None
+        self,
+        at: Fit,
+        fitted: BoolArray | None = None,
+        more: FloatArray | None = None,
+        owner: str | None = None,
+        *,
+        as_measured: bool = False,
     ) -> None:
         whole = at.on_every_row if more is None else at
         every, (A, r, row) = whole.problem, whole.whitened
@@ -105,6 +114,12 @@ class HeldOut:
         self._A = A[order]
         self._A /= np.where(length > 0, length, 1.0)
         self._r, self._row = r[order], row[order]
+        self._number = np.append(whole.near.number, np.full(len(row) - len(whole.near.number), -1))[order]
+        self._problem = every
+        self._judged = self._A, self._r
+        if as_measured and at.problem.noise.memory:
+            A, r, _ = whole.standardized
+            self._judged = A[order] / np.where(length > 0, length, 1.0), r[order]
         self._numbers = [slice(a, b) for a, b in zip(ends[:-1:2], ends[2::2], strict=True)]
         self._fitted = [slice(a, b) for a, b in zip(ends[:-1:2], ends[1::2], strict=True)]
         self._priors = slice(ends[-1], None)
@@ -125,32 +140,52 @@ class HeldOut:
         Args:
             without: Columns of the fit, as it counts its free parameters, that are left out at the value 0.
         """
-        A, kept = self._A, np.setdiff1d(np.arange(self._A.shape[1]), without)
-        r = self._left_without(without)
-        g = [A[n].T @ r[n] for n in self._fitted]
-        whole = np.sum(g, axis=0) + A[self._priors].T @ r[self._priors]
-        centres = self._centres(without)
-
-        def squared(k: int) -> FloatArray:
-            out, step = self._numbers[k], np.zeros(A.shape[1])
-            right = whole - g[k] + self._prior**2 * centres[k]
-            step[kept] = _solved(self._others[k], right, kept)
-            return np.asarray(
-                np.bincount(self._row[out], (r[out] - A[out] @ step) ** 2, len(self._rows)), dtype=np.float64
-            )
-
-        square = np.sum(each(squared, range(rules.FOLDS)), axis=0)
+        square = np.bincount(self._row[: self._priors.start], self._errors(without) ** 2, len(self._rows))
         found = np.full(self._count, np.nan)
         found[self._rows] = square * self._factor**2
         return found
 
-    def _left_without(self, own: Sequence[int]) -> FloatArray:
-        """(m,) what the fit leaves where these columns are left out."""
+    def _errors(self, without: Sequence[int] = ()) -> FloatArray:
+        """(m',) of the measured numbers, fold by fold, over their standard deviations."""
+        A, kept = self._A, np.setdiff1d(np.arange(self._A.shape[1]), without)
+        r = self._left_without(without)
+        B, left = self._judged[0], self._left_without(without, *self._judged)
+        g = [A[n].T @ r[n] for n in self._fitted]
+        whole = np.sum(g, axis=0) + A[self._priors].T @ r[self._priors]
+        centres = self._centres(without)
+
+        def of_fold(k: int) -> FloatArray:
+            out, step = self._numbers[k], np.zeros(A.shape[1])
+            right = whole - g[k] + self._prior**2 * centres[k]
+            step[kept] = _solved(self._others[k], right, kept)
+            return np.asarray(left[out] - B[out] @ step)
+
+        return np.concatenate(each(of_fold, range(rules.FOLDS)))
+
+    def rms(self, rows: BoolArray) -> float:
+        """RMS of the error [m] of held-out points, or of lengths where no point was measured, over rows (N,).
+
+        NaN where none of them has any.
+        """
+        measured = slice(0, self._priors.start)
+        row = self._rows[self._row[measured]]
+        own = rows[row] & np.isin(self._number[measured], numbers_of(first_kind(self._problem)))
+        size = self._problem.noise.factor * sigmas(self._problem, row[own], self._number[measured][own])
+        if self._problem.weight is not None:
+            size /= np.sqrt(self._problem.weight[row[own]])
+        squares = float(np.sum((self._errors()[own] * size) ** 2))
+        return float(np.sqrt(squares / len(np.unique(row[own])))) if own.any() else float("nan")
+
+    def _left_without(
+        self, own: Sequence[int], A: FloatArray | None = None, r: FloatArray | None = None
+    ) -> FloatArray:
+        """(m,) what the fit leaves where these columns are left out; of A and r, as it was fitted or is judged."""
+        A, r = self._A if A is None else A, self._r if r is None else r
         if len(own) == 0:
-            return self._r
+            return r
         value = np.zeros(len(self._value))
         value[list(own)] = self._value[list(own)]
-        return np.asarray(self._r + self._A @ value)
+        return np.asarray(r + A @ value)
 
     def _centres(self, without: Sequence[int]) -> list[FloatArray]:
         """By fold, how far what is pulled moves from its centre in the fit of the other folds, curves left out."""

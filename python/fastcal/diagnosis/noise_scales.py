@@ -47,6 +47,19 @@ def rms_sigma(problem: Problem, of: _core.Observation | None = None) -> float:
     return noise.factor * noise.scale.get(kind_of(of), 1.0) * float(np.sqrt(square))
 
 
+def numbers_of(of: _core.Observation) -> range:
+    """Places of an observation's numbers among those of a row."""
+    return range(of.first_number, of.first_number + len(of.components))
+
+
+def sigmas(problem: Problem, row: NDArray[np.intp], number: NDArray[np.intp]) -> FloatArray:
+    """(m,) noise of numbers of the first kind but for `factor` [m, rad]: each a `number` of its `row` of the data."""
+    of = first_kind(problem)
+    claims = problem.data.table(sigma_field(kind_of(of)))
+    own = 0.0 if claims is None else claims.reshape(len(claims), -1)[row, number - of.first_number]
+    return np.asarray(np.hypot(own, problem.noise.common[_part(of)]) * np.ones(len(row)))
+
+
 def with_own_scales(at: Fit, rich: RichFit) -> Noise:
     """The noise of a fit with a scale for each kind of which a rich model leaves more, or less, than of the first.
 

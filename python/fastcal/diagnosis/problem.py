@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from fastcal import _core
 from fastcal.calibration.alignment import measurements, noise_by_observation
 from fastcal.calibration.columns import column_lengths
+from fastcal.calibration.options_from_data import with_reference
 from fastcal.calibration.parallel import each
 from fastcal.calibration.problem import CalibrationProblem, prepare
 from fastcal.calibration.tall import moved
@@ -242,7 +243,8 @@ def with_nuisances(entries: Sequence[Spec], robot: Robot) -> list[Spec]:
     if without_masses(robot):
         yielding = dict.fromkeys(e["owner"] for e in entries if traits[e["effect"]].depends_on == ("torque",))
         nuisances += [(effect, owner) for effect in traits if traits[effect].without_masses for owner in yielding]
-    return out + [{"effect": e, "owner": o, "prior": "yes"} for e, o in nuisances if (e, o) not in there]
+    held = [{"effect": e, "owner": o, "prior": "yes"} for e, o in nuisances if (e, o) not in there]
+    return out + [with_reference(entry, robot) for entry in held]
 
 
 def _has_mass(robot: Robot, owner: str) -> bool:

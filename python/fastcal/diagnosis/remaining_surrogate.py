@@ -23,6 +23,7 @@ _COLUMNS = {"time": "time_s", "temperature": "temperature_c", "payload": "payloa
 
 def with_surrogate(
     last: AdaptedModel,
+    before: GapStep,
     fit: Fit,
     reached: NDArray[np.bool_],
     judge: Judge,
@@ -34,6 +35,7 @@ def with_surrogate(
 
     Args:
         last: The model with everything that was found.
+        before: Its step of the gap.
         fit: The fit behind it: its noise and the unknowns of its observations.
         reached: (N,) rows that it reaches.
         judge: The rows on which models are judged.
@@ -62,8 +64,9 @@ def with_surrogate(
     if added is None:
         return None, None, placed if unexplained is not None and is_borne_out else unexplained
     model = judge.of(found.model, nominal(fit), unknowns_by_owner(problem.measured, found.unknowns))
-    step = gap_step(added, model)
-    if not (step.main.train_rms or 0.0) < (gap_step(None, last).main.train_rms or 0.0):  # it bends what was linear
+    held_out, was = before.main.held_out_rms, before.main.train_rms
+    step = gap_step(added, model, None if held_out is None else held_out * found.held_out, reached)
+    if not (step.main.train_rms or 0.0) < (was or 0.0):  # it bends what was linear
         return None, None, replace(placed, added=None)
     return model, step, placed
 

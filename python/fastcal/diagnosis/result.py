@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.calibration.evaluation import Evaluation
-from fastcal.diagnosis import words
+from fastcal.diagnosis import rules, words
 from fastcal.diagnosis.columns import columns_of
 from fastcal.diagnosis.library import Untestable
 from fastcal.diagnosis.reasons import Because, CauseLabel
@@ -100,21 +100,33 @@ class Unexplained:
 
 @dataclass(frozen=True)
 class KindGap:
-    """RMS error of a kind of reading, in its unit."""
+    """RMS error of a kind of reading, in its unit.
+
+    Attributes:
+        unit: Of the others.
+        train_rms: Of the rows that the fits hold, without those that are listed as outliers.
+        held_out_rms: Of the same rows, each part of the poses predicted by a fit to the others; None where that is not
+            known, as of all kinds but the one that is spoken of.
+        test_rms: Of the test poses.
+    """
 
     unit: str
     train_rms: float | None
+    held_out_rms: float | None
     test_rms: float | None
 
 
 @dataclass(frozen=True)
 class GapStep:
-    """RMS error of the model with one effect more: of points [mm], None where none was measured, and of each kind."""
+    """RMS error of the model with one effect more, of each kind of reading, that which is spoken of first.
+
+    Attributes:
+        added: The effect; None: the geometry alone.
+        kinds: By name.
+    """
 
     added: str | None
-    train_rms_mm: float | None
-    test_rms_mm: float | None
-    kinds: Mapping[str, KindGap] = field(default_factory=dict)
+    kinds: Mapping[str, KindGap]
 
     @property
     def main(self) -> KindGap:
@@ -122,8 +134,39 @@ class GapStep:
         return next(iter(self.kinds.values()))
 
     def to_json_dict(self) -> dict[str, Any]:
-        """An entry of `gap`."""
-        return {**vars(self), "kinds": {name: vars(of) for name, of in self.kinds.items()}}
+        """An entry of `gap`; the keys in mm are those of points."""
+        points = self.kinds.get(POINTS)
+        keys = ("train_rms", "held_out_rms", "test_rms")
+        in_mm = {f"{key}_mm": None if points is None else getattr(points, key) for key in keys}
+        return {"added": self.added, **in_mm, "kinds": {name: vars(of) for name, of in self.kinds.items()}}
+
+
+@dataclass(frozen=True)
+class Gap:
+    """The gap in one kind of numbers, as it is spoken of.
+
+    Attributes:
+        on: "test", "held out", or "fitted" where neither is known: the poses that it is of.
+        sizes: RMS errors of the steps.
+        floor: What noise alone makes.
+        unit: Of both.
+    """
+
+    on: str
+    sizes: list[float]
+    floor: float
+    unit: str
+
+    @property
+    def rises(self) -> bool:
+        """Is the last model worse than the geometry alone, by more than a user would notice?"""
+        return self.sizes[-1] > rules.MAX_RISE * self.sizes[0]
+
+    @property
+    def closed(self) -> float:
+        """Share of the mean square beyond the noise that is gone."""
+        before, after = self.sizes[0], self.sizes[-1]
+        return float(np.clip((before**2 - after**2) / max(before**2 - self.floor**2, 1e-30), 0.0, 1.0))
 
 
 @dataclass(frozen=True)
@@ -192,6 +235,7 @@ class Diagnosis(Plotted):
         steps: The model at each step of `gap`.
         search: Every set that was fitted; `state` is the one that is given, `final` the same beside joint profiles.
         plan: What to measure next, where a name has equivalents.
+        plain: Which plain model is written, and why, where it predicts held-out rows better than what was found.
     """
 
     verdict: str
@@ -212,6 +256,7 @@ class Diagnosis(Plotted):
     state: SearchNode
     final: SearchNode
     plan: SeparatingPlan | None = None
+    plain: str | None = None
     notes: list[str] = field(default_factory=list)
     misfits: list[KindMisfit] = field(default_factory=list)
 
@@ -246,6 +291,22 @@ class Diagnosis(Plotted):
     def test(self) -> Evaluation | None:
         """Errors on the test poses."""
         return self.steps[-1].test
+
+    def fitted_with(self, finding: Finding) -> SearchNode:
+        """The set whose fit has a finding: `final`, but for names that are told and not written."""
+        there = any((e["effect"], e["owner"]) == (finding.effect, finding.owner) for e in self.final.fit.entries)
+        return self.final if there else self.state
+
+    @property
+    def judged_gap(self) -> Gap:
+        """On the test poses where there are any, else on poses held out of the fits."""
+        steps = [step.main for step in self.gap]
+        unit = steps[0].unit
+        for on, sizes in (("test", [at.test_rms for at in steps]), ("held out", [at.held_out_rms for at in steps])):
+            known = [size for size in sizes if size is not None]
+            if len(known) == len(sizes):
+                return Gap(on, known, self.floor, unit)
+        return Gap("fitted", [at.train_rms or 0.0 for at in steps], self.floor, unit)
 
     def to_json_dict(self) -> dict[str, Any]:
         """The content of diagnosis.json."""
@@ -306,6 +367,7 @@ class Diagnosis(Plotted):
                 "names": [str(label) for label in self.confusion[0]],
                 "correlation": self.confusion[1].tolist(),
             },
+            "plain_model": self.plain,
             "notes": self.notes,
         }
 

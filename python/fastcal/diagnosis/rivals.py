@@ -113,17 +113,17 @@ class Rivals:
                 chosen = rival
                 plain = plain if rival.profiles else rival
         if chosen.profiles:
-            fewer = self._with_what_helps(chosen)
+            fewer = self.with_what_helps(chosen)
             if fewer.profiles and _holds_elsewhere(fewer, plain) and leads(fewer, plain):
                 return _finer(fewer)
             plain = plain if fewer.profiles else fewer
         if all(name in best.names for name in plain.state.names):
             return plain
-        fewer, simpler = self._with_what_helps(plain), bare(best)
+        fewer, simpler = self.with_what_helps(plain), bare(best)
         simpler = bare(start) if is_better(bare(start).predicted, simpler.predicted) else simpler
         return fewer if leads(fewer, simpler) else simpler
 
-    def _with_what_helps(self, model: Model) -> Model:
+    def with_what_helps(self, model: Model) -> Model:
         """The model less the names and curves without which held-out rows are predicted as well, the least first."""
         held, gone = model.held, list[Hypothesis]()
         left = model.predicted
@@ -138,9 +138,9 @@ class Rivals:
         if not gone:
             return model
         kept = [name for name in model.state.names if not any(name is m for m in gone)]
-        owners = {m.owner for m in gone if m not in model.state.names}
+        idle = {m.key for m in gone if m not in model.state.names}
         state = self.search.state(kept, model.state) if kept else self.search.start
-        curves = [entry for entry in model.profiles if entry["owner"] not in owners]
+        curves = [entry for entry in model.profiles if (entry["effect"], entry["owner"]) not in idle]
         if not curves:
             fewer = bare(state)
         else:
@@ -162,6 +162,10 @@ class Rivals:
         if key not in self.fitted:
             self.fitted[key] = _with_profiles(state, profiles) if profiles else None
         return self.fitted[key]
+
+    def is_known(self, state: SearchNode, profiles: Sequence[Spec]) -> bool:
+        """Was this fitted already?"""
+        return _key(state, profiles) in self.fitted
 
     @property
     def names_are_hopeless(self) -> bool:
@@ -280,8 +284,16 @@ def _fitted(state: SearchNode, curves: list[Spec], problem: Problem, near: Fit, 
     """
     if names is None:
         names = near if near is state.fit else fit(problem, state.names, near)
-    found = fit(problem, [*state.names, *map(Hypothesis, curves)], names, pulled=True)
+    are_pulled = any(entry["effect"] == curve_of("joint") for entry in curves)
+    found = fit(problem, [*state.names, *map(Hypothesis, curves)], names, pulled=are_pulled)
     return found if found.converged and all(found.value(name).any() for name in state.names) else None
+
+
+def with_entries(state: SearchNode, entries: Sequence[Spec], problem: Problem) -> Model | None:
+    """A set with entries beside it, on the rows of a problem; None as `_fitted`."""
+    names = state.fit if problem is state.fit.problem else fit(problem, state.names, state.fit)
+    found = _fitted(state, list(entries), problem, names, names)
+    return None if found is None else Model(state, list(entries), found, problem.noise, problem.used, names)
 
 
 def _on_more_rows(model: Model) -> Model:

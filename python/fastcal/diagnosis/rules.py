@@ -162,6 +162,11 @@ ALPHA_CERTAIN = 1e-5
 # Standard errors by which a rival must predict held-out rows better to take the place of a set, and by which a curve
 # beside others must help.
 MIN_RIVAL_GAIN = 1.0
+# Share of what held-out rows are off by, squared, that a model which anyone would try must take of it to be written in
+# place of what was found: half of what a user would notice.
+MIN_PLAIN_SHARE = 0.03
+# RMS error of the written model over that of the geometry alone, from which on it rises.
+MAX_RISE = 1.01
 # Standard errors by which rows left out must lie nearer with what has no name (curves, surrogates, joints that merely
 # yield), chosen without them: it is picked out of hundreds, and its form is wrong. In the eight sets of seeds 9109 to
 # 9111 that curves or yielding joints had made 1.7 to 8 % worse they led by 2.3 at most. What changes with time or

@@ -5,7 +5,8 @@
 Rows in succession err alike then as well, and noise with a memory (`memory.py`) would take it in. It says less about
 the rows: they are correlated, not which way they move. So each motion in time is tested beside that noise, in the
 rows that it whitens, where noise with a memory leaves nothing: polynomials of time, a step, a block of rows between two
-moments, of base and of tool. What is decisive there is no noise.
+moments, of base and of tool. What is decisive there is no noise. A tool that slipped turns with the hand: in the frame
+of the base successive rows need not be correlated at all, so that is no condition.
 """
 
 from __future__ import annotations
@@ -49,11 +50,13 @@ class SlowMotion:
         owner: "base" or "tool".
         curves: (N, k) over all rows of the data: what each of its motions follows.
         block: Rows of the data that lie off together, between others that do not; none: a drift or a step.
+        begins: The first row behind a step; None: a drift or a block.
     """
 
     owner: str
     curves: FloatArray
     block: IntArray
+    begins: int | None = None
 
     def columns(self, frames: Frames, problem: Problem, row: IntArray) -> FloatArray:
         """(m, k') for numbers of the fitted rows `row` (m,), -1 a prior's; whitened as the problem has it."""
@@ -80,12 +83,14 @@ class SlowMotions:
         rho: The memory of the noise beside them.
         untimed: Base or tool where one drifts that no model can have, since no row has a time: it stays in the noise.
         share: Of the misfit, what that one explains.
+        begins: The row from which on it lies elsewhere, if it was knocked; None: it drifts.
     """
 
     found: list[SlowMotion]
     rho: float
     untimed: str | None = None
     share: float = 0.0
+    begins: int | None = None
 
     @property
     def drifts(self) -> bool:
@@ -106,13 +111,13 @@ def slow_motions(at: Fit, X: FloatArray, wrong: IntArray, frames: Frames) -> Slo
     """
     found: list[SlowMotion] = []
     rows = _Rows.of(at, X, wrong, frames)
-    while rows.rho > 0 and len(found) < _MOST:
+    while len(found) < _MOST:
         worth, motion, after = rows.with_likeliest()
         if worth < rules.SLOW_MOTION_BIC:
             break
         if at.problem.data.time is None and not len(motion.block):
             share = rows.explained(after) / max(at.remaining - at.freedom, 1.0)
-            return SlowMotions(found, rows.rho, motion.owner, min(share, 1.0))
+            return SlowMotions(found, rows.rho, motion.owner, min(share, 1.0), motion.begins)
         found.append(motion)
         rows = after
         if len(motion.block):
@@ -223,7 +228,8 @@ def _motions(rows: _Rows) -> Iterator[tuple[SlowMotion, int]]:
     rank[turn] = np.arange(len(own))
     order = np.flatnonzero(rows.row >= 0)
     order = order[np.argsort(rank[rows.row[order]], kind="stable")]
-    for owner in _OWNERS:
+    # What moves base or instrument moves successive rows alike.
+    for owner in _OWNERS if rows.rho > 0 else ("tool",):
         for degree in range(1, rules.TIME_DEGREE + 1):
             slow = polynomials(place.astype(float) if data.time is None else data.time, degree)
             yield SlowMotion(owner, orthonormal(slow), _NONE), 0
@@ -233,7 +239,8 @@ def _motions(rows: _Rows) -> Iterator[tuple[SlowMotion, int]]:
             inside = place > own[turn[first - 1]]
             inside &= place < own[turn[end]] if end < len(own) else True
             block = np.flatnonzero(inside & data.measured) if end < len(own) else _NONE
-            yield SlowMotion(owner, inside[:, np.newaxis].astype(float), block), 1 + (end < len(own))
+            begins = int(rows.problem.rows[turn[first]]) if end == len(own) else None
+            yield SlowMotion(owner, inside[:, np.newaxis].astype(float), block, begins), 1 + (end < len(own))
 
 
 class _Blocks:

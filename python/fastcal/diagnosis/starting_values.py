@@ -4,15 +4,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Hashable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
 from fastcal.diagnosis.problem import Problem
-from fastcal.effects.entries import traits_of
+from fastcal.effects.entries import same_parameters, traits_of
 from fastcal.errors import InvalidInput
 from fastcal.robot.robot import Spec
 
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from fastcal.diagnosis.fits import Fit
 
 FloatArray = NDArray[np.float64]
+Known = Mapping[Hashable, Mapping[str, float]]  # by `same_parameters`: values by the parameters' names
 
 
 def carried(
@@ -32,51 +33,51 @@ def carried(
 ) -> FloatArray:
     """(P,) where to start: the values of `start`, the robot file's, 0 for what is new, corners at their quantile.
 
-    Corners follow from the loads of `start`, or of the fit `corners`.
+    Each value goes by its name to the entry whose parameters mean the same. Corners follow from the loads of `start`,
+    or of the fit `corners`.
     """
     theta = np.array(model.start)
-    known: dict[int, FloatArray] = {}
     if start is not None:
         theta[: problem.own] = start.theta[: problem.own]
-        at = problem.own
-        for entry, effect in zip(start.entries, start.model_effects, strict=True):
-            known[identity_of(entry)] = start.theta[at : at + len(effect.parameters)]
-            at += len(effect.parameters)
+        known = values_by_name(start.entries, start.model_effects, start.theta[problem.own :])
     else:
-        file = problem.start.robot.error_model
-        at = problem.own
-        for entry, effect in zip(problem.given, problem.start.robot.effects, strict=True):
-            known[identity_of(entry)] = np.asarray(file.start)[at : at + len(effect.parameters)]
-            at += len(effect.parameters)
-    at = problem.own
-    for entry, effect in zip(entries, effects, strict=True):
-        count = len(effect.parameters)
-        if identity_of(entry) in known:
-            theta[at : at + count] = known[identity_of(entry)]
+        file = problem.start.robot
+        known = values_by_name(problem.given, file.effects, np.asarray(file.error_model.start)[problem.own :])
+    for entry, own, part in _parts(entries, effects, theta[problem.own :]):
+        there = known.get(same_parameters(entry))
+        if there is not None:
+            part[:] = [there.get(name, value) for name, value in zip(own, part, strict=True)]
         elif "corner" in entry:
-            theta[at : at + count] = corner_start(entry, corners or start, known)
-        at += count
+            part[:] = corner_start(entry, corners or start, known)
     return theta
 
 
-def identity_of(entry: Spec) -> Any:
-    """Equal for entries that share their parameters' values."""
-    return (
-        entry["effect"],
-        entry["owner"],
-        entry.get("order"),
-        entry.get("side"),
-        entry.get("at_s"),
-        entry.get("corner"),
-        entry.get("torque"),
-    )
+def values_by_name(
+    entries: Sequence[Spec], effects: Sequence[_core.Effect], theta: FloatArray
+) -> dict[Hashable, dict[str, float]]:
+    """The values of effects, which stand in `theta` one after the other, as `carried` looks them up."""
+    return {
+        same_parameters(entry): dict(zip(names, map(float, part), strict=True))
+        for entry, names, part in _parts(entries, effects, theta)
+    }
 
 
-def corner_start(entry: Spec, start: Fit | None, known: dict[Any, FloatArray]) -> FloatArray:
+def _parts(
+    entries: Sequence[Spec], effects: Sequence[_core.Effect], theta: FloatArray
+) -> Iterator[tuple[Spec, list[str], FloatArray]]:
+    """Each entry with the names of its parameters and its part of `theta`."""
+    at = 0
+    for entry, effect in zip(entries, effects, strict=True):
+        names = [f"{p.owner} {p.name}" for p in effect.parameters]
+        yield entry, names, theta[at : at + len(names)]
+        at += len(names)
+
+
+def corner_start(entry: Spec, start: Fit | None, known: Known) -> FloatArray:
     """low, high, critical of a compliance that bends at a quantile of the loads that are met."""
     if start is None:
         raise InvalidInput(f"{entry['effect']}@{entry['owner']}: a corner follows from the loads of a fit")
     joint = int(entry["owner"].removeprefix("joint")) - 1
     simpler = [{"effect": e, "owner": entry["owner"]} for e in traits_of(entry["effect"]).generalizes]
-    slope = next((float(known[key][0]) for key in map(identity_of, simpler) if key in known), 0.0)
+    slope = next((next(iter(known[key].values())) for key in map(same_parameters, simpler) if key in known), 0.0)
     return np.array([slope, slope, start.corner_loads(entry["corner"])[joint]])

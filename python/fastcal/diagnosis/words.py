@@ -70,6 +70,10 @@ _REASONS = {
     Reason.ORDERS_ALIKE: "orders {orders} look the same at these positions of the joint: measure between them",
     Reason.ZERO_JUMPED: "a jump of the zero of {places} does the same: check its mastering",
     Reason.ZERO_CREEPS: "a creeping zero of {places} does the same: check its mastering",
+    Reason.PART_OF_A_PLAIN_MODEL: "it is in the model because poses that were held out are predicted best with it in "
+    "every joint; whether this joint has it is not shown",
+    Reason.PLAIN_MODEL_PREDICTS: "it is not in the model: a plain model without it predicts poses that were held out "
+    "clearly better",
     Reason.MAY_BE_CHANCE: "it is not in the model: noise alone makes some cause look like this in {value:.0e} of data "
     "sets, and such a cause would make other poses worse; {limit:.0e} at most is needed",
     Reason.CHANGES_OTHERWISE: "it is not in the model: what it stands for may change with time or temperature in "
@@ -147,8 +151,15 @@ def noise_doubts(over_claim: float, memory: float) -> list[str]:
 def sentence_of(found: Diagnosis, doubts: Sequence[str] = ()) -> str:
     """The first sentence of the page; `doubts` are about the noise."""
     misfits = [f"{of.text[0].upper()}{of.text[1:]}." for of in found.misfits]
-    parts = (_causes(found, doubts), _not_written(found.effects), _unexplained(found.unexplained), _gain(found))
-    return " ".join(part for part in (*misfits, *parts) if part)
+    parts = (
+        *misfits,
+        _causes(found, doubts),
+        _not_written(found.effects),
+        _plain(found),
+        _unexplained(found.unexplained),
+        _gain(found),
+    )
+    return " ".join(part for part in parts if part)
 
 
 def _causes(found: Diagnosis, doubts: Sequence[str] = ()) -> str:
@@ -163,19 +174,20 @@ def _causes(found: Diagnosis, doubts: Sequence[str] = ()) -> str:
     waves = [f for f in found.effects if traits_of(f.effect).is_wave and f.grade != "C"]
     many = len(waves) > rules.MAX_WAVES_LISTED
     sentences = [_many_waves(waves)] if many else []
-    named = [f for f in found.effects if traits_of(f.effect).role != "curve" and not (many and f in waves)]
+    told = [f for f in found.effects if not (_is_outdone(f) or _is_of_a_plain_model(f))]
+    named = [f for f in told if traits_of(f.effect).role != "curve" and not (many and f in waves)]
     unproven = [f for f in named if f.grade == "B" and not f.equivalents]
     sentences += [_cause(f) for f in named if f not in unproven]
     if unproven:
         sentences.append(_unproven(unproven))
-    curves = [owner_in_words(f.owner) for f in found.effects if traits_of(f.effect).role == "curve"]
+    curves = [owner_in_words(f.owner) for f in told if traits_of(f.effect).role == "curve"]
     if curves:
         first, *others = curves
         where = ", ".join([first[0].upper() + first[1:], *others])
         sentences.append(
             f"{where}: the error depends on the joint's own position as no known effect does; the model has its curve."
         )
-    return " ".join(sentences)
+    return " ".join(sentences) or "Something is missing in the model, and no effect that was found makes up for it."
 
 
 def _many_waves(waves: list[Finding]) -> str:
@@ -209,9 +221,28 @@ def _unproven(found: list[Finding]) -> str:
     return f"The data are consistent with the following, but prove none of them: {listed}."
 
 
+def _plain(found: Diagnosis) -> str:
+    """Which model is written where it is one that anyone would try, and which names it does without."""
+    if found.plain is None:
+        return ""
+    left = [cause_in_words(f.effect, f.owner) for f in found.effects if _is_outdone(f)]
+    without = f" It does without {'; '.join(left)}." if left else ""
+    return f"The model that is written is a plain one: {found.plain}.{without}"
+
+
+def _is_of_a_plain_model(finding: Finding) -> bool:
+    """Is it in the model as a part of a plain one, and not by itself?"""
+    return any(because.reason is Reason.PART_OF_A_PLAIN_MODEL for because in finding.limits)
+
+
+def _is_outdone(finding: Finding) -> bool:
+    """Is it left out of the model for a plain one without it?"""
+    return any(because.reason is Reason.PLAIN_MODEL_PREDICTS for because in finding.limits)
+
+
 def _not_written(effects: list[Finding]) -> str:
-    """What was found and is not in the model."""
-    left = [cause_in_words(f.effect, f.owner) for f in effects if not f.in_model]
+    """What was found and is not sure enough to be in the model."""
+    left = [cause_in_words(f.effect, f.owner) for f in effects if not f.in_model and not _is_outdone(f)]
     if not left:
         return ""
     if len(left) == len(effects):
@@ -251,17 +282,17 @@ def _unexplained(remaining: Unexplained | None) -> str:
     return text
 
 
+_JUDGED = {"test": " on the test poses", "held out": " on poses held out of the fit", "fitted": ""}
+
+
 def _gain(found: Diagnosis) -> str:
     if len(found.gap) < 2:
         return ""
-    first, last = found.gap[0].main, found.gap[-1].main
-    it, unit = "it" if len(found.gap) == 2 else "them", first.unit
-    before, after, where = first.test_rms, last.test_rms, " on the test poses"
-    if before is None or after is None:
-        before, after, where = first.train_rms, last.train_rms, ""
-    if before is None or after is None:
-        return ""
-    moves = f"With {it} in the model the error{where} {'falls' if after < before else 'rises'} from {before:.3f} to"
-    if not where:
-        return f"{moves} {after:.3f} {unit} RMS."
-    return f"{moves} {after:.3f} {unit} RMS; noise alone makes {found.floor:.3f} {unit}."
+    gap = found.judged_gap
+    before, after = gap.sizes[0], gap.sizes[-1]
+    it = "it" if len(found.gap) == 2 else "them"
+    moves = "rises" if gap.rises else "falls" if after < before else "does not fall:"
+    return (
+        f"With {it} in the model the error{_JUDGED[gap.on]} {moves} from {before:.3f} to {after:.3f} {gap.unit} RMS; "
+        f"noise alone makes {gap.floor:.3f} {gap.unit}."
+    )

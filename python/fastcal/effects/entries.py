@@ -10,7 +10,7 @@ the end of their name (`t0_c`, `at_s`, `low_rad`) and reach the core in SI witho
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable, Sequence
+from collections.abc import Hashable, Iterable, Sequence
 from functools import cache
 from typing import Any
 
@@ -116,6 +116,19 @@ def identity(entry: Spec) -> tuple[Any, ...]:
     """Equal for two entries of the same cause."""
     options = options_of(entry)
     return (entry["effect"], entry["owner"], *(options.get(key) for key in _APART))
+
+
+def same_parameters(entry: Spec) -> Hashable:
+    """Equal for two entries whose parameters mean the same: those of one effect, owner and options.
+
+    How a calibration holds the parameters (`prior`, `curvature`) is no part of what they mean.
+    """
+    options = {key: value for key, value in options_of(entry).items() if key not in _OF_CALIBRATION}
+    return entry["effect"], entry["owner"], frozenset((key, _hashable(value)) for key, value in options.items())
+
+
+def _hashable(value: Any) -> Hashable:
+    return tuple(map(_hashable, value)) if isinstance(value, (list, tuple)) else value
 
 
 def without_repeats(entries: Sequence[Spec]) -> list[Spec]:

@@ -36,8 +36,8 @@ from fastcal.report.diagnosis_steps import is_advice, next_steps
 from fastcal.report.diagnosis_words import (
     GRADES,
     VERDICTS,
-    short_name,
     spoken,
+    step_name,
     sureness,
     unexplained_sentence,
 )
@@ -118,7 +118,6 @@ def diagnosis_page(found: Diagnosis, *, simulated: bool = False, made_by: Mappin
     if found.verdict == "several" and any(f.grade != "A" for f in found.effects):
         tone = "caution"
     state = found.final
-    floor = found.floor
     return page.render(
         "diagnosis.html",
         title=f"Diagnosis of {found.model.name}",
@@ -134,8 +133,8 @@ def diagnosis_page(found: Diagnosis, *, simulated: bool = False, made_by: Mappin
         sentence=found.sentence,
         steps=next_steps(found),
         sections=_sections(found),
-        tiles=_tiles(found, floor),
-        cards=[_card(found, finding, state) for finding in found.effects],
+        tiles=_tiles(found),
+        cards=[_card(found, finding) for finding in found.effects],
         grades=GRADES if found.effects else {},  # the glossary explains those that the page gives
         effect_key=effect_figures.KEY,
         plan=found.plan if is_advice(found.plan) else None,
@@ -192,12 +191,11 @@ def compared_rows(found: Diagnosis, name: str, part: str) -> tuple[Rows | None, 
     return rows_of(name, compared, kinds), rows_of(name, first, kinds)
 
 
-def _judged(found: Diagnosis) -> tuple[str, list[float]]:
-    """The poses by which the gap is judged, and its RMS errors, in the unit of the kind that is spoken of."""
-    tested = [step.main.test_rms for step in found.gap if step.main.test_rms is not None]
-    if len(tested) == len(found.gap):
-        return "test poses, which no fit has seen", tested
-    return "poses of the fit", [step.main.train_rms or 0.0 for step in found.gap]
+_JUDGED = {
+    "test": "test poses, which no fit has seen",
+    "held out": "poses held out, each part predicted by a fit to the others",
+    "fitted": "poses of the fit",
+}
 
 
 def _tried(found: Diagnosis) -> int:
@@ -209,10 +207,11 @@ def _number_word(found: Diagnosis) -> str:
     return "coordinate" if found.main_noise.kind.name == POINTS else "number"
 
 
-def _tiles(found: Diagnosis, floor: float) -> list[tuple[str, str, str]]:
-    on, sizes = _judged(found)
+def _tiles(found: Diagnosis) -> list[tuple[str, str, str]]:
+    gap = found.judged_gap
+    sizes, floor, unit = gap.sizes, gap.floor, unit_text(gap.unit)
     before, after = sizes[0], sizes[-1]
-    where, unit = on.split(",")[0], unit_text(found.main_noise.kind.unit)
+    where = _JUDGED[gap.on].split(",")[0]
     of_one = f"{noise_text(found.main_noise)} a {_number_word(found)}"
     noise = ("Noise alone would make", f"{alike(floor, floor)} {unit}", of_one)
     dead = len({(u.effect, u.owner) for u in found.untestable})
@@ -221,18 +220,17 @@ def _tiles(found: Diagnosis, floor: float) -> list[tuple[str, str, str]]:
         unexplained = np.sqrt(max(after**2 - floor**2, 0.0))
         above = ("Beyond the noise", f"{alike(unexplained, floor)} {unit}", "root of the difference of squares")
         return [(f"RMS error, {where}", f"{alike(after, floor)} {unit}", "calibrated geometry"), noise, above, tried]
-    closed = float(np.clip((before**2 - after**2) / max(before**2 - floor**2, 1e-30), 0.0, 1.0))
     was = f"was {alike(before, floor)} {unit} with geometry alone"
     return [
         (f"RMS error, {where}", f"{alike(after, floor)} {unit}", was),
         noise,
-        ("Gap closed", percent(closed), "of the mean square beyond the noise"),
+        ("Gap closed", percent(gap.closed), "of the mean square beyond the noise"),
         tried,
     ]
 
 
-def _card(found: Diagnosis, finding: Finding, state: SearchNode) -> _Card:
-    seen = partial_residuals.of_finding(state, finding)
+def _card(found: Diagnosis, finding: Finding) -> _Card:
+    seen = partial_residuals.of_finding(found.fitted_with(finding), finding)
     cause = capitalised(cause_in_words(finding.effect, finding.owner))
     drawn = effect_figures.effect_figures(seen, finding.owner, f"effect-{patch_name(finding)[8:-6]}")
     return _Card(
@@ -258,19 +256,9 @@ def _unexplained_figures(found: Diagnosis, state: SearchNode) -> list[Figure]:
 
 def gap_figure(found: Diagnosis) -> Figure:
     """The error of the geometry alone, what each effect takes of it, what remains, and the noise."""
-    on, sizes = _judged(found)
-    names = [_step_name(step.added) for step in found.gap]
-    steps, unit = list(zip(names, sizes, strict=True)), found.main_noise.kind.unit
-    return diagnosis_figures.waterfall(steps, found.floor, on, unit)
-
-
-def _step_name(added: str | None) -> str:
-    if added is None:
-        return "geometry alone"
-    parts = [part.partition("@") for part in added.split(",")]
-    if len(parts) > 2:
-        return f"the curves of {len(parts)} joints"
-    return " and ".join(short_name(effect, owner) for effect, _, owner in parts)
+    gap = found.judged_gap
+    steps = list(zip([step_name(step.added) for step in found.gap], gap.sizes, strict=True))
+    return diagnosis_figures.waterfall(steps, gap.floor, _JUDGED[gap.on], gap.unit)
 
 
 def confusion_figure(found: Diagnosis) -> Figure | None:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.reasons import Because, BlockLabel, Label, Reason
 from fastcal.diagnosis.words import owner_in_words, reason_text, variables_in_words
+from fastcal.effects.entries import traits_of
 from fastcal.report.formatting import count, percent, plural
 from fastcal.report.words import listed
 
@@ -43,6 +44,20 @@ def short_name(effect: str, owner: str, variant: str = "") -> str:
     elif words[0] == place_words.split()[0]:
         words = words[1:]
     return f"{place_words} {' '.join(words)}{f', {variant}' if variant else ''}".strip()
+
+
+def step_name(added: str | None) -> str:
+    """What one step of the gap adds, "backlash@joint4,..." as a file has it, by short names."""
+    if added is None:
+        return "geometry alone"
+    owners: dict[str, list[str]] = {}
+    for effect, _, owner in (part.partition("@") for part in added.split(",")):
+        owners.setdefault(effect, []).append(owner)
+    names = []
+    for effect, own in owners.items():
+        many = "curves" if traits_of(effect).role == "curve" else effect.replace("_", " ")
+        names += [short_name(effect, o) for o in own] if len(own) <= 2 else [f"the {many} of {len(own)} joints"]
+    return listed(names)
 
 
 def spoken(label: Label) -> str:

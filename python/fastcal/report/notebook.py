@@ -185,7 +185,7 @@ def _effect(found: Diagnosis, name: str | None = None) -> list[Figure]:
     if name not in named:
         given = f"found were {', '.join(named)}" if named else "no effect was found"
         raise InvalidInput(f"there is no finding {name}; {given}" if name else given)
-    seen = partial_residuals.of_finding(found.final, named[name])
+    seen = partial_residuals.of_finding(found.fitted_with(named[name]), named[name])
     first, *others = effect_figures.effect_figures(seen, named[name].owner, "effect")
     return [replace(first, key=effect_figures.KEY), *others]
 

@@ -66,7 +66,8 @@ def check_schema(found: dict) -> None:
     assert all(isinstance(row, int) for row in found["outliers"])
     assert found["sigma_mm"]["source"] in ("repeats", "column", "option", "residual")
     assert found["sigma_mm"]["value"] > 0
-    assert all(set(step) == {"added", "train_rms_mm", "test_rms_mm", "kinds"} for step in found["gap"])
+    keys = {"added", "train_rms_mm", "held_out_rms_mm", "test_rms_mm", "kinds"}
+    assert all(set(step) == keys for step in found["gap"])
     assert found["gap"][0]["added"] is None
 
 

@@ -81,7 +81,7 @@ def test_a_surrogate_that_fits_worse_is_not_given(found: Diagnosis, monkeypatch:
     monkeypatch.setattr(remaining_surrogate, "formulas", lambda *_: [])
     judge = Judge(found.final.fit.problem.data, None)
     model, step, unexplained = with_surrogate(
-        found.steps[-2], found.final.fit, found.final.fit.problem.used, judge, found.unexplained
+        found.steps[-2], found.gap[-2], found.final.fit, found.final.fit.problem.used, judge, found.unexplained
     )
     assert (model, step) == (None, None)
     assert unexplained is not None

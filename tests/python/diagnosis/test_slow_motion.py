@@ -196,3 +196,20 @@ def test_noise_that_may_hide_something_is_told_with_the_verdict() -> None:
     for doubt in ("times what is claimed", "errors of successive rows are strongly correlated"):
         assert doubt in found.sentence
         assert any(doubt in note for note in found.notes)
+
+
+def test_a_tool_that_slipped_is_seen_though_successive_rows_do_not_err_alike() -> None:
+    """Its shift turns with the hand: white in the frame of the base, and hidden by a condition on correlation."""
+    random = np.random.default_rng(6)
+    data = exact(6, time=None)
+    assert data.position is not None
+    turned = perturbed(arm(), seed=6).poses(data)[:, :3, :3] @ np.array([1.2e-4, -0.9e-4, 0.8e-4])
+    slipped = turned * (np.arange(ROWS) >= 90)[:, np.newaxis]
+    found = diagnose(arm(), replace(data, position=data.position + slipped + SIGMA * random.standard_normal((ROWS, 3))))
+    assert found.verdict == "unexplained"
+    assert found.unexplained is not None
+    assert (found.unexplained.owner, found.unexplained.depends_on) == ("tool", ("order",))
+    (note,) = (text for text in found.notes if "sits elsewhere" in text)
+    assert abs(int(note.split("row ")[1].split()[0]) - 90) <= 6
+    assert "in a column mount" in note
+    assert not found.effects

@@ -40,7 +40,7 @@ def test_a_summary_has_the_figures(result: CalibrationResult, found: Diagnosis) 
     text = result.summary()
     for size in (result.train.before.rms, result.train.after.rms, result.test.after.rms, result.sigma):
         assert f"{1e3 * size:.4f} mm" in text
-    assert f"RMS {found.gap[-1].train_rms_mm:.4f} mm" in found.summary()
+    assert f"RMS of fit {found.gap[-1].train_rms_mm:.4f} mm" in found.summary()
     assert found.sentence in found.summary()
     assert "ISO" not in result.train.summary()
 

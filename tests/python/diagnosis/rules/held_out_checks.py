@@ -8,7 +8,7 @@ from unittest import mock
 
 import numpy as np
 
-from fastcal.diagnosis import curves, grading, held_out, rivals, unexplained
+from fastcal.diagnosis import curves, grading, held_out, plain_models, rivals, unexplained
 from fastcal.diagnosis.search import Family, SearchNode
 from fastcal.measurements.dataset import Dataset
 
@@ -231,3 +231,13 @@ def each_fold_holds_out_a_fifth_and_every_visit_of_a_pose() -> None:
     fold = held_out.folds(problem)
     np.testing.assert_array_equal(fold[::2], fold[1::2])
     np.testing.assert_array_equal(np.bincount(fold), np.full(5, ROWS // 5))
+
+
+@falls_with(MIN_PLAIN_SHARE=1e9)
+@falls_with(MIN_PLAIN_SHARE=-1.0)
+def a_plain_model_must_do_clearly_better_than_what_was_found() -> None:
+    found = 1.0 + 0.1 * np.random.default_rng(0).uniform(-1, 1, ROWS)
+    one = plain_models.Judged(mock.Mock(), found, is_plain=False)
+    for share, better in ((0.1, True), (0.01, False)):
+        plain = plain_models.Judged(mock.Mock(), found * (1 - share), is_plain=True)
+        assert plain_models._beats(plain, one, 1.0) is better

@@ -10,7 +10,7 @@ import numpy as np
 from scipy import special
 
 from fastcal.diagnosis import plan, row_projections, rules, sensitivity, unexplained, words
-from fastcal.diagnosis.result import Finding, NamedValue
+from fastcal.diagnosis.result import Finding, Gap, NamedValue
 from fastcal.diagnosis.search import Search, SearchNode
 
 from .linear_world import World, columns, name
@@ -153,3 +153,10 @@ def up_to_four_waves_are_listed_one_by_one() -> None:
 
     assert sentence(4).count("30 times the noise") == 4
     assert "joint 5 2 times a turn" in sentence(5)
+
+
+@falls_with(MAX_RISE=2.0)
+@falls_with(MAX_RISE=0.5)
+def an_error_that_a_user_would_see_rise_rises() -> None:
+    for after, rises in ((1.05, True), (1.005, False), (0.8, False)):
+        assert Gap("held out", [1.0, after], 0.1).rises is rises

@@ -45,18 +45,19 @@ def added(curves: bool) -> tuple[str, Unexplained | None]:
     )
     judge: Any = SimpleNamespace(threads=1, of=lambda model, *_: model)
     last: Any = SimpleNamespace(model=model)
+    before: Any = SimpleNamespace(main=SimpleNamespace(train_rms=1.0, held_out_rms=1.0))
     with (
         mock.patch.object(remaining_surrogate, "nominal", return_value=None),
         mock.patch.object(remaining_surrogate, "unknowns_by_owner", return_value={}),
         mock.patch.object(remaining_surrogate, "gap_step", _step),
     ):
-        _, step, unexplained = with_surrogate(last, fit, np.ones(len(data), dtype=bool), judge, UNEXPLAINED)
+        _, step, unexplained = with_surrogate(last, before, fit, np.ones(len(data), dtype=bool), judge, UNEXPLAINED)
     return "" if step is None else step.added or "", unexplained
 
 
-def _step(added: str | None, _: Any) -> Any:
+def _step(added: str | None, *_: Any) -> Any:
     """A surrogate halves what is left."""
-    return SimpleNamespace(added=added, main=SimpleNamespace(train_rms=1.0 if added is None else 0.5))
+    return SimpleNamespace(added=added, main=SimpleNamespace(train_rms=0.5, held_out_rms=None))
 
 
 @falls_with(SURROGATE_EVIDENCE=1e9)

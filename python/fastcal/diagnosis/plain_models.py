@@ -1,0 +1,224 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""What was found beside what anyone would try by hand: the model that predicts rows held out of it best is written.
+
+Plain models are the geometry, and the geometry with the compliance, the sag, or a curve of every joint, or with
+compliance and curves; each by itself and beside the names, each by least squares of all rows as well as without the
+rows and the memory of the noise that the diagnosis takes out. Rows are held out by poses and by stretches of the order
+of measuring, and judged as they were measured, whatever noise a fit assumes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal.calibration.options_from_data import with_origins
+from fastcal.diagnosis import rules, unexplained
+from fastcal.diagnosis.curves import with_curvatures
+from fastcal.diagnosis.fits import fit, is_beyond_bounds
+from fastcal.diagnosis.held_out import STRETCHES, HeldOut, gain, positions
+from fastcal.diagnosis.library import Hypothesis, is_excluded
+from fastcal.diagnosis.problem import Problem
+from fastcal.diagnosis.reasons import Because, Reason
+from fastcal.diagnosis.rivals import Model, Rivals, bare, with_entries
+from fastcal.diagnosis.search import SearchNode
+from fastcal.diagnosis.sure_names import Told
+from fastcal.diagnosis.words import owner_in_words
+from fastcal.effects.entries import effect_names, effect_owners, label, traits_of
+from fastcal.errors import InvalidInput
+from fastcal.robot.robot import Spec
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Judged:
+    """A model and its rows held out.
+
+    Attributes:
+        model: The model.
+        squares: (N,) of each measured row, in units of its claimed noise: the mean of poses and stretches held out.
+        is_plain: Would anyone have tried it?
+        by_least_squares: Of all rows, with the noise white?
+        lead: Share by which it leaves less of what held-out rows are off by, squared, than what was found.
+    """
+
+    model: Model
+    squares: FloatArray
+    is_plain: bool
+    by_least_squares: bool = False
+    lead: float = 0.0
+
+    def shows(self, name: Hypothesis) -> bool:
+        """Is a name of the set still clear beside what was added to it?"""
+        own = next((n for n in self.model.fit.added if n.key == name.key), None)
+        state = SearchNode(self.model.fit, self.model.state.family)
+        return own is not None and state.wald(own) > rules.MIN_SNR_BESIDE_REST**2
+
+    @property
+    def words(self) -> str:
+        """What the model is, and why it is written."""
+        model = self.model
+        owners: dict[str, list[str]] = {}
+        for entry in model.profiles:
+            owners.setdefault(entry["effect"], []).append(entry["owner"])
+        joints = model.fit.problem.start.robot.joint_count
+        parts = ["what was named"] if model.state.names else []
+        parts += [f"{_what(effect)} of {_where(own, joints)}" for effect, own in owners.items()]
+        beside = f" with {' and '.join(parts)}" if parts else " alone"
+        how = ", by least squares of all rows" if self.by_least_squares else ""
+        better = f"it leaves {self.lead:.0%} less of what poses held out of the fit are off by, squared"
+        return f"the geometry{beside}{how}; {better}"
+
+
+def _what(effect: str) -> str:
+    traits = traits_of(effect)
+    return "a curve over the position" if traits.role == "curve" else traits.phrase
+
+
+def _where(owners: Sequence[str], joints: int) -> str:
+    return "all joints" if len(owners) == joints else ", ".join(map(owner_in_words, owners))
+
+
+def judged(model: Model, *, is_plain: bool, by_least_squares: bool = False) -> Judged:
+    """A model with its held-out rows."""
+    kinds = (HeldOut(model.fit, owner=owner, as_measured=True).squares() for owner in (None, STRETCHES))
+    return Judged(model, np.mean(list(kinds), axis=0), is_plain, by_least_squares)
+
+
+def best_of_all(rivals: Rivals, found: Model, *, remains: bool) -> Judged:
+    """The model that was found, or a plain one that predicts held-out rows clearly better.
+
+    Of those that do, the first that the best one does not clearly beat as well: models with the names come first. Where
+    something `remains` curves are tried too, and one standard error decides; else MIN_GAIN of them.
+    """
+    own = judged(found, is_plain=False)
+    errors = rules.MIN_RIVAL_GAIN if remains else rules.MIN_GAIN
+    plain = [one for one in _plain(rivals, found, remains=remains) if one.model.fit is not found.fit]
+    better = [one for one in plain if _beats(one, own, errors) and _holds_elsewhere(one.model, found)]
+    best = min(better, key=lambda one: -gain(one.squares, own.squares)[0], default=own)
+    chosen = next((one for one in better if one is best or not _beats(best, one, errors)), own)
+    return own if chosen is own else replace(chosen, lead=gain(chosen.squares, own.squares)[0])
+
+
+def _beats(one: Judged, other: Judged, errors: float) -> bool:
+    less, error = gain(one.squares, other.squares)
+    return less > max(rules.MIN_PLAIN_SHARE, errors * error)
+
+
+def _holds_elsewhere(model: Model, found: Model) -> bool:
+    """Do curves of joints predict better where their joints have not been, of all of them together?
+
+    Rows that share positions of a joint share what is wrong with them; one joint alone decides nothing.
+    """
+    joints = [entry["owner"] for entry in model.profiles if traits_of(entry["effect"]).role == "curve"]
+    gains = []
+    for joint in joints:
+        own, other = (HeldOut(one.fit, owner=joint, as_measured=True).squares() for one in (model, found))
+        gains.append(gain(own, other, positions(found.fit.problem.data, joint)))
+    less, error = np.sum(gains, axis=0) if gains else (1.0, 0.0)
+    return bool(less > rules.MIN_GAIN * error)
+
+
+def beside_plain(told: Told, written: Judged) -> Told:
+    """What is told where a plain model is written: names that it has no part of are not in it."""
+    held = {name.key for name in written.model.state.names}
+    held |= {(entry["effect"], entry["owner"]) for entry in written.model.profiles}
+    gone = {repr(n): Because(Reason.PLAIN_MODEL_PREDICTS) for n in told.best.names if n.key not in held}
+    final = SearchNode(written.model.fit, told.best.family)
+    return Told(told.best, final, unexplained.remains(final), gone | told.unsure)
+
+
+def _plain(rivals: Rivals, found: Model, *, remains: bool) -> Iterator[Judged]:
+    """The plain models, those with the names first; by least squares where that differs.
+
+    Of many rows only those without the names, and of these by least squares the geometry alone: what differs is little.
+    """
+    search = rivals.search
+    start, named = search.start, found.state
+    richer = [] if start.suffices else list(_additions(rivals, curved=remains))
+    few = len(start.fit.problem.rows) <= rules.CHOSEN_AGAIN_ROWS
+    states = [named, start] if few and named.names and not start.suffices else [start]
+    for state in states:
+        for entries in ([], *richer):
+            for problem in (state.fit.problem, _as_measured(state.fit.problem)):
+                if problem is None or (entries and problem is not state.fit.problem and not few):
+                    continue
+                model = _known(rivals, state, entries, problem) or _with(state, _beside(state, entries), problem)
+                if model is not None and model.profiles:
+                    model = rivals.with_what_helps(model)
+                if model is not None:
+                    yield judged(model, is_plain=True, by_least_squares=problem is not state.fit.problem)
+
+
+def _known(rivals: Rivals, state: SearchNode, entries: list[Spec], problem: Problem) -> Model | None:
+    """The model with the curves of all joints as the rivals have it already."""
+    known = rivals.with_profiles(state, rivals.every) if rivals.is_known(state, rivals.every) else None
+    return known if known is not None and known.profiles == entries and problem is state.fit.problem else None
+
+
+def _additions(rivals: Rivals, *, curved: bool) -> Iterator[list[Spec]]:
+    """What is added to the geometry: compliances, sags, curves of all joints, compliances and curves."""
+    start = rivals.search.start
+    yields = _of_all_joints(rivals.search.problem, is_sag=False)
+    sags = with_curvatures(start.fit, _of_all_joints(rivals.search.problem, is_sag=True))
+    with_curves = rivals.with_profiles(start, rivals.every) if curved else None
+    curves = [] if with_curves is None else with_curves.profiles
+    for entries in (yields, sags, curves, [*yields, *curves] if yields and curves else []):
+        if entries:
+            yield entries
+
+
+def _of_all_joints(problem: Problem, *, is_sag: bool) -> list[Spec]:
+    """Entries of the effect by which every joint yields to its load, or to the arm's weight where no masses say it."""
+    robot, there = problem.start.robot, {(e["effect"], e["owner"]) for e in problem.given}
+    out: list[Spec] = []
+    for effect in effect_names():
+        traits = traits_of(effect)
+        own = traits.without_masses if is_sag else traits.depends_on == ("torque",) and not traits.generalizes
+        if not own or traits.role != "cause" or traits.place != "joint":
+            continue
+        for owner in effect_owners(effect, robot.core):
+            if (effect, owner) in there or is_excluded(effect, owner, problem.excluded):
+                continue
+            try:
+                out.append(with_origins({"effect": effect, "owner": owner}, robot, problem.kept))
+            except InvalidInput:
+                continue
+    return out
+
+
+def _beside(state: SearchNode, entries: Sequence[Spec]) -> list[Spec]:
+    """The entries but for those that a set holds already, or something richer."""
+    held = {name.key for name in state.names} | {(s, n.owner) for n in state.names for s in n.traits.generalizes}
+    return [entry for entry in entries if (entry["effect"], entry["owner"]) not in held]
+
+
+def _as_measured(problem: Problem) -> Problem | None:
+    """All rows, as if the noise had no memory; None where that is the problem as it is."""
+    measured = problem.data.measured
+    if np.array_equal(problem.used, measured) and not problem.noise.memory and problem.weight is None:
+        return None
+    return replace(problem, used=measured, noise=replace(problem.noise, memory=0.0), weight=None)
+
+
+def _with(state: SearchNode, entries: list[Spec], problem: Problem) -> Model | None:
+    """A set with entries beside it, less those that come out with an impossible sign; None where a name does."""
+    if not entries:
+        at = state.fit if problem is state.fit.problem else fit(problem, state.names, state.fit)
+        return bare(state if at is state.fit else SearchNode(at, state.family))
+    for _ in range(rules.MAX_REFITS):
+        model = with_entries(state, entries, problem)
+        if model is None:
+            return None
+        wrong = [label(name.entry) for name in model.fit.added if is_beyond_bounds(model.fit, name)]
+        if any(label(name.entry) in wrong for name in state.names):
+            return None
+        entries = [entry for entry in entries if label(entry) not in wrong]
+        if not wrong or not entries:
+            break
+    return model if entries else None

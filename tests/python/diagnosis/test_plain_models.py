@@ -1,0 +1,145 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""What is written predicts other poses no worse than what anyone would try by hand."""
+
+import copy
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fastcal import Robot, calibrate, load_robot, perturbed, random_poses, simulate
+from fastcal.diagnosis import Diagnosis, diagnose
+from fastcal.diagnosis.fits import fit
+from fastcal.diagnosis.held_out import HeldOut
+from fastcal.diagnosis.plain_models import best_of_all, judged
+from fastcal.diagnosis.problem import Noise, prepared_problem
+from fastcal.diagnosis.reasons import Reason
+from fastcal.diagnosis.rivals import Rivals, bare
+from fastcal.diagnosis.search import Search
+from fastcal.measurements.dataset import Dataset
+
+NOISE = 4e-5  # [m]
+
+
+@cache
+def bare_arm() -> Robot:
+    spec = copy.deepcopy(load_robot("pmc6va030").spec)
+    for joint in spec["joints"]:
+        joint.pop("link", None)
+    return Robot(spec)
+
+
+def rows(true: Robot, count: int, seed: int) -> Dataset:
+    q = random_poses(bare_arm(), count, seed=seed)
+    poses = Dataset.from_arrays(q, robot=bare_arm(), payload=np.full(count, 5.0))
+    return simulate(true, poses, noise=NOISE, seed=seed)
+
+
+@cache
+def yielding() -> tuple[Diagnosis, Dataset, Dataset]:
+    """Five joints yield under masses that the file does not have: no set of a few names does that."""
+    spec: dict[str, Any] = dict(perturbed(load_robot("pmc6va030"), seed=6).spec)
+    sizes = {2: 1.2e-6, 3: 1.5e-6, 4: 8e-6, 5: 1e-5, 6: 2e-5}
+    spec["effects"] = [
+        {"effect": "joint_compliance", "owner": f"joint{i}", "parameters": {"compliance_rad_nm": c}}
+        for i, c in sizes.items()
+    ]
+    data, test = rows(Robot(spec), 90, 8), rows(Robot(spec), 200, 9)
+    return diagnose(bare_arm(), data, test=test), data, test
+
+
+def test_a_plain_model_that_predicts_better_is_written_and_told(tmp_path: Path) -> None:
+    found, data, test = yielding()
+    plain = [
+        calibrate(bare_arm(), data, test=test, effects=f"geometry{more}", loss=loss).test
+        for more in ("", ",gravity_sag", ",joint_compliance")
+        for loss in ("tukey", "none")
+    ]
+    best = min(part.after.to_mm()["rms"] for part in plain if part is not None and part.after is not None)
+    assert found.gap[-1].test_rms_mm is not None
+    assert found.gap[-1].test_rms_mm < 1.05 * best
+    assert found.plain is not None
+    assert "it leaves" in found.plain
+    assert f"The model that is written is a plain one: {found.plain}." in found.sentence
+    assert found.to_json_dict()["plain_model"] == found.plain
+    found.save(tmp_path)
+    assert load_robot(tmp_path / "model.yaml").spec["effects"]
+    for finding in found.effects:
+        outdone = any(because.reason is Reason.PLAIN_MODEL_PREDICTS for because in finding.limits)
+        assert finding.in_model is not outdone
+
+
+def test_what_was_found_stays_where_no_plain_model_predicts_clearly_better() -> None:
+    slack = {"effect": "backlash", "owner": "joint4", "parameters": {"gap_rad": 6e-4}}
+    true = Robot(dict(perturbed(bare_arm(), seed=5).spec) | {"effects": [slack]})
+    random = np.random.default_rng(5)
+    poses = Dataset.from_arrays(
+        random_poses(bare_arm(), 150, seed=5), robot=bare_arm(), approach=random.choice([-1.0, 1.0], (150, 6))
+    )
+    found = diagnose(bare_arm(), simulate(true, poses, noise=NOISE, seed=5))
+    assert found.plain is None
+    assert [f.label for f in found.effects] == ["backlash@joint4"]
+
+
+def test_least_squares_of_all_rows_is_tried_where_rows_were_left_out() -> None:
+    """Rows that were left out without a reason are no outliers: a fit that holds them predicts them."""
+    true = perturbed(bare_arm(), seed=5)
+    data = rows(true, 60, 4)
+    problem = prepared_problem(bare_arm(), data, [], Noise((NOISE, 1e-4, NOISE)), 1)
+    few = replace(problem, used=np.arange(60) < 14)
+    search = Search(few)
+    found = best_of_all(Rivals(search), bare(search.start), remains=False)
+    assert found.is_plain
+    assert found.by_least_squares
+    assert found.model.fit.problem.used.all()
+    assert found.words.startswith("the geometry alone, by least squares of all rows; it leaves ")
+    own = judged(bare(search.start), is_plain=False)
+    assert 0 < found.lead <= 1 - np.nanmean(found.squares) / np.nanmean(own.squares) + 0.5
+
+
+def test_rows_held_out_are_judged_as_measured_whatever_memory_a_fit_assumes() -> None:
+    data = rows(perturbed(bare_arm(), seed=5), 80, 4)
+    problem = prepared_problem(bare_arm(), data, [], Noise((NOISE, 1e-4, NOISE)), 1)
+    slow = fit(replace(problem, noise=replace(problem.noise, memory=0.8)), [])
+    white = fit(problem, [])
+    as_measured = np.nanmean(HeldOut(slow, as_measured=True).squares())
+    assert as_measured == pytest.approx(np.nanmean(HeldOut(white).squares()), rel=0.4)
+    assert np.nanmean(HeldOut(slow).squares()) > 1.5 * as_measured
+
+
+def test_the_error_of_held_out_poses_is_in_metres() -> None:
+    """White noise, p parameters of m numbers: about sigma sqrt(3) (1 + p / 2 m) a row."""
+    data = rows(perturbed(bare_arm(), seed=5), 400, 4)
+    white = fit(prepared_problem(bare_arm(), data, [], Noise((NOISE, 1e-4, NOISE)), 1), [])
+    every = np.ones(400, dtype=bool)
+    assert HeldOut(white).rms(every) == pytest.approx(NOISE * np.sqrt(3) * 1.01, rel=0.06)
+    assert HeldOut(white).rms(every & (np.arange(400) < 200)) == pytest.approx(NOISE * np.sqrt(3), rel=0.1)
+    assert np.isnan(HeldOut(white).rms(~every))
+
+
+def test_a_gap_that_is_closed_looks_closed_without_test_poses() -> None:
+    """Gross rows, 5 mm off, are listed and no part of the gap."""
+    slack = {"effect": "backlash", "owner": "joint4", "parameters": {"gap_rad": 1.2e-3}}
+    true = Robot(dict(perturbed(bare_arm(), seed=5).spec) | {"effects": [slack]})
+    random = np.random.default_rng(5)
+    poses = Dataset.from_arrays(
+        random_poses(bare_arm(), 150, seed=5), robot=bare_arm(), approach=random.choice([-1.0, 1.0], (150, 6))
+    )
+    data = simulate(true, poses, noise=NOISE, seed=5)
+    position = data.position.copy()
+    position[[3, 50, 97]] += [5e-3, -4e-3, 6e-3]
+    found = diagnose(bare_arm(), replace(data, position=position))
+    assert set(found.outliers) >= {3, 50, 97}
+    gap = found.judged_gap
+    assert gap.on == "held out"
+    assert gap.closed > 0.9
+    assert not gap.rises
+    assert gap.sizes[-1] < 0.1
+    assert " on poses held out of the fit falls from " in found.sentence
+    lines = found.summary().splitlines()
+    assert lines[-1].startswith("next: ")
+    assert any(line.startswith("gap on poses held out of the fit: ") for line in lines)
