@@ -2,9 +2,10 @@
 // SPDX-License-Identifier: MIT
 #include "fastcal/design/observability.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+
+#include "fastcal/math/decompositions.hpp"
 
 namespace fastcal::design {
 namespace {

@@ -2,10 +2,9 @@
 // SPDX-License-Identifier: MIT
 #include "fastcal/design/scan.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
 #include <cmath>
+
+#include "fastcal/math/decompositions.hpp"
 
 namespace fastcal::design {
 namespace {
@@ -40,10 +39,10 @@ void Scan::restart(const Eigen::MatrixXd& M) {
       << M.cols() << ")";
   const Eigen::LLT<Eigen::MatrixXd> root(M);
   FASTCAL_CHECK(root.info() == Eigen::Success) << "the information matrix must be positive definite";
-  covariance_ = root.solve(Eigen::MatrixXd::Identity(M.rows(), M.cols()));
+  covariance_ = solve(root, Eigen::MatrixXd::Identity(M.rows(), M.cols()));
   log_determinant_ = 2 * Eigen::MatrixXd(root.matrixL()).diagonal().array().log().sum();
   std::fill(S_.begin(), S_.end(), 0.0);
-  const Eigen::MatrixXd L_inverse_transposed = root.matrixU().solve(Eigen::MatrixXd::Identity(M.rows(), M.cols()));
+  const Eigen::MatrixXd L_inverse_transposed = inverse_root(root);
   const int p = static_cast<int>(M.cols());
   candidates_.multiply(L_inverse_transposed, threads_, [&](Eigen::Index block, const Lane* X) {
     subtract_product(reinterpret_cast<Lane*>(S_.data()) + block * k_ * k_, X, k_, p, 0, 0, p, -1);

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: MIT
 #include "fastcal/diagnosis/score_tests.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -58,8 +57,7 @@ ProjectedBlocks projected(const Eigen::Ref<const MatrixXd>& A, const Eigen::Ref<
   }
   const auto project = [&](const MatrixXd& X) {
     if (out.null_rank == 0) return X;
-    MatrixXd turned = qr.householderQ().setLength(out.null_rank).transpose() * X;
-    return MatrixXd(turned.bottomRows(m - out.null_rank));
+    return MatrixXd(reflected(qr, out.null_rank, X).bottomRows(m - out.null_rank));
   };
   out.r = project(r);
   out.R = project(scaled(C, out.length));
@@ -98,7 +96,7 @@ ScoreTests::ScoreTests(ProjectedBlocks projected, const std::vector<int>& sizes,
   for (Index i = 0; i < count; ++i) {
     const Index size = sizes[static_cast<std::size_t>(i)];
     const auto block = R.middleCols(column, size);
-    const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(block.transpose() * block);
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(MatrixXd(block.transpose() * block));
     const VectorXd& square = eigen.eigenvalues();
     first_[i] = static_cast<int>(used);
     int rank = 0;
@@ -180,7 +178,8 @@ BlockScores ScoreTests::given(const std::vector<int>& added) const {
     const Index size = scores_.rank[k];
     if (size == 0 || std::find(added.begin(), added.end(), k) != added.end()) continue;
     const auto part = X.middleCols(first_[k], size);
-    const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(MatrixXd::Identity(size, size) - part.transpose() * part);
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(
+        MatrixXd(MatrixXd::Identity(size, size) - part.transpose() * part));
     const VectorXd along = eigen.eigenvectors().transpose() * z.segment(first_[k], size);
     for (Index d = size - 1; d >= 0 && eigen.eigenvalues()[d] > kTwin; --d) {
       ++out.rank[k];

@@ -9,8 +9,8 @@
 namespace fastcal {
 namespace {
 
-constexpr double kShift = 0.01;  // [m] what centres of a data sheet or of CAD miss by
-constexpr double kUnknown = 1;   // [kg m] where the file gives no mass
+constexpr double kShift = 0.01;       // [m] what centres of a data sheet or of CAD miss by
+constexpr double kUnknownMoment = 1;  // [kg m] where the file gives no mass
 
 class LinkCom : public WeightEffect {
  public:
@@ -20,7 +20,7 @@ class LinkCom : public WeightEffect {
     const auto i = static_cast<std::size_t>(link_);
     R_joint_body_ = robot.chain().body_frames[i].R;
     const double mass = robot.description().bodies[i].mass;
-    const double size = mass > 0 ? kShift * mass : kUnknown;
+    const double size = mass > 0 ? kShift * mass : kUnknownMoment;
     for (const std::string axis : {"x", "y", "z"}) {
       parameters_.push_back(
           {owner, "moment_" + axis, "kg_m", size, "mass times shift of the centre of gravity along " + axis});

@@ -9,8 +9,8 @@
 namespace fastcal {
 namespace {
 
-constexpr double kShare = 0.06;    // what masses of a data sheet or of CAD miss by
-constexpr double kUnknown = 10.0;  // [kg] where there is no mass to take a share of
+constexpr double kShare = 0.06;        // what masses of a data sheet or of CAD miss by
+constexpr double kUnknownMass = 10.0;  // [kg] where there is no mass to take a share of
 
 class LinkMass : public WeightEffect {
  public:
@@ -20,7 +20,7 @@ class LinkMass : public WeightEffect {
     const auto i = static_cast<std::size_t>(link_);
     const Body& body = robot.description().bodies[i];
     p_joint_com_ = robot.chain().body_frames[i] * body.com;
-    const double size = body.mass > 0 ? kShare * body.mass : kUnknown;
+    const double size = body.mass > 0 ? kShare * body.mass : kUnknownMass;
     parameters_ = {{owner, "extra", "kg", size, "mass beyond the robot file's", -body.mass}};
   }
 

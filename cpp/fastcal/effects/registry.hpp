@@ -43,7 +43,11 @@ bool register_effect(const std::string& name, EffectEntry entry);
 
 }  // namespace fastcal
 
-#define FASTCAL_REGISTER_EFFECT(name, ...)                                                 \
-  namespace {                                                                              \
-  [[maybe_unused]] const bool kRegistered = ::fastcal::register_effect(name, __VA_ARGS__); \
+// Numbered, since several effects may be compiled as one file.
+#define FASTCAL_JOINED_NAME(a, b) a##b
+#define FASTCAL_NUMBERED_NAME(a, b) FASTCAL_JOINED_NAME(a, b)
+#define FASTCAL_REGISTER_EFFECT(name, ...)                                                                        \
+  namespace {                                                                                                     \
+  [[maybe_unused]] const bool FASTCAL_NUMBERED_NAME(kRegistered,                                                  \
+                                                    __COUNTER__) = ::fastcal::register_effect(name, __VA_ARGS__); \
   }

@@ -30,14 +30,6 @@ struct Row : MeasuredPose {
   Pose T_base_flange;
 };
 
-Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& M) {
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(M, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const Eigen::Matrix3d& U = svd.matrixU();
-  const Eigen::Matrix3d& V = svd.matrixV();
-  const Eigen::Vector3d sign(1, 1, (U * V.transpose()).determinant() < 0 ? -1 : 1);
-  return U * sign.asDiagonal() * V.transpose();
-}
-
 /// Mean and second moments of z = [f; columns of R; p] over the rows with a point, f and R the flange's pose in the
 /// base, p the measured point: the closed forms below need the rows no more.
 struct PointMoments {
@@ -98,7 +90,7 @@ void fit_points(const PointMoments& of, const Eigen::Matrix3d& R_base, const Eig
            of.between(column, PointMoments::kFlange).trace() - A.row(r).dot(t_0);
   }
   A += of.count * kTurningThatShows * kTurningThatShows * Eigen::Matrix3d::Identity();
-  const Eigen::Vector3d change = A.ldlt().solve(b);
+  const Eigen::Vector3d change = solve(Eigen::LDLT<Eigen::MatrixXd>(Eigen::MatrixXd(A)), b);
   t = t_0 + change;
   base = {R_base, of.point() - R_base * (of.flange() + of.turn() * t)};
 }
@@ -119,10 +111,10 @@ bool lifted_rotation(const PointMoments& of, Eigen::Matrix3d& R_base) {
   constexpr double kShown = 1e-8;  // of the largest pivot
   constexpr int kKnown = PointMoments::kPoint;
   if (of.count <= kKnown) return false;
-  const Eigen::LDLT<Eigen::MatrixXd> factor(of.sums.topLeftCorner<kKnown, kKnown>());
+  const Eigen::LDLT<Eigen::MatrixXd> factor(Eigen::MatrixXd(of.sums.topLeftCorner<kKnown, kKnown>()));
   const Eigen::VectorXd pivots = factor.vectorD();
   if (pivots.minCoeff() < kShown * std::max(pivots.maxCoeff(), of.count)) return false;
-  const Eigen::MatrixXd X = factor.solve(of.sums.topRightCorner<kKnown, 3>());
+  const Eigen::MatrixXd X = solve(factor, of.sums.topRightCorner<kKnown, 3>());
   R_base = nearest_rotation(X.topRows<3>().transpose());
   return true;
 }

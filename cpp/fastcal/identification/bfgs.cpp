@@ -4,10 +4,11 @@
 
 #include <ceres/ceres.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <utility>
+
+#include "fastcal/math/decompositions.hpp"
 
 namespace fastcal {
 namespace {

@@ -173,7 +173,7 @@ Gauge FitState::gauge_of_some() {
   Gauge same = gauge;
   same.rank = static_cast<int>(p);
   Eigen::MatrixXd moved(lost, p + lost);  // transposed
-  moved << -R.topLeftCorner(p, p).triangularView<Eigen::Upper>().solve(R.topRightCorner(p, lost)).transpose(),
+  moved << -solve_upper(R.topLeftCorner(p, p), R.topRightCorner(p, lost)).transpose(),
       Eigen::MatrixXd::Identity(lost, lost);
   same.directions = columns_back(moved, order).transpose();
   return same;
@@ -200,11 +200,11 @@ bool FitState::factor_by_sums(const CommonNoise& noise, Eigen::VectorXd& g) {
   const Eigen::VectorXd length = sums.A.diagonal().cwiseSqrt();
   if (!(length.minCoeff() > 0)) return false;
   if (!(std::sqrt(sums.along) <= kShowsNothing * options.gauge.relative_tolerance * length.maxCoeff())) return false;
-  const Eigen::LLT<Eigen::MatrixXd, Eigen::Upper> root(
-      (length.cwiseInverse().asDiagonal() * sums.A * length.cwiseInverse().asDiagonal()).reverse().eval());
+  const Eigen::MatrixXd scaled = length.cwiseInverse().asDiagonal() * sums.A * length.cwiseInverse().asDiagonal();
+  const Eigen::LLT<Eigen::MatrixXd, Eigen::Upper> root(Eigen::MatrixXd(scaled.reverse()));
   if (root.info() != Eigen::Success) return false;
   const Eigen::MatrixXd R = root.matrixU().toDenseMatrix().reverse();
-  const Eigen::MatrixXd inverse = R.triangularView<Eigen::Lower>().solve(Eigen::MatrixXd::Identity(p, p));
+  const Eigen::MatrixXd inverse = solve_lower(R, Eigen::MatrixXd::Identity(p, p));
   const double smallest = 1 / (length.cwiseInverse().asDiagonal() * inverse).norm();  // singular value at least
   if (!(inverse.norm() <= kCondition && smallest * options.gauge.practical_limit >= 1)) return false;
   gauge.rank = again.rank;

@@ -72,10 +72,8 @@ Eigen::MatrixXd nulled(const Eigen::MatrixXd& R12) {
   const Eigen::Index rank = R12.rows();
   const Eigen::Index lost = R12.cols() - rank;
   Eigen::MatrixXd null(R12.cols(), lost);
-  null << -R12.leftCols(rank).triangularView<Eigen::Upper>().solve(R12.rightCols(lost)),
-      Eigen::MatrixXd::Identity(lost, lost);
-  const Eigen::HouseholderQR<Eigen::MatrixXd> orthonormal(null);
-  return orthonormal.householderQ() * Eigen::MatrixXd::Identity(null.rows(), lost);
+  null << -solve_upper(R12.leftCols(rank), R12.rightCols(lost)), Eigen::MatrixXd::Identity(lost, lost);
+  return q_columns(Eigen::HouseholderQR<Eigen::MatrixXd>(null), lost);
 }
 
 /// The directions that [R1 R2] (rank, p), whose singular values are all clearly there, shows less than the practical
@@ -87,9 +85,9 @@ Eigen::MatrixXd hardly_shown(const Eigen::MatrixXd& R12, const GaugeOptions& opt
   const Eigen::Index rank = R12.rows();
   const Eigen::Index p = R12.cols();
   const Eigen::HouseholderQR<Eigen::MatrixXd> qr(R12.transpose());
-  const Eigen::MatrixXd Z = qr.householderQ() * Eigen::MatrixXd::Identity(p, p);
+  const Eigen::MatrixXd Z = q_columns(qr, p);
   const Eigen::MatrixXd back = inverse_of_lower(qr.matrixQR().topRows(rank).triangularView<Eigen::Upper>().transpose());
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> inverse(back * back.transpose());
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> inverse(Eigen::MatrixXd(back * back.transpose()));
   const auto weak = (inverse.eigenvalues().array() > options.practical_limit * options.practical_limit).count();
   Eigen::MatrixXd out(p, p - rank + weak);
   out << Z.leftCols(rank) * inverse.eigenvectors().rightCols(weak), Z.rightCols(p - rank);
@@ -167,7 +165,7 @@ Gauge choose_gauge(const Eigen::MatrixXd& R, const Eigen::VectorXd& hold, const 
   for (int k = 0; k < p; ++k) (is_held[static_cast<std::size_t>(k)] ? gauge.held : gauge.free).push_back(k);
   if (lost > 0) {
     const Eigen::MatrixXd at_held = null(gauge.held, Eigen::all);
-    gauge.directions = at_held.transpose().partialPivLu().solve(null.transpose()).transpose();
+    gauge.directions = divided(null, at_held);
   } else {
     gauge.directions.resize(p, 0);
   }

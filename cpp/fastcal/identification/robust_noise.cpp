@@ -9,6 +9,7 @@
 
 #include "fastcal/identification/noise_scale.hpp"
 #include "fastcal/identification/reduced_problem.hpp"
+#include "fastcal/math/decompositions.hpp"
 
 namespace fastcal {
 namespace {
@@ -110,7 +111,7 @@ double effective_parameters(FitState& fit) {
   if (!fit.has_priors()) return static_cast<double>(fit.free.size());
   const Eigen::MatrixXd J = fit.free_factor();
   const Eigen::MatrixXd R = with_priors(J, fit.free, fit.free_scale, fit.limits);
-  return R.transpose().triangularView<Eigen::Upper>().solve(J.transpose()).squaredNorm();
+  return divided_by_lower(J, R).squaredNorm();
 }
 
 double effective_parameters(const FitState& fit, const Eigen::MatrixXd& A) {

@@ -24,7 +24,7 @@ Eigen::MatrixXd basis(const Eigen::MatrixXd& A) {
   }
   Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(scaled);
   qr.setThreshold(kSameSpan);
-  return qr.householderQ() * Eigen::MatrixXd::Identity(A.rows(), qr.rank());
+  return q_columns(qr, qr.rank());
 }
 
 /// Mean and its standard error from the sums that come fold by fold (B. Welford, Technometrics 4, 1962).

@@ -31,7 +31,7 @@ ThinnedProblem::ThinnedProblem(const Problem& whole, const std::vector<Eigen::In
 bool represents(const Eigen::MatrixXd& R_thinned, const Eigen::MatrixXd& R_whole, double share) {
   constexpr double kRepresented = 0.1;  // of the rows' share
   // |R_thinned x|^2 >= kRepresented share |R_whole x|^2 for every x.
-  const Eigen::MatrixXd ratio = R_whole.transpose().triangularView<Eigen::Upper>().solve(R_thinned.transpose());
+  const Eigen::MatrixXd ratio = divided_by_lower(R_thinned, R_whole).transpose();
   if (!ratio.allFinite()) return false;
   const Eigen::VectorXd values = right_svd(ratio).values;
   return values.size() == 0 || values.minCoeff() * values.minCoeff() >= kRepresented * share;

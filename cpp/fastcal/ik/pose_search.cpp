@@ -2,9 +2,10 @@
 // SPDX-License-Identifier: MIT
 #include "fastcal/ik/pose_search.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+
+#include "fastcal/math/decompositions.hpp"
 
 namespace fastcal {
 namespace {

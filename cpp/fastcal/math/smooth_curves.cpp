@@ -2,11 +2,12 @@
 // SPDX-License-Identifier: MIT
 #include "fastcal/math/smooth_curves.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <vector>
+
+#include "fastcal/math/decompositions.hpp"
 
 namespace fastcal {
 namespace {

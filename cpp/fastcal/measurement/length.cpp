@@ -71,7 +71,7 @@ class Length : public Observation {
         D.row(k) << -2 * p.transpose(), 1;
         y[k] = length * length - p.squaredNorm();
       }
-      unknowns.segment<3>(3 * a) = center + D.completeOrthogonalDecomposition().solve(y).head<3>();
+      unknowns.segment<3>(3 * a) = center + least_squares(D, y).head<3>();
     }
     return "";
   }

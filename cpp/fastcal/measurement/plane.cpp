@@ -6,9 +6,9 @@
 // rx, ry, d of each plane are identified. Start: the direction in which the points of the arm as it is spread least.
 // What one plane leaves open: where on it the arm is and how it is turned about its normal, and the common scale of all
 // lengths.
-#include <Eigen/Eigenvalues>
 #include <cmath>
 
+#include "fastcal/math/decompositions.hpp"
 #include "fastcal/math/se3.hpp"
 #include "fastcal/measurement/registry.hpp"
 

@@ -12,7 +12,6 @@
 // Where `up` stays in a plane of the link's axes, with normal a (links behind a vertical and parallel horizontal axes),
 // a level mirrored at that plane reads the same: x' = H x, y' = H y, z' = -H z, H = I - 2 a a^T. What the arm's errors
 // turn out of the plane decides which of the two it is.
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
@@ -25,14 +24,6 @@ namespace {
 
 constexpr double kLeastCosine = 0.02;  // towards 90 degrees a tilt shows less and less
 constexpr double kPlanar = 0.05;       // of the largest singular value: below, `up` stays in a plane of the link
-
-Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& M) {
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(M, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const Eigen::Matrix3d U = svd.matrixU();
-  const Eigen::Matrix3d V = svd.matrixV();
-  const Eigen::Vector3d sign(1, 1, (U * V.transpose()).determinant() < 0 ? -1 : 1);
-  return U * sign.asDiagonal() * V.transpose();
-}
 
 class Inclination : public Observation {
  public:
@@ -101,7 +92,7 @@ class Inclination : public Observation {
     const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(D);
     if (std::abs(qr.matrixR()(2, 2)) > kPlanar * std::abs(qr.matrixR()(0, 0))) {
       Eigen::Matrix3d axes;  // columns: the sensor's x, y, z in the link
-      axes.leftCols<2>() = qr.solve(y);
+      axes.leftCols<2>() = solve(qr, y);
       axes.col(2) = axes.col(0).cross(axes.col(1));
       mounts.push_back(nearest_rotation(axes));
     }

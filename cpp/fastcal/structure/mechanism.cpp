@@ -2,12 +2,13 @@
 // SPDX-License-Identifier: MIT
 #include "fastcal/structure/mechanism.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <cstdio>
 #include <sstream>
 #include <utility>
 #include <vector>
+
+#include "fastcal/math/decompositions.hpp"
 
 namespace fastcal {
 namespace {
@@ -101,7 +102,8 @@ std::string explain_motion(const BeamFrame& frame, const FreeStiffness& free) {
   }
   const double floor = 1e-14 * diagonal.maxCoeff();  // a row of zeros is a motion of its own
   const Eigen::VectorXd scaling = diagonal.cwiseMax(floor).cwiseSqrt().cwiseInverse();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scaling.asDiagonal() * free.K * scaling.asDiagonal());
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(
+      Eigen::MatrixXd(scaling.asDiagonal() * free.K * scaling.asDiagonal()));
   if (eigen.eigenvalues()[0] < -1e-9) {
     text << "the sampled stiffness of an element is not positive definite";
     return text.str();

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: MIT
 #include "fastcal/structure/stiffness_table.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -45,7 +44,7 @@ void check_samples(const StiffnessSamples& samples, int size) {
 
 /// x with diag(weight) basis x nearest to k.
 Eigen::VectorXd weighted_fit(const Eigen::VectorXd& weight, const Eigen::MatrixXd& basis, const Eigen::VectorXd& k) {
-  return Eigen::MatrixXd(weight.asDiagonal() * basis).completeOrthogonalDecomposition().solve(k);
+  return least_squares(weight.asDiagonal() * basis, k);
 }
 
 }  // namespace
