@@ -127,7 +127,8 @@ def gap_step(added: str | None, found: AdaptedModel, held_out: float | None, kep
     `held_out`, in the unit of the kind that is spoken of, is that of poses held out of its fit.
     """
     test = {} if found.test is None else {name: of.rms for name, of in found.test.kinds.items()}
-    kinds = {name: KindGap(of.kind.unit, _rms(of, kept), None, test.get(name)) for name, of in found.train.kinds.items()}
+    train = found.train.kinds
+    kinds = {name: KindGap(of.kind.unit, _rms(of, kept), None, test.get(name)) for name, of in train.items()}
     main = next(iter(kinds), None)
     if main is not None:
         kinds[main] = replace(kinds[main], held_out_rms=held_out)

@@ -130,10 +130,10 @@ def _found(
     rows = searched_rows(trusted, robot)
     looked_at = trusted if rows is None else trusted.select(rows)
     problem = prepared_problem(robot, looked_at, library.names, claimed(looked_at, sigma), threads, library.excluded)
-    plain = fit(problem, [])
-    _refuse_few_postures(looked_at, plain)
+    geometry = fit(problem, [])
+    _refuse_few_postures(looked_at, geometry)
     notify("how large the noise is")
-    problem, level = with_estimated_noise(problem, plain, sigma)
+    problem, level = with_estimated_noise(problem, geometry, sigma)
     moved = all_moved(level.moved, trusted, rows)
     if moved and len(lost) + len(moved) <= rules.MAX_MOVED_SHARE * data.measured.sum():
         notify(f"without {len(moved)} rows that lie off together")

@@ -52,12 +52,12 @@ def _ending(found: Diagnosis) -> list[str]:
     gap = found.judged_gap
     before, after = gap.sizes[0], gap.sizes[-1]
     left = float(np.sqrt(max(after**2 - gap.floor**2, 0.0)))
-    beyond = f"{left:.3f} {gap.unit} beyond the noise"
+    beyond, noise = f"{left:.3f} {gap.unit} beyond the noise", f"noise alone makes {gap.floor:.3f} {gap.unit}"
     if found.unexplained is None and before <= gap.floor * _NOTICED:
-        lines = [f"no gap {_JUDGED[gap.on]}: {after:.3f} {gap.unit}, of which noise alone makes {gap.floor:.3f} {gap.unit}"]
+        lines = [f"no gap {_JUDGED[gap.on]}: {after:.3f} {gap.unit}, of which {noise}"]
     else:
         sizes = f"{before:.3f} {gap.unit} before, {after:.3f} {gap.unit} after, {gap.closed:.0%} closed"
-        lines = [f"gap {_JUDGED[gap.on]}: {sizes}; noise alone makes {gap.floor:.3f} {gap.unit}"]
+        lines = [f"gap {_JUDGED[gap.on]}: {sizes}; {noise}"]
     if found.unexplained is not None:
         on = depends(found.unexplained.depends_on)
         lines.append(f"left: {beyond}, most of it at {place(found.unexplained.owner)}, by {on}")

@@ -177,7 +177,8 @@ def test_a_sliding_joint_is_judged_in_lengths() -> None:
 
     found = guard.plausible(Dataset.from_arrays(q * [1.0, 0.001], position=position), slide, plane_poses)
     assert found is not None
-    assert "joint 2 in m where they were read in mm" in (found.meant, *found.others)  # or the points: it has no other size
+    # Or the points: the arm has no other size.
+    assert "joint 2 in m where they were read in mm" in (found.meant, *found.others)
 
 
 def test_an_error_far_below_a_hundredth_of_the_reach_is_asked_too() -> None:
