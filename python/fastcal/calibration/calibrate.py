@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fastcal import _core
 from fastcal.calibration.alignment import align as align
+from fastcal.calibration.best_fit import Way, best_fit
 from fastcal.calibration.bounds import bounds_reached
 from fastcal.calibration.critical_loads import with_critical_loads
 from fastcal.calibration.data_notes import (
@@ -24,20 +24,17 @@ from fastcal.calibration.data_notes import (
 )
 from fastcal.calibration.evaluation import evaluate, judged
 from fastcal.calibration.extrapolation_notes import range_notes
-from fastcal.calibration.geometry_anchoring import pulls
 from fastcal.calibration.inspection import check_columns, check_fit
 from fastcal.calibration.long_rows import covered_by_all, judged_on_all, long_notes, shown
 from fastcal.calibration.parallel import one_blas_thread
 from fastcal.calibration.parameter_table import (
     correlated_pairs,
-    length_sigma,
     parameter_table,
     sigma_note,
     turn_sigma,
     unknowns_by_owner,
 )
-from fastcal.calibration.problem import CalibrationProblem, prepare
-from fastcal.calibration.residual_checks import MOST_ROWS, Checks, checked
+from fastcal.calibration.problem import prepare
 from fastcal.calibration.result import CalibrationResult as CalibrationResult
 from fastcal.calibration.result import IdentifiedParameter as IdentifiedParameter
 from fastcal.calibration.result import Unidentifiable as Unidentifiable
@@ -47,7 +44,7 @@ from fastcal.effects.entries import extra_columns, full_name
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.long_dataset import LongDataset
-from fastcal.robot.calibration_record import CalibrationRecord, lower_root
+from fastcal.robot.calibration_record import CalibrationRecord
 from fastcal.robot.controller_robot import nominal_record
 from fastcal.robot.given import DataLike, RobotLike, RowsLike, as_data, as_robot, as_rows
 from fastcal.robot.identified_spec import identified_spec, moved
@@ -72,7 +69,7 @@ def calibrate(
     parameters: Sequence[str] | None = None,
     method: str = "nls",
     loss: str = "tukey",
-    priors: bool = False,
+    priors: bool | None = None,
     equilibrium: bool | None = None,
     max_iterations: int = 100,
     as_read: bool = False,
@@ -95,7 +92,9 @@ def calibrate(
         method: nls (Levenberg-Marquardt), bfgs (PMC paper: BFGS on the root of the mean squared distance),
             bfgs_mean_distance (its printed cost).
         loss: Robust loss on the whitened error of a row: tukey, huber, cauchy, none.
-        priors: Hold parameters near nominal with a standard deviation of three plausible sizes.
+        priors: Hold parameters near nominal. None: the geometry, where the poses are few for their noise, by as much
+            as the measurements say (`shrinkage`). True: all, with a standard deviation of three plausible sizes.
+            False: none.
         equilibrium: Take loads in the deflected posture (True) or in the undeflected one, to first order (False, as the
             papers do); the model keeps it. None: as the robot says, which is True unless its file has `equilibrium:
             false`.
@@ -139,21 +138,9 @@ def calibrate(
 
     report("identifying")
     problem = fill_unset_options(with_critical_loads(problem))
-    pulled = pulls(problem)
-    limits = problem.limits(priors=priors)
-
-    def identify(problem: CalibrationProblem) -> _core.Identification:
-        return problem.identify(
-            method=method,
-            max_iterations=max_iterations * (5 if pulled else 1),  # curves creep along what they share with geometry
-            **limits,
-            **pulled,
-        )
-
-    found = identify(problem)
-    seen = Checks()
-    if checks and found.status == "converged" and len(given) <= MOST_ROWS:
-        found, seen = checked(problem, found, identify)
+    way = Way(method, max_iterations, bool(priors), priors is None and parameters is None, checks)
+    fit = best_fit(problem, way, len(given))
+    problem, found, seen = fit.problem, fit.found, fit.checks
     if suspected and seen.refusal is not None:  # rows of columns taken as they are agree on nothing: no gross points
         seen = replace(seen, notes=[*seen.notes, seen.refusal], refusal=None)
 
@@ -164,15 +151,7 @@ def calibrate(
     free = found.free  # a copy each time it is asked for, as all of the core's lists are
     every = [full_name(parameter) for parameter in found.parameters] if problem.unknown_count else names
     free_names = [every[i] for i in free]
-    covariance, root, freedom = (
-        np.asarray(found.covariance),
-        np.asarray(found.covariance_root),
-        found.degrees_of_freedom,
-    )
-    sigma = length_sigma(problem.measured, found) or 0.0
-    if seen.serial is not None and "prior_sigma" not in limits:
-        covariance, sigma = seen.serial.covariance, sigma * seen.serial.noise
-        root, freedom = lower_root(covariance), round(seen.serial.freedom)
+    covariance, root, sigma, freedom = fit.uncertainty()
     kept = [k for k, i in enumerate(free) if i < len(names)]
     if kept:
         record = CalibrationRecord(
@@ -193,7 +172,7 @@ def calibrate(
         "unknowns_before": unknowns_by_owner(problem.measured, np.asarray(alignment.unknowns)),
         "threads": threads,
     }
-    reached = bounds_reached(problem, found, {**limits, **pulled})
+    reached = bounds_reached(problem, found, fit.limits)
     table, table_covariance = parameter_table(start, model, found, covariance, reached)
     beyond = [] if test is None else [f"{test.source}: {note}" for note in range_notes(result_model, test)]
     # Without effects all robots of a kind read the same of the rows.
@@ -231,6 +210,7 @@ def calibrate(
             *([] if long is None else long_notes(long, data)),
             *instrument_notes(result_model, data),
             *added_setups(start, robot, effects),
+            *([] if fit.held is None else [fit.held.note]),
             *thin_data_notes(found, loss),
             *(p.bound.note(f"{p.owner} {p.name}", p.value, p.unit) for p in table if p.bound is not None),
             *seen.notes,

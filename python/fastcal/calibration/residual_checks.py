@@ -37,12 +37,14 @@ class Checks:
         notes: Sentences for a reader.
         set_aside: Rows of a part that moved, and gross rows beside those that the fit found.
         refusal: Why the fit is no answer; None where it is one.
+        problem: Of the rows that were used; None where they are all.
     """
 
     serial: SerialCorrelation | None = None
     notes: list[str] = field(default_factory=list)
     set_aside: list[int] = field(default_factory=list)
     refusal: str | None = None
+    problem: CalibrationProblem | None = None
 
 
 def checked(
@@ -80,7 +82,7 @@ def checked(
     notes += agreed.notes
     near = near_fit(problem, found) or near
     serial, more = noise_and_posture(near, problem.robot, problem.data)
-    return found, Checks(serial, notes + more, [*set_aside, *agreed.set_aside], agreed.refusal)
+    return found, Checks(serial, notes + more, [*set_aside, *agreed.set_aside], agreed.refusal, problem)
 
 
 def moved_part(near: Residuals, model: _core.ErrorModel, data: Dataset) -> Shift | None:

@@ -45,8 +45,13 @@ def calibrate(
     method: Annotated[Method, typer.Option(help="How to minimize.")] = "nls",
     loss: Annotated[Loss, typer.Option(help="Robust loss on the whitened error of a row.")] = "tukey",
     priors: Annotated[
-        bool, typer.Option("--priors", help="Hold parameters near nominal where the data say little.")
-    ] = False,
+        bool | None,
+        typer.Option(
+            "--priors/--no-priors",
+            help="Hold all parameters near nominal, or none; without either the geometry is held where the poses are "
+            "few for their noise, by as much as they say themselves.",
+        ),
+    ] = None,
     choose: Annotated[
         Rule | None,
         typer.Option(

@@ -1,0 +1,93 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""The fit that a calibration reports: free, or held where poses are few, and what its residuals say against it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal import _core
+from fastcal.calibration.geometry_anchoring import pulls
+from fastcal.calibration.parameter_table import length_sigma
+from fastcal.calibration.problem import CalibrationProblem
+from fastcal.calibration.residual_checks import MOST_ROWS, Checks, checked
+from fastcal.calibration.shrinkage import Shrinkage, shrinkage
+from fastcal.robot.calibration_record import lower_root
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Way:
+    """How to fit.
+
+    Attributes:
+        method, max_iterations: Of the solver.
+        priors: Hold all parameters near nominal.
+        by_evidence: Hold the geometry where poses are few for their noise.
+        checks: Look at the residuals.
+    """
+
+    method: str = "nls"
+    max_iterations: int = 100
+    priors: bool = False
+    by_evidence: bool = True
+    checks: bool = True
+
+
+@dataclass(frozen=True, eq=False)
+class BestFit:
+    """A fit and what is known of it.
+
+    Attributes:
+        problem: What was fitted, all its rows among it.
+        found: The fit.
+        checks: What its residuals say.
+        held: How the geometry was held near nominal; None where it was free.
+        limits: Bounds, priors and pulls by which the solver was held.
+    """
+
+    problem: CalibrationProblem
+    found: _core.Identification
+    checks: Checks = field(default_factory=Checks)
+    held: Shrinkage | None = None
+    limits: dict[str, FloatArray] = field(default_factory=dict)
+
+    def uncertainty(self) -> tuple[FloatArray, FloatArray, float, int]:
+        """Covariance (p, p) of the free parameters, its lower root, the noise of a coordinate [m], its freedom."""
+        found, serial = self.found, self.checks.serial
+        covariance, root = np.asarray(found.covariance), np.asarray(found.covariance_root)
+        sigma, freedom = length_sigma(self.problem.measured, found) or 0.0, float(found.degrees_of_freedom)
+        if serial is not None and "prior_sigma" not in self.limits:
+            covariance, sigma, freedom = serial.covariance, sigma * serial.noise, serial.freedom
+            root = lower_root(covariance)
+        if self.held is not None:
+            covariance, noise, freedom = self.held.posterior(covariance, list(found.free), freedom)
+            root, sigma = lower_root(covariance), sigma * noise
+        return covariance, root, sigma, round(freedom)
+
+
+def best_fit(problem: CalibrationProblem, way: Way, row_count: int) -> BestFit:
+    """Fits a problem whose options are set, of `row_count` rows in all, as far as its rows bear it."""
+    options: dict[str, Any] = {"method": way.method}
+    pulled = pulls(problem)
+    # Curves creep along what they share with geometry.
+    options["max_iterations"] = way.max_iterations * (5 if pulled else 1)
+    limits = {**problem.limits(priors=way.priors), **pulled}
+
+    def identify(problem: CalibrationProblem) -> _core.Identification:
+        return problem.identify(**options, **limits)
+
+    found, seen, held = identify(problem), Checks(), None
+    if way.checks and found.status == "converged" and row_count <= MOST_ROWS:
+        found, seen = checked(problem, found, identify)
+    if way.by_evidence and not way.priors and not pulled and way.method == "nls" and seen.refusal is None:
+        held = shrinkage(seen.problem or problem, found)
+    if held is not None:
+        limits |= held.pull
+        found = identify(seen.problem or problem)
+    return BestFit(problem, found, seen, held, limits)
