@@ -12,9 +12,11 @@ from numpy.typing import NDArray
 
 from fastcal import _core
 from fastcal.calibration.geometry_anchoring import pulls
+from fastcal.calibration.never_worse import never_worse
 from fastcal.calibration.parameter_table import length_sigma
 from fastcal.calibration.problem import CalibrationProblem
-from fastcal.calibration.residual_checks import MOST_ROWS, Checks, checked
+from fastcal.calibration.residual_checks import MOST_ROWS, Checks, Cleared, cleared, noise_and_posture
+from fastcal.calibration.residuals import near_fit
 from fastcal.calibration.shrinkage import Shrinkage, shrinkage
 from fastcal.robot.calibration_record import lower_root
 
@@ -49,6 +51,7 @@ class BestFit:
         checks: What its residuals say.
         held: How the geometry was held near nominal; None where it was free.
         limits: Bounds, priors and pulls by which the solver was held.
+        status, message: Of the calibration: those of the fit that was asked for, where base and tool alone are left.
     """
 
     problem: CalibrationProblem
@@ -56,6 +59,8 @@ class BestFit:
     checks: Checks = field(default_factory=Checks)
     held: Shrinkage | None = None
     limits: dict[str, FloatArray] = field(default_factory=dict)
+    status: str = ""
+    message: str = ""
 
     def uncertainty(self) -> tuple[FloatArray, FloatArray, float, int]:
         """Covariance (p, p) of the free parameters, its lower root, the noise of a coordinate [m], its freedom."""
@@ -79,15 +84,36 @@ def best_fit(problem: CalibrationProblem, way: Way, row_count: int) -> BestFit:
     options["max_iterations"] = way.max_iterations * (5 if pulled else 1)
     limits = {**problem.limits(priors=way.priors), **pulled}
 
-    def identify(problem: CalibrationProblem) -> _core.Identification:
-        return problem.identify(**options, **limits)
+    def identify(problem: CalibrationProblem, **more: FloatArray) -> _core.Identification:
+        return problem.identify(**options, **limits | more)
 
-    found, seen, held = identify(problem), Checks(), None
-    if way.checks and found.status == "converged" and row_count <= MOST_ROWS:
-        found, seen = checked(problem, found, identify)
-    if way.by_evidence and not way.priors and not pulled and way.method == "nls" and seen.refusal is None:
-        held = shrinkage(seen.problem or problem, found)
+    found = identify(problem)
+    status, message = found.status, found.message
+    if way.method != "nls" or row_count > MOST_ROWS:
+        return BestFit(problem, found, limits=limits, status=status, message=message)
+    if not way.checks or found.status != "converged":
+        fit = Cleared(problem, found, problem)
+    else:
+        fit = cleared(problem, found, identify)
+    chosen = never_worse(problem, fit, identify)
+    part, found, notes = chosen.problem, chosen.found, [*fit.notes, *([chosen.why] if chosen.why else [])]
+    if chosen.frames_only:
+        status, message, notes = status if status != "converged" else "not_converged", chosen.why, fit.notes
+    elif chosen.why:
+        status, message = found.status, found.message
+    if fit.refusal is not None:
+        status, message = "not_converged", fit.refusal
+    limits |= chosen.pull
+    serial = None
+    near = near_fit(problem, found) if way.checks and found.status == "converged" else None
+    if near is not None:
+        serial, more = noise_and_posture(near, problem.robot, problem.data)
+        notes += more
+    held = None
+    if way.by_evidence and not way.priors and not pulled and not chosen.pull and status == "converged":
+        held = shrinkage(part, found)
     if held is not None:
         limits |= held.pull
-        found = identify(seen.problem or problem)
-    return BestFit(problem, found, seen, held, limits)
+        found = identify(part)
+    aside = [*fit.moved, *([] if chosen.why else fit.set_aside)]
+    return BestFit(problem, found, Checks(serial, notes, aside), held, limits, status, message)

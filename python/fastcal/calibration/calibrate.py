@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -141,8 +140,8 @@ def calibrate(
     way = Way(method, max_iterations, bool(priors), priors is None and parameters is None, checks)
     fit = best_fit(problem, way, len(given))
     problem, found, seen = fit.problem, fit.found, fit.checks
-    if suspected and seen.refusal is not None:  # rows of columns taken as they are agree on nothing: no gross points
-        seen = replace(seen, notes=[*seen.notes, seen.refusal], refusal=None)
+    # Rows of columns that are taken as they are agree on nothing: they are no gross points.
+    agrees_on_nothing = bool(suspected) and found.status == "converged" and fit.status == "not_converged"
 
     report("reporting")
     start, model, alignment, names = problem.robot, problem.model, problem.alignment, problem.names
@@ -180,8 +179,8 @@ def calibrate(
     if long is not None and rows is not None:
         train = judged_on_all(train, rows, long, result_model, **judge)
     return CalibrationResult(
-        status=found.status if seen.refusal is None else "not_converged",
-        message=seen.refusal or found.message,
+        status="converged" if agrees_on_nothing else fit.status,
+        message=fit.message,
         model=result_model,
         nominal=aligned,
         loss=found.loss if loss != "none" else loss,
@@ -214,6 +213,7 @@ def calibrate(
             *thin_data_notes(found, loss),
             *(p.bound.note(f"{p.owner} {p.name}", p.value, p.unit) for p in table if p.bound is not None),
             *seen.notes,
+            *([fit.message] if agrees_on_nothing else []),
             *([] if test is None else shared_row_notes([data] if long is None else long.parts(moves=False), test)),
             *beyond,
         ],

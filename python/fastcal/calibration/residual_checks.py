@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from fastcal import _core
 from fastcal.calibration.alignment import measurements
+from fastcal.calibration.asked_conditions import Explained, Word, reading
 from fastcal.calibration.gross_rows import Refit, majority
 from fastcal.calibration.lack_of_fit import posture_dependence
 from fastcal.calibration.problem import CalibrationProblem
@@ -25,32 +26,49 @@ from fastcal.units import from_si
 FloatArray = NDArray[np.float64]
 
 MOST_ROWS = 5000  # beyond, the dense Jacobian of the checks costs more than the fit: every k-th row stands for all
+RIGID = 3.0  # times the error of the others is what a move leaves of the rows that it moved
 CHANCE = 1e-3  # of a sentence about data in which nothing is missing
 
 
 @dataclass(frozen=True, eq=False)
 class Checks:
-    """What was found.
+    """What residuals say.
 
     Attributes:
         serial: Noise with memory; its covariance is that of the parameters, SI.
         notes: Sentences for a reader.
         set_aside: Rows of a part that moved, and gross rows beside those that the fit found.
-        refusal: Why the fit is no answer; None where it is one.
-        problem: Of the rows that were used; None where they are all.
     """
 
     serial: SerialCorrelation | None = None
     notes: list[str] = field(default_factory=list)
     set_aside: list[int] = field(default_factory=list)
+
+
+@dataclass(frozen=True, eq=False)
+class Cleared:
+    """A fit of the rows that belong together.
+
+    Attributes:
+        problem, found: The problem without the rows that were set aside, and its fit.
+        rest: The problem without the rows of a part that moved.
+        moved: Rows of a part that moved.
+        set_aside: Gross rows beside those that the fit found.
+        notes: Sentences for a reader.
+        refusal: Why the fit is no answer; None where it is one.
+    """
+
+    problem: CalibrationProblem
+    found: _core.Identification
+    rest: CalibrationProblem
+    moved: list[int] = field(default_factory=list)
+    set_aside: list[int] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
     refusal: str | None = None
-    problem: CalibrationProblem | None = None
 
 
-def checked(
-    problem: CalibrationProblem, found: _core.Identification, refit: Refit
-) -> tuple[_core.Identification, Checks]:
-    """The fit, or a better one without a part of the data that moved or gross rows, and what its residuals show.
+def cleared(problem: CalibrationProblem, found: _core.Identification, refit: Refit) -> Cleared:
+    """The fit, or a better one without a part of the data that moved or gross rows.
 
     Args:
         problem: Its rows are in the order of measuring; with the loss "none" no row is set aside.
@@ -59,30 +77,41 @@ def checked(
     """
     near = near_fit(problem, found)
     if near is None:
-        return found, Checks()
-    notes: list[str] = []
-    set_aside: list[int] = []
+        return Cleared(problem, found, problem)
+    out = Cleared(problem, found, problem)
     shift = moved_part(near, problem.model, problem.data)
     if shift is not None:
-        rows = shift.smaller_part(len(problem.data))
-        cleared = without_rows(problem.data, rows)
-        part = problem.with_(data=cleared, measured=measurements(cleared, problem.robot))
-        again = refit(part) if problem.loss != "none" else found
-        left = near_fit(problem, again)
-        better = again is not found and again.status == "converged" and len(again.free) >= len(found.free)
-        if better and left is not None:
-            late = np.isin(left.row, rows)
-            size = left.scale * float(np.sqrt(np.sum(left.residual[late] ** 2) / len(rows)))
-            notes.append(shift_note(replace(shift, size=size), len(cleared), is_used=False))
-            found, problem, set_aside = again, part, rows.tolist()
-        else:
-            notes.append(shift_note(shift, len(cleared), is_used=True))
-    agreed = majority(problem, found, refit)
-    found, problem = agreed.found, agreed.problem
-    notes += agreed.notes
-    near = near_fit(problem, found) or near
-    serial, more = noise_and_posture(near, problem.robot, problem.data)
-    return found, Checks(serial, notes + more, [*set_aside, *agreed.set_aside], agreed.refusal, problem)
+        word, effect = reading(problem, near, shift)
+        out = _without_part(problem, found, refit, shift) if word in ("moved", "both") else out
+        if effect is not None and (word != "both" or out.notes):
+            out.notes.append(condition_note(shift, word, effect))
+    agreed = majority(out.problem, out.found, refit)
+    notes = [*out.notes, *agreed.notes]
+    return Cleared(agreed.problem, agreed.found, out.problem, out.moved, agreed.set_aside, notes, agreed.refusal)
+
+
+def _without_part(problem: CalibrationProblem, found: _core.Identification, refit: Refit, shift: Shift) -> Cleared:
+    """The fit of the larger part of the rows, if the other is as rigid: moved, it fits as well; else all rows."""
+    rows = shift.smaller_part(len(problem.data))
+    rest = without_rows(problem.data, rows)
+    if problem.loss == "none":
+        return Cleared(problem, found, problem, notes=[shift_note(shift, len(rest), is_used=True)])
+    part = problem.with_(data=rest, measured=measurements(rest, problem.robot))
+    again = refit(part)
+    left = near_fit(problem, again)
+    if again.status != "converged" or left is None or len(again.free) < len(found.free):
+        return Cleared(problem, found, problem, notes=[shift_note(shift, len(rest), is_used=True)])
+    late = np.isin(left.row, rows)
+    own = len(problem.model.robot.parameters)
+    frames = np.hstack([left.J[:, :6], left.J[:, own - 6 : own]])[late]
+    moved = left.residual[late] - frames @ np.linalg.lstsq(frames, left.residual[late], rcond=1e-10)[0]
+    kept = ~late & left.kept
+    freedom = max(1, late.sum() - 12), max(1, kept.sum() - len(left.free))
+    if np.sum(moved**2) / freedom[0] > RIGID**2 * np.sum(left.residual[kept] ** 2) / freedom[1]:
+        return Cleared(problem, found, problem)  # no move of a body: an effect that the model lacks
+    size = left.scale * float(np.sqrt(np.sum(left.residual[late] ** 2) / len(rows)))
+    note = shift_note(replace(shift, size=size), len(rest), is_used=False)
+    return Cleared(part, again, part, rows.tolist(), notes=[note])
 
 
 def moved_part(near: Residuals, model: _core.ErrorModel, data: Dataset) -> Shift | None:
@@ -106,6 +135,20 @@ def shift_note(shift: Shift, count: int, *, is_used: bool) -> str:
         f"rows 0 to {shift.first - 1}" if count - shift.first <= shift.first else f"rows {shift.first} to {count - 1}"
     )
     return f"{moved}: {cause}. Only {used} are used; {labels} to use both"
+
+
+def condition_note(shift: Shift, word: Word, effect: Explained) -> str:
+    """The sentence where a condition explains rows that lie elsewhere, alone, too, or as well as a move would."""
+    ask = f"ask for it with --effects {effect.asked}"
+    if word == "both":
+        return f"besides, the errors depend on {effect.said}: {ask}"
+    where = f"from row {shift.first} on the points lie elsewhere, by {from_si(shift.size, 'mm'):.3g} mm"
+    if word == "effect":
+        return f"{where}, as they depend on {effect.said}, and nothing moved: {ask}; all rows are used"
+    return (
+        f"{where}: either they depend on {effect.said} ({ask}), or the tracker, the base or the target moved (then "
+        f"give the two parts different `station` or `mount` labels); these rows cannot tell, and all are used"
+    )
 
 
 def noise_and_posture(near: Residuals, robot: Robot, data: Dataset) -> tuple[SerialCorrelation | None, list[str]]:

@@ -28,6 +28,7 @@ class Residuals:
         kept: (m,) is its row no outlier?
         number: (m,) which number of its row; 0 to 2 are the point where points were measured.
         scale: [m] what a whitened 1 stands for.
+        theta, noise: Where, and the noise common to all rows by observation.
     """
 
     J: FloatArray
@@ -37,17 +38,21 @@ class Residuals:
     free: list[int]
     kept: NDArray[np.bool_]
     scale: float
+    theta: FloatArray
+    noise: list[float]
 
 
 def near_fit(problem: CalibrationProblem, found: _core.Identification) -> Residuals | None:
     """The linearized problem; None where nothing was identified or no points were measured."""
     if not found.free or problem.data.position is None or not found.sigma[0] > 0:
         return None
-    near = problem.linearize(np.asarray(found.theta), found.common_noise)
+    theta, noise = np.asarray(found.theta), list(found.common_noise)
+    near = problem.linearize(theta, noise)
     row = np.asarray(near.row, dtype=np.int64)
     number = np.asarray(near.number, dtype=np.int64)
     kept = ~np.isin(row, found.outliers)
-    return Residuals(np.asarray(near.J), np.asarray(near.r), row, number, list(found.free), kept, float(found.sigma[0]))
+    J, r = np.asarray(near.J), np.asarray(near.r)
+    return Residuals(J, r, row, number, list(found.free), kept, float(found.sigma[0]), theta, noise)
 
 
 def without_rows(data: Dataset, rows: NDArray[np.int64]) -> Dataset:

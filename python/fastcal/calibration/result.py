@@ -113,7 +113,7 @@ class CalibrationResult(Plotted):
         return out
 
     def save(self, folder: str | os.PathLike[str]) -> None:
-        """Writes model.yaml, result.json and report.html into a folder, all or none; no model if not converged."""
+        """Writes model.yaml (where anything was identified), result.json and report.html into a folder, all or none."""
         late.call("write_calibration", self, folder)
 
     def to_json_dict(self) -> dict[str, Any]:

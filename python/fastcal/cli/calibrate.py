@@ -126,7 +126,8 @@ def calibrate(
         say_choice(choice)
     say_result(found, output, [*words_of(robot), *map(str, data)])
     if found.status != "converged":
-        fail(f"{found.status.replace('_', ' ')}: {found.message}; no model.yaml")
+        model = "model.yaml is what could be fitted, not to be relied on" if found.parameters else "no model.yaml"
+        fail(f"{found.status.replace('_', ' ')}: {found.message}; {model}")
         raise typer.Exit(NOT_CONVERGED)
 
 

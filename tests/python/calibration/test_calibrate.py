@@ -286,7 +286,8 @@ def test_too_few_rows_are_a_status_and_leave_the_robot(staubli: Robot, rows: int
     data, _ = measured(staubli, rows, 20)
     result = calibrate(staubli, data)
     assert result.status == "too_few_equations"
-    assert result.parameters == []
+    # Three points leave nothing even beside base and tool.
+    assert {p.owner for p in result.parameters} == ({"base", "tool"} if rows > 3 else set())
     assert_finite(result)
     assert result.model.spec["joints"] == staubli.spec["joints"]
     assert str(3 * rows) in result.message
