@@ -84,7 +84,7 @@ def varying(data: Dataset) -> dict[str, str]:
 
 def explaining_effect(problem: CalibrationProblem, near: Residuals) -> Explained | None:
     """The effect of a condition that varies which explains most of the residual; None where none can."""
-    there, best = varying(problem.data), None
+    there, found = varying(problem.data), []
     own = {entry["effect"] for entry in problem.robot.spec.get("effects") or []}
     for name in effect_names() if there else []:
         traits = traits_of(name)
@@ -96,10 +96,12 @@ def explaining_effect(problem: CalibrationProblem, near: Residuals) -> Explained
             continue
         left, J = _fitted(near, J, lower)
         value = criterion(left, len(near.residual), J.shape[1])
-        found = Explained(name, tuple(dict.fromkeys(read)), J, left, value, _asked_with(problem, name))
-        if best is None or found.criterion < best.criterion:
-            best = found
-    return best
+        columns, asked = tuple(dict.fromkeys(read)), _asked_with(problem, name)
+        found.append((traits.place != "joint", Explained(name, columns, J, left, value, asked)))
+    least = min((each.criterion for _, each in found), default=0.0)
+    # Joints give sooner than links: of effects that do as well theirs is named.
+    near_best = [(rare, each.criterion, k) for k, (rare, each) in enumerate(found) if each.criterion < least + CLEARLY]
+    return found[min(near_best)[2]][1] if near_best else None
 
 
 def _columns(problem: CalibrationProblem, near: Residuals, name: str) -> tuple[FloatArray, FloatArray]:
@@ -159,15 +161,20 @@ def reading(problem: CalibrationProblem, near: Residuals, shift: Shift) -> tuple
     return ("moved", None) if moved < effect.criterion - CLEARLY else ("undecidable", effect)
 
 
-def explains_gross(problem: CalibrationProblem, near: Residuals, gross: BoolArray) -> Explained | None:
-    """The effect that makes gross rows agree with the others; `gross` (m,) says which numbers are theirs."""
+def condition_that_explains(problem: CalibrationProblem, near: Residuals) -> Explained | None:
+    """The effect of a condition that explains more than half of what remains; None where none does."""
     effect = explaining_effect(problem, near)
     if effect is None:
         return None
-    free = near.J[:, near.free]
-    alone, _ = huber_fit(free, near.residual, near.row)
-    both = np.hstack([free, effect.J])
-    left, x = huber_fit(both, near.residual, near.row)
-    e = near.residual - both @ x
-    agrees = np.mean(e[gross] ** 2) < GROSS**2 * np.mean(e[~gross] ** 2)
-    return effect if left < EXPLAINED * alone and agrees else None
+    alone, _ = huber_fit(near.J[:, near.free], near.residual, near.row)
+    return effect if effect.left < EXPLAINED * alone else None
+
+
+def explains_gross(problem: CalibrationProblem, near: Residuals, gross: BoolArray) -> Explained | None:
+    """The effect that makes gross rows agree with the others; `gross` (m,) says which numbers are theirs."""
+    effect = condition_that_explains(problem, near)
+    if effect is None:
+        return None
+    both = np.hstack([near.J[:, near.free], effect.J])
+    e = near.residual - both @ huber_fit(both, near.residual, near.row)[1]
+    return effect if np.mean(e[gross] ** 2) < GROSS**2 * np.mean(e[~gross] ** 2) else None

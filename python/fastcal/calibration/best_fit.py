@@ -105,9 +105,9 @@ def best_fit(problem: CalibrationProblem, way: Way, row_count: int) -> BestFit:
         status, message = "not_converged", fit.refusal
     limits |= chosen.pull
     serial = None
-    near = near_fit(problem, found) if way.checks and found.status == "converged" else None
+    near = near_fit(part, found) if way.checks and found.status == "converged" else None
     if near is not None:
-        serial, more = noise_and_posture(near, problem.robot, problem.data)
+        serial, more = noise_and_posture(part, near)
         notes += more
     held = None
     if way.by_evidence and not way.priors and not pulled and not chosen.pull and status == "converged":

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from fastcal import _core
 from fastcal.calibration.alignment import measurements
-from fastcal.calibration.asked_conditions import Explained, Word, reading
+from fastcal.calibration.asked_conditions import Explained, Word, condition_that_explains, reading
 from fastcal.calibration.gross_rows import Refit, majority
 from fastcal.calibration.lack_of_fit import posture_dependence
 from fastcal.calibration.problem import CalibrationProblem
@@ -20,7 +20,6 @@ from fastcal.calibration.serial_correlation import SerialCorrelation, serial_cor
 from fastcal.calibration.shifted_rows import Shift, find_shift
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.observations import kinds_of
-from fastcal.robot.robot import Robot
 from fastcal.units import from_si
 
 FloatArray = NDArray[np.float64]
@@ -151,8 +150,9 @@ def condition_note(shift: Shift, word: Word, effect: Explained) -> str:
     )
 
 
-def noise_and_posture(near: Residuals, robot: Robot, data: Dataset) -> tuple[SerialCorrelation | None, list[str]]:
+def noise_and_posture(problem: CalibrationProblem, near: Residuals) -> tuple[SerialCorrelation | None, list[str]]:
     """Does the noise have a memory, do the residuals depend on the posture; in sentences too."""
+    robot, data = problem.robot, problem.data
     J, residual, row = near.J[near.kept][:, near.free], near.residual[near.kept], near.row[near.kept]
     scale = np.linalg.norm(J, axis=0)
     if len(residual) <= J.shape[1] or not scale.all() or np.linalg.matrix_rank(J / scale) < J.shape[1]:
@@ -169,8 +169,12 @@ def noise_and_posture(near: Residuals, robot: Robot, data: Dataset) -> tuple[Ser
     if len(kinds_of(data)) == 1 and np.sum(whole) * 3 == len(residual):
         p = posture_dependence(J, residual, np.flatnonzero(whole), robot, data)
         if p < CHANCE:
+            effect = condition_that_explains(problem, near)
+            more = "`fastcal diagnose` looks for it"
+            if effect is not None:
+                more = f"they depend on {effect.said}: ask for it with --effects {effect.asked}"
             notes.append(
                 f"the residuals depend on the posture (p = {p:.1g}): an effect is missing from the model, and the "
-                f"stated deviations and intervals do not hold; `fastcal diagnose` looks for it"
+                f"stated deviations and intervals do not hold; {more}"
             )
     return serial, notes

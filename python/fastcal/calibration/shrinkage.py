@@ -85,8 +85,8 @@ class Shrinkage:
     def note(self) -> str:
         """A sentence for a reader."""
         return (
-            f"few measurements for their noise: the arm's parameters are held near the robot file's, as far as the "
-            f"measurements show these to be off ({self.size:.2g} mm and mrad, RMS); without that: --no-priors"
+            f"few measurements for the errors that remain: the arm's parameters are held near the robot file's, as far "
+            f"as these are off ({self.size:.2g} mm and mrad, RMS, by the measurements); without that: --no-priors"
         )
 
 
