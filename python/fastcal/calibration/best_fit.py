@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 
 from fastcal import _core
 from fastcal.calibration.geometry_anchoring import pulls
-from fastcal.calibration.never_worse import never_worse
+from fastcal.calibration.never_worse import is_worse, never_worse
 from fastcal.calibration.parameter_table import length_sigma
 from fastcal.calibration.problem import CalibrationProblem
 from fastcal.calibration.residual_checks import MOST_ROWS, Checks, Cleared, cleared, noise_and_posture
@@ -104,16 +105,27 @@ def best_fit(problem: CalibrationProblem, way: Way, row_count: int) -> BestFit:
     if fit.refusal is not None:
         status, message = "not_converged", fit.refusal
     limits |= chosen.pull
-    serial = None
-    near = near_fit(part, found) if way.checks and found.status == "converged" else None
-    if near is not None:
-        serial, more = noise_and_posture(part, near)
-        notes += more
     held = None
     if way.by_evidence and not way.priors and not pulled and not chosen.pull and status == "converged":
-        held = shrinkage(part, found)
-    if held is not None:
-        limits |= held.pull
-        found = identify(part)
+        found, held = _held(problem, part, found, fit.moved, identify)
+        limits |= {} if held is None else held.pull
+    near = near_fit(part, found) if way.checks and found.status == "converged" else None
+    serial, more = (None, []) if near is None else noise_and_posture(part, near)
+    notes += more
     aside = [*fit.moved, *([] if chosen.why else fit.set_aside)]
     return BestFit(problem, found, Checks(serial, notes, aside), held, limits, status, message)
+
+
+def _held(
+    whole: CalibrationProblem,
+    part: CalibrationProblem,
+    found: _core.Identification,
+    moved: list[int],
+    refit: Callable[..., _core.Identification],
+) -> tuple[_core.Identification, Shrinkage | None]:
+    """The fit with its geometry held near nominal, and how; the free one and None where that does as well."""
+    held = shrinkage(part, found)
+    again = None if held is None else refit(part, **held.pull)
+    if again is None or again.status != "converged" or is_worse(whole, again, moved):
+        return found, None
+    return again, held

@@ -117,6 +117,14 @@ def never_worse(
     return best or _frames_only(fit.rest, found)
 
 
+def is_worse(whole: CalibrationProblem, found: _core.Identification, moved: list[int]) -> bool:
+    """Is a fit worse than base and tool alone, but for its gross rows and those `moved`?"""
+    errors = Errors(whole)
+    judged = ~np.isnan(errors.before)
+    judged[moved] = False
+    return bool(judged.any()) and _is_worse(errors, found, np.asarray(found.outliers, dtype=np.intp), judged)
+
+
 def _others(problem: CalibrationProblem) -> Iterator[tuple[CalibrationProblem, str, dict[str, FloatArray]]]:
     """Fits that leave fewer rows out, in words, and last one that is held near nominal."""
     yield problem.with_(loss="none"), "that of least squares", {}
