@@ -23,6 +23,8 @@ from fastcal.robot.calibration_record import lower_root
 
 FloatArray = NDArray[np.float64]
 
+_EASED = 10  # times that a hold is tried, each half as firm, where its fit is worse than base and tool on its own rows
+
 
 @dataclass(frozen=True, eq=False)
 class Way:
@@ -125,7 +127,11 @@ def _held(
 ) -> tuple[_core.Identification, Shrinkage | None]:
     """The fit with its geometry held near nominal, and how; the free one and None where that does as well."""
     held = shrinkage(part, found)
-    again = None if held is None else refit(part, **held.pull)
-    if again is None or again.status != "converged" or is_worse(whole, again, moved):
+    if held is None:
         return found, None
-    return again, held
+    for _ in range(_EASED):
+        again = refit(part, **held.pull)
+        if again.status == "converged" and not is_worse(whole, again, moved):
+            return again, held
+        held = held.eased()
+    return found, None

@@ -21,7 +21,7 @@ smaller of arms that are off by the larger: K = C (C + s^2)^-1 is what is taken 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,16 +47,27 @@ class Shrinkage:
 
     Attributes:
         size: The arm's errors (RMS), by which it is held, in plausible sizes.
-        spared: Parameters that are no longer spent on noise.
+        variances: (k,) eigenvalues of C.
         mean, deviations: (P,) of theta: where each parameter is held, and by which standard deviation, SI; inf: free.
         off: (P,) by which standard deviation it is off, as far as is known: no less.
     """
 
     size: float
-    spared: float
+    variances: FloatArray
     mean: FloatArray
     deviations: FloatArray
     off: FloatArray
+
+    @property
+    def spared(self) -> float:
+        """Parameters that are no longer spent on noise."""
+        return float(np.sum(self.variances / (self.variances + self.size**2)))
+
+    def eased(self) -> Shrinkage:
+        """Held half as firmly."""
+        size = 2 * self.size
+        off = np.maximum(self.off, 2 * self.deviations)
+        return replace(self, size=size, deviations=2 * self.deviations, off=off)
 
     @property
     def pull(self) -> dict[str, FloatArray]:
@@ -117,7 +128,7 @@ def shrinkage(problem: CalibrationProblem, found: _core.Identification) -> Shrin
         if parameters[i].owner not in ("base", "tool"):
             sizes[i] = parameters[i].sigma
     mean = start_of(problem)
-    return Shrinkage(s, float(np.sum(values / (values + s**2))), mean, s * sizes, known * sizes)
+    return Shrinkage(s, values, mean, s * sizes, known * sizes)
 
 
 def errors_size(off: FloatArray, covariance: FloatArray) -> tuple[float, float]:

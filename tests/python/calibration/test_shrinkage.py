@@ -84,9 +84,12 @@ def test_the_covariance_is_that_of_many_fits_held_so() -> None:
     """One length of an arm beside a free base: both by hand, over drawn arms and drawn noise."""
     rng = np.random.default_rng(1)
     own = np.array([[0.9, 0.5], [0.5, 0.8]])
-    held = Shrinkage(0.7, 1.0, np.zeros(2), np.array([np.inf, 0.7]), np.array([np.inf, 1.2]))
+    held = Shrinkage(0.7, np.ones(1), np.zeros(2), np.array([np.inf, 0.7]), np.array([np.inf, 1.2]))
     found, noise, freedom = held.posterior(own, [0, 1], 1e9)
     assert (noise, freedom) == (pytest.approx(1.0), pytest.approx(1e9))
+    assert held.spared == pytest.approx(1 / (1 + 0.7**2))
+    eased = held.eased()
+    assert (eased.size, eased.deviations[1], eased.off[1]) == pytest.approx((1.4, 1.4, 1.4))
     x = rng.normal(0, [0.0, 1.2], (200_000, 2))
     free = x + rng.multivariate_normal(np.zeros(2), own, len(x))
     K = own[:, 1] / (own[1, 1] + 0.7**2)  # what is taken back, by the conditional mean of a Gaussian
