@@ -209,7 +209,6 @@ def calibrate(
             *([] if long is None else long_notes(long, data)),
             *instrument_notes(result_model, data),
             *added_setups(start, robot, effects),
-            *([] if fit.held is None else [fit.held.note]),
             *thin_data_notes(found, loss),
             *(p.bound.note(f"{p.owner} {p.name}", p.value, p.unit) for p in table if p.bound is not None),
             *seen.notes,
@@ -217,6 +216,7 @@ def calibrate(
             *([] if test is None else shared_row_notes([data] if long is None else long.parts(moves=False), test)),
             *beyond,
         ],
+        held="" if fit.held is None else fit.held.note,
         unknowns=unknowns,
     )
 

@@ -64,6 +64,7 @@ class CalibrationResult(Plotted):
         sigma: Noise of one measured coordinate [m], `sigma_note` says where it comes from.
         outliers: Rows whose error the noise does not explain.
         weights: (N,) robust weight of each row of `train.data`, 1 is full.
+        held: How the geometry of few poses was held near nominal, a sentence; empty where it was free.
         unknowns: Of the observations, by what they are of: the place (3,) [m] of "anchor 2" of measured lengths.
     """
 
@@ -88,6 +89,7 @@ class CalibrationResult(Plotted):
     train: Evaluation
     test: Evaluation | None = None
     notes: list[str] = field(default_factory=list)
+    held: str = ""
     unknowns: dict[str, FloatArray] = field(default_factory=dict)
 
     @property
@@ -134,5 +136,6 @@ class CalibrationResult(Plotted):
             "degrees_of_freedom": self.degrees_of_freedom,
             "outliers": self.outliers,
             "notes": self.notes,
+            "held": self.held,
             "made_by": self.model.spec.get("made_by") or {},
         }

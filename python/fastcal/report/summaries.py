@@ -170,6 +170,8 @@ def _(result: CalibrationResult) -> list[str]:
                 f"{after['rms']:.4f} mm after; largest {before['max']:.4f} mm before, {after['max']:.4f} mm after"
             )
     lines.append(f"noise of a measured coordinate: {result.sigma_mm:.4f} mm ({result.sigma_note})")
+    if result.held:
+        lines.append(result.held)
     lines.append(f"loss: {result.loss}" + ("" if result.loss == "none" else " (robust: outliers get less weight)"))
     if result.unidentifiable:
         count = len(result.unidentifiable)
