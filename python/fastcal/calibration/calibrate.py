@@ -5,14 +5,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fastcal import _core
 from fastcal.calibration.alignment import align as align
+from fastcal.calibration.best_fit import Way, best_fit
 from fastcal.calibration.bounds import bounds_reached
 from fastcal.calibration.critical_loads import with_critical_loads
 from fastcal.calibration.data_notes import (
@@ -24,10 +23,9 @@ from fastcal.calibration.data_notes import (
 )
 from fastcal.calibration.evaluation import judged
 from fastcal.calibration.extrapolation_notes import range_notes
-from fastcal.calibration.geometry_anchoring import pulls
 from fastcal.calibration.inspection import check_columns, check_fit
 from fastcal.calibration.kind_misfits import kind_misfits
-from fastcal.calibration.kind_noise import noise_by_kind, noise_record, scaled
+from fastcal.calibration.kind_noise import noise_record
 from fastcal.calibration.long_rows import covered_by_all, judged_on_all, long_notes, shown
 from fastcal.calibration.nominal_arm import nominal_arm
 from fastcal.calibration.parallel import one_blas_thread
@@ -37,8 +35,7 @@ from fastcal.calibration.parameter_table import (
 )
 from fastcal.calibration.placed_test import evaluated_test
 from fastcal.calibration.postures import check_postures, saturated
-from fastcal.calibration.problem import CalibrationProblem, prepare
-from fastcal.calibration.residual_checks import MOST_ROWS, Checks, checked
+from fastcal.calibration.problem import prepare
 from fastcal.calibration.result import CalibrationResult as CalibrationResult
 from fastcal.calibration.result import IdentifiedParameter as IdentifiedParameter
 from fastcal.calibration.result import Unidentifiable as Unidentifiable
@@ -46,12 +43,11 @@ from fastcal.calibration.setups import added_setups
 from fastcal.calibration.shape import shape_of
 from fastcal.calibration.unknowns import unknowns_by_owner
 from fastcal.calibration.unset_options import fill_unset_options
-from fastcal.calibration.variance_components import noise_of_own_freedom
 from fastcal.effects.entries import extra_columns, full_name
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.long_dataset import LongDataset
-from fastcal.robot.calibration_record import CalibrationRecord, lower_root
+from fastcal.robot.calibration_record import CalibrationRecord
 from fastcal.robot.controller_robot import nominal_record
 from fastcal.robot.given import DataLike, RobotLike, RowsLike, as_data, as_robot, as_rows
 from fastcal.robot.identified_spec import identified_spec
@@ -75,7 +71,7 @@ def calibrate(
     parameters: Sequence[str] | None = None,
     method: str = "nls",
     loss: str = "tukey",
-    priors: bool = False,
+    priors: bool | None = None,
     equilibrium: bool | None = None,
     max_iterations: int = 100,
     as_read: bool = False,
@@ -98,7 +94,9 @@ def calibrate(
         method: nls (Levenberg-Marquardt), bfgs (PMC paper: BFGS on the root of the mean squared distance),
             bfgs_mean_distance (its printed cost).
         loss: Robust loss on the whitened error of a row: tukey, huber, cauchy, none.
-        priors: Hold parameters near nominal with a standard deviation of three plausible sizes.
+        priors: Hold parameters near nominal. None: the geometry, where the poses are few for their noise, by as much
+            as the measurements say (`shrinkage`). True: all, with a standard deviation of three plausible sizes.
+            False: none.
         equilibrium: Take loads in the deflected posture (True) or in the undeflected one, to first order (False, as the
             papers do); the model keeps it. None: as the robot says, which is True unless its file has `equilibrium:
             false`.
@@ -142,26 +140,11 @@ def calibrate(
 
     report("identifying")
     problem = fill_unset_options(with_critical_loads(problem))
-    pulled = pulls(problem)
-    limits = problem.limits(priors=priors)
-
-    def identify(problem: CalibrationProblem) -> _core.Identification:
-        options: dict[str, Any] = {
-            "method": method,
-            "max_iterations": max_iterations * (5 if pulled else 1),  # curves creep along what they share with geometry
-            **limits,
-            **pulled,
-        }
-        found = problem.identify(**options)
-        own = None if priors or pulled else noise_of_own_freedom(problem, found)
-        return found if own is None else problem.identify(**options, noise=own)
-
-    found = identify(problem)
-    seen = Checks()
-    if checks and found.status == "converged" and len(given) <= MOST_ROWS:
-        found, seen = checked(problem, found, identify)
-    if suspected and seen.refusal is not None:  # rows of columns taken as they are agree on nothing: no gross points
-        seen = replace(seen, notes=[*seen.notes, seen.refusal], refusal=None)
+    way = Way(method, max_iterations, bool(priors), priors is None and parameters is None, checks)
+    fit = best_fit(problem, way, len(given))
+    problem, found, seen = fit.problem, fit.found, fit.checks
+    # Rows of columns that are taken as they are agree on nothing: they are no gross points.
+    agrees_on_nothing = bool(suspected) and found.status == "converged" and fit.status == "not_converged"
 
     few = saturated(data, found) if long is None and not priors else None
     report("reporting")
@@ -171,15 +154,7 @@ def calibrate(
     free = found.free  # a copy each time it is asked for, as all of the core's lists are
     every = [full_name(parameter) for parameter in found.parameters] if problem.unknown_count else names
     free_names = [every[i] for i in free]
-    covariance, root, freedom = (
-        np.asarray(found.covariance),
-        np.asarray(found.covariance_root),
-        found.degrees_of_freedom,
-    )
-    noise = noise_by_kind(problem.measured, found)
-    if seen.serial is not None and "prior_sigma" not in limits:
-        covariance, noise = seen.serial.covariance, scaled(noise, seen.serial.noise)
-        root, freedom = lower_root(covariance), round(seen.serial.freedom)
+    covariance, root, noise, freedom = fit.uncertainty()
     kept = [k for k, i in enumerate(free) if i < len(names)]
     if kept:
         record = CalibrationRecord(
@@ -199,19 +174,19 @@ def calibrate(
         "unknowns_before": before.unknowns,
         "threads": threads,
     }
-    reached = bounds_reached(problem, found, {**limits, **pulled})
+    reached = bounds_reached(problem, found, fit.limits)
     table, table_covariance = parameter_table(start, model, found, covariance, reached)
     beyond = [] if test is None else [f"{test.source}: {note}" for note in range_notes(result_model, test)]
     tested, placing = (None, []) if test is None else evaluated_test(result_model, before.judged, test, judge)
     # Without effects all robots of a kind read the same of the rows.
     train = judged(result_model, data, **judge, samples=None if start.effects else problem.samples)
     shape = shape_of(result_model, data) if kept else None
-    misfits = [] if found.status == "too_few_equations" else kind_misfits(result_model, data, train, unknowns, threads)
+    misfits = [] if fit.status == "too_few_equations" else kind_misfits(result_model, data, train, unknowns, threads)
     if long is not None and rows is not None:
         train = judged_on_all(train, rows, long, result_model, **judge)
     return CalibrationResult(
-        status="too_few_equations" if few else found.status if seen.refusal is None else "not_converged",
-        message=few or seen.refusal or found.message,
+        status="too_few_equations" if few else "converged" if agrees_on_nothing else fit.status,
+        message=few or fit.message,
         model=result_model,
         nominal=before.robot,
         loss=found.loss if loss != "none" else loss,
@@ -248,10 +223,12 @@ def calibrate(
             *thin_data_notes(found, loss),
             *(p.bound.note(f"{p.owner} {p.name}", p.value, p.unit) for p in table if p.bound is not None),
             *(note for note in seen.notes if note not in seen.caveats),
+            *([fit.message] if agrees_on_nothing else []),
             *([] if test is None else shared_row_notes([data] if long is None else long.parts(moves=False), test)),
             *placing,
             *beyond,
         ],
+        held="" if fit.held is None else fit.held.note,
         unknowns=unknowns,
     )
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from fastcal import _core
 from fastcal.calibration.alignment import measurements
+from fastcal.calibration.asked_conditions import explains_gross
 from fastcal.calibration.consensus import GROSS, Rows, agreeing_rows, leave_freedom
 from fastcal.calibration.lack_of_fit import points_depend
 from fastcal.calibration.problem import CalibrationProblem
@@ -72,7 +73,17 @@ def majority(problem: CalibrationProblem, found: _core.Identification, refit: Re
         out = _refitted(problem, found, refit, places, agree)
     gross = np.isin(places, [*out.set_aside, *out.found.outliers])
     refusal, notes = _judged(problem, out.found, places, gross)
-    return replace(out, refusal=refusal, notes=notes)
+    if not refusal and not notes:
+        return out
+    near = near_fit(problem, out.found) or near
+    explained = explains_gross(problem, near, np.isin(near.row, places[gross]))
+    if explained is None:
+        return replace(out, refusal=refusal, notes=notes)
+    note = (
+        f"{gross.sum()} rows lie elsewhere, as they depend on {explained.said}, and nothing moved: ask for it with "
+        f"--effects {explained.asked}; all rows are used"
+    )
+    return Majority(found, problem, notes=[note])
 
 
 def _points(near: Residuals) -> tuple[IntArray, IntArray]:

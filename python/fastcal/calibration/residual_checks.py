@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from fastcal import _core
 from fastcal.calibration.alignment import measurements
+from fastcal.calibration.asked_conditions import Explained, Word, condition_that_explains, reading
 from fastcal.calibration.gross_rows import Refit, majority
 from fastcal.calibration.lack_of_fit import points_depend, readings_depend
 from fastcal.calibration.problem import CalibrationProblem
@@ -25,32 +26,51 @@ FloatArray = NDArray[np.float64]
 
 MOST_ROWS = 5000  # beyond, the dense Jacobian of the checks costs more than the fit: every k-th row stands for all
 _SAME_ROWS = 0.8  # of the rows have the same numbers: else their order is not that of one instrument's noise
+RIGID = 3.0  # times the error of the others is what a move leaves of the rows that it moved
 CHANCE = 1e-3  # of a sentence about data in which nothing is missing
 
 
 @dataclass(frozen=True, eq=False)
 class Checks:
-    """What was found.
+    """What residuals say.
 
     Attributes:
         serial: Noise with memory; its covariance is that of the parameters, SI.
         notes: Sentences for a reader.
         set_aside: Rows of a part that moved, and gross rows beside those that the fit found.
-        refusal: Why the fit is no answer; None where it is one.
         caveats: Those of the notes by which the stated deviations do not hold.
     """
 
     serial: SerialCorrelation | None = None
     notes: list[str] = field(default_factory=list)
     set_aside: list[int] = field(default_factory=list)
-    refusal: str | None = None
     caveats: list[str] = field(default_factory=list)
 
 
-def checked(
-    problem: CalibrationProblem, found: _core.Identification, refit: Refit
-) -> tuple[_core.Identification, Checks]:
-    """The fit, or a better one without a part of the data that moved or gross rows, and what its residuals show.
+@dataclass(frozen=True, eq=False)
+class Cleared:
+    """A fit of the rows that belong together.
+
+    Attributes:
+        problem, found: The problem without the rows that were set aside, and its fit.
+        rest: The problem without the rows of a part that moved.
+        moved: Rows of a part that moved.
+        set_aside: Gross rows beside those that the fit found.
+        notes: Sentences for a reader.
+        refusal: Why the fit is no answer; None where it is one.
+    """
+
+    problem: CalibrationProblem
+    found: _core.Identification
+    rest: CalibrationProblem
+    moved: list[int] = field(default_factory=list)
+    set_aside: list[int] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+    refusal: str | None = None
+
+
+def cleared(problem: CalibrationProblem, found: _core.Identification, refit: Refit) -> Cleared:
+    """The fit, or a better one without a part of the data that moved or gross rows.
 
     Args:
         problem: Its rows are in the order of measuring; with the loss "none" no row is set aside.
@@ -59,31 +79,45 @@ def checked(
     """
     near = near_fit(problem, found)
     if near is None:
-        return found, Checks()
-    notes: list[str] = []
-    set_aside: list[int] = []
+        return Cleared(problem, found, problem)
+    out = Cleared(problem, found, problem)
     found_shift = moved_part(near, problem.model, problem.data)
     if found_shift is not None:
         shift, kind = found_shift
-        rows = shift.smaller_part(len(problem.data))
-        cleared = without_measured(problem.data, rows)
-        part = problem.with_(data=cleared, measured=measurements(cleared, problem.robot))
-        again = refit(part) if problem.loss != "none" else found
-        left = near_fit(problem, again)
-        better = again is not found and again.status == "converged" and len(again.free) >= len(found.free)
-        if better and left is not None:
-            late = np.isin(left.row, rows) & left.of(kind)
-            size = left.scale_of(kind) * float(np.sqrt(np.sum(left.residual[late] ** 2) / len(rows)))
-            notes.append(shift_note(replace(shift, size=size), len(cleared), kind, is_used=False))
-            found, problem, set_aside = again, part, rows.tolist()
-        else:
-            notes.append(shift_note(shift, len(cleared), kind, is_used=True))
-    agreed = majority(problem, found, refit)
-    found, problem = agreed.found, agreed.problem
-    notes += agreed.notes
-    near = near_fit(problem, found) or near
-    serial, more, caveats = noise_and_posture(near, problem, found)
-    return found, Checks(serial, notes + more, [*set_aside, *agreed.set_aside], agreed.refusal, caveats)
+        word, effect = reading(problem, near.only(kind), shift)
+        out = _without_part(problem, found, refit, shift, kind) if word in ("moved", "both") else out
+        if effect is not None and (word != "both" or out.notes):
+            out.notes.append(condition_note(shift, kind, word, effect))
+    agreed = majority(out.problem, out.found, refit)
+    notes = [*out.notes, *agreed.notes]
+    return Cleared(agreed.problem, agreed.found, out.problem, out.moved, agreed.set_aside, notes, agreed.refusal)
+
+
+def _without_part(
+    problem: CalibrationProblem, found: _core.Identification, refit: Refit, shift: Shift, kind: Kind
+) -> Cleared:
+    """The fit of the larger part of the rows, if the other is as rigid: moved, it fits as well; else all rows."""
+    rows = shift.smaller_part(len(problem.data))
+    rest = without_measured(problem.data, rows)
+    all_rows = Cleared(problem, found, problem, notes=[shift_note(shift, len(rest), kind, is_used=True)])
+    if problem.loss == "none":
+        return all_rows
+    part = problem.with_(data=rest, measured=measurements(rest, problem.robot))
+    again = refit(part)
+    left = near_fit(problem, again)
+    if again.status != "converged" or left is None or len(again.free) < len(found.free):
+        return all_rows
+    late = np.isin(left.row, rows)
+    own = len(problem.model.robot.parameters)
+    frames = np.hstack([left.J[:, :6], left.J[:, own - 6 : own]])[late]
+    moved = left.residual[late] - frames @ np.linalg.lstsq(frames, left.residual[late], rcond=1e-10)[0]
+    kept = ~late & left.kept
+    freedom = max(1, late.sum() - 12), max(1, kept.sum() - len(left.free))
+    if np.sum(moved**2) / freedom[0] > RIGID**2 * np.sum(left.residual[kept] ** 2) / freedom[1]:
+        return Cleared(problem, found, problem)  # no move of a body: an effect that the model lacks
+    size = left.scale_of(kind) * float(np.sqrt(np.sum(left.residual[late & left.of(kind)] ** 2) / len(rows)))
+    note = shift_note(replace(shift, size=size), len(rest), kind, is_used=False)
+    return Cleared(part, again, part, rows.tolist(), notes=[note])
 
 
 def moved_part(near: Residuals, model: _core.ErrorModel, data: Dataset) -> tuple[Shift, Kind] | None:
@@ -109,8 +143,7 @@ def moved_part(near: Residuals, model: _core.ErrorModel, data: Dataset) -> tuple
 
 def shift_note(shift: Shift, count: int, kind: Kind, *, is_used: bool) -> str:
     """The sentence for a part that moved, its size that of a kind; `is_used`: all rows were used nevertheless."""
-    what = "points lie elsewhere" if kind.name == POINTS else f"{kind.plural} are others"
-    moved = f"from row {shift.first} on the {what}, by {kind.shown(shift.size):.3g} {kind.unit}"
+    moved = _elsewhere(shift, kind)
     cause = "the tracker, the base or the target moved"
     labels = "give the two parts different `station` or `mount` labels"
     if is_used:
@@ -119,6 +152,25 @@ def shift_note(shift: Shift, count: int, kind: Kind, *, is_used: bool) -> str:
         f"rows 0 to {shift.first - 1}" if count - shift.first <= shift.first else f"rows {shift.first} to {count - 1}"
     )
     return f"{moved}: {cause}. Only {used} are used; {labels} to use both"
+
+
+def _elsewhere(shift: Shift, kind: Kind) -> str:
+    what = "points lie elsewhere" if kind.name == POINTS else f"{kind.plural} are others"
+    return f"from row {shift.first} on the {what}, by {kind.shown(shift.size):.3g} {kind.unit}"
+
+
+def condition_note(shift: Shift, kind: Kind, word: Word, effect: Explained) -> str:
+    """The sentence where a condition explains rows that lie elsewhere, alone, too, or as well as a move would."""
+    ask = f"ask for it with --effects {effect.asked}"
+    if word == "both":
+        return f"besides, the errors depend on {effect.said}: {ask}"
+    where = _elsewhere(shift, kind)
+    if word == "effect":
+        return f"{where}, as they depend on {effect.said}, and nothing moved: {ask}; all rows are used"
+    return (
+        f"{where}: either they depend on {effect.said} ({ask}), or the tracker, the base or the target moved (then "
+        f"give the two parts different `station` or `mount` labels); these rows cannot tell, and all are used"
+    )
 
 
 def noise_and_posture(
@@ -145,9 +197,13 @@ def noise_and_posture(
     else:
         p = readings_depend(problem, found, J, residual, row, near.number[near.kept])
     if p < CHANCE:
+        effect = condition_that_explains(problem, near)
+        more = "`fastcal diagnose` looks for it"
+        if effect is not None:
+            more = f"they depend on {effect.said}: ask for it with --effects {effect.asked}"
         caveats.append(
             f"the residuals depend on the posture (p = {p:.1g}): an effect is missing from the model, and the "
-            f"stated deviations and intervals do not hold; `fastcal diagnose` looks for it"
+            f"stated deviations and intervals do not hold; {more}"
         )
     return serial, [*notes, *caveats], caveats
 

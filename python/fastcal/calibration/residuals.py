@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +31,8 @@ class Residuals:
         kind_of_number: The kind of each number of a row.
         kind: The one that sizes are told of: points where they were measured.
         scales: [m or rad] what a whitened 1 of each kind stands for.
+        theta, noise: Where, and the noise common to all rows by observation.
+        place: (m,) of each number among those of the linearized problem.
     """
 
     J: FloatArray
@@ -42,6 +44,9 @@ class Residuals:
     kind_of_number: list[Kind]
     kind: Kind
     scales: dict[Kind, float]
+    theta: FloatArray
+    noise: list[float]
+    place: NDArray[np.int64]
 
     @property
     def scale(self) -> float:
@@ -56,6 +61,14 @@ class Residuals:
         """(m,) is the number of this kind?"""
         return np.array([each == kind for each in self.kind_of_number], dtype=bool)[self.number]
 
+    def only(self, kind: Kind) -> Residuals:
+        """The numbers of one kind."""
+        own = self.of(kind)
+        if own.all():
+            return self
+        parts = {name: getattr(self, name)[own] for name in ("J", "residual", "row", "number", "kept", "place")}
+        return replace(self, kind=kind, **parts)
+
 
 def near_fit(problem: CalibrationProblem, found: _core.Identification) -> Residuals | None:
     """The linearized problem; None where nothing was identified or nothing is left."""
@@ -64,10 +77,11 @@ def near_fit(problem: CalibrationProblem, found: _core.Identification) -> Residu
     kind = in_order(sigma)[0]
     if not found.free or not sigma[kind] > 0:
         return None
-    near = problem.linearize(np.asarray(found.theta), found.common_noise)
+    theta, noise = np.asarray(found.theta), list(found.common_noise)
+    near = problem.linearize(theta, noise)
     row = np.asarray(near.row, dtype=np.int64)
     number = np.asarray(near.number, dtype=np.int64)
     kept = ~np.isin(row, found.outliers)
     kinds = [of_observation(of) for of in observations for _ in of.components]
-    J, r = np.asarray(near.J), np.asarray(near.r)
-    return Residuals(J, r, row, number, list(found.free), kept, kinds, kind, sigma)
+    J, r, place = np.asarray(near.J), np.asarray(near.r), np.arange(len(row))
+    return Residuals(J, r, row, number, list(found.free), kept, kinds, kind, sigma, theta, noise, place)

@@ -70,6 +70,7 @@ class CalibrationResult(Plotted):
         misfits: Kinds of reading that do not belong to the arm or to the other kinds; `notes` begin with them.
         caveats: Those of the notes by which the stated deviations and intervals do not hold.
         shape: How surely distances between points are known, where no points were measured.
+        held: How the geometry of few poses was held near nominal, a sentence; empty where it was free.
         unknowns: Of the observations, by what they are of: the place (3,) [m] of "anchor 2" of measured lengths.
     """
 
@@ -96,6 +97,7 @@ class CalibrationResult(Plotted):
     misfits: list[KindMisfit] = field(default_factory=list)
     caveats: list[str] = field(default_factory=list)
     shape: Shape | None = None
+    held: str = ""
     unknowns: dict[str, FloatArray] = field(default_factory=dict)
 
     @property
@@ -131,7 +133,7 @@ class CalibrationResult(Plotted):
         return out
 
     def save(self, folder: str | os.PathLike[str]) -> None:
-        """Writes model.yaml, result.json and report.html into a folder, all or none; no model if not converged."""
+        """Writes model.yaml (where anything was identified), result.json and report.html into a folder, all or none."""
         late.call("write_calibration", self, folder)
 
     def to_json_dict(self) -> dict[str, Any]:
@@ -156,5 +158,6 @@ class CalibrationResult(Plotted):
             "misfits": [{"kind": of.kind.name, "text": of.text} for of in self.misfits],
             "caveats": self.caveats,
             "notes": self.notes,
+            "held": self.held,
             "made_by": self.model.spec.get("made_by") or {},
         }

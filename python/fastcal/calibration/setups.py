@@ -31,6 +31,7 @@ IntArray = NDArray[np.int64]
 
 FAR = 3.0  # times the error of set-ups of their own: where one base and tool for all leave that, they are not one
 _FEWEST = 5  # points of a set-up that stands by itself
+_GROSS = 3.0  # times the median
 _ROUNDS = 30
 _PATIENCE = 1e-9  # [m] change of the error that is none
 _AXES = ("x", "y", "z")
@@ -138,21 +139,36 @@ def _fit(
     """Bases (S, 4, 4), tool points (M, 3) and the median error that they leave [m]."""
     tools = np.tile(tool, (int(mount.max()) + 1, 1))
     bases = np.tile(np.eye(4), (int(station.max()) + 1, 1, 1))
-    before = np.inf
+    before, sound = np.inf, np.ones(len(p), dtype=bool)
     for _ in range(_ROUNDS):
         at = frames[:, :3, 3] + np.einsum("nij,nj->ni", frames[:, :3, :3], tools[mount])
         for s in range(len(bases)):
-            bases[s] = _kabsch(at[station == s], p[station == s])
-        tools = _tools(frames, p, bases[station, :3, :3], station, mount, tools)
-        at = frames[:, :3, 3] + np.einsum("nij,nj->ni", frames[:, :3, :3], tools[mount])
-        for s in range(len(bases)):
-            bases[s] = _kabsch(at[station == s], p[station == s])
+            bases[s] = _agreeing_pose(at[station == s], p[station == s])
         left = p - np.einsum("nij,nj->ni", bases[station, :3, :3], at) - bases[station, :3, 3]
-        error = float(np.median(np.linalg.norm(left, axis=1)))  # gross points have no influence
+        length = np.linalg.norm(left, axis=1)
+        # Gross points would turn a base, and with it what all others say of the tool.
+        sound = length <= _GROSS * max(float(np.median(length)), _PATIENCE)
+        tools = _tools(frames[sound], p[sound], bases[station[sound], :3, :3], station[sound], mount[sound], tools)
+        error = float(np.median(length))
         if abs(before - error) < _PATIENCE:
             break
         before = error
     return bases, tools, error
+
+
+def _agreeing_pose(a: FloatArray, b: FloatArray) -> FloatArray:
+    """The pose (4, 4) that takes points a (N, 3) to b, but for points that are far off the others' (trimmed Kabsch)."""
+    used = np.ones(len(a), dtype=bool)
+    T = _kabsch(a, b)
+    for _ in range(_ROUNDS):
+        length = np.linalg.norm(b - a @ T[:3, :3].T - T[:3, 3], axis=1)
+        limit = max(_GROSS * float(np.median(length)), float(np.sort(length)[min(_FEWEST, len(length)) - 1]), _PATIENCE)
+        again = length <= limit
+        if (again == used).all():
+            break
+        used = again
+        T = _kabsch(a[used], b[used])
+    return T
 
 
 def _kabsch(a: FloatArray, b: FloatArray) -> FloatArray:

@@ -21,18 +21,24 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 _CHANCE = 1e-6
-_EXPLAINED = 0.5  # of the weighted squares
+EXPLAINED = 0.5  # of the weighted squares
+_SHOWN = 0.25  # of a move must be left by a fit without it
 _FEWEST = 4  # rows on each side: three points place a body, the fourth tests it
 _ROUNDS = 5
 _RANK = 1e-10
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Shift:
-    """From row `first` on, the points lie elsewhere by `size` [m] (RMS)."""
+    """From row `first` on, the points lie elsewhere by `size` [m] (RMS).
+
+    `columns` (m, k) are those of the motion, 0 before that row, and `left` the cost (`huber_fit`) that it leaves.
+    """
 
     first: int
     size: float
+    columns: FloatArray
+    left: float
 
     def smaller_part(self, count: int) -> IntArray:
         """The rows before or after the change, of `count`, whichever are fewer."""
@@ -56,7 +62,7 @@ def find_shift(
     if len(rows) < 2 * _FEWEST or freedom < 6:
         return None
     order = (row - rows.mean()) / max(float(np.ptp(rows)), 1.0)
-    best: tuple[float, int, FloatArray] | None = None
+    best: tuple[float, int, FloatArray, FloatArray] | None = None
     drift = np.inf
     alone = _left(J, residual, row)
     for columns in motions:
@@ -65,27 +71,33 @@ def find_shift(
         late = (row >= first)[:, np.newaxis]
         if min(np.sum(rows >= first), np.sum(rows < first)) < _FEWEST:
             continue
-        squares, found = _fitted(np.hstack([J, columns * late]), residual, row)
+        squares, found = huber_fit(np.hstack([J, columns * late]), residual, row)
         drift = min(drift, _left(np.hstack([J, columns * order[:, np.newaxis]]), residual, row))
         if best is None or squares < best[0]:
-            best = squares, first, (columns * late) @ found[J.shape[1] :]
-    if best is None or best[0] > _EXPLAINED * alone or best[0] > drift:
+            best = squares, first, (columns * late) @ found[J.shape[1] :], columns * late
+    if best is None or best[0] > EXPLAINED * alone or best[0] > drift:
         return None
-    squares, first, moved = best
+    squares, first, moved, columns = best
     from scipy import special  # takes longer to import than a fit, and few files come so far
 
     F = (alone - squares) / 6 / (squares / freedom)
     if special.fdtrc(6, freedom, F) * len(rows) * len(motions) > _CHANCE:
         return None
     late = row >= first
-    return Shift(first, scale * float(np.sqrt(np.sum(moved[late] ** 2) / np.sum(rows >= first))))
+    size = float(np.sqrt(np.sum(moved[late] ** 2) / np.sum(rows >= first)))
+    _, x = huber_fit(J, residual, row)
+    left = float(np.sqrt(np.sum((residual - J @ x)[late] ** 2) / np.sum(rows >= first)))
+    if left < _SHOWN * size:  # the parameters make up for it: along a path early and late postures differ
+        return None
+    size *= scale
+    return Shift(first, size, columns, squares)
 
 
 def _left(J: FloatArray, residual: FloatArray, row: IntArray) -> float:
-    return _fitted(J, residual, row)[0]
+    return huber_fit(J, residual, row)[0]
 
 
-def _fitted(J: FloatArray, residual: FloatArray, row: IntArray) -> tuple[float, FloatArray]:
+def huber_fit(J: FloatArray, residual: FloatArray, row: IntArray) -> tuple[float, FloatArray]:
     """The Huber cost in squares at unit noise that a fit of the columns J leaves, and its parameters.
 
     A row counts with its square up to some ten deviations and linearly beyond, so that neither a gross point nor a

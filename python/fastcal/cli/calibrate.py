@@ -45,8 +45,13 @@ def calibrate(
     method: Annotated[Method, typer.Option(help="How to minimize.")] = "nls",
     loss: Annotated[Loss, typer.Option(help="Robust loss on the whitened error of a row.")] = "tukey",
     priors: Annotated[
-        bool, typer.Option("--priors", help="Hold parameters near nominal where the data say little.")
-    ] = False,
+        bool | None,
+        typer.Option(
+            "--priors/--no-priors",
+            help="Hold all parameters near nominal, or none; without either the geometry is held where the poses are "
+            "few for their noise, by as much as they say themselves.",
+        ),
+    ] = None,
     choose: Annotated[
         Rule | None,
         typer.Option(
@@ -121,7 +126,8 @@ def calibrate(
         say_choice(choice)
     say_result(found, output, [*words_of(robot), *map(str, data)])
     if found.status != "converged":
-        fail(f"{found.status.replace('_', ' ')}: {found.message}; no model.yaml")
+        model = "model.yaml is what could be fitted, not to be relied on" if found.parameters else "no model.yaml"
+        fail(f"{found.status.replace('_', ' ')}: {found.message}; {model}")
         raise typer.Exit(NOT_CONVERGED)
 
 

@@ -30,7 +30,7 @@ def write_calibration(
     limit: LimitJudged | None = None,
     language: str = "en",
 ) -> None:
-    """Writes a result's files into a folder; a model only where the calibration converged.
+    """Writes a result's files into a folder; a model where anything was identified.
 
     Args:
         result: What `calibrate` gave.
@@ -44,9 +44,11 @@ def write_calibration(
 
     judged = {} if limit is None else {"acceptance": limit.to_json_dict()}
     with atomic_folder(folder, owned=FILES) as place:
-        if result.status == "converged":
+        if result.parameters:
             source = ", ".join(PurePath(each).name for each in result.train.data.source.split(", "))
             comment = f"Identified by fastcal {fastcal.__version__} from {source}"
+            if result.status != "converged":
+                comment = f"{result.status.replace('_', ' ').capitalize()}, {source}: {result.message}"
             write_spec(result.model.spec, place / "model.yaml", comment)
         write_json(place / "result.json", result.to_json_dict() | dict(more or {}) | judged)
         page = calibration_page(result, simulated=simulated, limit=limit, language=language)

@@ -91,7 +91,7 @@ def _page(result: CalibrationResult, simulated: bool, limit: LimitJudged | None)
         outlier_table=calibration_tables.outlier_table(train, outliers, result.weights) if train else None,
         outlier_count=len(result.outliers),
         method=_method(result),
-        notes=result.notes,
+        notes=[*result.notes, *([result.held] if result.held else [])],
         limit=None if limit is None else limit_sentence(limit),
         document=document_facts(result.model.spec.get("made_by") or {}),
     )

@@ -190,6 +190,8 @@ def _(result: CalibrationResult) -> list[str]:
     for noise in result.noise.values():
         what = "a measured coordinate" if noise.kind.name == POINTS else noise.kind.plural
         lines.append(f"noise of {what}: {noise} ({noise.note})")
+    if result.held:
+        lines.append(result.held)
     lines.append(f"loss: {result.loss}" + ("" if result.loss == "none" else " (robust: outliers get less weight)"))
     if result.unidentifiable:
         count = len(result.unidentifiable)

@@ -288,7 +288,8 @@ def test_too_few_rows_are_a_status_and_leave_the_robot(staubli: Robot, rows: int
     data, _ = measured(staubli, rows, 20)
     result = calibrate(staubli, data)
     assert result.status == "too_few_equations"
-    assert result.parameters == []
+    # Three points leave nothing even beside base and tool.
+    assert {p.owner for p in result.parameters} == ({"base", "tool"} if rows > 3 else set())
     assert_finite(result)
     assert result.model.spec["joints"] == staubli.spec["joints"]
     assert str(3 * rows) in result.message
@@ -356,6 +357,6 @@ def test_the_rank_is_the_same_from_the_nominal_arm_and_from_the_identified_one(s
     random, arm = np.random.default_rng(seed), load_robot("ur5")
     poses = Dataset.from_arrays(random.uniform(-2.5, 2.5, (40, 6)), payload=random.uniform(0, 3, 40))
     data = simulate(perturbed(arm, seed=seed), poses, noise=5e-5, noise_rotation=1e-4, seed=seed)
-    first = calibrate(arm, data, effects="geometry,joint_compliance", checks=False)
-    again = calibrate(first.model, data, effects="geometry,joint_compliance", checks=False)
+    first = calibrate(arm, data, effects="geometry,joint_compliance", checks=False, priors=False)
+    again = calibrate(first.model, data, effects="geometry,joint_compliance", checks=False, priors=False)
     assert first.rank == again.rank == 35

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from fastcal.calibration.calibrate import calibrate
 from fastcal.calibration.setups import with_setups
-from fastcal.calibration.simulation import perturbed, simulate
+from fastcal.calibration.simulation import perturbed, random_poses, simulate
 from fastcal.diagnosis import diagnose
 from fastcal.io.robot_file import load_robot
 from fastcal.measurements.dataset import Dataset
@@ -80,6 +80,27 @@ def test_gross_points_do_not_spoil_the_start(arm: Robot) -> None:
     found = calibrate(arm, data)
     assert found.status == "converged"
     assert found.sigma == pytest.approx(NOISE, rel=0.2)
+
+
+def test_four_cameras_with_a_tenth_of_gross_rows_start_where_they_stand() -> None:
+    """A tenth of the points is off by decimetres: in least squares these would turn each base."""
+    arm, seed = load_robot("ur5"), 2
+    rng = np.random.default_rng(seed)
+    q = np.tile(random_poses(arm, 40, seed=seed), (4, 1))
+    truth = perturbed(arm, seed=seed)
+    points = np.array(simulate(truth, q, noise=5e-4, seed=seed).position)
+    station = np.repeat(np.arange(4), 40)
+    for k in range(4):
+        turn = Rotation.random(random_state=10 * seed + k)
+        points[station == k] = turn.apply(points[station == k]) + rng.uniform(-2, 2, 3)
+    bad = rng.choice(len(q), 16, replace=False)
+    points[bad] += rng.normal(0, 0.3, (16, 3))
+    data = Dataset.from_arrays(q, position=points, station=[f"camera {k}" for k in station], robot=arm)
+    result = calibrate(arm, data)
+    assert result.status == "converged"
+    assert set(result.outliers) == set(bad.tolist())
+    left = np.linalg.norm(result.train.error_after, axis=1)
+    assert np.median(left) < 1e-3  # three coordinates of 0.5 mm
 
 
 def test_set_ups_that_hardly_differ_are_left_to_who_asks(arm: Robot) -> None:

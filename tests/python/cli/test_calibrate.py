@@ -146,7 +146,7 @@ def test_read_back_joints_are_compared_and_not_fitted(demo, tmp_path, fastcal, r
 
 
 @pytest.mark.parametrize("status", ["not_converged", "too_few_equations"])
-def test_no_convergence_leaves_a_report_and_no_model(demo, tmp_path, fastcal, monkeypatch, status) -> None:
+def test_no_convergence_leaves_a_report_and_a_model_that_says_so(demo, tmp_path, fastcal, monkeypatch, status) -> None:
     out = tmp_path / "out"
     arguments = "calibrate", demo / "robot.yaml", demo / "measurements.csv", "-o", out
     assert fastcal(*arguments).code == 0
@@ -159,8 +159,15 @@ def test_no_convergence_leaves_a_report_and_no_model(demo, tmp_path, fastcal, mo
     monkeypatch.setattr(calibration, "calibrate", fails)
     said = fastcal(*arguments)
     assert said.code == 3
-    assert said.err.splitlines()[-1] == f"fastcal: error: {status.replace('_', ' ')}: for this test; no model.yaml"
+    words = "model.yaml is what could be fitted, not to be relied on"
+    assert said.err.splitlines()[-1] == f"fastcal: error: {status.replace('_', ' ')}: for this test; {words}"
     assert strict_json(out / "result.json")["status"] == status
+    head = (out / "model.yaml").read_text().splitlines()[0]
+    assert head == f"# {status.replace('_', ' ').capitalize()}, measurements.csv: for this test"
+    monkeypatch.setattr(
+        calibration, "calibrate", lambda *args, **options: dataclasses.replace(fails(*args, **options), parameters=[])
+    )
+    assert fastcal(*arguments).err.splitlines()[-1].endswith("for this test; no model.yaml")
     # An older model would seem to belong to this result.
     assert sorted(path.name for path in out.iterdir()) == ["mine.txt", "report.html", "result.json"]
 

@@ -133,7 +133,7 @@ def test_a_result_folder_changes_as_a_whole(
     """Also with a file of somebody else's in it, which stays, and a model that the new result does not have."""
     old = {"model.yaml": b"old", "result.json": b"old", "report.html": b"old", "mine.txt": b"mine"}
     monkeypatch.setattr(calibration_files, "calibration_page", lambda result, simulated, **_: "<html></html>")
-    failed = replace(fitted, status="not_converged")
+    failed = replace(fitted, status="not_converged", parameters=[])
     count, new = sweep(tmp_path / "out", old, lambda: calibration_files.write_calibration(failed, tmp_path / "out"))
     assert count > 10
     assert new.keys() == {"result.json", "report.html", "mine.txt"}
