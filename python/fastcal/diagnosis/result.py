@@ -133,12 +133,30 @@ class GapStep:
         """Of the kind that is spoken of: points where they were measured."""
         return next(iter(self.kinds.values()))
 
+    @property
+    def train_rms_mm(self) -> float | None:
+        """Of points; None where none was measured. So are the next two."""
+        return None if POINTS not in self.kinds else self.kinds[POINTS].train_rms
+
+    @property
+    def held_out_rms_mm(self) -> float | None:
+        """Of points in poses held out."""
+        return None if POINTS not in self.kinds else self.kinds[POINTS].held_out_rms
+
+    @property
+    def test_rms_mm(self) -> float | None:
+        """Of points in test poses."""
+        return None if POINTS not in self.kinds else self.kinds[POINTS].test_rms
+
     def to_json_dict(self) -> dict[str, Any]:
-        """An entry of `gap`; the keys in mm are those of points."""
-        points = self.kinds.get(POINTS)
-        keys = ("train_rms", "held_out_rms", "test_rms")
-        in_mm = {f"{key}_mm": None if points is None else getattr(points, key) for key in keys}
-        return {"added": self.added, **in_mm, "kinds": {name: vars(of) for name, of in self.kinds.items()}}
+        """An entry of `gap`."""
+        return {
+            "added": self.added,
+            "train_rms_mm": self.train_rms_mm,
+            "held_out_rms_mm": self.held_out_rms_mm,
+            "test_rms_mm": self.test_rms_mm,
+            "kinds": {name: vars(of) for name, of in self.kinds.items()},
+        }
 
 
 @dataclass(frozen=True)
