@@ -118,10 +118,11 @@ def _stations(model: Robot, data: Dataset, plan: Dataset | None) -> list[Station
         several = {name for name in names if len({side for n, side in zip(names, sides, strict=True) if n == name}) > 1}
         sides = [side if name in several else "" for name, side in zip(names, sides, strict=True)]
     else:
+        commanded = commanded_of(plan)
         if plan is not data:
             _check_once(plan)
         at = np.arange(len(data)) if plan is data else _visits_of(data, plan)
-        T, names, sides = commanded_of(plan)[at], _labels(plan, "pose", at), _labels(plan, "direction", at)
+        T, names, sides = commanded[at], _labels(plan, "pose", at), _labels(plan, "direction", at)
     keys = list(zip(names, sides, strict=True))
     return [
         Station(*key, np.array([i for i in range(len(keys)) if keys[i] == key and measured[i]]), T[keys.index(key)])

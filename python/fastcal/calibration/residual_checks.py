@@ -27,6 +27,7 @@ FloatArray = NDArray[np.float64]
 MOST_ROWS = 5000  # beyond, the dense Jacobian of the checks costs more than the fit: every k-th row stands for all
 _SAME_ROWS = 0.8  # of the rows have the same numbers: else their order is not that of one instrument's noise
 RIGID = 3.0  # times the error of the others is what a move leaves of the rows that it moved
+BENT = 0.1  # of a move at least that must be left of it, as a large one is not quite linear
 CHANCE = 1e-3  # of a sentence about data in which nothing is missing
 
 
@@ -113,7 +114,8 @@ def _without_part(
     moved = left.residual[late] - frames @ np.linalg.lstsq(frames, left.residual[late], rcond=1e-10)[0]
     kept = ~late & left.kept
     freedom = max(1, late.sum() - 12), max(1, kept.sum() - len(left.free))
-    if np.sum(moved**2) / freedom[0] > RIGID**2 * np.sum(left.residual[kept] ** 2) / freedom[1]:
+    loose = np.sum(moved**2) / freedom[0] > RIGID**2 * np.sum(left.residual[kept] ** 2) / freedom[1]
+    if loose and np.sum(moved**2) > (BENT * np.linalg.norm(left.residual[late])) ** 2:
         return Cleared(problem, found, problem)  # no move of a body: an effect that the model lacks
     size = left.scale_of(kind) * float(np.sqrt(np.sum(left.residual[late & left.of(kind)] ** 2) / len(rows)))
     note = shift_note(replace(shift, size=size), len(rest), kind, is_used=False)

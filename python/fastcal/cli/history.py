@@ -25,9 +25,10 @@ def history(
     ] = None,
     page_language: PageLanguage = "en",
 ) -> None:
-    """Show checks and models over time; exit code 4 where an arm's last check changed or alarms.
+    """Show checks and models over time.
 
-    With control limits and alarms. An arm is a serial number; without one, the folder that its files are in.
+    With control limits and alarms; exit code 4 where an arm's last check changed or alarms. An arm is a serial number;
+    without one, the folder that its files are in.
     """
     from fastcal.io.folder import check_folder
     from fastcal.monitoring.history import history as read

@@ -9,12 +9,16 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fastcal.design.candidates import Candidates, postures, with_conditions
+from fastcal.design.candidates import MOST, Candidates, postures, with_conditions
 from fastcal.design.instruments import Instruments, touches
 from fastcal.design.planned import approached
 from fastcal.design.surroundings import UNSEEN, Surroundings
 from fastcal.robot.robot import Robot
 
+FloatArray = NDArray[np.float64]
+
+_LEAST_CLEAR = 0.3  # of a grid: of two or three steps a joint most lie at the limits, below an arm
+_DRAWN = 8  # times as many, of which an eighth is clear for the arms that bend lowest
 FEWEST_TOUCHES = 4  # of a plane: with fewer an identification has no start
 
 
@@ -32,11 +36,14 @@ def candidates_and_obstacles(
 
     Without surroundings, postures that are not given stay clear of the arm's own mounting.
     """
+    is_free = surroundings is None and isinstance(how, str)
     if surroundings is None:
-        surroundings = Surroundings(mounting=isinstance(how, str))
+        surroundings = Surroundings(mounting=is_free)
     if instruments.planes and isinstance(how, str):
         count = max(count // (1 + len(instruments.planes)), 2)
     q = postures(model, how, count, seed)
+    if is_free and how == "grid":
+        q = _dense_enough(model, q, surroundings, count, seed, threads)
     out = with_conditions(q, payloads, approached(model), count, seed)
     if not instruments.planes:
         obstacle = surroundings.obstacles(model, q, threads=threads)
@@ -45,6 +52,17 @@ def candidates_and_obstacles(
     obstacle = surroundings.obstacles(model, out.q, threads=threads)
     obstacle[out.touching & np.isin(obstacle, UNSEEN)] = 0  # a touch needs no tracker
     return out, obstacle
+
+
+def _dense_enough(
+    model: Robot, q: FloatArray, surroundings: Surroundings, count: int, seed: int, threads: int
+) -> FloatArray:
+    """The grid q (N, n); or, where little of a coarse one is clear of the arm's mounting, a draw that has as much."""
+    if np.mean(surroundings.obstacles(model, q, threads=threads) == 0) >= _LEAST_CLEAR:
+        return q
+    drawn = postures(model, "random", min(count * _DRAWN, MOST), seed)
+    clear = drawn[surroundings.obstacles(model, drawn, threads=threads) == 0]
+    return clear[:count] if len(clear) else q
 
 
 def too_few_touches(poses: Candidates) -> list[str]:

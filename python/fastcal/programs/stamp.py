@@ -12,7 +12,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Callable, Mapping
-from datetime import UTC, date, datetime
+from datetime import date, datetime, timezone
 
 from fastcal.errors import InvalidInput
 from fastcal.programs.program import Document, Program, Word
@@ -48,9 +48,9 @@ def text(model_sha256: str, serial: str | None, version: str) -> str:
 def _today() -> date:
     given = os.environ.get("SOURCE_DATE_EPOCH")
     if given is None:
-        return datetime.now(UTC).date()
+        return datetime.now(timezone.utc).date()
     try:
-        return datetime.fromtimestamp(int(given), UTC).date()
+        return datetime.fromtimestamp(int(given), timezone.utc).date()
     except (ValueError, OverflowError, OSError):
         raise InvalidInput(f"SOURCE_DATE_EPOCH: expected seconds since 1970, got '{given:.40}'") from None
 

@@ -120,10 +120,11 @@ def test_a_worthless_kind_beside_good_points_is_named(kind: str, way: Spoil) -> 
     kinds = ("position",) if kind == "plane" else ("position", kind)
     for seed in range(2):
         data = way(read(kinds, 80, seed, claimed=seed == 1), np.random.default_rng(seed))
-        if way is conjugated:
-            with pytest.raises(fastcal.InvalidInput, match="the quaternion conjugated"):
+        if kind == "orientation":
+            said = "the quaternion conjugated" if way is conjugated else "the orientations do not fit this robot"
+            with pytest.raises(fastcal.InvalidInput, match=said):
                 calibrate(robot(), data)
-        found = calibrate(robot(), data, as_read=way is conjugated)
+        found = calibrate(robot(), data, as_read=kind == "orientation")
         assert [misfit.kind.name for misfit in found.misfits] == [kind]
         assert found.notes[0] == found.misfits[0].text
         assert "do not fit the positions" in found.notes[0]
@@ -161,7 +162,9 @@ def test_a_kind_far_beyond_its_sigma_is_named() -> None:
 
 def test_the_diagnosis_leaves_a_worthless_kind_out_and_says_so() -> None:
     data = SPOILT["orientation"][1](read(("position", "orientation"), 80, 2), np.random.default_rng(2))
-    found = fastcal.diagnose(robot(), data)
+    with pytest.raises(fastcal.InvalidInput, match="the orientations do not fit this robot"):
+        fastcal.diagnose(robot(), data)
+    found = fastcal.diagnose(robot(), data, as_read=True)
     assert found.sentence.startswith("The orientations do not fit the positions")
     assert "othing is missing" not in found.sentence
     assert found.to_json_dict()["misfits"][0]["kind"] == "orientation"

@@ -121,7 +121,7 @@ def test_lengths_without_anchors_belong_to_one_and_that_is_reported(file: Callab
 
 
 def test_joints_slightly_outside_their_limits_are_reported(file: Callable[..., Path]) -> None:
-    data = load_measurements(file("q1_deg,q2_mm,x_mm,y_mm,z_mm", "190,-2,1,2,3", "200,5,1,2,3"), ARM)
+    data = load_measurements(file("q1_deg,q2_mm,x_mm,y_mm,z_mm", "-190,-2,1,2,3", "-200,5,1,2,3"), ARM)
     assert data.notes == (
         "joint 1 is outside its limits in 2 rows, by 20 deg at most",
         "joint 2 is outside its limits in 1 row, by 2 mm at most",

@@ -20,5 +20,5 @@ def test_a_dask_cluster_finds_the_same() -> None:
 
 
 def test_an_invalid_address_is_refused() -> None:
-    with pytest.raises(InvalidInput, match="nonsense://here: there is no Dask scheduler"):
+    with pytest.raises(InvalidInput, match="nonsense://here: expected the address of a Dask scheduler"):
         run_study("kuka_kr500", arms=1, cluster="nonsense://here")

@@ -300,5 +300,5 @@ def test_a_plan_that_would_settle_nothing_is_no_advice(found: Diagnosis) -> None
 def test_several_causes_are_spoken_of_as_several(found: Diagnosis) -> None:
     assert "With it in the model the error" in found.sentence
     assert "With them in the model the error" in sentence_of(replace(found, gap=[*found.gap, found.gap[-1]]))
-    worse = replace(found.gap[-1], kinds={"position": KindGap("mm", 9.0, 9.0)})
+    worse = replace(found.gap[-1], kinds={"position": KindGap("mm", 9.0, 9.0, 9.0)})
     assert " rises from " in sentence_of(replace(found, gap=[found.gap[0], worse]))

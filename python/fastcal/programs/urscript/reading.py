@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -17,6 +16,7 @@ from fastcal.programs.syntax import Node, Statement
 from fastcal.programs.urscript.language import UrScript
 from fastcal.programs.urscript.statements import routines
 from fastcal.robot import se3
+from fastcal.units import from_si, to_si
 
 # How many places a move has, and does it keep the configuration on its way?
 _MOVES = {
@@ -64,8 +64,8 @@ class _Reader(Walker):
     def number(self, node: Node) -> float | None:
         if node.kind == "call" and node.text in ("d2r", "r2d") and len(node.parts) == 1:
             inner = self.number(node.parts[0])
-            turn = math.radians if node.text == "d2r" else math.degrees
-            return None if inner is None else turn(inner)
+            turn = to_si if node.text == "d2r" else from_si
+            return None if inner is None else float(turn(inner, "deg"))
         return super().number(node)
 
     def literal(self, node: Node, name: str) -> Place | None:

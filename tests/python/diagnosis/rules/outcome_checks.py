@@ -159,4 +159,4 @@ def up_to_four_waves_are_listed_one_by_one() -> None:
 @falls_with(MAX_RISE=0.5)
 def an_error_that_a_user_would_see_rise_rises() -> None:
     for after, rises in ((1.05, True), (1.005, False), (0.8, False)):
-        assert Gap("held out", [1.0, after], 0.1).rises is rises
+        assert Gap("held out", [1.0, after], 0.1, "mm").rises is rises
