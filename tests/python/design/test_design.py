@@ -162,7 +162,7 @@ def test_predicted_deviations_are_those_of_a_calibration(arm: fastcal.Robot) -> 
     compliance = {"compliance_rad_nm": {"value": 2e-7}}
     bent = {"effect": "joint_compliance", "owner": "joint2", "parameters": compliance}
     data = fastcal.simulate(fastcal.Robot(arm.spec | {"effects": [bent]}), found.dataset(), noise=sigma, seed=1)
-    result = fastcal.calibrate(arm, data, effects=effects, loss="none")
+    result = fastcal.calibrate(arm, data, effects=effects, loss="none", priors=False)
     deviations = np.sqrt(np.diag(result.covariance))
     names = [f"{p.owner} {p.name.removesuffix(f'_{p.unit}')}" for p in result.parameters]
     identified = dict(zip(names, deviations, strict=True))
@@ -267,7 +267,7 @@ def test_poses_measured_already_count(arm: fastcal.Robot) -> None:
 
 def test_half_of_the_poses_tell_two_effects_apart(arm: fastcal.Robot) -> None:
     names = ["joint_compliance@joint2", "link_bending@link2"]
-    found = design_poses(arm, 30, separate=names, payloads=[0, 14], candidate_count=2000)
+    found = design_poses(arm, 30, separate=names, payloads=[0, 14], candidate_count=2000, surroundings=ANYWHERE)
     assert found.separation is not None
     assert len(found) == 30
     assert len(found.separation.chosen) == 15
