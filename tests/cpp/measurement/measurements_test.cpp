@@ -159,8 +159,7 @@ TEST_P(Contract, ItsStartIsExactOnExactReadings) {
 INSTANTIATE_TEST_SUITE_P(All, Contract, testing::Range<std::size_t>(0, 6));
 
 TEST(Registry, HasTheseKinds) {
-  EXPECT_EQ(observation_names(),
-            (std::vector<std::string>{"length", "orientation", "plane", "position", "tilt"}));
+  EXPECT_EQ(observation_names(), (std::vector<std::string>{"length", "orientation", "plane", "position", "tilt"}));
   EXPECT_THROW(observation_entry("smell"), InvalidInput);
   Random random(1);
   EXPECT_EQ(Measurements(tables(random), arm()).observation_count(), 6);  // as many as Contract runs over
