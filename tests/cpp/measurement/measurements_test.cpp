@@ -297,7 +297,7 @@ TEST(Measurements, BadTablesAreRefusedInASentence) {
   const double inf = std::numeric_limits<double>::infinity();
   EXPECT_EQ(refusal([](Tables&) {}), "nothing was refused");
   EXPECT_EQ(refusal([](Tables& t) { t.numbers["position"].setConstant(kNan); }), "nothing was refused");
-  EXPECT_EQ(refusal([](Tables& t) { t.rows = 3; }), "tilt@link3 must have 3 rows and 2 columns, got 2 and 2");
+  EXPECT_EQ(refusal([](Tables& t) { t.rows = 3; }), "distance must have 3 rows and 1 columns, got 2 and 1");
   EXPECT_EQ(refusal([&](Tables& t) { t.numbers["position"](0, 2) = inf; }),
             "position must be finite, or NaN where it was not measured");
   EXPECT_EQ(refusal([](Tables& t) { t.numbers["rotation"].row(0) *= 2; }),
