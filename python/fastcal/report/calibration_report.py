@@ -14,10 +14,12 @@ from fastcal.calibration.acceptance_limit import SHARE
 from fastcal.measurements.kinds import POINTS
 from fastcal.measurements.observations import plurals
 from fastcal.report import calibration_tables, charts, figures, page, residual_figures, workspace
+from fastcal.report.arm import arm_of
 from fastcal.report.document import document_facts
 from fastcal.report.formatting import alike, count, percent, plural, significant
 from fastcal.report.kind_words import noise_text, noise_title
 from fastcal.report.language import _, decimal_sign, in_language, mid_sentence
+from fastcal.report.parameter_sizes import moved_at_tool, sizes_figure
 from fastcal.report.tables import capitalised, in_words
 from fastcal.report.view import Rows, rows_of
 from fastcal.report.words import caveat_text, listed, verdict
@@ -55,6 +57,7 @@ def _page(result: CalibrationResult, simulated: bool, limit: LimitJudged | None)
     base = np.asarray(result.model.spec["base"]["xyz_mm"], float)
     arrows = residual_figures.arrows(sets)
     outliers = result.train.places(result.outliers)
+    arm = arm_of(result.model, result.nominal, [(train, result.train), (test, result.test)])
     return page.render(
         "calibration.html",
         title=_("Calibration of {robot}", robot=result.model.name),
@@ -70,12 +73,17 @@ def _page(result: CalibrationResult, simulated: bool, limit: LimitJudged | None)
         kind_table=calibration_tables.kind_table(
             [(_("training poses"), result.train), *([] if result.test is None else [(_("test poses"), result.test)])]
         ),
-        scene=None if arrows is None else workspace.scene(*arrows, base, _("the measuring frame")),
+        scene=None
+        if arrows is None
+        else workspace.scene(
+            *arrows, base, _("the measuring frame"), arm, residual_figures.places_of_arrows(train, outliers)
+        ),
         flat_views=[] if arrows is None else workspace.flat_views(*arrows),
         component_key=charts.component_key(train.components) if train else [],
         trend_panels=residual_figures.trend_panels(train, trends) if train else [],
         trend_note=residual_figures.drawn_note(train.row_count, result.train.row_count) if train else "",
         parameter_table=calibration_tables.parameter_table(result.parameters, holds=not result.caveats),
+        parameter_sizes=sizes_figure(moved_at_tool(result)),
         caveat=caveat_text() if result.caveats else "",
         unidentifiable=[
             (capitalised(in_words(item.direction)), in_words(item.parameters[0]) if item.parameters else "")

@@ -136,7 +136,7 @@ def outlier_table(rows: Rows, outliers: Sequence[int] | NDArray[np.intp], weight
         ]
         posture = ", ".join(fixed(float(joint.values[row]), 1) for joint in rows.joints)
         lines.append([*(number_cell(fixed(float(x), digits), float(x)) for x, digits in numbers), Cell(posture)])
-    return Table(_("Rows that fit badly"), columns, [Group(lines)], is_sortable=True)
+    return Table(_("Rows that fit badly"), columns, [Group(lines)], is_sortable=True, rows_of=0)
 
 
 def _is_placed(parameter: IdentifiedParameter) -> bool:

@@ -6,18 +6,25 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.diagnosis.reasons import Reason
 from fastcal.report import figures
+from fastcal.report.diagnosis_words import reason_in_brief, spoken
 from fastcal.report.figures import Figure, Key, Trace
-from fastcal.report.formatting import alike, fixed
+from fastcal.report.formatting import alike, fixed, percent
 from fastcal.report.tables import capitalised, unit_text
+
+if TYPE_CHECKING:
+    from fastcal.diagnosis.result import Diagnosis
 
 Array = NDArray[np.float64]
 
 TAKEN = "#009e73"
+_MOST_ALTERNATIVES = 8
 _BAND = [[0.0, "#ffffff"], [0.5, "#dbe7ee"], [0.8, "#8fb8cf"], [0.95, "#e09f3e"], [1.0, "#a11d1d"]]
 
 
@@ -81,6 +88,45 @@ def waterfall(steps: Sequence[tuple[str, float]], floor: float, on: str, kind_un
     return Figure("gap", f"RMS error on the {on}", alt, traces, drawn, columns=6, height=90 + 54 * len(names), key=key,
                   paper_height=62 + 36 * len(names),
                   narrow={"xaxis.range": [0, 1.5 * max(top, floor)]})  # fmt: skip
+
+
+def alternatives(found: Diagnosis) -> Figure | None:
+    """The leading causes by the share of the misfit that each explains alone, named or ruled out, and why."""
+    shown = sorted(found.ranking, key=lambda r: -r.share)[:_MOST_ALTERNATIVES]
+    if not shown:
+        return None
+    is_given = [r.because.reason is Reason.GIVEN for r in shown]
+    names = [capitalised(spoken(r.label)) for r in shown]
+    share = [100 * max(r.share, 0.0) for r in shown]
+    bars: Trace = {
+        "type": "bar", "orientation": "h", "x": share, "y": list(range(len(shown))), "width": 0.34,
+        "marker": {"color": [TAKEN if given else figures.BEFORE for given in is_given]},
+        "text": [percent(r.share) for r in shown], "textposition": "outside", "cliponaxis": False,
+        "hovertemplate": "%{text}<extra></extra>",
+    }  # fmt: skip
+    drawn = figures.layout(
+        "share of the misfit that it explains alone (%)", "",
+        xaxis={"range": [0, 1.12 * max(*share, 1.0)]},
+        yaxis={
+            "range": [len(shown) - 0.6, -0.85], "showgrid": False, "zeroline": False, "showticklabels": False,
+            "ticks": "",
+        },
+        margin={"l": 10},
+    )  # fmt: skip
+    drawn["annotations"] = [
+        {
+            "x": 0, "y": k - 0.24, "text": f"<b>{name}</b>: {reason_in_brief(r.because)}", "showarrow": False,
+            "xanchor": "left", "yanchor": "bottom", "font": {"size": 12, "color": figures.INK},
+        }
+        for k, (name, r) in enumerate(zip(names, shown, strict=True))
+    ]  # fmt: skip
+    key = [Key("named", TAKEN, "solid"), Key("not named", figures.BEFORE, "solid")]
+    alt = f"The leading causes by what each explains alone; most is {names[0]} with {percent(shown[0].share)}."
+    return Figure(
+        "alternatives", "Named, and ruled out", alt, [bars], drawn, key=key, height=80 + 46 * len(shown),
+        paper_height=60 + 34 * len(shown),
+        narrow={f"annotations[{k}].text": name for k, name in enumerate(names)},
+    )  # fmt: skip
 
 
 def confusion_map(names: Sequence[str], correlation: Array, boxed: Collection[int]) -> Figure:

@@ -32,6 +32,7 @@ from fastcal.report import (
     shop,
     workspace,
 )
+from fastcal.report.arm import arm_of
 from fastcal.report.diagnosis_steps import is_advice, next_steps
 from fastcal.report.diagnosis_words import (
     GRADES,
@@ -114,6 +115,7 @@ def diagnosis_page(found: Diagnosis, *, simulated: bool = False, made_by: Mappin
     sets = [rows for rows in (train, test) if rows is not None]
     arrows = residual_figures.arrows(sets)
     base = np.asarray(found.model.spec["base"]["xyz_mm"], float)
+    arm = arm_of(found.model, found.steps[0].model, [(train, found.train), (test, found.test)])
     word, tone = VERDICTS[found.verdict]
     if found.verdict == "several" and any(f.grade != "A" for f in found.effects):
         tone = "caution"
@@ -142,6 +144,7 @@ def diagnosis_page(found: Diagnosis, *, simulated: bool = False, made_by: Mappin
         unexplained=None if found.unexplained is None else unexplained_sentence(found.unexplained, _tried(found)),
         unexplained_figures=_unexplained_figures(found, state),
         gap=gap_figure(found),
+        alternatives=diagnosis_figures.alternatives(found),
         ranking=diagnosis_tables.ranking_table(found),
         confusion=confusion_figure(found),
         columns=columns_of(found.train.data),
@@ -150,7 +153,9 @@ def diagnosis_page(found: Diagnosis, *, simulated: bool = False, made_by: Mappin
         pairs=_pairs(train, geometry, changed=len(found.steps) > 1),
         components=charts.component_key(train.components) if train else [],
         trend_note=residual_figures.drawn_note(train.row_count) if train else "",
-        scene=None if arrows is None else workspace.scene(*arrows, base, _FRAME),
+        scene=None
+        if arrows is None
+        else workspace.scene(*arrows, base, _FRAME, arm, residual_figures.places_of_arrows(train, found.outliers)),
         flat_views=[] if arrows is None else workspace.flat_views(*arrows),
         noise=[(noise_title(of.kind), noise_text(of)) for of in found.noise.values()],
         sigma_note=found.sigma_note,
@@ -168,13 +173,12 @@ def _sections(found: Diagnosis) -> list[tuple[str, str]]:
         *([("plan", "Next measurement")] if is_advice(found.plan) else []),
         *([("found", "What is missing")] if found.effects else []),
         *([("unexplained", "Unexplained")] if found.unexplained is not None else []),
-        ("gap-part", "Gap closed"),
+        ("workspace", "Workspace"),
         ("ranking", "Other causes"),
         ("unseen", "Not testable"),
         ("remaining", "Before and after"),
-        ("workspace", "Workspace"),
         ("noise", "Noise and outliers"),
-        ("words", "Glossary"),
+        ("words", "Glossary and notes"),
     ]
 
 

@@ -89,6 +89,16 @@ def reason_sentence(because: Because) -> str:
     return text[:1].upper() + text[1:] + "."
 
 
+def reason_in_brief(because: Because) -> str:
+    """The same in a few words, as a figure has them."""
+    if because.reason is Reason.GIVEN:
+        return "named"
+    if because.reason is Reason.LEAVES_MORE:
+        (left,) = because.subjects
+        return f"ruled out: leaves {spoken(left)}"
+    return reason_text(because, spoken)
+
+
 def chance(p: float) -> str:
     """How often noise alone would look like this: "in less than 1 of 10 000 data sets"."""
     if p > 0.01:

@@ -55,6 +55,7 @@ class Figure:
         controls: Buttons that show some traces in place of others: label, traces, selected.
         narrow: What `Plotly.relayout` changes where the figure is narrower than a hand.
         names: What the numbers on a narrow figure's axes stand for, from 1.
+        postures: Of a scene with an arm: what its slider shows in each position, see `workspace.scene`.
     """
 
     id: str
@@ -73,6 +74,7 @@ class Figure:
     controls: list[dict[str, Any]] = field(default_factory=list)
     narrow: dict[str, Any] = field(default_factory=dict)
     names: list[str] = field(default_factory=list)
+    postures: dict[str, Any] = field(default_factory=dict)
 
 
 def marked(figure: Figure, badge: str, weight: int) -> Figure:

@@ -19,7 +19,7 @@ from fastcal.report.view import Rows, Variable
 
 Array = NDArray[np.float64]
 
-POINT_LIMIT = 350
+POINT_LIMIT = 250
 LOUDER = (0.1, 0.3)  # shares of the variance from which a trend is clear, and strong
 
 
@@ -33,6 +33,11 @@ def arrows(sets: list[Rows]) -> tuple[Array, Array, Array] | None:
         np.vstack([rows.point_before[kept] for rows, kept in whole]),
         np.vstack([rows.point_after[kept] for rows, kept in whole]),
     )
+
+
+def places_of_arrows(rows: Rows | None, chosen: Sequence[int] | NDArray[np.intp]) -> list[int]:
+    """Where chosen rows of the first set are among the arrows, as far as they are."""
+    return [] if rows is None else np.flatnonzero(np.isin(np.flatnonzero(rows.with_arrows), chosen)).tolist()
 
 
 def trend_panels(rows: Rows, trends: dict[str, Trend]) -> list[figures.Figure]:

@@ -75,12 +75,16 @@ class Group:
 
 @dataclass(frozen=True)
 class Table:
-    """A table; `caption` tells a reader who can't see the page what it holds."""
+    """A table; `caption` tells a reader who can't see the page what it holds.
+
+    `rows_of` is the measured set, from 0, whose row a table's row is of by its first cell; None: its rows are no such.
+    """
 
     caption: str
     columns: list[Column]
     groups: list[Group] = field(default_factory=list)
     is_sortable: bool = False
+    rows_of: int | None = None
 
     @property
     def is_wordy(self) -> bool:

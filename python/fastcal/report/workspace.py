@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""The errors as arrows in the workspace: one 3D scene with before and after, and flat views for paper.
+"""The errors as arrows in the workspace, with the arm: one 3D scene with before and after, and flat views for paper.
 
 An arrow starts at the measured point and is scale * error long, in mm like the axes; the scale is 1, 2 or 5 times a
 power of ten, so that the 90th percentile of the arrows is near 8 % of the workspace's diagonal.
@@ -8,8 +8,9 @@ power of ten, so that the 90th percentile of the arrows is near 8 % of the works
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,9 @@ from fastcal.report.figures import FONT, INK, MUTED, Figure, Trace
 from fastcal.report.formatting import count, significant
 from fastcal.report.language import _
 
+if TYPE_CHECKING:
+    from fastcal.report.arm import Arm
+
 Array = NDArray[np.float64]
 
 ARROW_LIMIT = 900
@@ -27,8 +31,10 @@ _ARROW_SHARE = 0.08
 _HEAD_SHARE = 0.012
 _COLOURS = [[0.0, "#b9cbd6"], [0.35, "#5b9bc0"], [0.65, "#e09f3e"], [1.0, "#a11d1d"]]
 
-_EYE = {"x": 1.3, "y": -1.5, "z": 0.65}  # of the camera, in half-sides of the box
-_FARTHER = 2.1  # times as far from the box on a narrow screen
+_LINK = "#5f7180"
+_PARTS = [[0.0, "#ffffff"], [0.5, "#f4b860"], [1.0, "#a11d1d"]]
+_EYE = {"x": 1.05, "y": -1.2, "z": 0.5}  # of the camera, in half-sides of the box
+_FARTHER = 2.6  # times as far from the box on a narrow screen
 
 
 @dataclass(frozen=True)
@@ -65,10 +71,28 @@ def arrow_modes(positions: Array, before: Array, after: Array) -> list[Arrows]:
     return modes
 
 
-def scene(positions: Array, before: Array, after: Array, base: Array | None, frame: str) -> Figure:
-    """The 3D view; positions and errors (N, 3) in mm in `frame`, base (3,) in mm, drawn where it is near."""
+def scene(
+    positions: Array,
+    before: Array,
+    after: Array,
+    base: Array | None,
+    frame: str,
+    arm: Arm | None = None,
+    always: Sequence[int] = (),
+) -> Figure:
+    """The 3D view; positions and errors (N, 3) in mm in `frame`, base (3,) in mm, drawn where it is near.
+
+    Args:
+        positions: Where arrows begin.
+        before: Errors before the calibration.
+        after: Errors after it.
+        base: Of the robot.
+        frame: In words.
+        arm: The arm in these N postures; a slider goes through them.
+        always: Rows (of N) that are drawn however many there are.
+    """
     row_count = len(positions)
-    shown = figures.spread_rows(row_count, ARROW_LIMIT)
+    shown = np.union1d(figures.spread_rows(row_count, ARROW_LIMIT), np.asarray(always, dtype=np.intp)[:ARROW_LIMIT])
     modes = arrow_modes(positions, before, after)
     traces: list[Trace] = []
     controls = []
@@ -80,7 +104,15 @@ def scene(positions: Array, before: Array, after: Array, base: Array | None, fra
     shown_base = base if base is not None and _is_near(base, positions) else None
     if shown_base is not None:
         traces.append(_base(shown_base))
-    limits = _limits(positions, shown_base)
+    postures: dict[str, Any] = {}
+    inside = shown_base
+    if arm is not None:
+        drawn_arm = arm.pick(shown)
+        postures = _postures(drawn_arm, positions[shown], worst=int(np.argmax(np.linalg.norm(after[shown], axis=1))))
+        postures["traces"] = list(range(len(traces), len(traces) + 3))
+        traces += _arm(drawn_arm, positions[shown], postures["shown"])
+        inside = drawn_arm.points.reshape(-1, 3) if shown_base is not None else None
+    limits = _limits(positions, inside)
     figure_layout: dict[str, Any] = {
         "font": {"family": FONT, "size": 12, "color": INK},
         "paper_bgcolor": "#fff",
@@ -104,10 +136,18 @@ def scene(positions: Array, before: Array, after: Array, base: Array | None, fra
             some=count(len(shown)),
             all=count(row_count),
         )
+    if arm is not None:
+        note += " " + _("The slider, or a click on a point, moves the arm to a pose.")
+        if arm.contributions is not None:
+            note += " " + _(
+                "Joints are coloured by how far the tool would be off (RMS) if the joint alone were left as it was: "
+                "{joints}.",
+                joints=_contributions_text(arm.contributions),
+            )
     alt = _("Three-dimensional view of the workspace with an arrow for the error of each pose; drag to turn it.")
     return Figure(
         "workspace", _("Errors in the workspace"), alt, traces, figure_layout, note,
-        height=560, kind="scene", controls=controls,
+        height=560, kind="scene", controls=controls, postures=postures,
         narrow={"scene.camera.eye": {axis: _FARTHER * at for axis, at in _EYE.items()}},
     )  # fmt: skip
 
@@ -184,6 +224,57 @@ def _arrow_lines(start: Array, shaft: Array) -> Array:
 
 def _coordinates(points: Array) -> dict[str, Array]:
     return {name: points[:, k] for k, name in enumerate("xyz")}
+
+
+def _arm(arm: Arm, positions: Array, k: int) -> list[Trace]:
+    """The arm in posture k: its links, its joints, and the point that was measured there."""
+    points = arm.points[k]
+    known = np.zeros(len(arm.joints)) if arm.contributions is None else arm.contributions
+    names = [_("joint {number}", number=i + 1) for i in range(len(arm.joints))]
+    texts = names if arm.contributions is None else [
+        f"{name}: {significant(float(size), 2)} mm" for name, size in zip(names, known, strict=True)
+    ]  # fmt: skip
+    return [
+        {
+            "type": "scatter3d", "mode": "lines", **_coordinates(points), "hoverinfo": "skip",
+            "line": {"width": 12, "color": _LINK},
+        },
+        {
+            "type": "scatter3d", "mode": "markers", **_coordinates(points[arm.joints]), "text": texts,
+            "hovertemplate": "%{text}<extra></extra>",
+            "marker": {
+                "size": 10, "color": known, "colorscale": _PARTS, "cmin": 0.0, "cmax": float(known.max()) or 1.0,
+                "line": {"color": INK, "width": 1},
+            },
+        },
+        {
+            "type": "scatter3d", "mode": "markers", **_coordinates(positions[[k]]), "hoverinfo": "skip",
+            "marker": {"size": 8, "color": figures.ALERT, "symbol": "circle-open", "line": {"width": 2}},
+        },
+    ]  # fmt: skip
+
+
+def _postures(arm: Arm, positions: Array, worst: int) -> dict[str, Any]:
+    """What the slider shows: coordinates of all postures one after the other, and what each is called."""
+    return {
+        "shown": worst,
+        "width": arm.points.shape[1],
+        "joints": arm.joints,
+        "points": {name: arm.points[:, :, k].ravel() for k, name in enumerate("xyz")},
+        "measured": _coordinates(positions),
+        "labels": arm.labels,
+        "rows": [f"{of}:{row}" for of, row in arm.rows],
+    }
+
+
+def _contributions_text(contributions: Array) -> str:
+    """The largest, in words: "joint 2 0.41 mm, joint 3 0.22 mm"."""
+    order = np.argsort(-contributions)[:3]
+    return ", ".join(
+        f"{_('joint {number}', number=int(i) + 1)} {significant(float(contributions[i]), 2)} mm"
+        for i in order
+        if contributions[i] > 0
+    ) or _("none")
 
 
 def _base(base: Array) -> Trace:

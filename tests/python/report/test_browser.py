@@ -86,8 +86,40 @@ def test_the_buttons_switch_the_arrows(browser: Any, page: str) -> None:
       return states;"""
     states = browser.probe(page, script, *browser.software_gl)
     for shown, (visible, pressed) in zip((1, 2, 0), states, strict=True):
-        assert visible == [k // 2 == shown for k in range(6)] + [True]
+        assert visible == [k // 2 == shown for k in range(6)] + [True] * 4  # base, and the arm's three
         assert pressed == ["true" if k == shown else "false" for k in range(3)]
+
+
+def test_the_slider_and_an_outlying_row_move_the_arm(browser: Any, page: str) -> None:
+    script = """
+      const figure = document.getElementById("figure-workspace");
+      const plot = figure.querySelector(".plot");
+      const [slider, said] = [figure.querySelector(".posture input"), figure.querySelector(".posture output")];
+      const look = () => {
+        const [chain, joints, point] = plot.data.slice(-3);
+        return { said: said.textContent, end: ["x", "y", "z"].map((axis) => chain[axis][chain[axis].length - 1]),
+                 point: ["x", "y", "z"].map((axis) => point[axis][0]), joints: joints.x.length,
+                 chosen: [...document.querySelectorAll("tr.chosen")].map((row) => row.cells[0].dataset.sort) };
+      };
+      const rows = [...document.querySelectorAll("#outlier-table tr[data-row]")];
+      const outlying = new Set(rows.map((row) => row.dataset.row));
+      const plain = [0, 1, 2, 3, 4, 5, 6, 7].find((k) => !outlying.has(`0:${k}`));
+      const seen = [plain];
+      slider.value = plain; slider.dispatchEvent(new Event("input"));
+      await new Promise((done) => setTimeout(done, 200)); seen.push(look());
+      const [row] = rows;
+      row.click();
+      await new Promise((done) => setTimeout(done, 200)); seen.push(look());
+      return [row.cells[0].dataset.sort, ...seen];"""
+    row, plain, slid, clicked = browser.probe(page, script, *browser.software_gl)
+    assert slid["said"] == f"Training, row {plain}"
+    assert slid["chosen"] == []
+    assert slid["joints"] == 6
+    assert clicked["said"] == f"Training, row {float(row):.0f}"
+    assert clicked["chosen"] == [row]
+    for seen in (slid, clicked):  # the arm ends in the measured point, but for errors of a millimetre
+        assert seen["end"] == pytest.approx(seen["point"], abs=2.0)
+    assert slid["end"] != pytest.approx(clicked["end"], abs=2.0)
 
 
 def test_tables_sort_within_groups_and_fold(browser: Any, page: str) -> None:

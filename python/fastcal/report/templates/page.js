@@ -44,13 +44,52 @@ async function draw(plot, place) {
     document.querySelector("details.flat-views").open = true;
     return;
   }
-  const { data, layout, narrow } = JSON.parse(plot.nextElementSibling.textContent);
+  const { data, layout, narrow, postures } = JSON.parse(plot.nextElementSibling.textContent);
   const config = { responsive: true, displaylogo: false, displayModeBar: isScene, scrollZoom: false,
     modeBarButtons: [["resetCameraDefault3d"]] };
   await Plotly.newPlot(plot, data, layout, config);
   if (plot.clientWidth < NARROW && Object.keys(narrow).length) await Plotly.relayout(plot, narrow);
+  if (postures?.rows) followPostures(plot, postures);
   drawn[place] = true;
   plot.dataset.state = "drawn";
+}
+
+// Single precision in base64, as page.py writes arrays.
+function unpacked({ bdata }) {
+  return new Float32Array(Uint8Array.from(atob(bdata), (letter) => letter.charCodeAt(0)).buffer);
+}
+
+// The slider, a click on a measured point and a click on a row of the outliers move the arm to a posture.
+function followPostures(plot, { points, measured, width, joints, traces, labels, rows, shown }) {
+  const axes = ["x", "y", "z"];
+  const at = Object.fromEntries(axes.map((axis) => [axis, unpacked(points[axis])]));
+  const point = Object.fromEntries(axes.map((axis) => [axis, unpacked(measured[axis])]));
+  const [slider, said] = ["input", "output"].map((name) => plot.closest(".figure").querySelector(`.posture ${name}`));
+  const linked = [...document.querySelectorAll("tr[data-row]")];
+  const show = (k) => {
+    const parts = {};
+    for (const axis of axes) {
+      const chain = at[axis].slice(k * width, (k + 1) * width);
+      parts[axis] = [chain, joints.map((place) => chain[place]), [point[axis][k]]];
+    }
+    Plotly.restyle(plot, parts, traces);
+    slider.value = k;
+    said.textContent = labels[k];
+    for (const row of linked) row.classList.toggle("chosen", row.dataset.row === rows[k]);
+  };
+  slider.addEventListener("input", () => show(Number(slider.value)));
+  plot.on("plotly_click", ({ points: [hit] }) => {
+    if (hit.pointNumber < rows.length && !traces.includes(hit.curveNumber) && hit.data.mode === "markers") show(hit.pointNumber);
+  });
+  for (const row of linked) {
+    const k = rows.indexOf(row.dataset.row);
+    if (k < 0) continue;
+    row.addEventListener("click", () => {
+      show(k);
+      plot.scrollIntoView({ behavior: "smooth", block: "center" });
+    });
+  }
+  show(shown);
 }
 
 function switchTraces(button) {

@@ -1,0 +1,133 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Identified parameters by what their change moves at the tool: one unit for lengths, angles, stiffnesses and waves."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal.effects.entries import edge_name
+from fastcal.effects.values import polar_pairs
+from fastcal.report import figures
+from fastcal.report.figures import Figure, Key
+from fastcal.report.formatting import significant
+from fastcal.report.language import _
+from fastcal.report.sections import bare
+from fastcal.report.tables import capitalised, in_words
+from fastcal.units import factor, from_si
+
+if TYPE_CHECKING:
+    from fastcal.calibration.result import CalibrationResult, IdentifiedParameter
+    from fastcal.measurements.dataset import Dataset
+    from fastcal.robot.robot import Robot
+
+Array = NDArray[np.float64]
+
+MOST = 24  # parameters drawn
+_MOST_ROWS = 500  # that sizes are found from
+_SIGNIFICANT = 2.0  # standard deviations
+_PLACED = ("base", "tool")  # found anew by every fit: how far they are from where the file has them says nothing
+
+
+@dataclass(frozen=True)
+class Moved:
+    """What one parameter's change moves at the tool, and its standard deviation [mm]."""
+
+    parameter: IdentifiedParameter
+    size: float
+    std: float
+
+    @property
+    def name(self) -> str:
+        """As it is printed: joint 2 theta."""
+        return f"{capitalised(in_words(self.parameter.owner))} {bare(self.parameter.name, self.parameter.unit)}"
+
+    @property
+    def is_significant(self) -> bool:
+        """Is the change more than two standard deviations?"""
+        return abs(self.size) > _SIGNIFICANT * self.std
+
+
+def moved_at_tool(result: CalibrationResult) -> list[Moved]:
+    """The parameters of the arm, the significant ones first and in each half the largest first.
+
+    The size of a change d is d * s, with s the root mean square over the rows of how far the tool moves by a unit of
+    the parameter; what several parameters do together is not the sum of it. Phases and parameters on a bound, which
+    have no symmetric deviation, are left out.
+    """
+    slopes = dict(_slopes(result.model, result.train.data))
+    found = []
+    for p in result.parameters:
+        slope = slopes.get((p.owner, p.name))
+        if slope is not None and p.std is not None and p.owner not in _PLACED:
+            per_unit = float(from_si(slope, "mm")) * factor(p.unit)
+            found.append(Moved(p, (p.value - p.nominal) * per_unit, p.std * per_unit))
+    return sorted(found, key=lambda m: (not m.is_significant, -abs(m.size)))
+
+
+def _slopes(model: Robot, data: Dataset) -> Iterator[tuple[tuple[str, str], float]]:
+    """How far the tool moves [m] (RMS over rows) by a unit (SI) of each parameter, by its owner and written name."""
+    rows = data.select(figures.spread_rows(len(data), _MOST_ROWS))
+    core = model.error_model
+    J = np.asarray(core.parameter_jacobian(model.samples(rows), core.start, 3, 1, None))
+    own = len(model.core.nominal)
+    pairs = polar_pairs(model.spec.get("effects") or [], model.effects, own, np.asarray(core.start))
+    waves = {k: pair for pair in pairs for k in pair.indices}
+    for k, parameter in enumerate(core.parameters):
+        column = J[:, :, k]
+        if k in waves:
+            pair = waves[k]
+            if k != pair.indices[0]:
+                continue
+            phase = pair.values[1]  # amplitude a, phase p: sine a cos p, cosine a sin p
+            column = J[:, :, pair.indices[0]] * np.cos(phase) + J[:, :, pair.indices[1]] * np.sin(phase)
+            name = pair.names[0]
+        else:
+            name = edge_name(parameter, geometry=k < own)
+        yield (parameter.owner, name), float(np.sqrt(np.mean(np.sum(column**2, axis=1))))
+
+
+def sizes_figure(moved: list[Moved]) -> Figure | None:
+    """A dot a parameter with its 95 % interval, in mm at the tool; None where there are none."""
+    if not moved:
+        return None
+    shown = moved[:MOST][::-1]
+    names = [m.name for m in shown]
+    traces = []
+    for is_significant, colour in ((True, figures.AFTER), (False, figures.BEFORE)):
+        some = [m for m in shown if m.is_significant == is_significant]
+        texts = [
+            f"{significant(m.size, 3)} ± {significant(1.96 * m.std, 2)} mm "
+            f"({significant(m.parameter.value - m.parameter.nominal, 3)} {m.parameter.unit})"
+            for m in some
+        ]
+        dots = figures.points([m.size for m in some], [m.name for m in some], colour, 9, hover="%{y}: %{text}")
+        bars = {"type": "data", "array": [1.96 * m.std for m in some], "color": colour, "thickness": 1.5, "width": 4}
+        traces.append(dots | {"text": texts, "error_x": bars})
+    drawn = figures.layout(
+        _("change, as it moves the tool (mm, RMS over the poses)"), "",
+        yaxis={
+            "type": "category", "automargin": True, "nticks": 0, "dtick": 1,
+            "categoryorder": "array", "categoryarray": names,
+        },
+        margin={"l": 120},
+    )  # fmt: skip
+    largest = max(shown, key=lambda m: abs(m.size))
+    alt = _(
+        "Each parameter's change and its 95 % interval in mm at the tool; the largest is {name} with {size} mm.",
+        name=largest.name, size=significant(abs(largest.size), 2),
+    )  # fmt: skip
+    note = "" if len(moved) <= MOST else _("The {some} first of {all} are drawn.", some=MOST, all=len(moved))
+    key = [
+        Key(_("significant (95 %)"), figures.AFTER, "point"),
+        Key(_("not told apart from nominal"), figures.BEFORE, "point"),
+    ]
+    return Figure(
+        "sizes", _("What the changes move at the tool"), alt, traces, drawn, note,
+        height=70 + 22 * len(shown), paper_height=60 + 14 * len(shown), key=key,
+    )  # fmt: skip
