@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
+from statistics import median
 from urllib.parse import quote
 
 from fastcal.fleet.result import ArmResult, Fleet
@@ -15,9 +16,11 @@ from fastcal.report import figures, page
 from fastcal.report.figures import Figure, Key
 from fastcal.report.formatting import significant
 from fastcal.report.tables import Cell, Column, Group, Table, number_cell
+from fastcal.report.words import Remark, Verdict
 
 _MOST_ROWS = 2000  # of the page's table, the worst first; fleet.csv has all
 _MOST_NOTES = 50
+_MOST_TOLD = 6  # arms that the verdict names
 _EACH_TICKED = 12  # arms: with more, Plotly finds whole numbers by itself
 
 
@@ -25,11 +28,11 @@ def write_fleet(found: Fleet, folder: str | os.PathLike[str]) -> None:
     """Writes fleet.csv and report.html into the folder that has those of the arms."""
     columns = {name: ["" if value is None else value for value in column] for name, column in found.columns().items()}
     write_csv(Path(folder) / "fleet.csv", columns)
-    write_text(Path(folder) / "report.html", fleet_page(found))
+    write_text(Path(folder) / "report.html", fleet_page(found, Path(folder)))
 
 
-def fleet_page(found: Fleet) -> str:
-    """The HTML text of the page."""
+def fleet_page(found: Fleet, folder: Path | None = None) -> str:
+    """The HTML text of the page, which leads to those of the arms where they are in `folder`."""
     return page.render(
         "fleet.html",
         title="Fleet",
@@ -38,7 +41,9 @@ def fleet_page(found: Fleet) -> str:
         with_model=len(found) - len(found.failed),
         done="diagnosed" if found.is_diagnosed else "calibrated",
         failed=[(arm.name, arm.status.replace("_", " "), arm.message) for arm in found.failed[:_MOST_ROWS]],
-        table=_table(found),
+        verdict=_verdict(found),
+        tiles=_tiles(found),
+        table=_table(found, folder),
         notes=_notes(found)[:_MOST_NOTES],
         left_out=max(0, len(found) - _MOST_ROWS),
         drawing=_drawing(found),
@@ -49,7 +54,36 @@ def _worst_first(found: Fleet) -> list[ArmResult]:
     return sorted(found, key=lambda arm: -1.0 if arm.after_mm is None else arm.after_mm, reverse=True)
 
 
-def _table(found: Fleet) -> Table:
+def _verdict(found: Fleet) -> Verdict:
+    """How many arms have a model, and which ask for attention."""
+    done = len(found) - len(found.failed)
+    worst = next((arm for arm in _worst_first(found) if arm.after_mm is not None), None)
+    size = "" if worst is None else f"; the largest error is {significant(worst.after_mm, 3)} mm RMS, of {worst.name}"
+    told = [Remark(f"{arm.name}: {arm.message}", True, "failed") for arm in found.failed[:_MOST_TOLD]]
+    caused = [arm for arm in _worst_first(found) if arm.causes]
+    told += [Remark(f"{arm.name}: {arm.causes}", True, "arms") for arm in caused[:_MOST_TOLD]]
+    word = f"{done} of {len(found)} arms have a model{size}."
+    if found.failed:
+        return Verdict("bad" if done == 0 else "caution", "Attention", word, told)
+    return Verdict("good", "All done", word, told)
+
+
+def _tiles(found: Fleet) -> list[tuple[str, str, str]]:
+    """Middle error before and after, and arms without a model."""
+    tiles = [("Arms", str(len(found)), "")]
+    for title, field in (("Nominal, middle arm", "before_mm"), ("Calibrated, middle arm", "after_mm")):
+        sizes = [size for arm in found if (size := getattr(arm, field)) is not None]
+        tiles += [(title, f"{significant(median(sizes), 3)} mm", "RMS")] if sizes else []
+    return [*tiles, ("Without a model", str(len(found.failed)), "")]
+
+
+def _page_of(arm: ArmResult, folder: Path | None) -> str:
+    """Where the page of an arm is, beside that of the fleet; empty where there is none."""
+    there = folder is not None and (folder / arm.name / "report.html").is_file()
+    return f"{quote(arm.name)}/report.html" if there else ""
+
+
+def _table(found: Fleet, folder: Path | None) -> Table:
     told = ("verdict", "what is missing") if found.is_diagnosed else ()
     titles = ["poses", "nominal (mm)", "calibrated (mm)", "other poses (mm)", "noise (mm)", "outliers"]
     titles += [] if told else ["undetermined"]
@@ -61,7 +95,7 @@ def _table(found: Fleet) -> Table:
         cells = [number_cell("" if mm is None else significant(mm, 3), mm) for mm in lengths]
         counts = [arm.outliers] if told else [arm.outliers, arm.unidentifiable]
         numbers = [Cell(str(arm.rows), float(arm.rows)), *cells, *(Cell(str(count), float(count)) for count in counts)]
-        rows.append([Cell(arm.name), *causes, *numbers])
+        rows.append([Cell(arm.name, link=_page_of(arm, folder)), *causes, *numbers])
     caption = "Root mean square of the error of every arm."
     return Table(caption, columns, [Group(rows)], is_sortable=True)
 

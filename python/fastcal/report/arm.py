@@ -11,15 +11,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.measurements.kinds import POINTS
 from fastcal.report.language import _
 from fastcal.report.view import Rows
 from fastcal.robot.controller_robot import GEOMETRY
 from fastcal.robot.robot import Robot
-from fastcal.units import from_si
+from fastcal.units import from_si, to_si
 
 if TYPE_CHECKING:
     from fastcal.calibration.evaluation import Evaluation
     from fastcal.measurements.dataset import Dataset
+    from fastcal.monitoring.result import CheckResult
 
 Array = NDArray[np.float64]
 
@@ -77,6 +79,32 @@ def arm_of(model: Robot, before: Robot, sets: Sequence[tuple[Rows | None, Evalua
     points, joints = skeleton(model, np.vstack(q))
     judged = next(of for _rows, of in sets if of is not None)
     return Arm(points, joints, contributions(model, before, judged.data), numbers, labels)
+
+
+def checked_arm(found: CheckResult) -> tuple[Array, Array, Arm] | None:
+    """Measured points and errors (R, 3) [mm] of a check, and the arm there; None where no whole point was measured.
+
+    A joint's contribution is how far its changes move the tool, each as found alone, root of their squares' sum.
+    """
+    if found.main.kind.name != POINTS or found.data.position is None:
+        return None
+    errors = found.main.errors.numbers.reshape(len(found.data), -1)[:, :3]
+    kept = np.flatnonzero(np.isfinite(errors).all(axis=1) & np.isfinite(found.data.position).all(axis=1))
+    if len(kept) == 0:
+        return None
+    model, q = found.model, found.data.q[kept]
+    points, joints = skeleton(model, q)
+    J = np.asarray(model.joint_jacobian(q))[:, :3]
+    square = np.zeros(model.joint_count)
+    for change in found.changed:
+        for i in range(model.joint_count):
+            if change.owner == f"joint{i + 1}" and change.unit in ("deg", "mm"):
+                moved = J[:, :, i] * to_si(change.change, change.unit)
+                square[i] += np.mean(np.sum(moved**2, axis=1))
+    contributed = np.asarray(from_si(np.sqrt(square), "mm")) if square.any() else None
+    labels = [_("row {row}", row=int(row)) for row in kept]
+    arm = Arm(points, joints, contributed, [(0, int(row)) for row in kept], labels)
+    return np.asarray(from_si(found.data.position[kept], "mm")), np.asarray(from_si(errors[kept], "mm")), arm
 
 
 def skeleton(robot: Robot, q: Array) -> tuple[Array, list[int]]:

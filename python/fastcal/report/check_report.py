@@ -6,10 +6,13 @@ from __future__ import annotations
 
 from pathlib import PurePath
 
+import numpy as np
+
 from fastcal.monitoring import words
 from fastcal.monitoring.result import FEWEST_DEGREES, CheckResult
 from fastcal.report import monitoring_figures as drawings
-from fastcal.report import page
+from fastcal.report import page, workspace
+from fastcal.report.arm import checked_arm
 from fastcal.report.document import document_facts
 from fastcal.report.formatting import fixed, plural, significant, with_uncertainty
 from fastcal.report.kind_words import noise_text, noise_title
@@ -52,6 +55,7 @@ def check_page(found: CheckResult, language: str = "en") -> str:
     with in_language(language):
         sections = [
             Section("errors", _("Errors and changes"), drawings=present(drawings.errors(found), drawings.moved(found))),
+            *_workspace(found),
             causes_section(found),
             *next_poses_sections(found),
             _sought(found),
@@ -84,6 +88,17 @@ def check_page(found: CheckResult, language: str = "en") -> str:
             sections=sections,
             document=document_facts(found.made_by),
         )
+
+
+def _workspace(found: CheckResult) -> list[Section]:
+    """The arm and the errors in its workspace, where whole points were measured."""
+    seen = checked_arm(found)
+    if seen is None:
+        return []
+    positions, errors, arm = seen
+    base = np.asarray(found.model.spec["base"]["xyz_mm"], float)
+    drawn = workspace.scene(positions, errors, None, base, _("the measuring frame"), arm)
+    return [Section("workspace", _("Where in the workspace"), drawings=[drawn], on_paper=False)]
 
 
 def _check_tiles(found: CheckResult) -> list[tuple[str, str, str]]:

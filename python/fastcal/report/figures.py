@@ -55,6 +55,7 @@ class Figure:
         controls: Buttons that show some traces in place of others: label, traces, selected.
         narrow: What `Plotly.relayout` changes where the figure is narrower than a hand.
         names: What the numbers on a narrow figure's axes stand for, from 1.
+        links: Where a click on the k-th line of a matrix leads: ids of the page.
         postures: Of a scene with an arm: what its slider shows in each position, see `workspace.scene`.
     """
 
@@ -74,6 +75,7 @@ class Figure:
     controls: list[dict[str, Any]] = field(default_factory=list)
     narrow: dict[str, Any] = field(default_factory=dict)
     names: list[str] = field(default_factory=list)
+    links: list[str] = field(default_factory=list)
     postures: dict[str, Any] = field(default_factory=dict)
 
 

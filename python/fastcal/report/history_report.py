@@ -9,6 +9,7 @@ from fastcal.monitoring.history import Alarm, ArmHistory, History
 from fastcal.monitoring.words import kept_sentence
 from fastcal.report import monitoring_figures as drawings
 from fastcal.report import page
+from fastcal.report.figures import Figure
 from fastcal.report.formatting import plural, significant
 from fastcal.report.kind_words import beside_mm
 from fastcal.report.language import _, in_language
@@ -16,8 +17,10 @@ from fastcal.report.sections import Section, present, state_word, translated
 from fastcal.report.tables import Cell, Column, Group, Table, in_words, unit_text
 from fastcal.report.words import Remark, Verdict
 
-MOST_ARMS = 40  # whose charts a page has; the table has all
-ON_PAPER = 3  # of them, those that ask for attention
+MOST_ARMS = 24  # whose charts a page has; the table has all
+_FEW = 12  # arms: a table of these is open
+OPEN = 4  # arms that ask for attention and are shown without a click
+ON_PAPER = 3  # of them
 
 
 def history_page(found: History, language: str = "en") -> str:
@@ -29,10 +32,13 @@ def history_page(found: History, language: str = "en") -> str:
         tone = "bad" if any(a.state == "changed" for a in arms) else "caution" if bad else "good"
         headline = _headline(arms, bad)
         sections = [
-            Section("all", _("All arms"), drawings=present(drawings.ratio_chart(arms)), tables=[_fleet_table(arms)])
+            Section("all", _("All arms"), drawings=_over_time(arms)),
         ]
         for k, arm in enumerate(arms[:MOST_ARMS]):
-            sections.append(_arm(k, arm, k < ON_PAPER and (arm in bad or len(arms) == 1)))
+            asks = arm in bad or len(arms) == 1
+            sections.append(_arm(k, arm, on_paper=asks and k < ON_PAPER, folded=not asks or k >= OPEN))
+        table = Section("table", _("Table of all arms"), tables=[_fleet_table(arms)], folded=len(arms) > _FEW)
+        sections.insert(1, table)
         if found.notes:
             sections.append(Section("notes", _("Notes"), notes=found.notes))
         title = arms[0].name if len(arms) == 1 else _("{count} arms", count=len(arms))
@@ -59,6 +65,11 @@ def history_page(found: History, language: str = "en") -> str:
         )
 
 
+def _over_time(arms: list[ArmHistory]) -> list[Figure]:
+    """The matrix of arms and months, and for few arms a line each."""
+    return present(drawings.months(arms), drawings.ratio_chart(arms) if len(arms) <= drawings.ALL_NAMED else None)
+
+
 _ORDER = ["changed", "alarm", "cannot_tell", "unchecked", "holds"]
 
 
@@ -74,7 +85,7 @@ def _headline(arms: list[ArmHistory], bad: list[ArmHistory]) -> str:
     return _("{count} of {all} arms ask for attention: {names}.", count=len(bad), all=len(arms), names=names)
 
 
-def _arm(k: int, arm: ArmHistory, on_paper: bool) -> Section:
+def _arm(k: int, arm: ArmHistory, *, on_paper: bool, folded: bool) -> Section:
     """The charts and the files of an arm."""
     return Section(
         f"arm-{k}",
@@ -83,6 +94,7 @@ def _arm(k: int, arm: ArmHistory, on_paper: bool) -> Section:
         drawings=drawings.control_charts(arm, f"arm-{k}"),
         tables=[_event_table(arm)],
         on_paper=on_paper,
+        folded=folded,
     )
 
 

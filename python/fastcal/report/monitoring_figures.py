@@ -24,6 +24,9 @@ Array = NDArray[np.float64]
 
 _MOST_TESTS = 14
 _CELLS = 14
+_ENDS_AT = 3.0  # the colours of RMS found over expected
+_RATIOS = [[0.0, "#dfe9ef"], [0.34, "#9cc3d8"], [0.5, "#f4b860"], [1.0, "#a11d1d"]]
+ALL_NAMED = 40  # arms: of more each has a line of few pixels
 _HEAT = [[0.0, "#f2f6f9"], [0.5, "#6ba3c2"], [1.0, "#0b3f5e"]]
 _MOST_CHARTS = 4
 DATES = {"type": "date", "tickformat": "%Y-%m-%d", "nticks": 4}  # months have names of a language
@@ -134,6 +137,55 @@ def control_charts(arm: ArmHistory, prefix: str) -> list[Figure]:
         drawing = Figure(f"{prefix}-{k}", title, alt, traces, drawn, columns=3, height=260, key=key)
         out.append(figures.marked(drawing, state, 3) if chart.alarms else drawing)
     return out
+
+
+def months(arms: Sequence[ArmHistory]) -> Figure | None:
+    """Arms by months: RMS found over expected of the last check of a month, alarms marked; None for one arm.
+
+    A click on an arm leads to its part of the page, `arm-K` in the order of `arms`.
+    """
+    if len(arms) < 2:
+        return None
+    found: dict[tuple[int, str], float] = {}
+    for k, arm in enumerate(arms):
+        for e in arm.events:
+            size = misfit_of(e.content) if e.kind == "check" else None
+            if size is not None and size[1] > 0:
+                found[k, e.date[:7]] = size[0] / size[1]
+    if not found:
+        return None
+    columns = sorted({month for _k, month in found})
+    ratio = [[found.get((k, month)) for month in columns] for k in range(len(arms))]
+    alarmed = sorted({(k, a.date[:7]) for k, arm in enumerate(arms) for a in arm.alarms} & set(found))
+    heat = {
+        "type": "heatmap", "z": ratio, "x": columns, "y": list(range(len(arms))), "zmin": 0, "zmax": _ENDS_AT,
+        "colorscale": _RATIOS, "xgap": 1, "ygap": 1, "hoverongaps": False,
+        "text": [[arm.name] * len(columns) for arm in arms],
+        "hovertemplate": "%{text}, %{x}: %{z:.2f}<extra></extra>",
+        "colorbar": {"title": {"text": _("found / expected"), "side": "right"}, "thickness": 12, "outlinewidth": 0},
+    }  # fmt: skip
+    marks = figures.points(
+        [month for _k, month in alarmed], [k for k, _month in alarmed], figures.INK, 9, symbol="x-thin-open"
+    )
+    drawn = figures.layout(
+        _("month"), "",
+        xaxis={"type": "category"},
+        yaxis={
+            "tickvals": list(range(len(arms))), "ticktext": [arm.name for arm in arms],
+            "range": [len(arms) - 0.5, -0.5],
+            "automargin": True, "showgrid": False, "zeroline": False,
+        },
+    )  # fmt: skip
+    many = len(arms) > ALL_NAMED
+    alt = _("Matrix of {count} arms by months, coloured by the RMS found over the expected one.", count=len(arms))
+    note = _("A cross is an alarm. A click on an arm opens its charts.")
+    if many:
+        drawn["yaxis"] |= {"showticklabels": False, "ticks": ""}
+    return Figure(
+        "months", _("Every arm, month by month"), alt, [heat, marks], drawn, note,
+        key=[Key(_("alarm"), figures.INK, "cross")], height=110 + (7 if many else 22) * len(arms),
+        links=[f"arm-{k}" for k in range(len(arms))],
+    )  # fmt: skip
 
 
 def ratio_chart(arms: Sequence[ArmHistory]) -> Figure | None:

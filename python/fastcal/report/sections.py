@@ -20,7 +20,7 @@ TONES = {"holds": "good", "changed": "bad", "cannot_tell": "caution", "alarm": "
 
 @dataclass(frozen=True)
 class Section:
-    """One part of a page."""
+    """One part of a page; `folded`: a click shows what is below its title."""
 
     id: str
     title: str
@@ -30,6 +30,7 @@ class Section:
     facts: list[tuple[str, str]] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     on_paper: bool = True
+    folded: bool = False
 
     @property
     def place(self) -> tuple[str, str]:

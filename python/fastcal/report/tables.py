@@ -50,10 +50,11 @@ _UNIT_TEXTS = {
 
 @dataclass(frozen=True)
 class Cell:
-    """What is read and what is sorted by: a number, or a text where `sort` is None."""
+    """What is read and what is sorted by: a number, or a text where `sort` is None; and where a click leads."""
 
     text: str
     sort: float | None = None
+    link: str = ""
 
 
 @dataclass(frozen=True)

@@ -58,8 +58,14 @@ def arrow_scale(positions: Array, vectors: Array) -> float:
     return float(power * max(step for step in (1, 2, 5) if step * power <= wanted * (1 + 1e-12)))
 
 
-def arrow_modes(positions: Array, before: Array, after: Array) -> list[Arrows]:
-    """Before; after at the same scale, to compare; after enlarged on its own, to see the pattern of what is left."""
+def arrow_modes(positions: Array, before: Array, after: Array | None) -> list[Arrows]:
+    """Before; after at the same scale, to compare; after enlarged on its own, to see the pattern of what is left.
+
+    Without `after` the errors are those of now.
+    """
+    if after is None:
+        end = float(np.quantile(np.linalg.norm(before, axis=1), 0.98)) or 1.0
+        return [Arrows(_("Now"), arrow_scale(positions, before), before, end)]
     scale_before, scale_after = arrow_scale(positions, before), arrow_scale(positions, after)
     end_before, end_after = (float(np.quantile(np.linalg.norm(v, axis=1), 0.98)) or 1.0 for v in (before, after))
     modes = [
@@ -74,7 +80,7 @@ def arrow_modes(positions: Array, before: Array, after: Array) -> list[Arrows]:
 def scene(
     positions: Array,
     before: Array,
-    after: Array,
+    after: Array | None,
     base: Array | None,
     frame: str,
     arm: Arm | None = None,
@@ -85,7 +91,7 @@ def scene(
     Args:
         positions: Where arrows begin.
         before: Errors before the calibration.
-        after: Errors after it.
+        after: Errors after it; None: `before` are those of now.
         base: Of the robot.
         frame: In words.
         arm: The arm in these N postures; a slider goes through them.
@@ -108,7 +114,8 @@ def scene(
     inside = shown_base
     if arm is not None:
         drawn_arm = arm.pick(shown)
-        postures = _postures(drawn_arm, positions[shown], worst=int(np.argmax(np.linalg.norm(after[shown], axis=1))))
+        left = before if after is None else after
+        postures = _postures(drawn_arm, positions[shown], worst=int(np.argmax(np.linalg.norm(left[shown], axis=1))))
         postures["traces"] = list(range(len(traces), len(traces) + 3))
         traces += _arm(drawn_arm, positions[shown], postures["shown"])
         inside = drawn_arm.points.reshape(-1, 3) if shown_base is not None else None
@@ -139,11 +146,7 @@ def scene(
     if arm is not None:
         note += " " + _("The slider, or a click on a point, moves the arm to a pose.")
         if arm.contributions is not None:
-            note += " " + _(
-                "Joints are coloured by how far the tool would be off (RMS) if the joint alone were left as it was: "
-                "{joints}.",
-                joints=_contributions_text(arm.contributions),
-            )
+            note += " " + _contributions_note(arm.contributions, now=after is None)
     alt = _("Three-dimensional view of the workspace with an arrow for the error of each pose; drag to turn it.")
     return Figure(
         "workspace", _("Errors in the workspace"), alt, traces, figure_layout, note,
@@ -267,14 +270,17 @@ def _postures(arm: Arm, positions: Array, worst: int) -> dict[str, Any]:
     }
 
 
-def _contributions_text(contributions: Array) -> str:
-    """The largest, in words: "joint 2 0.41 mm, joint 3 0.22 mm"."""
-    order = np.argsort(-contributions)[:3]
-    return ", ".join(
-        f"{_('joint {number}', number=int(i) + 1)} {significant(float(contributions[i]), 2)} mm"
-        for i in order
-        if contributions[i] > 0
-    ) or _("none")
+def _contributions_note(contributions: Array, *, now: bool) -> str:
+    """What the colours of the joints say, with the largest: "joint 2 0.41 mm, joint 3 0.22 mm"."""
+    order = [int(i) for i in np.argsort(-contributions)[:3] if contributions[i] > 0]
+    sizes = [f"{_('joint {number}', number=i + 1)} {significant(float(contributions[i]), 2)} mm" for i in order]
+    joints = ", ".join(sizes) or _("none")
+    if now:
+        return _("Joints are coloured by how far their change moves the tool (RMS): {joints}.", joints=joints)
+    return _(
+        "Joints are coloured by how far the tool would be off (RMS) if the joint alone were left as it was: {joints}.",
+        joints=joints,
+    )
 
 
 def _base(base: Array) -> Trace:

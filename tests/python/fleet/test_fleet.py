@@ -217,6 +217,22 @@ def test_the_command_writes_table_and_page(folder: Path, fleet: Fleet, capfd: py
     assert result["fleet"]["row"] == fleet["arm 0"].to_row()
 
 
+def test_the_page_says_first_what_became_of_the_arms_and_leads_to_their_pages(fleet: Fleet, tmp_path: Path) -> None:
+    done = [arm for arm in fleet if arm.after_mm is not None]
+    first, second = done[:2]
+    for arm in (first, second):
+        (tmp_path / arm.name).mkdir()
+    (tmp_path / first.name / "report.html").write_text("")
+    lost = replace(first, name="lost", after_mm=None, model=None, status="refused", message="q1_deg is missing")
+    document = fleet_page(Fleet([first, second, lost]), tmp_path)
+    box = document.split('<section class="verdict')[1].split("</section>")[0]
+    worst = max((first, second), key=lambda arm: arm.after_mm or 0.0)
+    assert f"2 of 3 arms have a model; the largest error is {worst.after_mm:.3g} mm RMS, of {worst.name}." in box
+    assert "lost: q1_deg is missing" in box
+    assert f'<a href="{first.name}/report.html">{first.name}</a>' in document
+    assert f'<a href="{second.name}/report.html">' not in document
+
+
 def test_what_was_noticed_of_an_arm_is_on_the_page(fleet: Fleet) -> None:
     """Below the table, where a sentence has room, of arms that have a model; the others have a list of their own."""
     arms = [replace(arm, message="the residuals depend on the posture") for arm in fleet]

@@ -3,6 +3,7 @@
 """The pages of a check, an update, a comparison and a history: in a browser, on a phone, in both languages."""
 
 import html
+import json
 import re
 from dataclasses import replace
 
@@ -125,7 +126,7 @@ def test_every_drawing_has_a_text_in_its_place(pages) -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_pages_are_drawn_and_the_console_is_quiet(browser, pages, name) -> None:
-    document, console = browser.run(pages[name, "en"], "--dump-dom", *browser.no_gl)
+    document, console = browser.run(pages[name, "en"], "--dump-dom", *browser.software_gl)
     assert console == []
     assert document.count('data-state="drawn"') == pages[name, "en"].count('<div class="plot"') > 0
 
@@ -157,3 +158,37 @@ def test_drawing_fits_nothing(pages, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(np.linalg, "lstsq", None)
     assert check_page(found)
     assert comparison_page(same)
+
+
+def test_a_fleet_of_a_hundred_arms_is_a_matrix_whose_lines_lead_to_the_arms(browser, tmp_path) -> None:
+    """Those that ask for attention are open, the others a click away; the page is three screens high."""
+    (tmp_path / "history").mkdir()
+    for arm in range(100):
+        for month in range(1, 7):
+            bad = arm in (17, 60) and month == 6
+            content = {
+                "verdict": "changed" if bad else "holds",
+                "sentence": "",
+                "rms_mm": 0.3 if bad else 0.05,
+                "expected_rms_mm": 0.05,
+                "p_value": 0.5,
+                "misfit_p_value": 0.5,
+                "robot": "ur10",
+                "made_by": {"serial": f"A{arm:03d}", "date": f"2026-{month:02d}-03", "robot_sha256": "0" * 64},
+                "tests": [],
+                "causes": [],
+            }
+            (tmp_path / "history" / f"{arm}-{month}.json").write_text(json.dumps(content))
+    found = fastcal.history(tmp_path / "history")
+    assert len(found.arms) == 100
+    script = """
+      const height = document.documentElement.scrollHeight;
+      const plot = document.querySelector("#figure-months .plot");
+      const last = document.getElementById("arm-20").querySelector("details");
+      const before = last.open;
+      plot.emit("plotly_click", { points: [{ y: 20 }] });
+      return [height, before, last.open, [...document.querySelectorAll("section[id^=arm-] > details")].length];"""
+    height, before, after, folded = browser.probe(history_page(found), script, *browser.no_gl)
+    assert height < 3 * 1230
+    assert (before, after) == (False, True)
+    assert folded == 22  # of 24 with charts two ask for attention

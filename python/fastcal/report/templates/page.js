@@ -39,19 +39,29 @@ function hasWebGL() {
 async function draw(plot, place) {
   const isScene = plot.dataset.kind === "scene";
   if (isScene && !hasWebGL()) {
-    say(plot, document.body.dataset.noWebgl);
-    plot.closest(".figure").querySelector(".controls").hidden = true;
-    document.querySelector("details.flat-views").open = true;
+    const views = document.querySelector("details.flat-views");
+    say(plot, views ? `${document.body.dataset.noWebgl} ${document.body.dataset.flatViews}` : document.body.dataset.noWebgl);
+    for (const part of plot.closest(".figure").querySelectorAll(".controls, .posture")) part.hidden = true;
+    if (views) views.open = true;
     return;
   }
-  const { data, layout, narrow, postures } = JSON.parse(plot.nextElementSibling.textContent);
+  const { data, layout, narrow, postures, links } = JSON.parse(plot.nextElementSibling.textContent);
   const config = { responsive: true, displaylogo: false, displayModeBar: isScene, scrollZoom: false,
     modeBarButtons: [["resetCameraDefault3d"]] };
   await Plotly.newPlot(plot, data, layout, config);
   if (plot.clientWidth < NARROW && Object.keys(narrow).length) await Plotly.relayout(plot, narrow);
   if (postures?.rows) followPostures(plot, postures);
+  if (links?.length) plot.on("plotly_click", ({ points: [hit] }) => leadTo(links[hit.y]));
   drawn[place] = true;
   plot.dataset.state = "drawn";
+}
+
+// Opens a part of the page and goes there.
+function leadTo(id) {
+  const part = document.getElementById(id);
+  if (!part) return;
+  for (const details of part.querySelectorAll("details")) details.open = true;
+  part.scrollIntoView({ behavior: "smooth" });
 }
 
 // Single precision in base64, as page.py writes arrays.
