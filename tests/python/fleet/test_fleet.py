@@ -8,6 +8,7 @@ import shutil
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from urllib.parse import quote
 
 import numpy as np
 import pytest
@@ -229,8 +230,8 @@ def test_the_page_says_first_what_became_of_the_arms_and_leads_to_their_pages(fl
     worst = max((first, second), key=lambda arm: arm.after_mm or 0.0)
     assert f"2 of 3 arms have a model; the largest error is {worst.after_mm:.3g} mm RMS, of {worst.name}." in box
     assert "lost: q1_deg is missing" in box
-    assert f'<a href="{first.name}/report.html">{first.name}</a>' in document
-    assert f'<a href="{second.name}/report.html">' not in document
+    assert f'<a href="{quote(first.name)}/report.html">{first.name}</a>' in document
+    assert f'<a href="{quote(second.name)}/report.html">' not in document
 
 
 def test_what_was_noticed_of_an_arm_is_on_the_page(fleet: Fleet) -> None:
