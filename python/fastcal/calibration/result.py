@@ -7,7 +7,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,9 @@ from fastcal.display.shown import Plotted
 from fastcal.measurements.kinds import POINTS, KindMisfit, KindNoise
 from fastcal.robot.robot import Robot
 from fastcal.units import from_si
+
+if TYPE_CHECKING:
+    from plotly.graph_objects import Figure
 
 FloatArray = NDArray[np.float64]
 
@@ -131,6 +134,10 @@ class CalibrationResult(Plotted):
                 half = t * (p.std or 0.0)
                 out[k] = p.value - half, p.value + half
         return out
+
+    def plot_parameters(self) -> Figure:
+        """Every parameter's change and its 95 % interval, in mm at the tool."""
+        return late.call("chart", self, "parameters")
 
     def save(self, folder: str | os.PathLike[str]) -> None:
         """Writes model.yaml (where anything was identified), result.json and report.html into a folder, all or none."""

@@ -58,6 +58,10 @@ class Plotted(Shown):
         """The errors as arrows in the workspace, before and after."""
         return late.call("chart", self, "workspace")
 
+    def plot_arm(self) -> Figure:
+        """The arm where the error is largest, its joints coloured by what they contribute, and the errors as arrows."""
+        return late.call("chart", self, "arm")
+
     def plot_noise(self) -> Figure:
         """Normal plot of the residuals, with the line of the estimated noise."""
         return late.call("chart", self, "noise")

@@ -28,7 +28,9 @@ from fastcal.report import (
     residual_figures,
     workspace,
 )
+from fastcal.report.arm import Arm, arm_of
 from fastcal.report.frames import frame
+from fastcal.report.parameter_sizes import moved_at_tool, sizes_figure
 from fastcal.report.summaries import summary
 from fastcal.report.tables import capitalised
 from fastcal.report.view import Rows, rows_of
@@ -162,10 +164,22 @@ def _residuals(shown: Any, over: str | None = None) -> list[Figure]:
     return [replace(panel, key=charts.component_key(rows.components))]
 
 
-def _workspace(shown: Any) -> list[Figure]:
+def _workspace(shown: Any, arm: Arm | None = None) -> list[Figure]:
     arrows = residual_figures.arrows(_sets(shown))
     base = np.asarray(shown.model.spec["base"]["xyz_mm"], float)
-    return [] if arrows is None else [workspace.scene(*arrows, base, "the measuring frame")]
+    return [] if arrows is None else [workspace.scene(*arrows, base, "the measuring frame", arm)]
+
+
+def _arm(shown: Any) -> list[Figure]:
+    kinds = shown.model.joint_types
+    before = shown.nominal if isinstance(shown, CalibrationResult) else shown.steps[0].model
+    sets = [(rows_of(name, getattr(shown, part), kinds), getattr(shown, part)) for name, part in _PARTS]
+    return _workspace(shown, arm_of(shown.model, before, sets))
+
+
+def _parameters(result: CalibrationResult) -> list[Figure]:
+    drawn = sizes_figure(moved_at_tool(result))
+    return [] if drawn is None else [drawn]
 
 
 def _noise(shown: Any) -> list[Figure]:
@@ -204,6 +218,8 @@ _CHARTS: dict[str, Any] = {
     "histogram": _histogram,
     "residuals": _residuals,
     "workspace": _workspace,
+    "arm": _arm,
+    "parameters": _parameters,
     "noise": _noise,
     "gap": _gap,
     "effect": _effect,

@@ -66,7 +66,7 @@ def test_html_is_escaped_and_not_long(hidden_backlash, result: CalibrationResult
     assert "<script>" not in named._repr_html_()
 
 
-@pytest.mark.parametrize("kind", ["errors", "histogram", "residuals", "workspace", "noise"])
+@pytest.mark.parametrize("kind", ["errors", "histogram", "residuals", "workspace", "arm", "noise"])
 def test_the_charts_of_the_report_are_plotly_figures(result: CalibrationResult, found: Diagnosis, kind: str) -> None:
     for shown in (result, found):
         figure = getattr(shown, f"plot_{kind}")()
@@ -74,6 +74,21 @@ def test_the_charts_of_the_report_are_plotly_figures(result: CalibrationResult, 
         drawn = json.loads(figure.to_json())
         assert any(trace.get("x") for trace in drawn["data"])
         assert drawn["layout"]["meta"]["alt"]
+
+
+def test_the_arm_and_the_parameters_are_drawn_too(result: CalibrationResult) -> None:
+    drawn = result.plot_arm().data
+    chain, joints, point = drawn[-3:]
+    assert len(joints.x) == result.model.joint_count
+    rows = np.vstack([result.train.data.position, result.test.data.position])
+    errors = np.linalg.norm(np.vstack([result.train.error_after, result.test.error_after]), axis=1)
+    worst = int(np.argmax(errors))
+    np.testing.assert_allclose([point.x[0], point.y[0], point.z[0]], 1e3 * rows[worst], atol=1e-6)
+    np.testing.assert_allclose([chain.x[-1], chain.y[-1], chain.z[-1]], 1e3 * rows[worst], atol=5)
+    dots = result.plot_parameters().data
+    shown = {name for trace in dots[:2] for name in trace.y}
+    assert shown
+    assert not any(name.startswith(("Base", "Tool")) for name in shown)
 
 
 def test_what_a_model_is_used_for_shows_itself_too(result: CalibrationResult) -> None:
