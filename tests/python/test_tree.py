@@ -67,6 +67,15 @@ def test_the_changelog_keeps_its_form() -> None:
     assert set(kinds) <= {"Added", "Changed", "Deprecated", "Removed", "Fixed", "Security"}
 
 
+def test_the_changelog_can_be_read() -> None:
+    """At most forty lines a release, and no timings: those are in docs/benchmarks.md."""
+    for release in (ROOT / "CHANGELOG.md").read_text(encoding="utf-8").split("\n## ")[1:]:
+        lines = [line for line in release.splitlines()[1:] if line.strip()]
+        assert len(lines) <= 40, f"{release.splitlines()[0]} has {len(lines)} lines"
+        timings = re.findall(r"[\d.]+ (?:ms|us|µs|s|seconds?|minutes?|MB|GB)\b|\bCPU\b|% (?:less|faster)", release)
+        assert timings == []
+
+
 def test_a_change_of_the_code_is_in_the_changelog() -> None:
     """Either the coming version has entries, or the newest one listed is the version of the package."""
     text = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
