@@ -8,14 +8,16 @@ import importlib
 import os
 import sys
 from collections.abc import Iterable, Sequence
-from typing import Annotated, cast
+from typing import Annotated, Any, cast
 
 import typer
+from typer.core import TyperGroup
 
 from fastcal.cli.arm_links import with_links
 from fastcal.cli.console import NOT_CONVERGED, fail, manner
 from fastcal.cli.manners import examples, with_manners
 from fastcal.cli.own_inputs import keeps_its_inputs
+from fastcal.cli.pages import with_page
 from fastcal.cli.tracker import with_tracker
 from fastcal.cli.who import with_who
 from fastcal.errors import FastcalError, Undetermined, unloaded
@@ -28,29 +30,59 @@ _COMPLETION = "_FASTCAL_COMPLETE"  # the variable by which the shell asks typer 
 _UsageError = cast("type[Exception]", typer.BadParameter.__mro__[2])
 
 # The commands as `fastcal --help` lists them, and the module and function of each.
-COMMANDS = {
-    "calibrate": "calibrate:calibrate",
-    "diagnose": "diagnose:diagnose",
-    "check": "check:check",
-    "update": "update:update",
-    "compare": "update:compare",
-    "history": "history:history",
-    "train": "train:train",
-    "predict": "models:predict",
-    "compensate": "compensate:compensate",
-    "evaluate": "models:evaluate",
-    "accept": "accept:accept",
-    "design": "design:design",
-    "simulate": "simulate:simulate",
-    "convert": "convert:convert",
-    "import": "imports:import_",
-    "template": "imports:template",
-    "robots": "lists:robots",
-    "effects": "lists:effects",
-    "fleet": "fleet:fleet",
-    "paper": "paper:paper",
-    "demo": "demo:demo",
+GROUPS = {
+    "Calibrate": {
+        "calibrate": "calibrate:calibrate",
+        "diagnose": "diagnose:diagnose",
+        "evaluate": "models:evaluate",
+        "train": "train:train",
+        "drop": "drop:drop",
+    },
+    "Plan": {
+        "design": "design:design",
+        "template": "imports:template",
+        "import": "imports:import_",
+    },
+    "Use": {
+        "compensate": "compensate:compensate",
+        "predict": "models:predict",
+        "convert": "convert:convert",
+    },
+    "Watch": {
+        "check": "check:check",
+        "update": "update:update",
+        "compare": "update:compare",
+        "history": "history:history",
+        "accept": "accept:accept",
+        "fleet": "fleet:fleet",
+    },
+    "More": {
+        "demo": "demo:demo",
+        "simulate": "simulate:simulate",
+        "robots": "lists:robots",
+        "effects": "lists:effects",
+        "paper": "paper:paper",
+    },
 }
+COMMANDS = {name: home for group in GROUPS.values() for name, home in group.items()}
+
+
+class _Grouped(TyperGroup):
+    """The list of commands under the headings of `GROUPS`."""
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """Writes each group's commands with the first sentence of their help."""
+        width = max(map(len, self.commands))
+        limit = formatter.width - 6 - width
+        for title, group in GROUPS.items():
+            rows = [
+                (name.ljust(width), command.get_short_help_str(limit))
+                for name in group
+                if (command := self.get_command(ctx, name)) is not None
+            ]
+            if rows:
+                with formatter.section(title):
+                    formatter.write_dl(rows)
 
 
 def application(names: Iterable[str] = COMMANDS, *, listed: bool = False) -> typer.Typer:
@@ -61,6 +93,7 @@ def application(names: Iterable[str] = COMMANDS, *, listed: bool = False) -> typ
         listed: They are only to be listed: reading the options of all takes longer than everything else.
     """
     app = typer.Typer(
+        cls=_Grouped,
         add_completion=True,
         rich_markup_mode=None,
         pretty_exceptions_enable=False,
@@ -76,7 +109,7 @@ def application(names: Iterable[str] = COMMANDS, *, listed: bool = False) -> typ
         if listed:
             app.command(name, help=command.__doc__)(_listed)
             continue
-        whole = with_who(with_tracker(with_links(keeps_its_inputs(command))))
+        whole = with_page(name, with_who(with_tracker(with_links(keeps_its_inputs(command)))))
         app.command(name, epilog=examples(name))(with_manners(whole))
     return app
 
@@ -95,7 +128,7 @@ def _show_version(wanted: bool) -> None:
 
 def _fastcal(
     version: Annotated[
-        bool, typer.Option("--version", help="Show the version.", callback=_show_version, is_eager=True)
+        bool, typer.Option("-V", "--version", help="Show the version.", callback=_show_version, is_eager=True)
     ] = False,
 ) -> None:
     """Kinematic calibration of robot arms.
