@@ -79,8 +79,12 @@ class Browser:
         """The document after its scripts ran, and the lines of the console."""
         path = self.folder / "page.html"
         path.write_text(page, encoding="utf-8")
+        return self.visit(path.as_uri(), *flags)
+
+    def visit(self, address: str, *flags: str) -> tuple[str, list[str]]:
+        """The same of a page that has an address."""
         profile = self.folder / "profile"
-        command = [self.command, *FLAGS, f"--user-data-dir={profile}", *flags, path.as_uri()]
+        command = [self.command, *FLAGS, f"--user-data-dir={profile}", *flags, address]
         done = subprocess.run(command, capture_output=True, text=True, timeout=180, check=True)
         shutil.rmtree(profile, ignore_errors=True)
         lines = [line for line in done.stderr.splitlines() if ":CONSOLE:" in line and HARMLESS not in line]
