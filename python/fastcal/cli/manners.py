@@ -77,8 +77,7 @@ def with_manners(command: Callable[..., None]) -> Callable[..., None]:
     return with_options(command, common, take)
 
 
-def examples(name: str) -> str | None:
-    """The end of a command's help."""
-    if name not in EXAMPLES:
-        return None
-    return "\b\nExamples:\n" + "\n".join(f"  {line}" for line in EXAMPLES[name])
+def examples(name: str, command: Callable[..., None]) -> str | None:
+    """The end of a command's help; one of another package has its lines as its attribute `examples`."""
+    lines = EXAMPLES.get(name) or getattr(command, "examples", ())
+    return "\b\nExamples:\n" + "\n".join(f"  {line}" for line in lines) if lines else None
