@@ -15,6 +15,7 @@ ROOT = Path(__file__).parents[1]
 # File of the checkout that is a page of the site, and the page's place.
 OUTSIDE = {"README.md": "readme.md", "CONTRIBUTING.md": "contributing.md", "CHANGELOG.md": "changelog.md"}
 STYLE = "stylesheets/site.css"
+WORKER = "javascripts/iframe-worker.js"
 FOLDERS = {"effects": "Effects", "observations": "Observations"}
 LINK = re.compile(r"\]\(([^)\s#]*)(#[^)\s]*)?\)")
 
@@ -27,6 +28,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
             text = text.replace(f"]({other}", f"]({page}")
         files.append(File.generated(config, place, content=text))
     files.append(File.generated(config, STYLE, abs_src_path=str(ROOT / "tools" / "site.css")))
+    files.append(File.generated(config, WORKER, abs_src_path=str(ROOT / "tools" / "site_worker.js")))
     for folder, title in FOLDERS.items():
         pages = sorted(path for path in (ROOT / "docs" / folder).glob("*.md"))
         lines = [f"- [{path.stem}]({path.name}): {_first_sentence(path)}" for path in pages]

@@ -122,7 +122,7 @@ def rendered(records: Sequence[Record]) -> str:
         "",
         f"{len(records)} simulated sets over {len({r.arm for r in records})} arms,",
         "by `bench/python/bench_diagnosis.py`; what is in them, and how they differ from the world, says",
-        "[Diagnosis](diagnosis.md#what-was-simulated). The seeds were used for nothing else.",
+        "[the page of these sets](diagnosis-sets.md). The seeds were used for nothing else.",
         "Bounds are Wilson's at 95 %. A name counts as right where",
         f"its columns hold the true signature to a canonical correlation of {TWIN}. Worse: the RMS of held-out poses,",
         f"noise included, is more than {WORSE:g} times that of the geometry alone.",

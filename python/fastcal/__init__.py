@@ -48,6 +48,7 @@ if TYPE_CHECKING:
     from fastcal.monitoring.result import CheckResult
     from fastcal.monitoring.update import UpdateResult, update
     from fastcal.report import write_report
+    from fastcal.robot.dropped_effects import drop_effects
     from fastcal.robot.robot import Robot
     from fastcal.selection.choose_parameters import choose_parameters
 
@@ -97,6 +98,7 @@ _HOMES = {
     "design_poses": "design",
     "diagnose": "diagnosis",
     "diagnose_many": "fleet",
+    "drop_effects": "robot.dropped_effects",
     "evaluate": "calibration.evaluation",
     "foresee": "diagnosis.plan",
     "history": "monitoring.history",
@@ -187,6 +189,7 @@ __all__ = [
     "design_poses",
     "diagnose",
     "diagnose_many",
+    "drop_effects",
     "evaluate",
     "foresee",
     "history",

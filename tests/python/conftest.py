@@ -79,8 +79,12 @@ class Browser:
         """The document after its scripts ran, and the lines of the console."""
         path = self.folder / "page.html"
         path.write_text(page, encoding="utf-8")
+        return self.visit(path.as_uri(), *flags)
+
+    def visit(self, address: str, *flags: str) -> tuple[str, list[str]]:
+        """The same of a page that has an address."""
         profile = self.folder / "profile"
-        command = [self.command, *FLAGS, f"--user-data-dir={profile}", *flags, path.as_uri()]
+        command = [self.command, *FLAGS, f"--user-data-dir={profile}", *flags, address]
         done = subprocess.run(command, capture_output=True, text=True, timeout=180, check=True)
         shutil.rmtree(profile, ignore_errors=True)
         lines = [line for line in done.stderr.splitlines() if ":CONSOLE:" in line and HARMLESS not in line]
@@ -110,16 +114,29 @@ def browser(tmp_path_factory: pytest.TempPathFactory) -> Browser:
     return Browser(command, tmp_path_factory.mktemp("browser"))
 
 
-@pytest.fixture(scope="session")
-def shared_data() -> Path:
-    """The measurement sets beside the repository; without them a test is skipped, or fails where they are due."""
-    folder = Path(__file__).resolve().parents[3] / "shared" / "data"
-    if not folder.is_dir():
-        missing = f"the measurement sets are not at {folder}"
+class SharedData:
+    """Measurement sets by their names: those beside the repository, else the sample that is committed.
+
+    Without a set the test that asks for it is skipped, or fails where all are due.
+    """
+
+    beside = Path(__file__).resolve().parents[3] / "shared" / "data"
+    sample = Path(__file__).parent / "data" / "shared"
+
+    def __truediv__(self, name: str) -> Path:
+        for folder in (self.beside, self.sample):
+            if (folder / name).exists():
+                return folder / name
+        missing = f"the measurement set {name} is not at {self.beside}, and not of the sample that is committed"
         if os.environ.get("FASTCAL_DATA_REQUIRED") == "1":
             pytest.fail(missing)
         pytest.skip(missing)
-    return folder
+
+
+@pytest.fixture(scope="session")
+def shared_data() -> SharedData:
+    """The measurement sets, each by its name."""
+    return SharedData()
 
 
 @pytest.fixture(scope="session")

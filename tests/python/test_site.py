@@ -7,6 +7,9 @@ import json
 import re
 import subprocess
 from pathlib import Path
+from typing import Any
+
+import pytest
 
 import fastcal
 
@@ -24,16 +27,47 @@ def visible(page: str) -> str:
     return html.unescape(re.sub(r"<[^>]+>", "", prose))
 
 
-def test_the_site_builds_without_a_warning() -> None:
+@pytest.fixture(scope="module")
+def home() -> Path:
+    """The first page of the site, which is built."""
     built = subprocess.run([ROOT / "tools" / "site"], capture_output=True, text=True, check=False)
     assert built.returncode == 0, built.stderr
     assert "WARNING" not in built.stderr
-    home = Path(built.stdout.strip().splitlines()[-1])
+    return Path(built.stdout.strip().splitlines()[-1])
+
+
+def test_the_site_builds_without_a_warning(home: Path) -> None:
     assert "fastcal" in home.read_text(encoding="utf-8")
     pages = [page for page in home.parent.rglob("*.html") if page.name != "404.html"]
     assert len(pages) > 70
     unread = {page.name: MARKUP.findall(visible(page.read_text(encoding="utf-8"))) for page in pages}
     assert {name: found for name, found in unread.items() if found} == {}
+
+
+@pytest.mark.parametrize("page", ["index.html", "effects/backlash.html"])
+def test_a_site_opened_from_disk_finds_what_is_searched_for(home: Path, browser: Any, page: str) -> None:
+    address = f"{(home.parent / page).as_uri()}?q=ball-bar"
+    document, console = browser.visit(address, "--dump-dom", "--virtual-time-budget=8000", *browser.no_gl)
+    assert console == []
+    assert re.search(r"\d+ matching documents", document)
+    found = re.findall(r'<a href="(file:[^"]*)" class="md-search-result__link"', document)
+    assert any("observations/length.html" in link for link in found)
+
+
+def test_nothing_of_the_site_is_fetched_from_elsewhere(home: Path) -> None:
+    for page in home.parent.rglob("*.html"):
+        text = page.read_text(encoding="utf-8")
+        assert re.findall(r'<(?:script|img|iframe)[^>]* src="https?:[^"]*"', text) == [], page.name
+        assert re.findall(r'<link[^>]* rel="stylesheet"[^>]* href="https?:', text) == [], page.name
+
+
+def test_the_home_page_has_a_path_for_each_kind_of_user() -> None:
+    text = (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
+    paths = text.partition("## Your path")[2].partition("\n## ")[0].strip().split("\n\n")
+    for who in ("tracker", "camera", "ball-bar", "research", "integrate", "fleet"):
+        (path,) = [path for path in paths if who in path.split("**")[1]]
+        assert path.count("](") >= 2, who
+    assert text.count("](pictures/") == 3
 
 
 def test_the_reference_lists_every_public_name() -> None:

@@ -67,6 +67,15 @@ def test_the_changelog_keeps_its_form() -> None:
     assert set(kinds) <= {"Added", "Changed", "Deprecated", "Removed", "Fixed", "Security"}
 
 
+def test_the_changelog_can_be_read() -> None:
+    """At most forty lines a release, and no timings: those are in docs/benchmarks.md."""
+    for release in (ROOT / "CHANGELOG.md").read_text(encoding="utf-8").split("\n## ")[1:]:
+        lines = [line for line in release.splitlines()[1:] if line.strip()]
+        assert len(lines) <= 40, f"{release.splitlines()[0]} has {len(lines)} lines"
+        timings = re.findall(r"[\d.]+ (?:ms|us|µs|s|seconds?|minutes?|MB|GB)\b|\bCPU\b|% (?:less|faster)", release)
+        assert timings == []
+
+
 def test_a_change_of_the_code_is_in_the_changelog() -> None:
     """Either the coming version has entries, or the newest one listed is the version of the package."""
     text = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
@@ -81,12 +90,29 @@ def test_the_workflows_run_what_is_there() -> None:
     for path in workflows:
         content = yaml.safe_load(path.read_text(encoding="utf-8"))
         steps = [step for job in content["jobs"].values() for step in job["steps"]]
-        scripts = {word for step in steps for word in re.findall(r"(?:^|\s)((?:\./|tools/)\w+)", step.get("run", ""))}
-        assert scripts
-        assert {name for name in scripts if not (ROOT / name).is_file()} <= {"tools/build_wheels"}
+        words = [word for step in steps for word in step.get("run", "").split()]
+        scripts = {word for word in words if re.fullmatch(r"(?:\./|\.ci/|tools/)\w+", word)}
+        assert {name for name in scripts if not (ROOT / name).is_file()} == set()
+        assert (".ci/run" in scripts) == (path.name == "ci.yml"), "public CI runs what is run here"
 
 
-@pytest.mark.parametrize("name", ["run", "test", "setup", ".ci/run", "tools/stubs"])
+def test_the_conda_recipe_asks_for_what_pip_installs() -> None:
+    recipe = yaml.safe_load((ROOT / "tools" / "conda" / "recipe.yaml").read_text(encoding="utf-8"))
+    run = [requirement.replace(" ", "") for requirement in recipe["requirements"]["run"]]
+    assert sorted(run) == sorted([f"python{PROJECT['requires-python']}", *PROJECT["dependencies"]])
+
+
+def test_wheels_are_made_for_every_python_that_is_supported() -> None:
+    tool = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["cibuildwheel"]
+    pythons = re.findall(r"cp3(\d+)-\*", tool["build"])
+    assert f">=3.{pythons[0]}" == PROJECT["requires-python"]
+    assert list(map(int, pythons)) == list(range(int(pythons[0]), int(pythons[-1]) + 1))
+    assert tool["manylinux-x86_64-image"] == tool["manylinux-aarch64-image"] == "manylinux_2_28"
+    for system in ("linux", "macos", "windows"):
+        assert "tools/wheel_libraries" in tool[system]["before-all"]
+
+
+@pytest.mark.parametrize("name", ["run", "test", "setup", ".ci/run", "tools/stubs", "tools/wheel_libraries"])
 def test_a_script_can_be_run(name: str) -> None:
     mode = subprocess.run(["git", "ls-files", "--stage", name], cwd=ROOT, check=True, capture_output=True, text=True)
     assert mode.stdout.startswith("100755")

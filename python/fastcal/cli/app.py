@@ -7,18 +7,23 @@ from __future__ import annotations
 import importlib
 import os
 import sys
-from collections.abc import Iterable, Sequence
-from typing import Annotated, cast
+from collections.abc import Callable, Iterable, Sequence
+from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
+from typer.core import TyperGroup
 
 from fastcal.cli.arm_links import with_links
 from fastcal.cli.console import NOT_CONVERGED, fail, manner
 from fastcal.cli.manners import examples, with_manners
 from fastcal.cli.own_inputs import keeps_its_inputs
+from fastcal.cli.pages import with_page
 from fastcal.cli.tracker import with_tracker
 from fastcal.cli.who import with_who
-from fastcal.errors import FastcalError, Undetermined, unloaded
+from fastcal.errors import FastcalError, InvalidInput, Undetermined, unloaded
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
 
 OK, INTERNAL, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 
@@ -28,29 +33,61 @@ _COMPLETION = "_FASTCAL_COMPLETE"  # the variable by which the shell asks typer 
 _UsageError = cast("type[Exception]", typer.BadParameter.__mro__[2])
 
 # The commands as `fastcal --help` lists them, and the module and function of each.
-COMMANDS = {
-    "calibrate": "calibrate:calibrate",
-    "diagnose": "diagnose:diagnose",
-    "check": "check:check",
-    "update": "update:update",
-    "compare": "update:compare",
-    "history": "history:history",
-    "train": "train:train",
-    "predict": "models:predict",
-    "compensate": "compensate:compensate",
-    "evaluate": "models:evaluate",
-    "accept": "accept:accept",
-    "design": "design:design",
-    "simulate": "simulate:simulate",
-    "convert": "convert:convert",
-    "import": "imports:import_",
-    "template": "imports:template",
-    "robots": "lists:robots",
-    "effects": "lists:effects",
-    "fleet": "fleet:fleet",
-    "paper": "paper:paper",
-    "demo": "demo:demo",
+GROUPS = {
+    "Calibrate": {
+        "calibrate": "calibrate:calibrate",
+        "diagnose": "diagnose:diagnose",
+        "evaluate": "models:evaluate",
+        "train": "train:train",
+        "drop": "drop:drop",
+    },
+    "Plan": {
+        "design": "design:design",
+        "template": "imports:template",
+        "import": "imports:import_",
+    },
+    "Use": {
+        "compensate": "compensate:compensate",
+        "predict": "models:predict",
+        "convert": "convert:convert",
+    },
+    "Watch": {
+        "check": "check:check",
+        "update": "update:update",
+        "compare": "update:compare",
+        "history": "history:history",
+        "accept": "accept:accept",
+        "fleet": "fleet:fleet",
+    },
+    "More": {
+        "demo": "demo:demo",
+        "simulate": "simulate:simulate",
+        "robots": "lists:robots",
+        "effects": "lists:effects",
+        "paper": "paper:paper",
+    },
 }
+COMMANDS = {name: home for group in GROUPS.values() for name, home in group.items()}
+ENTRY_POINTS = "fastcal.commands"  # the group of an installed package's commands
+
+
+class _Grouped(TyperGroup):
+    """The list of commands under the headings of `GROUPS`."""
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """Writes each group's commands with the first sentence of their help; those of other packages come last."""
+        width = max(map(len, self.commands))
+        limit = formatter.width - 6 - width
+        other = [name for name in self.commands if name not in COMMANDS]
+        for title, group in {**GROUPS, "Installed": other}.items():
+            rows = [
+                (name.ljust(width), command.get_short_help_str(limit))
+                for name in group
+                if (command := self.get_command(ctx, name)) is not None
+            ]
+            if rows:
+                with formatter.section(title):
+                    formatter.write_dl(rows)
 
 
 def application(names: Iterable[str] = COMMANDS, *, listed: bool = False) -> typer.Typer:
@@ -61,6 +98,7 @@ def application(names: Iterable[str] = COMMANDS, *, listed: bool = False) -> typ
         listed: They are only to be listed: reading the options of all takes longer than everything else.
     """
     app = typer.Typer(
+        cls=_Grouped,
         add_completion=True,
         rich_markup_mode=None,
         pretty_exceptions_enable=False,
@@ -71,14 +109,33 @@ def application(names: Iterable[str] = COMMANDS, *, listed: bool = False) -> typ
         "4: over, changed. 5: with --strict, something was left."
     )(_fastcal)
     for name in names:
-        module, _, function = COMMANDS[name].partition(":")
-        command = getattr(importlib.import_module(f"fastcal.cli.{module}"), function)
+        command = _command(name)
         if listed:
             app.command(name, help=command.__doc__)(_listed)
             continue
-        whole = with_who(with_tracker(with_links(keeps_its_inputs(command))))
-        app.command(name, epilog=examples(name))(with_manners(whole))
+        whole = with_page(name, with_who(with_tracker(with_links(keeps_its_inputs(command)))))
+        app.command(name, epilog=examples(name, command))(with_manners(whole))
     return app
+
+
+def _command(name: str) -> Callable[..., None]:
+    """The function of a command, of fastcal or of an installed package."""
+    if name in COMMANDS:
+        module, _, function = COMMANDS[name].partition(":")
+        found: Callable[..., None] = getattr(importlib.import_module(f"fastcal.cli.{module}"), function)
+        return found
+    point = installed()[name]
+    try:
+        return cast("Callable[..., None]", point.load())
+    except Exception as error:
+        raise InvalidInput(f"the installed command '{name}' ({point.value}) cannot be loaded: {error}") from error
+
+
+def installed() -> dict[str, EntryPoint]:
+    """The commands of installed packages by their names; none replaces one of fastcal's own."""
+    from importlib.metadata import entry_points  # takes as long as a short command
+
+    return {point.name: point for point in entry_points(group=ENTRY_POINTS) if point.name not in COMMANDS}
 
 
 def _listed() -> None:
@@ -95,7 +152,7 @@ def _show_version(wanted: bool) -> None:
 
 def _fastcal(
     version: Annotated[
-        bool, typer.Option("--version", help="Show the version.", callback=_show_version, is_eager=True)
+        bool, typer.Option("-V", "--version", help="Show the version.", callback=_show_version, is_eager=True)
     ] = False,
 ) -> None:
     """Kinematic calibration of robot arms.
@@ -108,7 +165,8 @@ def _needed(arguments: Sequence[str]) -> typer.Typer:
     """What the arguments ask for: a command, or the list of all; all where one comes later, and where a shell asks."""
     if arguments and arguments[0] in COMMANDS:
         return application(arguments[:1])
-    return application(listed=COMMANDS.keys().isdisjoint(arguments) and _COMPLETION not in os.environ)
+    names = [*COMMANDS, *installed()]
+    return application(names, listed=set(names).isdisjoint(arguments) and _COMPLETION not in os.environ)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

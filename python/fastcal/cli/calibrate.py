@@ -22,6 +22,7 @@ from fastcal.cli.options import (
     RobotFile,
     Rule,
     Threads,
+    left_out_geometry,
     words_of,
 )
 from fastcal.cli.tracker import Tracker, seen_by
@@ -103,7 +104,7 @@ def calibrate(
         found = (
             choice.result if choice else calibration.calibrate(nominal, measured, method=method, priors=priors, **given)
         )
-        notes = [*found.notes, *inspection.readback_notes(nominal, found.train.data)]
+        notes = [*left_out_geometry(effects), *found.notes, *inspection.readback_notes(nominal, found.train.data)]
         if found.degrees_of_freedom <= 0:
             notes.append(
                 "as many parameters as measured numbers: nothing is left to estimate the noise or any standard "

@@ -27,14 +27,13 @@ def robots() -> None:
 
 def effects() -> None:
     """List the effects that calibrate and diagnose know."""
-    from fastcal import _core
-    from fastcal.effects.entries import traits_of
+    from fastcal.effects.entries import effect_names, traits_of
 
     entries: list[dict[str, Any]] = [
         {"name": "geometry", "place": "anywhere", "about": "the rows of the robot file, base and tool"}
     ]
     entries += [
-        {"name": name, "place": traits_of(name).place, "about": traits_of(name).phrase} for name in _core.effect_names()
+        {"name": name, "place": traits_of(name).place, "about": traits_of(name).phrase} for name in effect_names()
     ]
     width = max(len(entry["name"]) for entry in entries)
     for entry in entries:

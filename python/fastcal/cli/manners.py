@@ -14,7 +14,7 @@ from fastcal.cli.signatures import with_options
 
 EXAMPLES = {
     "calibrate": (
-        "fastcal calibrate ur5 measurements.csv -o results",
+        "fastcal calibrate ur5 measurements.csv -o results --open",
         "fastcal calibrate robot.yaml fit.csv --test test.csv --effects geometry,joint_compliance@joint2 -o results",
     ),
     "diagnose": (
@@ -29,6 +29,10 @@ EXAMPLES = {
     "update": ("fastcal update results/model.yaml november.csv -o results_november",),
     "compare": ("fastcal compare results/model.yaml results_november/model.yaml -o comparison",),
     "history": ("fastcal history arm_7 -o arm_7_history", "fastcal history fleet --json"),
+    "drop": (
+        "fastcal drop diagnosis/model.yaml backlash@joint3 -o without_backlash.yaml",
+        "fastcal drop diagnosis/model.yaml gear_harmonic@joint1:order=2 -o without_wave.yaml",
+    ),
     "train": ("fastcal train results/model.yaml measurements.csv --network mlp -o trained",),
     "predict": ("fastcal predict results/model.yaml poses.csv -o predicted.csv",),
     "compensate": (
@@ -73,8 +77,7 @@ def with_manners(command: Callable[..., None]) -> Callable[..., None]:
     return with_options(command, common, take)
 
 
-def examples(name: str) -> str | None:
-    """The end of a command's help."""
-    if name not in EXAMPLES:
-        return None
-    return "\b\nExamples:\n" + "\n".join(f"  {line}" for line in EXAMPLES[name])
+def examples(name: str, command: Callable[..., None]) -> str | None:
+    """The end of a command's help; one of another package has its lines as its attribute `examples`."""
+    lines = EXAMPLES.get(name) or getattr(command, "examples", ())
+    return "\b\nExamples:\n" + "\n".join(f"  {line}" for line in lines) if lines else None

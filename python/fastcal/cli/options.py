@@ -48,6 +48,17 @@ Loss = Literal["tukey", "huber", "cauchy", "none"]
 Rule = Literal["least", "one_standard_error"]
 
 
+def left_out_geometry(effects: str) -> list[str]:
+    """A note where a list of effects leaves the geometry as it is, which few mean; no note where it is asked for."""
+    asked = [name.strip() for name in effects.split(",") if name.strip()]
+    if not asked or "geometry" in asked:
+        return []
+    return [
+        f"--effects {effects} leaves the geometry as ROBOT has it: base, tool and these effects alone are identified; "
+        f"write --effects geometry,{effects} to identify it too"
+    ]
+
+
 def file_names(files: list[Path]) -> str:
     """The names of some files without their folders."""
     return ", ".join(file.name for file in files)

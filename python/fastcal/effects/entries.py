@@ -118,6 +118,12 @@ def identity(entry: Spec) -> tuple[Any, ...]:
     return (entry["effect"], entry["owner"], *(options.get(key) for key in _APART))
 
 
+def identity_options(entry: Spec) -> Spec:
+    """The options of an entry that tell it from another cause of the same effect and owner."""
+    options = options_of(entry)
+    return {key: options[key] for key in _APART if options.get(key) is not None}
+
+
 def same_parameters(entry: Spec) -> Hashable:
     """Equal for two entries whose parameters mean the same: those of one effect, owner and options.
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from typing import get_args
 
 import numpy as np
@@ -22,6 +23,8 @@ from fastcal.units import UNITS
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 ParameterText = tuple[str, str, float, str]
+
+ENTRY_POINTS = "fastcal.effects"  # the group of an installed package's effects
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,7 +151,8 @@ def register_effect(
 ) -> None:
     """Makes an effect of one's own known by name, to be used as those that come with fastcal.
 
-    It must be registered again in every program that loads a model with it. Registering a name again replaces it.
+    It must be registered again in every program that loads a model with it, or by a package with an entry point in the
+    group `fastcal.effects`, which every program and command finds. Registering a name again replaces it.
 
     Args:
         name: As it will be written in files and effect lists.
@@ -219,10 +223,38 @@ def _place_of(owners: Sequence[str] | Callable[[_core.RobotModel], Sequence[str]
 
 
 def find(name: str) -> RegisteredEffect | None:
-    """The registered effect of that name, if there is one."""
+    """The registered effect of that name, if there is one; packages are asked for one that nobody else knows."""
+    if name not in _effects and name not in _core_names():
+        _load_installed()
     return _effects.get(name)
 
 
 def names() -> list[str]:
-    """Names of all registered effects."""
+    """Names of all registered effects, those of installed packages too."""
+    _load_installed()
     return sorted(_effects)
+
+
+@cache
+def _core_names() -> frozenset[str]:
+    return frozenset(_core.effect_names())
+
+
+@cache
+def _load_installed() -> None:
+    """Loads what installed packages offer: a module that registers effects, or a function that does, each once.
+
+    Raises:
+        InvalidInput: One of them cannot be loaded.
+    """
+    from importlib.metadata import entry_points  # takes as long as a short command
+
+    for point in entry_points(group=ENTRY_POINTS):
+        try:
+            offered = point.load()
+            if callable(offered):
+                offered()
+        except Exception as error:
+            raise InvalidInput(
+                f"the effects of the installed package that offers '{point.value}' cannot be loaded: {error}"
+            ) from error

@@ -71,7 +71,6 @@ def diagnose_arm(arm: Arm, options: Mapping[str, Any], *, folder: str | None = N
     from fastcal.diagnosis import diagnose  # takes longer to import than an arm to calibrate
     from fastcal.report.diagnosis_report import FILES as OF_DIAGNOSIS
     from fastcal.report.diagnosis_report import write_diagnosis
-    from fastcal.report.model_patches import PATTERN
 
     key = "" if folder is None else key_of(arm, {"diagnose": True, **options})
     if folder is not None and (known := _known(Path(folder) / "diagnosis.json", key)) is not None:
@@ -81,7 +80,7 @@ def diagnose_arm(arm: Arm, options: Mapping[str, Any], *, folder: str | None = N
     except FastcalError as error:
         row = ArmResult(arm.name, NOT_CALIBRATED, checks="all", message=str(error))
         if folder is not None:
-            with atomic_folder(folder, owned=(*OF_DIAGNOSIS, PATTERN)) as place:
+            with atomic_folder(folder, owned=OF_DIAGNOSIS) as place:
                 write_json(place / "diagnosis.json", _record(key, row))
         return row
     row = _diagnosed_row(arm.name, found)

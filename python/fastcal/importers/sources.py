@@ -14,6 +14,7 @@ from fastcal.importers.grid import Grid, Row, export_text, text_grid
 from fastcal.io.excel_sheets import sheets
 from fastcal.io.regular_file import read_bytes
 from fastcal.io.table import Uncalculated, unreadable
+from fastcal.io.tables import read_parquet
 
 MAX_BYTES = 32_000_000
 MAX_LINES = 200_000
@@ -99,9 +100,7 @@ def _text(cell: object) -> str:
 
 
 def _parquet(content: bytes, path: str) -> Grid:
-    from fastcal.io.arrow import read_parquet_table  # Arrow takes longer to import than a CSV to read
-
-    table = read_parquet_table(content, path)
+    table = read_parquet(content, path)
     _check_cells(len(table) * len(table.columns), path)
     columns = [
         ["" if np.isnan(value) else _text(value) for value in column.tolist()]

@@ -15,7 +15,7 @@ from fastcal.errors import ParseError
 from fastcal.io import inputs
 from fastcal.io.columns import JOINT_TITLE
 from fastcal.io.measurements import RowCounts, dataset_of
-from fastcal.io.table import Table, unreadable, without_blank_columns
+from fastcal.io.table import Table, unreadable, without_arrow, without_blank_columns
 from fastcal.io.text_tables import is_remark, is_row_of_numbers, read_text_table, without_remarks
 from fastcal.measurements.checks import RobotFacts
 from fastcal.measurements.dataset import Dataset
@@ -97,8 +97,11 @@ def _tables(path: str | os.PathLike[str], name: str) -> Iterator[Table]:
 
 def _cells(path: str | os.PathLike[str]) -> int:
     """How many cells a Parquet file of measurements has, 0 where it is none."""
-    import pyarrow as pa
-    import pyarrow.parquet
+    try:
+        import pyarrow as pa
+        import pyarrow.parquet
+    except ImportError:
+        return 0
 
     try:
         size = pyarrow.parquet.read_metadata(path)
@@ -109,8 +112,11 @@ def _cells(path: str | os.PathLike[str]) -> int:
 
 
 def _parquet_tables(path: str | os.PathLike[str], name: str) -> Iterator[Table]:
-    import pyarrow as pa
-    import pyarrow.parquet
+    try:
+        import pyarrow as pa
+        import pyarrow.parquet
+    except ImportError:
+        raise without_arrow(name) from None
 
     from fastcal.io.arrow import column_from_arrow
 

@@ -159,6 +159,13 @@ def unreadable(kind: str, error: Exception, path: str) -> ParseError:
     return ParseError(f"is not a readable {kind} file: {reason[0]}", path)
 
 
+def without_arrow(path: str) -> ParseError:
+    """The error for a Parquet file where the package that reads them is not installed."""
+    return ParseError(
+        "is a Parquet file, which needs the package pyarrow: pip install 'fastcal[parquet]', or save it as CSV", path
+    )
+
+
 def without_blank_columns(names: Sequence[str], columns: Sequence[Cells]) -> tuple[list[str], list[Cells]]:
     """Leaves out columns without name and content, as spreadsheets leave behind, and names those without name only.
 

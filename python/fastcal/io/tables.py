@@ -14,10 +14,23 @@ from pathlib import Path
 from fastcal.errors import InvalidInput, ParseError
 from fastcal.io.atomic import write_text
 from fastcal.io.regular_file import read_bytes
-from fastcal.io.table import Table, is_formula
+from fastcal.io.table import Table, is_formula, without_arrow
 from fastcal.io.text_tables import read_text_table
 
 MAX_BYTES = 256_000_000
+
+
+def read_parquet(content: bytes, path: str) -> Table:
+    """`read_parquet_table`, where Arrow is installed.
+
+    Raises:
+        ParseError: It is not, or the content is damaged.
+    """
+    try:
+        from fastcal.io.arrow import read_parquet_table  # Arrow takes longer to import than a CSV to read
+    except ImportError:
+        raise without_arrow(path) from None
+    return read_parquet_table(content, path)
 
 
 def read_table(path: str | os.PathLike[str]) -> Table:
@@ -31,9 +44,7 @@ def read_table(path: str | os.PathLike[str]) -> Table:
     if not content:
         raise ParseError("is empty; expected a header and rows of numbers", name)
     if content.startswith(b"PAR1"):
-        from fastcal.io.arrow import read_parquet_table  # Arrow takes longer to import than a CSV to read
-
-        return read_parquet_table(content, name)
+        return read_parquet(content, name)
     if content.startswith(b"PK\x03\x04"):
         from fastcal.io.excel import read_excel_table  # openpyxl takes longer to import than a CSV to read
 

@@ -161,9 +161,12 @@ def _with_tabs(text: str) -> str:
 
 
 def _read_quickly(content: bytes, separator: str, path: str, header: str, exact: partial[Table]) -> Table | None:
-    """The table if all its rows are of one length and no quoted cell goes over a line's end; else None."""
-    import pyarrow as pa
-    import pyarrow.csv
+    """The table if its rows are of one length, no quoted cell goes over a line's end and Arrow is there; else None."""
+    try:
+        import pyarrow as pa
+        import pyarrow.csv
+    except ImportError:
+        return None
 
     from fastcal.io.arrow import column_from_arrow
 

@@ -37,6 +37,8 @@ from fastcal.report.diagnosis_steps import is_advice, next_steps
 from fastcal.report.diagnosis_words import (
     GRADES,
     VERDICTS,
+    drop_command,
+    name_in_model,
     spoken,
     step_name,
     sureness,
@@ -46,7 +48,6 @@ from fastcal.report.document import document_facts
 from fastcal.report.figures import Figure
 from fastcal.report.formatting import alike, percent
 from fastcal.report.kind_words import noise_text, noise_title
-from fastcal.report.model_patches import PATTERN, patch_name, removal_patches
 from fastcal.report.tables import Table, capitalised, unit_text
 from fastcal.report.view import Rows, rows_of
 
@@ -55,7 +56,8 @@ if TYPE_CHECKING:
     from fastcal.diagnosis.result import Diagnosis, Finding
     from fastcal.diagnosis.search import SearchNode
 
-FILES = ("model.yaml", "diagnosis.json", "report.html", "next_poses.csv")
+# The last are those of older versions: each took an effect out of the model that it was written for.
+FILES = ("model.yaml", "diagnosis.json", "report.html", "next_poses.csv", "without_*.patch")
 _FRAME = "the measuring frame"
 
 
@@ -70,7 +72,7 @@ class _Card:
     sureness: list[str]
     reasons: list[str]
     equivalents: list[str]
-    patch: str
+    drop: str
     figures: list[Figure]
     note: str
 
@@ -82,7 +84,7 @@ def write_diagnosis(
     made_by: Mapping[str, Any] | None = None,
     also: Mapping[str, Any] | None = None,
 ) -> None:
-    """Writes model.yaml, diagnosis.json, report.html and a patch for each effect that was added, all or none.
+    """Writes model.yaml, diagnosis.json, report.html and, where there is a plan, next_poses.csv, all or none.
 
     Args:
         found: What `diagnose` gave.
@@ -93,15 +95,10 @@ def write_diagnosis(
     import fastcal
 
     origin = {} if made_by is None else {"made_by": dict(made_by)}
-    old = [path.name for path in Path(folder).glob(PATTERN)]
-    with workers(found.search.problem.threads), atomic_folder(Path(folder), owned=(*FILES, *old)) as place:
+    with workers(found.search.problem.threads), atomic_folder(Path(folder), owned=FILES) as place:
         source = PurePath(found.train.data.source).name
         model = place / "model.yaml"
         write_spec(found.model.spec | origin, model, f"Diagnosed by fastcal {fastcal.__version__} from {source}")
-        added = [finding for finding in found.effects if finding.in_model]
-        patches = removal_patches(model.read_text(encoding="utf-8"), found.model.spec, added, model.name)
-        for name, text in patches.items():
-            (place / name).write_text(text, encoding="utf-8")
         write_json(place / "diagnosis.json", found.to_json_dict() | origin | dict(also or {}))
         if found.plan is not None:
             write_poses(place / found.plan.file, found.plan.poses, found.model)
@@ -236,7 +233,7 @@ def _tiles(found: Diagnosis) -> list[tuple[str, str, str]]:
 def _card(found: Diagnosis, finding: Finding) -> _Card:
     seen = partial_residuals.of_finding(found.fitted_with(finding), finding)
     cause = capitalised(cause_in_words(finding.effect, finding.owner))
-    drawn = effect_figures.effect_figures(seen, finding.owner, f"effect-{patch_name(finding)[8:-6]}")
+    drawn = effect_figures.effect_figures(seen, finding.owner, f"effect-{_slug(finding)}")
     return _Card(
         cause,
         finding.grade,
@@ -245,10 +242,15 @@ def _card(found: Diagnosis, finding: Finding) -> _Card:
         sureness(finding),
         [reason_text(because, spoken) for because in finding.limits],
         [capitalised(cause_in_words(*other)) for other in finding.equivalents],
-        patch_name(finding) if finding.in_model else "",
+        drop_command(finding) if finding.in_model else "",
         drawn,
         effect_figures.left_out_note(seen),
     )
+
+
+def _slug(finding: Finding) -> str:
+    """The name of a finding where `<-`, `:` and `=` may not stand."""
+    return name_in_model(finding).replace("<-", "_from_").replace(":", "_").replace("=", "_")
 
 
 def _unexplained_figures(found: Diagnosis, state: SearchNode) -> list[Figure]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from fastcal.diagnosis.words import cause_in_words
 from fastcal.effects.entries import traits_of
-from fastcal.report.diagnosis_words import depends, place
+from fastcal.report.diagnosis_words import depends, drop_command, place
 from fastcal.report.formatting import percent
 from fastcal.report.words import listed
 
@@ -103,10 +103,9 @@ def _robot(effects: list[Finding]) -> list[str]:
     if not own:
         return []
     what = "the effect" if len(own) == 1 else f"the {len(own)} effects"
-    patches = "a without_....patch" if len(own) == 1 else "one of the without_....patch files"
     return [
         f"Compensate with model.yaml: it holds the geometry and {what}, identified together.",
-        f"To undo {'it' if len(own) == 1 else 'one'}, apply {patches} in the same folder.",
+        f"To undo {'it' if len(own) == 1 else 'one'}: {drop_command(own[0])}",
     ]
 
 

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
@@ -44,6 +45,17 @@ def short_name(effect: str, owner: str, variant: str = "") -> str:
     elif words[0] == place_words.split()[0]:
         words = words[1:]
     return f"{place_words} {' '.join(words)}{f', {variant}' if variant else ''}".strip()
+
+
+def name_in_model(finding: Finding) -> str:
+    """EFFECT@OWNER as `fastcal drop` takes it; a wave with its order, since a joint may have several."""
+    order = finding.parameters.get("order")
+    return finding.label + (f":order={order.value:.6g}" if order else "")
+
+
+def drop_command(finding: Finding) -> str:
+    """The command that takes a finding out of the model again."""
+    return f"fastcal drop model.yaml {shlex.quote(name_in_model(finding))} -o without.yaml"
 
 
 def step_name(added: str | None) -> str:

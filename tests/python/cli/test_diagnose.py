@@ -32,7 +32,7 @@ def test_a_process_names_the_backlash_and_writes_all_files(files, process, hidde
     assert (said.code, said.err) == (0, "")
     assert said.out.splitlines()[-1] == "out/report.html"
     assert {path.name for path in (files / "out").iterdir()} == {
-        "model.yaml", "diagnosis.json", "report.html", "without_backlash@joint3.patch"
+        "model.yaml", "diagnosis.json", "report.html"
     }  # fmt: skip
     found = json.loads((files / "out" / "diagnosis.json").read_text())
     check_schema(found)

@@ -11,8 +11,9 @@ from pathlib import Path
 
 import pytest
 
+import fastcal as library
 from fastcal import _core, robots
-from fastcal.cli.app import COMMANDS
+from fastcal.cli.app import COMMANDS, GROUPS
 from fastcal.cli.demo import NOISE_MM
 from fastcal.cli.manners import EXAMPLES
 
@@ -28,8 +29,9 @@ def help_of(fastcal, *arguments: str) -> str:
 def test_no_summary_of_a_command_is_cut(fastcal, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "80")
     text = help_of(fastcal)
-    lines = dict(re.findall(r"^  (\w+) {2,}(.+)$", text.split("Commands:")[1], re.MULTILINE))
+    lines = dict(re.findall(r"^  (\w+) {2,}(.+)$", text.split("Calibrate:")[1], re.MULTILINE))
     assert list(lines) == NAMES
+    assert re.findall(r"^(\w+):$", text.split("Options:")[1], re.MULTILINE) == list(GROUPS)
     assert all(line.endswith(".") and not line.endswith("...") for line in lines.values())
 
 
@@ -44,6 +46,22 @@ def test_help_has_examples_with_options_that_the_command_has(fastcal, name: str)
         assert words[:2] == ["fastcal", name]
         for option in [word for word in words if word.startswith("-")]:
             assert re.search(rf"(?m)^ +.*{re.escape(option)}\b", text.split("Examples:")[0]), option
+
+
+@pytest.mark.parametrize("option", ["-V", "--version"])
+def test_the_version_is_told(fastcal, option: str) -> None:
+    assert fastcal(option).out == f"fastcal {library.__version__}\n"
+
+
+def test_a_list_of_effects_without_the_geometry_is_taken_as_it_is_and_said(fastcal, demo: Path, tmp_path: Path) -> None:
+    arguments = ("calibrate", demo / "robot.yaml", demo / "test.csv", "-o", tmp_path / "out", "--effects")
+    ratio = "reduction_ratio@joint2"
+    said = fastcal(*arguments, ratio)
+    assert f"--effects {ratio} leaves the geometry as ROBOT has it" in said.err
+    assert f"write --effects geometry,{ratio}" in said.err
+    owners = {entry["owner"] for entry in json.loads((tmp_path / "out" / "result.json").read_text())["parameters"]}
+    assert owners == {"base", "tool", "joint2"}
+    assert "leaves the geometry" not in fastcal(*arguments, f"geometry,{ratio}").err
 
 
 def test_robots_lists_what_is_shipped(fastcal) -> None:

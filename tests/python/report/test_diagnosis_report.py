@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""The page of a diagnosis: numbers from what was hidden, patches that apply, a quiet browser."""
+"""The page of a diagnosis: numbers from what was hidden, names that drop takes, a quiet browser."""
 
 from __future__ import annotations
 
@@ -26,7 +26,8 @@ from fastcal.report import diagnosis_steps, diagnosis_words, shop
 from fastcal.report.diagnosis_figures import confusion_map, waterfall
 from fastcal.report.diagnosis_report import diagnosis_page
 from fastcal.report.diagnosis_tables import owners_text
-from fastcal.report.model_patches import PATTERN
+from fastcal.report.diagnosis_words import name_in_model
+from fastcal.robot.dropped_effects import drop_effects
 from fastcal.units import shop_unit
 
 FLAGS = ["--headless", "--no-sandbox", "--disable-gpu", "--disable-3d-apis", "--enable-logging=stderr", "--v=0"]
@@ -94,21 +95,18 @@ def test_an_unexplained_part_of_several_variables_is_a_map(unnamed: Diagnosis, o
     assert "What remains without a name" in page
 
 
-def test_files_are_replaced_together_and_the_patch_takes_the_effect_out(found: Diagnosis, tmp_path: Path) -> None:
-    (tmp_path / "without_base_drift@base.patch").write_text("of an older result")
+def test_files_are_replaced_together(found: Diagnosis, tmp_path: Path) -> None:
+    (tmp_path / "without_base_drift@base.patch").write_text("of an older version")
     (tmp_path / "mine.txt").write_text("kept")
     found.save(tmp_path)
-    assert [path.name for path in tmp_path.glob(PATTERN)] == ["without_backlash@joint3.patch"]
-    assert (tmp_path / "mine.txt").exists()
+    assert {path.name for path in tmp_path.iterdir()} == {"model.yaml", "diagnosis.json", "report.html", "mine.txt"}
     assert json.loads((tmp_path / "diagnosis.json").read_text())["verdict"] == "named"
-    removed = subprocess.run(
-        ["patch", "model.yaml", "without_backlash@joint3.patch"], cwd=tmp_path, capture_output=True, check=False
-    )
-    assert removed.returncode == 0, removed.stdout
-    before, after = found.model.spec, load_robot(tmp_path / "model.yaml").spec
-    assert [e["effect"] for e in before["effects"]] == ["backlash"]
-    assert not after["effects"]
-    assert after["joints"] == before["joints"]
+    written = load_robot(tmp_path / "model.yaml")
+    assert [e["effect"] for e in written.spec["effects"]] == ["backlash"]
+    (finding,) = found.effects
+    bare = drop_effects(written, name_in_model(finding))
+    assert not bare.spec["effects"]
+    assert bare.spec["joints"] == written.spec["joints"]
 
 
 def test_the_page_says_what_was_found(found: Diagnosis) -> None:
@@ -116,7 +114,7 @@ def test_the_page_says_what_was_found(found: Diagnosis) -> None:
     text = re.sub(r"\s+", " ", re.sub(r"<[^>]+>", " ", page.split("<main")[1].split("</main>")[0]))
     assert text.index("Named") < text.index("What to do now") < text.index("What is missing in the model")
     assert "arcmin" in text
-    assert "patch model.yaml without_backlash@joint3.patch" in text
+    assert "fastcal drop model.yaml backlash@joint3 -o without.yaml" in text
     assert "error of joint 3" in page
     for id_ in ("gap", "confusion", "normal", "effect-backlash@joint3", "workspace"):
         assert f'id="figure-{id_}"' in page

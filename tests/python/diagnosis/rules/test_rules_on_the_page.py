@@ -1,13 +1,54 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""The page of the diagnosis lists every rule with the number that it has, and says why."""
+"""The pages of the diagnosis: every rule with its number and reason, every reason of a grade, and few words."""
 
 import re
 from pathlib import Path
 
-from fastcal.diagnosis import rules
+import pytest
 
-PAGE = Path(__file__).parents[4] / "docs" / "diagnosis.md"
+from fastcal.diagnosis import rules
+from fastcal.diagnosis.reasons import Reason
+
+DOCS = Path(__file__).parents[4] / "docs"
+PAGE = DOCS / "diagnosis-rules.md"
+MOST_WORDS = 1500  # of a page that is read to its end
+
+
+# Words of the page that answer each reason.
+ANSWERED = {
+    Reason.EQUIVALENTS: "other causes fit equally well",
+    Reason.WEAK_SIGNAL: "its signal is below what grade A needs",
+    Reason.UNNAMED_RIVALS: "a block without a name does as well",
+    Reason.CURVE_WITHOUT_NAME: "a joint errs by its own position",
+    Reason.SIMPLER_DOES: "what sets it apart from a simpler one",
+    Reason.ORDERS_ALIKE: "waves of other orders fit as well",
+    Reason.ZERO_JUMPED: "a moved zero of a joint does the same",
+    Reason.ZERO_CREEPS: "a moved zero of a joint does the same",
+    Reason.NOT_HELD_OUT: "held-out poses are not predicted better",
+    Reason.UNSTABLE: "parts of the data put another cause first",
+    Reason.OWN_MODEL: "a rest without a name, is in the way",
+    Reason.NOISE_OVER_CLAIM: "the noise exceeds its claim",
+    Reason.NAMES_EXCLUDED: "names were excluded",
+    Reason.UNSURE_COMPANION: "another effect of the set",
+    Reason.SOMETHING_REMAINS: "a rest without a name",
+    Reason.SHADOW: "a rest without a name",
+    Reason.LOAD_MODIFIER: "look-alikes",
+    Reason.IMPLAUSIBLE: "its size is implausible",
+    Reason.TURNED_DIRECTION: "its lost motion negative",
+    Reason.MAY_BE_CHANCE: "may be chance",
+    Reason.CHANGES_OTHERWISE: "may be chance",
+    Reason.PLAIN_MODEL_PREDICTS: "a plain model makes unnecessary",
+    Reason.PART_OF_A_PLAIN_MODEL: "a plain model",
+}
+# Of hypotheses that are not given at all.
+NOT_ON_CARDS = {
+    Reason.GIVEN,
+    Reason.IMPOSSIBLE,
+    Reason.NOT_SIGNIFICANT,
+    Reason.NOT_NEEDED,
+    Reason.LEAVES_MORE,
+}
 
 
 def number(value: float | tuple[float, ...]) -> str:
@@ -20,4 +61,19 @@ def test_the_page_has_every_rule_with_its_number_and_reason() -> None:
     assert [(name, value) for name, value, _ in sorted(rows)] == [
         (name, number(value)) for name, value in sorted(vars(rules).items()) if name.isupper()
     ]
-    assert all(len(reason) > 10 for _, _, reason in rows)
+    assert all(10 < len(reason) and len(reason.split()) < 30 for _, _, reason in rows)
+
+
+@pytest.mark.parametrize("page", ["diagnosis.md", "diagnosis-method.md"])
+def test_a_page_can_be_read_to_its_end(page: str) -> None:
+    words = [word for word in (DOCS / page).read_text(encoding="utf-8").split() if re.search(r"[^\W\d_]", word)]
+    assert len(words) < MOST_WORDS, f"{page} has {len(words)} words: say it shorter, or on a page of its own"
+
+
+def test_every_reason_against_a_better_grade_is_explained() -> None:
+    """Each clause that a card may show is answered by the page's section on grade B, or is said with its effect there."""
+    section = (DOCS / "diagnosis.md").read_text(encoding="utf-8").partition("## Why is the grade B?")[2]
+    section = section.partition("\n## ")[0]
+    missing = [reason for reason, words in ANSWERED.items() if words not in section]
+    assert missing == []
+    assert set(ANSWERED) == set(Reason) - NOT_ON_CARDS

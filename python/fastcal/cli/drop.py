@@ -1,0 +1,43 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""`fastcal drop`: a model without some of its effects."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from fastcal.cli.console import emit, say
+from fastcal.cli.options import ModelFile, OutFile
+
+
+def drop(
+    model: ModelFile,
+    effects: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="EFFECT[@OWNER]...",
+            help="What goes: all owners of a name unless one is given; 'correction' is what fastcal train added.",
+        ),
+    ],
+    output: OutFile,
+) -> None:
+    """Remove effects from a model.
+
+    Geometry and everything else stay as they were identified with them; fastcal calibrate fits them anew.
+    """
+    from fastcal.effects.entries import Spec
+    from fastcal.io.robot_file import load_robot, write_spec
+    from fastcal.robot.dropped_effects import CORRECTION, drop_effects, name_of
+
+    def names(spec: Spec) -> list[str]:
+        return [*map(name_of, spec.get("effects") or []), *([CORRECTION] if spec.get(CORRECTION) else [])]
+
+    robot = load_robot(model)
+    bare = drop_effects(robot, [name for words in effects for name in words.split(",")])
+    kept = names(bare.spec)
+    gone = [name for name in names(robot.spec) if name not in kept]
+    write_spec(bare.spec, output, f"Without {', '.join(gone)}; the rest is as it was identified with it")
+    say(f"{output}: {bare.name} without {', '.join(gone)}")
+    emit({"file": str(output), "robot": bare.name, "dropped": gone, "effects": kept})

@@ -1,0 +1,102 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Numbers and options that the documentation quotes are those of the code and of the committed records.
+
+A number that changes in the code is found here, by the page that still tells the old one. A new quotation of a constant
+in a page belongs into QUOTED.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import fastcal
+from fastcal import robots
+from fastcal.cli import main
+from fastcal.cli.app import COMMANDS
+from fastcal.io import long_files
+from fastcal.monitoring import causes, check, common_gauge, refit
+
+ROOT = Path(__file__).parents[2]
+RECORDS = ROOT / "bench" / "python"
+WORDS = {"two": 2, "three": 3, "four": 4, "five": 5, "ten": 10, "twenty": 20}
+
+# Page, the words about the number, and what it is.
+QUOTED = [
+    ("monitoring.md", r"come to rest after (\S+) steps", refit._ROUNDS),
+    ("monitoring.md", r"of the two p-values is below (\S+)\.\s", causes.LEVEL),
+    ("monitoring.md", r"Within (\S+) standard deviations of a coordinate", check.GUARD),
+    ("monitoring.md", r"may be off by (\S+) events", refit.EVENT_SIZES),
+    ("monitoring.md", r"over (\S+) postures of the joint ranges", common_gauge.POSTURES),
+    ("measurement-files.md", r"a CSV of more than (\S+) MB", long_files.LONG_BYTES / 1e6),
+    ("measurement-files.md", r"a Parquet file of more than (\S+) million cells", long_files.LONG_CELLS / 1e6),
+]
+
+
+def page(name: str) -> str:
+    return " ".join((ROOT / "docs" / name).read_text(encoding="utf-8").split())
+
+
+def record(name: str) -> dict[str, Any]:
+    found: dict[str, Any] = json.loads((RECORDS / name).read_text(encoding="utf-8"))
+    return found
+
+
+@pytest.mark.parametrize(("name", "words", "value"), QUOTED, ids=[words for _, words, _ in QUOTED])
+def test_a_quoted_constant_is_that_of_the_code(name: str, words: str, value: float) -> None:
+    said = re.findall(words, page(name))
+    assert len(said) == 1, f"{name} no longer says '{words}': mend QUOTED"
+    assert WORDS.get(said[0]) == value or float(said[0].replace(",", "")) == value
+
+
+def test_the_ur10_s_campaigns_are_those_of_their_record() -> None:
+    text, found = page("monitoring.md").partition("## A real arm")[2], record("ur10_months.json")
+    draws = found["draws"]
+    changed = [draw for draw in draws if draw["verdict"] == "changed"]
+    rms = [draw["rms_mm"] for draw in changed]
+    assert f"Campaign b ({found['rows']['b']:,} poses)" in text
+    assert f"RMS {min(rms):.2f} to {max(rms):.2f} mm where {draws[0]['expected_rms_mm']:.2f} is expected" in text
+    left = [draw["rest_updated_mm"] for draw in draws]
+    assert f"leaves {min(left):.2f} to {max(left):.2f} mm" in text
+    number = {2: "twice", 4: "Four times", 8: "eight"}
+    assert f"says changed for {number[len(changed)]}" in text
+
+
+def test_the_table_of_coverage_is_that_of_its_record() -> None:
+    text, found = (ROOT / "docs" / "benchmarks.md").read_text(encoding="utf-8"), record("bench_coverage.json")
+    rows = dict(re.findall(r"^\| `(\w+)` \| \d+ \| ([\d.]+)% \(", text, re.MULTILINE))
+    by_effect = found["losses"]["tukey"]
+    assert set(rows) <= set(by_effect)
+    assert len(rows) > 20
+    for effect, covered in rows.items():
+        assert float(covered) == pytest.approx(100 * by_effect[effect]["covered"], abs=0.051), effect
+
+
+def test_wheels_and_arms_are_those_of_this_version() -> None:
+    for file in (ROOT / "README.md", ROOT / "docs" / "installation.md"):
+        named = set(re.findall(r"fastcal-([\d.]+)-cp", file.read_text(encoding="utf-8")))
+        assert named == {fastcal.__version__}, file.name
+    assert "more than twenty arms" in (ROOT / "README.md").read_text(encoding="utf-8")
+    assert 20 < len(robots.available()) < 30
+
+
+def options(capsys: pytest.CaptureFixture[str], command: str) -> set[str]:
+    capsys.readouterr()
+    assert main([command, "--help"]) == 0
+    listed = capsys.readouterr().out.partition("Options:")[2].partition("Examples:")[0]
+    return set(re.findall(r"--[a-z][a-z0-9-]*", listed))
+
+
+def test_the_page_of_commands_names_every_option_and_none_that_is_gone(capsys: pytest.CaptureFixture[str]) -> None:
+    text = page("commands.md")
+    there = {command: options(capsys, command) for command in COMMANDS}
+    written = {"--output", "--help"}  # as -o; of every program
+    missing = {(c, o) for c, own in there.items() for o in own - written if not re.search(rf"{o}(?![\w-])", text)}
+    assert missing == set()
+    named = set(re.findall(r"(?<![\w-])--[a-z][a-z0-9-]*", text))
+    assert named - set().union(*there.values()) == {"--install-completion"}
