@@ -13,8 +13,8 @@ from fastcal.io.atomic import write_text
 from fastcal.io.tables import write_csv
 from fastcal.report import figures, page
 from fastcal.report.figures import Figure, Key
-from fastcal.report.formatting import significant
-from fastcal.report.tables import Cell, Column, Group, Table, number_cell
+from fastcal.report.kind_words import beside_mm
+from fastcal.report.tables import Cell, Column, Group, Table
 
 _MOST_ROWS = 2000  # of the page's table, the worst first; fleet.csv has all
 _MOST_NOTES = 50
@@ -46,7 +46,12 @@ def fleet_page(found: Fleet) -> str:
 
 
 def _worst_first(found: Fleet) -> list[ArmResult]:
-    return sorted(found, key=lambda arm: -1.0 if arm.after_mm is None else arm.after_mm, reverse=True)
+    """Those of one unit together, lengths first; last those without a model."""
+
+    def place(arm: ArmResult) -> tuple[bool, str, float]:
+        return arm.after is None, "" if arm.unit == "mm" else arm.unit, -(arm.after or 0.0)
+
+    return sorted(found, key=place)
 
 
 def _table(found: Fleet) -> Table:
@@ -57,12 +62,11 @@ def _table(found: Fleet) -> Table:
     rows = []
     for arm in _worst_first(found)[:_MOST_ROWS]:
         causes = [Cell(text) for text in (arm.verdict, arm.causes)] if told else []
-        lengths = [arm.before_mm, arm.after_mm, arm.test_mm, arm.sigma_mm]
-        cells = [number_cell("" if mm is None else significant(mm, 3), mm) for mm in lengths]
+        cells = [beside_mm(size, arm.unit) for size in (arm.before, arm.after, arm.test, arm.noise)]
         counts = [arm.outliers] if told else [arm.outliers, arm.unidentifiable]
         numbers = [Cell(str(arm.rows), float(arm.rows)), *cells, *(Cell(str(count), float(count)) for count in counts)]
         rows.append([Cell(arm.name), *causes, *numbers])
-    caption = "Root mean square of the error of every arm."
+    caption = "Root mean square of the error of every arm, of points where they were measured."
     return Table(caption, columns, [Group(rows)], is_sortable=True)
 
 
@@ -72,12 +76,12 @@ def _notes(found: Fleet) -> list[tuple[str, str]]:
 
 
 def _drawing(found: Fleet) -> Figure:
-    arms = [arm for arm in reversed(_worst_first(found)) if arm.before_mm is not None and arm.after_mm is not None]
+    arms = [arm for arm in reversed(_worst_first(found)) if arm.unit == "mm" and None not in (arm.before, arm.after)]
     place = list(range(1, len(arms) + 1))
     names = [quote(arm.name, safe=" ") for arm in arms]
     traces = []
     key = [Key("nominal", figures.BEFORE, "point"), Key("calibrated", figures.AFTER, "point")]
-    for entry, field in zip(key, ("before_mm", "after_mm"), strict=True):
+    for entry, field in zip(key, ("before", "after"), strict=True):
         values = [getattr(arm, field) for arm in arms]
         trace = figures.points(place, values, entry.colour, 5, hover=f"{entry.label}: %{{y:.3g}} mm, %{{text}}")
         traces.append(trace | {"text": names})

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fastcal.measurements.kinds import POINTS, KindMisfit
+from fastcal.measurements.kinds import KindMisfit
 from fastcal.measurements.observations import sigma_field
 from fastcal.report.formatting import significant
 from fastcal.report.trends import Trend
@@ -80,8 +80,8 @@ def known_floor(result: CalibrationResult) -> float | None:
     main = result.train.main
     if main is None:
         return None
-    if result.train.repeatability is not None and main.kind.name == POINTS:
-        return float(from_si(result.train.repeatability.sigma, "mm") * np.sqrt(main.width))
+    if main.kind.name in result.train.repeats:
+        return float(main.kind.shown(result.train.repeats[main.kind.name].sigma) * np.sqrt(main.width))
     claims = result.train.data.table(sigma_field(main.kind.name))
     if claims is None:
         return None
