@@ -1,13 +1,15 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Do 95 % intervals hold the truth 95 times in 100, for every effect alone and for random groups of three?
+"""Do 95 % intervals hold the truth 95 times in 100, for every effect, groups of three and every kind of reading?
 
 Each set has an arm of its own (geometry off by 0.5 mm and 0.5 mrad, effects of their plausible sizes), and poses,
 conditions and noise of its own; fastcal simulates it and, given which effects there are, identifies them. Counted are
 the effects' parameters; what is reported as unidentifiable is not promised, and counted apart. FILE holds every row
-as soon as it is counted: the same command again goes on where it was stopped.
+as soon as it is counted: the same command again goes on where it was stopped. `--kinds` counts kinds of reading
+instead, alone and in pairs (`coverage_of_kinds.py`).
 
-    python bench/python/bench_coverage.py [--sets 200] [--jobs N] [--loss tukey none] [--effects NAME ...] [--out FILE]
+    python bench/python/bench_coverage.py [--sets 200] [--jobs N] [--loss tukey none] [--out FILE]
+        [--effects NAME ... | --kinds]
 """
 
 from __future__ import annotations
@@ -22,6 +24,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import coverage_of_kinds
 import joblib
 import numpy as np
 from scipy import special
@@ -174,6 +177,9 @@ class Miss:
 
 def trial(label: str, seed: int, loss: str) -> list[Miss] | None:
     """Simulates and identifies one set of an effect, or of a group of three; None where it did not converge."""
+    if label in coverage_of_kinds.LABELS:
+        found = coverage_of_kinds.numbers(label, seed, loss)
+        return None if found is None else [_miss(label, number) for number in found]
     random = np.random.default_rng([zlib.crc32(label.encode()), seed])
     names = [label]
     if label == GROUPS:
@@ -193,6 +199,11 @@ def trial(label: str, seed: int, loss: str) -> list[Miss] | None:
     if result.status != "converged":
         return None
     return [miss for entry in entries[: len(asked)] for miss in misses(entry, result)]
+
+
+def _miss(label: str, number: coverage_of_kinds.Number) -> Miss:
+    off = (number.value - number.true) / number.std
+    return Miss(label, number.name, off, covered=number.low <= number.true <= number.high)
 
 
 def misses(entry: Spec, result: CalibrationResult) -> Iterable[Miss]:
@@ -262,10 +273,10 @@ def measure(
     known: dict[str, Row] | None = None,
     keep: Callable[[dict[str, Row]], None] = lambda rows: None,
 ) -> dict[str, Row]:
-    """The table of one loss: a row an effect, one of the groups, one of all.
+    """The table of one loss: a row an effect, one of the groups, one a kind or pair of kinds, one of all.
 
     Args:
-        labels: Effects, and GROUPS.
+        labels: Effects, GROUPS, kinds.
         sets: Of each.
         jobs: Processes.
         loss: Robust loss.
@@ -278,7 +289,7 @@ def measure(
             rows = table | {
                 label: row_of(joblib.Parallel(jobs)(joblib.delayed(trial)(label, k, loss) for k in range(sets)))
             }
-            rows = {each: rows[each] for each in [*OWNERS, GROUPS] if each in rows}
+            rows = {each: rows[each] for each in [*OWNERS, GROUPS, *coverage_of_kinds.LABELS] if each in rows}
             table = rows | {"pooled": pooled(rows.values())}
             keep(table)
     return table
@@ -300,8 +311,10 @@ def main() -> None:
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--loss", nargs="+", choices=LOSSES, default=["tukey", "none"])
     parser.add_argument("--effects", nargs="+", choices=[*OWNERS, GROUPS], default=[*OWNERS, GROUPS])
+    parser.add_argument("--kinds", action="store_true")
     parser.add_argument("--out", type=Path)
     options = parser.parse_args()
+    labels = coverage_of_kinds.LABELS if options.kinds else options.effects
     tables = read_tables(options.out, options.sets)
 
     def keep(loss: str, rows: dict[str, Row]) -> None:
@@ -312,7 +325,7 @@ def main() -> None:
 
     for loss in options.loss:
         so_far = tables.get(loss)
-        tables[loss] = measure(options.effects, options.sets, options.jobs, loss, so_far, functools.partial(keep, loss))
+        tables[loss] = measure(labels, options.sets, options.jobs, loss, so_far, functools.partial(keep, loss))
         print(f"loss {loss}, {options.sets} sets each")
         print(f"{'':28} counted  undetermined  covered  95 % bounds   rms  not converged")
         for label, row in tables[loss].items():

@@ -21,8 +21,8 @@ from fastcal.compensation.programs import robot_without_measurement
 from fastcal.errors import InvalidInput
 from fastcal.ik.inverse_kinematics import inverse_kinematics
 from fastcal.measurements.last_moves import last_moves
-from fastcal.programs import Document, doubts_on_joints, read_program
-from fastcal.programs.measuring import Cycles, Stop, write_cycles
+from fastcal.programs import Document, doubts_on_joints
+from fastcal.programs.measuring import Cycles, Stop, as_written, write_cycles
 from fastcal.robot.controller_robot import nominal_robot
 from fastcal.robot.robot import Robot
 from fastcal.robot.steady import assumed_temperature, steady, warmed
@@ -142,7 +142,7 @@ def plan_acceptance(
         notes += doubts_on_joints(documents[0].name, model.name)
     if cycles < CYCLES:
         notes.append(f"{cycles} cycles are fewer than the {CYCLES} of ISO 9283")
-    written = model.pendant.chain(_as_written(documents, [stop for _, several in loops for stop in several], shown))[at]
+    written = model.pendant.chain(as_written(documents, [stop for _, several in loops for stop in several], shown))[at]
     return AcceptancePlan(
         cube,
         documents,
@@ -220,13 +220,4 @@ def _arrivals(q: FloatArray, order: Sequence[int]) -> FloatArray:
     out = np.zeros((len(order), q.shape[1]))
     for i, signs in enumerate(moved, start=1):
         out[i] = np.where(signs == 0, out[i - 1], signs)
-    return out
-
-
-def _as_written(documents: tuple[Document, ...], stops: Sequence[Stop], q: FloatArray) -> FloatArray:
-    """(K, n) the controller's joints q as the program's text gives them; its moves are the stops in their order."""
-    program = read_program({document.name: document.text.encode("latin-1") for document in documents})
-    out = q.copy()
-    for move, stop in zip(program.moves, stops, strict=True):
-        out[stop.target] = program.targets[move.target].values
     return out

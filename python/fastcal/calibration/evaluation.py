@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from fastcal.calibration.alignment import measurements
 from fastcal.calibration.error_statistics import ErrorStatistics as ErrorStatistics
 from fastcal.calibration.kind_errors import KindErrors as KindErrors
 from fastcal.calibration.kind_errors import sizes_of, table
+from fastcal.calibration.kind_repeats import Repeats, repeats_of
 from fastcal.calibration.repeatability import Repeatability as Repeatability
 from fastcal.calibration.repeatability import pose_groups as pose_groups
 from fastcal.calibration.repeatability import repeatability
@@ -93,6 +95,12 @@ class Evaluation(Shown):
         """The kind that a headline speaks of: points where they were measured; None where nothing was judged."""
         return next(iter(self.kinds.values()), None)
 
+    @cached_property
+    def repeats(self) -> dict[str, Repeats]:
+        """Pure noise of each kind of which postures were read more than once, by its name."""
+        found = {name: repeats_of(self.data, of) for name, of in self.kinds.items()}
+        return {name: repeats for name, repeats in found.items() if repeats is not None}
+
     @property
     def row_count(self) -> int:
         """Rows that the statistics are of."""
@@ -118,6 +126,8 @@ class Evaluation(Shown):
         if others:
             out["after_rms_si"] = {name: float(rms) for name, rms in others.items()}
         out["kinds"] = {name: of.to_json_dict() for name, of in self.kinds.items()}
+        for name, repeats in self.repeats.items():
+            out["kinds"][name]["repeats"] = repeats.to_json_dict()
         if self.repeatability is not None:
             out["repeated_poses"] = self.repeatability.to_json_dict()
         if self.aligned is not None:

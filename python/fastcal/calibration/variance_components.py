@@ -27,6 +27,7 @@ _SETTLED = 1e-4  # relative
 _STANDS = 0.01  # relative: the fit does not see a smaller change
 _LEAST_FREEDOM = 2.0
 _ROUNDING = 1e-9  # [m, rad] noise of exact, simulated numbers
+_LEAST = 1e-10  # [m, rad] that a noise can be given as; none is reported as 0 beside a claim that explains all
 
 
 def noise_of_own_freedom(problem: CalibrationProblem, found: _core.Identification) -> list[float] | None:
@@ -44,7 +45,7 @@ def noise_of_own_freedom(problem: CalibrationProblem, found: _core.Identificatio
     factor = _factors(J, r, of, estimated)
     if factor is None or np.abs(np.log(factor)).max() < _STANDS:
         return None
-    return [tau * float(by) for tau, by in zip(common, factor, strict=True)]
+    return [max(tau * float(by), _LEAST) for tau, by in zip(common, factor, strict=True)]
 
 
 def _factors(J: FloatArray, r: FloatArray, of: NDArray[np.int64], estimated: list[bool]) -> FloatArray | None:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from fastcal.cli.console import emit, progress, say, warn
-from fastcal.cli.options import PageLanguage, file_names, three_numbers
+from fastcal.cli.options import DwellS, PageLanguage, SpeedPercent, file_names, three_numbers
 from fastcal.cli.who import Who
 
 if TYPE_CHECKING:
@@ -50,8 +50,8 @@ def accept(
     temperature_c: Annotated[
         float | None, typer.Option(help="With --plan --compensated: of the arm; default: the middle of MODEL's data.")
     ] = None,
-    dwell_s: Annotated[float, typer.Option(min=0, help="Wait of the program at each measured stop.")] = 3.0,
-    speed_percent: Annotated[float, typer.Option(min=1, max=100, help="Of the arm's greatest speed.")] = 50.0,
+    dwell_s: DwellS = 3.0,
+    speed_percent: SpeedPercent = 50.0,
     targets: Annotated[
         Path | None, typer.Option(metavar="PLAN", help="The plan's file: what was commanded, and which pose it was.")
     ] = None,
@@ -122,7 +122,7 @@ def _plan(robot: Robot, output: Path, options: dict[str, Any]) -> None:
     from fastcal.programs.measuring import check_axes
     from fastcal.units import from_si
 
-    check_axes(robot.joint_count)  # before the search for the cube, which may take long
+    check_axes(robot.joint_types)  # before the search for the cube, which may take long
     with progress() as show:
         show("placing the cube")
         made = plan_acceptance(robot, program=output.name, **options)

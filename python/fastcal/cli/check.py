@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fastcal.cli.console import emit, progress, say, warn
-from fastcal.cli.options import AsRead, PageLanguage, Threads
+from fastcal.cli.options import AsRead, BesideLanguage, DwellS, PageLanguage, SpeedPercent, Threads
 from fastcal.cli.tracker import Tracker, seen_by
 from fastcal.cli.who import Who
 
@@ -48,6 +48,9 @@ def check(
     surroundings: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Of --plan: YAML, as `design` takes it.")
     ] = None,
+    language: BesideLanguage = None,
+    dwell_s: DwellS = 3.0,
+    speed_percent: SpeedPercent = 20.0,
     files: Annotated[
         str | None,
         typer.Option(metavar="PATTERN", help="Of a folder of arms: which files to check; default: each arm's newest."),
@@ -84,8 +87,9 @@ def check(
     if files is not None:
         raise InvalidInput("--files needs a folder of arms as MODEL")
     robot = load_robot(model)
-    if plan is not None or surroundings is not None:
-        _plan(robot, plan, data, output, surroundings)
+    if plan is not None or surroundings is not None or language is not None:
+        driving = {"dwell_s": dwell_s, "speed": speed_percent / 100}
+        _plan(robot, plan, data, output, surroundings, language, driving)
         return
     if not data:
         raise InvalidInput("expected DATA, the measured poses, or --plan N")
@@ -144,22 +148,32 @@ def _check_arms(folder: str, output: Path | None, options: dict[str, Any], langu
 
 
 def _plan(
-    robot: Robot, count: int | None, data: list[Path] | None, output: Path | None, surroundings: Path | None
+    robot: Robot,
+    count: int | None,
+    data: list[Path] | None,
+    output: Path | None,
+    surroundings: Path | None,
+    language: str | None,
+    driving: dict[str, float],
 ) -> None:
-    """Writes the poses of a check."""
+    """Writes the poses of a check and the program that drives to them."""
     from fastcal.errors import InvalidInput
-    from fastcal.io.design_out import write_poses
+    from fastcal.io.design_out import program_beside, write_poses_and_program
     from fastcal.io.surroundings_file import load_surroundings
     from fastcal.monitoring.plan import assumed, check_poses
 
     if count is None:
-        raise InvalidInput("--surroundings goes with --plan")
+        raise InvalidInput(f"{'--language' if surroundings is None else '--surroundings'} goes with --plan")
     if data:
         raise InvalidInput("--plan writes poses before anything is measured: leave out DATA")
     if output is None:
         raise InvalidInput("expected -o FILE, the poses to write")
+    place = program_beside(output, robot, language)
     clear_of = None if surroundings is None else load_surroundings(surroundings)
-    write_poses(output, check_poses(robot, count, surroundings=clear_of), robot)
+    poses = check_poses(robot, count, surroundings=clear_of)
+    files, notes = write_poses_and_program(output, poses, robot, place, surroundings=clear_of, **driving)
     warn(assumed(robot))
     say(f"{output}: {count} poses for a check of {robot.name}")
-    emit({"file": str(output), "robot": robot.name, "poses": count})
+    for line in [*(f"program: {file}" for file in files[1:]), *notes]:
+        say(line)
+    emit({"file": str(output), "robot": robot.name, "poses": count, "files": list(map(str, files))})

@@ -1,6 +1,9 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""`fastcal design`: which poses to measure, in which order, with which payload and direction of approach."""
+"""`fastcal design`: which poses to measure, in which order, with which payload and direction of approach.
+
+The table, and a program that drives there.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from fastcal.cli.console import emit, progress, say, warn
-from fastcal.cli.options import OutFile, RobotFile, Seed, Threads
+from fastcal.cli.options import BesideLanguage, DwellS, OutFile, RobotFile, Seed, SpeedPercent, Threads
 
 if TYPE_CHECKING:
     from fastcal.design import PoseDesign
@@ -59,12 +62,15 @@ def design(
     ] = "grid",
     candidate_count: Annotated[int, typer.Option(min=2, help="Candidates at most.")] = 80_000,
     restarts: Annotated[int, typer.Option(min=0, help="Further searches from random designs.")] = 0,
+    language: BesideLanguage = None,
+    dwell_s: DwellS = 3.0,
+    speed_percent: SpeedPercent = 20.0,
     seed: Seed = 0,
     threads: Threads = 1,
 ) -> None:
-    """Choose the poses to measure, into a CSV file."""
+    """Choose the poses to measure: a CSV file and a program."""
     from fastcal.design import design_poses
-    from fastcal.io.design_out import write_design
+    from fastcal.io.design_out import design_candidates, program_beside, write_poses_and_program
     from fastcal.io.instruments_file import load_instruments
     from fastcal.io.measurements import load_measurements
     from fastcal.io.robot_file import load_robot
@@ -72,6 +78,8 @@ def design(
     from fastcal.units import from_si, to_si
 
     arm = load_robot(robot)
+    place = program_beside(output, arm, language)
+    around = None if surroundings is None else load_surroundings(surroundings)
     with progress() as show:
         found = design_poses(
             arm,
@@ -81,7 +89,7 @@ def design(
             targets=None if targets is None else _targets(targets, arm),
             candidates=candidates,
             candidate_count=candidate_count,
-            surroundings=None if surroundings is None else load_surroundings(surroundings),
+            surroundings=around,
             instruments=None if instruments is None else load_instruments(instruments),
             payloads=_masses(payload_kg),
             separate=[] if separate is None else [name.strip() for name in separate.split(",")],
@@ -94,8 +102,14 @@ def design(
             threads=threads,
             progress=show,
         )
-    write_design(output, found, arm)
+    poses = design_candidates(found)
+    speed = speed_percent / 100
+    files, notes = write_poses_and_program(
+        output, poses, arm, place, surroundings=around, dwell_s=dwell_s, speed=speed
+    )
     _say(found, separate)
+    for line in [*(f"program: {file}" for file in files[1:]), *notes]:
+        say(line)
     emit(
         {
             "poses": len(found),
@@ -107,6 +121,7 @@ def design(
             "efficiency": found.efficiency,
             "unidentifiable": found.unidentifiable,
             "enough": found.enough,
+            "files": list(map(str, files)),
         }
     )
     warn(found.notes)

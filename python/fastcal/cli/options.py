@@ -40,6 +40,12 @@ OutFile = Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="T
 OutFolder = Annotated[Path, typer.Option("-o", "--output", metavar="OUT", help="The folder to write into.")]
 Threads = Annotated[int, typer.Option(min=1, help="Cores to use; the result does not depend on it.")]
 Seed = Annotated[int, typer.Option(min=0, help="The same seed gives the same numbers.")]
+BesideLanguage = Annotated[
+    Literal["rapid", "krl", "fanuc", "urscript", "none"] | None,
+    typer.Option(help="Of the motion program beside the table; default: what the arm's maker speaks."),
+]
+DwellS = Annotated[float, typer.Option(min=0, help="Wait of the program at each measured stop.")]
+SpeedPercent = Annotated[float, typer.Option(min=1, max=100, help="Of the program; of the arm's greatest speed.")]
 PageLanguage = Annotated[Literal["en", "de"], typer.Option(envvar="FASTCAL_LANGUAGE", help="Language of the page.")]
 
 # As fastcal.calibration and fastcal.selection have them; written out here so that `fastcal --help` need not load it.

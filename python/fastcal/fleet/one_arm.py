@@ -22,6 +22,7 @@ from fastcal.io import inputs
 from fastcal.io.folder import atomic_folder
 from fastcal.io.results import read_json, write_json
 from fastcal.io.robot_file import load_robot, write_spec
+from fastcal.measurements.kinds import POINTS, KindNoise
 from fastcal.report.calibration_report import calibration_page
 from fastcal.robot.given import RobotLike
 from fastcal.robot.robot import Robot
@@ -115,8 +116,7 @@ def _row(name: str, found: CalibrationResult, checks: str) -> ArmResult:
     return ArmResult(
         name,
         found.status,
-        **_errors(found.train, found.test),
-        sigma_mm=found.sigma_mm,
+        **_errors(found.train, found.test, found.noise),
         outliers=len(found.outliers),
         unidentifiable=len(found.unidentifiable),
         checks=checks,
@@ -130,8 +130,7 @@ def _diagnosed_row(name: str, found: Diagnosis) -> ArmResult:
     return ArmResult(
         name,
         "converged",
-        **_errors(last.train, last.test),
-        sigma_mm=found.sigma_mm,
+        **_errors(last.train, last.test, found.noise),
         outliers=len(found.outliers),
         checks="all",
         message=found.sentence,
@@ -141,18 +140,28 @@ def _diagnosed_row(name: str, found: Diagnosis) -> ArmResult:
     )
 
 
-def _errors(train: Evaluation, test: Evaluation | None) -> dict[str, Any]:
+def _errors(train: Evaluation, test: Evaluation | None, noise: Mapping[str, KindNoise]) -> dict[str, Any]:
     """How many rows, and the fields of errors."""
+    main = train.main
+    if main is None:
+        return {"rows": train.row_count}
+    kind = main.kind
+    tested = None if test is None else test.kinds.get(kind.name)
 
     def rms(figures: ErrorStatistics | None) -> float | None:
-        return None if figures is None else figures.to_mm()["rms"]
+        return None if figures is None else figures.to_unit(kind.unit)["rms"]
 
-    return {
-        "rows": train.row_count,
-        "before_mm": rms(train.before),
-        "after_mm": rms(train.after),
-        "test_mm": None if test is None else rms(test.after),
+    before, after = map(rms, main.statistics)
+    own = noise.get(kind.name)
+    sizes = {
+        "before": before,
+        "after": after,
+        "test": None if tested is None else rms(tested.statistics[1]),
+        "noise": None if own is None else kind.shown(own.value),
     }
+    of_points = ("before_mm", "after_mm", "test_mm", "sigma_mm") if kind.name == POINTS else ()
+    in_mm = dict(zip(of_points, sizes.values(), strict=False))
+    return {"rows": train.row_count, "kind": kind.name, "unit": kind.unit, **sizes, **in_mm}
 
 
 def _record(key: str, row: ArmResult) -> dict[str, Any]:

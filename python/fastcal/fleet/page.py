@@ -15,7 +15,8 @@ from fastcal.io.tables import write_csv
 from fastcal.report import figures, page
 from fastcal.report.figures import Figure, Key
 from fastcal.report.formatting import significant
-from fastcal.report.tables import Cell, Column, Group, Table, number_cell
+from fastcal.report.kind_words import beside_mm
+from fastcal.report.tables import Cell, Column, Group, Table
 from fastcal.report.words import Remark, Verdict
 
 _MOST_ROWS = 2000  # of the page's table, the worst first; fleet.csv has all
@@ -51,14 +52,19 @@ def fleet_page(found: Fleet, folder: Path | None = None) -> str:
 
 
 def _worst_first(found: Fleet) -> list[ArmResult]:
-    return sorted(found, key=lambda arm: -1.0 if arm.after_mm is None else arm.after_mm, reverse=True)
+    """Those of one unit together, lengths first; last those without a model."""
+
+    def place(arm: ArmResult) -> tuple[bool, str, float]:
+        return arm.after is None, "" if arm.unit == "mm" else arm.unit, -(arm.after or 0.0)
+
+    return sorted(found, key=place)
 
 
 def _verdict(found: Fleet) -> Verdict:
     """How many arms have a model, and which ask for attention."""
     done = len(found) - len(found.failed)
-    worst = next((arm for arm in _worst_first(found) if arm.after_mm is not None), None)
-    size = "" if worst is None else f"; the largest error is {significant(worst.after_mm, 3)} mm RMS, of {worst.name}"
+    worst = next((arm for arm in _worst_first(found) if arm.after is not None), None)
+    size = f"; the largest error is {significant(worst.after, 3)} {worst.unit} RMS, of {worst.name}" if worst else ""
     told = [Remark(f"{arm.name}: {arm.message}", True, "failed") for arm in found.failed[:_MOST_TOLD]]
     caused = [arm for arm in _worst_first(found) if arm.causes]
     told += [Remark(f"{arm.name}: {arm.causes}", True, "arms") for arm in caused[:_MOST_TOLD]]
@@ -91,12 +97,11 @@ def _table(found: Fleet, folder: Path | None) -> Table:
     rows = []
     for arm in _worst_first(found)[:_MOST_ROWS]:
         causes = [Cell(text) for text in (arm.verdict, arm.causes)] if told else []
-        lengths = [arm.before_mm, arm.after_mm, arm.test_mm, arm.sigma_mm]
-        cells = [number_cell("" if mm is None else significant(mm, 3), mm) for mm in lengths]
+        cells = [beside_mm(size, arm.unit) for size in (arm.before, arm.after, arm.test, arm.noise)]
         counts = [arm.outliers] if told else [arm.outliers, arm.unidentifiable]
         numbers = [Cell(str(arm.rows), float(arm.rows)), *cells, *(Cell(str(count), float(count)) for count in counts)]
         rows.append([Cell(arm.name, link=_page_of(arm, folder)), *causes, *numbers])
-    caption = "Root mean square of the error of every arm."
+    caption = "Root mean square of the error of every arm, of points where they were measured."
     return Table(caption, columns, [Group(rows)], is_sortable=True)
 
 
@@ -106,12 +111,12 @@ def _notes(found: Fleet) -> list[tuple[str, str]]:
 
 
 def _drawing(found: Fleet) -> Figure:
-    arms = [arm for arm in reversed(_worst_first(found)) if arm.before_mm is not None and arm.after_mm is not None]
+    arms = [arm for arm in reversed(_worst_first(found)) if arm.unit == "mm" and None not in (arm.before, arm.after)]
     place = list(range(1, len(arms) + 1))
     names = [quote(arm.name, safe=" ") for arm in arms]
     traces = []
     key = [Key("nominal", figures.BEFORE, "point"), Key("calibrated", figures.AFTER, "point")]
-    for entry, field in zip(key, ("before_mm", "after_mm"), strict=True):
+    for entry, field in zip(key, ("before", "after"), strict=True):
         values = [getattr(arm, field) for arm in arms]
         trace = figures.points(place, values, entry.colour, 5, hover=f"{entry.label}: %{{y:.3g}} mm, %{{text}}")
         traces.append(trace | {"text": names})

@@ -25,8 +25,10 @@ class ArmResult:
         name: Of the arm.
         status: converged, not_converged, too_few_equations, or refused: its files are invalid.
         rows: Measured poses.
-        before_mm, after_mm, test_mm: Of the nominal arm, of the model, and of the model on other poses.
-        sigma_mm: Noise of a measured coordinate.
+        kind, unit: Which readings the next four are of, positions where points were measured, and in which unit.
+        before, after, test: Of the nominal arm, of the model, and of the model on other poses.
+        noise: Of one number.
+        before_mm, after_mm, test_mm, sigma_mm: The same of points; None where none were measured.
         outliers: How many rows the noise does not explain.
         unidentifiable: How many directions the data can't determine.
         checks: "all": columns and residuals were looked at, as `calibrate` does; "fit": the fit alone, since it is
@@ -40,6 +42,12 @@ class ArmResult:
     name: str
     status: str
     rows: int = 0
+    kind: str = ""
+    unit: str = ""
+    before: float | None = None
+    after: float | None = None
+    test: float | None = None
+    noise: float | None = None
     before_mm: float | None = None
     after_mm: float | None = None
     test_mm: float | None = None

@@ -106,13 +106,14 @@ def diagnose_many(
 
 
 def suspects(rows: Sequence[ArmResult]) -> set[str]:
-    """Names of the arms that fit worse than others do, or not at all: the checks say why."""
+    """Names of the arms that fit worse than others of which the same was read, or not at all: the checks say why."""
     odd = {row.name for row in rows if row.status != "converged"}
-    for field in ("before_mm", "after_mm"):
-        known = [(getattr(row, field), row.name) for row in rows if getattr(row, field) is not None]
-        if known:
-            limit = SUSPECT * median(value for value, _ in known)
-            odd |= {name for value, name in known if value > limit}
+    for kind in {row.kind for row in rows}:
+        for field in ("before", "after"):
+            known = [(value, r.name) for r in rows if r.kind == kind and (value := getattr(r, field)) is not None]
+            if known:
+                limit = SUSPECT * median(value for value, _ in known)
+                odd |= {name for value, name in known if value > limit}
     return odd
 
 

@@ -62,9 +62,14 @@ def write_csv(path: str | os.PathLike[str], columns: Mapping[str, Iterable[float
     Raises:
         InvalidInput: The file cannot be written, or its name promises another format.
     """
+    check_csv_name(path)
+    write_text(path, csv_text(columns))
+
+
+def check_csv_name(path: str | os.PathLike[str]) -> None:
+    """InvalidInput where a file's name promises another format than CSV."""
     if Path(path).suffix.lower() in (".xlsx", ".xls", ".parquet", ".pq"):
         raise InvalidInput(f"{path}: only CSV can be written; give a name that ends in .csv")
-    write_text(path, csv_text(columns))
 
 
 def csv_text(columns: Mapping[str, Iterable[float | int | str]]) -> str:

@@ -17,6 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.errors import InvalidInput
+from fastcal.programs.languages import read_program
+from fastcal.programs.makers import language_of_arm
 from fastcal.programs.program import Document
 from fastcal.units import from_si
 
@@ -28,10 +30,14 @@ _FASTEST_RAD_S = 2.1  # URScript takes a speed and no share of the greatest one
 
 @dataclass(frozen=True)
 class Stop:
-    """A move to a target (its place in the list of targets), with a wait for the instrument or on the way."""
+    """A move to a target (its place in the list of targets), with a wait for the instrument or on the way.
+
+    Where `pause` says why, the program halts before it until somebody lets it go on.
+    """
 
     target: int
     is_measured: bool
+    pause: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,10 +61,28 @@ class Cycles:
     comment: Sequence[str] = ()
 
 
-def check_axes(joint_count: int) -> None:
-    """InvalidInput unless a program can be written for an arm of so many joints."""
-    if joint_count != AXES:
-        raise InvalidInput(f"a program of {AXES} axes can be written, and this robot has {joint_count} joints")
+def check_axes(joint_types: Sequence[str]) -> None:
+    """InvalidInput unless a program can be written for an arm of such joints, `revolute` or `prismatic`."""
+    if len(joint_types) != AXES:
+        raise InvalidInput(f"a program of {AXES} axes can be written, and this robot has {len(joint_types)} joints")
+    if "prismatic" in joint_types:
+        joint = list(joint_types).index("prismatic") + 1
+        raise InvalidInput(f"a program of {AXES} axes that turn can be written, and this robot's joint {joint} slides")
+
+
+def language_for(robot: str) -> str | None:
+    """The language of LANGUAGES that an arm of this name is programmed in; None where none of them is known to be."""
+    spoken = language_of_arm(robot)
+    return next((language for language, name in _NAMES.items() if name == spoken), None)
+
+
+def as_written(documents: Sequence[Document], stops: Sequence[Stop], q: FloatArray) -> FloatArray:
+    """(K, n) the controller's joints q as the program's text gives them; its moves are the stops in their order."""
+    program = read_program({document.name: document.text.encode("latin-1") for document in documents})
+    out = q.copy()
+    for move, stop in zip(program.moves, stops, strict=True):
+        out[stop.target] = program.targets[move.target].values
+    return out
 
 
 def write_cycles(language: str, name: str, cycles: Cycles) -> tuple[Document, ...]:
@@ -69,7 +93,7 @@ def write_cycles(language: str, name: str, cycles: Cycles) -> tuple[Document, ..
     """
     if language not in LANGUAGES:
         raise InvalidInput(f"language must be one of {', '.join(LANGUAGES)}, got '{language}'")
-    check_axes(cycles.q.shape[1])
+    check_axes(["revolute"] * cycles.q.shape[1])
     suffix, write = LANGUAGES[language]
     path = PurePath(name)
     if path.suffix.lower() != suffix:
@@ -95,6 +119,7 @@ def _rapid(path: PurePath, cycles: Cycles) -> tuple[Document, ...]:
     for count, stops in cycles.loops:
         body = []
         for stop in stops:
+            body += [f'    TPWrite "{stop.pause}";', "    Stop;"] if stop.pause else []
             body.append(f"    MoveAbsJ {cycles.names[stop.target]}\\NoEOffs,v1000,fine,tool0;")
             body += [f"    WaitTime \\InPos,{cycles.dwell_s:g};"] if stop.is_measured else []
         lines += _looped(body, count, f"    FOR cycle FROM 1 TO {count} DO", "    ENDFOR")
@@ -111,6 +136,7 @@ def _krl(path: PurePath, cycles: Cycles) -> tuple[Document, ...]:
     for count, stops in cycles.loops:
         body = []
         for stop in stops:
+            body += [f"; {stop.pause}", "HALT"] if stop.pause else []
             body.append(f"PTP {cycles.names[stop.target]}")
             body += [f"WAIT SEC {cycles.dwell_s:g}"] if stop.is_measured else []
         lines += _looped(body, count, f"FOR cycle=1 TO {count}", "ENDFOR")
@@ -122,6 +148,7 @@ def _fanuc(path: PurePath, cycles: Cycles) -> tuple[Document, ...]:
     for label, (count, stops) in enumerate(cycles.loops, start=1):
         steps += ["R[1:cycle]=0", f"LBL[{label}]"] if count > 1 else []
         for stop in stops:
+            steps += [f"!{stop.pause[:30]}", "PAUSE"] if stop.pause else []
             steps.append(f"J P[{stop.target + 1}] {100 * cycles.speed:g}% FINE")
             steps += [f"WAIT {cycles.dwell_s:7.2f}(sec)"] if stop.is_measured else []
         steps += ["R[1:cycle]=R[1:cycle]+1", f"IF R[1:cycle]<{count},JMP LBL[{label}]"] if count > 1 else []
@@ -143,6 +170,7 @@ def _urscript(path: PurePath, cycles: Cycles) -> tuple[Document, ...]:
     for count, stops in cycles.loops:
         body = []
         for stop in stops:
+            body += [f'  popup("{stop.pause}", blocking=True)'] if stop.pause else []
             body.append(f"  movej({cycles.names[stop.target]}, {speed})")
             body += [f"  sleep({cycles.dwell_s:g})"] if stop.is_measured else []
         lines += ["  cycle = 0"] if count > 1 else []
@@ -168,3 +196,4 @@ LANGUAGES: dict[str, tuple[str, Callable[[PurePath, Cycles], tuple[Document, ...
     "fanuc": (".ls", _fanuc),
     "urscript": (".script", _urscript),
 }
+_NAMES = {"rapid": "RAPID", "krl": "KRL", "fanuc": "FANUC LS", "urscript": "URScript"}  # as `language_of_arm` has them

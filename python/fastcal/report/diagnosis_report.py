@@ -47,9 +47,10 @@ from fastcal.report.diagnosis_words import (
 from fastcal.report.document import document_facts
 from fastcal.report.figures import Figure
 from fastcal.report.formatting import alike, percent
-from fastcal.report.kind_words import noise_text, noise_title
+from fastcal.report.kind_words import kind_title, noise_text, noise_title
 from fastcal.report.tables import Table, capitalised, unit_text
 from fastcal.report.view import Rows, rows_of
+from fastcal.report.words import listed
 
 if TYPE_CHECKING:
     from fastcal.calibration.evaluation import Evaluation
@@ -114,6 +115,9 @@ def diagnosis_page(found: Diagnosis, *, simulated: bool = False, made_by: Mappin
     base = np.asarray(found.model.spec["base"]["xyz_mm"], float)
     arm = arm_of(found.model, found.steps[0].model, [(train, found.train), (test, found.test)])
     word, tone = VERDICTS[found.verdict]
+    if found.misfits:
+        word = f"{word}; {listed([misfit.kind.plural for misfit in found.misfits])} do not fit"
+        tone = "caution" if tone == "good" else tone
     if found.verdict == "several" and any(f.grade != "A" for f in found.effects):
         tone = "caution"
     state = found.final
@@ -133,6 +137,7 @@ def diagnosis_page(found: Diagnosis, *, simulated: bool = False, made_by: Mappin
         steps=next_steps(found),
         sections=_sections(found),
         tiles=_tiles(found),
+        misfits=[(kind_title(misfit.kind), capitalised(misfit.text)) for misfit in found.misfits],
         cards=[_card(found, finding) for finding in found.effects],
         grades=GRADES if found.effects else {},  # the glossary explains those that the page gives
         effect_key=effect_figures.KEY,
@@ -167,6 +172,7 @@ def diagnosis_page(found: Diagnosis, *, simulated: bool = False, made_by: Mappin
 def _sections(found: Diagnosis) -> list[tuple[str, str]]:
     """What the contents list: id and short title of the sections that the page has."""
     return [
+        *([("misfits", "Do not fit")] if found.misfits else []),
         *([("plan", "Next measurement")] if is_advice(found.plan) else []),
         *([("found", "What is missing")] if found.effects else []),
         *([("unexplained", "Unexplained")] if found.unexplained is not None else []),

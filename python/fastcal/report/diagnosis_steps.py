@@ -10,6 +10,7 @@ from fastcal.diagnosis.words import cause_in_words
 from fastcal.effects.entries import traits_of
 from fastcal.report.diagnosis_words import depends, drop_command, place
 from fastcal.report.formatting import percent
+from fastcal.report.next_step import look_at
 from fastcal.report.words import listed
 
 if TYPE_CHECKING:
@@ -23,16 +24,18 @@ _SOUND = "Do not trust predictions outside the postures, loads and conditions th
 
 def next_steps(found: Diagnosis) -> list[str]:
     """What to do now, a sentence each."""
+    look = [f"{look_at(misfit)}; then diagnose again." for misfit in found.misfits]
     if found.verdict == "none":
         return [
+            *look,
             "Nothing has to be added: model.yaml is the calibrated geometry.",
             "If the robot is less accurate at other work, see below what these data could not show, and measure that.",
         ]
     if found.verdict == "one_of":
-        return _one_of(found)
+        return [*look, *_one_of(found)]
     if found.verdict == "unexplained":
-        return _unexplained(found)
-    return [*_measurement(found.effects), *_robot(found.effects), *_unsure(found.effects)]
+        return [*look, *_unexplained(found)]
+    return [*look, *_measurement(found.effects), *_robot(found.effects), *_unsure(found.effects)]
 
 
 def is_advice(plan: SeparatingPlan | None) -> bool:

@@ -25,7 +25,8 @@ def _(found: Diagnosis) -> str:
 
 @summary.register
 def _(found: Diagnosis) -> list[str]:
-    lines = [f"{found.model.name}: {found.verdict.replace('_', ' ')}", found.sentence]
+    fits = "".join(f"; {misfit.kind.plural} do not fit" for misfit in found.misfits)
+    lines = [f"{found.model.name}: {found.verdict.replace('_', ' ')}{fits}", found.sentence]
     for finding in found.effects:
         lines += _finding_lines(finding)
     for step in found.gap:

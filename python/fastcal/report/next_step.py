@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fastcal.measurements.kinds import POINTS
+from fastcal.measurements.kinds import KindMisfit
 from fastcal.measurements.observations import sigma_field
 from fastcal.report.formatting import significant
 from fastcal.report.trends import Trend
@@ -29,6 +29,9 @@ def next_step(result: CalibrationResult, arguments: Sequence[str] = ()) -> str:
     """One line; with the `arguments` of a diagnosis it ends with the command to run next."""
     if result.status != "converged":
         return "next: measure more poses, or more varied ones; `fastcal design` chooses them"
+    if result.misfits:
+        look = look_at(result.misfits[0])
+        return f"next: {look[0].lower()}{look[1:]}"
     rows = rows_of("Training", result.train, result.model.joint_types)
     if rows is None:
         return "next: nothing was measured that shows how large the remaining error is"
@@ -44,6 +47,14 @@ def next_step(result: CalibrationResult, arguments: Sequence[str] = ()) -> str:
             return "next: what remains looks like noise; check the model on other poses (--test, or fastcal evaluate)"
         return "next: what remains looks like noise; the model is ready for fastcal compensate"
     return f"next: {more}; find the cause with: {command}"
+
+
+def look_at(misfit: KindMisfit) -> str:
+    """What to look at where a kind of reading does not belong to the arm or to the others."""
+    return (
+        f"Look at the {misfit.kind.plural}: the unit and the frame of their columns, and whether each was read in the "
+        "posture of its row"
+    )
 
 
 def what_remains(result: CalibrationResult, rows: Rows, trends: dict[str, Trend]) -> str | None:
@@ -69,8 +80,8 @@ def known_floor(result: CalibrationResult) -> float | None:
     main = result.train.main
     if main is None:
         return None
-    if result.train.repeatability is not None and main.kind.name == POINTS:
-        return float(from_si(result.train.repeatability.sigma, "mm") * np.sqrt(main.width))
+    if main.kind.name in result.train.repeats:
+        return float(main.kind.shown(result.train.repeats[main.kind.name].sigma) * np.sqrt(main.width))
     claims = result.train.data.table(sigma_field(main.kind.name))
     if claims is None:
         return None

@@ -127,3 +127,57 @@ def test_rows_that_repeat_are_grouped_in_the_order_they_are_met() -> None:
     assert [part.tolist() for part in found] == [part.tolist() for part in wanted if len(part) > 1]
     assert repeated_rows(group, rows[:0]) == []
     assert repeated_rows(np.arange(5), np.arange(5)) == []
+
+
+@pytest.mark.parametrize("kind", ["position", "length", "tilt", "orientation"])
+def test_pure_noise_of_any_kind_comes_from_postures_that_were_read_again(kind: str) -> None:
+    """Numbers by hand: each posture three times, and what a model predicts does not matter."""
+    from dataclasses import replace
+
+    from fastcal.calibration.kind_errors import KindErrors
+    from fastcal.calibration.kind_repeats import repeats_of
+    from fastcal.measurements.kinds import kind_named
+
+    from .kind_sets import read
+
+    data = read((kind,), 20, 3)
+    rows = np.repeat(np.arange(20), 3)
+    random = np.random.default_rng(4)
+    misfit = random.standard_normal((20, 2, 3))[rows]
+    noise = 2e-5 * random.standard_normal((60, 2, 3))
+    noise[7, 1] = np.nan
+    visits = data.select(rows)
+    if kind == "length":  # another anchor is another reading
+        assert visits.anchor is not None
+        visits = replace(visits, anchor=np.where(np.arange(60) == 0, (visits.anchor[0] + 1) % 3, visits.anchor))
+    found = repeats_of(visits, KindErrors(kind_named(kind), misfit + noise))
+    groups = [list(range(3 * k, 3 * k + 3)) for k in range(20)]
+    if kind == "length":
+        groups[0] = [1, 2]
+    square = freedom = 0.0
+    for rows_of_one in groups:
+        for i in range(2):
+            for c in range(3):
+                own = noise[rows_of_one, i, c]
+                own = own[~np.isnan(own)]
+                square += np.sum((own - own.mean()) ** 2)
+                freedom += len(own) - 1
+    assert found is not None
+    assert found.freedom == freedom
+    assert found.sigma == pytest.approx((square / freedom) ** 0.5, rel=1e-9)
+    assert repeats_of(data, KindErrors(kind_named(kind), misfit[:20])) is None
+
+
+def test_lengths_that_were_read_again_say_how_much_of_what_remains_is_noise() -> None:
+    from fastcal import calibrate
+    from fastcal.report.next_step import known_floor, next_step
+
+    from .bench_arm import postures, robot
+    from .kind_sets import NOISE, read
+
+    data = read(("length",), seed=3, q=np.repeat(postures(80, 53), 2, axis=0))
+    found = calibrate(robot(), data)
+    assert found.train.repeats["length"].sigma == pytest.approx(NOISE["length"], rel=0.4)
+    assert known_floor(found) == pytest.approx(1e3 * found.train.repeats["length"].sigma)
+    assert "what remains looks like noise" in next_step(found)
+    assert found.to_json_dict()["train"]["kinds"]["length"]["repeats"]["freedom"] > 10

@@ -20,6 +20,7 @@ from fastcal.fleet.one_arm import key_of
 from fastcal.fleet.page import fleet_page
 from fastcal.fleet.result import Fleet
 from fastcal.fleet.side_by_side import suspects
+from fastcal.report.formatting import significant
 
 COUNT = 7
 
@@ -224,7 +225,7 @@ def test_the_page_says_first_what_became_of_the_arms_and_leads_to_their_pages(fl
     for arm in (first, second):
         (tmp_path / arm.name).mkdir()
     (tmp_path / first.name / "report.html").write_text("")
-    lost = replace(first, name="lost", after_mm=None, model=None, status="refused", message="q1_deg is missing")
+    lost = replace(first, name="lost", after=None, after_mm=None, model=None, status="refused", message="q1_deg is missing")
     document = fleet_page(Fleet([first, second, lost]), tmp_path)
     box = document.split('<section class="verdict')[1].split("</section>")[0]
     worst = max((first, second), key=lambda arm: arm.after_mm or 0.0)
@@ -273,5 +274,36 @@ def test_a_missing_file_is_a_row_and_a_cluster_that_does_not_answer_an_error(tmp
 def test_who_fits_worse_than_three_times_the_median_is_looked_at(fleet: Fleet) -> None:
     good = [arm for arm in fleet if arm.status == "converged"]
     assert suspects(good) == set()
-    worse = type(good[0])(name="odd", status="converged", before_mm=good[0].before_mm, after_mm=1.0)
+    worse = replace(good[0], name="odd", after=1.0)
     assert suspects([*good, worse]) == {"odd"}
+
+
+def test_arms_without_points_have_their_own_figures(tmp_path: Path) -> None:
+    """Of arms measured by lengths and tilts every size was empty, and none of them was ever looked at closely."""
+    from ..calibration.bench_arm import robot
+    from ..calibration.kind_sets import read
+
+    arms = [
+        *(Arm(f"length {k}", robot(), read(("length",), 90, k), read(("length",), 40, k)) for k in range(3)),
+        Arm("tilt", robot(), read(("tilt",), 90, 1)),
+        Arm("points", robot(), read(("position", "tilt"), 60, 1)),
+    ]
+    found = calibrate_many(arms, out=tmp_path / "out")
+    assert not found.failed
+    row = found["tilt"]
+    assert (row.kind, row.unit, row.before_mm, row.sigma_mm) == ("tilt", "deg", None, None)
+    assert None not in (row.before, row.after, row.noise)
+    assert row.after is not None
+    assert row.before is not None
+    assert row.after < row.before
+    length = found["length 1"]
+    assert (length.kind, length.unit) == ("length", "mm")
+    assert length.test is not None
+    assert 0.015 < length.test < 0.04
+    points = found["points"]
+    assert (points.kind, points.before, points.noise) == ("position", points.before_mm, points.sigma_mm)
+    text = fleet_page(found)
+    assert f"{significant(row.after)} °" in text
+    assert text.index("points") < text.index(">tilt<")  # lengths first
+    worse = replace(found["length 2"], after=10 * (found["length 0"].after or 0.0))
+    assert suspects([found["length 0"], found["length 1"], worse, found["tilt"]]) == {"length 2"}

@@ -7,7 +7,7 @@ import pytest
 
 from fastcal.errors import InvalidInput
 from fastcal.programs import read_program
-from fastcal.programs.measuring import LANGUAGES, Cycles, Stop, write_cycles
+from fastcal.programs.measuring import LANGUAGES, Cycles, Stop, check_axes, write_cycles
 from fastcal.units import from_si
 
 Q = np.radians([[10.0, -20, 30, -40.5, 50, -60], [0, 0, 0, 0, 0, 0], [179.99999, 1e-7, -5.123456, 7, 8, 9]])
@@ -55,6 +55,11 @@ def test_urscript_counts_its_rounds() -> None:
     code = text.replace("  end\n", "\n").replace("\nend\n", "\niso()\n")
     exec(code, {"movej": lambda q, a, v: moves.append(q), "sleep": lambda s: None})  # noqa: S102
     assert len(moves) == 1 + 30 * 3
+
+
+def test_only_axes_that_turn_are_written() -> None:
+    with pytest.raises(InvalidInput, match="this robot's joint 3 slides"):
+        check_axes(["revolute", "revolute", "prismatic", "revolute", "revolute", "revolute"])
 
 
 @pytest.mark.parametrize(
