@@ -152,7 +152,7 @@ def moved_part(near: Residuals, model: _core.ErrorModel, data: Dataset) -> tuple
 
 
 def shift_note(shift: Shift, count: int, kind: Kind, *, is_used: bool) -> str:
-    """The sentence for parts of `count` rows that moved, by a size of that kind; `is_used`: all rows were used still."""
+    """The sentence for parts of `count` rows that moved, by a size of that kind; `is_used`: all rows are used."""
     moved = _elsewhere(shift, kind)
     cause = "the tracker, the base or the target moved"
     several = len(shift.firsts) > 1

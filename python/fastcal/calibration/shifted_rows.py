@@ -34,7 +34,7 @@ _RANK = 1e-10
 
 @dataclass(frozen=True, eq=False)
 class Shift:
-    """From each of the rows `firsts` on, the points lie elsewhere again, by `size` [m] (RMS) from where they were first.
+    """From each of the rows `firsts` on, the points lie elsewhere again, by `size` [m] (RMS) from the first place.
 
     `columns` (m, k) are those of the motions, 0 before their rows, and `left` the cost (`huber_fit`) that they leave.
     """

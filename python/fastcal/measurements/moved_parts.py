@@ -2,8 +2,9 @@
 # SPDX-License-Identifier: MIT
 """Rows whose points belong to several set-ups: the instrument, the base or the target was moved between them.
 
-A run of rows that agree with the nominal arm gives base and tool. In the rows that do not go with these, runs are looked
-for that go with them once the base stands elsewhere (G. Wahba 1965, by the singular values of a 3x3), or the tool does.
+A run of rows that agree with the nominal arm gives base and tool. In the rows that do not go with these, runs are
+looked for that go with them once the base stands elsewhere (G. Wahba 1965, by the singular values of a 3x3), or the
+tool does.
 """
 
 from __future__ import annotations

@@ -301,8 +301,11 @@ def test_samples_without_a_number_are_left_out_and_counted(arm, tmp_path) -> Non
         broken = [*values[:2], np.nan if k % 37 == 5 else values[2], *values[3:], np.nan]
         return [([*NAMES, "finger"], broken)]
 
+    def points(k, x):
+        return x * [1, (np.nan if k % 2 else 1e200) if k % 29 == 3 else 1, 1]
+
     with Bag(tmp_path / "bag") as bag:
-        spoilt(bag, arm[1], q, joints=states, point=lambda k, x: x * [1, (np.nan if k % 2 else 1e200) if k % 29 == 3 else 1, 1])
+        spoilt(bag, arm[1], q, joints=states, point=points)
     found = import_measurements([tmp_path / "bag"], robot=arm[0])
     check_rows(found, arm, q)
     said = "; ".join(found.notes)
