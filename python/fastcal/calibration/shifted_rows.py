@@ -3,9 +3,10 @@
 """Did the instrument, the base or the target move between rows? A search for the rows of the changes.
 
 The motion of the base, or of the target, is tried from every row on, beside the parameters of the fit (change_point),
-and then another one beside those that were found. They count where together they explain more than half of what
-remains, more than a drift in the order of the rows with as many numbers does, and each more than chance could by an F
-test over all rows. One more counts where it, or two, explain more than half of what the others leave.
+or where that explains little, between every two rows; and then another one beside those that were found. They count
+where together they explain more than half of what remains, more than a drift in the order of the rows with as many
+numbers does, and each more than chance could by an F test over all rows. One more counts where it, or two, explain more
+than half of what the others leave.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from fastcal.calibration.change_point import find_step
+from fastcal.calibration.change_point import find_step, find_stretch
 from fastcal.calibration.row_weights import huber_weights
 
 FloatArray = NDArray[np.float64]
@@ -72,11 +73,11 @@ def find_shift(
     steps = _steps(J, motions, residual, row, alone)
     if not steps:
         return None
-    firsts = tuple(sorted(step.first for step in steps))
+    firsts = tuple(sorted(first for step in steps for first in step.firsts))
     columns = np.hstack([step.columns for step in steps])
     squares = steps[-1].left
     order = (row - rows.mean()) / max(float(np.ptp(rows)), 1.0)
-    powers = [order[:, np.newaxis] ** (k + 1) for k in range(len(steps))]
+    powers = [order[:, np.newaxis] ** (k + 1) for k in range(len(firsts))]
     drift = min(_left(np.hstack([J, *(motion * power for power in powers)]), residual, row) for motion in motions)
     if squares > drift:
         return None
@@ -93,9 +94,9 @@ def find_shift(
 
 @dataclass(frozen=True, eq=False)
 class _Step:
-    """A change at a row, the columns of its motion, and the cost that it leaves beside those before it."""
+    """Changes at one row or two, the columns of their motions, and the cost that is left with those before them."""
 
-    first: int
+    firsts: tuple[int, ...]
     columns: FloatArray
     left: float
 
@@ -121,19 +122,31 @@ def _next(
     J: FloatArray, motions: list[FloatArray], residual: FloatArray, row: IntArray, found: list[_Step]
 ) -> _Step | None:
     """The change that explains most beside the columns J; None where none leaves enough rows on each side."""
-    rows = np.unique(row)
     best: _Step | None = None
-    for columns in motions:
-        at, _ = find_step(J, columns, residual, row, np.arange(rows[-1] + 1, dtype=float))
-        first = int(np.ceil(at))
-        ends = sorted([int(rows[0]), int(rows[-1]) + 1, first, *(step.first for step in found)])
-        if any(np.sum((rows >= a) & (rows < b)) < _FEWEST for a, b in pairwise(ends)):
-            continue
-        late = columns * (row >= first)[:, np.newaxis]
-        squares = _left(np.hstack([J, late]), residual, row)
-        if best is None or squares < best.left:
-            best = _Step(first, late, squares)
+    alone = found[-1].left if found else _left(J, residual, row)
+    for is_stretch in (False, True):
+        for columns in motions:
+            if is_stretch:
+                firsts = find_stretch(J, columns, residual, row, _FEWEST) or ()
+            else:
+                at, _ = find_step(J, columns, residual, row, np.arange(row[-1] + 1, dtype=float))
+                firsts = (int(np.ceil(at)),)
+            if not firsts or not _apart(row, [*firsts, *(first for step in found for first in step.firsts)]):
+                continue
+            moved = np.hstack([columns * (row >= first)[:, np.newaxis] for first in firsts])
+            squares = _left(np.hstack([J, moved]), residual, row)
+            if best is None or squares < best.left:
+                best = _Step(firsts, moved, squares)
+        if best is not None and best.left < EXPLAINED * alone:
+            break
     return best
+
+
+def _apart(row: IntArray, firsts: list[int]) -> bool:
+    """Are there enough rows before, between and after some rows?"""
+    rows = np.unique(row)
+    ends = sorted([int(rows[0]), int(rows[-1]) + 1, *firsts])
+    return all(np.sum((rows >= a) & (rows < b)) >= _FEWEST for a, b in pairwise(ends))
 
 
 def _beyond_chance(
@@ -147,11 +160,14 @@ def _beyond_chance(
     """Does the last of the steps explain more than chance could, anywhere in the rows?"""
     from scipy import special  # takes longer to import than a fit, and few files come so far
 
-    freedom = len(residual) - J.shape[1] - 6 * len(steps)
+    last = steps[-1]
+    numbers = 6 * len(last.firsts)
+    freedom = len(residual) - J.shape[1] - 6 * sum(len(step.firsts) for step in steps)
     if freedom < 6:
         return False
-    F = (before - steps[-1].left) / 6 / (steps[-1].left / freedom)
-    return bool(special.fdtrc(6, freedom, F) * len(np.unique(row)) * len(motions) <= _CHANCE)
+    F = (before - last.left) / numbers / (last.left / freedom)
+    tried = len(motions) * float(len(np.unique(row))) ** len(last.firsts)
+    return bool(special.fdtrc(numbers, freedom, max(F, 0.0)) * tried <= _CHANCE)
 
 
 def _left(J: FloatArray, residual: FloatArray, row: IntArray) -> float:
