@@ -126,6 +126,7 @@ def _next(
     alone = found[-1].left if found else _left(J, residual, row)
     for is_stretch in (False, True):
         for columns in motions:
+            firsts: tuple[int, ...]
             if is_stretch:
                 firsts = find_stretch(J, columns, residual, row, _FEWEST) or ()
             else:

@@ -69,8 +69,10 @@ def moved_parts(T: FloatArray, position: FloatArray, frames: Frames, near: float
         agree, distances = found
         part[rows[agree]], away[rows[agree]] = number, distances[agree]
     runs = _runs(part)
-    kept = np.concatenate([np.arange(first, end)[part[first:end] == k] for first, end, k in runs]) if runs else []
-    if len(runs) < 2 or len(kept) < _EXPLAINED * len(T):
+    if len(runs) < 2:
+        return None
+    kept = np.concatenate([np.arange(first, end)[part[first:end] == k] for first, end, k in runs])
+    if len(kept) < _EXPLAINED * len(T):
         return None
     parts = [k for *_, k in runs]
     firsts = tuple(first for first, *_ in runs[1:])

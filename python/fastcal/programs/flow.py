@@ -177,7 +177,8 @@ class Walker:
     def spoil(self, statement: Statement, *nodes: Node) -> None:
         """Targets that a statement uses in a way that is not followed."""
         line = self.book.line(self.document, statement.start)
-        self._spoil(f"line {line} uses it in a way that is not followed: {self.shown(statement)}", nodes or statement.parts)
+        why = f"line {line} uses it in a way that is not followed: {self.shown(statement)}"
+        self._spoil(why, nodes or statement.parts)
 
     def takes_as_frame(self, at: int, *nodes: Node) -> None:
         """Targets that a statement, which begins `at`, makes a tool or a frame of: their numbers have to stay."""
