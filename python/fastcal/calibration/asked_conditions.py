@@ -152,7 +152,7 @@ def reading(problem: CalibrationProblem, near: Residuals, shift: Shift) -> tuple
     if effect is None:
         return "moved", None
     numbers = len(near.residual)
-    moved = criterion(shift.left, numbers, shift.columns.shape[1] + 1)
+    moved = criterion(shift.left, numbers, shift.columns.shape[1] + len(shift.firsts))
     together, _ = huber_fit(np.hstack([near.J[:, near.free], effect.J, shift.columns]), near.residual, near.row)
     if together < EXPLAINED * min(shift.left, effect.left):
         return "both", effect

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""When was the base knocked? Every moment between two rows is tried on the linearized problem.
+"""When was the base knocked, or moved and put back? Every moment between two rows is tried on the linearized problem.
 
 With the other parameters projected out, a step at t leaves  |r|^2 - b(t)^T A(t)^-1 b(t);  A (6, 6) and b (6,) are sums
 over the rows from t on, so all moments together cost one pass. (Change-point by least squares: D. Hinkley, "Inference
@@ -19,6 +19,9 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 _ROUNDS = 4
+_ROUNDS_OF_STRETCHES = 2
+_MOMENTS = 40  # between rows at which a stretch may begin or end, before its ends are looked at one by one
+_RIDGE = 1e-10
 _RANK = 1e-10
 
 
@@ -54,6 +57,65 @@ def find_step(
     return (before + after) / 2, after - before
 
 
+def find_stretch(
+    others: FloatArray, step: FloatArray, residual: FloatArray, row: IntArray, fewest: int
+) -> tuple[int, int] | None:
+    """The first row of a stretch, of `fewest` rows at least, that a motion of its own explains most, and that after it.
+
+    Args: as of `find_step`, the rows ascending. None where there are too few rows before, in and after a stretch.
+    """
+    rows, starts = np.unique(row, return_index=True)
+    if len(rows) < 3 * fewest:
+        return None
+    weight = np.ones(len(residual))
+    first, end = 0, len(rows)
+    for _ in range(_ROUNDS_OF_STRETCHES):
+        root = np.sqrt(weight)[:, np.newaxis]
+        sums = _tail_sums(_basis(others * root), step * root, residual * root[:, 0], starts)
+        moments = np.unique(np.linspace(fewest, len(rows) - fewest, _MOMENTS).astype(int))
+        i, j = np.triu_indices(len(moments), 1)
+        first, end = _longest_gain(sums, moments[i], moments[j], fewest)
+        near = np.arange(fewest, len(rows) - fewest + 1)
+        for _ in range(2):
+            first, _ = _longest_gain(sums, near[near <= end - fewest], np.array([end]), fewest)
+            _, end = _longest_gain(sums, np.array([first]), near[near >= first + fewest], fewest)
+        inside = (row >= rows[first]) & (row < rows[end])
+        J = np.hstack([others, step * inside[:, np.newaxis]])
+        left = residual - J @ np.linalg.lstsq(J * root, residual * root[:, 0], rcond=_RANK)[0]
+        weight = huber_weights(left, row)
+    return int(rows[first]), int(rows[end])
+
+
+def _tail_sums(
+    Q: FloatArray, step: FloatArray, residual: FloatArray, starts: IntArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Sums over all rows from each start on: step' step, Q' step, step' (residual without what Q explains)."""
+    clean = residual - Q @ (Q.T @ residual)
+
+    def tail(products: FloatArray) -> FloatArray:
+        return np.asarray(np.cumsum(products[::-1], axis=0)[::-1][starts])
+
+    coupling = np.stack([tail(Q * step[:, [k]]) for k in range(step.shape[1])], axis=1)
+    return tail(step[:, :, np.newaxis] * step[:, np.newaxis]), coupling, tail(step * clean[:, np.newaxis])
+
+
+def _longest_gain(
+    sums: tuple[FloatArray, FloatArray, FloatArray], first: IntArray, end: IntArray, fewest: int
+) -> tuple[int, int]:
+    """The pair of moments between which a motion explains most."""
+    first, end = np.broadcast_arrays(first, end)
+    long = end - first >= fewest
+    first, end = first[long], end[long]
+    own, coupling, b = (part[first] - part[end] for part in sums)
+    A = own - coupling @ coupling.transpose(0, 2, 1)
+    scale = np.sqrt(np.maximum(np.einsum("kii->ki", A), np.finfo(float).tiny))
+    A = A / (scale[:, :, np.newaxis] * scale[:, np.newaxis]) + _RIDGE * np.eye(A.shape[1])
+    b = b / scale
+    gain = np.einsum("ki,ki->k", b, np.linalg.solve(A, b[..., np.newaxis])[..., 0])
+    best = int(np.argmax(gain))
+    return int(first[best]), int(end[best])
+
+
 def _basis(J: FloatArray) -> FloatArray:
     """Orthonormal columns that span those of J."""
     scale = column_lengths(J)
@@ -63,15 +125,8 @@ def _basis(J: FloatArray) -> FloatArray:
 
 def _best(Q: FloatArray, step: FloatArray, residual: FloatArray, starts: IntArray) -> int:
     """The start whose step explains most."""
-    clean = residual - Q @ (Q.T @ residual)
-
-    def tail_sums(products: FloatArray) -> FloatArray:
-        return np.asarray(np.cumsum(products[::-1], axis=0)[::-1][starts])
-
-    A = tail_sums(step[:, :, np.newaxis] * step[:, np.newaxis])
-    coupling = np.stack([tail_sums(Q * step[:, [k]]) for k in range(step.shape[1])], axis=1)
-    A -= coupling @ coupling.transpose(0, 2, 1)
-    b = tail_sums(step * clean[:, np.newaxis])
+    A, coupling, b = _tail_sums(Q, step, residual, starts)
+    A = A - coupling @ coupling.transpose(0, 2, 1)
     scale = np.sqrt(np.maximum(np.einsum("kii->ki", A), np.finfo(float).tiny))
     values, vectors = np.linalg.eigh(A / (scale[:, :, np.newaxis] * scale[:, np.newaxis]))
     along = np.einsum("kij,ki->kj", vectors, b / scale)

@@ -97,10 +97,11 @@ def cleared(problem: CalibrationProblem, found: _core.Identification, refit: Ref
 def _without_part(
     problem: CalibrationProblem, found: _core.Identification, refit: Refit, shift: Shift, kind: Kind
 ) -> Cleared:
-    """The fit of the larger part of the rows, if the other is as rigid: moved, it fits as well; else all rows."""
-    rows = shift.smaller_part(len(problem.data))
+    """The fit of the longest part of the rows, if the others are as rigid: moved, they fit as well; else all rows."""
+    count = len(problem.data)
+    rows = np.setdiff1d(np.arange(count), shift.kept(count))
     rest = without_measured(problem.data, rows)
-    all_rows = Cleared(problem, found, problem, notes=[shift_note(shift, len(rest), kind, is_used=True)])
+    all_rows = Cleared(problem, found, problem, notes=[shift_note(shift, count, kind, is_used=True)])
     if problem.loss == "none":
         return all_rows
     part = problem.with_(data=rest, measured=measurements(rest, problem.robot))
@@ -110,16 +111,23 @@ def _without_part(
         return all_rows
     late = np.isin(left.row, rows)
     own = len(problem.model.robot.parameters)
-    frames = np.hstack([left.J[:, :6], left.J[:, own - 6 : own]])[late]
-    moved = left.residual[late] - frames @ np.linalg.lstsq(frames, left.residual[late], rcond=1e-10)[0]
+    frames = np.hstack([left.J[:, :6], left.J[:, own - 6 : own]])
+    others = [part for part in shift.parts(count) if np.isin(part, rows).all()]
+    moved = sum(_bent(frames, left.residual, np.isin(left.row, part)) for part in others)
     kept = ~late & left.kept
-    freedom = max(1, late.sum() - 12), max(1, kept.sum() - len(left.free))
-    loose = np.sum(moved**2) / freedom[0] > RIGID**2 * np.sum(left.residual[kept] ** 2) / freedom[1]
-    if loose and np.sum(moved**2) > (BENT * np.linalg.norm(left.residual[late])) ** 2:
+    freedom = max(1, late.sum() - 12 * len(others)), max(1, kept.sum() - len(left.free))
+    loose = moved / freedom[0] > RIGID**2 * np.sum(left.residual[kept] ** 2) / freedom[1]
+    if loose and moved > (BENT * np.linalg.norm(left.residual[late])) ** 2:
         return Cleared(problem, found, problem)  # no move of a body: an effect that the model lacks
     size = left.scale_of(kind) * float(np.sqrt(np.sum(left.residual[late & left.of(kind)] ** 2) / len(rows)))
-    note = shift_note(replace(shift, size=size), len(rest), kind, is_used=False)
+    note = shift_note(replace(shift, size=size), count, kind, is_used=False)
     return Cleared(part, again, part, rows.tolist(), notes=[note])
+
+
+def _bent(frames: FloatArray, residual: FloatArray, late: NDArray[np.bool_]) -> float:
+    """The squares that a motion of base and target leaves of some rows' residuals."""
+    r, J = residual[late], frames[late]
+    return float(np.sum((r - J @ np.linalg.lstsq(J, r, rcond=1e-10)[0]) ** 2))
 
 
 def moved_part(near: Residuals, model: _core.ErrorModel, data: Dataset) -> tuple[Shift, Kind] | None:
@@ -144,21 +152,23 @@ def moved_part(near: Residuals, model: _core.ErrorModel, data: Dataset) -> tuple
 
 
 def shift_note(shift: Shift, count: int, kind: Kind, *, is_used: bool) -> str:
-    """The sentence for a part that moved, its size that of a kind; `is_used`: all rows were used nevertheless."""
+    """The sentence for parts of `count` rows that moved, by a size of that kind; `is_used`: all rows are used."""
     moved = _elsewhere(shift, kind)
     cause = "the tracker, the base or the target moved"
-    labels = "give the two parts different `station` or `mount` labels"
+    several = len(shift.firsts) > 1
+    labels = f"give the {'' if several else 'two '}parts different `station` or `mount` labels"
     if is_used:
         return f"{moved}: {cause}; {labels}"
-    used = (
-        f"rows 0 to {shift.first - 1}" if count - shift.first <= shift.first else f"rows {shift.first} to {count - 1}"
-    )
-    return f"{moved}: {cause}. Only {used} are used; {labels} to use both"
+    kept = shift.kept(count)
+    all_of_them = "all" if several else "both"
+    return f"{moved}: {cause}. Only rows {kept[0]} to {kept[-1]} are used; {labels} to use {all_of_them}"
 
 
 def _elsewhere(shift: Shift, kind: Kind) -> str:
     what = "points lie elsewhere" if kind.name == POINTS else f"{kind.plural} are others"
-    return f"from row {shift.first} on the {what}, by {kind.shown(shift.size):.3g} {kind.unit}"
+    *most, last = shift.firsts
+    where = f"rows {', '.join(map(str, most))} and {last} on, each time again," if most else f"row {last} on"
+    return f"from {where} the {what}, by {kind.shown(shift.size):.3g} {kind.unit}"
 
 
 def condition_note(shift: Shift, kind: Kind, word: Word, effect: Explained) -> str:

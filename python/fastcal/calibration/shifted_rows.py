@@ -1,20 +1,23 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Did the instrument, the base or the target move between two rows? A search for the row of the change.
+"""Did the instrument, the base or the target move between rows? A search for the rows of the changes.
 
-The motion of the base, or of the target, is tried from every row on, beside the parameters of the fit (change_point).
-It counts where it explains more than half of what remains, more than a drift linear in the order of the rows does, and
-more than chance could by an F test over all rows.
+The motion of the base, or of the target, is tried from every row on, beside the parameters of the fit (change_point),
+or where that explains little, between every two rows; and then another one beside those that were found. They count
+where together they explain more than half of what remains, more than a drift in the order of the rows with as many
+numbers does, and each more than chance could by an F test over all rows. One more counts where it, or two, explain more
+than half of what the others leave.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fastcal.calibration.change_point import find_step
+from fastcal.calibration.change_point import find_step, find_stretch
 from fastcal.calibration.row_weights import huber_weights
 
 FloatArray = NDArray[np.float64]
@@ -24,31 +27,37 @@ _CHANCE = 1e-6
 EXPLAINED = 0.5  # of the weighted squares
 _SHOWN = 0.25  # of a move must be left by a fit without it
 _FEWEST = 4  # rows on each side: three points place a body, the fourth tests it
+_MOST = 5  # moves
+_AHEAD = 2  # moves that may be needed together
 _ROUNDS = 5
 _RANK = 1e-10
 
 
 @dataclass(frozen=True, eq=False)
 class Shift:
-    """From row `first` on, the points lie elsewhere by `size` [m] (RMS).
+    """From each of the rows `firsts` on, the points lie elsewhere again, by `size` [m] (RMS) from the first place.
 
-    `columns` (m, k) are those of the motion, 0 before that row, and `left` the cost (`huber_fit`) that it leaves.
+    `columns` (m, k) are those of the motions, 0 before their rows, and `left` the cost (`huber_fit`) that they leave.
     """
 
-    first: int
+    firsts: tuple[int, ...]
     size: float
     columns: FloatArray
     left: float
 
-    def smaller_part(self, count: int) -> IntArray:
-        """The rows before or after the change, of `count`, whichever are fewer."""
-        return np.arange(self.first, count) if count - self.first <= self.first else np.arange(self.first)
+    def parts(self, count: int) -> list[IntArray]:
+        """The rows, of `count`, before, between and after the changes."""
+        return np.split(np.arange(count), self.firsts)
+
+    def kept(self, count: int) -> IntArray:
+        """The rows of the longest part."""
+        return max(self.parts(count), key=len)
 
 
 def find_shift(
     J: FloatArray, motions: list[FloatArray], residual: FloatArray, row: IntArray, scale: float
 ) -> Shift | None:
-    """The change that explains the residual, or None.
+    """The changes that explain the residual, or None.
 
     Args:
         J: (m, p) whitened columns of the fit's parameters.
@@ -58,39 +67,108 @@ def find_shift(
         scale: [m] the standard deviation that a whitened 1 stands for.
     """
     rows = np.unique(row)
-    freedom = len(residual) - J.shape[1] - 6
-    if len(rows) < 2 * _FEWEST or freedom < 6:
+    if len(rows) < 2 * _FEWEST or len(residual) - J.shape[1] - 6 < 6:
         return None
-    order = (row - rows.mean()) / max(float(np.ptp(rows)), 1.0)
-    best: tuple[float, int, FloatArray, FloatArray] | None = None
-    drift = np.inf
     alone = _left(J, residual, row)
-    for columns in motions:
-        at, _ = find_step(J, columns, residual, row, np.arange(rows[-1] + 1, dtype=float))
-        first = int(np.ceil(at))
-        late = (row >= first)[:, np.newaxis]
-        if min(np.sum(rows >= first), np.sum(rows < first)) < _FEWEST:
-            continue
-        squares, found = huber_fit(np.hstack([J, columns * late]), residual, row)
-        drift = min(drift, _left(np.hstack([J, columns * order[:, np.newaxis]]), residual, row))
-        if best is None or squares < best[0]:
-            best = squares, first, (columns * late) @ found[J.shape[1] :], columns * late
-    if best is None or best[0] > EXPLAINED * alone or best[0] > drift:
+    steps = _steps(J, motions, residual, row, alone)
+    if not steps:
         return None
-    squares, first, moved, columns = best
-    from scipy import special  # takes longer to import than a fit, and few files come so far
-
-    F = (alone - squares) / 6 / (squares / freedom)
-    if special.fdtrc(6, freedom, F) * len(rows) * len(motions) > _CHANCE:
+    firsts = tuple(sorted(first for step in steps for first in step.firsts))
+    columns = np.hstack([step.columns for step in steps])
+    squares = steps[-1].left
+    order = (row - rows.mean()) / max(float(np.ptp(rows)), 1.0)
+    powers = [order[:, np.newaxis] ** (k + 1) for k in range(len(firsts))]
+    drift = min(_left(np.hstack([J, *(motion * power for power in powers)]), residual, row) for motion in motions)
+    if squares > drift:
         return None
-    late = row >= first
-    size = float(np.sqrt(np.sum(moved[late] ** 2) / np.sum(rows >= first)))
+    _, found = huber_fit(np.hstack([J, columns]), residual, row)
+    moved = columns @ found[J.shape[1] :]
+    late = row >= firsts[0]
+    size = float(np.sqrt(np.sum(moved[late] ** 2) / np.sum(rows >= firsts[0])))
     _, x = huber_fit(J, residual, row)
-    left = float(np.sqrt(np.sum((residual - J @ x)[late] ** 2) / np.sum(rows >= first)))
+    left = float(np.sqrt(np.sum((residual - J @ x)[late] ** 2) / np.sum(rows >= firsts[0])))
     if left < _SHOWN * size:  # the parameters make up for it: along a path early and late postures differ
         return None
-    size *= scale
-    return Shift(first, size, columns, squares)
+    return Shift(firsts, size * scale, columns, squares)
+
+
+@dataclass(frozen=True, eq=False)
+class _Step:
+    """Changes at one row or two, the columns of their motions, and the cost that is left with those before them."""
+
+    firsts: tuple[int, ...]
+    columns: FloatArray
+    left: float
+
+
+def _steps(
+    J: FloatArray, motions: list[FloatArray], residual: FloatArray, row: IntArray, alone: float
+) -> list[_Step]:
+    """As many changes as are needed, in the order in which they were found; the last one's cost is that of all."""
+    found: list[_Step] = []
+    needed, cost = 0, alone
+    while len(found) < min(_MOST, needed + _AHEAD if needed else _MOST):
+        step = _next(np.hstack([J, *(step.columns for step in found)]), motions, residual, row, found)
+        if step is None or not _beyond_chance(J, motions, residual, row, [*found, step], cost):
+            break
+        found.append(step)
+        cost = step.left
+        if cost < EXPLAINED * (found[needed - 1].left if needed else alone):
+            needed = len(found)
+    return found[:needed]
+
+
+def _next(
+    J: FloatArray, motions: list[FloatArray], residual: FloatArray, row: IntArray, found: list[_Step]
+) -> _Step | None:
+    """The change that explains most beside the columns J; None where none leaves enough rows on each side."""
+    best: _Step | None = None
+    alone = found[-1].left if found else _left(J, residual, row)
+    for is_stretch in (False, True):
+        for columns in motions:
+            firsts: tuple[int, ...]
+            if is_stretch:
+                firsts = find_stretch(J, columns, residual, row, _FEWEST) or ()
+            else:
+                at, _ = find_step(J, columns, residual, row, np.arange(row[-1] + 1, dtype=float))
+                firsts = (int(np.ceil(at)),)
+            if not firsts or not _apart(row, [*firsts, *(first for step in found for first in step.firsts)]):
+                continue
+            moved = np.hstack([columns * (row >= first)[:, np.newaxis] for first in firsts])
+            squares = _left(np.hstack([J, moved]), residual, row)
+            if best is None or squares < best.left:
+                best = _Step(firsts, moved, squares)
+        if best is not None and best.left < EXPLAINED * alone:
+            break
+    return best
+
+
+def _apart(row: IntArray, firsts: list[int]) -> bool:
+    """Are there enough rows before, between and after some rows?"""
+    rows = np.unique(row)
+    ends = sorted([int(rows[0]), int(rows[-1]) + 1, *firsts])
+    return all(np.sum((rows >= a) & (rows < b)) >= _FEWEST for a, b in pairwise(ends))
+
+
+def _beyond_chance(
+    J: FloatArray,
+    motions: list[FloatArray],
+    residual: FloatArray,
+    row: IntArray,
+    steps: list[_Step],
+    before: float,
+) -> bool:
+    """Does the last of the steps explain more than chance could, anywhere in the rows?"""
+    from scipy import special  # takes longer to import than a fit, and few files come so far
+
+    last = steps[-1]
+    numbers = 6 * len(last.firsts)
+    freedom = len(residual) - J.shape[1] - 6 * sum(len(step.firsts) for step in steps)
+    if freedom < 6:
+        return False
+    F = (before - last.left) / numbers / (last.left / freedom)
+    tried = len(motions) * float(len(np.unique(row))) ** len(last.firsts)
+    return bool(special.fdtrc(numbers, freedom, max(F, 0.0)) * tried <= _CHANCE)
 
 
 def _left(J: FloatArray, residual: FloatArray, row: IntArray) -> float:

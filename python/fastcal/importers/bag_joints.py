@@ -16,6 +16,7 @@ FloatArray = NDArray[np.float64]
 
 _MOST_NAMED = 8
 _OLDEST = 0.5  # [s] a position that is held while the others come
+LARGEST = 1e100  # whose square is a number as well
 
 
 @dataclass
@@ -144,7 +145,7 @@ def _finite(
 ) -> tuple[tuple[str, ...], FloatArray, FloatArray, list[str]]:
     """Joints that ever have a number, and the samples in which all have one; what was left out is said."""
     notes = []
-    good = np.asarray(np.isfinite(q))
+    good = sized(q)
     ever = np.asarray(good.any(axis=0))
     if len(q) and not ever.all() and ever.any():
         silent = ", ".join(name for name, any_ in zip(names, ever, strict=True) if not any_)
@@ -156,6 +157,11 @@ def _finite(
     return names, times[kept], q[kept], notes
 
 
+def sized(values: FloatArray) -> NDArray[np.bool_]:
+    """Which values are finite numbers whose squares are finite too."""
+    return np.asarray(np.abs(values) < LARGEST)
+
+
 def left_out_samples(count: int, of: int, what: str) -> str:
-    """The sentence on samples that hold NaN."""
-    return f"{count} of {of} {what} hold NaN, which is no finite number, and are left out"
+    """The sentence on samples that hold no sized number."""
+    return f"{count} of {of} {what} hold NaN or a number beyond all sizes, and are left out"

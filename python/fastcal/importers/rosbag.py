@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from fastcal.errors import InvalidInput, ParseError, TooLarge
 from fastcal.importers.bag_clocks import delay, still_windows
-from fastcal.importers.bag_joints import Devices, JointStates, Stream, joint_states, left_out_samples
+from fastcal.importers.bag_joints import Devices, JointStates, Stream, joint_states, left_out_samples, sized
 from fastcal.importers.dialect import Dialect, made
 from fastcal.importers.export import Export
 from fastcal.importers.grid import Grid, Row
@@ -88,7 +88,7 @@ def bag_grids(
 def _finite_poses(source: str, stream: Stream) -> tuple[FloatArray, FloatArray, list[str]]:
     """Times and poses that are numbers, and where they come from."""
     times, x = stream.arrays()
-    kept = np.asarray(np.isfinite(x).all(axis=1))
+    kept = np.asarray(sized(x).all(axis=1))
     notes = [f"measured poses read from the topic {source}"]
     if not kept.all():
         notes.append(left_out_samples(int((~kept).sum()), len(kept), "measured poses"))

@@ -68,6 +68,7 @@ class Suspicion:
         write: What to write in place of each joint.
         refused: The data are not to be used so; else a robust fit does without the rows concerned.
         where: The rows that are spoken of, where it is not all.
+        advice: What to do, where it is not to write the columns as they were meant.
     """
 
     meant: str
@@ -79,6 +80,7 @@ class Suspicion:
     write: tuple[str, ...] = ()
     refused: bool = True
     where: str = ""
+    advice: str = ""
 
     @property
     def message(self) -> str:
@@ -86,11 +88,12 @@ class Suspicion:
         reach = f", with a reach of {from_si(self.reach, 'mm'):.4g} mm" if self.what == "points" else ""
         either = f" (or: {'; or: '.join(self.others)})" if self.others else ""
         write = f"; the chain's joints would be {', '.join(self.write)}" if self.write else ""
+        advice = f"; {self.advice}" if self.advice else ""
         apart = f"; the rows beside {self.where} do not go with these as well" if self.where else ""
         them = f"them in {self.where}" if self.where else "them"
         return (
             f"the {self.what} do not fit this robot: as read, it misses {them} by {self.read} RMS after the best fit "
-            f"of base and tool{reach}; with {self.meant} it would be {self.better}{either}{write}{apart}; "
+            f"of base and tool{reach}; with {self.meant} it would be {self.better}{either}{write}{apart}{advice}; "
             f"nothing was changed"
         )
 

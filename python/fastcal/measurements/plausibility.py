@@ -31,11 +31,30 @@ def plausible(dataset: Dataset, robot: RobotFacts, poses: Poses) -> Suspicion | 
     points = Points(dataset, robot, poses)
     rows = _rows_of(points)
     found = points.suspicion() or _order(points, rows)
+    found = found or _moved(points, rows)
     if found is None and points.far_off and (rows is None or rows.block is None):  # else the columns are right in parts
         found = points.suspicion(several=True) or _in_parts(points)
     if found is not None and found.refused:
         return found
     return Turns(points).suspicion() or found
+
+
+def _moved(points: Points, rows: Rows | None) -> Suspicion | None:
+    """Rows of several set-ups."""
+    found = None if rows is None else rows.moved()
+    if rows is None or found is None:
+        return None
+    firsts = _listed([str(rows.numbers[first]) for first in found.firsts])
+    back = ", once back to where it had been," if found.again else ""
+    meant = f"the tracker, the base or the target moved before {firsts}{back} and each part placed by itself"
+    label = "give the parts different `station` labels, or `mount` labels if it was the target"
+    read, better = (f"{from_si(rms, 'mm'):.4g} mm" for rms in (found.as_read, found.better))
+    return Suspicion(meant, (), read, better, points.robot.reach, refused=not found.few, advice=label)
+
+
+def _listed(numbers: list[str]) -> str:
+    *most, last = numbers
+    return f"rows {', '.join(most)} and {last}" if most else f"row {last}"
 
 
 def _in_parts(points: Points) -> Suspicion | None:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.measurements.frame_fit import Frames, Poses, fitted, point_bounds
+from fastcal.measurements.moved_parts import MovedParts, moved_parts
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -26,6 +27,7 @@ _LATE = 3  # rows by which a block may have slipped
 _CLEAR = 0.03  # of the spread that a block may leave at its bound
 _EXPLAINED = 0.8  # of the rows, by an order that was found
 _CHANCE = 0.01  # of any point near to a place in space
+_AGREES = 0.2  # of what all rows leave, by a run of them
 _FEW = 0.1  # of the rows; where no more stand elsewhere, a robust fit does without them
 _TOLD = 6  # blocks
 
@@ -72,6 +74,16 @@ class Rows:
             return None
         return _block(self.poses, self.q, self.position, self.T, self.reach)
 
+    def moved(self) -> MovedParts | None:
+        """The set-ups in which all but few rows stand, each as read; None where they are not several."""
+        far = _NEAR * self.reach
+        agree = self.block is not None and self.block.rms < _AGREES * self.as_read.rms
+        frames = self.block if agree else self.as_read if self.as_read.rms <= far else None
+        return None if frames is None else moved_parts(self.T, self.position, frames, self._near(frames), far)
+
+    def _near(self, block: Frames) -> float:
+        return min(_NEAR * self.reach, 6.0 * block.rms + 1e-6)
+
     def other_order(self) -> Order | None:
         """The order of rows that explains the points, None where they stand in it or where none is found."""
         if not 2 * _RUN < len(self.q) <= MOST_ROWS:
@@ -82,7 +94,7 @@ class Rows:
         if self.as_read.rms > _NEAR * self.reach:
             if self.block is None:
                 return None
-            at, near = self.block.at(self.T), min(_NEAR * self.reach, 6.0 * self.block.rms + 1e-6)
+            at, near = self.block.at(self.T), self._near(self.block)
         elif (own <= 2.0 * near).all():
             return None
         stands = _rows_of(at, position, near)

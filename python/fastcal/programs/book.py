@@ -78,13 +78,14 @@ NOWHERE = Place()
 def product(first: Place, second: Place) -> Place:
     """The place first times second: its target is the second, in the frame of the first; else the first, shifted.
 
-    Where the first is a target of other moves too, the book shifts it: its numbers cannot stay those of a frame.
+    Where the first is a target of other moves too, the book shifts it: its numbers cannot stay those of a frame. Where
+    it is not, it is a frame, and the second must be known.
     """
     before = first.factors
     if second.targets and second.is_plain and before:
         return Place(second.targets, before, first.targets or first.first, second.T, also=second.also)
     if first.targets and first.near is None:
-        return replace(first, offset=SOMEWHERE, elements=())
+        return replace(first, offset=SOMEWHERE, elements=(), first=(*first.first, *first.targets))
     after = second.factors
     return NOWHERE if second.targets or not before or not after else Place(chain=(*before, *after))
 
@@ -219,16 +220,18 @@ class Book:
     def program(self, language: Language) -> Program:
         """The program: targets that moves go to, and those that are kept anyway; others are no targets."""
         moves = list(self.moves)
-        direct = {move.target for place, move in enumerate(moves) if place not in self._products} | self.kept
+        direct = {move.target for place, move in enumerate(moves) if place not in self._products}
         for place, first in self._products.items():
-            # The first factor changes with its own moves, so that this one goes along.
-            if direct.intersection(first):
+            line = moves[place].line
+            # The first factor changes with its own moves, so that this one goes along; a mere frame has to stay.
+            if not direct.intersection(first):
+                self.spoil(first, f"line {line} takes it as a frame")
+            elif moves[place].target not in first:
                 frame = self.frames[str(moves[place].frame)]
                 around = frame[0] if isinstance(frame, tuple) and isinstance(frame[0], str) else min(self.origins)
-                shifted = replace(moves[place], frame=around, offset=SOMEWHERE)
-                moves[place] = replace(shifted, target=first[0])
-                if len(first) > 1:
-                    self.spoil(first, f"line {shifted.line} adds something to it that is not known")
+                moves[place] = replace(moves[place], frame=around, offset=SOMEWHERE, target=first[0])
+            if direct.intersection(first) and len(first) > 1:
+                self.spoil(first, f"line {line} adds something to it that is not known")
         used = {move.target for move in moves} | self.kept
         program = Program(
             *(language, self.documents, tuple(self.targets), tuple(moves), self.tools, self.frames, self.doubts),

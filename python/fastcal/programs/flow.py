@@ -178,7 +178,14 @@ class Walker:
         """Targets that a statement uses in a way that is not followed."""
         line = self.book.line(self.document, statement.start)
         why = f"line {line} uses it in a way that is not followed: {self.shown(statement)}"
-        for node in nodes or statement.parts:
+        self._spoil(why, nodes or statement.parts)
+
+    def takes_as_frame(self, at: int, *nodes: Node) -> None:
+        """Targets that a statement, which begins `at`, makes a tool or a frame of: their numbers have to stay."""
+        self._spoil(f"line {self.book.line(self.document, at)} takes it as a tool or a frame", nodes)
+
+    def _spoil(self, why: str, nodes: Sequence[Node]) -> None:
+        for node in nodes:
             for name in node.names():
                 self.book.spoil(self.place(name).targets, why)
             for call in node.calls():

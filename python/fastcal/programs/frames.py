@@ -99,7 +99,7 @@ class Frames:
                 )
             elif isinstance(T, str):
                 self.left[place] = T
-            elif T is None and not uses and name is None:
+            elif not uses and name is None and (T is None or self.program.moves):
                 self.left[place] = "no move goes to it here, so its tool and frame are not known"
             elif T is None:
                 self.left[place] = (

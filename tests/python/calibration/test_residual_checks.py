@@ -54,6 +54,21 @@ def test_a_tracker_that_was_bumped_is_found_at_its_row_and_does_no_harm(first: i
     assert len(plain.train.data) == 120
 
 
+@pytest.mark.parametrize("firsts", [(50, 90), (30, 60, 90)])
+def test_several_bumps_are_found_at_their_rows(firsts: tuple[int, ...]) -> None:
+    data = Simulator(3, Case(poses=140)).measured()
+    points = np.array(data.position)
+    for k, first in enumerate(firsts):
+        points[first:] += (-1) ** k * np.array([2e-3, -3e-3, 1e-3 * (k + 1)])
+    result = calibrated(Dataset.from_arrays(data.q, position=points))
+    *most, last = map(str, firsts)
+    where = f"from rows {', '.join(most)} and {last} on, each time again, the points lie elsewhere, by "
+    (said,) = [note for note in result.notes if where in note]
+    longest = max(np.split(np.arange(140), firsts), key=len)
+    assert f"Only rows {longest[0]} to {longest[-1]} are used; give the parts different" in said
+    assert result.outliers == np.setdiff1d(np.arange(140), longest).tolist()
+
+
 def test_a_drift_is_no_bump() -> None:
     data = Simulator(4, Case(poses=120)).measured()
     drifting = np.array(data.position) + np.linspace(0, 1e-3, 120)[:, np.newaxis]

@@ -301,8 +301,11 @@ def test_samples_without_a_number_are_left_out_and_counted(arm, tmp_path) -> Non
         broken = [*values[:2], np.nan if k % 37 == 5 else values[2], *values[3:], np.nan]
         return [([*NAMES, "finger"], broken)]
 
+    def points(k, x):
+        return x * [1, (np.nan if k % 2 else 1e200) if k % 29 == 3 else 1, 1]
+
     with Bag(tmp_path / "bag") as bag:
-        spoilt(bag, arm[1], q, joints=states, point=lambda k, x: x * [1, np.nan if k % 29 == 3 else 1, 1])
+        spoilt(bag, arm[1], q, joints=states, point=points)
     found = import_measurements([tmp_path / "bag"], robot=arm[0])
     check_rows(found, arm, q)
     said = "; ".join(found.notes)
@@ -312,12 +315,12 @@ def test_samples_without_a_number_are_left_out_and_counted(arm, tmp_path) -> Non
 
 
 def test_a_joint_that_never_has_a_number_is_left_out() -> None:
-    states = Stream("/js", [0.0, 0.1, 0.2], [[1, np.nan], [2, np.nan], [np.nan, np.nan]])
+    states = Stream("/js", [0.0, 0.1, 0.2, 0.3], [[1, np.nan], [2, np.nan], [np.nan, np.nan], [1e200, np.nan]])
     found = joint_states("bag", {("a1", "finger"): states}, (), None)
     assert (found.names, found.q.tolist()) == (("a1",), [[1.0], [2.0]])
     assert found.notes[1:] == (
         "joints without a number in any message are left out: finger",
-        "1 of 3 joint states hold NaN, which is no finite number, and are left out",
+        "2 of 4 joint states hold NaN or a number beyond all sizes, and are left out",
     )
 
 

@@ -24,6 +24,7 @@ _ORIGINS = {"$NULLFRAME", "$WORLD"}
 _HERE = {"$AXIS_ACT", "$POS_ACT", "$AXIS_INT", "$POS_INT", "$AXIS_RET", "$POS_RET"}
 _DATA = {"TOOL_DATA": "tool", "BASE_DATA": "frame"}
 _ACTIVE = {"$TOOL": "tool", "$BASE": "frame"}
+_NUMBERS = {"TOOL_NO", "BASE_NO"}  # components that are the number of a tool or a base
 
 
 def read(documents: tuple[Document, ...]) -> Program:
@@ -125,7 +126,7 @@ class _Reader(Walker):
         return self._of(node.parts[0], node.text.upper())
 
     def _of(self, name: Node, component: str) -> Place:
-        record = self._record(name)
+        record = self._record(name) if component in _NUMBERS else {}
         number = self.number(record[component]) if component in record else None
         return NOWHERE if number is None else Place(name=f"{number:g}")
 
@@ -172,6 +173,8 @@ class _Reader(Walker):
             root = root.parts[0]
         word = root.text.upper()
         line = self.book.line(self.document, statement.start)
+        if word in _DATA or (word in _ACTIVE and to.kind != "name"):
+            self.takes_as_frame(statement.start, value)
         if word in _ACTIVE and to.kind == "name":
             self._activate(_ACTIVE[word], value, statement)
         elif word in _ACTIVE:
@@ -211,6 +214,7 @@ class _Reader(Walker):
 
     def _label(self, what: str, value: Node, statement: Statement) -> str:
         """The name under which a tool or a base stands that an expression gives."""
+        self.takes_as_frame(statement.start, value)
         place = self.place(value)
         word = "$TOOL" if what == "tool" else "$BASE"
         label = f"{word} of line {self.book.line(self.document, statement.start)}"

@@ -184,6 +184,7 @@ class _Reader(Walker):
         else:
             line = self.book.line(self.document, statement.start)
             self.book.doubt(what, root.text, f"{what} {root.text} is changed at run time, in line {line}")
+            self.takes_as_frame(statement.start, *statement.parts[1:])
 
     def _instruction(self, statement: Statement) -> None:
         """A move, what switches how moves are meant, or a call."""

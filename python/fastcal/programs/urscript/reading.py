@@ -96,6 +96,7 @@ class _Reader(Walker):
             return self._added(self.place(plain[0]), self.place(plain[1]))
         if node.text == "pose_inv" and len(plain) == 1:
             T = self.place(plain[0]).T
+            self.takes_as_frame(node.start, plain[0])
             return NOWHERE if T is None else Place(T=se3.inverse(T))
         if node.text == "get_inverse_kin" and plain and len(plain) < 5 and "tcp" not in named:
             return self._solved(plain, named)
@@ -148,6 +149,7 @@ class _Reader(Walker):
 
     def _set_tool(self, statement: Statement) -> None:
         first = statement.parts[0]
+        self.takes_as_frame(statement.start, first)
         label = f"set_tcp of line {self.book.line(self.document, statement.start)}"
         place = self.place(first.parts[0] if first.kind == "named" else first)
         if place.T is not None and place.is_plain:
