@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from fastcal.diagnosis import rules
-from fastcal.diagnosis.reasons import Because, BlockLabel, Label, Reason
+from fastcal.diagnosis.reasons import HELD_ARM, NOMINAL_ARM, Because, BlockLabel, Label, Reason
 from fastcal.diagnosis.words import owner_in_words, reason_text, variables_in_words
 from fastcal.effects.entries import traits_of
 from fastcal.report.formatting import count, percent, plural
@@ -31,6 +31,7 @@ GRADES = {
     "D": "something remains",
 }
 
+_ARMS = {NOMINAL_ARM: "base and tool alone", HELD_ARM: "geometry held near nominal"}
 _SMALL = 0.01  # share of the misfit below which the unexplained part is not worth a search
 
 _VARIANTS = {"order": "order {}", "at_s": "at {} s"}  # other options are not shown
@@ -46,10 +47,17 @@ def short_name(effect: str, owner: str, variant: str = "") -> str:
     return f"{place_words} {' '.join(words)}{f', {variant}' if variant else ''}".strip()
 
 
+def stands_for_geometry(added: str | None) -> bool:
+    """Is a step of the gap a model in place of the calibrated geometry?"""
+    return added in _ARMS
+
+
 def step_name(added: str | None) -> str:
     """What one step of the gap adds, "backlash@joint4,..." as a file has it, by short names."""
     if added is None:
         return "geometry alone"
+    if added in _ARMS:
+        return _ARMS[added]
     owners: dict[str, list[str]] = {}
     for effect, _, owner in (part.partition("@") for part in added.split(",")):
         owners.setdefault(effect, []).append(owner)
