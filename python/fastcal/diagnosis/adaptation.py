@@ -111,12 +111,15 @@ def gap(
     fits: Sequence[Fit],
     kept: BoolArray,
     names: Sequence[Hypothesis],
-    profiles: Sequence[Spec],
+    beside: str | None,
 ) -> list[GapStep]:
-    """RMS errors of the geometry alone and of each model after it, over the rows that are `kept` (N,): no outliers."""
+    """RMS errors of the geometry alone and of each model after it, over the rows that are `kept` (N,): no outliers.
+
+    `beside` is what the last model has beside the names.
+    """
     added: list[str | None] = [None, *(",".join("@".join(name.key) for name in group) for group in groups(names))]
-    if profiles:
-        added.append(",".join(f"{p['effect']}@{p['owner']}" for p in profiles))
+    if beside is not None:
+        added.append(beside)
     held_out = each(lambda of: held_out_rms(*of, kept), list(zip(fits, steps, strict=True)))
     return [gap_step(*step, kept) for step in zip(added, steps, held_out, strict=True)]
 

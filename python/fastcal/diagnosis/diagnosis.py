@@ -209,7 +209,8 @@ class _Found:
     @cached_property
     def whole(self) -> Problem:
         """All rows but for those out of reach."""
-        return self.search.problem if self.rows is None else on_all_rows(self.model.fit, self.data)
+        at = self.search.start.fit if self.written.holds_the_arm else self.model.fit
+        return self.search.problem if self.rows is None else on_all_rows(at, self.data)
 
     @cached_property
     def fit(self) -> Fit:
@@ -247,11 +248,13 @@ class _Found:
         remaining = self._remaining(steps[0], outliers)
         kept = self.data.measured.copy()
         kept[outliers] = False
-        gap = adaptation.gap(steps, written, kept, names, profiles)
+        gap = adaptation.gap(steps, written, kept, names, self.written.added)
         last = replace(written[-1], problem=self.fit.problem, squares=None)
-        more, step, remaining = with_surrogate(
-            steps[-1], gap[-1], last, self.reaches, judge, remaining, drifts=self.level.slow.drifts
-        )
+        more, step = None, None
+        if not self.written.holds_the_arm:  # what is left then are the arm's own errors
+            more, step, remaining = with_surrogate(
+                steps[-1], gap[-1], last, self.reaches, judge, remaining, drifts=self.level.slow.drifts
+            )
         findings = [self._finding(best.names[k], proofs[k], equivalents[k], steps[-1].model, remaining) for k in order]
         if findings and all(f.grade == "A" for f in findings) and not self._stands(steps[-1].model):
             findings = [replace(f, grade="B", limits=(Because(Reason.OWN_MODEL),)) for f in findings]
@@ -341,15 +344,18 @@ class _Found:
         return separating_plan(self.best, others)
 
     def _written(self, names: Sequence[Hypothesis]) -> list[Fit]:
-        """The fits that are written: with each name, then with the curves."""
+        """The fits that are written: with each name, then with the curves; or the geometry, and what holds the arm."""
+        if self.written.holds_the_arm:
+            start = self.search.start.fit
+            return [start if self.rows is None else fit(self.whole, [], start), self.fit]
         fits = adaptation.fits(self.search, self.model.state, names)
         if self.rows is not None:
             whole = self.whole
             fits = each(lambda at: self.fit if at is self.model.fit else fit(whole, at.added, at), fits)
         if self.model.profiles:
             return [*fits, self.fit]
-        if self.told.remains:
-            return fits  # a row that is far off may show what is missing
+        if self.told.remains or self.written.is_plain:
+            return fits  # a row that is far off may show what is missing; a plain model is the one that was judged
         problem = weighed(self.whole, self.fit)
         again = fits if problem is self.whole else each(lambda at: fit(problem, at.added, at), fits)
         return again if all(at.converged for at in again) else fits

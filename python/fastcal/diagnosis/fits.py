@@ -161,6 +161,7 @@ class Fit:
             and problem.start is self.problem.start
             and problem.data is self.problem.data
             and problem.weight is self.problem.weight
+            and problem.arm_size == self.problem.arm_size
             and np.array_equal(problem.used, self.problem.used)
             and problem.noise.without_factor == self.problem.noise.without_factor
         )
@@ -255,6 +256,7 @@ def fit(problem: Problem, added: Sequence[Hypothesis], start: Fit | None = None,
     With `pulled` the geometry is pulled to that of `start`: curves of joints take what it can't (`geometry_anchoring`).
     """
     added = tuple(added)
+    start = None if problem.has_nominal_arm and start is not None and not start.problem.has_nominal_arm else start
     entries = with_nuisances([*problem.given, *(name.entry for name in added)], problem.start.robot)
     effects = problem.effects(entries)
     model, samples = problem.model(entries, problem.kept, effects)

@@ -34,6 +34,7 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 STRETCHES = "stretches"  # of the order of measuring: an owner of folds
+REGIONS = "regions"  # of the workspace, another one
 _RIDGE = 1e-10  # on unit columns: for those that the others span
 
 
@@ -50,14 +51,39 @@ def folds(problem: Problem, owner: str | None = None) -> NDArray[np.intp]:
 
 
 def fold_of(data: Dataset, owner: str | None = None) -> NDArray[np.intp]:
-    """(N,) fold of each row, by its pose (along a path by its stretch), the position of a joint, or STRETCHES."""
+    """(N,) fold of each row: by its pose (along a path its stretch), a joint's position, STRETCHES or REGIONS."""
     if owner == STRETCHES:
         return measuring_place(data) * rules.FOLDS // max(len(data), 1)
+    if owner == REGIONS:
+        part = _regions(data)
+        return np.asarray(deal(int(part.max(initial=-1)) + 1, rules.FOLDS, np.random.default_rng(0))[part])
     random = np.random.default_rng(0)
     if owner is None:
         return pose_folds(data, rules.FOLDS, random)
     part = positions(data, owner)
     return np.asarray(deal(int(part.max()) + 1, rules.FOLDS, random)[part])
+
+
+def _regions(data: Dataset) -> NDArray[np.intp]:
+    """(N,) region of each row: cut in halves across the widest way, and these again, while they hold enough rows.
+
+    By points where all rows have one, else by joint positions, each in shares of its range.
+    """
+    at = data.q / np.maximum(np.ptp(data.q, axis=0), np.finfo(np.float64).tiny)
+    if data.position is not None and np.isfinite(data.position).all():
+        at = data.position
+    parts = [np.arange(len(data))]
+    while len(parts) < rules.REGIONS and min(map(len, parts)) >= 2 * rules.MIN_REGION_ROWS:
+        halves: list[NDArray[np.intp]] = []
+        for part in parts:
+            way = int(np.argmax(np.ptp(at[part], axis=0)))
+            order = part[np.argsort(at[part, way], kind="stable")]
+            halves += [order[: len(order) // 2], order[len(order) // 2 :]]
+        parts = halves
+    out = np.empty(len(data), dtype=np.intp)
+    for k, part in enumerate(parts):
+        out[part] = k
+    return out
 
 
 def last_stretch(data: Dataset) -> BoolArray:
@@ -81,7 +107,8 @@ class HeldOut:
         fitted: (N,) rows of the data that the predictions are fitted to; None: those of the fit.
         more: (m, k) further columns over the numbers and priors of the fit, after its own; the rows that it leaves out
             are not predicted then.
-        owner: A joint: the folds hold out its positions. STRETCHES: parts of the order of measuring.
+        owner: A joint: the folds hold out its positions. STRETCHES: parts of the order of measuring. REGIONS: of the
+            workspace.
         as_measured: Judge the rows as they were measured, where the fit takes out what noise with a memory shares: so
             that fits of different noise compare.
     """

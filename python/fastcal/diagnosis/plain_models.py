@@ -2,10 +2,11 @@
 # SPDX-License-Identifier: MIT
 """What was found beside what anyone would try by hand: the model that predicts rows held out of it best is written.
 
-Plain models are the geometry, and the geometry with the compliance, the sag, or a curve of every joint, or with
-compliance and curves; each by itself and beside the names, each by least squares of all rows as well as without the
-rows and the memory of the noise that the diagnosis takes out. Rows are held out by poses and by stretches of the order
-of measuring, and judged as they were measured, whatever noise a fit assumes.
+Plain models are base and tool alone, the geometry held near nominal where rows are few (`shrinkage`), the geometry,
+and the geometry with the compliance, the sag, or a curve of every joint, or with compliance and curves; the latter by
+themselves and beside the names, all by least squares of all rows as well as without the rows and the memory of the
+noise that the diagnosis takes out. Rows are held out by poses, by stretches of the order of measuring and by regions
+of the workspace, and judged as they were measured, whatever noise a fit assumes.
 """
 
 from __future__ import annotations
@@ -17,13 +18,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.calibration.options_from_data import with_origins
+from fastcal.calibration.shrinkage import shrinkage
 from fastcal.diagnosis import rules, unexplained
 from fastcal.diagnosis.curves import with_curvatures
 from fastcal.diagnosis.fits import fit, is_beyond_bounds
-from fastcal.diagnosis.held_out import STRETCHES, HeldOut, gain, positions
+from fastcal.diagnosis.held_out import REGIONS, STRETCHES, HeldOut, gain, positions
 from fastcal.diagnosis.library import Hypothesis, is_excluded
 from fastcal.diagnosis.problem import Problem
-from fastcal.diagnosis.reasons import Because, Reason
+from fastcal.diagnosis.reasons import HELD_ARM, NOMINAL_ARM, Because, Reason
 from fastcal.diagnosis.rivals import Model, Rivals, bare, with_entries
 from fastcal.diagnosis.search import SearchNode
 from fastcal.diagnosis.sure_names import Told
@@ -41,7 +43,8 @@ class Judged:
 
     Attributes:
         model: The model.
-        squares: (N,) of each measured row, in units of its claimed noise: the mean of poses and stretches held out.
+        squares: (N,) of each measured row, in units of its claimed noise: the mean of poses, stretches and regions held
+            out.
         is_plain: Would anyone have tried it?
         by_least_squares: Of all rows, with the noise white?
         lead: Share by which it leaves less of what held-out rows are off by, squared, than what was found.
@@ -53,11 +56,23 @@ class Judged:
     by_least_squares: bool = False
     lead: float = 0.0
 
+    @property
+    def holds_the_arm(self) -> bool:
+        """Is the geometry nominal, or held near that?"""
+        return self.model.fit.problem.arm_size is not None
+
     def shows(self, name: Hypothesis) -> bool:
         """Is a name of the set still clear beside what was added to it?"""
         own = next((n for n in self.model.fit.added if n.key == name.key), None)
         state = SearchNode(self.model.fit, self.model.state.family)
         return own is not None and state.wald(own) > rules.MIN_SNR_BESIDE_REST**2
+
+    @property
+    def added(self) -> str | None:
+        """What it has beside the names, as a step of the gap; None: nothing."""
+        if self.holds_the_arm:
+            return NOMINAL_ARM if self.model.fit.problem.arm_size == 0 else HELD_ARM
+        return ",".join(f"{entry['effect']}@{entry['owner']}" for entry in self.model.profiles) or None
 
     @property
     def words(self) -> str:
@@ -69,10 +84,13 @@ class Judged:
         joints = model.fit.problem.start.robot.joint_count
         parts = ["what was named"] if model.state.names else []
         parts += [f"{_what(effect)} of {_where(own, joints)}" for effect, own in owners.items()]
+        held = model.fit.problem.arm_size
+        arm = "base and tool" if held == 0 else "the geometry"
         beside = f" with {' and '.join(parts)}" if parts else " alone"
+        near = f", held near nominal ({held:.2g} mm and mrad, RMS)" if held else ""
         how = ", by least squares of all rows" if self.by_least_squares else ""
         better = f"it leaves {self.lead:.0%} less of what poses held out of the fit are off by, squared"
-        return f"the geometry{beside}{how}; {better}"
+        return f"{arm}{beside}{near}{how}; {better}"
 
 
 def _what(effect: str) -> str:
@@ -86,7 +104,7 @@ def _where(owners: Sequence[str], joints: int) -> str:
 
 def judged(model: Model, *, is_plain: bool, by_least_squares: bool = False) -> Judged:
     """A model with its held-out rows."""
-    kinds = (HeldOut(model.fit, owner=owner, as_measured=True).squares() for owner in (None, STRETCHES))
+    kinds = (HeldOut(model.fit, owner=owner, as_measured=True).squares() for owner in (None, STRETCHES, REGIONS))
     return Judged(model, np.mean(list(kinds), axis=0), is_plain, by_least_squares)
 
 
@@ -126,6 +144,9 @@ def _holds_elsewhere(model: Model, found: Model) -> bool:
 
 def beside_plain(told: Told, written: Judged) -> Told:
     """What is told where a plain model is written: names that it has no part of are not in it."""
+    if written.holds_the_arm:  # what it leaves are the arm's own errors as well
+        gone = {repr(n): Because(Reason.PLAIN_MODEL_PREDICTS) for n in told.best.names}
+        return Told(told.best, told.final, told.remains, gone | told.unsure)
     held = {name.key for name in written.model.state.names}
     held |= {(entry["effect"], entry["owner"]) for entry in written.model.profiles}
     gone = {repr(n): Because(Reason.PLAIN_MODEL_PREDICTS) for n in told.best.names if n.key not in held}
@@ -134,7 +155,7 @@ def beside_plain(told: Told, written: Judged) -> Told:
 
 
 def _plain(rivals: Rivals, found: Model, *, remains: bool) -> Iterator[Judged]:
-    """The plain models, those with the names first; by least squares where that differs.
+    """The plain models, those with the names first, by least squares where that differs; base and tool alone last.
 
     Of many rows only those without the names, and of these by least squares the geometry alone: what differs is little.
     """
@@ -153,6 +174,18 @@ def _plain(rivals: Rivals, found: Model, *, remains: bool) -> Iterator[Judged]:
                     model = rivals.with_what_helps(model)
                 if model is not None:
                     yield judged(model, is_plain=True, by_least_squares=problem is not state.fit.problem)
+    for size in (_arm_size(start.fit.problem) if few else None, 0.0):
+        for problem in (start.fit.problem, _as_measured(start.fit.problem)):
+            if problem is not None and size is not None:
+                held = SearchNode(fit(replace(problem, arm_size=size), [], start.fit), start.family)
+                yield judged(bare(held), is_plain=True, by_least_squares=problem is not start.fit.problem)
+
+
+def _arm_size(problem: Problem) -> float | None:
+    """The arm's errors, as far as the rows say, in plausible sizes; None where they fix the geometry well without."""
+    start = problem.start.with_(loss="none")
+    held = shrinkage(start, start.identify())
+    return None if held is None else held.size
 
 
 def _known(rivals: Rivals, state: SearchNode, entries: list[Spec], problem: Problem) -> Model | None:

@@ -46,7 +46,7 @@ def widest(
 
     Points alone hardly show how the last joints lie: by a wide prior noise would turn the hand by degrees. For the arm
     and for curves of its joints it is GEOMETRY_WIDTH, of the reach for a length; on an arm that is far off, the size at
-    which a usual length or angle alone moves the rows by what the start leaves.
+    which a usual length or angle alone moves the rows by what the start leaves. A problem may hold the arm closer.
     """
     out = np.full(len(model.parameters) + len(problem.unknowns), np.inf)
     length, still = near.lengths, moves_nothing(problem, model, near)
@@ -63,6 +63,8 @@ def widest(
         usual = problem.misfit / float(np.median(shown)) if shown else 0.0
         own = [i for i in (*arm, *curves) if every[i].unit == unit]
         out[own] = max(rules.GEOMETRY_WIDTH * whole, usual)
+    if problem.arm_size:
+        out[arm] = np.minimum(out[arm], problem.arm_size * _given_sizes(problem, model)[arm])
     return out
 
 

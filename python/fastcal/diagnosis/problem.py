@@ -85,6 +85,8 @@ class Problem:
         excluded: Names that the user left out; a search may come upon further ones.
         weight: (N,) of the rows' squares, where some count for less (`heavy_tails`).
         built: Effects of the core, by their entries: each is made once.
+        arm_size: Standard deviation by which the geometry is held near nominal, in plausible sizes; 0: base and tool
+            alone are fitted. None: it is held as `priors.widest` has it.
     """
 
     start: CalibrationProblem
@@ -97,6 +99,7 @@ class Problem:
     excluded: frozenset[Exclusion] = frozenset()
     weight: FloatArray | None = None
     built: dict[str, _core.Effect] = field(default_factory=dict)
+    arm_size: float | None = None
 
     @property
     def curves(self) -> Known:
@@ -124,10 +127,18 @@ class Problem:
         """Parameters of the robot itself."""
         return len(self.start.model.robot.parameters)
 
+    @property
+    def has_nominal_arm(self) -> bool:
+        """Are base and tool all of the arm that is fitted?"""
+        return self.arm_size == 0
+
     @cached_property
     def geometry(self) -> list[int]:
         """Those of the robot's own parameters that are identified."""
-        return [i for i in self.start.asked if i < self.own]
+        asked = [i for i in self.start.asked if i < self.own]
+        if not self.has_nominal_arm:
+            return asked
+        return [i for i in asked if self.start.parameters[i].owner in ("base", "tool")]
 
     @cached_property
     def successions(self) -> dict[bytes, tuple[NDArray[np.intp], FloatArray]]:

@@ -8,6 +8,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
 
+# Models in place of the calibrated geometry, as steps of a gap name them: base and tool alone; held near nominal.
+NOMINAL_ARM, HELD_ARM = "base,tool", "geometry"
+
 
 class Reason(Enum):
     """Why a hypothesis is, or is not, given; why a finding has no better grade."""

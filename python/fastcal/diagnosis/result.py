@@ -121,7 +121,7 @@ class GapStep:
     """RMS error of the model with one effect more, of each kind of reading, that which is spoken of first.
 
     Attributes:
-        added: The effect; None: the geometry alone.
+        added: The effect; None: the geometry alone. NOMINAL_ARM, HELD_ARM: these in its place.
         kinds: By name.
     """
 

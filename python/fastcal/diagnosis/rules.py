@@ -148,6 +148,8 @@ FOLDS = 5
 # Parts of a joint's range that are held out as one, where what errs by its position is judged: rows near each other
 # share what is wrong with them, and many more would leave neighbours of each.
 POSITION_BINS = 40
+# Regions of the workspace that are dealt to the folds, a power of two, and rows that each has at least.
+REGIONS, MIN_REGION_ROWS = 32, 3
 # Size from which on the loss of a held-out row grows with its size only [typical rows]: squares judge white noise.
 LOSS_SIZE = 3.0
 # Standard errors by which a name must help to predict held-out rows to be given at all. A signal of s standard

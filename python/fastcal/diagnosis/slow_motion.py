@@ -112,9 +112,10 @@ def slow_motions(at: Fit, X: FloatArray, wrong: IntArray, frames: Frames) -> Slo
     found: list[SlowMotion] = []
     rows = _Rows.of(at, X, wrong, frames)
     while len(found) < _MOST:
-        worth, motion, after = rows.with_likeliest()
-        if worth < rules.SLOW_MOTION_BIC:
+        likeliest = rows.with_likeliest()
+        if likeliest is None or likeliest[0] < rules.SLOW_MOTION_BIC:
             break
+        _worth, motion, after = likeliest
         if at.problem.data.time is None and not len(motion.block):
             share = rows.explained(after) / max(at.remaining - at.freedom, 1.0)
             return SlowMotions(found, rows.rho, motion.owner, min(share, 1.0), motion.begins)
@@ -127,13 +128,18 @@ def slow_motions(at: Fit, X: FloatArray, wrong: IntArray, frames: Frames) -> Slo
 
 @dataclass(frozen=True, eq=False)
 class _Rows:
-    """The rows that a linear model fits, and the noise with a memory that it leaves: X (m, p), r and row (m,)."""
+    """The rows that a linear model fits, and the noise with a memory that it leaves: X (m, p), r and row (m,).
+
+    `begun` are the degrees of freedom that the model left before any motion: motions are weighed in the rows beyond it,
+    else a model that takes nearly all of them would make any motion likely.
+    """
 
     problem: Problem
     frames: Frames
     X: FloatArray
     r: FloatArray
     row: IntArray
+    begun: int
 
     @staticmethod
     def of(at: Fit, X: FloatArray, wrong: IntArray, frames: Frames) -> _Rows:
@@ -145,7 +151,13 @@ class _Rows:
         used = np.zeros_like(at.problem.used)
         used[left] = True
         kept = {owner: frames[owner][held[row >= 0]] for owner in _OWNERS}
-        return _Rows(at.problem.with_rows(used), kept, taken(X, np.flatnonzero(held)), r[held], own[held])
+        begun = max(int(held.sum()) - X.shape[1], 1)
+        return _Rows(at.problem.with_rows(used), kept, taken(X, np.flatnonzero(held)), r[held], own[held], begun)
+
+    @property
+    def may_take(self) -> float:
+        """Columns that further motions may have: more leave too little to tell them from noise."""
+        return rules.RICH_MODEL_SHARE * self.begun - (self.X.shape[1] - (len(self.r) - self.begun))
 
     @cached_property
     def rho(self) -> float:
@@ -170,9 +182,8 @@ class _Rows:
             out[measured] = without_memory(slow, values[measured], self.row[measured])
             return out
 
-        r = white(self.r)
-        left = ridged_residual(unit_columns(white(self.X)), r)
-        return len(r) * float(np.log(left @ left)) + log_determinant(slow, self.row[measured])
+        left = ridged_residual(unit_columns(white(self.X)), white(self.r))
+        return self.begun * float(np.log(left @ left)) + log_determinant(slow, self.row[measured])
 
     def worth(self, after: _Rows) -> float:
         """By how much a further motion lowers -2 log likelihood, each with the better one of the two memories.
@@ -192,19 +203,27 @@ class _Rows:
         """By how much the sum of squares is less with more columns; white noise."""
         return float(np.sum(self.at_rest[1] ** 2) - np.sum(after.at_rest[1] ** 2))
 
-    def with_likeliest(self) -> tuple[float, SlowMotion, _Rows]:
+    def with_likeliest(self) -> tuple[float, SlowMotion, _Rows] | None:
         """The motion that is likeliest beside the memory that it leaves, by how much BIC falls, and the rows with it.
+
+        None where the rows are too few for any.
 
         Of blocks and of all else the likeliest beside white noise is tried. A block has to be decisively better and to
         leave no strong memory: batches that each lie off by their own make some block likely as well.
         """
-        tried = list(_motions(self))
-        columns = [motion.columns(self.frames, self.problem, self.row) for motion, _ in tried]
+        every = [(one, one[0].columns(self.frames, self.problem, self.row)) for one in _motions(self)]
+        tried, columns = [], list[FloatArray]()
+        for one, own in every:
+            if own.shape[1] <= self.may_take:
+                tried.append(one)
+                columns.append(own)
+        if not tried:
+            return None
         Q, r = self.at_rest
         scores = score_tests(Q, np.hstack(columns), r, [c.shape[1] for c in columns]).scores
         share = np.clip(np.asarray(scores.statistic) / float(r @ r), 0.0, _ALL)
-        paid = (np.asarray(scores.rank) + np.array([moments for _, moments in tried])) * np.log(len(r))
-        guess = -len(r) * np.log1p(-share) - paid
+        paid = (np.asarray(scores.rank) + np.array([moments for _, moments in tried])) * np.log(self.begun)
+        guess = -self.begun * np.log1p(-share) - paid
         is_block = np.array([len(motion.block) > 0 for motion, _ in tried])
         best: list[tuple[float, SlowMotion, _Rows]] = []
         for among in (np.flatnonzero(~is_block), np.flatnonzero(is_block)):

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from fastcal.diagnosis import rules
-from fastcal.diagnosis.reasons import Because, Reason, Speak
+from fastcal.diagnosis.reasons import HELD_ARM, NOMINAL_ARM, Because, Reason, Speak
 from fastcal.effects.entries import traits_of
 from fastcal.units import from_si
 
@@ -290,9 +290,10 @@ def _gain(found: Diagnosis) -> str:
         return ""
     gap = found.judged_gap
     before, after = gap.sizes[0], gap.sizes[-1]
-    it = "it" if len(found.gap) == 2 else "them"
+    of_the_arm = found.gap[-1].added in (NOMINAL_ARM, HELD_ARM)
+    them = "this model" if of_the_arm else f"{'it' if len(found.gap) == 2 else 'them'} in the model"
     moves = "rises" if gap.rises else "falls" if after < before else "does not fall:"
     return (
-        f"With {it} in the model the error{_JUDGED[gap.on]} {moves} from {before:.3f} to {after:.3f} {gap.unit} RMS; "
+        f"With {them} the error{_JUDGED[gap.on]} {moves} from {before:.3f} to {after:.3f} {gap.unit} RMS; "
         f"noise alone makes {gap.floor:.3f} {gap.unit}."
     )

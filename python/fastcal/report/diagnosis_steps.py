@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from fastcal.diagnosis.words import cause_in_words
 from fastcal.effects.entries import traits_of
-from fastcal.report.diagnosis_words import depends, drop_command, place
+from fastcal.report.diagnosis_words import depends, drop_command, place, stands_for_geometry, step_name
 from fastcal.report.formatting import percent
 from fastcal.report.next_step import look_at
 from fastcal.report.words import listed
@@ -28,7 +28,7 @@ def next_steps(found: Diagnosis) -> list[str]:
     if found.verdict == "none":
         return [
             *look,
-            "Nothing has to be added: model.yaml is the calibrated geometry.",
+            f"Nothing has to be added: model.yaml is {_arm(found) or 'the calibrated geometry'}.",
             "If the robot is less accurate at other work, see below what these data could not show, and measure that.",
         ]
     if found.verdict == "one_of":
@@ -62,8 +62,15 @@ def _one_of(found: Diagnosis) -> list[str]:
         f"{more}, and run the diagnosis on both files together.",
         "Until then model.yaml predicts equally well whichever it is, within the postures and loads measured."
         if all(f.in_model for f in found.effects)
-        else "Until then model.yaml is the geometry alone: these data are too few to be sure of any of them.",
+        else f"Until then model.yaml is {_arm(found) or 'the geometry alone'}: these data are too few to be sure of "
+        "any of them.",
     ]
+
+
+def _arm(found: Diagnosis) -> str:
+    """What model.yaml is where it is a plain model in place of the calibrated geometry; else empty."""
+    last = found.gap[-1].added
+    return f"{step_name(last)}, which predicts other poses better" if stands_for_geometry(last) else ""
 
 
 def _unexplained(found: Diagnosis) -> list[str]:
@@ -76,7 +83,8 @@ def _unexplained(found: Diagnosis) -> list[str]:
     if any(f.in_model for f in found.effects):
         steps.append("model.yaml holds what was found: it is better than geometry alone, and not the whole story.")
     else:
-        steps.append("model.yaml is the geometry alone: no cause explains enough to be trusted in a model.")
+        arm = _arm(found) or "the geometry alone"
+        steps.append(f"model.yaml is {arm}: no cause explains enough to be trusted in a model.")
     return [*steps, _SOUND]
 
 

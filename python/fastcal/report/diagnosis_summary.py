@@ -33,9 +33,9 @@ def _(found: Diagnosis) -> list[str]:
         main = step.main
         sizes = (("fit", main.train_rms), ("held out", main.held_out_rms), ("test poses", main.test_rms))
         listed = ", ".join(f"{where} {size:.4f} {main.unit}" for where, size in sizes if size is not None)
-        name = "geometry alone" if step.added is None else f"with {step.added}"
-        if step.added is not None and step.added.count(",") > 1:
-            name = f"with {step_name(step.added)}"
+        name = step_name(step.added)
+        if step.added is not None and "@" in step.added:
+            name = f"with {name if step.added.count(',') > 1 else step.added}"
         lines.append(f"{name}: RMS of {listed}")
     what = "a measured coordinate" if found.main_noise.kind.name == POINTS else found.main_noise.kind.plural
     lines.append(f"noise of {what}: {found.main_noise} ({found.sigma_note})")

@@ -9,7 +9,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from fastcal.diagnosis import rules
-from fastcal.diagnosis.reasons import Because, BlockLabel, Label, Reason
+from fastcal.diagnosis.reasons import HELD_ARM, NOMINAL_ARM, Because, BlockLabel, Label, Reason
 from fastcal.diagnosis.words import owner_in_words, reason_text, variables_in_words
 from fastcal.effects.entries import traits_of
 from fastcal.report.formatting import count, percent, plural
@@ -32,6 +32,7 @@ GRADES = {
     "D": "something remains",
 }
 
+_ARMS = {NOMINAL_ARM: "base and tool alone", HELD_ARM: "geometry held near nominal"}
 _SMALL = 0.01  # share of the misfit below which the unexplained part is not worth a search
 
 _VARIANTS = {"order": "order {}", "at_s": "at {} s"}  # other options are not shown
@@ -58,10 +59,17 @@ def drop_command(finding: Finding) -> str:
     return f"fastcal drop model.yaml {shlex.quote(name_in_model(finding))} -o without.yaml"
 
 
+def stands_for_geometry(added: str | None) -> bool:
+    """Is a step of the gap a model in place of the calibrated geometry?"""
+    return added in _ARMS
+
+
 def step_name(added: str | None) -> str:
     """What one step of the gap adds, "backlash@joint4,..." as a file has it, by short names."""
     if added is None:
         return "geometry alone"
+    if added in _ARMS:
+        return _ARMS[added]
     owners: dict[str, list[str]] = {}
     for effect, _, owner in (part.partition("@") for part in added.split(",")):
         owners.setdefault(effect, []).append(owner)

@@ -17,10 +17,11 @@ from fastcal.diagnosis.fits import fit
 from fastcal.diagnosis.held_out import HeldOut
 from fastcal.diagnosis.plain_models import best_of_all, judged
 from fastcal.diagnosis.problem import Noise, prepared_problem
-from fastcal.diagnosis.reasons import Reason
+from fastcal.diagnosis.reasons import HELD_ARM, NOMINAL_ARM, Reason
 from fastcal.diagnosis.rivals import Rivals, bare
 from fastcal.diagnosis.search import Search
 from fastcal.measurements.dataset import Dataset
+from fastcal.report.diagnosis_steps import next_steps
 
 NOISE = 4e-5  # [m]
 
@@ -99,6 +100,44 @@ def test_least_squares_of_all_rows_is_tried_where_rows_were_left_out() -> None:
     assert found.words.startswith("the geometry alone, by least squares of all rows; it leaves ")
     own = judged(bare(search.start), is_plain=False)
     assert 0 < found.lead <= 1 - np.nanmean(found.squares) / np.nanmean(own.squares) + 0.5
+
+
+@pytest.mark.parametrize(("noise", "size"), [(8e-4, 1e-5), (4e-5, 1e-3)])
+def test_base_and_tool_alone_are_written_where_poses_are_too_few_for_the_geometry(
+    noise: float, size: float, tmp_path: Path
+) -> None:
+    """30 poses of a camera's noise and a good arm; a tracker's, and an arm that is off: the geometry is calibrated."""
+    true = perturbed(bare_arm(), seed=5, length=size, angle=size)
+    poses = Dataset.from_arrays(random_poses(bare_arm(), 30, seed=3), robot=bare_arm())
+    data = simulate(true, poses, noise=noise, seed=3)
+    found = diagnose(bare_arm(), data)
+    other = rows(true, 200, 8)
+    mine = np.asarray(found.model.poses(other)[:, :3, 3])
+    free = np.asarray(calibrate(bare_arm(), data, priors=False).model.poses(other)[:, :3, 3])
+    off = [np.sqrt(np.mean(np.sum((at - other.position) ** 2, axis=1))) for at in (mine, free)]
+    if size > 1e-4:
+        assert off[0] < 1.1 * off[1]
+        assert found.plain is None
+        return
+    assert off[0] < 0.7 * off[1]
+    assert found.plain is not None
+    assert found.plain.startswith(("base and tool alone", "the geometry alone, held near nominal"))
+    assert f"a plain one: {found.plain}." in found.sentence
+    assert "With this model the error on poses held out of the fit falls" in found.sentence
+    assert [step.added for step in found.gap][-1] in (NOMINAL_ARM, HELD_ARM)
+    assert "which predicts other poses better" in next_steps(found)[0]
+    found.save(tmp_path)
+    assert "held near nominal" in (tmp_path / "report.html").read_text() or "base and tool alone" in found.summary()
+
+
+def test_few_rows_show_no_motion_that_takes_all_their_freedom() -> None:
+    """A base that wanders by a polynomial of degree 5 in each of its motions fits 25 rows exactly."""
+    true = perturbed(bare_arm(), seed=5)
+    poses = Dataset.from_arrays(random_poses(bare_arm(), 25, seed=4), robot=bare_arm(), time=60.0 * np.arange(25))
+    for seed in (1, 2, 3):
+        found = diagnose(bare_arm(), simulate(true, poses, noise=NOISE, seed=seed))
+        assert found.sigma_mm == pytest.approx(1e3 * NOISE, rel=0.35)
+        assert found.outliers == []
 
 
 def test_rows_held_out_are_judged_as_measured_whatever_memory_a_fit_assumes() -> None:

@@ -71,7 +71,7 @@ def what_hardly_shows_stays_near_nominal() -> None:
     curve, start = SimpleNamespace(parameters=[None]), SimpleNamespace(robot=SimpleNamespace(reach=2.0))
     entries = [{"effect": "joint_profile", "owner": "joint1"}]
     for misfit, turn, length in ((1e-4, 5e-3, 0.01), (0.04, 0.04, 0.04)):
-        given = SimpleNamespace(misfit=misfit, own=6, unknowns=np.zeros(0), start=start)
+        given = SimpleNamespace(misfit=misfit, own=6, unknowns=np.zeros(0), start=start, arm_size=None)
         width = priors.widest(given, model, all_rows, entries, [curve])
         np.testing.assert_allclose(width, [*4 * [turn], length, np.inf, turn])
 

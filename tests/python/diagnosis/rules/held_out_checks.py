@@ -222,6 +222,26 @@ def rows_near_one_position_of_a_joint_are_held_out_together() -> None:
     np.testing.assert_array_equal(np.bincount(fold), np.full(5, ROWS // 5))
 
 
+@falls_with(REGIONS=2)
+@falls_with(MIN_REGION_ROWS=10**6)
+def neighbours_of_the_workspace_are_held_out_together() -> None:
+    """Points about 32 places, a fifth of which no fold sees; joint positions say nothing of where they are."""
+    random = np.random.default_rng(4)
+    cell = np.repeat(np.arange(32), 6)
+    places = np.stack(np.unravel_index(np.arange(32), (4, 4, 2)), axis=1) * [1.0, 0.9, 0.8]
+    at = places[cell] + 0.01 * random.standard_normal((len(cell), 3))
+    data = Dataset.from_arrays(random.uniform(-1, 1, (len(cell), 6)), position=at)
+    fold = held_out.fold_of(data, held_out.REGIONS)
+    assert all(len(set(fold[cell == k])) == 1 for k in range(32))
+    assert np.bincount(fold).max() <= 7 * 6
+
+
+@falls_with(MIN_REGION_ROWS=0)
+def a_region_of_few_rows_is_not_cut() -> None:
+    data = Dataset.from_arrays(np.random.default_rng(4).uniform(-1, 1, (20, 6)))
+    assert len(set(held_out._regions(data).tolist())) == 4
+
+
 @falls_with(FOLDS=2)
 @falls_with(FOLDS=ROWS)
 def each_fold_holds_out_a_fifth_and_every_visit_of_a_pose() -> None:
