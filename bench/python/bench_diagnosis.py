@@ -3,6 +3,7 @@
 """How often `diagnose` is right: thousands of simulated sets whose cause is known, over arms that carry 6 to 500 kg.
 
     python bench/python/bench_diagnosis.py [--sets N] [--first K] [--jobs N] [--seed S] [--minutes M] [--out FILE]
+    python bench/python/bench_diagnosis.py --world wide ...         over all that files differ in: diagnosis_worlds.py
     python bench/python/bench_diagnosis.py --cluster ADDRESS ...    its workers have this folder on PYTHONPATH
     python bench/python/bench_diagnosis.py --render bench/python/bench_diagnosis.json > docs/diagnosis-performance.md
 
@@ -23,11 +24,14 @@ from collections.abc import Sequence
 from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from diagnosis_arms import HELD_OUT, Setting, setting
 from diagnosis_page import KINDS, TWIN, Record, rendered
 from diagnosis_sets import Truth, measured, named_truth, of_size, outside_truth, points_of
+from diagnosis_wide import WIDE_KINDS, WideRecord, wide_line, wide_tried
+from diagnosis_wide_page import wide_rendered
 from threadpoolctl import threadpool_limits
 
 from fastcal import _core
@@ -166,35 +170,49 @@ def main() -> None:
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--cluster", help="address of a Dask scheduler, in place of jobs")
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--only", choices=KINDS)
+    parser.add_argument("--world", choices=("usual", "wide"), default="usual")
+    parser.add_argument("--only", choices=sorted({*KINDS, *WIDE_KINDS}))
     parser.add_argument("--out", type=Path, help="the records, as JSON")
     parser.add_argument("--minutes", type=float, help="begin no set after so many; --first goes on where a run ended")
     parser.add_argument("--quiet", action="store_true", help="no line a set")
     parser.add_argument("--render", type=Path, nargs="+", help="prints the page of records that --out wrote")
     options = parser.parse_args()
     if options.render:
-        files = [json.loads(path.read_text(encoding="utf-8")) for path in options.render]
-        print(rendered([Record(**entry) for entries in files for entry in entries]), end="")
+        print(_page(_read(options.render)), end="")
         return
+    of_world, line = (tried, _line) if options.world == "usual" else (wide_tried, wide_line)
     numbers = range(options.first, options.first + options.sets)
-    records: list[Record] = []
+    records: list[Any] = []
     began = time.monotonic()
     with workers(options.jobs, options.cluster) as side_by_side:
-        for result in side_by_side.results(partial(tried, seed=options.seed, only=options.only), numbers):
-            if isinstance(result, Record):
+        for result in side_by_side.results(partial(of_world, seed=options.seed, only=options.only), numbers):
+            if not isinstance(result, str):
                 records.append(result)
             if not options.quiet or isinstance(result, str):
-                print(result if isinstance(result, str) else _line(result), flush=True)
+                print(result if isinstance(result, str) else line(result), flush=True)
             if options.out and records and len(records) % 20 == 0:  # a cut run keeps what it has
                 _write(options.out, records)
             if options.minutes and time.monotonic() - began > 60 * options.minutes:
                 break
     if options.out:
         _write(options.out, records)
-    print(rendered(records))
+    print(_page(records))
 
 
-def _write(path: Path, records: Sequence[Record]) -> None:
+def _read(paths: Sequence[Path]) -> list[Any]:
+    """Records of either world, in the order of the files."""
+    entries = [entry for path in paths for entry in json.loads(path.read_text(encoding="utf-8"))]
+    return [WideRecord(**entry) if "factors" in entry else Record(**entry) for entry in entries]
+
+
+def _page(records: Sequence[Any]) -> str:
+    """The page of the usual world's records, with a part on those of the wide one."""
+    wide = [r for r in records if isinstance(r, WideRecord)]
+    usual = [r for r in records if isinstance(r, Record)]
+    return (rendered(usual) if usual else "") + (wide_rendered(wide) if wide else "")
+
+
+def _write(path: Path, records: Sequence[Any]) -> None:
     lines = ",\n".join(json.dumps(asdict(r), separators=(",", ":")) for r in records)
     path.write_text(f"[\n{lines}\n]\n", encoding="utf-8")
 

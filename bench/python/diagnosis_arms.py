@@ -78,13 +78,18 @@ class Setting:
 @cache
 def nominal_arm(name: str) -> Robot:
     """A shipped arm with a target off its last axis; where its file has no masses, with those of a usual arm."""
-    spec = copy.deepcopy(load_robot(name).spec)
+    return complete_arm(load_robot(name), ARMS[name])
+
+
+def complete_arm(robot: Robot, most: float) -> Robot:
+    """An arm that carries `most` [kg], with a target off its last axis and, where its file has none, usual masses."""
+    spec = copy.deepcopy(robot.spec)
     if not any(spec["tool"]["xyz_mm"]):
         spec["tool"]["xyz_mm"] = list(TARGET_MM)
     lengths = [max(abs(j.get("a_mm", 0.0)), 100.0) for j in spec["joints"]]
     for joint, share, length in zip(spec["joints"], SHARES, lengths, strict=False):
         if not (joint.get("link") or {}).get("mass_kg"):
-            mass = share * MASS_OF_PAYLOAD * ARMS[name]
+            mass = share * MASS_OF_PAYLOAD * most
             joint["link"] = {"mass_kg": mass, "com_mm": [length / 2, 0.1 * length, 0.1 * length]}
     return Robot(spec)
 
@@ -92,7 +97,12 @@ def nominal_arm(name: str) -> Robot:
 @cache
 def bare_arm(name: str) -> Robot:
     """The same where nobody has weighed it."""
-    spec = copy.deepcopy(nominal_arm(name).spec)
+    return without_links(nominal_arm(name))
+
+
+def without_links(robot: Robot) -> Robot:
+    """The robot without what its links weigh."""
+    spec = copy.deepcopy(robot.spec)
     for joint in spec["joints"]:
         joint.pop("link", None)
     return Robot(spec)
@@ -105,7 +115,7 @@ def setting(random: Random, name: str | None = None, count: int | None = None) -
     complete = nominal_arm(name)
     bare = not given and random.uniform() < WITHOUT_MASSES
     noise = "white" if given else str(random.choice(list(NOISES), p=list(NOISES.values())))
-    true = _built(complete, random)
+    true = built(complete, random)
     count = count or int(random.integers(90, 161))
     whole = count + HELD_OUT
     q = random_poses(complete, whole, seed=int(random.integers(2**31)))
@@ -115,17 +125,17 @@ def setting(random: Random, name: str | None = None, count: int | None = None) -
     still = true.poses(poses)[:, :3, 3]
     J = true.parameter_jacobian(q[:count]).reshape(3 * count, -1)
     U, s, _ = np.linalg.svd(J / np.maximum(np.linalg.norm(J, axis=0), 1e-300), full_matrices=False)
-    spread = np.sqrt(np.mean(_spread(still) ** 2))
+    spread = np.sqrt(np.mean(spread_of(still) ** 2))
     leaves = U[:, s > 1e-9 * s[0]]
     return Setting(bare_arm(name) if bare else complete, complete, true, poses, still, float(spread), leaves, noise)
 
 
-def _built(nominal: Robot, random: Random) -> Robot:
+def built(nominal: Robot, random: Random, mass: float = MASS_ERROR, com_mm: float = COM_ERROR_MM) -> Robot:
+    """The arm as it is: geometry, masses by a share, centres of mass, and where the instrument sees it."""
     spec = copy.deepcopy(perturbed(nominal, seed=int(random.integers(2**31))).spec)
-    for joint in spec["joints"]:
-        link = joint["link"]
-        link["mass_kg"] *= 1 + MASS_ERROR * random.standard_normal()
-        link["com_mm"] = (np.array(link["com_mm"]) + COM_ERROR_MM * random.standard_normal(3)).tolist()
+    for link in (joint["link"] for joint in spec["joints"] if joint.get("link")):
+        link["mass_kg"] *= 1 + mass * random.standard_normal()
+        link["com_mm"] = (np.array(link["com_mm"]) + com_mm * random.standard_normal(3)).tolist()
     spec["base"] = {
         "xyz_mm": (np.array([3000.0, 500.0, -800.0]) + 100 * random.standard_normal(3)).tolist(),
         "rpy_deg": [0.05 * random.standard_normal(), 0.05 * random.standard_normal(), float(random.uniform(-180, 180))],
@@ -155,7 +165,7 @@ def _conditions(nominal: Robot, rows: int, most: float, random: Random) -> dict[
     return out
 
 
-def _spread(points: FloatArray) -> FloatArray:
+def spread_of(points: FloatArray) -> FloatArray:
     """(N,) RMS of a coordinate [m]: a tracker at the origin and the arm's repeatability."""
     ranges = np.linalg.norm(points, axis=1)
     return np.asarray(np.sqrt((2 * (TRANSVERSE + PER_RANGE * ranges) ** 2 + RADIAL**2) / 3 + REPEATABILITY**2))

@@ -112,11 +112,7 @@ def true_arm(seed: int) -> Robot:
 def one_arm(seed: int, full: bool) -> Run:
     """Errors [mm] of each model on the poses held out and on unseen ones, and what 33 from 45 equations are worth."""
     nominal, true = nominal_arm(), true_arm(seed)
-    q = np.vstack([np.asarray(JOINTS_DEG) * DEG, random_poses(nominal, MANY + UNSEEN, seed=seed + 50)])
-    payload = np.full(len(q), LOAD_N / 9.80665)
-    data = simulate(true, q, noise=to_si(NOISE_MM, "mm"), seed=seed, payload=payload)
-    parts = np.split(np.arange(len(q)), np.cumsum([FITTED, HELD_OUT, MANY]))
-    few, held_out, many, unseen = (data.select(part) for part in parts)
+    few, held_out, many, unseen = tracked(true, seed)
     run: Run = {"conventions": _conventions(nominal)}
     for count, fitted in (("15", few), ("100", many)):
         run[count] = {}
@@ -143,6 +139,22 @@ def one_arm(seed: int, full: bool) -> Run:
                 },
             }
     return run
+
+
+def to_diagnose(seed: int) -> tuple[Robot, Dataset, Dataset, Robot]:
+    """Nominal arm, the many loaded rows, the unseen ones, and the hidden arm."""
+    true = true_arm(seed)
+    *_, many, unseen = tracked(true, seed)
+    return nominal_arm(), many, unseen, true
+
+
+def tracked(true: Robot, seed: int) -> list[Dataset]:
+    """Loaded rows of the true arm: to fit and to hold out as the paper has them, many, and unseen ones."""
+    q = np.vstack([np.asarray(JOINTS_DEG) * DEG, random_poses(nominal_arm(), MANY + UNSEEN, seed=seed + 50)])
+    payload = np.full(len(q), LOAD_N / 9.80665)
+    data = simulate(true, q, noise=to_si(NOISE_MM, "mm"), seed=seed, payload=payload)
+    parts = np.split(np.arange(len(q)), np.cumsum([FITTED, HELD_OUT, MANY]))
+    return [data.select(part) for part in parts]
 
 
 def _errors(found: CalibrationResult, data: Dataset) -> np.ndarray:

@@ -174,6 +174,16 @@ def one_arm(seed: int, full: bool) -> Run:
     return run
 
 
+def to_diagnose(seed: int) -> tuple[Robot, Dataset, Dataset, Robot]:
+    """Nominal arm, two thirds of the configurations under ten loads, the others under eleven, and the hidden arm."""
+    nominal, true = load_robot(PAPER.robot), true_arm(seed)
+    outside, q = Unmodelled(WAVES_RAD, HEAVIEST, 1.0, seed), configurations(nominal, seed)
+    loads = np.random.default_rng((seed, 9)).permutation(np.array(BLOCKS_KG))
+    count = len(q) * 2 // 3
+    data = measured(true, q[:count], np.sort(loads[:TRAINED_LOADS]), outside, 10 * seed + 1)
+    return nominal, data, measured(true, q[count:], np.sort(loads[TRAINED_LOADS:]), outside, 10 * seed + 5), true
+
+
 def with_slack(nominal: Robot, data: Dataset) -> tuple[Robot, Sides, CalibrationResult]:
     """The model without a slack, the sides that its residuals show, and the fit with a slack of each joint."""
     yielding = calibrate(nominal, data, effects=YIELDING).model

@@ -183,6 +183,14 @@ def one_arm(seed: int, full: bool) -> Run:
     return run
 
 
+def to_diagnose(seed: int) -> tuple[Robot, Dataset, Dataset, Robot]:
+    """Nominal arm, the rows without and with load, those held out of both, and the hidden arm."""
+    nominal, true = nominal_arm(), true_arm(seed)
+    q = np.split(poses(nominal, sum(PARTS) + SENT, seed), np.cumsum(PARTS))
+    free, held_out, loaded, _, unseen = tracked(true, Unmodelled(WAVES_RAD, LOAD_KG, GROWTH, seed), q[:5], seed)
+    return nominal, Dataset.concatenate([free, loaded]), Dataset.concatenate([held_out, unseen]), true
+
+
 def tracked(true: Robot, outside: Unmodelled, q: Sequence[FloatArray], seed: int) -> list[Dataset]:
     """The five parts: fitted and held out without load; fitted, learnt and unseen under it."""
     loads = (0.0, 0.0, LOAD_KG, LOAD_KG, LOAD_KG)

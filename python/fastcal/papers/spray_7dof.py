@@ -147,6 +147,19 @@ def one_arm(seed: int, full: bool) -> Run:
     }
 
 
+def to_diagnose(seed: int) -> tuple[Robot, Dataset, Dataset, Robot]:
+    """Nominal arm, the poses that it is calibrated in, unseen ones, and the hidden arm."""
+    nominal = load_robot(PAPER.robot)
+    true, outside = true_arm(nominal, seed), Unmodelled(WAVES_RAD, 1.0, 0.0, seed)
+    q = design_poses(
+        nominal, FITTED, candidate_count=CANDIDATES, surroundings=Surroundings(mounting=False), seed=seed
+    ).q
+    rows = (q, random_poses(nominal, UNSEEN, seed=1000 + seed))
+    sent = [Dataset.from_arrays(own, robot=nominal) for own in rows]
+    data, unseen = (measure(true, own, outside, NOISE, 100 * seed + k) for k, own in enumerate(sent))
+    return nominal, data, unseen, true
+
+
 def steps(robot: Robot, data: Dataset, names: Sequence[str], *, damped: bool = False) -> list[float]:
     """Largest step [m, rad] of each round of least squares with the coupled Jacobian J* (5.2); it may wander off.
 

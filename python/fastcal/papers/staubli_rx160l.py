@@ -174,6 +174,31 @@ def one_arm(seed: int, full: bool) -> Run:
     return run
 
 
+def to_diagnose(seed: int) -> tuple[Robot, Dataset, Dataset, Robot]:
+    """Nominal arm, the designed poses with the tool and some under each load, poses held out, and the hidden arm."""
+    nominal, true = nominal_arm(), true_arm(seed)
+    outside = Unmodelled(WAVES_RAD, 1.0, 0.0, seed)
+    design = design_poses(
+        nominal,
+        FITTED,
+        candidates="random",
+        candidate_count=CANDIDATES,
+        surroundings=Surroundings(mounting=False),
+        seed=seed,
+    )
+    some = random_poses(nominal, PER_LOAD, seed=2000 + seed)
+    rows = (
+        (np.asarray(design.q), np.full(FITTED, TOOL_KG), 0),
+        (np.repeat(some, len(LOADS_KG), axis=0), np.tile(LOADS_KG, PER_LOAD).astype(float), 2),
+        (random_poses(nominal, HELD_OUT, seed=1000 + seed), np.full(HELD_OUT, TOOL_KG), 1),
+    )
+    fitted, pairs, held_out = (
+        measure(true, Dataset.from_arrays(q, payload=load), outside, to_si(NOISE_MM, "mm"), 100 * seed + number)
+        for q, load, number in rows
+    )
+    return nominal, Dataset.concatenate([fitted, pairs]), held_out, true
+
+
 def with_round_gears(seed: int, learnt: Dataset, unseen: Dataset) -> tuple[Dataset, Dataset]:
     """The poses of `learnt` and `unseen` on the same arm, its joints without any periodic error."""
     spec = copy.deepcopy(dict(true_arm(seed).spec))
