@@ -157,7 +157,8 @@ class _Rows:
     @property
     def may_take(self) -> float:
         """Columns that further motions may have: more leave too little to tell them from noise."""
-        return rules.RICH_MODEL_SHARE * self.begun - (self.X.shape[1] - (len(self.r) - self.begun))
+        taken_columns = int(self.X.shape[1]) - (len(self.r) - self.begun)
+        return rules.RICH_MODEL_SHARE * self.begun - taken_columns
 
     @cached_property
     def rho(self) -> float:

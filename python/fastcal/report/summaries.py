@@ -140,8 +140,8 @@ def evaluation_lines(found: Evaluation, title: str) -> list[str]:
         lines += _repeatability_lines(found.repeatability)
     for name, repeats in found.repeats.items():
         if name != POINTS:
-            of = repeats.kind
-            lines.append(f"postures read more than once: noise of {of.plural} {of.text(repeats.sigma)}")
+            kind = repeats.kind
+            lines.append(f"postures read more than once: noise of {kind.plural} {kind.text(repeats.sigma)}")
     if (aligned := figures.get("aligned")) is not None:
         xyz = ", ".join(f"{v:.3f}" for v in aligned["xyz_mm"])
         rpy = ", ".join(f"{v:.4f}" for v in aligned["rpy_deg"])

@@ -225,7 +225,8 @@ def test_the_page_says_first_what_became_of_the_arms_and_leads_to_their_pages(fl
     for arm in (first, second):
         (tmp_path / arm.name).mkdir()
     (tmp_path / first.name / "report.html").write_text("")
-    lost = replace(first, name="lost", after=None, after_mm=None, model=None, status="refused", message="q1_deg is missing")
+    lost = replace(first, name="lost", after=None, after_mm=None, model=None)
+    lost = replace(lost, status="refused", message="q1_deg is missing")
     document = fleet_page(Fleet([first, second, lost]), tmp_path)
     box = document.split('<section class="verdict')[1].split("</section>")[0]
     worst = max((first, second), key=lambda arm: arm.after_mm or 0.0)

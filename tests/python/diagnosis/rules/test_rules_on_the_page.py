@@ -61,7 +61,7 @@ def test_the_page_has_every_rule_with_its_number_and_reason() -> None:
     assert [(name, value) for name, value, _ in sorted(rows)] == [
         (name, number(value)) for name, value in sorted(vars(rules).items()) if name.isupper()
     ]
-    assert all(10 < len(reason) and len(reason.split()) < 30 for _, _, reason in rows)
+    assert all(len(reason) > 10 and len(reason.split()) < 30 for _, _, reason in rows)
 
 
 @pytest.mark.parametrize("page", ["diagnosis.md", "diagnosis-method.md"])
@@ -71,7 +71,7 @@ def test_a_page_can_be_read_to_its_end(page: str) -> None:
 
 
 def test_every_reason_against_a_better_grade_is_explained() -> None:
-    """Each clause that a card may show is answered by the page's section on grade B, or is said with its effect there."""
+    """Each clause that a card may show is answered by the page's section on grade B, or said with its effect there."""
     section = (DOCS / "diagnosis.md").read_text(encoding="utf-8").partition("## Why is the grade B?")[2]
     section = section.partition("\n## ")[0]
     missing = [reason for reason, words in ANSWERED.items() if words not in section]
