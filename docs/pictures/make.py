@@ -21,15 +21,16 @@ HERE = Path(__file__).parent
 WIDTH = 1100
 
 
-def photograph(page: Path, name: str, height: int) -> None:
-    """The first `height` pixels of a page, as docs/pictures/NAME.png."""
+def photograph(page: Path, name: str, height: int, top: int = 0) -> None:
+    """`height` pixels of a page from `top` on, as docs/pictures/NAME.png."""
     chromium = shutil.which("chromium") or shutil.which("google-chrome")
     if chromium is None:
         raise SystemExit("chromium is missing")
     with tempfile.TemporaryDirectory() as folder:
         shot = Path(folder) / "shot.png"
-        size = f"--window-size={WIDTH},{height}"
+        size = f"--window-size={WIDTH},{top + height}"
         flags = ["--headless=new", "--no-sandbox", "--hide-scrollbars", "--virtual-time-budget=8000", size]
+        flags += ["--use-angle=swiftshader", "--enable-unsafe-swiftshader"]  # WebGL without a graphics card
         arguments = [chromium, *flags, f"--screenshot={shot}", page.as_uri()]
         for left in (2, 1, 0):  # on a busy machine Chromium sometimes never ends
             try:
@@ -39,7 +40,7 @@ def photograph(page: Path, name: str, height: int) -> None:
                 if left == 0:
                     raise
         # 256 colours: a chart loses nothing by it, and the repository stays small.
-        picture = Image.open(shot).convert("RGB").quantize(256)
+        picture = Image.open(shot).convert("RGB").crop((0, top, WIDTH, top + height)).quantize(256)
         ImageOps.expand(picture.convert("RGB"), 1, "#d0d0d0").quantize(256).save(HERE / f"{name}.png", optimize=True)
 
 
@@ -83,7 +84,7 @@ def months_after(folder: Path) -> None:
         if month == 10:
             run(*arguments, "-o", folder / "check.html", expected=expected)
     photograph(folder / "check.html", "check", 1250)
-    run("history", folder / "arms", "-o", folder / "history")
+    run("history", folder / "arms", "-o", folder / "history", expected=4)
     photograph(folder / "history" / "report.html", "history", 1250)
     again = fastcal.simulate(moved, fastcal.check_poses(result.model, 12).q, noise=3e-5, seed=20)
     fastcal.update(result.model, again).save(folder / "updated")

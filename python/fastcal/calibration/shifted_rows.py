@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.calibration.change_point import find_step, find_stretch
+from fastcal.calibration.gamma_tail import gamma_tail
 from fastcal.calibration.row_weights import huber_weights
 
 FloatArray = NDArray[np.float64]
@@ -159,8 +160,6 @@ def _beyond_chance(
     before: float,
 ) -> bool:
     """Does the last of the steps explain more than chance could, anywhere in the rows?"""
-    from scipy import special  # takes longer to import than a fit, and few files come so far
-
     last = steps[-1]
     numbers = 6 * len(last.firsts)
     freedom = len(residual) - J.shape[1] - 6 * sum(len(step.firsts) for step in steps)
@@ -168,6 +167,11 @@ def _beyond_chance(
         return False
     F = (before - last.left) / numbers / (last.left / freedom)
     tried = len(motions) * float(len(np.unique(row))) ** len(last.firsts)
+    # Far out, F with finite freedom is likelier than with infinite: what this rules out, the other would too.
+    if gamma_tail(numbers / 2, numbers * max(F, 0.0) / 2) * tried > _CHANCE:
+        return False
+    from scipy import special  # takes longer to import than a fit, and few files come so far
+
     return bool(special.fdtrc(numbers, freedom, max(F, 0.0)) * tried <= _CHANCE)
 
 

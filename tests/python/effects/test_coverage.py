@@ -4,6 +4,7 @@
 
 import os
 import runpy
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -16,8 +17,10 @@ SETS = 25 if os.environ.get("FASTCAL_TEST_FULL") == "1" else 2
 
 
 @pytest.fixture(scope="module")
-def bench() -> dict[str, Any]:
-    return runpy.run_path(str(BENCH))
+def bench() -> Iterator[dict[str, Any]]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(str(BENCH.parent))  # as for a script
+        yield runpy.run_path(str(BENCH))
 
 
 @pytest.fixture(scope="module")

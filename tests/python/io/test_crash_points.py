@@ -118,6 +118,23 @@ def sweep(place: Path, old: dict[str, bytes], work: Work) -> tuple[int, dict[str
     return count, new
 
 
+def sweep_parts(place: Path, old: dict[str, bytes], work: Work) -> dict[str, bytes]:
+    """Kills `work` before each operation: what is there is of one result, if not all of it; returns the new one."""
+    fill(place, old)
+    work()
+    new = files(place)
+    fill(place, old)
+    count = count_operations(work, place)
+    for k in range(count):
+        fill(place, old)
+        killed_before(k, work, place)
+        now = files(place).items()
+        assert now <= old.items() or now <= new.items(), f"killed before operation {k} of {count}: {sorted(dict(now))}"
+    work()
+    assert files(place) == new
+    return new
+
+
 @pytest.fixture(scope="module")
 def fitted() -> CalibrationResult:
     rng = np.random.default_rng(0)
@@ -243,19 +260,14 @@ def test_a_program_never_lies_beside_the_plan_of_another(fitted: CalibrationResu
     def work() -> object:
         return write_test(place / "iso.src", plan, fitted.model)
 
-    fill(place, old)
-    work()
-    new = files(place)
-    assert new.keys() == old.keys()
-    fill(place, old)
-    count = count_operations(work, place)
-    for k in range(count):
-        fill(place, old)
-        killed_before(k, work, place)
-        now = files(place).items()
-        assert now <= old.items() or now <= new.items(), f"killed before operation {k} of {count}: {sorted(dict(now))}"
-    work()
-    assert files(place) == new
+    assert sweep_parts(place, old, work).keys() == old.keys()
+
+
+def test_a_program_never_lies_beside_the_poses_of_another(tmp_path: Path) -> None:
+    """`design` writes a table of poses and the program that drives there."""
+    place, old = tmp_path / "out", {"poses.csv": b"old", "poses.script": b"old"}
+    given = ["design", "ur5", "--count", "12", "--candidate-count", "64", "-o", str(place / "poses.csv")]
+    assert sweep_parts(place, old, lambda: main(given)).keys() == old.keys()
 
 
 POSES = """q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,x_mm,y_mm,z_mm,qw,qx,qy,qz
@@ -275,7 +287,6 @@ COMMANDS = {
     "convert to a URDF": ("convert", "ur5", "--to", "urdf", "-o", "OUT/file.urdf"),
     "compensate": ("compensate", "ur5", "IN/poses.csv", "-o", "OUT/file.csv"),
     "import": ("import", "IN/export.csv", "-o", "OUT/file.csv"),
-    "design": ("design", "ur5", "--count", "12", "--candidate-count", "64", "-o", "OUT/file.csv"),
 }
 
 
