@@ -134,19 +134,24 @@ class GapStep:
         return next(iter(self.kinds.values()))
 
     @property
+    def _in_mm(self) -> KindGap | None:
+        """Of points, or of the lengths that were measured in their place."""
+        return self.main if self.main.unit == "mm" else None
+
+    @property
     def train_rms_mm(self) -> float | None:
-        """Of points; None where none was measured. So are the next two."""
-        return None if POINTS not in self.kinds else self.kinds[POINTS].train_rms
+        """Of points or lengths; None where neither was measured. So are the next two."""
+        return None if self._in_mm is None else self._in_mm.train_rms
 
     @property
     def held_out_rms_mm(self) -> float | None:
-        """Of points in poses held out."""
-        return None if POINTS not in self.kinds else self.kinds[POINTS].held_out_rms
+        """Of these in poses held out."""
+        return None if self._in_mm is None else self._in_mm.held_out_rms
 
     @property
     def test_rms_mm(self) -> float | None:
-        """Of points in test poses."""
-        return None if POINTS not in self.kinds else self.kinds[POINTS].test_rms
+        """Of these in test poses."""
+        return None if self._in_mm is None else self._in_mm.test_rms
 
     def to_json_dict(self) -> dict[str, Any]:
         """An entry of `gap`."""
