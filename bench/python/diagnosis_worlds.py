@@ -25,12 +25,12 @@ from typing import Any
 
 import numpy as np
 from diagnosis_arms import ARMS, HELD_OUT, Setting, built, complete_arm, noise_of, spread_of, without_links
+from diagnosis_made_arms import MADE, MADE_ARMS
 from diagnosis_sets import Truth, points_of
 from numpy.typing import NDArray
 
 from fastcal import Robot, load_robot, random_poses
 from fastcal.measurements.dataset import Dataset
-from fastcal.robot.given import as_robot
 
 FloatArray = NDArray[np.float64]
 Random = np.random.Generator
@@ -53,7 +53,6 @@ MORE_ARMS = ARMS | {
     "ur5": 5.0,
     "ur5e": 5.0,
 }
-MADE = {"scara": 6.0, "gantry": 25.0, "kuka_kr210_r2700 on a rail": 210.0, "lbr_iiwa14 on a rail": 14.0}
 MADE_SHARE = 0.12  # of the sets
 MASSES = {"in the file": 0.4, "6 % wrong": 0.15, "30 % wrong": 0.05, "none": 0.4}
 PAYLOADS = {"no column": 0.25, "zeros": 0.1, "one": 0.2, "two": 0.12, "three": 0.18, "many": 0.1, "labels": 0.05}
@@ -346,65 +345,3 @@ def _quaternions(R: FloatArray, turn: FloatArray) -> FloatArray:
 
     q = (Rotation.from_matrix(R) * Rotation.from_rotvec(turn)).as_quat()
     return np.asarray(np.column_stack([q[:, 3], q[:, :3]]))
-
-
-def _row(
-    a: float, alpha: float, d: float, low: float, high: float, *, slides: bool = False, theta: float = 0.0
-) -> dict[str, Any]:
-    """A row of Craig's parameters [mm, deg] with its limits."""
-    kind, unit = ("prismatic", "mm") if slides else ("revolute", "deg")
-    row = {"type": kind, "theta_deg": theta, "d_mm": d, "a_mm": a, "alpha_deg": alpha}
-    return row | {f"min_{unit}": low, f"max_{unit}": high}
-
-
-def _made(name: str, rows: list[dict[str, Any]], most: float) -> Robot:
-    spec = {
-        "name": name,
-        "kinematics": "mdh",
-        "joints": rows,
-        "tool": {"xyz_mm": [60.0, 0.0, 110.0]},
-        "payload": {"com_mm": [20.0, 10.0, 80.0]},
-    }
-    return complete_arm(as_robot(spec), most)
-
-
-def scara() -> Robot:
-    """Four joints: two links, a stroke, the turn of the quill."""
-    rows = [
-        _row(0, 0, 340, -150, 150),
-        _row(325, 0, 60, -145, 145),
-        _row(275, 180, 0, 0, 200, slides=True),
-        _row(0, 0, 50, -180, 180),
-    ]
-    return _made("scara", rows, MADE["scara"])
-
-
-def gantry() -> Robot:
-    """Three slides and a wrist."""
-    rows = [
-        _row(0, -90, 300, 0, 2000, slides=True),
-        _row(0, 90, 900, 0, 1500, slides=True, theta=90),
-        _row(0, 90, 150, 0, 1200, slides=True),
-        _row(0, 90, 120, -170, 170),
-        _row(0, 90, 0, -110, 110),
-        _row(0, -90, 90, -170, 170),
-    ]
-    return _made("gantry", rows, MADE["gantry"])
-
-
-def _on_a_rail(name: str) -> Robot:
-    """A shipped arm that a rail of three metres moves along the y axis of its base."""
-    most = MADE[f"{name} on a rail"]
-    spec = copy.deepcopy(dict(complete_arm(load_robot(name), most).spec))
-    spec["joints"][0]["alpha_deg"] += 90.0
-    rail = _row(0, -90, 0, -1500, 1500, slides=True)
-    rail["link"] = {"mass_kg": 10.0 * most, "com_mm": [0.0, 0.0, 0.0]}
-    return as_robot(spec | {"name": f"{name}_rail", "joints": [rail, *spec["joints"]]})
-
-
-MADE_ARMS = {
-    "scara": scara,
-    "gantry": gantry,
-    "kuka_kr210_r2700 on a rail": lambda: _on_a_rail("kuka_kr210_r2700"),
-    "lbr_iiwa14 on a rail": lambda: _on_a_rail("lbr_iiwa14"),
-}

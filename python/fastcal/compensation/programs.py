@@ -12,8 +12,8 @@ f_identified(q_c).
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any, NoReturn
 
 import numpy as np
@@ -24,15 +24,15 @@ from fastcal.compensation.commands import METHODS, notes_on_ranges
 from fastcal.compensation.configurations import Configurations
 from fastcal.compensation.motion import at_rest
 from fastcal.compensation.one_step import one_step
+from fastcal.compensation.places import Places
 from fastcal.compensation.singular_targets import command_by_small_moves
 from fastcal.effects.entries import traits_of
 from fastcal.errors import InvalidInput, ParseError
 from fastcal.ik.inverse_kinematics import inverse_kinematics
 from fastcal.measurements.last_moves import directions, last_moves
-from fastcal.programs import Cell, Document, Frames, Move, Program, Target, Word, doubts_on_joints, stamp
+from fastcal.programs import Cell, Document, Move, Program, Target, Word, doubts_on_joints, stamp
 from fastcal.robot import se3
 from fastcal.robot.controller_robot import nominal_robot
-from fastcal.robot.core_model import pose
 from fastcal.robot.robot import Robot
 from fastcal.robot.steady import steady
 from fastcal.units import from_si, to_si
@@ -121,7 +121,7 @@ def compensate_program(
         raise InvalidInput(f"{program.documents[0].name}: holds no targets of plain numbers; nothing to compensate")
     robot = robot_without_measurement(model)
     conditions = {**steady(robot), **conditions}
-    places, q_given, assumed = _understood(_Places(robot, nominal_robot(robot, nominal), program, cell or Cell()))
+    places, q_given, assumed = _understood(Places(robot, nominal_robot(robot, nominal), program, cell or Cell()))
     program, notes = places.program, []
     order = _order(program)
     if inverse:
@@ -159,7 +159,7 @@ def compensate_program(
 
 
 def _compensated(
-    places: _Places, q_nominal: FloatArray, method: str, conditions: dict[str, Any], threads: int
+    places: Places, q_nominal: FloatArray, method: str, conditions: dict[str, Any], threads: int
 ) -> tuple[FloatArray, list[str]]:
     """(N, n) joints that bring the real tool where the nominal robot has it at q_nominal; notes on singular ones."""
     poses = places.nominal.forward(q_nominal)
@@ -192,7 +192,7 @@ def _turns(robot: Robot, moved: FloatArray) -> FloatArray:
 
 
 def _brought_back(
-    places: _Places, q_given: FloatArray, order: Sequence[int], conditions: dict[str, Any], threads: int
+    places: Places, q_given: FloatArray, order: Sequence[int], conditions: dict[str, Any], threads: int
 ) -> FloatArray:
     """(N, n) joints of the nominal robot where the real tool is at the commands q_given.
 
@@ -210,7 +210,7 @@ def _brought_back(
     return q
 
 
-def _shifts(places: _Places, before: FloatArray, after: FloatArray) -> FloatArray:
+def _shifts(places: Places, before: FloatArray, after: FloatArray) -> FloatArray:
     """(N, 6) from one pose of the targets' own tools to another, in the axes of the robot's base."""
     R = places.T_world_base[:3, :3].T
     out = np.zeros((len(before), 6))
@@ -221,42 +221,6 @@ def _shifts(places: _Places, before: FloatArray, after: FloatArray) -> FloatArra
     return out
 
 
-class _Places:
-    """Between the numbers of targets and the pose of the model's tool in the measuring frame."""
-
-    def __init__(self, robot: Robot, nominal: Robot, program: Program, cell: Cell) -> None:
-        self.robot, self.nominal, self.program, self.cell = robot, nominal, program, cell
-        self.T_world_base, self.T_last_tool = robot.core.base_and_tool(robot.core.nominal)
-        self.frames = Frames(program, _told_from_flange(cell, robot), self.T_last_tool)
-
-    def leaving(self, reasons: Mapping[int, str]) -> _Places:
-        """Without the targets that are left as they are, each for a reason.
-
-        Raises:
-            InvalidInput: None remains.
-        """
-        program = self.program.leaving(reasons)
-        if not program.targets:
-            first, *more = map(program.said, program.left)
-            raise InvalidInput(
-                f"no target can be compensated: {first}" + (f" ({len(more)} more are left)" if more else "")
-            )
-        return _Places(self.robot, self.nominal, program, self.cell)
-
-    def world(self, place: int, T_frame_tool: FloatArray) -> FloatArray:
-        """T_world_tool of the model for the numbers of a target."""
-        return np.asarray(self.T_world_base @ self.frames.to_base(place, T_frame_tool) @ self.T_last_tool)
-
-    def in_frame(self, place: int, T_world_tool: FloatArray) -> FloatArray:
-        """T_frame_tool of the numbers of a target at which the model's tool is there; the inverse of `world`."""
-        T_base_last = se3.inverse(self.T_world_base) @ T_world_tool @ se3.inverse(self.T_last_tool)
-        return self.frames.from_base(place, T_base_last)
-
-    def tool_at(self, place: int, T_world_tool: FloatArray) -> FloatArray:
-        """T_world_tool of the target's own tool where the model's is there."""
-        return np.asarray(T_world_tool @ se3.inverse(self.T_last_tool) @ self.frames.tool(place))
-
-
 def _on_the_arm(model: Robot, program: Program) -> list[str]:
     """How the controller may count otherwise than the file, and where the arm of a URDF ends."""
     notes = []
@@ -265,14 +229,6 @@ def _on_the_arm(model: Robot, program: Program) -> list[str]:
     if tip := model.spec.get("source", {}).get("tip_link"):
         notes.append(f"{model.name} ends at the link {tip} of its URDF, from which the tools of the program are told")
     return notes
-
-
-def _told_from_flange(cell: Cell, robot: Robot) -> Cell:
-    """The cell with its flange, which is told from the last row of a table, in the robot's own flange."""
-    own = robot.spec.get("flange")
-    if cell.T_last_flange is None or own is None or robot.kinematics == "urdf":
-        return cell
-    return replace(cell, T_last_flange=se3.inverse(pose(own)) @ cell.T_last_flange)
 
 
 def robot_without_measurement(model: Robot) -> Robot:
@@ -286,7 +242,7 @@ def _order(program: Program) -> list[int]:
     return list(dict.fromkeys([*(move.target for move in program.moves), *range(len(program.targets))]))
 
 
-def _understood(places: _Places) -> tuple[_Places, FloatArray, tuple[str, ...]]:
+def _understood(places: Places) -> tuple[Places, FloatArray, tuple[str, ...]]:
     """The targets whose tool, frame and posture are known, the controller's joints (N, n) there, what is assumed."""
     places = places.leaving(places.frames.left)
     configurations = Configurations(places.nominal, places.program.language)
@@ -295,7 +251,7 @@ def _understood(places: _Places) -> tuple[_Places, FloatArray, tuple[str, ...]]:
     return places.leaving(left), np.delete(q, sorted(left), axis=0), assumed
 
 
-def _start(places: _Places, configurations: Configurations) -> tuple[FloatArray | None, tuple[str, ...]]:
+def _start(places: Places, configurations: Configurations) -> tuple[FloatArray | None, tuple[str, ...]]:
     """The joints where the arm stands when the program begins, None where they are not known; what is assumed.
 
     A script of poses alone, in a language without words for postures, would be left as a whole: there the posture
@@ -322,7 +278,7 @@ def _start(places: _Places, configurations: Configurations) -> tuple[FloatArray 
 
 
 def _nominal_joints(
-    places: _Places, configurations: Configurations, start: FloatArray | None
+    places: Places, configurations: Configurations, start: FloatArray | None
 ) -> tuple[FloatArray, dict[int, str]]:
     """(N, n) joint positions of the controller's robot at the targets; why a target's posture is not known."""
     program, nominal = places.program, places.nominal
@@ -379,7 +335,7 @@ def _moves(q: FloatArray, order: Sequence[int]) -> dict[str, FloatArray]:
     return {"approach": approach, "move": move}
 
 
-def _changes(places: _Places, q_nominal: FloatArray, q: FloatArray) -> tuple[list[tuple[Word, str]], list[str]]:
+def _changes(places: Places, q_nominal: FloatArray, q: FloatArray) -> tuple[list[tuple[Word, str]], list[str]]:
     """The new text of every target, and notes on configurations whose words had to change."""
     program, language = places.program, places.program.language
     arm = Configurations(places.nominal, language).arm
@@ -404,7 +360,7 @@ def _changes(places: _Places, q_nominal: FloatArray, q: FloatArray) -> tuple[lis
     return changes, notes
 
 
-def _offsets(places: _Places, q_nominal: FloatArray, q: FloatArray, conditions: dict[str, Any]) -> list[str]:
+def _offsets(places: Places, q_nominal: FloatArray, q: FloatArray, conditions: dict[str, Any]) -> list[str]:
     """What is left where a move adds something to a target, which carries the target's correction along."""
     program, language = places.program, places.program.language
     notes = []

@@ -21,11 +21,12 @@ from fastcal.calibration.parallel import each
 from fastcal.calibration.placed_test import evaluated_test
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.fits import Fit
+from fastcal.diagnosis.gap import GapStep, KindGap
 from fastcal.diagnosis.held_out import HeldOut
 from fastcal.diagnosis.library import Hypothesis
 from fastcal.diagnosis.noise_scales import noise_by_kind
 from fastcal.diagnosis.problem import core_entry
-from fastcal.diagnosis.result import AdaptedModel, GapStep, KindGap, NamedValue
+from fastcal.diagnosis.result import AdaptedModel, NamedValue
 from fastcal.diagnosis.search import Search, SearchNode
 from fastcal.effects.entries import full_name, identity
 from fastcal.measurements.dataset import Dataset

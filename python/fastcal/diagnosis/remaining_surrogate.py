@@ -13,8 +13,9 @@ from fastcal.calibration.unknowns import unknowns_by_owner
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.adaptation import Judge, gap_step, nominal
 from fastcal.diagnosis.fits import Fit
+from fastcal.diagnosis.gap import GapStep
 from fastcal.diagnosis.noise_scales import without_scales
-from fastcal.diagnosis.result import AdaptedModel, GapStep, Unexplained
+from fastcal.diagnosis.result import AdaptedModel, Unexplained
 from fastcal.surrogate import Thresholds, add_surrogate, formulas
 from fastcal.surrogate.candidates import SLOW
 

@@ -18,9 +18,10 @@ import pytest
 from fastcal import _core, load_robot
 from fastcal.diagnosis import Diagnosis, diagnose
 from fastcal.diagnosis import partial_residuals as partial
+from fastcal.diagnosis.gap import KindGap
 from fastcal.diagnosis.plan import SeparatingPlan
 from fastcal.diagnosis.reasons import Because, BlockLabel, CauseLabel, Reason
-from fastcal.diagnosis.result import KindGap, NamedValue, Unexplained
+from fastcal.diagnosis.result import NamedValue, Unexplained
 from fastcal.diagnosis.words import reason_text, sentence_of
 from fastcal.report import diagnosis_steps, diagnosis_words, shop
 from fastcal.report.diagnosis_figures import confusion_map, waterfall

@@ -10,7 +10,8 @@ import numpy as np
 from scipy import special
 
 from fastcal.diagnosis import plan, row_projections, rules, sensitivity, unexplained, words
-from fastcal.diagnosis.result import Finding, Gap, NamedValue
+from fastcal.diagnosis.gap import Gap
+from fastcal.diagnosis.result import Finding, NamedValue
 from fastcal.diagnosis.search import Search, SearchNode
 
 from .linear_world import World, columns, name
