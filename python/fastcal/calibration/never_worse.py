@@ -96,7 +96,7 @@ def never_worse(
         return _frames_only(whole, found)
     if not judged.any():
         return Chosen(fit.problem, found)
-    left_out = np.union1d(found.outliers, fit.set_aside).astype(np.intp)
+    left_out = np.union1d(_left_out(whole, found), fit.set_aside).astype(np.intp)
     holds = found.status == "converged" and not _is_worse(errors, found, left_out, judged)
     if holds and np.sum(judged[left_out]) <= MANY * judged.sum():
         return Chosen(fit.problem, found)
@@ -122,7 +122,12 @@ def is_worse(whole: CalibrationProblem, found: _core.Identification, moved: list
     errors = Errors(whole)
     judged = ~np.isnan(errors.before)
     judged[moved] = False
-    return bool(judged.any()) and _is_worse(errors, found, np.asarray(found.outliers, dtype=np.intp), judged)
+    return bool(judged.any()) and _is_worse(errors, found, _left_out(whole, found), judged)
+
+
+def _left_out(whole: CalibrationProblem, found: _core.Identification) -> IntArray:
+    """Rows that the fit makes little of: by least squares its outliers count as all others do."""
+    return np.asarray([] if whole.loss == "none" else found.outliers, dtype=np.intp)
 
 
 def _others(problem: CalibrationProblem) -> Iterator[tuple[CalibrationProblem, str, dict[str, FloatArray]]]:

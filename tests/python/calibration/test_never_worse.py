@@ -53,6 +53,18 @@ def test_gross_rows_are_no_argument_against_a_robust_fit() -> None:
     assert not any("the result is" in note for note in result.notes)
 
 
+@pytest.mark.parametrize("effects", ["reduction_ratio@joint2", "joint_compliance@joint2"])
+def test_least_squares_with_gross_rows_stays_what_was_asked_for(effects: str) -> None:
+    """More parameters cannot fit the same rows worse; judged on all but its outliers, it was refused."""
+    true = perturbed(ARM, seed=1)
+    q = random_poses(ARM, 80, seed=1)
+    position = np.array(simulate(true, q, noise=3e-5, seed=1).position)
+    position[[5, 60]] += 0.05
+    result = calibrate(ARM, Dataset.from_arrays(q, position=position), effects=effects, loss="none", as_read=True)
+    assert result.status == "converged", result.message
+    assert any(p.owner == "joint2" for p in result.parameters)
+
+
 def test_a_fit_that_does_not_converge_gives_way(monkeypatch: pytest.MonkeyPatch) -> None:
     """The robust loss is made to fail: least squares is written, in words; where all fail, base and tool alone."""
     q = random_poses(ARM, 60, seed=3)
