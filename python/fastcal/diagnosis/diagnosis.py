@@ -53,6 +53,7 @@ from fastcal.measurements.copied_rows import counted_once
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.kinds import KindMisfit
 from fastcal.measurements.observations import without_kinds, without_measured
+from fastcal.measurements.measuring_order import in_order, of_unknown_order
 from fastcal.robot.given import DataLike, RobotLike, as_data, as_robot
 from fastcal.robot.robot import Robot, Spec
 
@@ -89,8 +90,8 @@ def diagnose(
     if sigma is not None and not (np.isfinite(sigma) and sigma > 0):
         raise InvalidInput(f"sigma must be a standard deviation above 0, got {sigma}")
     robot = as_robot(robot)
-    data = counted_once(as_data(data, robot))
-    test = None if test is None else as_data(test, robot)
+    data = counted_once(in_order(as_data(data, robot)))
+    test = None if test is None else of_unknown_order(as_data(test, robot))
     notify("looking at the columns")
     check_postures(data)
     suspected = check_columns(robot, data, as_read=as_read)

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 
 _ORDERS_AT_ONCE = 64  # that are scored together, for the memory that their columns take
+_ROWS_AT_ONCE = 512  # of a periodogram
 _PEAK_SHARE = 0.8  # of a peak that the nearest order of a scan has at least: it is an eighth of a lobe away at most
 _MOST_ALIKE = 12  # orders that are looked at more closely: one is enough
 
@@ -72,9 +73,57 @@ def _orders(state: SearchNode) -> Callable[[int], list[float]]:
         peaks = _peaks(orders, np.asarray(scores.statistic), np.asarray(scores.rank), problem.noise.freedom, trials)
         step = float(orders[1] - orders[0]) if len(orders) > 1 else 0.0
         exact = [order if order == round(order) else _refined(order, step, scored) for order in peaks]
+        exact += _fine_orders(state, joint, scored)
         return [order for order in dict.fromkeys(exact) if order not in rules.WAVE_ORDERS]
 
     return found
+
+
+def _fine_orders(state: SearchNode, joint: int, scored: Callable[[FloatArray], _core.BlockScores]) -> list[float]:
+    """Significant orders beyond MAX_ORDER: those at the highest peaks of the periodogram, scored.
+
+    For waves as fine as these nearly all is beyond what the fit absorbs, so |sum_i w_i exp(i n q_i)|^2 over the rows
+    finds their places; w_i is what a row leaves along its joint. They are held against what would be left: beside a
+    misfit that is no noise, one of thousands of orders explains much of it.
+    """
+    at = state.fit
+    q, turn = at.problem.kept.q[:, joint], state.blocks.frames[f"joint{joint + 1}"][:, 0]
+    span = float(np.ptp(q))
+    orders = _spaced(span, rules.FINEST_WAVE)
+    orders = orders[orders > rules.MAX_ORDER]
+    if len(orders) < 3:
+        return []
+    row = at.whitened[2]
+    row = row[row >= 0]
+    left = at.beyond(at.whitened[1][:, np.newaxis])[: len(row), 0]
+    along = np.bincount(row, turn * left, len(q))
+    step = float(orders[1] - orders[0])
+    power = _periodogram(q, along, orders)
+    inner = np.r_[-np.inf, power, -np.inf]
+    top = np.flatnonzero((power >= inner[:-2]) & (power >= inner[2:]))
+    found: list[float] = []
+    for i in top[np.argsort(-power[top], kind="stable")][: rules.PEAKS_PER_JOINT]:
+        order = _refined(float(orders[i]), step, scored)
+        scores = scored(np.array([order]))
+        statistic = np.asarray(scores.statistic)
+        unexplained = np.maximum((at.remaining - statistic) / at.freedom, 1.0)
+        trials = len(orders) * at.problem.start.robot.joint_count
+        p = p_values(statistic / unexplained, np.asarray(scores.rank), at.problem.noise.freedom)[0]
+        if p * trials < rules.ALPHA_WAVE:
+            found.append(order)
+    return found
+
+
+def _periodogram(q: FloatArray, along: FloatArray, orders: FloatArray) -> FloatArray:
+    """|sum_i along_i exp(i n q_i)|^2 of evenly spaced orders n, each wave from the one before by one product."""
+    total = np.zeros(len(orders), dtype=np.complex128)
+    for first in range(0, len(q), _ROWS_AT_ONCE):
+        part = q[first : first + _ROWS_AT_ONCE]
+        waves = np.empty((len(orders), len(part)), dtype=np.complex128)
+        waves[0] = np.exp(1j * orders[0] * part)
+        waves[1:] = np.exp(1j * (orders[1] - orders[0]) * part)
+        total += np.cumprod(waves, axis=0) @ along[first : first + _ROWS_AT_ONCE]
+    return np.asarray(np.abs(total) ** 2)
 
 
 def _spaced(span: float, highest: float) -> FloatArray:
@@ -109,7 +158,7 @@ def orders_alike(base: SearchNode, name: Hypothesis) -> tuple[float, ...]:
     """
     joint, own = int(name.owner.removeprefix("joint")) - 1, float(name.entry["order"])
     span = float(np.ptp(base.fit.problem.kept.q[:, joint]))
-    orders = _spaced(span, rules.FINEST_ORDER)
+    orders = _spaced(span, max(rules.FINEST_ORDER, 2 * own))
     scored, step = _scored(base, joint), np.pi / (2 * span)
 
     def best(order: float) -> tuple[float, float]:

@@ -116,7 +116,7 @@ def slow_motions(at: Fit, X: FloatArray, wrong: IntArray, frames: Frames) -> Slo
         if likeliest is None or likeliest[0] < rules.SLOW_MOTION_BIC:
             break
         _worth, motion, after = likeliest
-        if at.problem.data.time is None and not len(motion.block):
+        if at.problem.data.time is None and not len(motion.block) and motion.begins is None:
             share = rows.explained(after) / max(at.remaining - at.freedom, 1.0)
             return SlowMotions(found, rows.rho, motion.owner, min(share, 1.0), motion.begins)
         found.append(motion)
