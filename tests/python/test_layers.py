@@ -84,7 +84,9 @@ MAY_IMPORT: dict[str, set[str]] = {
         ),
     },
     "papers": {
-        *(*ARM, "calibration", "selection", "conversion", "ik", "compensation", "design", "networks", "io", "report"),
+        *ARM,
+        *("calibration", "selection", "conversion", "ik", "compensation", "design", "diagnosis", "networks", "io"),
+        "report",
     },
     "fleet": {*ARM, "calibration", "diagnosis", "io", "report", "robots"},
 }
@@ -229,6 +231,7 @@ MAY_NAME = {
     "cli/manners.py": {"backlash", "gear_harmonic", "joint_compliance"},
     "design/rivals.py": {"joint_compliance"},
     "importers/templates.py": {"backlash"},
+    "papers/diagnoses.py": {"gravity_sag", "joint_compliance", "joint_profile"},
     "papers/kuka_kr500.py": {"gravity_sag", "joint_compliance"},
     "papers/pmc6va030.py": {"backlash", "bearing_tilt", "joint_compliance"},
     "papers/siasun_sr210d.py": {

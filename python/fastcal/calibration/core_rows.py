@@ -23,7 +23,7 @@ class CoreRows:
     def __init__(self, robot: Robot, data: LongDataset) -> None:
         columns = extra_columns(robot.spec.get("effects") or [])
         if any(column.startswith(SINCE) for column in columns):
-            raise InvalidInput(f"{data.source}: a step at a row needs all rows in memory; give time_s, or take fewer rows")
+            raise InvalidInput(f"{data.source}: a step at a row needs all rows in memory; give time_s or fewer rows")
         if any(column.startswith(LAGGED) for column in columns):
             raise InvalidInput(
                 f"{data.source}: a lag of the temperature needs all rows in memory; leave lag_s out, or take fewer rows"

@@ -52,8 +52,8 @@ from fastcal.errors import InvalidInput
 from fastcal.measurements.copied_rows import counted_once
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.kinds import KindMisfit
-from fastcal.measurements.observations import without_kinds, without_measured
 from fastcal.measurements.measuring_order import in_order, of_unknown_order
+from fastcal.measurements.observations import without_kinds, without_measured
 from fastcal.robot.given import DataLike, RobotLike, as_data, as_robot
 from fastcal.robot.robot import Robot, Spec
 

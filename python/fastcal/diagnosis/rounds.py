@@ -56,8 +56,8 @@ def searched(
 def _again(search: Search, best: SearchNode, sigma: float | None) -> tuple[Problem | None, NoiseLevel]:
     """The noise as the set that was found shows it.
 
-    With a new start where it shows further names, such as waves of other orders, markedly less noise than there seemed to be, or a memory that
-    the search did not allow for or that is none; else None.
+    With a new start where it shows further names, such as waves of other orders, markedly less noise than there seemed
+    to be, or a memory that the search did not allow for or that is none; else None.
     """
     problem = search.problem
     more = _further_names(search, best)

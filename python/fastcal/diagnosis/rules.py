@@ -184,7 +184,7 @@ HOPELESS_SHARE = 0.6
 # Fits of a rival, each on the rows that the one before reaches, at most. Numerical.
 MAX_REFITS = 3
 
-# --- Scans ---------------------------------------------------------------------------------------------------------------
+# --- Scans ------------------------------------------------------------------------------------------------------------
 # Chance that a scan of all moments, periods and lags comes upon something where nothing is missing. Level.
 ALPHA_SCAN = 1e-3
 # Names that a scan may add, and share of the likeliest one's worth that each must have: the others are its shadows.

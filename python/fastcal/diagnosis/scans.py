@@ -128,7 +128,7 @@ def at_best_moment(name: Hypothesis, state: SearchNode) -> Hypothesis:
     bare = {key: value for key, value in name.entry.items() if key not in ("at_s", "at_row", "rows")}
     A, r, row = state.fit.standardized
     measured = row >= 0
-    always = columns_at(state.fit, [from_moment(bare, -np.inf if data.time is not None else 0.0, data)], as_measured=True)
-    step = always.values[: int(measured.sum())]
+    always = from_moment(bare, -np.inf if data.time is not None else 0.0, data)
+    step = columns_at(state.fit, [always], as_measured=True).values[: int(measured.sum())]
     at, _ = find_step(A[measured], step, -r[measured], row[measured], order_of_rows(data))
     return from_moment(bare, at, data)

@@ -26,9 +26,9 @@ class Traits:
         phrase: What a person understands: "backlash (lost motion)".
         role: A "cause" may be what is wrong with an arm. A "nuisance" is an error of the loads: held by its plausible
             size beside effects that follow loads, never named. A "load modifier" acts through the compliances alone and
-            may be the form of another effect of loads. A "curve" stands for no cause: no search names it.
-            "Scanned" is a cause whose own number (a moment, a period, a lag) is looked for over a fine grid, where
-            something remains. "On request" is a cause that looks like many others from afar: it is fitted where it is asked for, and no
+            may be the form of another effect of loads. A "curve" stands for no cause: no search names it. "Scanned" is
+            a cause whose own number (a moment, a period, a lag) is looked for over a grid, where something remains.
+            "On request" is a cause that looks like many others from afar: it is fitted where it is asked for, and no
             search names it.
         place: Where it acts.
         depends_on: "q{n}", "torque" (the load about the joint's axis), "load" (all six of it), columns of the data.
@@ -46,8 +46,8 @@ class Traits:
         labels: The option that lists the labels of the data which it knows: "stations", "mounts".
         among_parameters: Options that a file lists with the parameters: "order", "at_s", "at_row", "lag_s",
             "period_mm", "tau_s".
-        searched: What a search over fits finds: an option ("order", "at_s", "lag_s", "period_mm", "tau_s"), or the start
-            of a parameter, "critical".
+        searched: What a search over fits finds: an option ("order", "at_s", "lag_s", "period_mm", "tau_s"), or the
+            start of a parameter, "critical".
         diagnosed_with: An option with which a diagnosis tries it, as on a command line: "moments=even".
         without_masses: Does it stand for weights that the robot file does not give? A diagnosis then tries it where no
             payload varies, and else holds it by its plausible size beside a compliance of its joint.

@@ -12,7 +12,17 @@ from numpy.typing import NDArray
 
 from fastcal import _core
 from fastcal.effects import registered
-from fastcal.effects.entries import LAGGED, MOVE, SINCE, Spec, conditions_read, extra_columns, label, options_of, traits_of
+from fastcal.effects.entries import (
+    LAGGED,
+    MOVE,
+    SINCE,
+    Spec,
+    conditions_read,
+    extra_columns,
+    label,
+    options_of,
+    traits_of,
+)
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.measuring_order import since
