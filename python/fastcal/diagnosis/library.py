@@ -36,6 +36,7 @@ FloatArray = NDArray[np.float64]
 Key = tuple[str, str]
 Exclusion = tuple[str, str | None]  # an effect and its owner; None: all of them
 
+SLOW = frozenset(["time_s", "temperature_c"])  # what an effect depends on that changes slowly
 _NOT_SCREENED = ("nuisance", "curve", "scanned", "on request")  # roles: blocks without a name stand for the curves
 _SEARCHED = ("at_s", "at_row", "lag_s", "period_mm", "tau_s")  # options that a search finds, beside a wave's order
 

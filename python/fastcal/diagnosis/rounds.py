@@ -69,9 +69,14 @@ def _again(search: Search, best: SearchNode, sigma: float | None) -> tuple[Probl
 
 
 def _further_names(search: Search, best: SearchNode) -> list[Hypothesis]:
-    """Names that the library does not hold, where a set leaves something: beyond it, and beyond none of its names."""
+    """Names that the library does not hold, where a set leaves something: beyond it, and beyond none of its names.
+
+    Where nothing is left, waves that are too fine for any block without a name are looked for all the same, and where
+    a name follows time or heat, others that do: the likelier law is the one that is given.
+    """
     if best.suffices:
-        return []
+        fine = [*periodic.scan(best, fine_alone=True), *scans.scan(best, among=scans.without_a_block())]
+        return fine + scans.rivals_of_slow(search, best)
     found = [*periodic.scan(best), *scans.scan(best)]
     there = {name.key for name in found}
     return found + [name for name in scans.scan(search.start) if best.names and name.key not in there]

@@ -10,7 +10,7 @@ neighbours and then is a name like any other: a search begins again with it.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Container, Iterable
 from itertools import groupby
 from typing import TYPE_CHECKING
 
@@ -22,6 +22,7 @@ from fastcal.diagnosis import rules
 from fastcal.diagnosis.blocks import columns_at
 from fastcal.diagnosis.fits import Fit
 from fastcal.diagnosis.library import (
+    SLOW,
     Hypothesis,
     effect_has_moment,
     from_moment,
@@ -35,7 +36,7 @@ from fastcal.diagnosis.tail_probabilities import p_values
 from fastcal.effects.entries import effect_names, effect_owners, traits_of
 
 if TYPE_CHECKING:
-    from fastcal.diagnosis.search import SearchNode
+    from fastcal.diagnosis.search import Search, SearchNode
 
 FloatArray = NDArray[np.float64]
 
@@ -43,9 +44,12 @@ _AT_ONCE = 128  # names that are scored together, for the memory that their colu
 _ROUNDS, _BETWEEN = 2, 9  # of refining, and numbers that each tries between two neighbours
 
 
-def scan(state: SearchNode) -> list[Hypothesis]:
-    """The scanned effects that are significant at a fit, at their best number; the likeliest of their owners."""
-    grid = _grid(state)
+def scan(state: SearchNode, *, among: Container[str] | None = None) -> list[Hypothesis]:
+    """The scanned effects that are significant at a fit, at their best number; the likeliest of their owners.
+
+    With `among` those of them alone.
+    """
+    grid = [name for name in _grid(state) if among is None or name.effect in among]
     if not grid:
         return []
     worth, p = _weighed(state, grid)
@@ -58,6 +62,24 @@ def scan(state: SearchNode) -> list[Hypothesis]:
     likeliest = sorted(found, key=lambda pair: -pair[0])[: rules.SCANNED_NAMES]
     enough = rules.SCANNED_SHARE * max((value for value, _ in likeliest), default=0.0)
     return [name for value, name in likeliest if value >= enough]
+
+
+def without_a_block() -> frozenset[str]:
+    """Scanned effects that no block without a name would show, since these are smooth: waves of an instrument."""
+    every = ((effect, traits_of(effect)) for effect in effect_names())
+    return frozenset(effect for effect, t in every if t.role == "scanned" and SLOW.isdisjoint(t.depends_on))
+
+
+def rivals_of_slow(search: Search, best: SearchNode) -> list[Hypothesis]:
+    """Scanned effects that explain about as much as all names of a set that follow time or heat, or more."""
+    rest = [name for name in best.names if SLOW.isdisjoint(name.traits.depends_on)]
+    if len(rest) == len(best.names):
+        return []
+    base = search.state(rest, best) if rest else search.start
+    found = scan(base, among=frozenset(effect_names()) - without_a_block())
+    worth = _weighed(base, found)[0] if found else []
+    gain = base.bic - best.bic
+    return [name for name, value in zip(found, worth, strict=True) if value > gain - rules.DECISIVE_BIC]
 
 
 def _grid(state: SearchNode) -> list[Hypothesis]:
