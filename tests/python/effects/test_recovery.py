@@ -39,7 +39,7 @@ CASES: dict[str, tuple[dict[str, Any], dict[str, float]]] = {
         {"at_s": 6543.0},
         {"step_x_mm": 0.2, "step_y_mm": -0.15, "step_z_mm": 0.1, "step_ry_rad": 1e-4},
     ),
-    "tool_step@tool": ({"at_s": 6543.0}, {"step_x_mm": 0.2, "step_z_mm": -0.15, "step_ry_rad": 1e-3}),
+    "tool_step@tool": ({"at_s": 6543.0}, {"step_x_mm": 0.2, "step_z_mm": -0.15}),
     "zero_step@joint3": ({"at_s": 6543.0}, {"step_rad": 6e-4}),
     "range_step@instrument": ({"at_s": 6543.0}, {"step_mm": 0.15}),
     "range_wave@instrument:period_mm=310": ({"period_mm": 310.0}, {"sine_mm": 0.1, "cosine_mm": -0.05}),
@@ -71,9 +71,12 @@ def test_the_truth_is_found_within_its_deviations(asked: str, arm: Robot, poses:
     assert found.sigma == pytest.approx(NOISE, rel=0.1)
     (entry,) = found.model.spec["effects"]
     for key in dict.fromkeys([*entry["parameters"], *values]):
-        if key in ("order", "at_s"):
+        if key in ("order", "at_s", "period_mm", "tau_s"):
             continue
         got = entry["parameters"][key]
+        if got["std"] is None:  # points show no turn of the tool
+            assert key not in values
+            continue
         miss = got["value"] - values.get(key, 0.0)
         if key == "phase_rad":
             miss = (miss + np.pi) % (2 * np.pi) - np.pi
