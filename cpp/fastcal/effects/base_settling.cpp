@@ -4,7 +4,7 @@
 // Base settling: the base, or the instrument's stand, comes to rest,
 //   xi = way (1 - exp(-(t - begins) / tau)),
 // from the time `begins` [s] on, with the time constant tau [s]; before, it stands still. Three numbers along the
-// measuring frame's axes and three about them, through the base's origin.
+// measuring frame's axes and three about them, through the base's origin. With a long tau it is a drift.
 #include <algorithm>
 #include <cmath>
 
@@ -52,6 +52,7 @@ FASTCAL_REGISTER_EFFECT("base_settling", {make<BaseSettling>,
                                            .depends_on = {"time_s"},
                                            .needs_data = "time_s over which the set-up may move",
                                            .shown_by = "poses that are measured again later",
+                                           .generalizes = {"base_drift"},
                                            .refers_to = Reference::kBase,
                                            .of_the_measurement = true,
                                            .plotted_over = "time_s",

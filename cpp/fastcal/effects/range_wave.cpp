@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: MIT
 //
 // Range wave: the instrument's lengths err in waves, as of an interferometer's fringes or a phase meter's modulation,
-//   measured r' = r + sine sin(2 pi r / period) + cosine cos(2 pi r / period),
+//   measured r' = r + sine sin(2 pi r' / period) + cosine cos(2 pi r' / period),
 // r [m] from the instrument, at the origin of its measuring frame. The tool moves along its direction u,  xi = R^T u
 // (r' - r). Source: J. M. Rueger, "Electronic Distance Measurement" (1990), cyclic errors.
 #include <cmath>

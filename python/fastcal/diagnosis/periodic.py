@@ -79,14 +79,17 @@ def _orders(state: SearchNode, *, fine_alone: bool) -> Callable[[int], list[floa
         peaks = _peaks(orders, np.asarray(scores.statistic), np.asarray(scores.rank), problem.noise.freedom, trials)
         step = float(orders[1] - orders[0]) if len(orders) > 1 else 0.0
         exact = [order if order == round(order) else _refined(order, step, scored) for order in peaks]
-        exact = exact or _fine_orders(state, joint, scored)
+        # Of a wave that is too fine for it this scan sees side lobes; of one that is not, the fine scan sees aliases.
+        exact += _fine_orders(state, joint, scored, above=float(np.max(scores.statistic)) if exact else 0.0)
         return [order for order in dict.fromkeys(exact) if order not in rules.WAVE_ORDERS]
 
     return found
 
 
-def _fine_orders(state: SearchNode, joint: int, scored: Callable[[FloatArray], _core.BlockScores]) -> list[float]:
-    """Significant orders beyond MAX_ORDER: those at the highest peaks of the periodogram, scored.
+def _fine_orders(
+    state: SearchNode, joint: int, scored: Callable[[FloatArray], _core.BlockScores], above: float = 0.0
+) -> list[float]:
+    """Significant orders beyond MAX_ORDER of a statistic `above` some other: the highest peaks of the periodogram.
 
     For waves as fine as these nearly all is beyond what the fit absorbs, so |sum_i w_i exp(i n q_i)|^2 over the rows
     finds their places; w_i is what a row leaves along its joint. They are held against what would be left: beside a
@@ -111,16 +114,16 @@ def _fine_orders(state: SearchNode, joint: int, scored: Callable[[FloatArray], _
     alone = 2 * power / max(float(turn @ turn), 1e-300)
     enough = _MAY_SHOW * 2 * np.log(trials / rules.ALPHA_WAVE)
     top = np.flatnonzero((power >= inner[:-2]) & (power >= inner[2:]) & (alone > enough))
-    found: list[float] = []
+    found: dict[float, float] = {}
     for i in top[np.argsort(-power[top], kind="stable")][: rules.PEAKS_PER_JOINT]:
         order = _refined(float(orders[i]), step, scored)
         scores = scored(np.array([order]))
         statistic = np.asarray(scores.statistic)
         unexplained = np.maximum((at.remaining - statistic) / at.freedom, 1.0)
         p = p_values(statistic / unexplained, np.asarray(scores.rank), at.problem.noise.freedom)[0]
-        if p * trials < rules.ALPHA_WAVE:
-            found.append(order)
-    return found
+        if p * trials < rules.ALPHA_WAVE and statistic[0] > above:
+            found[order] = float(statistic[0])
+    return [order for order, value in found.items() if value > rules.SCANNED_SHARE * max(found.values())]
 
 
 def _periodogram(q: FloatArray, along: FloatArray, orders: FloatArray) -> FloatArray:

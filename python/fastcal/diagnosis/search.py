@@ -296,7 +296,7 @@ class Search:
                 break
             if p[i] > rules.ALPHA_NAMED / state.family.named:
                 break
-            if name.cause in causes:
+            if name.cause in causes or any(n.owner == name.owner and name.effect in n.traits.generalizes for n in state.names):
                 continue
             causes.add(name.cause)
             simpler = name.traits.generalizes
