@@ -311,13 +311,6 @@ class _Found:
                 "successive poses lie near each other, so that noise which changes slowly looks like a cause without a "
                 "name: measure some of these poses again in another order"
             )
-        if remaining is not None and remaining.depends_on == ("order",) and self.level.slow.begins is not None:
-            is_tool = remaining.owner == "tool"
-            what, column = ("tool or target sits", "mount") if is_tool else ("base or instrument stands", "station")
-            out.append(
-                f"from about row {self.level.slow.begins} on the {what} elsewhere: with two labels in a column "
-                f"{column}, one for the rows before it and one from there on, it can be taken out"
-            )
         if self.rows is not None:
             share = f"{len(self.rows)} of {int(self.data.measured.sum())} measured rows"
             out.append(f"causes were searched for in {share}, spread evenly; the models are fitted to all of them")

@@ -189,6 +189,9 @@ MAX_REFITS = 3
 ALPHA_SCAN = 1e-3
 # Names that a scan may add, and share of the likeliest one's worth that each must have: the others are its shadows.
 SCANNED_NAMES, SCANNED_SHARE = 8, 0.5
+# Share of a step (of its variance) that positions, payload, stations and mounts of the rows may explain: where they
+# change with it, it is no step in time.
+MAX_STEP_SHARE = 0.5
 # Waves of an instrument's range over the distances that were measured, at most.
 RANGE_CYCLES = 60.0
 # Time constants of what comes to rest [of the time that the data span].

@@ -37,6 +37,7 @@ from fastcal.effects.entries import effect_names, effect_owners, traits_of
 
 if TYPE_CHECKING:
     from fastcal.diagnosis.search import Search, SearchNode
+    from fastcal.measurements.dataset import Dataset
 
 FloatArray = NDArray[np.float64]
 
@@ -58,10 +59,31 @@ def scan(state: SearchNode, *, among: Container[str] | None = None) -> list[Hypo
         own = list(group)
         best = max(own, key=lambda i: worth[i])
         if p[best] * len(grid) < rules.ALPHA_SCAN:
-            found.append((float(worth[best]), refined(grid[best], [grid[i] for i in own], state)))
+            name = refined(grid[best], [grid[i] for i in own], state)
+            if not is_a_condition(name, state.fit.problem.kept):
+                found.append((float(worth[best]), name))
     likeliest = sorted(found, key=lambda pair: -pair[0])[: rules.SCANNED_NAMES]
     enough = rules.SCANNED_SHARE * max((value for value, _ in likeliest), default=0.0)
     return [name for value, name in likeliest if value >= enough]
+
+
+def is_a_condition(name: Hypothesis, data: Dataset) -> bool:
+    """Is it a step between rows that differ in where the arm stands, what it carries, or who looks?
+
+    Fifty rows without a load, then fifty with one: what changed in between may be the load's work, and rows that are
+    sorted by a joint's position change with it.
+    """
+    at = name.entry.get("at_s", name.entry.get("at_row"))
+    if at is None or not effect_has_moment(name.effect):
+        return False
+    step = (order_of_rows(data) >= at).astype(float)
+    labels = [own[:, np.newaxis] == np.unique(own) for own in (data.station, data.mount) if own is not None]
+    numbers = [data.q, data.payload[:, np.newaxis], *labels, *(v[:, np.newaxis] for v in data.sensors.values())]
+    if data.approach is not None:
+        numbers.append(data.approach)
+    X = np.column_stack([np.ones(len(step)), *(np.nan_to_num(part.astype(float)) for part in numbers)])
+    left = step - X @ np.linalg.lstsq(X, step, rcond=1e-9)[0]
+    return bool(left @ left < (1 - rules.MAX_STEP_SHARE) * np.sum((step - step.mean()) ** 2))
 
 
 def without_a_block() -> frozenset[str]:

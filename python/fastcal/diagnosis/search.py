@@ -296,7 +296,8 @@ class Search:
                 break
             if p[i] > rules.ALPHA_NAMED / state.family.named:
                 break
-            if name.cause in causes or any(n.owner == name.owner and name.effect in n.traits.generalizes for n in state.names):
+            richer = [n for n in state.names if n.owner == name.owner and name.effect in n.traits.generalizes]
+            if name.cause in causes or richer:
                 continue
             causes.add(name.cause)
             simpler = name.traits.generalizes

@@ -7,12 +7,14 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from fastcal.calibration import calibrate
-from fastcal.diagnosis import Diagnosis, diagnose
+from fastcal.calibration.calibrate import calibrate
+from fastcal.diagnosis.diagnosis import diagnose
+from fastcal.diagnosis.result import Diagnosis
 from fastcal.effects.entries import label
 from fastcal.errors import FastcalError
 from fastcal.papers.diagnosed import Sample, sample
 from fastcal.papers.exhibits import Section, Table
+from fastcal.units import from_si
 
 Run = dict[str, Any]
 
@@ -72,8 +74,8 @@ def best_plain(given: Sample) -> tuple[str, float | None]:
                 result = calibrate(given.nominal, given.data, test=given.test, effects=effects, loss=loss, checks=False)
             except FastcalError:
                 continue  # without masses nothing yields, and so on
-            if result.test is not None and result.test.after_mm is not None:
-                missed[f"{effects}, {loss}"] = float(result.test.after_mm.rms)
+            if result.test is not None and result.test.after is not None:
+                missed[f"{effects}, {loss}"] = from_si(result.test.after.rms, "mm")
     if not missed:
         return "", None
     best = min(missed, key=missed.__getitem__)

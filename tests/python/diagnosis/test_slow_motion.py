@@ -100,7 +100,8 @@ def test_without_times_what_jumped_is_named_by_its_row() -> None:
     (entry,) = found.model.spec["effects"]
     assert entry["rows"] == ROWS
     again = calibrate(found.model, data)  # the rows of the file that it was fitted to
-    assert again.train.after_mm.rms == pytest.approx(found.gap[-1].train_rms_mm, rel=0.02)
+    assert again.train.after is not None
+    assert 1e3 * again.train.after.rms == pytest.approx(found.gap[-1].train_rms_mm, rel=0.02)
 
 
 def test_without_times_what_drifts_is_unexplained_and_no_noise() -> None:

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: MIT
 """Scans: what jumps, comes to rest or follows a distance is found at its own number, and nothing in noise."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -37,6 +38,18 @@ def a_zero_that_jumped_is_found_at_its_row() -> None:
 @falls_with(ALPHA_SCAN=1e4)
 def nothing_is_found_in_noise() -> None:
     assert [found([], seed) for seed in (1, 2, 3)] == [[], [], []]
+
+
+@falls_with(MAX_STEP_SHARE=1.0)
+@falls_with(MAX_STEP_SHARE=-1.0)
+def what_changes_with_the_payload_is_no_step() -> None:
+    """Rows without a load, then rows with one."""
+    data = in_order(measured([], rows=ROWS, time=TIME))
+    later = np.arange(ROWS) >= 60
+    at = Hypothesis({"effect": "zero_step", "owner": "joint2", "at_s": 1795.0})
+    assert not scans.is_a_condition(at, data)
+    assert scans.is_a_condition(at, replace(data, payload=10.0 * later))
+    assert scans.is_a_condition(at, replace(data, q=np.sort(data.q, axis=0)))
 
 
 @falls_with(SCANNED_SHARE=0.0)
