@@ -13,7 +13,7 @@ from typing import Any, Protocol, cast
 
 from fastcal.calibration.processes import workers
 from fastcal.errors import InvalidInput
-from fastcal.papers.exhibits import Page
+from fastcal_studies.exhibits import Page
 
 Run = dict[str, Any]
 NAMES = ("siasun_sr210d", "kuka_kr500", "pmc6va030", "staubli_rx160l", "spray_7dof")
@@ -55,7 +55,7 @@ def load_study(name: str) -> Study:
     """
     if name not in NAMES:
         raise InvalidInput(f"unknown paper '{name}', expected one of {', '.join(NAMES)}")
-    return cast("Study", importlib.import_module(f"fastcal.papers.{name}"))
+    return cast("Study", importlib.import_module(f"fastcal_studies.{name}"))
 
 
 def run_study(
@@ -93,7 +93,7 @@ def run_study(
                 progress(f"{len(runs)} of {arms} arms measured")
     told = None
     if diagnose:
-        from fastcal.papers.diagnoses import diagnosed  # builds on this module
+        from fastcal_studies.diagnoses import diagnosed  # builds on this module
 
         told = diagnosed(name, arms, progress)
     return content(name, runs, full=full, told=told)
@@ -104,7 +104,7 @@ def content(name: str, runs: Sequence[Run], *, full: bool = False, told: Sequenc
     module = load_study(name)
     shown = module.page(runs)
     if told is not None:
-        from fastcal.papers.diagnoses import section  # builds on this module
+        from fastcal_studies.diagnoses import section  # builds on this module
 
         shown = dataclasses.replace(shown, sections=[*shown.sections, section(told)])
     page = dataclasses.asdict(shown)

@@ -36,8 +36,8 @@ def paper(
     from fastcal.io.atomic import write_text
     from fastcal.io.folder import atomic_folder, check_folder
     from fastcal.io.results import write_json
-    from fastcal.papers import run_study
-    from fastcal.papers.page import paper_page
+    from fastcal_studies import run_study
+    from fastcal_studies.page import paper_page
 
     check_folder(output, FILES)
     with progress() as show:
@@ -66,3 +66,9 @@ def paper(
 
 def _mm(value: float | None) -> str:
     return "no answer" if value is None else f"{value:.4g} mm"
+
+
+paper.examples = (  # type: ignore[attr-defined]  # what `fastcal paper --help` ends with
+    "fastcal paper kuka_kr500 -o kr500",
+    "fastcal paper siasun_sr210d --arms 10 --threads 2 -o sr210d",
+)
