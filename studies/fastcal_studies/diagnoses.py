@@ -12,9 +12,9 @@ from fastcal.diagnosis.diagnosis import diagnose
 from fastcal.diagnosis.result import Diagnosis
 from fastcal.effects.entries import label
 from fastcal.errors import FastcalError
+from fastcal.units import from_si
 from fastcal_studies.diagnosed import Sample, sample
 from fastcal_studies.exhibits import Section, Table
-from fastcal.units import from_si
 
 Run = dict[str, Any]
 
