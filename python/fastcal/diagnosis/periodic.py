@@ -105,7 +105,7 @@ def _fine_orders(
     row = at.whitened[2]
     row = row[row >= 0]
     left = at.beyond(at.whitened[1][:, np.newaxis])[: len(row), 0]
-    along = np.bincount(row, turn * left, len(q))
+    along = np.asarray(np.bincount(row, turn * left, len(q)), dtype=np.float64)
     step = float(orders[1] - orders[0])
     power = _periodogram(q, along, orders)
     inner = np.r_[-np.inf, power, -np.inf]

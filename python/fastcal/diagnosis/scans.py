@@ -99,7 +99,7 @@ def rivals_of_slow(search: Search, best: SearchNode) -> list[Hypothesis]:
         return []
     base = search.state(rest, best) if rest else search.start
     found = scan(base, among=frozenset(effect_names()) - without_a_block())
-    worth = _weighed(base, found)[0] if found else []
+    worth = _weighed(base, found)[0] if found else np.zeros(0)
     gain = base.bic - best.bic
     return [name for name, value in zip(found, worth, strict=True) if value > gain - rules.DECISIVE_BIC]
 
