@@ -18,7 +18,7 @@ from fastcal.calibration.parallel import each, workers
 from fastcal.calibration.placed_test import placing_notes
 from fastcal.calibration.pose_folds import along_a_path
 from fastcal.calibration.postures import check_postures, too_few_postures
-from fastcal.diagnosis import adaptation, grading, rivals, rules, sensitivity, unexplained
+from fastcal.diagnosis import adaptation, grading, rivals, rules, sensitivity, suspect_columns, unexplained
 from fastcal.diagnosis.fits import Fit, fit, is_beyond_bounds
 from fastcal.diagnosis.heavy_tails import weighed
 from fastcal.diagnosis.library import Hypothesis, Library, build_library, parse_exclusions
@@ -107,8 +107,17 @@ def diagnose(
             lost = sorted({*found.lost, *gross})
             notify(f"without {len(lost)} rows that nothing explains")
             found = _found(robot, data, test, library, sigma, threads, notify, lost)
+        reading = None if found.rows is not None else suspect_columns.suspected(found.search, found.told.best)
+        if reading is not None:
+            notify("with another reading of the payload")
+            data = reading.of(data)
+            library = build_library(robot, data, library.excluded)
+            found = _found(robot, data, test, library, sigma, threads, notify, found.lost)
         notify("adding what was found")
         result = found.result(misfits)
+        if reading is not None:
+            sentence = f"{reading.words[0].upper()}{reading.words[1:]}. {result.sentence}"
+            result = replace(result, sentence=sentence, notes=[reading.words, *result.notes])
     unexplained_by_any = check_fit(robot, result.steps[0].train, as_read=as_read)
     shared = [] if test is None else [*shared_row_notes([data], test), *placing_notes(result.model, test)]
     told = [misfit.text for misfit in result.misfits]

@@ -1,0 +1,159 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Is a column of the data another thing than its title says? A payload in pounds, a row late, with labels exchanged.
+
+A payload that is wrong makes causes: a mass, a compliance that bends, a drift. So where a set of names leaves something
+or needs more than plain compliances, other readings of the column are fitted beside these. One is believed where it
+does the work of all that was named, with odds of 1 : 22 000, and leaves less than half of what else remains.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal.diagnosis import rules
+from fastcal.diagnosis.fits import Fit, fit
+from fastcal.diagnosis.library import SLOW
+from fastcal.diagnosis.search import Search, SearchNode
+from fastcal.effects.entries import traits_of
+from fastcal.measurements.dataset import Dataset
+from fastcal.measurements.observations import without_measured
+from fastcal.units import from_si, to_si
+
+FloatArray = NDArray[np.float64]
+
+_POUND = to_si(0.45359237, "kg")
+_MOST_LABELS = 4  # different payloads of which two may be exchanged
+_FEW = 0.15  # of the rows: fewer of one payload show nothing
+_CLEARLY = 0.8  # of a mean square
+_FALLS = (0.25, 0.5, 0.75, 1.0)  # shares by which a load may fall from the first row to the last
+
+
+@dataclass(frozen=True, eq=False)
+class Reading:
+    """Another reading of a column.
+
+    Attributes:
+        words: What does not fit and what does, as a sentence without its capital and full stop.
+        payload: (N,) that fits [kg]; None: it is not known in the rows `without`.
+        without: Rows that no fit should hold.
+    """
+
+    words: str
+    payload: FloatArray | None = None
+    without: NDArray[np.intp] | None = None
+
+    def of(self, data: Dataset) -> Dataset:
+        """The rows as they are read so."""
+        data = data if self.payload is None else replace(data, payload=self.payload)
+        return data if self.without is None else without_measured(data, self.without)
+
+
+def suspected(search: Search, best: SearchNode) -> Reading | None:
+    """The reading of the payload that does the work of what was named; None: the column is believed."""
+    problem = search.problem
+    if not problem.data.payload.any() or not _asks(best):
+        return None
+    plain = _plain(search, best)
+    if plain is None:
+        return None
+    tried = list(_readings(problem.data))
+    readings = [(reading, replace(problem, data=reading.of(problem.data))) for reading in tried]
+    found = [(reading, fit(read, plain.names, plain.fit)) for reading, read in readings]
+    enough = min(best.bic, plain.bic) - rules.SLOW_MOTION_BIC
+    better = [(_bic(one, plain), reading) for reading, one in found if _leaves_half(one, plain.fit)]
+    value, reading = min(better, key=lambda pair: pair[0], default=(np.inf, None))
+    if reading is not None and value < enough:
+        return reading
+    return _labels(plain)
+
+
+def _asks(best: SearchNode) -> bool:
+    """Does a set leave something, or need what a wrong payload makes?"""
+    return not best.suffices or any(
+        name.traits.place == "payload" or name.traits.generalizes or not SLOW.isdisjoint(name.traits.depends_on)
+        for name in best.names
+    )
+
+
+def _plain(search: Search, best: SearchNode) -> SearchNode | None:
+    """The set of all joints that yield; None where none does."""
+    yielding = search.yielding_joints()
+    if yielding:
+        return yielding[0]
+    found = search.start.blocks
+    single = [
+        name
+        for name in found.names
+        if traits_of(name.effect).depends_on == ("torque",)
+        and not name.traits.generalizes
+        and any(n.owner == name.owner and {"torque", "load"} & set(n.traits.depends_on) for n in best.names)
+    ]
+    return search.state(single, search.start) if single else None
+
+
+def _readings(data: Dataset) -> Iterator[Reading]:
+    """What the payload may be instead."""
+    load = data.payload
+
+    def read(words: str, values: FloatArray) -> Reading:
+        return Reading(f"the payload column does not fit these rows: {words}", values)
+
+    place = np.arange(len(load)) if data.time is None else data.time
+    gone = (place - place.min()) / max(float(np.ptp(place)), 1e-300)
+    for share in _FALLS:
+        yield read(f"a load that falls by {share:.0%} from the first row to the last does", load * (1 - share * gone))
+    if np.ptp(load) == 0:
+        return
+    yield read("read as pounds it does", load * _POUND)
+    yield read("that of the row before fits", np.r_[load[:1], load[:-1]])
+    yield read("that of the row behind fits", np.r_[load[1:], load[-1:]])
+    levels = np.unique(load)
+    if len(levels) <= _MOST_LABELS:
+        for one, other in combinations(levels, 2):
+            values = np.where(load == one, other, np.where(load == other, one, load))
+            yield read(f"with {_kg(one)} and {_kg(other)} kg exchanged it does", values)
+
+
+def _kg(load: float) -> str:
+    return f"{from_si(float(load), 'kg'):g}"
+
+
+def _bic(found: Fit, plain: SearchNode) -> float:
+    return float(found.remaining + plain.bic - plain.fit.remaining)
+
+
+def _leaves_half(found: Fit, plain: Fit) -> bool:
+    return found.converged and found.remaining - found.freedom < 0.5 * (plain.remaining - plain.freedom)
+
+
+def _labels(plain: SearchNode) -> Reading | None:
+    """Rows of one payload that do not carry it, such as a column that is 0 in every second row.
+
+    The others must be fitted by themselves, and their model must miss these rows.
+    """
+    at = plain.fit
+    problem, data = at.problem, at.problem.data
+    levels = np.unique(data.payload)
+    if len(levels) > _MOST_LABELS:
+        return None
+    for level in levels:
+        among = data.payload == level
+        if not _FEW < among.mean() < 1 - _FEW or not np.ptp(data.payload[~among]) > 0:
+            continue
+        rest = fit(problem.with_rows(problem.used & ~among), plain.names, at)
+        every = rest.on_every_row
+        here = among[every.problem.rows[every.near.row]]
+        missed = float(np.mean((every.near.r[here] / every.problem.noise.factor) ** 2))
+        own = rest.remaining / rest.freedom
+        if rest.converged and own < _CLEARLY * at.remaining / at.freedom and _CLEARLY * missed > own:
+            rows = np.flatnonzero(among)
+            first = ", ".join(map(str, rows[:3]))
+            words = f"the payload column does not fit rows {first} ..., which have {_kg(level)} kg"
+            return Reading(f"{words}: these {len(rows)} rows are left out", without=rows)
+    return None
