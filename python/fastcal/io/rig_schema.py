@@ -128,7 +128,12 @@ def _board(fields: Fields) -> Spec:
             "kind": kind,
             "points_mm": [fields.checked_vector(f"points_mm[{i}]", p, 3) for i, p in enumerate(points)],
         }
-    out: Spec = {"kind": kind, "columns": fields.count("columns", 1, 1000), "rows": fields.count("rows", 1, 1000)}
+    least = 3 if kind in ("checkerboard", "charuco") else 1  # squares, between which corners lie
+    out: Spec = {
+        "kind": kind,
+        "columns": fields.count("columns", least, 1000),
+        "rows": fields.count("rows", least, 1000),
+    }
     lengths = {"april_grid": ("tag", "gap"), "charuco": ("square",)}.get(kind, ("square",))
     for length in lengths:
         out[f"{length}_mm"] = fields.quantity(length, "mm")

@@ -18,6 +18,7 @@ from fastcal.units import from_si, to_si
 FloatArray = NDArray[np.float64]
 Spec = dict[str, Any]
 
+SQUARES = ("checkerboard", "charuco")  # whose columns and rows are squares
 WORLD = -1  # the measuring frame, among the frames of the chain
 PLACEMENT = ("x", "y", "z", "rx", "ry", "rz")
 _TAG = ((0, 0), (1, 0), (1, 1), (0, 1))  # corners of a tag, as Kalibr counts them
@@ -36,7 +37,8 @@ def board_corners(board: Mapping[str, Any]) -> FloatArray:
     """
     if board["kind"] == "points":
         return to_si(np.asarray(board["points_mm"], dtype=np.float64), "mm")
-    across, down = np.meshgrid(np.arange(board["columns"]), np.arange(board["rows"]))
+    squares = int(board["kind"] in SQUARES)  # corners lie between them
+    across, down = np.meshgrid(np.arange(board["columns"] - squares), np.arange(board["rows"] - squares))
     at = np.column_stack([across.ravel(), down.ravel(), np.zeros(across.size)]).astype(np.float64)
     if board["kind"] == "april_grid":
         tag, step = board["tag_mm"], board["tag_mm"] + board["gap_mm"]
