@@ -30,21 +30,6 @@ SEARCHES = ("auto", "exhaustive", "stepwise")
 RULES = ("least", "one_standard_error")
 MOST_EXHAUSTIVE = 20  # optional parameters of which `auto` tries all sets: a million, in ten folds in a second
 
-# The RX160L study: what is in all its models, and the 15 parameters whose every combination it tries. Axes 2 and 3 are
-# parallel, so beta2 replaces d2.
-RX160L_ALWAYS = (
-    *(f"joint{i} theta" for i in (2, 3, 4, 5)),
-    *("joint3 d", "joint4 d"),
-    *("joint1 a", "joint2 a", "joint3 a"),
-)
-RX160L_OPTIONAL = (
-    *("joint1 theta", "joint6 theta"),
-    *("joint1 d", "joint5 d", "joint6 d"),
-    *("joint4 a", "joint5 a", "joint6 a"),
-    *(f"joint{i} alpha" for i in range(1, 7)),
-    "joint2 beta",
-)
-
 
 @dataclass(frozen=True)
 class Candidate:
