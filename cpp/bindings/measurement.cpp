@@ -99,14 +99,14 @@ void bind_measurement(py::module_& m) {
   py::class_<Measurements>(m, "Measurements", "N rows of what was measured, SI; NaN: not in this row.")
       .def(py::init([](const RobotModel& robot, Eigen::Index rows, const std::map<std::string, RowMatrixXd>& numbers,
                        const std::map<std::string, std::pair<Eigen::VectorXi, std::vector<std::string>>>& labels,
-                       const Rig& rig) {
-             Tables tables{rows, numbers, {}, rig};
+                       const Rig* rig) {
+             Tables tables{rows, numbers, {}, rig == nullptr ? Rig() : *rig};
              for (const auto& [name, label] : labels) tables.labels[name] = {label.first, label.second};
              return Measurements(tables, robot);
            }),
            py::arg("robot"), py::arg("rows"), py::arg("numbers"),
            py::arg("labels") = std::map<std::string, std::pair<Eigen::VectorXi, std::vector<std::string>>>(),
-           py::arg("rig") = Rig(), "From tables by the names of fields; labels are indices and their names.")
+           py::arg("rig") = py::none(), "From tables by the names of fields; labels are indices and their names.")
       .def("__len__", &Measurements::rows)
       .def_property_readonly("observations", &Measurements::observations, py::return_value_policy::copy)
       .def("sigma", &Measurements::sigma, py::arg("row"), py::arg("number"), "claimed standard deviation; 0: none")

@@ -123,7 +123,7 @@ def _slips(seen: FloatArray, drawn: FloatArray, *, turnable: bool) -> tuple[NDAr
     """
     count = len(seen)
     turned, fits = np.zeros(count, dtype=bool), np.arange(count)
-    known = ~np.isnan(seen).any(axis=2)
+    known: NDArray[np.bool_] = np.isfinite(seen[..., 0]) & np.isfinite(seen[..., 1])
     rows = np.flatnonzero(known.any(axis=1))
     if len(rows) < FEWEST:
         return turned, fits
@@ -132,11 +132,11 @@ def _slips(seen: FloatArray, drawn: FloatArray, *, turnable: bool) -> tuple[NDAr
     rms = np.array([[_rms(seen[i, known[i]], way[:, known[i]]) for way in ways] for i in rows])
     own = rms[np.arange(len(rows)), :, rows]
     usual = float(np.median(own[:, 0]))
-    for k, i in enumerate(rows):
+    for k, i in enumerate(rows.tolist()):
         best = float(rms[k].min())
         if best * JUDGED > own[k, 0] or best > ABOUT * usual:
             continue
-        way, posture = np.unravel_index(int(np.argmin(rms[k])), rms[k].shape)
+        way, posture = divmod(int(np.argmin(rms[k])), count)
         if own[k].min() <= 2 * best:  # its own posture does as well
             way, posture = int(np.argmin(own[k])), i
         turned[i], fits[i] = way == 1, posture

@@ -36,15 +36,17 @@ def board_corners(board: Mapping[str, Any]) -> FloatArray:
     tag, tag by tag, as Kalibr counts them.
     """
     if board["kind"] == "points":
-        return to_si(np.asarray(board["points_mm"], dtype=np.float64), "mm")
+        points: FloatArray = np.asarray(board["points_mm"], dtype=np.float64)
+        return to_si(points, "mm")
     squares = int(board["kind"] in SQUARES)  # corners lie between them
     across, down = np.meshgrid(np.arange(board["columns"] - squares), np.arange(board["rows"] - squares))
-    at = np.column_stack([across.ravel(), down.ravel(), np.zeros(across.size)]).astype(np.float64)
+    at: FloatArray = np.column_stack([across.ravel(), down.ravel(), np.zeros(across.size)]).astype(np.float64)
     if board["kind"] == "april_grid":
-        tag, step = board["tag_mm"], board["tag_mm"] + board["gap_mm"]
-        own = np.array([[x * tag, y * tag, 0.0] for x, y in _TAG])
-        return to_si((at[:, np.newaxis] * step + own).reshape(-1, 3), "mm")
-    return to_si(at * board["square_mm"], "mm")
+        tag, step = float(board["tag_mm"]), float(board["tag_mm"] + board["gap_mm"])
+        own: FloatArray = np.array([[x * tag, y * tag, 0.0] for x, y in _TAG])
+        corners: FloatArray = (at[:, np.newaxis] * step + own).reshape(-1, 3)
+        return to_si(corners, "mm")
+    return to_si(at * float(board["square_mm"]), "mm")
 
 
 def corner_counts(spec: Mapping[str, Any]) -> list[int]:
