@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The fastcal authors
 // SPDX-License-Identifier: MIT
+#include <optional>
+
 #include "convert.hpp"
 #include "fastcal/measurement/measurements.hpp"
 
@@ -99,8 +101,8 @@ void bind_measurement(py::module_& m) {
   py::class_<Measurements>(m, "Measurements", "N rows of what was measured, SI; NaN: not in this row.")
       .def(py::init([](const RobotModel& robot, Eigen::Index rows, const std::map<std::string, RowMatrixXd>& numbers,
                        const std::map<std::string, std::pair<Eigen::VectorXi, std::vector<std::string>>>& labels,
-                       const Rig* rig) {
-             Tables tables{rows, numbers, {}, rig == nullptr ? Rig() : *rig};
+                       const std::optional<Rig>& rig) {
+             Tables tables{rows, numbers, {}, rig.value_or(Rig())};
              for (const auto& [name, label] : labels) tables.labels[name] = {label.first, label.second};
              return Measurements(tables, robot);
            }),

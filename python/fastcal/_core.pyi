@@ -243,7 +243,7 @@ class Measurements:
     """
     N rows of what was measured, SI; NaN: not in this row.
     """
-    def __init__(self, robot: RobotModel, rows: typing.SupportsInt | typing.SupportsIndex, numbers: collections.abc.Mapping[str, typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"]], labels: collections.abc.Mapping[str, tuple[typing.Annotated[numpy.typing.ArrayLike, numpy.int32, "[m, 1]"], collections.abc.Sequence[str]]] = {}, rig: Rig = None) -> None:
+    def __init__(self, robot: RobotModel, rows: typing.SupportsInt | typing.SupportsIndex, numbers: collections.abc.Mapping[str, typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"]], labels: collections.abc.Mapping[str, tuple[typing.Annotated[numpy.typing.ArrayLike, numpy.int32, "[m, 1]"], collections.abc.Sequence[str]]] = {}, rig: Rig | None = None) -> None:
         """
         From tables by the names of fields; labels are indices and their names.
         """
