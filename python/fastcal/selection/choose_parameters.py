@@ -119,7 +119,7 @@ def choose_parameters(
         data: Measured poses.
         optional: Names such as "joint2 alpha" that may be left out; None: all identifiable parameters of `effects`.
         always: Names that are in every set; base and tool always are.
-        test: Other poses, only reported on.
+        test: Held-out poses, never used for fitting.
         folds: K.
         deals: How often the poses are dealt again into folds; the mean is compared. The paper deals once.
         effects: Names as on the command line.
