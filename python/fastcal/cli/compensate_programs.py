@@ -120,7 +120,6 @@ def _write_corrections(robot: Robot, path: Path, done: Done) -> None:
 
 
 def _say(done: Done, *, inverse: bool) -> None:
-    from fastcal.report.formatting import plural
     from fastcal.units import from_si
 
     for file, program, found in done:
@@ -131,10 +130,14 @@ def _say(done: Done, *, inverse: bool) -> None:
         mean, most = (from_si(float(value), "mm") for value in (found.error.mean(), found.error.max()))
         head = f"{file.name}, {program.language.name}" if len(done) > 1 else program.language.name
         done_to = "brought back to nominal" if inverse else "changed"
-        targets, moves = plural(len(found.targets), "target"), plural(len(program.moves), "move")
+        targets, moves = _counted(len(found.targets), "target"), _counted(len(program.moves), "move")
         say(f"{head}: {targets} {done_to}, {moves} and all else kept")
         taken = "error that the compensation had taken away" if inverse else "error that this takes away"
         say(f"{taken}: mean {mean:.3f} mm, largest {most:.3f} mm")
+
+
+def _counted(number: int, noun: str) -> str:
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
 
 
 def _emit(done: Done, written: list[Path]) -> None:
