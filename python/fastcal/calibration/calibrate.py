@@ -44,6 +44,7 @@ from fastcal.calibration.setups import added_setups
 from fastcal.calibration.shape import shape_of
 from fastcal.calibration.unknowns import given_rig, unknowns_by_owner, unknowns_found
 from fastcal.calibration.unset_options import fill_unset_options
+from fastcal.calibration.variance_components import freedom_of_parameters
 from fastcal.effects.entries import extra_columns, full_name
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
@@ -242,6 +243,7 @@ def calibrate(
         ],
         held="" if fit.held is None else fit.held.note,
         unknowns=unknowns,
+        own_freedom=freedom_of_parameters(problem, found) if fit.held is None else None,
     )
 
 
