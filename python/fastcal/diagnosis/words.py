@@ -53,8 +53,8 @@ _REASONS = {
     Reason.SOMETHING_REMAINS: "something else remains unexplained, and it may take this one's place",
     Reason.SHADOW: "poses are predicted better with it, and most of the misfit has another cause",
     Reason.EQUIVALENTS: "other causes explain the data as well",
-    Reason.WEAK_SIGNAL: "its signal is {value:.1f} times the noise; grade A needs {limit:g} times, which an unlisted cause that "
-    "looks alike would not survive",
+    Reason.WEAK_SIGNAL: "its signal is {value:.1f} times the noise; grade A needs {limit:g} times, which an unlisted cause "
+    "that looks alike would not survive",
     Reason.UNNAMED_RIVALS: "an unnamed cause would do as well: {subjects}",
     Reason.SIMPLER_DOES: "the data do not show what sets it apart from {subjects}",
     Reason.IMPLAUSIBLE: "it would have to be implausibly large",
