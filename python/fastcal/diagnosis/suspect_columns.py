@@ -28,6 +28,8 @@ from fastcal.units import from_si, to_si
 FloatArray = NDArray[np.float64]
 
 _POUND = to_si(0.45359237, "kg")
+_DEVIATIONS = 5.0  # of chi square
+_SAME = 0.01  # of a load: within it two are one
 _MOST_LABELS = 4  # different payloads of which two may be exchanged
 _FEW = 0.15  # of the rows: fewer of one payload show nothing
 _CLEARLY = 0.8  # of a mean square
@@ -114,6 +116,12 @@ def _readings(data: Dataset) -> Iterator[Reading]:
     yield read("that of the row before fits", np.r_[load[:1], load[:-1]])
     yield read("that of the row behind fits", np.r_[load[1:], load[-1:]])
     levels = np.unique(load)
+    in_pounds = [x for x in levels if x > 0 and (np.abs(x * _POUND - levels) < _SAME * x * _POUND).any()]
+    if in_pounds:
+        rows = np.flatnonzero(np.isin(load, in_pounds))
+        first = ", ".join(map(str, rows[:3]))
+        values = np.where(np.isin(load, in_pounds), load * _POUND, load)
+        yield read(f"rows {first} ..., with {' and '.join(map(_kg, in_pounds))} kg, fit as pounds", values)
     if len(levels) <= _MOST_LABELS:
         for one, other in combinations(levels, 2):
             values = np.where(load == one, other, np.where(load == other, one, load))
@@ -121,7 +129,7 @@ def _readings(data: Dataset) -> Iterator[Reading]:
 
 
 def _kg(load: float) -> str:
-    return f"{from_si(float(load), 'kg'):g}"
+    return f"{from_si(float(load), 'kg'):.4g}"
 
 
 def _bic(found: Fit, plain: SearchNode) -> float:
@@ -129,7 +137,10 @@ def _bic(found: Fit, plain: SearchNode) -> float:
 
 
 def _leaves_half(found: Fit, plain: Fit) -> bool:
-    return found.converged and found.remaining - found.freedom < 0.5 * (plain.remaining - plain.freedom)
+    """And nothing beyond what noise may leave."""
+    beyond = found.remaining - found.freedom
+    noise = _DEVIATIONS * float(np.sqrt(2 * found.freedom))
+    return found.converged and beyond < min(0.5 * (plain.remaining - plain.freedom), noise)
 
 
 def _labels(plain: SearchNode) -> Reading | None:

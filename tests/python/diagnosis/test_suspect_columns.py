@@ -30,6 +30,10 @@ def test_a_payload_as_it_was_measured_is_believed() -> None:
 @pytest.mark.parametrize(
     ("change", "words"),
     [
+        (
+            lambda load: np.where(np.arange(len(load)) < 55, load, load / 0.45359237),
+            "11.02 and 22.05 kg, fit as pounds",
+        ),
         (lambda load: np.r_[load[1:], load[-1:]], "that of the row before fits"),
         (lambda load: np.where(load == 5, 10.0, np.where(load == 10, 5.0, load)), "with 5 and 10 kg exchanged it does"),
     ],
