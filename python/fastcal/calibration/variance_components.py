@@ -77,7 +77,8 @@ def freedom_of_parameters(problem: CalibrationProblem, found: _core.Identificati
         ]
     )
     spread = np.sum(v**2 / nu[:, np.newaxis], axis=0)
-    return np.asarray(np.sum(v, axis=0) ** 2 / np.maximum(spread, 1e-300))
+    whole = np.sum(v, axis=0) ** 2
+    return np.asarray(np.divide(whole, spread, out=np.full(len(whole), np.inf), where=spread > 0))
 
 
 def _factors(J: FloatArray, r: FloatArray, of: NDArray[np.int64], estimated: list[bool]) -> FloatArray | None:
