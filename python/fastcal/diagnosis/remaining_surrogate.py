@@ -45,6 +45,8 @@ def with_surrogate(
         drifts: Something moves in time that is no noise with a memory.
     """
     problem = fit.problem
+    if problem.repeatability is not None:  # corners of a picture err together, and curves would be drawn through that
+        return None, None, unexplained
     data, noise = without_scales(problem)
     found = add_surrogate(
         last.model,
