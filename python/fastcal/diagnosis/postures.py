@@ -123,21 +123,26 @@ def joint_repeatability(start: CalibrationProblem) -> float:
     near = start.linearize(theta, [1.0] * len(start.measured.observations))
     unknowns = theta[len(start.names) :]
     rows = posture_rows(start.robot, start.data, start.measured, near, unknowns)
-    r = np.asarray(near.r)
-    inside = [(of.Q.T @ r[of.own], of.G) for of in rows]
-    kept, total = sum(len(own) for own, _ in inside), sum(len(of.own) for of in rows)
+    r, J = np.asarray(near.r), np.asarray(near.J)[:, list(found.free)]
+    inside = [(of.Q.T @ r[of.own], of.Q.T @ J[of.own], of.G) for of in rows]
+    kept, total = sum(len(own) for own, _, _ in inside), sum(len(of.own) for of in rows)
     freedom = kept - len(found.free)
     if total <= kept or freedom <= 0:
         return 0.0
-    squares = sum(float(r[of.own] @ r[of.own]) for of in rows) - sum(float(own @ own) for own, _ in inside)
+    squares = sum(float(r[of.own] @ r[of.own]) for of in rows) - sum(float(own @ own) for own, _, _ in inside)
     sigma = squares / (total - kept)
 
     def excess(log_k: float) -> float:
         k = float(np.exp(log_k))
-        left = 0.0
-        for own, G in inside:
-            left += float(own @ np.linalg.solve(np.eye(len(own)) + k**2 * G @ G.T, own))
-        return left / sigma - freedom
+        white = []
+        for own, columns, G in inside:
+            S = np.linalg.cholesky(np.eye(len(own)) + k**2 * G @ G.T)
+            white.append(linalg.solve_triangular(S, np.column_stack([columns, own]), lower=True))
+        A = np.concatenate(white)
+        size = np.linalg.norm(A[:, :-1], axis=0)
+        basis = np.linalg.qr(A[:, :-1] / np.where(size > 0, size, 1.0))[0]
+        left = A[:, -1] - basis @ (basis.T @ A[:, -1])
+        return float(left @ left) / sigma - freedom
 
     low, high = np.log(_LEAST), np.log(_MOST)
     if excess(low) <= 0:

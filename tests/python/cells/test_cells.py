@@ -13,6 +13,7 @@ from fastcal.calibration.calibrate import calibrate
 from fastcal.calibration.evaluation import evaluate
 from fastcal.calibration.pictures import judged_pictures
 from fastcal.cli.app import main
+from fastcal.diagnosis import diagnose
 from fastcal.errors import ParseError
 from fastcal.importers.corners import load_seen
 from fastcal.io.robot_file import load_robot, write_spec
@@ -139,6 +140,14 @@ def test_nothing_is_said_of_pictures_that_are_right(tmp_path: Path) -> None:
     camera.write(tmp_path, error_mm=3.0)
     robot, data = loaded(tmp_path)
     assert judged_pictures(robot, data).notes == ()
+
+
+def test_a_diagnosis_of_a_good_arm_names_nothing_though_its_joints_are_not_exact(tmp_path: Path) -> None:
+    camera.write(tmp_path, 40, joint_noise_deg=2e-3)
+    found = diagnose(*loaded(tmp_path))
+    assert found.verdict == "none"
+    start = found.state.fit.problem
+    assert start.repeatability == pytest.approx(np.radians(2e-3) / 0.1, rel=0.35)
 
 
 def test_the_commands_read_cells_and_corners(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
