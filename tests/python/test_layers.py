@@ -95,6 +95,7 @@ STUDIES_MAY_IMPORT = {
         "ik",
         "compensation",
         "design",
+        "diagnosis",
         "networks",
         "io",
         "report",
