@@ -167,18 +167,18 @@ class Problem:
         common = noise_by_observation(self.measured, self.noise.common)
         near = _core.linearize(model, samples, self.measured, theta, common, self.threads, memory, columns)
         row, number = (np.asarray(index, dtype=np.intp) for index in (near.row, near.number))
+        all_J, r = near.J, near.r
         if self.pictures is not None:
-            together = self.pictures
-            row, number = together.row, together.number
-            near = Linearization(together.of(np.asarray(near.J)), together.of(np.asarray(near.r)), row, number)
+            row, number = self.pictures.row, self.pictures.number
+            all_J, r = self.pictures.of(np.asarray(near.J)), self.pictures.of(np.asarray(near.r))
         if not self.noise.scale and self.weight is None:
-            return Linearization(near.J, near.r, row, number)
+            return Linearization(all_J, r, row, number)
         size = 1 / np.array([self.noise.scale.get(kind, 1.0) for kind in self.kinds])[number]
         if self.weight is not None:
             size *= np.sqrt(self.weight[self.rows[row]])
-        J = np.empty(near.J.shape)
-        each(lambda rows: np.multiply(near.J[rows], size[rows, np.newaxis], out=J[rows]), moved(len(J), len(J.T)))
-        return Linearization(J, near.r * size, row, number)
+        J = np.empty(all_J.shape)
+        each(lambda rows: np.multiply(all_J[rows], size[rows, np.newaxis], out=J[rows]), moved(len(J), len(J.T)))
+        return Linearization(J, r * size, row, number)
 
     @cached_property
     def pictures(self) -> Postures | None:
