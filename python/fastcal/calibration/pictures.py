@@ -27,8 +27,30 @@ IntArray = NDArray[np.intp]
 
 JUDGED = 5.0  # times better than as it is, in px
 ABOUT = 4.0  # times the median picture: an arm as it is drawn misses some pictures by more than others
+SECOND = "corner_again"  # of a data set: second pictures of a camera and board in their rows
 FEWEST = 4  # pictures of a camera and a board, from which a few can be told from the many
 _LISTED = 12  # rows that a sentence names
+
+
+@dataclass(frozen=True, eq=False)
+class Picture:
+    """What one camera saw of one board.
+
+    Attributes:
+        row: Where the table has it.
+        uv: (K, 2) its corners [px], NaN where not seen.
+        fits: The row whose posture it fits; its own unless another does far better.
+        turned: Was the board read from its other end?
+    """
+
+    row: int
+    uv: FloatArray
+    fits: int = -1
+    turned: bool = False
+
+    def __post_init__(self) -> None:
+        if self.fits < 0:
+            object.__setattr__(self, "fits", self.row)
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,24 +89,26 @@ def judged_pictures(
     if drawn is None:
         return Pictures(data)
     uv = data.observed[CORNERS].reshape(len(data), -1, 2).copy()
+    again = data.observed[SECOND].reshape(uv.shape) if SECOND in data.observed else np.full_like(uv, np.nan)
     notes: list[str] = []
     for (camera, board), part in pictures(robot.spec).items():
-        seen = uv[:, part]
         shown = f"board {board} in camera {camera}"
-        turned, fits = _slips(seen, drawn[:, part], turnable=robot.spec["boards"][board]["kind"] != "points")
-        if turned.any():
-            seen[turned] = seen[turned, ::-1]
+        there = [(i, of[i, part].copy()) for of in (uv, again) for i in range(len(data))]
+        found = [Picture(i, seen) for i, seen in there if np.isfinite(seen).any()]
+        turnable = robot.spec["boards"][board]["kind"] != "points"
+        placed = _placed(found, drawn[:, part], turnable=turnable)
+        uv[:, part] = np.nan
+        for picture in sorted(placed, key=lambda picture: picture.fits != picture.row, reverse=True):
+            if picture.fits == picture.row or mend:
+                uv[picture.fits, part] = picture.uv[::-1] if picture.turned else picture.uv
+        if turned := [picture.row for picture in placed if picture.turned]:
             notes.append(
-                f"{shown}: in {_rows(np.flatnonzero(turned))} it was read from its other end, turned by 180 degrees; "
-                "its corners are renumbered there"
+                f"{shown}: in {_rows(turned)} it was read from its other end, turned by 180 degrees; its corners are "
+                "renumbered there"
             )
-        moved = np.flatnonzero(fits != np.arange(len(data)))
-        if len(moved):
-            before = seen.copy()
-            seen[moved] = np.nan
-            if mend:
-                seen[fits[moved]] = before[moved]
-            notes.append(_of_other_rows(shown, moved, fits[moved], mend))
+        if moved := [picture for picture in placed if picture.fits != picture.row]:
+            rows, fits = ([getattr(picture, key) for picture in moved] for key in ("row", "fits"))
+            notes.append(_of_other_rows(shown, np.array(rows), np.array(fits), mend))
     if not notes:
         return Pictures(data)
     return Pictures(replace(data, observed={**data.observed, CORNERS: uv.reshape(len(data), -1)}), tuple(notes))
@@ -116,35 +140,30 @@ def _drawn(robot: Robot, data: Dataset, unknowns: Mapping[str, FloatArray] | Non
     return r[:, first : first + observed[CORNERS].shape[1]].reshape(len(data), -1, 2)
 
 
-def _slips(seen: FloatArray, drawn: FloatArray, *, turnable: bool) -> tuple[NDArray[np.bool_], IntArray]:
-    """(N,) was the board read from its other end, and (N,) the row whose posture the picture fits.
-
-    `seen` and `drawn` are (N, K, 2) of one camera and board; pictures without corners fit their own row.
-    """
-    count = len(seen)
-    turned, fits = np.zeros(count, dtype=bool), np.arange(count)
-    known: NDArray[np.bool_] = np.isfinite(seen[..., 0]) & np.isfinite(seen[..., 1])
-    rows = np.flatnonzero(known.any(axis=1))
-    if len(rows) < FEWEST:
-        return turned, fits
+def _placed(found: Sequence[Picture], drawn: FloatArray, *, turnable: bool) -> list[Picture]:
+    """The pictures of one camera and board, each with the row whose posture it fits; `drawn` is (N, K, 2) [px]."""
+    if len(found) < FEWEST:
+        return list(found)
     ways = (drawn, drawn[:, ::-1]) if turnable else (drawn,)
-    # (pictures, ways, postures)
-    rms = np.array([[_rms(seen[i, known[i]], way[:, known[i]]) for way in ways] for i in rows])
-    own = rms[np.arange(len(rows)), :, rows]
-    usual = float(np.median(own[:, 0]))
-    for k, i in enumerate(rows.tolist()):
-        best = float(rms[k].min())
-        if best * JUDGED > own[k, 0] or best > ABOUT * usual:
+    rms = np.array([[_rms(picture.uv, way) for way in ways] for picture in found])  # (pictures, ways, postures)
+    usual = float(np.median([of[0, picture.row] for of, picture in zip(rms, found, strict=True)]))
+    out = []
+    for of, picture in zip(rms, found, strict=True):
+        own, best = of[:, picture.row], float(of.min())
+        if best * JUDGED > own[0] or best > ABOUT * usual:
+            out.append(picture)
             continue
-        way, posture = divmod(int(np.argmin(rms[k])), count)
-        if own[k].min() <= 2 * best:  # its own posture does as well
-            way, posture = int(np.argmin(own[k])), i
-        turned[i], fits[i] = way == 1, posture
-    return turned, fits
+        way, posture = divmod(int(np.argmin(of)), len(drawn))
+        if own.min() <= 2 * best:  # its own posture does as well
+            way, posture = int(np.argmin(own)), picture.row
+        out.append(replace(picture, fits=posture, turned=way == 1))
+    return out
 
 
 def _rms(seen: FloatArray, drawn: FloatArray) -> FloatArray:
-    """(N,) root mean square distance of a picture's corners (k, 2) from those (N, k, 2) that each posture draws."""
+    """(N,) root mean square distance of a picture's corners (K, 2) from those (N, K, 2) that each posture draws."""
+    known = np.isfinite(seen).all(axis=1)
+    seen, drawn = seen[known], drawn[:, known]
     return np.asarray(np.sqrt(np.mean(np.sum((drawn - seen) ** 2, axis=2), axis=1)))
 
 

@@ -12,6 +12,7 @@ from fastcal.calibration.alignment import measurements
 from fastcal.errors import Undetermined
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.observations import without_kinds
+from fastcal.robot.identified_spec import Solution
 from fastcal.robot.robot import Robot
 
 FloatArray = NDArray[np.float64]
@@ -69,7 +70,7 @@ def given_rig(model: Robot, data: Dataset) -> dict[str, FloatArray]:
     return unknowns_by_owner(measured, np.zeros(len(measured.parameters)))
 
 
-def unknowns_found(found: _core.Identification, count: int, covariance: FloatArray) -> tuple[FloatArray, FloatArray]:
+def unknowns_found(found: Solution, count: int, covariance: FloatArray) -> tuple[FloatArray, FloatArray]:
     """(U,) the unknowns behind `count` parameters of a model, and their standard deviations, NaN where held.
 
     `covariance` is that of the free parameters.

@@ -40,9 +40,7 @@ def calibrate(
     robot: RobotFile,
     data: DataFiles,
     output: OutFolder,
-    test: Annotated[
-        Path | None, typer.Option(metavar="TEST", help="Held-out poses, never used for fitting.")
-    ] = None,
+    test: Annotated[Path | None, typer.Option(metavar="TEST", help="Held-out poses, never used for fitting.")] = None,
     corners: Corners = None,
     test_corners: TestCorners = None,
     mend: Mend = False,

@@ -22,9 +22,7 @@ def diagnose(
     robot: RobotFile,
     data: DataFiles,
     output: OutFolder,
-    test: Annotated[
-        Path | None, typer.Option(metavar="TEST", help="Held-out poses, never used for fitting.")
-    ] = None,
+    test: Annotated[Path | None, typer.Option(metavar="TEST", help="Held-out poses, never used for fitting.")] = None,
     exclude: Annotated[
         list[str] | None, typer.Option(metavar="EFFECT[@OWNER]", help="A name that is not to be given; repeatable.")
     ] = None,

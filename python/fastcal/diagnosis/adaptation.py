@@ -19,6 +19,7 @@ from fastcal.calibration.kind_noise import noise_record
 from fastcal.calibration.nominal_arm import NominalArm, nominal_arm
 from fastcal.calibration.parallel import each
 from fastcal.calibration.placed_test import evaluated_test
+from fastcal.calibration.unknowns import given_rig, unknowns_found
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.fits import Fit
 from fastcal.diagnosis.gap import GapStep, KindGap
@@ -33,6 +34,7 @@ from fastcal.measurements.dataset import Dataset
 from fastcal.robot.calibration_record import CalibrationRecord
 from fastcal.robot.controller_robot import nominal_record
 from fastcal.robot.identified_spec import identified_spec
+from fastcal.robot.rig import with_found
 from fastcal.robot.robot import Robot, Spec
 
 FloatArray = NDArray[np.float64]
@@ -50,7 +52,8 @@ class Judge:
     def adapted(self, fit: Fit, sigma: float) -> AdaptedModel:
         """A fit as a robot, with its errors; `sigma` of a coordinate [m] is kept in its record."""
         before = nominal(fit)
-        return self.of(robot_of(fit, sigma), before, fit.unknowns)
+        model = robot_of(fit, sigma)
+        return self.of(model, before, fit.unknowns | given_rig(model, self.data))
 
     def of(self, model: Robot, before: NominalArm, unknowns: dict[str, FloatArray]) -> AdaptedModel:
         """A robot with its errors, beside those of another one."""
@@ -81,6 +84,8 @@ def robot_of(fit: Fit, sigma: float) -> Robot:
     start = fit.problem.start.robot
     bare = Robot(dict(start.spec) | {"effects": [core_entry(entry) for entry in fit.entries]})
     spec = identified_spec(bare, fit.model, fit)
+    places = unknowns_found(fit, len(fit.model.parameters), fit.covariance)
+    spec = with_found(spec, fit.problem.measured.parameters, *places)
     parameters = fit.model.parameters
     kept = [k for k, i in enumerate(fit.free) if i < len(parameters)]
     record = CalibrationRecord(

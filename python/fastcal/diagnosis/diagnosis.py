@@ -256,7 +256,7 @@ class _Found:
         order = sorted(range(len(best.names)), key=lambda k: -proofs[k].statistic)
         names = [best.names[k] for k in order if best.names[k] in self.model.state.names]
         judge = adaptation.Judge(self.data, self.test, self.threads)
-        written = self._written(names)
+        written = [of_corners(at) for at in self._written(names)]
         steps = each(lambda at: judge.adapted(at, self.level.sigma), written)
         profiles = self.model.profiles
         remaining = self._remaining(steps[0], outliers)
@@ -419,6 +419,21 @@ class _Found:
             limits=limits,
             in_model=unsure is None,
         )
+
+
+def of_corners(at: Fit) -> Fit:
+    """The same fitted to corners as they were seen: what is written predicts pictures.
+
+    While causes are looked for, they may hide in what the joints' noise is taken to be, which then weighs too much.
+    """
+    if at.problem.repeatability is None:
+        return at
+    problem = replace(at.problem, repeatability=0.0)
+    again = fit(problem, at.added, at)
+    _, r, row = again.whitened
+    by = float(np.sqrt(np.sum(r[row >= 0] ** 2) / again.freedom))  # of the six numbers of a picture: postures' noise
+    again = fit(problem.with_noise(replace(problem.noise, factor=problem.noise.factor * by)), at.added, again)
+    return again if again.converged else at
 
 
 def _as_sure_as_the_least(finding: Finding) -> Finding:

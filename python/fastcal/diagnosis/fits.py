@@ -162,6 +162,7 @@ class Fit:
             and problem.data is self.problem.data
             and problem.weight is self.problem.weight
             and problem.arm_size == self.problem.arm_size
+            and problem.repeatability == self.problem.repeatability
             and np.array_equal(problem.used, self.problem.used)
             and problem.noise.without_factor == self.problem.noise.without_factor
         )

@@ -29,12 +29,14 @@ from fastcal.robot.robot import Robot
 IntArray = NDArray[np.intp]
 
 _STRETCH = 20  # rows
+MOST_OF_PICTURES = 24  # numbers of a row that stand for its corners: six a picture
 
 
 def searched_rows(data: Dataset, robot: Robot) -> IntArray | None:
     """Measured rows that names are searched for in, about SEARCHED_NUMBERS of numbers; None: in all of them."""
     rows = np.flatnonzero(data.measured)
-    most = rules.SEARCHED_NUMBERS // sum(len(of.components) for of in measurements(data, robot).observations)
+    numbers = [min(len(of.components), MOST_OF_PICTURES) for of in measurements(data, robot).observations]
+    most = rules.SEARCHED_NUMBERS // sum(numbers)
     if len(rows) <= most:
         return None
     order = rows[np.argsort(measuring_place(data)[rows], kind="stable")]

@@ -18,8 +18,10 @@ from fastcal.calibration.options_from_data import with_reference
 from fastcal.calibration.parallel import each
 from fastcal.calibration.problem import CalibrationProblem, prepare
 from fastcal.calibration.tall import moved
+from fastcal.calibration.unknowns import CORNERS
 from fastcal.diagnosis.generic import Known
 from fastcal.diagnosis.library import Exclusion, Hypothesis, without_masses
+from fastcal.diagnosis.postures import Postures, joint_repeatability, posture_rows, postures
 from fastcal.effects.entries import build_effects, effect_names, effect_owners, traits_of
 from fastcal.measurements.conditions import build_samples, condition_columns
 from fastcal.measurements.dataset import Dataset
@@ -87,6 +89,7 @@ class Problem:
         built: Effects of the core, by their entries: each is made once.
         arm_size: Standard deviation by which the geometry is held near nominal, in plausible sizes; 0: base and tool
             alone are fitted. None: it is held as `priors.widest` has it.
+        repeatability: Of the joints over the noise of a corner [rad / px], where cameras see boards (`postures`).
     """
 
     start: CalibrationProblem
@@ -100,6 +103,7 @@ class Problem:
     weight: FloatArray | None = None
     built: dict[str, _core.Effect] = field(default_factory=dict)
     arm_size: float | None = None
+    repeatability: float | None = None
 
     @property
     def curves(self) -> Known:
@@ -163,14 +167,31 @@ class Problem:
         common = noise_by_observation(self.measured, self.noise.common)
         near = _core.linearize(model, samples, self.measured, theta, common, self.threads, memory, columns)
         row, number = (np.asarray(index, dtype=np.intp) for index in (near.row, near.number))
+        all_J, r = near.J, near.r
+        if self.pictures is not None:
+            row, number = self.pictures.row, self.pictures.number
+            all_J, r = self.pictures.of(np.asarray(near.J)), self.pictures.of(np.asarray(near.r))
         if not self.noise.scale and self.weight is None:
-            return Linearization(near.J, near.r, row, number)
+            return Linearization(all_J, r, row, number)
         size = 1 / np.array([self.noise.scale.get(kind, 1.0) for kind in self.kinds])[number]
         if self.weight is not None:
             size *= np.sqrt(self.weight[self.rows[row]])
-        J = np.empty(near.J.shape)
-        each(lambda rows: np.multiply(near.J[rows], size[rows, np.newaxis], out=J[rows]), moved(len(J), len(J.T)))
-        return Linearization(J, near.r * size, row, number)
+        J = np.empty(all_J.shape)
+        each(lambda rows: np.multiply(all_J[rows], size[rows, np.newaxis], out=J[rows]), moved(len(J), len(J.T)))
+        return Linearization(J, r * size, row, number)
+
+    @cached_property
+    def pictures(self) -> Postures | None:
+        """How the corners of pictures are taken together; None where there are none."""
+        if self.repeatability is None:
+            return None
+        model, samples = self.model(self.given, self.kept)
+        common = [1.0] * len(self.measured.observations)
+        theta = np.concatenate([model.start, self.unknowns])
+        near = _core.linearize(model, samples, self.measured, theta, common, self.threads)
+        return postures(
+            posture_rows(self.start.robot, self.kept, self.measured, near, self.unknowns), self.repeatability
+        )
 
     @cached_property
     def kinds(self) -> list[str]:
@@ -225,7 +246,8 @@ def prepared_problem(
 ) -> Problem:
     """All measured rows, base and tool fitted."""
     start = prepare(robot, data, effects="geometry", threads=threads)
-    return Problem(start, data, data.measured, names, noise, threads, excluded=excluded)
+    repeatability = joint_repeatability(start) if CORNERS in data.kinds else None
+    return Problem(start, data, data.measured, names, noise, threads, excluded=excluded, repeatability=repeatability)
 
 
 def core_entry(entry: Spec) -> Spec:

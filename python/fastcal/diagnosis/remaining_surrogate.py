@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fastcal.calibration.unknowns import unknowns_by_owner
+from fastcal.calibration.unknowns import given_rig, unknowns_by_owner
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.adaptation import Judge, gap_step, nominal
 from fastcal.diagnosis.fits import Fit
@@ -45,13 +45,15 @@ def with_surrogate(
         drifts: Something moves in time that is no noise with a memory.
     """
     problem = fit.problem
+    if problem.repeatability is not None:  # corners of a picture err together, and curves would be drawn through that
+        return None, None, unexplained
     data, noise = without_scales(problem)
     found = add_surrogate(
         last.model,
         data.select(reached),
         noise=noise,
         thresholds=thresholds(),
-        unknowns=fit.theta[len(fit.model.parameters) :],
+        unknowns=np.concatenate([np.zeros(0), *(fit.unknowns | given_rig(last.model, data)).values()]),
         exclude=SLOW if problem.noise.memory > 0 and not drifts else frozenset(),  # a memory is such a curve too
         threads=judge.threads,
     )
@@ -64,7 +66,8 @@ def with_surrogate(
     placed = Unexplained(found.owner, found.share, on, added, hints)
     if added is None:
         return None, None, placed if unexplained is not None and is_borne_out else unexplained
-    model = judge.of(found.model, nominal(fit), unknowns_by_owner(problem.measured, found.unknowns))
+    unknowns = unknowns_by_owner(problem.measured, found.unknowns) | given_rig(found.model, problem.data)
+    model = judge.of(found.model, nominal(fit), unknowns)
     held_out, was = before.main.held_out_rms, before.main.train_rms
     step = gap_step(added, model, None if held_out is None else held_out * found.held_out, reached)
     if not (step.main.train_rms or 0.0) < (was or 0.0):  # it bends what was linear

@@ -10,6 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from fastcal.calibration.pictures import SECOND
 from fastcal.errors import ParseError
 from fastcal.importers.loading import load_measurements, load_or_open
 from fastcal.io.table import Table
@@ -98,13 +99,22 @@ def _seen(data: Dataset, table: Table, robot: Robot) -> Dataset:
     first = np.array([part.start for part in where]).reshape(len(robot.spec["cameras"]), -1)
     at = first[camera, board] + corner
     width = where[-1].stop
-    _, again = np.unique(row * width + at, return_index=True)
-    if len(again) < len(row):
-        k = int(np.setdiff1d(np.arange(len(row)), again)[0])
-        raise table.error(f"row {row[k]}, corner {corner[k]} of this camera and board is given twice", int(k))
-    seen = np.full((len(data), width, 2), np.nan)
-    seen[row, at] = uv
-    observed: dict[str, FloatArray] = {**data.observed, "corner": seen.reshape(len(data), -1)}
+    # A row may hold two pictures of a board: one of them belongs to another row, and the arm will say which.
+    which = row * width + first[camera, board]
+    rest = _second_pictures(which, at)
+    seen = np.full((2, len(data), width, 2), np.nan)
+    for those, own in zip(seen, (np.setdiff1d(np.arange(len(row)), rest), rest), strict=True):
+        _, once = np.unique((row * width + at)[own], return_index=True)
+        if len(once) < len(own):
+            k = int(np.delete(own, once)[0])
+            raise table.error(f"row {row[k]}, corner {corner[k]} of this camera and board is given three times", k)
+        those[row[own], at[own]] = uv[own]
+    observed: dict[str, FloatArray] = {**data.observed, "corner": seen[0].reshape(len(data), -1)}
+    notes = data.notes
+    if len(rest):
+        observed[SECOND] = seen[1].reshape(len(data), -1)
+        rows = ", ".join(map(str, np.unique(row[rest]).tolist()))
+        notes = (*notes, f"two pictures of a board by the same camera are in row {rows}: the one that fits is used")
     if "sigma_px" in place:
         sigma = _numbers(table, place["sigma_px"])
         if (bad := np.flatnonzero(~(sigma > 0))).size:
@@ -112,7 +122,16 @@ def _seen(data: Dataset, table: Table, robot: Robot) -> Dataset:
         given = np.full((len(data), width), np.nan)
         given[row, at] = sigma
         observed["sigma_corner"] = given
-    return replace(data, observed=observed)
+    return replace(data, observed=observed, notes=notes)
+
+
+def _second_pictures(which: IntArray, at: IntArray) -> IntArray:
+    """Lines of second pictures: of each picture `which`, from the line on that gives a corner `at` again."""
+    _, first = np.unique(np.column_stack([which, at]), axis=0, return_index=True)
+    again = np.setdiff1d(np.arange(len(at)), first)
+    begins = {int(picture): int(again[which[again] == picture][0]) for picture in np.unique(which[again])}
+    of = [k for picture, begin in begins.items() for k in np.flatnonzero(which == picture) if k >= begin]
+    return np.array(sorted(of), dtype=np.int64)
 
 
 def _numbers(table: Table, place: int) -> FloatArray:

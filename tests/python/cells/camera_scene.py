@@ -97,7 +97,14 @@ def cell(**camera: Any) -> dict[str, Any]:
     }
 
 
-def write(folder: Path, count: int = 30, seed: int = 1, noise_px: float = 0.1, error_mm: float = 0.0) -> FloatArray:
+def write(
+    folder: Path,
+    count: int = 30,
+    seed: int = 1,
+    noise_px: float = 0.1,
+    error_mm: float = 0.0,
+    joint_noise_deg: float = 0.0,
+) -> FloatArray:
     """Writes cell.yaml, arm.yaml, poses.csv and corners.csv; the pictures (N, K, 2)."""
     joints = [{"type": "revolute", "theta_deg": t, "d_mm": d, "a_mm": a, "alpha_deg": r} for t, d, a, r in DH]
     (folder / "arm.yaml").write_text(yaml.safe_dump({"name": "six", "kinematics": "dh", "joints": joints}))
@@ -106,7 +113,8 @@ def write(folder: Path, count: int = 30, seed: int = 1, noise_px: float = 0.1, e
     rows = [",".join(f"{angle:.9f}" for angle in row) for row in q]
     (folder / "poses.csv").write_text("\n".join([",".join(f"arm.q{k}_deg" for k in range(1, 7)), *rows]) + "\n")
     random = np.random.default_rng(seed + 100)
-    uv = np.array([seen(row, error_mm) for row in q]) + noise_px * random.standard_normal((count, len(corners()), 2))
+    true = q + joint_noise_deg * random.standard_normal(q.shape)
+    uv = np.array([seen(row, error_mm) for row in true]) + noise_px * random.standard_normal((count, len(corners()), 2))
     write_corners(folder, uv)
     return uv
 

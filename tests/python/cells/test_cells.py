@@ -13,6 +13,7 @@ from fastcal.calibration.calibrate import calibrate
 from fastcal.calibration.evaluation import evaluate
 from fastcal.calibration.pictures import judged_pictures
 from fastcal.cli.app import main
+from fastcal.diagnosis import diagnose
 from fastcal.errors import ParseError
 from fastcal.importers.corners import load_seen
 from fastcal.io.robot_file import load_robot, write_spec
@@ -120,10 +121,33 @@ def test_exchanged_and_slipped_pictures_are_named_and_mended(tmp_path: Path, men
     assert "slipped to the next row" in judged_pictures(robot, loaded(tmp_path)[1], mend=mend).notes[0]
 
 
+def test_of_two_pictures_in_a_row_the_one_that_fits_is_used(tmp_path: Path) -> None:
+    uv = camera.write(tmp_path)
+    robot, whole = loaded(tmp_path)
+    lines = (tmp_path / "corners.csv").read_text().splitlines()
+    moved = [line.replace("4,", "5,", 1) for line in lines if line.startswith("4,")]
+    kept = [line for line in lines if not line.startswith("4,")]
+    (tmp_path / "corners.csv").write_text("\n".join([kept[0], *moved, *kept[1:]]) + "\n")
+    looked = judged_pictures(robot, loaded(tmp_path)[1])
+    assert "the pictures of row 5 slipped to the next row" in looked.notes[0]
+    expected = whole.observed["corner"].copy()
+    expected[4] = np.nan
+    assert np.array_equal(looked.data.observed["corner"], expected, equal_nan=True)
+    assert uv.shape == (30, 24, 2)
+
+
 def test_nothing_is_said_of_pictures_that_are_right(tmp_path: Path) -> None:
     camera.write(tmp_path, error_mm=3.0)
     robot, data = loaded(tmp_path)
     assert judged_pictures(robot, data).notes == ()
+
+
+def test_a_diagnosis_of_a_good_arm_names_nothing_though_its_joints_are_not_exact(tmp_path: Path) -> None:
+    camera.write(tmp_path, 40, joint_noise_deg=2e-3)
+    found = diagnose(*loaded(tmp_path))
+    assert found.verdict == "none"
+    start = found.state.fit.problem
+    assert start.repeatability == pytest.approx(np.radians(2e-3) / 0.1, rel=0.35)
 
 
 def test_the_commands_read_cells_and_corners(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -149,7 +173,6 @@ def test_the_commands_read_cells_and_corners(tmp_path: Path, capsys: pytest.Capt
         ("0,wrist,plate,1.5,100,100", "expected a whole number"),
         ("0,wrist,plate,1,100,9000", "lies outside the pictures of camera wrist (1280 x 960)"),
         ("0,wrist,plate,1,,100", "expected a number"),
-        ("0,wrist,plate,0,100,100", "row 0, corner 0 of this camera and board is given twice"),
     ],
 )
 def test_a_wrong_corner_is_refused_with_its_line(tmp_path: Path, line: str, sentence: str) -> None:
@@ -198,6 +221,14 @@ def test_two_things_of_one_name_and_two_arms_are_refused(tmp_path: Path) -> None
     (tmp_path / "cell.yaml").write_text(yaml.safe_dump(cell))
     with pytest.raises(ParseError, match="expected one arm, got 2"):
         load_robot(tmp_path / "cell.yaml")
+
+
+def test_a_corner_that_is_given_three_times_is_refused(tmp_path: Path) -> None:
+    camera.write(tmp_path)
+    path = tmp_path / "corners.csv"
+    path.write_text(path.read_text() + 2 * "0,wrist,plate,0,100,100\n")
+    with pytest.raises(ParseError, match="row 0, corner 0 of this camera and board is given three times"):
+        loaded(tmp_path)
 
 
 def test_corners_without_a_camera_are_refused(tmp_path: Path) -> None:
