@@ -79,7 +79,13 @@ def evaluate(
     from fastcal.importers import load_measurements
     from fastcal.io.results import write_json
     from fastcal.io.robot_file import load_robot
+    from fastcal.io.tree_file import is_cell
 
+    if is_cell(model):
+        from fastcal.cli.cells import evaluate_cell
+
+        evaluate_cell(model, data, output)
+        return
     robot = load_robot(model)
     measured = load_measurements(data, robot)
     found = evaluated(robot, measured, threads=threads)
