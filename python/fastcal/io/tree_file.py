@@ -27,11 +27,12 @@ _ZERO = [0.0, 0.0, 0.0]
 
 
 def is_cell(source: str | os.PathLike[str]) -> bool:
-    """Is it a YAML file with arms?"""
+    """Is it a YAML file of arms? One with cameras is read as a robot with what it carries."""
     path = Path(source)
     if path.suffix.lower() not in (".yaml", ".yml") or not path.is_file():
         return False
-    return re.search(r"^arms:", read_text(path), re.MULTILINE) is not None
+    keys = re.findall(r"^(arms|cameras):", read_text(path), re.MULTILINE)
+    return "arms" in keys and "cameras" not in keys
 
 
 @dataclass
