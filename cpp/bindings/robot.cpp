@@ -225,11 +225,12 @@ void bind_robot(py::module_& m) {
       "URDF chain; origins n of (4, 4), axes (n, 3), flange (4, 4).");
   m.def("rotation_to_axis", &rotation_to_axis, py::arg("axis"), "A rotation (3, 3) whose z axis is `axis` (unit).");
   py::class_<Member>(m, "Member", "What join() makes a branch of: a robot, or one frame, which has none.")
-      .def(py::init([](const std::string& name, const std::string& on, const std::shared_ptr<RobotModel>& robot,
-                       const Eigen::Matrix4d& T_on_frame, double sigma_position, double sigma_rotation) {
-             return Member{name, robot, to_pose(T_on_frame), on, sigma_position, sigma_rotation};
+      .def(py::init([](const std::string& name, const std::string& on,
+                       const std::optional<std::shared_ptr<RobotModel>>& robot, const Eigen::Matrix4d& T_on_frame,
+                       double sigma_position, double sigma_rotation) {
+             return Member{name, robot.value_or(nullptr), to_pose(T_on_frame), on, sigma_position, sigma_rotation};
            }),
-           py::kw_only(), py::arg("name"), py::arg("on") = "world", py::arg("robot") = nullptr,
+           py::kw_only(), py::arg("name"), py::arg("on") = "world", py::arg("robot") = py::none(),
            py::arg("T_on_frame") = Eigen::Matrix4d(Eigen::Matrix4d::Identity()), py::arg("sigma_position") = 1e-3,
            py::arg("sigma_rotation") = 1e-3);
   m.def("join", &join, py::arg("members"),

@@ -83,6 +83,7 @@ def cell_of(urdf: Path, folder: Path) -> Cell:
 def check(urdf: Path, folder: Path) -> None:
     cell = cell_of(urdf, folder)
     model = pinocchio.buildModelFromUrdf(str(urdf))
+    model.gravity = pinocchio.Motion(np.array([0.0, 0.0, -9.80665]), np.zeros(3))
     data = model.createData()
     joints = [joint for of in cell.core.branches for joint in cell.arm(of.name).robot.spec["joints"]]
     turns = [joint["type"] == "revolute" for joint in joints]
