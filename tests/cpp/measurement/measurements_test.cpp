@@ -364,7 +364,8 @@ TEST(Measurements, BadTablesAreRefusedInASentence) {
               t.numbers.clear();
               t.labels.clear();
             }),
-            "nothing was measured; expected lengths, orientations, touches of a plane, positions, inclinations");
+            "nothing was measured; expected lengths, orientations, touches of a plane, positions, touches of a socket, "
+            "inclinations");
 }
 
 }  // namespace
