@@ -15,6 +15,7 @@ from fastcal.calibration.data_notes import shared_row_notes
 from fastcal.calibration.inspection import check_columns, check_fit
 from fastcal.calibration.kind_misfits import gross_misfits, kind_misfits
 from fastcal.calibration.parallel import each, workers
+from fastcal.calibration.pictures import judged_pictures
 from fastcal.calibration.placed_test import placing_notes
 from fastcal.calibration.pose_folds import along_a_path
 from fastcal.calibration.postures import check_postures, too_few_postures
@@ -65,6 +66,7 @@ def diagnose(
     exclude: Collection[str] = (),
     sigma: float | None = None,
     as_read: bool = False,
+    mend: bool = False,
     threads: int = 1,
     progress: Callable[[str], None] | None = None,
 ) -> Diagnosis:
@@ -78,6 +80,7 @@ def diagnose(
         exclude: Names that are not to be given, `EFFECT` or `EFFECT@OWNER`.
         sigma: Standard deviation of a measured coordinate [m], where the data have no column for it.
         as_read: Take the columns of `data` as they are, as in `calibrate`.
+        mend: Put pictures that are in the wrong rows where they fit, as in `calibrate`.
         threads: Cores; the result does not depend on it.
         progress: Called with a sentence at each step.
 
@@ -89,7 +92,8 @@ def diagnose(
     if sigma is not None and not (np.isfinite(sigma) and sigma > 0):
         raise InvalidInput(f"sigma must be a standard deviation above 0, got {sigma}")
     robot = as_robot(robot)
-    data = counted_once(as_data(data, robot))
+    looked = judged_pictures(robot, counted_once(as_data(data, robot)), mend=mend, threads=threads)
+    data = looked.data
     test = None if test is None else as_data(test, robot)
     notify("looking at the columns")
     check_postures(data)
@@ -111,7 +115,7 @@ def diagnose(
     unexplained_by_any = check_fit(robot, result.steps[0].train, as_read=as_read)
     shared = [] if test is None else [*shared_row_notes([data], test), *placing_notes(result.model, test)]
     told = [misfit.text for misfit in result.misfits]
-    return replace(result, notes=[*told, *suspected, *unexplained_by_any, *shared, *result.notes])
+    return replace(result, notes=[*looked.notes, *told, *suspected, *unexplained_by_any, *shared, *result.notes])
 
 
 def _found(

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""The key `known_distances` of a robot file: lengths between points that are touched, such as two sockets of a block."""
+"""The key `known_distances` of a robot file: lengths between points that are touched, as two sockets of a block."""
 
 from __future__ import annotations
 

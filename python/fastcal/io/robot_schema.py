@@ -15,6 +15,7 @@ from fastcal.correction import Correction
 from fastcal.io.fields import REQUIRED, Fields
 from fastcal.io.known_distances import check_known_distance
 from fastcal.io.pendant_schema import check_pendant
+from fastcal.io.rig_schema import check_cell_names, check_rig
 from fastcal.io.structure_schema import check_structure
 from fastcal.robot.calibration_record import unpacked
 from fastcal.robot.controller_robot import GEOMETRY
@@ -71,6 +72,7 @@ def check_spec(value: Any, path: str | os.PathLike[str] = "robot") -> Spec:
     spec["structure"] = check_structure(top.take("structure", {}), [joint["type"] for joint in spec["joints"]], path)
     if top.has("known_distances"):
         spec["known_distances"] = [check_known_distance(fields) for fields in _list(top, "known_distances", 0, 1000)]
+    spec |= check_rig(top, len(joints)) | check_cell_names(top)
     spec |= _additions(top, kind, spec["joints"])
     top.done()
     return spec
@@ -339,8 +341,8 @@ def _noise(fields: Fields) -> Spec:
     for kind, given in kinds.items():
         own = Fields(given, f"calibration.noise.{kind}", fields.path)
         unit = own.text("unit")
-        if unit not in UNITS or UNITS[unit].kind not in ("length", "angle"):
-            own.fail("unit", "a unit of length or angle", unit)
+        if unit not in UNITS or UNITS[unit].kind not in ("length", "angle", "pixel"):
+            own.fail("unit", "a unit of length, angle or pixels", unit)
         out[str(kind)] = {"value": own.number("value"), "unit": unit}
     return out
 

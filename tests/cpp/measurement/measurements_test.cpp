@@ -163,7 +163,7 @@ INSTANTIATE_TEST_SUITE_P(All, Contract, testing::Range<std::size_t>(0, 7));
 
 TEST(Registry, HasTheseKinds) {
   EXPECT_EQ(observation_names(),
-            (std::vector<std::string>{"length", "orientation", "plane", "position", "socket", "tilt"}));
+            (std::vector<std::string>{"corner", "length", "orientation", "plane", "position", "socket", "tilt"}));
   EXPECT_THROW(observation_entry("smell"), InvalidInput);
   Random random(1);
   EXPECT_EQ(Measurements(tables(random), arm()).observation_count(), 7);  // as many as Contract runs over
@@ -364,7 +364,8 @@ TEST(Measurements, BadTablesAreRefusedInASentence) {
               t.numbers.clear();
               t.labels.clear();
             }),
-            "nothing was measured; expected lengths, orientations, touches of a plane, positions, touches of a socket, "
+            "nothing was measured; expected corners, lengths, orientations, touches of a plane, positions, touches of "
+            "a socket, "
             "inclinations");
 }
 
