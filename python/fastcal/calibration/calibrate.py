@@ -44,10 +44,12 @@ from fastcal.calibration.setups import added_setups
 from fastcal.calibration.shape import shape_of
 from fastcal.calibration.unknowns import given_rig, unknowns_by_owner, unknowns_found
 from fastcal.calibration.unset_options import fill_unset_options
+from fastcal.calibration.variance_components import freedom_of_parameters
 from fastcal.effects.entries import extra_columns, full_name
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.long_dataset import LongDataset
+from fastcal.measurements.measuring_order import in_order, of_unknown_order
 from fastcal.robot.calibration_record import CalibrationRecord
 from fastcal.robot.controller_robot import nominal_record
 from fastcal.robot.given import DataLike, RobotLike, RowsLike, as_data, as_robot, as_rows
@@ -123,9 +125,9 @@ def calibrate(
         raise InvalidInput(f"method must be one of {', '.join(METHODS)}, got '{method}'")
     robot = as_robot(robot)
     given = as_rows(data, robot)
-    data, rows = (given, None) if isinstance(given, Dataset) else shown(given)
+    data, rows = (in_order(given), None) if isinstance(given, Dataset) else shown(given)
     long = given if isinstance(given, LongDataset) and rows is not None else None
-    test = None if test is None else as_data(test, robot)
+    test = None if test is None else of_unknown_order(as_data(test, robot))
     origin = made_by(robot, given, who)
     report = progress or (lambda text: None)
     report("looking at the columns")
@@ -242,6 +244,7 @@ def calibrate(
         ],
         held="" if fit.held is None else fit.held.note,
         unknowns=unknowns,
+        own_freedom=freedom_of_parameters(problem, found) if fit.held is None else None,
     )
 
 

@@ -53,6 +53,7 @@ from fastcal.errors import InvalidInput
 from fastcal.measurements.copied_rows import counted_once
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.kinds import KindMisfit
+from fastcal.measurements.measuring_order import in_order, of_unknown_order
 from fastcal.measurements.observations import without_kinds, without_measured
 from fastcal.robot.given import DataLike, RobotLike, as_data, as_robot
 from fastcal.robot.robot import Robot, Spec
@@ -92,9 +93,9 @@ def diagnose(
     if sigma is not None and not (np.isfinite(sigma) and sigma > 0):
         raise InvalidInput(f"sigma must be a standard deviation above 0, got {sigma}")
     robot = as_robot(robot)
-    looked = judged_pictures(robot, counted_once(as_data(data, robot)), mend=mend, threads=threads)
+    looked = judged_pictures(robot, counted_once(in_order(as_data(data, robot))), mend=mend, threads=threads)
     data = looked.data
-    test = None if test is None else as_data(test, robot)
+    test = None if test is None else of_unknown_order(as_data(test, robot))
     notify("looking at the columns")
     check_postures(data)
     suspected = check_columns(robot, data, as_read=as_read)
@@ -313,13 +314,6 @@ class _Found:
             out.append(
                 "successive poses lie near each other, so that noise which changes slowly looks like a cause without a "
                 "name: measure some of these poses again in another order"
-            )
-        if remaining is not None and remaining.depends_on == ("order",) and self.level.slow.begins is not None:
-            is_tool = remaining.owner == "tool"
-            what, column = ("tool or target sits", "mount") if is_tool else ("base or instrument stands", "station")
-            out.append(
-                f"from about row {self.level.slow.begins} on the {what} elsewhere: with two labels in a column "
-                f"{column}, one for the rows before it and one from there on, it can be taken out"
             )
         if self.rows is not None:
             share = f"{len(self.rows)} of {int(self.data.measured.sum())} measured rows"

@@ -157,8 +157,8 @@ TEST(Corner, ItsStartIsExactOnExactPictures) {
 
 TEST(Corner, SaysWhatIsMissing) {
   RowMatrixXd uv = RowMatrixXd::Constant(2, 48, kNan);
-  uv.block(0, 0, 2, 12) =
-      RowMatrixXd::NullaryExpr(2, 12, [](Eigen::Index, Eigen::Index k) { return 300.0 + 31 * k * k; });
+  uv.block(0, 0, 2, 12) = RowMatrixXd::NullaryExpr(
+      2, 12, [](Eigen::Index, Eigen::Index k) { return 300.0 + 31.0 * static_cast<double>(k * k); });
   const Measurements all = measured(rig(false), uv);
   Eigen::VectorXd start(all.unknown_count());
   const std::string missing = all.observations()[0]->start(std::vector<Sights>(2), start);
