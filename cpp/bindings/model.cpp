@@ -15,6 +15,11 @@ T or_empty(const std::optional<T>& value) {
   return value ? *value : T();
 }
 
+/// What `of` names; empty: the tool.
+View view_of(const ErrorModel& model, const std::string& of) {
+  return of.empty() ? model.robot().view() : model.robot().tree().view(of);
+}
+
 using JointPositions = py::array_t<double, py::array::c_style | py::array::forcecast>;
 
 /// The array itself, which is not copied: nobody may write to it as long as the samples live.
@@ -83,17 +88,18 @@ void bind_model(py::module_& m) {
       .def(
           "predict",
           [](const ErrorModel& self, const Samples& samples, const Eigen::VectorXd& theta, int threads,
-             const py::object& out) {
+             const py::object& out, const std::string& of) {
             double* data = nullptr;
+            const View view = view_of(self, of);
             py::array poses = output_or_new(out, {samples.count(), 4, 4}, data);
             {
               const py::gil_scoped_release release;
-              predict(self, samples, theta, threads, data);
+              predict(self, samples, theta, view, threads, data);
             }
             return poses;
           },
-          py::arg("samples"), py::arg("theta"), py::arg("threads") = 1, py::arg("out") = py::none(),
-          "Poses (N, 4, 4) of the tool in the measuring frame.")
+          py::arg("samples"), py::arg("theta"), py::arg("threads") = 1, py::arg("out") = py::none(), py::arg("of") = "",
+          "Poses (N, 4, 4) of the tool in the measuring frame, or of what `of` names: 'TARGET', 'TARGET:SENSOR'.")
       .def(
           "loads",
           [](const ErrorModel& self, const Samples& samples, const Eigen::VectorXd& theta, bool payload_alone,
@@ -113,19 +119,20 @@ void bind_model(py::module_& m) {
       .def(
           "parameter_jacobian",
           [](const ErrorModel& self, const Samples& samples, const Eigen::VectorXd& theta, int rows, int threads,
-             const py::object& out) {
+             const py::object& out, const std::string& of) {
             double* data = nullptr;
+            const View view = view_of(self, of);
             py::array J = output_or_new(out, {samples.count(), rows, self.parameter_count()}, data);
             {
               const py::gil_scoped_release release;
-              parameter_jacobian(self, samples, theta, rows, threads, data);
+              parameter_jacobian(self, samples, theta, view, rows, threads, data);
             }
             return J;
           },
           py::arg("samples"), py::arg("theta"), py::arg("rows") = 3, py::arg("threads") = 1,
-          py::arg("out") = py::none(),
+          py::arg("out") = py::none(), py::arg("of") = "",
           "(N, rows, P): motion of the tool by every parameter, in the axes of the measuring frame; 3 rows: position, "
-          "6: [v; w].");
+          "6: [v; w]. `of`: as predict; motion as it is seen from the sensor, in its axes.");
 
   m.def(
       "surrogate_inputs",

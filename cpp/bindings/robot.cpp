@@ -55,8 +55,7 @@ RobotDescription describe(const std::vector<std::string>& joint_types, const Eig
   return out;
 }
 
-py::dict urdf_dict(const std::string& xml, const std::string& base_link, const std::string& tip_link) {
-  const UrdfChain chain = read_urdf(xml, base_link, tip_link);
+py::dict chain_dict(const UrdfChain& chain) {
   py::list joints;
   for (const UrdfJoint& joint : chain.joints) {
     const Eigen::Matrix3d& I = joint.body.inertia;
@@ -74,6 +73,13 @@ py::dict urdf_dict(const std::string& xml, const std::string& base_link, const s
   return py::dict(py::arg("name") = chain.name, py::arg("base_link") = chain.base_link,
                   py::arg("tip_link") = chain.tip_link, py::arg("joints") = joints,
                   py::arg("flange") = from_pose(chain.flange), py::arg("notes") = chain.notes);
+}
+
+py::list branch_list(const std::string& xml, const std::string& base_link, const std::vector<std::string>& tip_links) {
+  py::list out;
+  for (const UrdfBranch& branch : read_urdf_tree(xml, base_link, tip_links))
+    out.append(py::make_tuple(branch.parent, chain_dict(branch.chain)));
+  return out;
 }
 
 }  // namespace
@@ -112,12 +118,47 @@ void bind_robot(py::module_& m) {
            "joint_types (n) 'revolute' or 'prismatic'; mass (n,), com (n, 3), inertia (n, 6) as xx yy zz xy xz yz; "
            "poses (4, 4); coupling (n, n).");
 
-  py::class_<RobotModel>(m, "RobotModel", "A robot as a chain of elementary motions; const.")
+  py::class_<Branch>(m, "Branch", "A run of frames, joints and parameters of a robot: an arm, or one frame alone.")
+      .def_readonly("name", &Branch::name, "empty where it is the whole robot")
+      .def_readonly("parent", &Branch::parent, "the frame that its first one stands on; -1: the measuring frame")
+      .def_readonly("first_frame", &Branch::first_frame)
+      .def_readonly("frame_count", &Branch::frame_count)
+      .def_readonly("first_joint", &Branch::first_joint)
+      .def_readonly("joint_count", &Branch::joint_count)
+      .def_readonly("first_parameter", &Branch::first_parameter)
+      .def_readonly("parameter_count", &Branch::parameter_count)
+      .def("__repr__",
+           [](const Branch& b) { return "<Branch " + b.name + ", " + std::to_string(b.frame_count) + ">"; });
+
+  py::class_<RobotModel, std::shared_ptr<RobotModel>>(m, "RobotModel",
+                                                      "A robot as a chain of elementary motions, or a tree; const.")
       .def_property_readonly("joint_count", &RobotModel::joint_count)
       .def_property_readonly("frame_count", &RobotModel::frame_count)
       .def_property_readonly("parameters", &RobotModel::parameters)
       .def_property_readonly("nominal", &RobotModel::nominal, "Values of the parameters (P,), SI.")
       .def("frame_name", &RobotModel::frame_name, py::arg("frame"))
+      .def(
+          "frame", [](const RobotModel& self, const std::string& name) { return self.tree().frame(name); },
+          py::arg("name"), "The frame of this name; -1: 'world'.")
+      .def_property_readonly(
+          "parents",
+          [](const RobotModel& self) {
+            std::vector<int> out;
+            for (int f = 0; f < self.frame_count(); ++f) out.push_back(self.tree().parent(f));
+            return out;
+          },
+          "Of each frame, in depth-first order; -1: the measuring frame.")
+      .def_property_readonly("branches", [](const RobotModel& self) { return self.tree().branches(); })
+      .def(
+          "placements",
+          [](const RobotModel& self, const Eigen::VectorXd& values) {
+            const Chain chain = self.chain(values);
+            std::vector<Eigen::Matrix4d> out;
+            for (const Branch& branch : self.tree().branches())
+              out.push_back(from_pose(chain.constants[static_cast<std::size_t>(branch.first_frame)]));
+            return out;
+          },
+          py::arg("values"), "Where each branch stands on its frame (4, 4), at parameter values (P,).")
       .def(
           "frame_origins",
           [](const RobotModel& self, const RowMatrixXd& q) {
@@ -183,8 +224,28 @@ void bind_robot(py::module_& m) {
       py::arg("description"), py::arg("origins"), py::arg("axes"), py::arg("flange"),
       "URDF chain; origins n of (4, 4), axes (n, 3), flange (4, 4).");
   m.def("rotation_to_axis", &rotation_to_axis, py::arg("axis"), "A rotation (3, 3) whose z axis is `axis` (unit).");
-  m.def("read_urdf", &urdf_dict, py::arg("xml_text"), py::arg("base_link") = "", py::arg("tip_link") = "",
-        "The chain from base_link to tip_link of a URDF, as a dict of SI numbers; InvalidInput where it is none.");
+  py::class_<Member>(m, "Member", "What join() makes a branch of: a robot, or one frame, which has none.")
+      .def(py::init([](const std::string& name, const std::string& on,
+                       const std::optional<std::shared_ptr<RobotModel>>& robot, const Eigen::Matrix4d& T_on_frame,
+                       double sigma_position, double sigma_rotation) {
+             return Member{name, robot.value_or(nullptr), to_pose(T_on_frame), on, sigma_position, sigma_rotation};
+           }),
+           py::kw_only(), py::arg("name"), py::arg("on") = "world", py::arg("robot") = py::none(),
+           py::arg("T_on_frame") = Eigen::Matrix4d(Eigen::Matrix4d::Identity()), py::arg("sigma_position") = 1e-3,
+           py::arg("sigma_rotation") = 1e-3);
+  m.def("join", &join, py::arg("members"),
+        "The members as one tree of frames in depth-first order. Frames and owners of a robot's parameters become "
+        "'NAME.joint3', those of one frame 'NAME'; gravity is that of the first robot on the world.");
+  m.def(
+      "read_urdf",
+      [](const std::string& xml, const std::string& base_link, const std::string& tip_link) {
+        return chain_dict(read_urdf(xml, base_link, tip_link));
+      },
+      py::arg("xml_text"), py::arg("base_link") = "", py::arg("tip_link") = "",
+      "The chain from base_link to tip_link of a URDF, as a dict of SI numbers; InvalidInput where it is none.");
+  m.def("read_urdf_tree", &branch_list, py::arg("xml_text"), py::arg("base_link"), py::arg("tip_links"),
+        "The chains from base_link to several tips: pairs of the chain that each begins at the end of (-1: at the "
+        "base) and what read_urdf gives. Shared joints are those of one chain, which ends where the ways part.");
 }
 
 }  // namespace fastcal

@@ -8,7 +8,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['Alignment', 'ArmBending', 'ArmStructure', 'BeamSolver', 'BlockScores', 'Candidates', 'Choice', 'Compensator', 'Effect', 'ErrorModel', 'Field', 'FoldErrors', 'Identification', 'Linearization', 'Measurements', 'Observation', 'ObservationEntry', 'Parameter', 'PoseSolver', 'Rig', 'RobotDescription', 'RobotModel', 'SHOWN_BY_LOADS', 'SHOWN_BY_MOTION', 'Samples', 'ScoreTests', 'Separation', 'StiffnessTable', 'StructureElement', 'StructureNode', 'SubsetSearch', 'Tracker', 'TwistMemory', 'align', 'build_dh', 'build_mdh', 'build_poe', 'build_urdf', 'choose_gauge', 'draw', 'draw_design', 'effect_names', 'effect_owners', 'effect_traits', 'exchange_design', 'exp_so3', 'free_parameters', 'grow_design', 'identify', 'instruction_set', 'inverse_kinematics', 'joint_jacobian', 'linearize', 'log_so3', 'make_effect', 'mass_matrix', 'observability_index', 'observation_entry', 'observation_names', 'posture_obstacles', 'quaternion_to_rotation', 'read_urdf', 'residuals', 'rotation_about', 'rotation_to_axis', 'rotation_to_rpy', 'rpy_to_rotation', 'separate', 'spread_points', 'surrogate_inputs', 'tabulated_effect', 'visiting_order']
+__all__: list[str] = ['Alignment', 'ArmBending', 'ArmStructure', 'BeamSolver', 'BlockScores', 'Branch', 'Candidates', 'Choice', 'Compensator', 'Effect', 'ErrorModel', 'Field', 'FoldErrors', 'Identification', 'Linearization', 'Measurements', 'Member', 'Observation', 'ObservationEntry', 'Parameter', 'PoseSolver', 'Rig', 'RobotDescription', 'RobotModel', 'SHOWN_BY_LOADS', 'SHOWN_BY_MOTION', 'Samples', 'ScoreTests', 'Separation', 'StiffnessTable', 'StructureElement', 'StructureNode', 'SubsetSearch', 'Tracker', 'TwistMemory', 'align', 'build_dh', 'build_mdh', 'build_poe', 'build_urdf', 'choose_gauge', 'draw', 'draw_design', 'effect_names', 'effect_owners', 'effect_traits', 'exchange_design', 'exp_so3', 'free_parameters', 'grow_design', 'identify', 'instruction_set', 'inverse_kinematics', 'join', 'joint_jacobian', 'linearize', 'log_so3', 'make_effect', 'mass_matrix', 'observability_index', 'observation_entry', 'observation_names', 'posture_obstacles', 'quaternion_to_rotation', 'read_urdf', 'read_urdf_tree', 'residuals', 'rotation_about', 'rotation_to_axis', 'rotation_to_rpy', 'rpy_to_rotation', 'separate', 'spread_points', 'surrogate_inputs', 'tabulated_effect', 'visiting_order']
 class Parameter:
     """
     A named number of a model, in SI.
@@ -73,13 +73,51 @@ class RobotDescription:
         """
         joint_types (n) 'revolute' or 'prismatic'; mass (n,), com (n, 3), inertia (n, 6) as xx yy zz xy xz yz; poses (4, 4); coupling (n, n).
         """
+class Branch:
+    """
+    A run of frames, joints and parameters of a robot: an arm, or one frame alone.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def first_frame(self) -> int:
+        ...
+    @property
+    def first_joint(self) -> int:
+        ...
+    @property
+    def first_parameter(self) -> int:
+        ...
+    @property
+    def frame_count(self) -> int:
+        ...
+    @property
+    def joint_count(self) -> int:
+        ...
+    @property
+    def name(self) -> str:
+        """
+        empty where it is the whole robot
+        """
+    @property
+    def parameter_count(self) -> int:
+        ...
+    @property
+    def parent(self) -> int:
+        """
+        the frame that its first one stands on; -1: the measuring frame
+        """
 class RobotModel:
     """
-    A robot as a chain of elementary motions; const.
+    A robot as a chain of elementary motions, or a tree; const.
     """
     def base_and_tool(self, values: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"]) -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 4]"], typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 4]"]]:
         """
         T_world_base and T_flange_tool (4, 4) at parameter values (P,).
+        """
+    def frame(self, name: str) -> int:
+        """
+        The frame of this name; -1: 'world'.
         """
     def frame_name(self, frame: typing.SupportsInt | typing.SupportsIndex) -> str:
         ...
@@ -87,10 +125,17 @@ class RobotModel:
         """
         Origins (N, frames, 3) of the chain's frames in the measuring frame, at joint positions (N, n).
         """
+    def placements(self, values: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"]) -> list[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 4]"]]:
+        """
+        Where each branch stands on its frame (4, 4), at parameter values (P,).
+        """
     def with_base_and_tool(self, T_world_base: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], T_flange_tool: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"]) -> RobotModel:
         """
         The same robot with base and tool (4, 4) there; their rx, ry, rz are measured from there.
         """
+    @property
+    def branches(self) -> list[Branch]:
+        ...
     @property
     def frame_count(self) -> int:
         ...
@@ -104,6 +149,17 @@ class RobotModel:
         """
     @property
     def parameters(self) -> list[Parameter]:
+        ...
+    @property
+    def parents(self) -> list[int]:
+        """
+        Of each frame, in depth-first order; -1: the measuring frame.
+        """
+class Member:
+    """
+    What join() makes a branch of: a robot, or one frame, which has none.
+    """
+    def __init__(self, *, name: str, on: str = 'world', robot: RobotModel | None = None, T_on_frame: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"] = ..., sigma_position: typing.SupportsFloat | typing.SupportsIndex = 0.001, sigma_rotation: typing.SupportsFloat | typing.SupportsIndex = 0.001) -> None:
         ...
 class Effect:
     """
@@ -295,13 +351,13 @@ class ErrorModel:
         """
         Force and moment (N, frames, 6) that all beyond a frame puts on it, in its axes, about its origin [N, N m]; joint i has frame 2 i - 1, z its axis.
         """
-    def parameter_jacobian(self, samples: Samples, theta: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], rows: typing.SupportsInt | typing.SupportsIndex = 3, threads: typing.SupportsInt | typing.SupportsIndex = 1, out: typing.Any = None) -> numpy.ndarray:
+    def parameter_jacobian(self, samples: Samples, theta: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], rows: typing.SupportsInt | typing.SupportsIndex = 3, threads: typing.SupportsInt | typing.SupportsIndex = 1, out: typing.Any = None, of: str = '') -> numpy.ndarray:
         """
-        (N, rows, P): motion of the tool by every parameter, in the axes of the measuring frame; 3 rows: position, 6: [v; w].
+        (N, rows, P): motion of the tool by every parameter, in the axes of the measuring frame; 3 rows: position, 6: [v; w]. `of`: as predict; motion as it is seen from the sensor, in its axes.
         """
-    def predict(self, samples: Samples, theta: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], threads: typing.SupportsInt | typing.SupportsIndex = 1, out: typing.Any = None) -> numpy.ndarray:
+    def predict(self, samples: Samples, theta: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], threads: typing.SupportsInt | typing.SupportsIndex = 1, out: typing.Any = None, of: str = '') -> numpy.ndarray:
         """
-        Poses (N, 4, 4) of the tool in the measuring frame.
+        Poses (N, 4, 4) of the tool in the measuring frame, or of what `of` names: 'TARGET', 'TARGET:SENSOR'.
         """
     def with_equilibrium(self, at_equilibrium: bool) -> ErrorModel:
         """
@@ -798,6 +854,10 @@ def inverse_kinematics(model: ErrorModel, samples: Samples, targets: typing.Anno
     """
     q (N, n), status (N), evaluations (N), distance left (N) [m], angle left (N) [rad] for targets (N, 16); the q of samples is where the search begins.
     """
+def join(members: collections.abc.Sequence[Member]) -> RobotModel:
+    """
+    The members as one tree of frames in depth-first order. Frames and owners of a robot's parameters become 'NAME.joint3', those of one frame 'NAME'; gravity is that of the first robot on the world.
+    """
 def joint_jacobian(model: ErrorModel, samples: Samples, threads: typing.SupportsInt | typing.SupportsIndex = 1) -> numpy.ndarray:
     """
     (N, 6, n): motion of the tool [v; w] by every joint, in the axes of the measuring frame.
@@ -839,6 +899,10 @@ def quaternion_to_rotation(wxyz: typing.Annotated[numpy.typing.ArrayLike, numpy.
 def read_urdf(xml_text: str, base_link: str = '', tip_link: str = '') -> dict:
     """
     The chain from base_link to tip_link of a URDF, as a dict of SI numbers; InvalidInput where it is none.
+    """
+def read_urdf_tree(xml_text: str, base_link: str, tip_links: collections.abc.Sequence[str]) -> list:
+    """
+    The chains from base_link to several tips: pairs of the chain that each begins at the end of (-1: at the base) and what read_urdf gives. Shared joints are those of one chain, which ends where the ways part.
     """
 def residuals(model: ErrorModel, samples: Samples, measured: Measurements, theta: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], threads: typing.SupportsInt | typing.SupportsIndex = 1) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
     """

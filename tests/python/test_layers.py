@@ -55,6 +55,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "robot": {"_core", *ARM},
     "conversion": {*EDGE, "effects", "robot"},
     "calibration": {"_core", *ARM},
+    "cells": {"_core", *ARM, "calibration"},
     "surrogate": {"_core", *ARM, "calibration"},
     "selection": {"_core", *ARM, "calibration"},
     "ik": {"_core", *ARM},
@@ -66,7 +67,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "networks": {*ARM, "calibration"},
     "monitoring": {"_core", *ARM, "calibration", "design"},
     "diagnosis": {"_core", *ARM, "calibration", "selection", "design", "surrogate"},
-    "io": {"_core", *ARM, "robots", "beams", "calibration", "design", "programs", "budget", "acceptance"},
+    "io": {"_core", *ARM, "robots", "beams", "calibration", "cells", "design", "programs", "budget", "acceptance"},
     "importers": {"_core", *ARM, "calibration", "io", "programs"},
     "report": {
         *ARM,

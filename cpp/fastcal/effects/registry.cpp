@@ -41,6 +41,7 @@ const EffectEntry& effect_entry(const std::string& name) {
 
 std::shared_ptr<const Effect> make_effect(const std::string& name, const RobotModel& robot, const std::string& owner,
                                           const Options& options) {
+  FASTCAL_CHECK(robot.tree().is_serial()) << "effect " << name << " acts on one arm, got a tree of frames";
   return effect_entry(name).make(robot, owner, options);
 }
 

@@ -174,6 +174,7 @@ Gauge choose_gauge(const Eigen::MatrixXd& R, const Eigen::VectorXd& hold, const 
 
 double fixing_priority(const Parameter& parameter) {
   const bool turns = parameter.unit == "rad";
+  if (parameter.hold > 0) return parameter.hold;
   if (parameter.owner == "base") return 2e-5;  // nothing is known of the instrument's place
   if (parameter.owner == "tool") return turns ? 1e-2 : 1e-3;
   if (parameter.of_effect) return 3;

@@ -85,6 +85,29 @@ FASTCAL_INLINE void forward_lanes(const ChainStep* steps, int step_count, int fr
   }
 }
 
+template <int W>
+FASTCAL_INLINE void runs_lanes(const ChainStep* steps, const StepRun* runs, int run_count, int frame_count, int stride,
+                               int first, int last, double* poses) {
+  for (int row = first; row < last; row += W) {
+    double* from = poses + (row - first) / kGroup * frame_count * kPoseNumbers * kGroup + row % kGroup;
+    for (const StepRun* run = runs; run < runs + run_count; ++run) {
+      typename Vectors<W>::Lane T[kPoseNumbers];
+      identity(T);
+      for (int k = 0; run->parent >= 0 && k < kPoseNumbers; ++k)
+        load(T[k], from + (run->parent * kPoseNumbers + k) * kGroup);
+      double* out = from + run->first_frame * kPoseNumbers * kGroup;
+      for (const ChainStep* step = steps + run->first_step; step < steps + run->last_step; ++step) {
+        if (step->kind != ChainStep::Kind::kFrame) {
+          take(T, *step, stride, row);
+          continue;
+        }
+        for (int k = 0; k < kPoseNumbers; ++k) store(out + k * kGroup, T[k]);
+        out += kPoseNumbers * kGroup;
+      }
+    }
+  }
+}
+
 /// Rows of a matrix of four are as wide as four lanes, in every set.
 template <int W>
 FASTCAL_INLINE void matrices_of(const ChainStep* steps, int step_count, int stride, int rows, double* matrices) {
@@ -121,8 +144,8 @@ struct Units {
   }
 
   /// T: the pose of the twist's frame; poses of all frames of these rows from `from` on.
-  FASTCAL_INLINE void of(const Lane* T, int first_moved, const double* from, int tool_frame, const NumberRows& numbers,
-                         int stride, int row) {
+  FASTCAL_INLINE void of(const Lane* T, int first_moved, int end_moved, const double* from, int tool_frame,
+                         const NumberRows& numbers, int stride, int row) {
     Lane point[3], across[9], factor, slope[6];
     int seen = tool_frame;  // the frame that `across` is of
     for (int r = 0; r < 3; ++r) load(point[r], from + (tool_frame * kPoseNumbers + 9 + r) * kGroup);
@@ -141,7 +164,7 @@ struct Units {
       if (s == 0 || numbers.sights[s - 1].number != n) {
         for (auto& numbers_by : by) numbers_by[n] = Lane{};
       }
-      if (sight.frame < first_moved) continue;
+      if (sight.frame < first_moved || sight.frame >= end_moved) continue;
       if (sight.frame != seen) {
         seen = sight.frame;
         for (int r = 0; r < 3; ++r) load(point[r], from + (seen * kPoseNumbers + 9 + r) * kGroup);
@@ -196,21 +219,22 @@ FASTCAL_INLINE void columns_lanes(const double* poses, int frame_count, int stri
       identity(T);
       for (int k = 0; of->frame >= 0 && k < kPoseNumbers; ++k)
         load(T[k], from + (of->frame * kPoseNumbers + k) * kGroup);
-      int first_moved = -1;
-      const auto look = [&](int first) {
-        if (first_moved < 0 || (inside && first != first_moved))
-          units.of(T, first, from, frame_count - 1, numbers, stride, row);
+      int first_moved = -1, end_moved = -1;
+      const auto look = [&](int first, int end) {
+        if (first_moved < 0 || (inside && (first != first_moved || end != end_moved)))
+          units.of(T, first, end, from, frame_count - 1, numbers, stride, row);
         first_moved = first;
+        end_moved = end;
       };
       for (int k = 0; k < 6; ++k) {
         const FrameTwists::Unit& unit = of->units[k];
         if (unit.column < 0) continue;
-        look(unit.first_moved);
+        look(unit.first_moved, unit.end_moved);
         units.write(unit, k, count, stride, column(unit.column));
       }
       for (int t = 0; t < of->other_count; ++t) {
         const TwistRows& twist = *of->others[t];
-        look(twist.first_moved);
+        look(twist.first_moved, twist.end_moved);
         units.write(twist, count, stride, row, column(twist.column));
       }
     }
@@ -246,6 +270,10 @@ FASTCAL_FOR_EACH_SET(sines, sines_of, (const double* angle, int stride, double* 
 FASTCAL_FOR_EACH_SET(forward, forward_lanes,
                      (const ChainStep* s, int n, int frames, int stride, int first, int last, double* poses),
                      (s, n, frames, stride, first, last, poses))
+FASTCAL_FOR_EACH_SET(runs, runs_lanes,
+                     (const ChainStep* s, const StepRun* r, int n, int frames, int stride, int first, int last,
+                      double* poses),
+                     (s, r, n, frames, stride, first, last, poses))
 FASTCAL_FOR_EACH_SET(columns, columns_of,
                      (const double* poses, int n, int stride, const FrameTwists* t, int count,
                       const NumberRows& numbers, double* to, int ld),
@@ -296,6 +324,12 @@ void forward_rows(const ChainStep* steps, int step_count, int frame_count, int s
                   double* poses) {
   static const auto run = FASTCAL_BEST_SET(forward);
   run(steps, step_count, frame_count, stride, first, last, poses);
+}
+
+void forward_runs(const ChainStep* steps, const StepRun* runs, int run_count, int frame_count, int stride, int first,
+                  int last, double* poses) {
+  static const auto run = FASTCAL_BEST_SET(runs);
+  run(steps, runs, run_count, frame_count, stride, first, last, poses);
 }
 
 void forward_matrices(const ChainStep* steps, int step_count, int stride, int rows, double* matrices) {

@@ -11,13 +11,15 @@ namespace fastcal::kernels {
 class LineStream;
 
 constexpr int kGroup = 8;
-constexpr int kPoseNumbers = 12;  // a rotation, column by column, and a position
-constexpr int kNumbers = 32;      // that a row may hold at most
+constexpr int kPoseNumbers = 12;     // a rotation, column by column, and a position
+constexpr int kNumbers = 32;         // that a row may hold at most
+constexpr int kAllBehind = 1 << 30;  // all frames from one on, as in a chain
 
 /// What a rotation does, so that its zeros and ones cost nothing.
 enum class Turn { kNone, kAboutX, kAboutZ, kAny };
 
-/// T_f = T_(f-1) C Tz(slide) Rz(turn) M; each of the last three by row, null where there is none.
+/// T_f = T_(f-1) C Tz(slide) Rz(turn) M; each of the last three by row, null where there is none. A frame that branches
+/// off follows another one than that before it.
 struct FrameRows {
   double constant[kPoseNumbers];  ///< C
   Turn constant_turn;             ///< what its rotation is
@@ -25,6 +27,7 @@ struct FrameRows {
   const double* turn;             ///< [rad]
   const double* sine_cosine;      ///< (2, stride) of the turn
   const double* motion;           ///< (kPoseNumbers, stride)
+  bool branches_off = false;
 };
 
 /// The columns (columns, stride) of a table (rows, columns), the tail zero. False where a number is not finite.
@@ -54,6 +57,17 @@ int steps_of(const FrameRows& frame, ChainStep* steps);
 void forward_rows(const ChainStep* steps, int step_count, int frame_count, int stride, int first, int last,
                   double* poses);
 
+/// Frames that follow each other from `parent` on, whose pose the runs before have found; -1: from the measuring frame.
+struct StepRun {
+  int parent;
+  int first_frame;
+  int first_step, last_step;
+};
+
+/// forward_rows() of a tree, run by run.
+void forward_runs(const ChainStep* steps, const StepRun* runs, int run_count, int frame_count, int stride, int first,
+                  int last, double* poses);
+
 /// Poses at the end of the steps in the first `rows` rows as 4 x 4 matrices in C order.
 void forward_matrices(const ChainStep* steps, int step_count, int stride, int rows, double* matrices);
 
@@ -74,6 +88,7 @@ struct TwistRows {
   double scale;     ///< the column is scale times the derivative
   int term_count;
   TwistTerm terms[6];
+  int end_moved = kAllBehind;  ///< one past the last frame moved: frames lie in depth-first order
 };
 
 /// The twists of one frame: those along or about one of its axes, the same in all rows, which begin their columns; and
@@ -83,6 +98,7 @@ struct FrameTwists {
     int column = -1;      ///< -1: there is none
     int first_moved = 0;  ///< as of TwistRows
     double size = 0;
+    int end_moved = kAllBehind;
   };
   int frame;      ///< -1: the measuring frame
   Unit units[6];  ///< along x, y, z; about x, y, z
@@ -109,12 +125,14 @@ struct NumberRows {
   int sight_count;
 };
 
-/// Columns of the Jacobian, (numbers, stride) each and `ld` apart; `twists` in the order of their frames.
+/// Columns of the Jacobian, (numbers, stride) each and `ld` apart; `twists` in the order of their frames. The tool's
+/// numbers, of which NumberRows may have some, are those of the last frame.
 void twist_columns(const double* poses, int frame_count, int stride, const FrameTwists* twists, int twist_count,
                    const NumberRows& numbers, double* columns, int ld);
 
 /// Jacobians of the tool's numbers, matrices (numbers, columns) in C order, of the first `rows` rows of a group that
-/// begins at row `first`. `block` has room for a group's columns, zero before the first group and not touched between.
+/// begins at row `first`; the tool is the last of the `frame_count` frames. `block` has room for a group's columns,
+/// zero before the first group and not touched between.
 void tool_jacobians(const double* poses, int frame_count, const FrameTwists* twists, int twist_count,
                     ToolNumbers numbers, int columns, int first, int rows, double* block, LineStream& out);
 

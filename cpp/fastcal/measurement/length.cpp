@@ -102,7 +102,7 @@ FASTCAL_REGISTER_OBSERVATION(
            tables.find_sigma("sigma_position", 3, [&](Eigen::Index i) { return !std::isnan((*measured)(i, 0)); });
        return {std::make_shared<Length>(measured->col(0), *anchors,
                                         sigma == nullptr ? Eigen::VectorXd() : sigma->col(0).eval(),
-                                        tool_frame(robot.joint_count()))};
+                                        robot.view().target)};
      }})
 
 }  // namespace fastcal

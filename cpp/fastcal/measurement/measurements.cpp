@@ -73,7 +73,8 @@ Measurements::Measurements(const Tables& tables, const RobotModel& robot)
 Measurements::Measurements(Eigen::Index rows, const std::vector<std::shared_ptr<const Observation>>& observations)
     : rows_(rows) {
   std::vector<std::shared_ptr<const Observation>> ordered = observations;
-  std::stable_partition(ordered.begin(), ordered.end(), [](const auto& o) { return o->field() == "position"; });
+  std::stable_partition(ordered.begin(), ordered.end(),
+                        [](const auto& o) { return o->field().starts_with("position"); });
   for (const auto& observation : ordered) {
     PlacedObservation placed{observation,
                              number_count(),

@@ -106,7 +106,7 @@ FASTCAL_REGISTER_OBSERVATION(
        const RowMatrixXd* sigma =
            tables.find_sigma("sigma_position", 3, [&](Eigen::Index i) { return planes->codes[i] >= 0; });
        return {std::make_shared<Plane>(*planes, sigma == nullptr ? Eigen::VectorXd() : sigma->col(0).eval(),
-                                       tool_frame(robot.joint_count()))};
+                                       robot.view().target)};
      }})
 
 }  // namespace fastcal

@@ -49,6 +49,19 @@ const Labels* Tables::find_labels(const std::string& field) const {
   return &here;
 }
 
+std::vector<ViewedTable> Tables::views(const std::string& field, const RobotModel& robot) const {
+  std::vector<ViewedTable> out;
+  for (const auto& [name, table] : numbers) {
+    if (name == field) out.push_back({"", robot.view()});
+    if (!name.starts_with(field + "@")) continue;
+    const std::string suffix = name.substr(field.size());
+    const View view = robot.tree().view(suffix.substr(1));
+    FASTCAL_CHECK(view.target != kWorldFrame) << name << ": what is read must be a frame of the robot, got 'world'";
+    out.push_back({suffix, view});
+  }
+  return out;
+}
+
 bool register_observation(const std::string& name, ObservationEntry entry) {
   FASTCAL_CHECK(entries().emplace(name, std::move(entry)).second)
       << "the observation name '" << name << "' is registered twice";

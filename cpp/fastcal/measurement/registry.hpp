@@ -16,6 +16,17 @@
 
 namespace fastcal {
 
+/// A table of a field and between which frames it was measured.
+struct ViewedTable {
+  std::string suffix;  ///< "@TARGET" or "@TARGET:SENSOR"; empty: of the robot's own view
+  View view;
+};
+
+/// The frames that an observation of a view looks at: the target, and the sensor where that is one of the robot's.
+inline std::vector<int> frames_of(const View& view) {
+  return view.sensor == kWorldFrame ? std::vector<int>{view.target} : std::vector<int>{view.target, view.sensor};
+}
+
 /// Labels of N rows as indices into their names; -1: none.
 struct Labels {
   Eigen::VectorXi codes;
@@ -36,6 +47,8 @@ struct Tables {
   const RowMatrixXd* find_sigma(const std::string& field, Eigen::Index columns,
                                 const std::function<bool(Eigen::Index)>& measured) const;
   const Labels* find_labels(const std::string& field) const;
+  /// The tables of a field: that of its own name, and "position@TARGET:SENSOR" of other frames.
+  std::vector<ViewedTable> views(const std::string& field, const RobotModel& robot) const;
 };
 
 enum class FieldRole { kMeasured, kSigma, kLabel };

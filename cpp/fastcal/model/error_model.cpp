@@ -38,7 +38,8 @@ ErrorModel ErrorModel::with_equilibrium(bool at_equilibrium) const {
 
 std::optional<JointSprings> ErrorModel::springs(const Eigen::Ref<const Eigen::VectorXd>& theta) const {
   const int n = robot_.joint_count();
-  if ((needs_ & kLoads) == 0 || !at_equilibrium_ || robot_.description().compensator) return {};
+  if ((needs_ & kLoads) == 0 || !at_equilibrium_ || robot_.description().compensator || !robot_.tree().is_serial())
+    return {};
   JointSprings out{Eigen::VectorXd::Zero(n), Weights(n)};
   Eigen::Index first = robot_.nominal().size();
   for (const auto& effect : effects_) {
@@ -115,21 +116,43 @@ const std::vector<Pose>& RowEvaluator::columns(const State& state) {
 
 const Pose& RowEvaluator::jacobian(const State& state, Eigen::Ref<Eigen::Matrix<double, 6, Eigen::Dynamic>> J) {
   columns(state);
-  motion(chain_.frame_count() - 1, J);
-  return frames_.back();
+  const int tool = model_.robot().view().target;
+  motion(tool, J);
+  return frames_[static_cast<std::size_t>(tool)];
+}
+
+Pose RowEvaluator::jacobian(const State& state, const View& view,
+                            Eigen::Ref<Eigen::Matrix<double, 6, Eigen::Dynamic>> J) {
+  columns(state);
+  const Pose out = seen(view, frames_);
+  J.setZero();
+  if (view.target != kWorldFrame) motion(view.target, J);
+  if (view.sensor == kWorldFrame) return out;
+  // d p = R_s^T (v_t - v_s - w_s x (p_t - p_s)), d R about R_s^T (w_t - w_s)
+  Eigen::Matrix<double, 6, Eigen::Dynamic> by_sensor(6, J.cols());
+  motion(view.sensor, by_sensor);
+  const Pose& sensor = frames_[static_cast<std::size_t>(view.sensor)];
+  const Eigen::Vector3d line = sensor.R * out.p;
+  J -= by_sensor;
+  J.topRows<3>() += skew(line) * by_sensor.bottomRows<3>();
+  J.topRows<3>() = (sensor.R.transpose() * J.topRows<3>()).eval();
+  J.bottomRows<3>() = (sensor.R.transpose() * J.bottomRows<3>()).eval();
+  return out;
 }
 
 void RowEvaluator::motion(int of, Eigen::Ref<Eigen::Matrix<double, 6, Eigen::Dynamic>> J) const {
   const Eigen::Vector3d& p = frames_[of].p;
   J.setZero();
   const Pose world;
-  for (const Chain::Column& column : chain_.columns) {
-    if (column.frame >= of) continue;  // a motion behind its frame
+  const FrameTree& tree = *chain_.tree;
+  for (std::size_t k = 0; k < chain_.columns.size(); ++k) {
+    const Chain::Column& column = chain_.columns[k];
+    if (!tree.carries(chain_.first_moved[k], of)) continue;
     const Pose& frame = column.frame == kWorldFrame ? world : frames_[column.frame];
     J.col(column.parameter) += tool_motion(frame, p, column.xi);
   }
   for (const Chain::Column& column : columns_) {
-    if (column.frame > of) continue;
+    if (!tree.carries(column.frame, of)) continue;
     // exp(xi + d) = exp(xi) exp(J_r d): exact at any size of the twist; J_r is 1 where both turn about the same axis.
     const auto twist = xi_.col(column.frame);
     const bool same = twist.isZero(0) || (is_turn_about_z(twist) && is_turn_about_z(column.xi));

@@ -60,10 +60,13 @@ class RowEvaluator {
   RowEvaluator(const ErrorModel& model, const Eigen::Ref<const Eigen::VectorXd>& theta);
 
   /// Pose of the tool in the measuring frame.
-  const Pose& pose(const State& state) { return frames(state).back(); }
+  const Pose& pose(const State& state) { return frames(state)[static_cast<std::size_t>(model_.robot().view().target)]; }
 
   /// The pose, and J (6 x P) = d [v; w] / d theta: motion of the tool in the axes of the measuring frame.
   const Pose& jacobian(const State& state, Eigen::Ref<Eigen::Matrix<double, 6, Eigen::Dynamic>> J);
+
+  /// T_sensor_target, and J (6 x P): motion of the target in the axes of the sensor's frame, as it is seen from there.
+  Pose jacobian(const State& state, const View& view, Eigen::Ref<Eigen::Matrix<double, 6, Eigen::Dynamic>> J);
 
   /// Poses of all frames, and what motion() needs.
   const std::vector<Pose>& columns(const State& state);

@@ -20,6 +20,7 @@ int frame_of(const kernels::TwistRows& twist, const std::vector<kernels::FrameRo
   const bool is_last = next == static_cast<int>(chain.size());
   if (twist.frame < 0 || is_last || !is_unit(twist) || twist.terms[0].axis != 2) return twist.frame;
   const kernels::FrameRows& frame = chain[static_cast<std::size_t>(next)];
+  if (frame.branches_off) return twist.frame;
   const bool keeps_z = frame.constant_turn == kernels::Turn::kNone || frame.constant_turn == kernels::Turn::kAboutZ;
   const bool is_on_it = frame.constant[9] == 0 && frame.constant[10] == 0;
   return keeps_z && is_on_it && frame.motion == nullptr ? next : twist.frame;
@@ -70,7 +71,7 @@ void GatheredTwists::gather(const std::vector<kernels::TwistRows>& geometry,
     const kernels::TwistTerm& term = twist->terms[0];
     kernels::FrameTwists::Unit& unit = here.units[3 * term.turns + term.axis];
     if (is_unit(*twist) && unit.column < 0) {
-      unit = {twist->column, twist->first_moved, term.size};
+      unit = {twist->column, twist->first_moved, term.size, twist->end_moved};
     } else {
       others_.push_back(twist);
       ++here.other_count;

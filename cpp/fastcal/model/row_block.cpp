@@ -62,9 +62,10 @@ RowBlock::RowBlock(const ErrorModel& model, const Eigen::Ref<const Eigen::Vector
     const Pose& C = chain_.constants[f];
     write(C, frames_[f].constant, 1);
     frames_[f].constant_turn = turn_of(C.R);
+    frames_[f].branches_off = chain_.tree->parent(static_cast<int>(f)) != static_cast<int>(f) - 1;
   }
   if (springs != nullptr) springs_.emplace(model.robot().description(), chain_, *springs, frames_.data());
-  set_geometry();
+  set_geometry(kWorldFrame);
 }
 
 void RowBlock::forward(const Samples& samples, Eigen::Index begin, Eigen::Index end, TwistMemory* memory) {
@@ -80,14 +81,15 @@ void RowBlock::forward(const Samples& samples, Eigen::Index begin, Eigen::Index 
     const auto k = static_cast<std::size_t>(f);
     kernels::FrameRows& frame = frames_[k];
     frame.slide = frame.turn = frame.motion = nullptr;
-    const bool joint = f % 2 == 1 && f < frame_count() - 1;
+    const int number = chain_.tree->joint(f);
+    const bool joint = number >= 0;
     if (!joint && !moved_[k]) continue;
     const double* xi = frame_xi_[k].data();
     const bool turned = moved_[k] && !tilted_[k];
     double* angle = angle_[k].resize(4 * stride_);
     double* shift = angle + stride_;
-    const bool revolute = joint && chain_.joint_types[static_cast<std::size_t>(f / 2)] == JointType::kRevolute;
-    if (joint) std::copy_n(joints_.data() + f / 2 * stride_, stride_, revolute ? angle : shift);
+    const bool revolute = joint && chain_.joint_types[static_cast<std::size_t>(number)] == JointType::kRevolute;
+    if (joint) std::copy_n(joints_.data() + number * stride_, stride_, revolute ? angle : shift);
     if (turned && !revolute) std::fill(angle, angle + stride_, 0.0);
     for (int i = 0; turned && i < rows_; ++i) angle[i] += xi[5 * stride_ + i];
     if (revolute || turned) frame.turn = angle;
@@ -104,24 +106,65 @@ void RowBlock::forward(const Samples& samples, Eigen::Index begin, Eigen::Index 
     frames_[k].sine_cosine = sine_cosine;
   }
   if (springs_) settled_ = springs_->settle(samples, begin, rows_, stride_, moved_, tilted_, angle_);
-  find_steps(kept_count());
   if (kept_ == Frames::kNone) return;
+  find_steps(kept_count());
   double* poses = poses_.resize(static_cast<Eigen::Index>(kept_count()) * kernels::kPoseNumbers * stride_);
-  kernels::forward_rows(steps_.data(), step_count_, kept_count(), stride_, 0, stride_, poses);
+  find_poses(0, stride_, poses);
 }
 
 void RowBlock::find_steps(int kept) {
   step_count_ = 0;
+  runs_.clear();
   for (std::size_t k = 0; k < frames_.size(); ++k) {
+    if (!chain_.is_serial() && (k == 0 || frames_[k].branches_off))
+      runs_.push_back({chain_.tree->parent(static_cast<int>(k)), static_cast<int>(k), step_count_, step_count_});
     step_count_ += kernels::steps_of(frames_[k], steps_.data() + step_count_);
     if (frames_.size() - k > static_cast<std::size_t>(kept)) --step_count_;  // the end of a frame that is not kept
+    if (!runs_.empty()) runs_.back().last_step = step_count_;
   }
 }
 
-void RowBlock::find_steps_of_twists() {
+void RowBlock::find_steps_to(int frame) {
+  step_count_ = 0;
+  for (int f = 0; f < frame_count() && frame != kWorldFrame; ++f) {
+    if (!chain_.tree->carries(f, frame)) continue;
+    step_count_ += kernels::steps_of(frames_[static_cast<std::size_t>(f)], steps_.data() + step_count_) - 1;
+  }
+}
+
+void RowBlock::find_poses(int first, int last, double* poses) const {
+  if (runs_.empty()) {
+    const int count = kept_ == Frames::kTool ? 1 : frame_count();
+    kernels::forward_rows(steps_.data(), step_count_, count, stride_, first, last, poses);
+  } else {
+    kernels::forward_runs(steps_.data(), runs_.data(), static_cast<int>(runs_.size()), frame_count(), stride_, first,
+                          last, poses);
+  }
+}
+
+void RowBlock::write_seen(const View& view, double* out) {
+  find_steps_to(view.target);
+  kernels::forward_matrices(steps_.data(), step_count_, stride_, rows_, out);
+  if (view.sensor == kWorldFrame) return;
+  RowMatrixXd sensors(rows_, 16);
+  find_steps_to(view.sensor);
+  kernels::forward_matrices(steps_.data(), step_count_, stride_, rows_, sensors.data());
+  using Matrix = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
+  for (int i = 0; i < rows_; ++i) {
+    const Eigen::Map<const Matrix> T_world_sensor(sensors.row(i).data());
+    Eigen::Map<Matrix> target(out + 16 * i);
+    const Eigen::Matrix3d R = T_world_sensor.topLeftCorner<3, 3>().transpose();
+    target.topRightCorner<3, 1>() -= T_world_sensor.topRightCorner<3, 1>();
+    target.topRows<3>() = (R * target.topRows<3>()).eval();
+  }
+}
+
+void RowBlock::find_steps_of_twists(int of) {
+  if (!chain_.is_serial()) return find_steps(frame_count());
+  runs_.clear();
   step_count_ = 0;
   std::vector<bool> seen(frames_.size());
-  seen.back() = true;
+  seen[static_cast<std::size_t>(of)] = true;
   for (const kernels::FrameTwists& twists : gathered_.frames()) {
     if (twists.frame >= 0) seen[static_cast<std::size_t>(twists.frame)] = true;
   }
@@ -261,21 +304,28 @@ Pose RowBlock::frame(int frame, int i) const {
 kernels::TwistRows* RowBlock::add_twist(int parameter, int frame, int first_moved,
                                         std::vector<kernels::TwistRows>& to) const {
   const auto& [column, scale] = wanted_[static_cast<std::size_t>(parameter)];
-  return column < 0 ? nullptr : &to.emplace_back(kernels::TwistRows{frame, first_moved, column, false, scale, 0, {}});
+  if (column < 0) return nullptr;
+  return &to.emplace_back(
+      kernels::TwistRows{frame, first_moved, column, false, scale, 0, {}, chain_.tree->end(first_moved)});
 }
 
-void RowBlock::set_geometry() {
-  for (const Chain::Column& column : chain_.columns) {
-    kernels::TwistRows* twist = add_twist(column.parameter, column.frame, column.frame + 1, geometry_);
+void RowBlock::set_geometry(int of) {
+  geometry_.clear();
+  geometry_of_ = of;
+  gathered_alike_ = false;
+  for (std::size_t c = 0; c < chain_.columns.size(); ++c) {
+    const Chain::Column& column = chain_.columns[c];
+    kernels::TwistRows* twist = add_twist(column.parameter, column.frame, chain_.first_moved[c], geometry_);
     for (int k = 0; twist != nullptr && k < 6; ++k) {
       if (column.xi[k] != 0) add_term(k, column.xi[k], nullptr, *twist);
     }
   }
+  if (of != kWorldFrame) keep_twists_of(of, geometry_);
   unmoved_.assign(free_count_, true);
   put_in_order(geometry_, unmoved_);
 }
 
-void RowBlock::find_twists() {
+void RowBlock::find_twists(int of) {
   const std::initializer_list<const TwistTable*> tables{table_, &other_table_};
   moving_.clear();
   for (const TwistTable* table : tables) {
@@ -300,6 +350,7 @@ void RowBlock::find_twists() {
     tilt(f);
     rotate_twists(f, here);
   }
+  if (of != kWorldFrame) keep_twists_of(of, moving_);
   unmoved_here_ = unmoved_;
   put_in_order(moving_, unmoved_here_);
   const bool alike = moving_.empty() && std::none_of(frames_.begin(), frames_.end(),
@@ -315,7 +366,8 @@ void RowBlock::clear_unmoved(double* block, Eigen::Index ld) const {
 }
 
 void RowBlock::jacobian(const kernels::NumberRows& numbers, double* block, int ld) {
-  find_twists();
+  if (geometry_of_ != kWorldFrame) set_geometry(kWorldFrame);
+  find_twists(kWorldFrame);
   clear_unmoved(block, ld);
   const auto write = [&](const kernels::NumberRows& some, double* columns) {
     kernels::twist_columns(poses_.data(), frame_count(), stride_, gathered_.frames().data(), gathered_.count(), some,
@@ -342,11 +394,18 @@ void RowBlock::jacobian(const kernels::NumberRows& numbers, double* block, int l
   }
 }
 
-void RowBlock::write_jacobian(kernels::ToolNumbers numbers, bool past_caches, double* out) {
+void RowBlock::keep_twists_of(int frame, std::vector<kernels::TwistRows>& twists) const {
+  std::erase_if(twists, [frame](const auto& twist) { return frame < twist.first_moved || frame >= twist.end_moved; });
+}
+
+void RowBlock::write_jacobian(int of, kernels::ToolNumbers numbers, bool past_caches, double* out) {
   constexpr int kGroup = kernels::kGroup;
   const int columns = static_cast<int>(free_count_);
-  find_twists();
-  find_steps_of_twists();
+  const bool is_end = chain_.is_serial() && of == frame_count() - 1;  // which every twist moves
+  const int only = is_end ? kWorldFrame : of;
+  if (geometry_of_ != only) set_geometry(only);
+  find_twists(only);
+  find_steps_of_twists(of);
   // Group by group, so that its frames, columns and matrices stay in the first cache.
   const Eigen::Index size = static_cast<Eigen::Index>(columns) * static_cast<int>(numbers) * kGroup;
   const Eigen::Index poses_size = static_cast<Eigen::Index>(frame_count()) * kernels::kPoseNumbers * kGroup;
@@ -355,8 +414,8 @@ void RowBlock::write_jacobian(kernels::ToolNumbers numbers, bool past_caches, do
   std::fill_n(block, size, 0.0);
   kernels::LineStream stream(past_caches ? block + size : nullptr, out);
   for (int row = 0; row < rows_; row += kGroup) {
-    kernels::forward_rows(steps_.data(), step_count_, frame_count(), stride_, row, row + kGroup, poses);
-    kernels::tool_jacobians(poses, frame_count(), gathered_.frames().data(), gathered_.count(), numbers, columns, row,
+    find_poses(row, row + kGroup, poses);
+    kernels::tool_jacobians(poses, of + 1, gathered_.frames().data(), gathered_.count(), numbers, columns, row,
                             std::min(kGroup, rows_ - row), block, stream);
   }
   stream.finish();

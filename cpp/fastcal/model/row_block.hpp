@@ -37,18 +37,18 @@ class RowBlock {
 
   /// Rows of every array, a multiple of kernels::kGroup.
   int stride() const { return stride_; }
-  /// Part k of the tool's position, or of a frame's pose (kernels::kPoseNumbers), in row i of the block.
+  /// Part k of the position of an arm's tool in row i of the block.
   double position(int i, int k) const { return pose_part(frame_count() - 1, i, 9 + k); }
   /// Pose of a frame in row i of the block.
   Pose frame(int frame, int i) const;
-  /// The tool's poses in all rows as 4 x 4 matrices in C order.
-  void write_tool(double* out) const { kernels::forward_matrices(steps_.data(), step_count_, stride_, rows_, out); }
+  /// Poses T_sensor_target in all rows as 4 x 4 matrices in C order.
+  void write_seen(const View& view, double* out);
 
   /// Columns of `free` in `block`, `ld` apart: d number / d parameter by factor and scale, (numbers, stride) each; 0
   /// for parameters that are not the model's.
   void jacobian(const kernels::NumberRows& numbers, double* block, int ld);
-  /// The tool's Jacobian in all rows, (rows, numbers, free) in C order.
-  void write_jacobian(kernels::ToolNumbers numbers, bool past_caches, double* out);
+  /// A frame's Jacobian in all rows, (rows, numbers, free) in C order.
+  void write_jacobian(int of, kernels::ToolNumbers numbers, bool past_caches, double* out);
 
  private:
   int frame_count() const { return chain_.frame_count(); }
@@ -58,8 +58,11 @@ class RowBlock {
     const int place = i / kernels::kGroup * kept_count() + kept_count() - (frame_count() - frame);
     return poses_.data() + place * kernels::kPoseNumbers * kernels::kGroup + i % kernels::kGroup;
   }
-  /// The last so many frames are kept.
-  int kept_count() const { return kept_ == Frames::kAll ? frame_count() : kept_ == Frames::kTool ? 1 : 0; }
+  /// The last so many frames are kept; of a tree all or none.
+  int kept_count() const {
+    if (kept_ == Frames::kNone) return 0;
+    return kept_ == Frames::kAll || !chain_.is_serial() ? frame_count() : 1;
+  }
   /// The tables of these rows, and the sums of the twists by frame. With `sums`, when nobody wants the columns, the
   /// others are asked for their twists alone, and so are linear effects of many columns.
   void evaluate_linear_effects(const Samples& samples, Eigen::Index begin, TwistMemory* memory, bool sums);
@@ -73,10 +76,14 @@ class RowBlock {
     return Eigen::Map<const Vector6d, 0, Eigen::InnerStride<>>(frame_xi_[static_cast<std::size_t>(frame)].data() + i,
                                                                Eigen::InnerStride<>(stride_));
   }
-  /// The steps of the chain, with the ends of the last `kept` frames.
+  /// The steps of the chain, with the ends of the last `kept` frames; of a tree, the runs they make.
   void find_steps(int kept);
-  /// The steps of the chain, with the ends of all frames, of which those that no twist looks at are unseen.
-  void find_steps_of_twists();
+  /// The steps from the measuring frame to a frame alone, without ends.
+  void find_steps_to(int frame);
+  /// Poses (groups, frames, kPoseNumbers, kGroup) of rows first ... last - 1 by the present steps.
+  void find_poses(int first, int last, double* poses) const;
+  /// The steps of the chain, with the ends of all frames, of which those are unseen that no twist looks at, but `of`.
+  void find_steps_of_twists(int of);
   /// The joints' positions in these rows, joint by joint.
   void read_joints(const Samples& samples, Eigen::Index begin);
   /// exp of the twists of a frame that does not only turn about z.
@@ -85,9 +92,13 @@ class RowBlock {
   void rotate_twists(int frame, std::vector<kernels::TwistRows*>& twists);
   /// Null where the column of a parameter is not wanted.
   kernels::TwistRows* add_twist(int parameter, int frame, int first_moved, std::vector<kernels::TwistRows>& to) const;
-  void set_geometry();
-  /// The twists of which the columns of `free` are sums in these rows.
-  void find_twists();
+  /// Leaves out the twists that do not move a frame.
+  void keep_twists_of(int frame, std::vector<kernels::TwistRows>& twists) const;
+  /// The twists of the geometry; only those that move frame `of`, or all.
+  void set_geometry(int of);
+  /// The twists of which the columns of `free` are sums in these rows; of effects only those that move frame `of`, or
+  /// all.
+  void find_twists(int of);
   /// Zeros for the columns that no twist is part of.
   void clear_unmoved(double* block, Eigen::Index ld) const;
 
@@ -114,11 +125,13 @@ class RowBlock {
   std::vector<kernels::FrameRows> frames_;
   std::vector<kernels::ChainStep> steps_;
   int step_count_ = 0;
+  std::vector<kernels::StepRun> runs_;  // of a tree
   std::optional<SpringBlock> springs_;
   bool settled_ = true;
   std::vector<AlignedNumbers> turned_;                 // twists behind their right Jacobians, (6, stride)
   std::vector<kernels::TwistRows> geometry_, moving_;  // the same in all rows; of effects in these
   GatheredTwists gathered_;                            // both
+  int geometry_of_ = kWorldFrame;                      // geometry_ has only the twists that move this frame; else all
   bool gathered_alike_ = false;                        // these are as wherever no effect moves a frame
   std::vector<bool> unmoved_, unmoved_here_;           // by column: no twist of the geometry, no twist is part of it
   AlignedNumbers poses_;

@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "fastcal/math/check.hpp"
 #include "fastcal/math/parallel.hpp"
 #include "fastcal/model/row_block.hpp"
 #include "fastcal/robot/arm_bending.hpp"
@@ -97,6 +98,9 @@ double settle(const ErrorModel& model, const Eigen::Ref<const Eigen::VectorXd>& 
   const RobotDescription& robot = model.robot().description();
   samples.chain = std::make_shared<const Chain>(model.robot().chain(theta.head(model.robot().nominal().size())));
   const Chain& chain = *samples.chain;
+  FASTCAL_CHECK(chain.is_serial() ||
+                (samples.wrench.size() == 0 && (samples.payload.size() == 0 || (samples.payload.array() == 0).all())))
+      << "payloads and wrenches are of one arm that stands alone, got a tree of frames";
   const Eigen::Index rows = samples.count();
   const Eigen::Index frames = chain.frame_count();
   samples.gravity = gravity_in_world(robot, chain.constants[kBaseFrame]);
@@ -124,7 +128,7 @@ double settle(const ErrorModel& model, const Eigen::Ref<const Eigen::VectorXd>& 
     if (springs && settle_with_springs(model, theta, *springs, begin, end, samples)) return;
     RowEvaluator evaluator(model, theta);
     Eigen::VectorXd before(6 * frames);
-    Eigen::Vector3d tool_before = Eigen::Vector3d::Zero();
+    std::vector<Eigen::Vector3d> ends_before(chain.tree->branches().size(), Eigen::Vector3d::Zero());
     for (Eigen::Index i = begin; i < end; ++i) {
       const State state = samples.row(i);
       double change = 0;
@@ -137,13 +141,17 @@ double settle(const ErrorModel& model, const Eigen::Ref<const Eigen::VectorXd>& 
                     samples.payload_load.row(i).data());
         if (robot.compensator) samples.spring[i] = spring_load(robot, chain, T)[spring_axis];
         if (needs & kCompliance) fill_compliance(model, theta, i, samples);
-        const double moved = (T.back().p - tool_before).norm();
+        double moved = 0;
+        for (std::size_t b = 0; b < ends_before.size(); ++b) {
+          const Eigen::Vector3d& at = T[static_cast<std::size_t>(chain.tree->branches()[b].end() - 1)].p;
+          moved = std::max(moved, (at - ends_before[b]).norm());
+          ends_before[b] = at;
+        }
         if (beams != nullptr && (round == 0 || moved > kBent * length))
           beams->basis(robot, state, scale.data(), samples.bending.row(i).data());
         const double largest = samples.load.row(i).cwiseAbs().maxCoeff();
         change = largest > 0 ? (samples.load.row(i).transpose() - before).cwiseAbs().maxCoeff() / largest : 0;
         const bool still = (model.needs() & kFrames) == 0 || (round > 0 && moved <= options.tolerance * length);
-        tool_before = T.back().p;
         if (!model.at_equilibrium() || (change <= options.tolerance && still)) break;
       }
       changes[static_cast<std::size_t>(chunk)] = std::max(changes[static_cast<std::size_t>(chunk)], change);

@@ -23,12 +23,14 @@ void turn_about_z(double angle, Pose& T) {
 void forward(const Chain& chain, const double* q, const Twists* xi, std::vector<Pose>& T_world_frame) {
   const int frames = chain.frame_count();
   T_world_frame.resize(static_cast<std::size_t>(frames));
+  const FrameTree& tree = *chain.tree;
   Pose T;
   for (int f = 0; f < frames; ++f) {
+    if (const int parent = tree.parent(f); parent != f - 1)
+      T = parent == kWorldFrame ? Pose() : T_world_frame[static_cast<std::size_t>(parent)];
     T = T * chain.constants[static_cast<std::size_t>(f)];
     double turn = 0;
-    if (f % 2 == 1 && f < frames - 1) {
-      const int joint = f / 2;
+    if (const int joint = tree.joint(f); joint >= 0) {
       if (chain.joint_types[static_cast<std::size_t>(joint)] == JointType::kRevolute)
         turn = q[joint];
       else

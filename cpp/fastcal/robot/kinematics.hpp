@@ -10,7 +10,7 @@
 
 namespace fastcal {
 
-/// One body twist [v; w] a frame, 6 x (2 n + 2).
+/// One body twist [v; w] a frame, 6 x frames.
 using Twists = Eigen::Matrix<double, 6, Eigen::Dynamic>;
 
 /// Does the twist turn its frame about the frame's own z axis and nothing else (or nothing at all)? Such twists
@@ -20,7 +20,7 @@ bool is_turn_about_z(const Eigen::MatrixBase<Derived>& xi) {
   return xi[0] == 0 && xi[1] == 0 && xi[2] == 0 && xi[3] == 0 && xi[4] == 0;
 }
 
-/// Poses of all frames in the measuring frame: T_f = T_(f-1) C_f Z_f(q) exp(xi_f). `xi` null: no error twists.
+/// Poses of all frames in the measuring frame: T_f = T_parent C_f Z_f(q) exp(xi_f). `xi` null: no error twists.
 void forward(const Chain& chain, const double* q, const Twists* xi, std::vector<Pose>& T_world_frame);
 
 /// How the tool moves, [v; w] of its origin in the axes of the measuring frame, when frame `T_world_frame` makes the

@@ -73,13 +73,16 @@ RobotModel::RobotModel(RobotDescription description) : description_(std::move(de
       << "base and tool must be finite";
   FASTCAL_CHECK(description_.gravity.allFinite() && description_.p_flange_payload.allFinite())
       << "gravity and the payload's centre must be finite";
+  tree_ = std::make_shared<const FrameTree>(n);
+  tool_ = tool_frame(n);
   add_frame_parameters("base", description_.T_world_base, StepKind::kBaseReference);
   steps_.push_back({StepKind::kFrame, Motion::kTx, -1, 1, {}});
 }
 
 void RobotModel::add_frame_parameters(const std::string& owner, const Pose& pose, StepKind reference) {
-  const std::string whose =
-      owner == "base" ? " of the base in the measuring frame" : " of the tool in the flange frame";
+  const std::string whose = reference == StepKind::kBaseReference   ? " of the base in the measuring frame"
+                            : reference == StepKind::kToolReference ? " of the tool in the flange frame"
+                                                                    : " of it in the frame that it stands on";
   add_parameter(Motion::kTx, pose.p.x(), {owner, "x", "m", kSigmaLength, "position x" + whose});
   add_parameter(Motion::kTy, pose.p.y(), {owner, "y", "m", kSigmaLength, "position y" + whose});
   add_parameter(Motion::kTz, pose.p.z(), {owner, "z", "m", kSigmaLength, "position z" + whose});
@@ -148,12 +151,18 @@ Chain RobotModel::chain(const Eigen::Ref<const Eigen::VectorXd>& values) const {
   out.joint_types = description_.joint_types;
   out.constants.reserve(static_cast<std::size_t>(frame_count()));
   out.columns.reserve(steps_.size());
-  Pose local;  // from the last frame passed to here
+  out.first_moved.reserve(steps_.size());
+  out.tree = tree_;
+  Pose local;               // from the last frame passed to here
+  int frame = kWorldFrame;  // the last one passed
   for (const Step& step : steps_) {
-    const int frame = static_cast<int>(out.constants.size()) - 1;  // the last one passed; kWorldFrame ahead of the base
     switch (step.kind) {
+      case StepKind::kBranch:
+        frame = step.parameter;
+        break;
       case StepKind::kMotion: {
         out.columns.push_back({step.parameter, frame, step.sign * twist_of(local, step.motion)});
+        out.first_moved.push_back(static_cast<int>(out.constants.size()));
         move(local, step.motion, step.sign * values[step.parameter]);
         break;
       }
@@ -167,6 +176,7 @@ Chain RobotModel::chain(const Eigen::Ref<const Eigen::VectorXd>& values) const {
         break;
       case StepKind::kJoint:
       case StepKind::kFrame:
+        frame = static_cast<int>(out.constants.size());
         out.constants.push_back(local);
         local = Pose();
         break;
@@ -175,13 +185,8 @@ Chain RobotModel::chain(const Eigen::Ref<const Eigen::VectorXd>& values) const {
   return out;
 }
 
-std::string RobotModel::frame_name(int frame) const {
-  if (frame == kBaseFrame) return "base";
-  if (frame == tool_frame(joint_count())) return "tool";
-  return (frame % 2 ? "joint" : "link") + std::to_string((frame + 1) / 2);
-}
-
 RobotModel RobotModel::with_base_and_tool(const Pose& T_world_base, const Pose& T_flange_tool) const {
+  FASTCAL_CHECK(tree_->is_serial()) << "expected one arm, got a tree of " << tree_->branches().size() << " branches";
   RobotModel out = *this;
   out.description_.T_world_base = T_world_base;
   out.description_.T_flange_tool = T_flange_tool;

@@ -11,6 +11,8 @@
 // In each of them an error twist may act:  T_f = T_(f-1) * C_f * Z_f(q) * exp(xi_f),  Z the joint's motion along z
 // (joint frames only). After P. Corke, J. Haviland, "Not your grandmother's toolbox" (2021): elementary transform
 // sequences.
+// Several robots, targets and instruments are joined to one tree of such chains (join): frames, joints and parameters
+// of a branch lie together, as they do in the robot that it was.
 #pragma once
 
 #include <limits>
@@ -20,6 +22,7 @@
 #include <vector>
 
 #include "fastcal/math/types.hpp"
+#include "fastcal/robot/frame_tree.hpp"
 
 namespace fastcal {
 
@@ -44,6 +47,7 @@ struct Parameter {
   double upper = std::numeric_limits<double>::infinity();
   double expected = 0;     ///< where a prior holds it: what the robot file says
   bool of_effect = false;  ///< of an effect, not of the geometry: ErrorModel marks them
+  double hold = 0;         ///< how readily the gauge holds it; 0: by owner and name, fixing_priority()
 
   /// Owner and name; the unit where that says it all: "joint1 rad_k".
   std::string label() const { return owner + " " + (name.empty() ? unit : name); }
@@ -83,7 +87,7 @@ struct RobotDescription {
   Eigen::VectorXd motor_ratio;  ///< (n) turns of the motor per turn of the joint, NaN where unknown; or empty
 };
 
-/// The chain at given parameter values: what a batch loop needs, and nothing else.
+/// The chain (or tree) at given parameter values: what a batch loop needs, and nothing else.
 struct Chain {
   /// d T_world_tool / d parameter is the twist `xi` (body) of frame `frame`, the same in every posture; base
   /// parameters: of kWorldFrame.
@@ -93,19 +97,32 @@ struct Chain {
     Vector6d xi;
   };
   std::vector<JointType> joint_types;
-  std::vector<Pose> constants;    ///< C_f, 2 n + 2
-  std::vector<Column> columns;    ///< in the order of the chain; a parameter may have several
+  std::vector<Pose> constants;   ///< C_f, 2 n + 2
+  std::vector<Column> columns;   ///< in the order of the chain; a parameter may have several
+  std::vector<int> first_moved;  ///< of each column: the frame behind its own that it moves, with all that this carries
   std::vector<Pose> body_frames;  ///< pose of body i's frame in joint_i, n
+  std::shared_ptr<const FrameTree> tree;
 
   int joint_count() const { return static_cast<int>(joint_types.size()); }
-  int frame_count() const { return 2 * joint_count() + 2; }
+  int frame_count() const { return static_cast<int>(constants.size()); }
+  bool is_serial() const { return tree->is_serial(); }
 };
 
-constexpr int kWorldFrame = -1;  ///< the measuring frame: no effect moves it
-constexpr int kBaseFrame = 0;
-constexpr int joint_frame(int joint) { return 2 * joint + 1; }  ///< joint counts from 0
-constexpr int link_frame(int joint) { return 2 * joint + 2; }
-constexpr int tool_frame(int joint_count) { return 2 * joint_count + 1; }
+class RobotModel;
+
+/// What join() makes a branch of: a robot, or one frame, which has no robot.
+struct Member {
+  std::string name;  ///< owners and frames of a robot become "name.joint3", that of one frame is "name"
+  std::shared_ptr<const RobotModel> robot;
+  Pose T_on_frame;               ///< nominal, of one frame in the frame that it stands on
+  std::string on = "world";      ///< the name of a frame in the tree: "left.link7", "camera"
+  double sigma_position = 1e-3;  ///< [m], [rad]: plausible errors of where one frame stands
+  double sigma_rotation = 1e-3;
+};
+
+/// The members as one tree. Gravity is that of the first robot on the world. Throws InvalidInput where a name is taken
+/// twice, a member stands on nothing that there is or on itself, or a robot has beams.
+RobotModel join(const std::vector<Member>& members);
 constexpr double kShortestLink = 5e-3;  ///< [m] what is shorter is no beam, but what a calibration leaves of 0
 
 /// Const once built. Parameter order: base (x, y, z, rx, ry, rz), the joints' rows, tool (x, y, z, rx, ry, rz).
@@ -125,7 +142,10 @@ class RobotModel {
   void finish();                                               ///< flange to tool; checks that the chain is complete
 
   int joint_count() const { return static_cast<int>(description_.joint_types.size()); }
-  int frame_count() const { return 2 * joint_count() + 2; }
+  int frame_count() const { return tree_->frame_count(); }
+  const FrameTree& tree() const { return *tree_; }
+  /// The frame that readings are of where they name none: the tool of the first branch that is a robot.
+  View view() const { return {tool_, kWorldFrame}; }
   const RobotDescription& description() const { return description_; }
   const std::vector<Parameter>& parameters() const { return parameters_; }
   const Eigen::VectorXd& nominal() const { return nominal_; }
@@ -140,14 +160,15 @@ class RobotModel {
   Eigen::Vector3d link_axis(int joint) const;
 
   /// Name of a frame: "base", "joint2", "link2", "tool".
-  std::string frame_name(int frame) const;
+  const std::string& frame_name(int frame) const { return tree_->name(frame); }
 
   /// The same robot, its base and tool rotations measured from new references: rx, ry, rz of both are 0 there.
   /// Base and tool positions become the given ones. Keeps the solver far from the singularity of three angles.
   RobotModel with_base_and_tool(const Pose& T_world_base, const Pose& T_flange_tool) const;
 
  private:
-  enum class StepKind { kMotion, kConstant, kJoint, kBodyFrame, kFrame, kBaseReference, kToolReference };
+  friend RobotModel join(const std::vector<Member>& members);
+  enum class StepKind { kMotion, kConstant, kJoint, kBodyFrame, kFrame, kBaseReference, kToolReference, kBranch };
   struct Step {
     StepKind kind;
     Motion motion = Motion::kTx;
@@ -163,6 +184,8 @@ class RobotModel {
   Eigen::VectorXd nominal_;
   std::vector<Eigen::Vector3d> link_axes_;
   int joints_added_ = 0;
+  std::shared_ptr<const FrameTree> tree_;
+  int tool_ = 0;
 };
 
 /// Classic DH: T_i = Rz(theta + q) Tz(d) Tx(a) Rx(alpha) Ry(beta); rows (n, 5): theta, d, a, alpha, beta in rad and m.

@@ -17,6 +17,11 @@ struct Wrench {
     moment += at.cross(f);
   }
 
+  void add(const Wrench& other) {
+    force += other.force;
+    moment += other.moment;
+  }
+
   /// The weight of a mass whose first moment (mass times centre) is given in `frame`.
   void add_weight(double mass, const Eigen::Vector3d& moment_in_frame, const Pose& frame,
                   const Eigen::Vector3d& gravity) {
@@ -64,9 +69,11 @@ Vector6d spring_load(const RobotDescription& robot, const Chain& chain, const st
   Vector6d out = Vector6d::Zero();
   if (!robot.compensator) return out;
   const Compensator& spring = *robot.compensator;
-  const auto frame = static_cast<std::size_t>(joint_frame(spring.joint));
+  const int joint = chain.tree->frame_of_joint(spring.joint);
+  const auto frame = static_cast<std::size_t>(joint);
+  const auto before = static_cast<std::size_t>(chain.tree->parent(joint));
   const Eigen::Vector3d anchor =
-      T_world_frame[frame].inverse() * (T_world_frame[frame - 1] * (chain.constants[frame] * spring.anchor));
+      T_world_frame[frame].inverse() * (T_world_frame[before] * (chain.constants[frame] * spring.anchor));
   const Eigen::Vector3d span = anchor - spring.arm;
   const double length = span.norm();
   if (length > 0) out.head<3>() = spring.stiffness * (1 - spring.free_length / length) * span;
@@ -76,32 +83,36 @@ Vector6d spring_load(const RobotDescription& robot, const Chain& chain, const st
 
 void frame_loads(const RobotDescription& robot, const Chain& chain, const std::vector<Pose>& T_world_frame,
                  const State& state, const Eigen::Vector3d& gravity, double* load, double* payload_load) {
-  const int n = chain.joint_count();
-  const Wrench payload = payload_wrench(robot, T_world_frame, state, gravity);
+  const FrameTree& tree = *chain.tree;
+  const Wrench payload = tree.is_serial() ? payload_wrench(robot, T_world_frame, state, gravity) : Wrench();
   const bool carries = !payload.force.isZero(0) || !payload.moment.isZero(0);
-  Wrench sum = payload;
-  const auto write = [&](int frame) {
-    const Pose& T = T_world_frame[static_cast<std::size_t>(frame)];
-    sum.write(T, load + 6 * frame);
-    if (carries) payload.write(T, payload_load + 6 * frame);
-  };
-  std::fill(load + 6 * tool_frame(n), load + 6 * tool_frame(n) + 6, 0.0);
-  std::fill(payload_load + (carries ? 6 * tool_frame(n) : 0), payload_load + 6 * tool_frame(n) + 6, 0.0);
-  for (int joint = n - 1; joint >= 0; --joint) {
-    write(link_frame(joint));
-    const auto i = static_cast<std::size_t>(joint);
-    const Body& body = robot.bodies[i];
-    const double mass = body.mass + (state.weights != nullptr ? state.weights->mass[joint] : 0);
-    Eigen::Vector3d moment = mass * body.com;
-    if (state.weights != nullptr) moment += state.weights->moment.col(joint);
-    const Pose& T_joint = T_world_frame[static_cast<std::size_t>(joint_frame(joint))];
-    if (mass != 0 || !moment.isZero(0)) sum.add_weight(mass, moment, T_joint * chain.body_frames[i], gravity);
-    write(joint_frame(joint));
+  std::vector<Wrench> on(tree.branches().size() > 1 ? T_world_frame.size() : 0);  // by other branches, by frame
+  for (std::size_t b = tree.branches().size(); b-- > 0;) {
+    const Branch& branch = tree.branches()[b];
+    Wrench sum;
+    for (int frame = branch.end() - 1; frame >= branch.first_frame; --frame) {
+      const auto f = static_cast<std::size_t>(frame);
+      const Pose& T = T_world_frame[f];
+      if (!on.empty()) sum.add(on[f]);
+      if (const int joint = tree.joint(frame); joint >= 0) {
+        const auto i = static_cast<std::size_t>(joint);
+        const Body& body = robot.bodies[i];
+        const double mass = body.mass + (state.weights != nullptr ? state.weights->mass[joint] : 0);
+        Eigen::Vector3d moment = mass * body.com;
+        if (state.weights != nullptr) moment += state.weights->moment.col(joint);
+        if (mass != 0 || !moment.isZero(0)) sum.add_weight(mass, moment, T * chain.body_frames[i], gravity);
+      }
+      sum.write(T, load + 6 * frame);
+      if (carries && frame < branch.end() - 1) payload.write(T, payload_load + 6 * frame);
+      // The payload hangs behind the flange.
+      if (frame == branch.end() - 1) sum.add(payload);
+    }
+    if (branch.parent != kWorldFrame) on[static_cast<std::size_t>(branch.parent)].add(sum);
   }
-  write(kBaseFrame);
+  std::fill(payload_load + (carries ? 6 * (tree.frame_count() - 1) : 0), payload_load + 6 * tree.frame_count(), 0.0);
   if (robot.compensator) {
     const double scale = state.weights != nullptr ? 1 + state.weights->spring_scale : 1;
-    Eigen::Map<Vector6d>(load + 6 * joint_frame(robot.compensator->joint)) +=
+    Eigen::Map<Vector6d>(load + 6 * tree.frame_of_joint(robot.compensator->joint)) +=
         scale * spring_load(robot, chain, T_world_frame);
   }
 }

@@ -133,9 +133,11 @@ Body join(const Body& a, const Body& b) {
   return both;
 }
 
-/// All that hangs on `link`, seen at `T`, without crossing `next`, the chain's own next joint; names of joints on the
-/// way go to `held`.
-Body carried(const urdf::ModelInterface& model, const urdf::Link& link, const Pose& T, const urdf::Joint* next,
+using Joints = std::vector<const urdf::Joint*>;
+
+/// All that hangs on `link`, seen at `T`, without crossing joints on the way to a tip; names of joints beside go to
+/// `held`.
+Body carried(const urdf::ModelInterface& model, const urdf::Link& link, const Pose& T, const Joints& on_the_way,
              std::vector<std::string>& held) {
   Body body;
   std::vector<std::pair<const urdf::Link*, Pose>> open{{&link, T}};
@@ -144,7 +146,7 @@ Body carried(const urdf::ModelInterface& model, const urdf::Link& link, const Po
     open.pop_back();
     body = join(body, body_of(*parent, T_parent));
     for (const urdf::JointSharedPtr& joint : parent->child_joints) {
-      if (joint.get() == next) continue;
+      if (std::find(on_the_way.begin(), on_the_way.end(), joint.get()) != on_the_way.end()) continue;
       if (joint->type != urdf::Joint::FIXED) held.push_back(joint->name);
       open.emplace_back(model.links_.at(joint->child_link_name).get(),
                         T_parent * pose(joint->parent_to_joint_origin_transform));
@@ -175,9 +177,8 @@ LinkTree link_tree(const urdf::ModelInterface& model) {
 }
 
 /// The joints from the base to the tip, found from the tip, as each link has one parent.
-std::vector<const urdf::Joint*> path(const urdf::ModelInterface& model, const std::string& base,
-                                     const std::string& tip) {
-  std::vector<const urdf::Joint*> joints;
+Joints path(const urdf::ModelInterface& model, const std::string& base, const std::string& tip) {
+  Joints joints;
   std::vector<std::string> links{tip};
   while (links.back() != base) {
     const urdf::Joint* joint = model.links_.at(links.back())->parent_joint.get();
@@ -265,6 +266,91 @@ void add_mimics(const urdf::ModelInterface& model, UrdfChain& chain) {
   }
 }
 
+/// The chain of these joints, which begin at its base_link and end at its tip_link.
+void read_chain(const urdf::ModelInterface& model, const Joints& joints, const Joints& on_the_way, UrdfChain& chain) {
+  std::vector<std::string> held;
+  std::vector<std::string> unlimited;
+  Pose T;  // the present link in the frame of the last moving joint
+  for (const urdf::Joint* joint : joints) {
+    const Pose mount = T;
+    T = T * pose(joint->parent_to_joint_origin_transform);
+    if (joint->type != urdf::Joint::FIXED) {
+      chain.joints.push_back(moving_joint(*joint));
+      chain.joints.back().mount = mount;
+      chain.joints.back().origin = T;
+      T = Pose{};
+      if (chain.joints.back().unlimited) unlimited.push_back(joint->name);
+    }
+    const urdf::Link& link = *model.links_.at(joint->child_link_name);
+    Body& body = chain.joints.empty() ? chain.ahead : chain.joints.back().body;
+    std::vector<std::string> unmoved;  // beside what no joint of the chain moves
+    body = join(body, carried(model, link, T, on_the_way, chain.joints.empty() ? unmoved : held));
+  }
+  FASTCAL_CHECK(!chain.joints.empty()) << "no joint moves between link '" << chain.base_link << "' and link '"
+                                       << chain.tip_link << "'";
+  chain.flange = T;
+  add_mimics(model, chain);
+  if (!unlimited.empty())
+    chain.notes.push_back("joints without limits get -360 and 360 degrees, slides -10 and 10 m: " + joined(unlimited));
+  if (!held.empty()) chain.notes.push_back("joints beside the arm are held at 0 with what they carry: " + joined(held));
+}
+
+bool moves(const urdf::Joint* joint) { return joint->type != urdf::Joint::FIXED; }
+
+/// The ways from a base to several tips, parted into chains.
+class Ways {
+ public:
+  Ways(const urdf::ModelInterface& model, const std::string& base, const std::vector<std::string>& tips)
+      : model_(model), tips_(tips) {
+    for (const std::string& tip : tips) {
+      for (const urdf::Joint* joint : path(model, base, tip)) {
+        if (std::find(all_.begin(), all_.end(), joint) == all_.end()) all_.push_back(joint);
+      }
+    }
+    follow(base, base, {}, -1);
+  }
+
+  std::vector<UrdfBranch> branches() && { return std::move(branches_); }
+
+ private:
+  /// From `link`, which `ahead` leads to from `start`, on: a chain ends where ways part or a tip is.
+  void follow(const std::string& start, const std::string& link, Joints ahead, int parent) {
+    Joints next;
+    std::copy_if(all_.begin(), all_.end(), std::back_inserter(next),
+                 [&](const urdf::Joint* joint) { return joint->parent_link_name == link; });
+    const bool is_tip = std::find(tips_.begin(), tips_.end(), link) != tips_.end();
+    const bool ends = std::any_of(ahead.begin(), ahead.end(), moves) && (is_tip || next.size() != 1);
+    FASTCAL_CHECK(ends || !is_tip) << "no joint moves between link '" << start << "' and tip_link '" << link << "'";
+    if (ends) {
+      UrdfBranch branch{parent, {}};
+      branch.chain.name = model_.getName();
+      branch.chain.base_link = start;
+      branch.chain.tip_link = link;
+      read_chain(model_, ahead, all_, branch.chain);
+      if (parent >= 0) {  // links of fixed joints behind the fork move with it
+        UrdfChain& fork = branches_[static_cast<std::size_t>(parent)].chain;
+        Body here = branch.chain.ahead;
+        here.com = fork.flange * here.com;
+        here.inertia = fork.flange.R * here.inertia * fork.flange.R.transpose();
+        fork.joints.back().body = join(fork.joints.back().body, here);
+      }
+      parent = static_cast<int>(branches_.size());
+      branches_.push_back(std::move(branch));
+      ahead.clear();
+    }
+    for (const urdf::Joint* joint : next) {
+      Joints way = ahead;
+      way.push_back(joint);
+      follow(ends ? link : start, joint->child_link_name, way, parent);
+    }
+  }
+
+  const urdf::ModelInterface& model_;
+  const std::vector<std::string>& tips_;
+  Joints all_;
+  std::vector<UrdfBranch> branches_;
+};
+
 }  // namespace
 
 UrdfChain read_urdf(const std::string& xml, const std::string& base_link, const std::string& tip_link) {
@@ -275,35 +361,23 @@ UrdfChain read_urdf(const std::string& xml, const std::string& base_link, const 
   chain.base_link = ends.base;
   chain.tip_link = ends.tip;
   chain.notes = ends.notes;
-
-  const std::vector<const urdf::Joint*> joints = path(*model, chain.base_link, chain.tip_link);
-  std::vector<std::string> held;
-  std::vector<std::string> unlimited;
-  Pose T;  // the present link in the frame of the last moving joint
-  for (std::size_t i = 0; i < joints.size(); ++i) {
-    const Pose mount = T;
-    T = T * pose(joints[i]->parent_to_joint_origin_transform);
-    if (joints[i]->type != urdf::Joint::FIXED) {
-      chain.joints.push_back(moving_joint(*joints[i]));
-      chain.joints.back().mount = mount;
-      chain.joints.back().origin = T;
-      T = Pose{};
-      if (chain.joints.back().unlimited) unlimited.push_back(joints[i]->name);
-    }
-    if (chain.joints.empty()) continue;  // a link that never moves loads no joint
-    const urdf::Link& link = *model->links_.at(joints[i]->child_link_name);
-    const urdf::Joint* next = i + 1 < joints.size() ? joints[i + 1] : nullptr;
-    Body& body = chain.joints.back().body;
-    body = join(body, carried(*model, link, T, next, held));
-  }
-  FASTCAL_CHECK(!chain.joints.empty()) << "no joint moves between link '" << chain.base_link << "' and link '"
-                                       << chain.tip_link << "'";
-  chain.flange = T;
-  add_mimics(*model, chain);
-  if (!unlimited.empty())
-    chain.notes.push_back("joints without limits get -360 and 360 degrees, slides -10 and 10 m: " + joined(unlimited));
-  if (!held.empty()) chain.notes.push_back("joints beside the arm are held at 0 with what they carry: " + joined(held));
+  const Joints joints = path(*model, chain.base_link, chain.tip_link);
+  read_chain(*model, joints, joints, chain);
   return chain;
+}
+
+std::vector<UrdfBranch> read_urdf_tree(const std::string& xml, const std::string& base_link,
+                                       const std::vector<std::string>& tip_links) {
+  FASTCAL_CHECK(!tip_links.empty()) << "expected at least one tip_link, got none";
+  const urdf::ModelInterfaceSharedPtr model = parse(xml);
+  std::string base = base_link;
+  std::vector<std::string> tips;
+  for (const std::string& tip : tip_links) {
+    const UrdfEnds ends = choose_ends(link_tree(*model), base, tip);
+    if (base.empty()) base = ends.base;
+    tips.push_back(ends.tip);
+  }
+  return Ways(*model, base, tips).branches();
 }
 
 }  // namespace fastcal

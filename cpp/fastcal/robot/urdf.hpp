@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The fastcal authors
 // SPDX-License-Identifier: MIT
 //
-// A URDF read as one chain of moving joints. Fixed joints are merged: their transforms go into the next joint's origin
-// or the flange, their links' masses into the link that carries them. urdfdom is met in urdf.cpp only.
+// A URDF read as one chain of moving joints, or as a tree of them. Fixed joints are merged: their transforms go into
+// the next joint's origin or the flange, their links' masses into the link that carries them. urdfdom is met in
+// urdf.cpp only.
 #pragma once
 
 #include <optional>
@@ -40,6 +41,7 @@ struct UrdfChain {
   std::string tip_link;
   std::vector<UrdfJoint> joints;
   Pose flange;                     ///< pose of tip_link in the frame of the last moving joint
+  Body ahead;                      ///< what hangs on base_link and moves with it, on the way to the first moving joint
   std::vector<std::string> notes;  ///< what was read in a way that the reader should know
 };
 
@@ -47,5 +49,17 @@ struct UrdfChain {
 /// Throws InvalidInput where the text is no URDF, the links don't form a chain, or a joint on it is none that a
 /// calibration can move (planar, floating). Joints beside the chain are held at 0, and that is noted.
 UrdfChain read_urdf(const std::string& xml, const std::string& base_link = "", const std::string& tip_link = "");
+
+/// A chain of a URDF with several tips, and the one whose tip_link is its base_link; -1: it begins at the base.
+struct UrdfBranch {
+  int parent = -1;
+  UrdfChain chain;
+};
+
+/// The chains from `base_link` to the tips as one tree: joints that ways to several tips share are those of one chain,
+/// which ends at the link where the ways part. Parents come first; what a fork carries is a body of its chain. Throws
+/// InvalidInput as read_urdf() does, and where no joint moves a tip by itself.
+std::vector<UrdfBranch> read_urdf_tree(const std::string& xml, const std::string& base_link,
+                                       const std::vector<std::string>& tip_links);
 
 }  // namespace fastcal

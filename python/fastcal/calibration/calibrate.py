@@ -255,4 +255,6 @@ def _notes(model: Robot, data: Dataset) -> list[str]:
     sided = [column for effect in model.effects for column in effect.data_columns if column.startswith("approach")]
     if sided and data.approach is None:
         out.append("there is no approach column: the direction of each joint is that from the row before")
+    if model.spec.get("known_distances"):
+        out.append("known_distances of the robot file are kept and not used in the fit")
     return out

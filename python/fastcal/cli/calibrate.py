@@ -82,16 +82,21 @@ def calibrate(
     from fastcal.importers.corners import load_seen, load_seen_or_open
     from fastcal.io.folder import check_folder
     from fastcal.io.robot_file import load_robot
+    from fastcal.io.tree_file import is_cell
     from fastcal.measurements.dataset import Dataset
     from fastcal.report.calibration_files import FILES, write_calibration
     from fastcal.selection.choose_parameters import choose_parameters
     from fastcal.units import to_si
 
-    if limit_mm is not None and not limit_mm > 0:
-        raise InvalidInput(f"--limit-mm must be above 0, got {limit_mm:g}")
+    if is_cell(robot):
+        from fastcal.cli.cells import calibrate_cell
+
+        only_of_arms = {"--effects": (effects, "geometry"), "--method": (method, "nls"), "--priors": (priors, None)}
+        only_of_arms |= {"--choose": (choose, None), "--limit-mm": (limit_mm, None), "--tracker": (tracker, None)}
+        calibrate_cell(robot, data, output, test, loss, threads, only_of_arms)
+        return
+    _check_options(limit_mm, choose, least_squares=method == "nls" and not priors)
     check_folder(output, FILES)
-    if choose is not None and (priors or method != "nls"):
-        raise InvalidInput("--choose compares sets by least squares without priors: leave out --priors and --method")
     nominal = load_robot(robot)
     measured = load_seen_or_open(data, nominal, corners, lambda rows: seen_by(tracker, rows))
     if choose is not None and not isinstance(measured, Dataset):
@@ -136,6 +141,15 @@ def calibrate(
         model = "model.yaml is what could be fitted, not to be relied on" if found.parameters else "no model.yaml"
         fail(f"{found.status.replace('_', ' ')}: {found.message}; {model}")
         raise typer.Exit(NOT_CONVERGED)
+
+
+def _check_options(limit_mm: float | None, choose: Rule | None, *, least_squares: bool) -> None:
+    from fastcal.errors import InvalidInput
+
+    if limit_mm is not None and not limit_mm > 0:
+        raise InvalidInput(f"--limit-mm must be above 0, got {limit_mm:g}")
+    if choose is not None and not least_squares:
+        raise InvalidInput("--choose compares sets by least squares without priors: leave out --priors and --method")
 
 
 def say_choice(choice: Selection) -> None:

@@ -81,7 +81,13 @@ def evaluate(
     from fastcal.importers.corners import load_seen
     from fastcal.io.results import write_json
     from fastcal.io.robot_file import load_robot
+    from fastcal.io.tree_file import is_cell
 
+    if is_cell(model):
+        from fastcal.cli.cells import evaluate_cell
+
+        evaluate_cell(model, data, output)
+        return
     robot = load_robot(model)
     looked = seen_by_model(robot, load_seen(data, robot, corners), threads)
     measured = looked.data

@@ -13,6 +13,7 @@ from typing import Any
 
 from fastcal.correction import Correction
 from fastcal.io.fields import REQUIRED, Fields
+from fastcal.io.known_distances import check_known_distance
 from fastcal.io.pendant_schema import check_pendant
 from fastcal.io.rig_schema import check_cell_names, check_rig
 from fastcal.io.structure_schema import check_structure
@@ -69,6 +70,8 @@ def check_spec(value: Any, path: str | os.PathLike[str] = "robot") -> Spec:
         spec["equilibrium"] = equilibrium
     spec["effects"] = [_effect(fields) for fields in _list(top, "effects", 0, 1000)]
     spec["structure"] = check_structure(top.take("structure", {}), [joint["type"] for joint in spec["joints"]], path)
+    if top.has("known_distances"):
+        spec["known_distances"] = [check_known_distance(fields) for fields in _list(top, "known_distances", 0, 1000)]
     spec |= check_rig(top, len(joints)) | check_cell_names(top)
     spec |= _additions(top, kind, spec["joints"])
     top.done()

@@ -12,7 +12,7 @@ from xml.etree import ElementTree as ET
 from fastcal import units
 from fastcal.errors import InvalidInput, ParseError
 from fastcal.io.robot_schema import Spec
-from fastcal.io.urdf_chain import read_chain
+from fastcal.io.urdf_chain import read_chain, read_chains
 from fastcal.io.xacro_file import expanded
 from fastcal.io.xml_text import read_xml
 from fastcal.robot.se3 import Array, rotation_to_rpy
@@ -44,12 +44,32 @@ def read_urdf(
         raise
     except InvalidInput as error:
         raise ParseError(f"{' '.join(str(error).split()):.400}", path) from None
+    return _chain_spec(chain) | {"source": {key: chain[key] for key in ("base_link", "tip_link")} | {"xml": xml}}
+
+
+def read_urdf_tree(path: str | os.PathLike[str], base_link: str, tip_links: list[str]) -> list[tuple[int, str, Spec]]:
+    """The arms to several tips of a URDF as chains that share no joint: parent, tip_link and spec of each.
+
+    The parent is the place in the list of the chain that it begins at the end of; -1: at the base. Not yet checked.
+
+    Raises:
+        ParseError: A tip is not there, or no joint moves it by itself; the sentence says why.
+    """
+    try:
+        chains = read_chains(read_xml(path), base_link, tip_links)
+    except ParseError:
+        raise
+    except InvalidInput as error:
+        raise ParseError(f"{' '.join(str(error).split()):.400}", path) from None
+    return [(parent, str(chain["tip_link"]), _chain_spec(chain)) for parent, chain in chains]
+
+
+def _chain_spec(chain: Mapping[str, Any]) -> Spec:
     return {
         "name": chain["name"] or "robot",
         "kinematics": "urdf",
         "joints": [_joint_spec(joint) for joint in chain["joints"]],
         "flange": _frame_spec(chain["flange"]),
-        "source": {key: chain[key] for key in ("base_link", "tip_link")} | {"xml": xml},
         "notes": list(chain["notes"]),
     }
 

@@ -88,8 +88,8 @@ def sharing(data: Dataset, field: str) -> int:
 
 
 def kind_of(observation: _core.Observation) -> str:
-    """Its kind in the registry: one that is placed on a link has that in its name, "tilt of link3"."""
-    return observation.name.partition(" of link")[0]
+    """Its kind in the registry: what it is of stands behind that, "tilt of link3", "position@smr:camera"."""
+    return observation.name.partition(" of link")[0].partition("@")[0]
 
 
 def sigma_field(kind: str) -> str:

@@ -37,6 +37,7 @@ Tables tables(Random& random) {
   out.numbers["tilt@link5"] = out.numbers["tilt@link3"];
   out.labels["anchor"] = {Eigen::Vector2i(1, 0), {"a", "b"}};
   out.labels["plane"] = {Eigen::Vector2i(0, -1), {"top"}};
+  out.labels["socket"] = {Eigen::Vector2i(0, -1), {"left", "right"}};
   return out;
 }
 
@@ -100,7 +101,7 @@ TEST_P(Contract, DerivativesAreThoseOfTheResidual) {
 
 TEST_P(Contract, WhatWasNotMeasuredIsAbsent) {
   for (auto& [name, table] : tables_.numbers) table.row(1).setConstant(kNan);
-  tables_.labels["anchor"].codes[1] = tables_.labels["plane"].codes[1] = -1;
+  for (auto& [name, labels] : tables_.labels) labels.codes[1] = -1;
   const Measurements empty(tables_, arm());
   Comparison out;
   out.clear();
@@ -117,9 +118,11 @@ TEST_P(Contract, ItsStartIsExactOnExactReadings) {
   std::vector<Sights> sights;
   for (Eigen::Index i = 0; i < kRows; ++i) sights.push_back({random_.pose(1), sights_[1]});
   Tables readings{kRows, {}, {}};
-  // A plane is touched where the arm is put on it; others are read off.
+  // A plane or a socket is touched where the arm is put on it; others are read off.
   const bool touches = of_->field().empty();
-  if (touches) {
+  if (of_->name() == "socket") {
+    for (std::size_t i = 0; i < sights.size(); ++i) sights[i][0].p = Eigen::Vector3d(0.1, -0.2, 0.3 + double(i % 2));
+  } else if (touches) {
     const Eigen::Vector3d normal = random_.unit();
     for (Sights& at : sights) at[0].p += (0.4 - normal.dot(at[0].p)) * normal;
   } else {
@@ -156,22 +159,22 @@ TEST_P(Contract, ItsStartIsExactOnExactReadings) {
   for (Eigen::Index i = 0; i < kRows; ++i) EXPECT_LT(residual(observed, start, i).norm(), 1e-9) << of_->name();
 }
 
-INSTANTIATE_TEST_SUITE_P(All, Contract, testing::Range<std::size_t>(0, 6));
+INSTANTIATE_TEST_SUITE_P(All, Contract, testing::Range<std::size_t>(0, 7));
 
 TEST(Registry, HasTheseKinds) {
   EXPECT_EQ(observation_names(),
-            (std::vector<std::string>{"corner", "length", "orientation", "plane", "position", "tilt"}));
+            (std::vector<std::string>{"corner", "length", "orientation", "plane", "position", "socket", "tilt"}));
   EXPECT_THROW(observation_entry("smell"), InvalidInput);
   Random random(1);
-  EXPECT_EQ(Measurements(tables(random), arm()).observation_count(), 6);  // as many as Contract runs over
+  EXPECT_EQ(Measurements(tables(random), arm()).observation_count(), 7);  // as many as Contract runs over
 }
 
 TEST(Measurements, ThePositionComesFirstAndTheOthersFollow) {
   Random random(1);
   const Measurements measured(tables(random), arm());
   EXPECT_EQ(measured.observations()[0]->name(), "position");
-  EXPECT_EQ(measured.number_count(), 3 + 3 + 1 + 1 + 2 + 2);
-  EXPECT_EQ(measured.unknown_count(), 6 + 3 + 3 + 3);
+  EXPECT_EQ(measured.number_count(), 3 + 3 + 1 + 1 + 3 + 2 + 2);
+  EXPECT_EQ(measured.unknown_count(), 6 + 3 + 6 + 3 + 3);
   int number = 0;
   int unknown = 0;
   for (const PlacedObservation& of : measured.observations()) {
@@ -199,6 +202,7 @@ TEST(Measurements, SigmaOfALengthIsThatOfTheFirstCoordinate) {
                                                  {"orientation", 4},
                                                  {"length", 1},
                                                  {"plane", 1},
+                                                 {"socket", 3},
                                                  {"tilt of link3", 5},
                                                  {"tilt of link5", 5}}));
 }
@@ -230,6 +234,51 @@ TEST(Position, SeenFromAnInstrumentIsAlongItsBeamAndAcross) {
   EXPECT_TRUE(residual(2, {0.1, 0.2, 0.3}).isApprox(Eigen::Vector3d(0.1, 0.2, 0.3), 1e-12));
   of.numbers["instrument"].row(0) = of.numbers["position"].row(0);
   EXPECT_THROW(Measurements(of, arm()), InvalidInput);
+}
+
+/// Readings of a tag that one arm carries, from a camera on another.
+TEST(Measurements, AReadingFromOneFrameOfAnotherDependsOnBoth) {
+  Random random(5);
+  const auto robot = std::make_shared<const RobotModel>(arm());
+  const RobotModel two = join({{"left", robot, {}, "world"},
+                               {"right", robot, {}, "world"},
+                               {"tag", nullptr, random.pose(1), "left.link6"},
+                               {"camera", nullptr, random.pose(1), "right.link2"}});
+  Tables of{1, {}, {}};
+  of.numbers["position@tag:camera"] = random.vector(1).transpose();
+  of.numbers["rotation@tag:camera"] = wxyz(random.rotation()).transpose();
+  of.numbers["sigma_position@tag:camera"] = RowMatrixXd::Constant(1, 3, 0.1);
+  of.numbers["position@tag"] = random.vector(1).transpose();
+  const Measurements measured(of, two);
+  EXPECT_EQ(measured.number_count(), 9);
+  constexpr double h = 1e-3;
+  const Sights here{random.pose(1), random.pose(1)};
+  for (const PlacedObservation& placed : measured.observations()) {
+    const auto r = [&](const Sights& sights) {
+      Comparison out;
+      out.clear();
+      placed->compare(0, sights, nullptr, out);
+      return out;
+    };
+    const bool is_of_two = placed->name() != "position@tag";
+    EXPECT_EQ(placed.frames, is_of_two ? (std::vector<int>{two.tree().frame("tag"), two.tree().frame("camera")})
+                                       : (std::vector<int>{two.tree().frame("tag")}));
+    EXPECT_EQ(placed->coordinates(), nullptr);
+    for (std::size_t f = 0; f < placed.frames.size(); ++f) {
+      for (int k = 0; k < 6; ++k) {
+        const auto moved = [&](double step) -> Eigen::Vector3d {
+          Sights there = here;
+          if (k < 3) there[f].p[k] += step;
+          if (k >= 3) there[f].R = exp_so3(step * Eigen::Vector3d::Unit(k - 3)) * there[f].R;
+          return r(there).r;
+        };
+        const Eigen::Vector3d wanted = (8 * (moved(h) - moved(-h)) - (moved(2 * h) - moved(-2 * h))) / (12 * h);
+        EXPECT_LT((r(here).by_frame[f].col(k) - wanted).norm(), 1e-8) << placed->name() << " frame " << f << ", " << k;
+      }
+    }
+  }
+  of.numbers["position@hand"] = of.numbers["position@tag"];
+  EXPECT_THROW(Measurements(of, two), InvalidInput);
 }
 
 TEST(Orientation, IsTheTurnInTheAxesOfTheTool) {
@@ -311,12 +360,13 @@ TEST(Measurements, BadTablesAreRefusedInASentence) {
             "sigma_position must be positive and finite");
   EXPECT_EQ(refusal([](Tables& t) { t.numbers["sigma_position"](0, 1) = kNan; }),
             "sigma_position must be positive and finite");
-  EXPECT_EQ(
-      refusal([](Tables& t) {
-        t.numbers.clear();
-        t.labels.clear();
-      }),
-      "nothing was measured; expected corners, lengths, orientations, touches of a plane, positions, inclinations");
+  EXPECT_EQ(refusal([](Tables& t) {
+              t.numbers.clear();
+              t.labels.clear();
+            }),
+            "nothing was measured; expected corners, lengths, orientations, touches of a plane, positions, touches of "
+            "a socket, "
+            "inclinations");
 }
 
 }  // namespace

@@ -125,9 +125,9 @@ void expect_rows(const ErrorModel& model, const Samples& samples, const Eigen::V
     Eigen::MatrixXd points(ld, columns);
     block.jacobian({kernels::ToolNumbers::kPosition, 0, numbers.factor.data(), nullptr, 0}, points.data(), ld);
     std::vector<double> poses(static_cast<std::size_t>(6 * columns * (end - begin)));
-    block.write_jacobian(kernels::ToolNumbers::kPose, false, poses.data());
+    block.write_jacobian(robot_tool(model), kernels::ToolNumbers::kPose, false, poses.data());
     std::vector<double> positions(poses.size() / 2);
-    block.write_jacobian(kernels::ToolNumbers::kPosition, true, positions.data());
+    block.write_jacobian(robot_tool(model), kernels::ToolNumbers::kPosition, true, positions.data());
     kernels::finish_copies();
     for (Eigen::Index i = 0; i < end - begin; ++i) {
       const Pose& T = rows.jacobian(samples.row(begin + i), J);
@@ -209,7 +209,7 @@ TEST(RowBlock, PosesAreTheRowsWhereNobodyWantsTheColumns) {
     const Eigen::Index end = std::min(begin + kChunkRows, samples.count());
     for (RowBlock* block : {&all, &tool, &none}) block->forward(samples, begin, end, nullptr);
     std::vector<double> matrices(static_cast<std::size_t>(16 * (end - begin)));
-    none.write_tool(matrices.data());
+    none.write_seen(model.robot().view(), matrices.data());
     for (Eigen::Index i = begin; i < end; ++i) {
       const Pose T = rows.pose(samples.row(i));
       const auto row = static_cast<int>(i - begin);

@@ -53,8 +53,10 @@ inline Tables random_tables(Random& random, int joints) {
   return t;
 }
 
-inline RobotModel build(const std::string& kind, const Tables& t) {
+/// `given`: with its bodies; null: with none.
+inline RobotModel build(const std::string& kind, const Tables& t, const RobotDescription* given = nullptr) {
   RobotDescription description;
+  if (given != nullptr) description.bodies = given->bodies;
   description.joint_types = t.types;
   description.T_world_base = t.base;
   description.T_flange_tool = t.tool;

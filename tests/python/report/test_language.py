@@ -28,6 +28,7 @@ FROM_BELOW = {
     "lengths",
     "inclinations",
     "touches of a plane",
+    "touches of a socket",
     "estimated from the residuals; no sigma column",
 }
 

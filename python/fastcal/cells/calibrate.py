@@ -1,0 +1,194 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Calibration of a cell: all its arms, and where everything stands, from readings of its targets, in one fit."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal import _core
+from fastcal.calibration.kind_errors import KindErrors
+from fastcal.calibration.kind_noise import noise_by_kind
+from fastcal.calibration.result import IdentifiedParameter, Unidentifiable
+from fastcal.cells.asked import asked_parameters, priors
+from fastcal.cells.cell import Cell
+from fastcal.cells.errors import kind_errors, kinds_json
+from fastcal.cells.readings import Readings
+from fastcal.cells.start import started
+from fastcal.effects.entries import edge_name, edge_unit, full_name
+from fastcal.errors import InvalidInput
+from fastcal.measurements.kinds import KindNoise
+from fastcal.units import factor, from_si
+
+FloatArray = NDArray[np.float64]
+Progress = Callable[[str], None]
+
+HOLDS = (None, 3.0, 1.0, 0.3)  # of the geometry, in plausible sizes: what predicts held-out postures best is taken
+_FOLDS = 5
+_ENOUGH = 10  # numbers a parameter: with more the geometry is left free without a look
+
+
+@dataclass(frozen=True, eq=False)
+class CellResult:
+    """What `calibrate_cell` found.
+
+    Attributes:
+        cell: Identified; also the start of a next calibration.
+        nominal: The cell before, with its places as the closed-form start has them.
+        status: converged, not_converged or too_few_equations.
+        parameters: Identified numbers in edge units; owners carry the arm: `left.joint3`.
+        train, test: Errors of each kind of reading, before and after.
+        outliers: Rows whose error the noise does not explain.
+    """
+
+    cell: Cell
+    nominal: Cell
+    status: str
+    message: str
+    parameters: list[IdentifiedParameter]
+    unidentifiable: list[Unidentifiable]
+    rank: int
+    degrees_of_freedom: int
+    noise: dict[str, KindNoise]
+    outliers: list[int]
+    train: dict[str, KindErrors]
+    test: dict[str, KindErrors] | None = None
+    held: str = ""
+    notes: list[str] = field(default_factory=list)
+
+    def to_json_dict(self) -> dict[str, Any]:
+        """The content of result.json."""
+        return {
+            "status": self.status,
+            "message": self.message,
+            "kinds": kinds_json(self.train),
+            "train": {"kinds": kinds_json(self.train)},
+            "test": None if self.test is None else {"kinds": kinds_json(self.test)},
+            "parameters": [p.to_json_dict() for p in self.parameters],
+            "rank": self.rank,
+            "unidentifiable": [vars(u) for u in self.unidentifiable],
+            "noise": {name: of.to_json_dict() for name, of in self.noise.items()},
+            "degrees_of_freedom": self.degrees_of_freedom,
+            "outliers": self.outliers,
+            "held": self.held,
+            "notes": self.notes,
+        }
+
+
+def calibrate_cell(
+    cell: Cell,
+    readings: Readings,
+    *,
+    test: Readings | None = None,
+    loss: str = "tukey",
+    threads: int = 1,
+    progress: Progress | None = None,
+) -> CellResult:
+    """Identifies the geometry of all arms of a cell and where its members stand.
+
+    Where the postures are few for the parameters, the geometry is held near what the files say, by as much as
+    predicts held-out postures best.
+
+    Args:
+        cell: As its file says, or an identified one as a new start.
+        readings: Postures and what was read in them.
+        test: Others, only reported on.
+        loss: Robust loss on the whitened error of a row: tukey, huber, cauchy, none.
+        threads: Cores; the result does not depend on it.
+        progress: Called with a sentence at each step.
+
+    Raises:
+        InvalidInput: Nothing was read, or of a frame that the cell does not have.
+    """
+    report = progress or (lambda text: None)
+    if not readings.views:
+        raise InvalidInput(f"{readings.source}: holds no reading; expected columns such as x_mm@TARGET")
+    report("placing the members of the cell")
+    start = started(cell, readings)
+    asked = asked_parameters(start, readings)
+    sizes = None
+    if _numbers_of(start, readings) < _ENOUGH * len(asked):
+        report("choosing how much the geometry is held")
+        sizes = _chosen_hold(start, readings, asked, loss, threads)
+    report("identifying")
+    found = _identified(start, readings, asked, sizes, loss, threads)
+    measured = readings.measured(start)
+    model = start.with_values(np.asarray(found.theta))
+    names = [full_name(parameter) for parameter in found.parameters]
+    return CellResult(
+        cell=model,
+        nominal=start,
+        status=found.status,
+        message=found.message,
+        parameters=_parameter_table(found, np.asarray(start.core.nominal)),
+        unidentifiable=[
+            Unidentifiable(text, [names[i] for i in parts])
+            for text, parts in zip(found.unidentifiable, found.unidentifiable_parts, strict=True)
+        ],
+        rank=found.rank,
+        degrees_of_freedom=found.degrees_of_freedom,
+        noise=noise_by_kind(measured, found),
+        outliers=list(found.outliers),
+        train=kind_errors(model, readings, start),
+        test=None if test is None else kind_errors(model, test, start),
+        held=""
+        if sizes is None
+        else f"the geometry is held within {sizes:g} plausible sizes of what the files say, which predicts held-out "
+        "postures best",
+        notes=list(readings.notes),
+    )
+
+
+def _identified(
+    cell: Cell, readings: Readings, asked: list[int], sizes: float | None, loss: str, threads: int
+) -> _core.Identification:
+    held = priors(cell, asked, sizes)
+    return _core.identify(
+        cell.model, readings.samples(), readings.measured(cell), asked=asked, loss=loss, threads=threads, **held
+    )
+
+
+def _chosen_hold(cell: Cell, readings: Readings, asked: list[int], loss: str, threads: int) -> float | None:
+    """Of HOLDS the one whose held-out postures are predicted best: every fifth is held out in turn."""
+    places = np.arange(len(readings)) % _FOLDS
+
+    def cost(sizes: float | None) -> float:
+        errors: dict[str, list[FloatArray]] = {}
+        for fold in range(_FOLDS):
+            found = _identified(cell, readings.pick(np.flatnonzero(places != fold)), asked, sizes, loss, threads)
+            if found.status == "too_few_equations":
+                return float("inf")
+            there = cell.with_values(np.asarray(found.theta))
+            for name, of in kind_errors(there, readings.pick(np.flatnonzero(places == fold))).items():
+                errors.setdefault(name, []).append(of.after[~np.isnan(of.after)])
+        return float(sum(np.log(np.median(np.concatenate(of)) + 1e-300) for of in errors.values()))
+
+    return min(HOLDS, key=cost)
+
+
+def _numbers_of(cell: Cell, readings: Readings) -> int:
+    """Measured numbers, three of an orientation."""
+    out = 0
+    for name, values in readings.tables.items():
+        if not name.startswith("sigma"):
+            known = ~np.isnan(values)
+            out += 3 * int(known.all(axis=1).sum()) if name.startswith("rotation") else int(known.sum())
+    return out
+
+
+def _parameter_table(found: _core.Identification, nominal: FloatArray) -> list[IdentifiedParameter]:
+    """Identified numbers in edge units."""
+    theta, deviations = np.asarray(found.theta), np.sqrt(np.diag(found.covariance))
+    parameters, out = found.parameters, []
+    for i, deviation in zip(found.free, deviations.tolist(), strict=True):
+        parameter = parameters[i]
+        unit = edge_unit(parameter, geometry=True)
+        value, before = from_si(float(theta[i]), unit), from_si(float(nominal[i]), unit)
+        name = edge_name(parameter, geometry=True)
+        out.append(IdentifiedParameter(name, parameter.owner, value, deviation / factor(unit), unit, before))
+    return out

@@ -1,0 +1,131 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""A cell: arms, targets and instruments, each standing on the world or on a frame of an arm, as one tree of frames."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal import _core
+from fastcal.errors import InvalidInput
+from fastcal.robot.core_model import Spec, pose
+from fastcal.robot.identified_spec import Values, frame_spec, identified_spec
+from fastcal.robot.robot import Robot
+from fastcal.units import to_si
+
+FloatArray = NDArray[np.float64]
+SIGMA_MM, SIGMA_DEG = 5.0, 0.3  # plausible errors of where a cell's file says that something stands
+
+
+@dataclass(frozen=True)
+class Known:
+    """How surely it is known where something stands: `fixed`, within standard deviations, or (all None) not at all."""
+
+    fixed: bool = False
+    sigma_mm: float | None = None
+    sigma_deg: float | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Arm:
+    """An arm of a cell.
+
+    Attributes:
+        robot: Its `base` is where the arm stands on the frame `on`.
+        on: `world`, or a frame of another arm: `left.link7`.
+    """
+
+    name: str
+    robot: Robot
+    on: str = "world"
+    known: Known = Known()
+
+    @property
+    def flange(self) -> str:
+        """The name of its last link in the tree."""
+        return f"{self.name}.link{self.robot.joint_count}"
+
+    @property
+    def joint_columns(self) -> list[tuple[str, ...]]:
+        """Of each joint the names, without a unit, that its column may have: `left.q1`, a URDF's own name."""
+        own = [joint.get("name") for joint in self.robot.spec["joints"]]
+        return [(f"{self.name}.q{i + 1}", *([name] if name else [])) for i, name in enumerate(own)]
+
+
+@dataclass(frozen=True)
+class Point:
+    """One frame: a target that is read, or an instrument that reads.
+
+    Attributes:
+        role: target or sensor.
+        on: `world`, or a frame of an arm.
+        place: {xyz_mm, rpy_deg} on that frame.
+    """
+
+    name: str
+    role: str
+    on: str
+    place: Spec
+    known: Known = Known()
+
+
+@dataclass(frozen=True, eq=False)
+class Cell:
+    """Arms and points, in the order of the file; each stands on the world or on something of the cell."""
+
+    name: str
+    arms: tuple[Arm, ...]
+    points: tuple[Point, ...] = ()
+
+    def arm(self, name: str) -> Arm:
+        """The arm of this name."""
+        return next(arm for arm in self.arms if arm.name == name)
+
+    @cached_property
+    def core(self) -> _core.RobotModel:
+        """The tree of all frames. InvalidInput where something stands on nothing, or on itself."""
+        size = {"sigma_position": to_si(SIGMA_MM, "mm"), "sigma_rotation": to_si(SIGMA_DEG, "deg")}
+        arms = [_core.Member(name=arm.name, on=arm.on, robot=arm.robot.core, **size) for arm in self.arms]
+        points = [_core.Member(name=of.name, on=of.on, T_on_frame=pose(of.place), **size) for of in self.points]
+        return _core.join([*arms, *points])
+
+    @cached_property
+    def model(self) -> _core.ErrorModel:
+        """The tree as a model without effects."""
+        if effects := [arm.name for arm in self.arms if arm.robot.effects]:
+            raise InvalidInput(f"arm {effects[0]} has effects, and arms of a cell are identified by geometry alone")
+        return _core.ErrorModel(self.core)
+
+    @cached_property
+    def joint_columns(self) -> list[tuple[str, ...]]:
+        """As `Arm.joint_columns`, of all joints in the order of the tree."""
+        arms = {arm.name: arm for arm in self.arms}
+        return [names for of in self.core.branches if of.joint_count for names in arms[of.name].joint_columns]
+
+    @cached_property
+    def joint_types(self) -> list[str]:
+        """Revolute or prismatic, in the order of the tree."""
+        arms = {arm.name: arm for arm in self.arms}
+        return [kind for of in self.core.branches if of.joint_count for kind in arms[of.name].robot.joint_types]
+
+    def known(self, name: str) -> Known:
+        """How surely it is known where a branch stands."""
+        return next(of.known for of in (*self.arms, *self.points) if of.name == name)
+
+    def with_values(self, theta: FloatArray) -> Cell:
+        """The cell with other values (P,) of the tree's parameters, SI."""
+        branches = {branch.name: branch for branch in self.core.branches}
+        places = dict(zip(branches, self.core.placements(theta), strict=True))
+
+        def arm_there(arm: Arm) -> Arm:
+            branch = branches[arm.name]
+            own = theta[branch.first_parameter : branch.first_parameter + branch.parameter_count]
+            spec = identified_spec(arm.robot, arm.robot.error_model, Values(own))
+            return replace(arm, robot=Robot.keeping(spec))
+
+        points = tuple(replace(of, place=frame_spec(places[of.name])) for of in self.points)
+        return Cell(self.name, tuple(map(arm_there, self.arms)), points)

@@ -1,0 +1,53 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Postures of a cell and what was read in them, as the core takes them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal import _core
+from fastcal.cells.cell import Cell
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Readings:
+    """N postures of a cell.
+
+    Attributes:
+        q: (N, n) joint positions in the order of the tree [rad, m].
+        tables: Of each field and view, such as `position@smr:camera`, (N, c) numbers, SI, NaN where not read.
+        source: The file.
+        notes: What a reader should know, a sentence each.
+    """
+
+    q: FloatArray
+    tables: dict[str, FloatArray]
+    source: str
+    notes: tuple[str, ...] = ()
+
+    def __len__(self) -> int:
+        return len(self.q)
+
+    @property
+    def views(self) -> list[str]:
+        """TARGET or TARGET:SENSOR of what was read, each once."""
+        return list(dict.fromkeys(name.partition("@")[2] for name in self.tables if not name.startswith("sigma")))
+
+    def pick(self, rows: NDArray[np.intp]) -> Readings:
+        """Some rows."""
+        tables = {name: np.ascontiguousarray(table[rows]) for name, table in self.tables.items()}
+        return replace(self, q=np.ascontiguousarray(self.q[rows]), tables=tables)
+
+    def samples(self) -> _core.Samples:
+        """The postures for the core."""
+        return _core.Samples(self.q)
+
+    def measured(self, cell: Cell) -> _core.Measurements:
+        """What was read, for the core. InvalidInput where it names a frame that the cell does not have."""
+        return _core.Measurements(cell.core, len(self), self.tables)

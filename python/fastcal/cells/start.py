@@ -1,0 +1,98 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Where the members of a cell stand, in closed form, from the readings alone.
+
+A reading sees a target from a sensor: T_world_sensor S = T_world_target with S measured. For one member that stands at
+X on its frame F, every reading in which it is one of the ends gives a point or a whole pose of X on F, once all others
+are where they are. So each is placed given the others, in turn, the robust mean of what its readings say, a few rounds:
+    X = F^-1 T_world_sensor S          (a target)
+    X = F^-1 T_world_target S^-1       (a sensor, a whole pose)
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal import _core
+from fastcal.cells.cell import Cell
+from fastcal.cells.readings import Readings
+from fastcal.robot.core_model import pose
+from fastcal.robot.identified_spec import frame_spec
+
+FloatArray = NDArray[np.float64]
+_ROUNDS = 8
+_LEAST = 3  # readings that place a member
+
+
+def started(cell: Cell, readings: Readings) -> Cell:
+    """The cell with its free targets and sensors where the readings put them, as far as they say."""
+    loose = [of for of in cell.points if not of.known.fixed and of.known.sigma_mm is None]
+    if not any(view.partition(":")[2] for view in readings.views):
+        return cell  # read from the world: what the file says is near enough for the fit
+    for _ in range(_ROUNDS):
+        for point in loose:
+            cell = _placed(cell, readings, point.name)
+    return cell
+
+
+def _placed(cell: Cell, readings: Readings, name: str) -> Cell:
+    """The cell with one point where all its readings of whole poses put it."""
+    point = next(of for of in cell.points if of.name == name)
+    model, samples = cell.model, readings.samples()
+
+    def poses(of: str) -> FloatArray:
+        if of in ("", "world"):
+            return np.broadcast_to(np.eye(4), (len(readings), 4, 4))
+        return np.asarray(model.predict(samples, model.start, of=of))
+
+    found = []
+    for view in readings.views:
+        target, _, sensor = view.partition(":")
+        seen = _measured_poses(readings, view)
+        if seen is None or name not in (target, sensor):
+            continue
+        T = poses(sensor) @ seen if name == target else poses(target) @ _inverse(seen)
+        found.append(_inverse(poses(point.on)) @ T)
+    every = [T for T in np.concatenate(found) if not np.isnan(T).any()] if found else []
+    if len(every) < _LEAST:
+        return cell
+    place = frame_spec(_mean(np.array(every), pose(point.place)))
+    points = tuple(replace(of, place=place) if of.name == name else of for of in cell.points)
+    return replace(cell, points=points)
+
+
+def _measured_poses(readings: Readings, view: str) -> FloatArray | None:
+    """(N, 4, 4) T_sensor_target as measured, NaN where not whole; None where the view has no whole poses."""
+    p, wxyz = readings.tables.get(f"position@{view}"), readings.tables.get(f"rotation@{view}")
+    if p is None or wxyz is None:
+        return None
+    out = np.tile(np.eye(4), (len(p), 1, 1))
+    for i, (point, q) in enumerate(zip(p, wxyz, strict=True)):
+        if np.isnan(point).any() or np.isnan(q).any():
+            out[i] = np.nan
+            continue
+        out[i, :3, :3] = _core.quaternion_to_rotation(q)
+        out[i, :3, 3] = point
+    return out
+
+
+def _inverse(T: FloatArray) -> FloatArray:
+    """(N, 4, 4) inverses of poses."""
+    out = np.tile(np.eye(4), (len(T), 1, 1))
+    out[:, :3, :3] = T[:, :3, :3].transpose(0, 2, 1)
+    out[:, :3, 3] = -np.einsum("nij,nj->ni", out[:, :3, :3], T[:, :3, 3])
+    return out
+
+
+def _mean(T: FloatArray, near: FloatArray) -> FloatArray:
+    """A robust mean of poses (N, 4, 4): the median of positions, and of turns about the best rotation of all."""
+    u, _, vt = np.linalg.svd(T[:, :3, :3].sum(axis=0))
+    R = u @ np.diag([1.0, 1.0, np.linalg.det(u @ vt)]) @ vt
+    turns = np.array([_core.log_so3(R.T @ each) for each in T[:, :3, :3]])
+    out = near.copy()
+    out[:3, :3] = R @ _core.exp_so3(np.median(turns, axis=0))
+    out[:3, 3] = np.median(T[:, :3, 3], axis=0)
+    return out

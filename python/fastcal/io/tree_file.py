@@ -1,0 +1,228 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Cell files in and out: YAML of arms, targets and sensors, each with what it stands on."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from fastcal.cells.cell import Arm, Cell, Known, Point
+from fastcal.errors import InvalidInput, ParseError
+from fastcal.io.atomic import write_text
+from fastcal.io.fields import Fields
+from fastcal.io.robot_file import read_spec
+from fastcal.io.robot_schema import Spec, check_spec
+from fastcal.io.urdf_file import read_urdf_tree
+from fastcal.io.yaml_file import read_text, read_yaml
+from fastcal.io.yaml_text import yaml_text
+from fastcal.robot.robot import Robot
+
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,59}")
+_ZERO = [0.0, 0.0, 0.0]
+
+
+def is_cell(source: str | os.PathLike[str]) -> bool:
+    """Is it a YAML file of arms? One with cameras is read as a robot with what it carries."""
+    path = Path(source)
+    if path.suffix.lower() not in (".yaml", ".yml") or not path.is_file():
+        return False
+    keys = re.findall(r"^(arms|cameras):", read_text(path), re.MULTILINE)
+    return "arms" in keys and "cameras" not in keys
+
+
+@dataclass
+class _Entry:
+    """One arm as its file has it."""
+
+    name: str
+    robot: Any
+    links: tuple[str, str]
+    on: str
+    place: Spec
+    known: Known
+    key: str
+
+
+@dataclass
+class _Chain:
+    """An arm as one chain; the names of arms that end in it."""
+
+    arm: Arm
+    ends: list[str] = field(default_factory=list)
+
+
+def load_cell(path: str | os.PathLike[str]) -> Cell:
+    """The cell of a file.
+
+    Arms that name the same URDF and base_link share its joints: what several of them have in common is an arm of its
+    own, named by the link where their ways part.
+
+    Raises:
+        ParseError: One sentence that names the file, the key, what was expected and what came.
+    """
+    top = Fields(read_yaml(path), "", path)
+    name = top.text("cell", Path(path).stem)
+    entries = [_entry(key, fields) for key, fields in _members(top, "arms")]
+    if not entries:
+        top.refuse("arms", "expected at least one arm, got none")
+    points = [_point(key, role, fields) for role in ("target", "sensor") for key, fields in _members(top, f"{role}s")]
+    top.done()
+    names = [entry.name for entry in entries] + [point.name for point in points]
+    for twice in sorted({each for each in names if names.count(each) > 1}):
+        top.refuse("", f"two members of the cell are named '{twice}'; expected a name for each")
+    chains = _chains(entries, Path(path))
+    flanges = {end: chain.arm.flange for chain in chains for end in chain.ends} | {
+        chain.arm.name: chain.arm.flange for chain in chains
+    }
+
+    def stands_on(on: str) -> str:
+        return flanges.get(on, on)
+
+    arms = tuple(Arm(chain.arm.name, chain.arm.robot, stands_on(chain.arm.on), chain.arm.known) for chain in chains)
+    placed = tuple(Point(of.name, of.role, stands_on(of.on), of.place, of.known) for of in points)
+    cell = Cell(name, arms, placed)
+    try:
+        _ = cell.core
+    except InvalidInput as error:
+        raise ParseError(str(error), path) from None
+    return cell
+
+
+def cell_text(cell: Cell, comment: str = "") -> str:
+    """The file of a cell, which holds its arms itself; it loads back bit for bit."""
+    content: dict[str, Any] = {"cell": cell.name, "arms": {}}
+    for arm in cell.arms:
+        spec = {key: value for key, value in arm.robot.spec.items() if key not in ("base", "source")}
+        content["arms"][arm.name] = {"robot": spec, **_where(arm.on, arm.robot.spec["base"], arm.known)}
+    for role in ("target", "sensor"):
+        if members := {of.name: _where(of.on, of.place, of.known) for of in cell.points if of.role == role}:
+            content[f"{role}s"] = members
+    return "".join(f"# {line}\n" for line in comment.splitlines()) + yaml_text(content)
+
+
+def write_cell(cell: Cell, path: str | os.PathLike[str], comment: str = "") -> None:
+    """Writes the file of a cell, whole or not at all."""
+    write_text(path, cell_text(cell, comment))
+
+
+def _where(on: str, place: Spec, known: Known) -> dict[str, Any]:
+    out: dict[str, Any] = {"on": on, "xyz_mm": place["xyz_mm"], "rpy_deg": place["rpy_deg"]}
+    if known.fixed:
+        out["fixed"] = True
+    return out | {key: value for key, value in vars(known).items() if key != "fixed" and value is not None}
+
+
+def _members(top: Fields, key: str) -> list[tuple[str, Fields]]:
+    """The mappings of `arms`, `targets` or `sensors`, by their names."""
+    value = top.take(key, {})
+    if not isinstance(value, dict):
+        top.fail(key, "a mapping of names to members", value)
+    out = []
+    for name, entry in value.items():
+        if not isinstance(name, str) or not _NAME.fullmatch(name) or name == "world":
+            top.refuse(key, f"expected names of letters, digits, _ and - that begin with a letter, got '{name!s:.60}'")
+        out.append((name, Fields(entry, f"{key}.{name}", top.path)))
+    return out
+
+
+def _place(fields: Fields) -> tuple[str, Spec, Known]:
+    """What a member stands on, where, and how surely that is known."""
+    on = fields.text("on", "world")
+    place = {"xyz_mm": fields.quantities("xyz", "mm", 3, _ZERO), "rpy_deg": fields.quantities("rpy", "deg", 3, _ZERO)}
+    fixed = fields.take("fixed", False)
+    if not isinstance(fixed, bool):
+        fields.fail("fixed", "true or false", fixed)
+    sigma = {}
+    for unit in ("mm", "deg"):
+        if fields.has(f"sigma_{unit}"):
+            value = fields.number(f"sigma_{unit}")
+            if not value > 0:
+                fields.fail(f"sigma_{unit}", "a number above 0", value)
+            sigma[f"sigma_{unit}"] = value
+    return on, place, Known(fixed, **sigma)
+
+
+def _entry(name: str, fields: Fields) -> _Entry:
+    robot = fields.take("robot")
+    if robot == "pose":
+        fields.refuse("robot", "expected a robot file or the name of a shipped arm; flange poses alone are no arm here")
+    if not isinstance(robot, str | Mapping):
+        fields.fail("robot", "a robot file, the name of a shipped arm or a mapping", robot)
+    base_link, tip_link = (fields.text(key) if fields.has(key) else "" for key in ("base_link", "tip_link"))
+    on, place, known = _place(fields)
+    fields.done()
+    return _Entry(name, robot, (base_link, tip_link), on, place, known, fields.where)
+
+
+def _point(name: str, role: str, fields: Fields) -> Point:
+    on, place, known = _place(fields)
+    fields.done()
+    return Point(name, role, on, place, known)
+
+
+def _chains(entries: list[_Entry], path: Path) -> list[_Chain]:
+    """The arms as chains that share no joint."""
+    out: list[_Chain] = []
+    done: set[str] = set()
+    for entry in entries:
+        if entry.name in done:
+            continue
+        together = [other for other in entries if _shares(entry, other)]
+        done |= {other.name for other in together}
+        out += _forked(together, path) if len(together) > 1 else [_alone(entry, path)]
+    return out
+
+
+def _shares(a: _Entry, b: _Entry) -> bool:
+    """Do two arms name the same URDF and the same base_link?"""
+    if a is b:
+        return True
+    return (
+        isinstance(a.robot, str)
+        and a.robot == b.robot
+        and a.robot.lower().endswith(".urdf")
+        and (a.links[0] == b.links[0])
+    )
+
+
+def _alone(entry: _Entry, path: Path) -> _Chain:
+    if isinstance(entry.robot, Mapping):
+        spec = read_spec(entry.robot)
+    else:
+        file = path.parent / entry.robot
+        source = file if file.suffix else entry.robot
+        spec = read_spec(source, base_link=entry.links[0], tip_link=entry.links[1])
+    spec["base"] = entry.place
+    return _Chain(Arm(entry.name, Robot(spec), entry.on, entry.known), [entry.name])
+
+
+def _forked(entries: list[_Entry], path: Path) -> list[_Chain]:
+    """Arms of one URDF, their shared joints first."""
+    first = entries[0]
+    for other in entries[1:]:
+        if (other.on, other.place) != (first.on, first.place):
+            raise ParseError(
+                f"{other.key}: shares the joints of arm '{first.name}', and so stands where that stands; expected the "
+                "same on, xyz_mm and rpy_deg",
+                path,
+            )
+    tips = {entry.links[1]: entry.name for entry in entries}
+    if len(tips) < len(entries):
+        raise ParseError(f"{first.key}: arms of one URDF end at different links; expected a tip_link for each", path)
+    out: list[_Chain] = []
+    for parent, tip, found in read_urdf_tree(path.parent / first.robot, first.links[0], list(tips)):
+        spec = check_spec(found, path)
+        spec["gravity_frame"] = "measuring"
+        name = tips.get(tip, tip)
+        on = first.on if parent < 0 else out[parent].arm.flange
+        if parent < 0:
+            spec["base"] = first.place
+        # Behind a fork the first joint's own origin says where it is.
+        known = first.known if parent < 0 else Known(fixed=True)
+        out.append(_Chain(Arm(name, Robot(spec), on, known), [name] if tip in tips else []))
+    return out
