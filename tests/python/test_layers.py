@@ -87,6 +87,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         *(*ARM, "calibration", "selection", "conversion", "ik", "compensation", "design", "networks", "io", "report"),
     },
     "fleet": {*ARM, "calibration", "diagnosis", "io", "report", "robots"},
+    "live": {*ARM, "calibration", "design", "io"},
 }
 # What binds the rooms together may import any of them, and is imported by none.
 DOORS = {"__init__", "__main__", "cli"}
