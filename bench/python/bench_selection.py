@@ -25,10 +25,10 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from fastcal import _core, load_robot, random_poses
-from fastcal.selection.choose_parameters import RX160L_ALWAYS, RX160L_OPTIONAL
+from fastcal_studies.staubli_rx160l import ALWAYS, OPTIONAL
 
 Array = NDArray[np.float64]
-POSES, FOLDS, OPTIONAL = 90, 10, len(RX160L_OPTIONAL)
+POSES, FOLDS, OPTIONAL = 90, 10, len(OPTIONAL)
 GOAL_SECONDS = 60.0  # for all sets, the project's own
 
 
@@ -40,10 +40,10 @@ def problem() -> tuple[Array, Array, Array, NDArray[np.int32]]:
     J = (
         robot.parameter_jacobian(random_poses(robot, POSES)).reshape(3 * POSES, -1) * 1e-3 / 1e-4
     )  # plausible size / noise
-    kept = [*names[:6], *RX160L_ALWAYS, "tool x", "tool y", "tool z"]
+    kept = [*names[:6], *ALWAYS, "tool x", "tool y", "tool z"]
     r = J @ random.standard_normal(len(names)) + random.standard_normal(len(J))
     fold = (np.repeat(random.permutation(POSES), 3) % FOLDS).astype(np.int32)
-    return J[:, [names.index(n) for n in kept]], J[:, [names.index(n) for n in RX160L_OPTIONAL]], r, fold
+    return J[:, [names.index(n) for n in kept]], J[:, [names.index(n) for n in OPTIONAL]], r, fold
 
 
 def by_lstsq(kept: Array, optional: Array, r: Array, fold: NDArray[np.int32], sets: NDArray[np.bool_]) -> Array:

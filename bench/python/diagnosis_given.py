@@ -10,8 +10,8 @@ import numpy as np
 
 from fastcal import Robot, load_measurements, load_robot
 from fastcal.measurements.dataset import Dataset
-from fastcal.papers.diagnosed import Sample, sample
-from fastcal.papers.study import NAMES
+from fastcal_studies.diagnosed import Sample, sample
+from fastcal_studies.study import NAMES
 
 Random = np.random.Generator
 

@@ -18,7 +18,7 @@ import pytest
 import fastcal
 from fastcal import robots
 from fastcal.cli import main
-from fastcal.cli.app import COMMANDS
+from fastcal.cli.app import COMMANDS, installed
 from fastcal.io import long_files
 from fastcal.monitoring import causes, check, common_gauge, refit
 
@@ -94,7 +94,7 @@ def options(capsys: pytest.CaptureFixture[str], command: str) -> set[str]:
 
 def test_the_page_of_commands_names_every_option_and_none_that_is_gone(capsys: pytest.CaptureFixture[str]) -> None:
     text = page("commands.md")
-    there = {command: options(capsys, command) for command in COMMANDS}
+    there = {command: options(capsys, command) for command in [*COMMANDS, *installed()]}
     written = {"--output", "--help"}  # as -o; of every program
     missing = {(c, o) for c, own in there.items() for o in own - written if not re.search(rf"{o}(?![\w-])", text)}
     assert missing == set()

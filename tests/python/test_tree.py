@@ -49,6 +49,13 @@ def test_the_version_is_written_once() -> None:
     assert elsewhere == []
 
 
+def test_the_studies_go_with_this_version() -> None:
+    studies = tomllib.loads((ROOT / "studies" / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert studies["version"] == PROJECT["version"]
+    assert studies["dependencies"] == [f"fastcal=={PROJECT['version']}"]
+    assert PROJECT["optional-dependencies"]["papers"] == [studies["name"]]
+
+
 def changelog_sections() -> list[str]:
     """The titles of the changelog's versions, newest first."""
     return re.findall(r"^## (.+)$", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), re.MULTILINE)

@@ -51,7 +51,7 @@ class JointCompliance : public LinearEffect {
 
 FASTCAL_REGISTER_EFFECT("joint_compliance", {make<JointCompliance>,
                                              joint_owners,
-                                             {.phrase = "compliance (it gives under load)",
+                                             {.phrase = "compliance (deflection under load)",
                                               .place = Place::kJoint,
                                               .depends_on = {"torque"},
                                               .shown_by = kShownByLoads,

@@ -85,7 +85,7 @@ class JointProfile : public LinearEffect {
 
 FASTCAL_REGISTER_EFFECT("joint_profile", {make<JointProfile>,
                                           joint_owners,
-                                          {.phrase = "a position error of a shape without a name",
+                                          {.phrase = "a position error of unknown shape",
                                            .role = Role::kCurve,
                                            .place = Place::kJoint,
                                            .depends_on = {"q{n}"},

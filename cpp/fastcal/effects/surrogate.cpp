@@ -152,7 +152,7 @@ class Surrogate : public LinearEffect {
 
 FASTCAL_REGISTER_EFFECT("surrogate", {make<Surrogate>,
                                       places,
-                                      {.phrase = "an error without a name",
+                                      {.phrase = "an unexplained error",
                                        .role = Role::kCurve,
                                        .place = Place::kAnywhere,
                                        .depends_on = {"inputs"},

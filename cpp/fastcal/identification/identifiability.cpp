@@ -193,7 +193,7 @@ std::vector<std::string> describe_directions(const Gauge& gauge, const std::vect
       if (k != held && std::abs(direction[k]) > kVisible * direction.cwiseAbs().maxCoeff()) parts.push_back(k);
     }
     if (parts.empty()) {
-      out.push_back(name(held) + " changes nothing that was measured");
+      out.push_back(name(held) + " is not observable");
       continue;
     }
     std::stable_sort(parts.begin(), parts.end(),

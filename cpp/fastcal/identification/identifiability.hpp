@@ -43,7 +43,7 @@ Gauge choose_gauge(const Eigen::MatrixXd& R, const Eigen::VectorXd& hold, const 
 /// serves only where the axes are so nearly parallel that d would run away), an effect rather than the geometry.
 double fixing_priority(const Parameter& parameter);
 
-/// "joint1 d and base z move together", "joint6 theta changes nothing that was measured": one sentence a column of
+/// "joint1 d and base z move together", "joint6 theta is not observable": one sentence a column of
 /// gauge.directions.
 std::vector<std::string> describe_directions(const Gauge& gauge, const std::vector<const Parameter*>& parameters);
 std::vector<std::string> describe_directions(const Gauge& gauge, const std::vector<Parameter>& parameters);

@@ -95,7 +95,7 @@ bool RobustFit::step_to_the_minimum() {
   bool is_near = rest_ <= kNearly && (is_factor || largest_change(fitted_at_, fit_.tau) < kNoiseStands);
   for (int k = 0; k < kMaxSteps; ++k) {
     if (is_near && fit_.step_with_factor(is_factor)) {
-      message_ = "the step that is left is below 0.0001 standard deviations";
+      message_ = "converged: the next step is below 0.0001 standard deviations";
       return true;
     }
     const Stepped step = fit_.step(fit_.loss, fit_.free, fit_.free_scale, limits, kUnjudged);

@@ -201,7 +201,7 @@ bool solve_least_squares(const Reduced& reduced, const Box& box, const SolverOpt
   out.converged = near || summary.termination_type == ceres::CONVERGENCE;
   if (near) {
     out.message =
-        "the step that is left is below " + std::string(is_settled ? "0.0001" : "0.001") + " standard deviations";
+        "converged: the next step is below " + std::string(is_settled ? "0.0001" : "0.001") + " standard deviations";
   } else {
     out.message =
         descent == Descent::kSpent ? "no convergence in " + std::to_string(taken) + " iterations" : summary.message;

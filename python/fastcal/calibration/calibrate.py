@@ -87,7 +87,7 @@ def calibrate(
             the name of a shipped arm and a mapping are read.
         data: Measured poses, or the path of their file, or a pandas table, or a LongDataset, as which a file of very
             many rows is opened; read-back joint positions are never used.
-        test: Other poses, only reported on.
+        test: Held-out poses, never used for fitting.
         effects: Names as on the command line; base and tool are always identified.
         parameters: Exactly these besides base and tool, such as "joint2 a" (`Robot.parameter_names`); the others keep
             their values. None: all parameters of `effects`.

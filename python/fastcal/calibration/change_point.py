@@ -22,7 +22,8 @@ _ROUNDS = 4
 _ROUNDS_OF_STRETCHES = 2
 _MOMENTS = 40  # between rows at which a stretch may begin or end, before its ends are looked at one by one
 _RIDGE = 1e-10
-_RANK = 1e-10
+_RANK = 1e-10  # of squared lengths
+_FLAT = 1e-8  # of the eigenvalues of columns of unit length
 
 
 def find_step(
@@ -107,10 +108,8 @@ def _longest_gain(
     long = end - first >= fewest
     first, end = first[long], end[long]
     own, coupling, b = (part[first] - part[end] for part in sums)
-    A = own - coupling @ coupling.transpose(0, 2, 1)
-    scale = np.sqrt(np.maximum(np.einsum("kii->ki", A), np.finfo(float).tiny))
-    A = A / (scale[:, :, np.newaxis] * scale[:, np.newaxis]) + _RIDGE * np.eye(A.shape[1])
-    b = b / scale
+    A, b = scaled(own, coupling, b)
+    A = A + _RIDGE * np.eye(A.shape[1])
     gain = np.einsum("ki,ki->k", b, np.linalg.solve(A, b[..., np.newaxis])[..., 0])
     best = int(np.argmax(gain))
     return int(first[best]), int(end[best])
@@ -125,10 +124,29 @@ def _basis(J: FloatArray) -> FloatArray:
 
 def _best(Q: FloatArray, step: FloatArray, residual: FloatArray, starts: IntArray) -> int:
     """The start whose step explains most."""
-    A, coupling, b = _tail_sums(Q, step, residual, starts)
-    A = A - coupling @ coupling.transpose(0, 2, 1)
-    scale = np.sqrt(np.maximum(np.einsum("kii->ki", A), np.finfo(float).tiny))
-    values, vectors = np.linalg.eigh(A / (scale[:, :, np.newaxis] * scale[:, np.newaxis]))
-    along = np.einsum("kij,ki->kj", vectors, b / scale)
-    gain = np.where(values > 1e-8, along**2 / np.maximum(values, 1e-8), 0.0).sum(axis=1)
-    return int(starts[np.argmax(gain)])
+    return int(starts[np.argmax(gains(*_tail_sums(Q, step, residual, starts)))])
+
+
+def scaled(own: FloatArray, coupling: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """A = own - coupling coupling^T and b for columns of unit length; zeros where a column has nothing of its own.
+
+    Of such a column only rounding is left, of either sign; scaled to unit length it would be infinite.
+
+    Args:
+        own: (n, k, k) sums of products of the columns.
+        coupling: (n, k, p) of the columns and an orthonormal basis of the others.
+        b: (n, k) of the columns and what the basis leaves of the residual.
+    """
+    A = own - coupling @ coupling.transpose(0, 2, 1)
+    left, before = (np.einsum("nkk->nk", part) for part in (A, own))
+    seen = left > _RANK * before
+    inverse = np.where(seen, 1 / np.sqrt(np.where(seen, left, 1.0)), 0.0)
+    return A * inverse[:, :, np.newaxis] * inverse[:, np.newaxis], b * inverse
+
+
+def gains(own: FloatArray, coupling: FloatArray, b: FloatArray) -> FloatArray:
+    """(n,) b^T A^+ b, by which the sum of squares falls; arguments as those of `scaled`."""
+    A, b = scaled(own, coupling, b)
+    values, vectors = np.linalg.eigh(A)
+    along = np.einsum("nkj,nk->nj", vectors, b)
+    return np.asarray(np.where(values > _FLAT, along**2 / np.maximum(values, _FLAT), 0.0).sum(axis=1))

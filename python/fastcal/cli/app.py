@@ -65,11 +65,11 @@ GROUPS = {
         "simulate": "simulate:simulate",
         "robots": "lists:robots",
         "effects": "lists:effects",
-        "paper": "paper:paper",
     },
 }
 COMMANDS = {name: home for group in GROUPS.values() for name, home in group.items()}
 ENTRY_POINTS = "fastcal.commands"  # the group of an installed package's commands
+IN_EXTRAS = {"paper": "papers"}  # commands of fastcal's other packages, and the extra that brings each
 
 
 class _Grouped(TyperGroup):
@@ -166,7 +166,15 @@ def _needed(arguments: Sequence[str]) -> typer.Typer:
     """What the arguments ask for: a command, or the list of all; all where one comes later, and where a shell asks."""
     if arguments and arguments[0] in COMMANDS:
         return application(arguments[:1])
-    names = [*COMMANDS, *installed()]
+    others = installed()
+    if arguments and arguments[0] in others:
+        return application(arguments[:1])
+    if arguments and (extra := IN_EXTRAS.get(arguments[0])) is not None:
+        raise InvalidInput(
+            f"the command '{arguments[0]}' is not installed: pip install 'fastcal[{extra}]' brings it "
+            "(in a checkout: pip install ./studies)"
+        )
+    names = [*COMMANDS, *others]
     return application(names, listed=set(names).isdisjoint(arguments) and _COMPLETION not in os.environ)
 
 

@@ -38,7 +38,7 @@ def calibrate(
     data: DataFiles,
     output: OutFolder,
     test: Annotated[
-        Path | None, typer.Option(metavar="TEST", help="Other poses, only reported on: no choice reads them.")
+        Path | None, typer.Option(metavar="TEST", help="Held-out poses, never used for fitting.")
     ] = None,
     effects: Annotated[
         str, typer.Option(metavar="LIST", help="What to identify; base and tool always are.")

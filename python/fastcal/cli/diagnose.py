@@ -23,7 +23,7 @@ def diagnose(
     data: DataFiles,
     output: OutFolder,
     test: Annotated[
-        Path | None, typer.Option(metavar="TEST", help="Other poses, only reported on: no choice reads them.")
+        Path | None, typer.Option(metavar="TEST", help="Held-out poses, never used for fitting.")
     ] = None,
     exclude: Annotated[
         list[str] | None, typer.Option(metavar="EFFECT[@OWNER]", help="A name that is not to be given; repeatable.")

@@ -55,7 +55,6 @@ EXAMPLES = {
     "robots": ("fastcal robots", "fastcal robots --json"),
     "effects": ("fastcal effects",),
     "fleet": ("fastcal fleet arms.csv -o fleet", "fastcal fleet arms.csv --cluster tcp://10.0.0.1:8786 -o fleet"),
-    "paper": ("fastcal paper kuka_kr500 -o kr500", "fastcal paper siasun_sr210d --arms 10 --threads 2 -o sr210d"),
     "studio": ("fastcal studio cell_7", "fastcal studio --demo"),
     "demo": ("fastcal demo -o demonstration",),
 }

@@ -74,7 +74,7 @@ def diagnose(
         robot: Nominal, or identified with effects: those stay and are identified again. A path, the name of a shipped
             arm and a mapping are read.
         data: Measured poses, or the path of their file, or a pandas table.
-        test: Other poses, only reported on.
+        test: Held-out poses, never used for fitting.
         exclude: Names that are not to be given, `EFFECT` or `EFFECT@OWNER`.
         sigma: Standard deviation of a measured coordinate [m], where the data have no column for it.
         as_read: Take the columns of `data` as they are, as in `calibrate`.

@@ -52,7 +52,7 @@ class NoiseLevel:
         if noise.factor >= self.noise.factor:
             return self
         sigma = self.sigma * noise.factor / self.noise.factor
-        note = f"what curves of the joints leave; without them: {self.note}"
+        note = f"estimated after fitting joint curves; without them: {self.note}"
         return replace(self, noise=noise, sigma=sigma, source="residual", note=note)
 
 

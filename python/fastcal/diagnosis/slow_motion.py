@@ -18,6 +18,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.calibration.change_point import gains
 from fastcal.calibration.columns import unit_columns
 from fastcal.calibration.pose_folds import measuring_place
 from fastcal.calibration.tall import taken
@@ -36,7 +37,6 @@ Frames = dict[str, FloatArray]
 
 _OWNERS = ("base", "tool")
 _MOMENTS = 48  # that ends of a block are looked for at before every row near the best ones is
-_RANK = 1e-8  # of a motion, its columns at length 1
 _MOST = 4  # motions of one data set
 _ALL = 1.0 - 1e-12  # of a square
 _NONE = np.zeros(0, dtype=np.intp)
@@ -299,8 +299,7 @@ class _Blocks:
             if not allowed.any():
                 continue
             j = np.searchsorted(moments, ends[allowed])
-            D = held[j] - held[i]
-            gain = _gain(squares[j] - squares[i] - D @ D.transpose(0, 2, 1), along[j] - along[i])
+            gain = gains(squares[j] - squares[i], held[j] - held[i], along[j] - along[i])
             k = int(np.argmax(gain))
             if gain[k] > most:
                 most, chosen = float(gain[k]), (int(first), int(ends[allowed][k]))
@@ -319,11 +318,3 @@ class _Blocks:
 
 def _near(moment: int, step: int) -> IntArray:
     return np.arange(moment - step, moment + step + 1)
-
-
-def _gain(A: FloatArray, b: FloatArray) -> FloatArray:
-    """(n,) b^T A^+ b of A (n, k, k), b (n, k)."""
-    scale = np.sqrt(np.maximum(np.einsum("nkk->nk", A), np.finfo(float).tiny))
-    values, vectors = np.linalg.eigh(A / (scale[:, :, np.newaxis] * scale[:, np.newaxis]))
-    along = np.einsum("nij,ni->nj", vectors, b / scale)
-    return np.asarray(np.where(values > _RANK, along**2 / np.maximum(values, _RANK), 0.0).sum(axis=1))

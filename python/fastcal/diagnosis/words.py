@@ -46,20 +46,20 @@ _OF_A_JOINT = {
 
 _REASONS = {
     Reason.GIVEN: "given",
-    Reason.IMPOSSIBLE: "it would need a sign or size that it cannot have",
+    Reason.IMPOSSIBLE: "it would need a sign or size that is physically impossible",
     Reason.NOT_SIGNIFICANT: "not significant",
     Reason.NOT_NEEDED: "it fits equally well, or is not needed",
     Reason.LEAVES_MORE: "it leaves {subjects} at p = {value:.1e}",
     Reason.SOMETHING_REMAINS: "something else remains unexplained, and it may take this one's place",
     Reason.SHADOW: "poses are predicted better with it, and most of the misfit has another cause",
     Reason.EQUIVALENTS: "other causes explain the data as well",
-    Reason.WEAK_SIGNAL: "its signal is {value:.1f} times the noise; a cause that looks alike and is not in the library "
-    "would show from {limit:g} on",
-    Reason.UNNAMED_RIVALS: "a cause without a name would do as well: {subjects}",
+    Reason.WEAK_SIGNAL: "its signal is {value:.1f} times the noise; grade A needs {limit:g} times, which an unlisted cause that "
+    "looks alike would not survive",
+    Reason.UNNAMED_RIVALS: "an unnamed cause would do as well: {subjects}",
     Reason.SIMPLER_DOES: "the data do not show what sets it apart from {subjects}",
     Reason.IMPLAUSIBLE: "it would have to be implausibly large",
-    Reason.NOT_HELD_OUT: "poses that were held out are not predicted clearly better with it",
-    Reason.UNSTABLE: "it comes first in only {value:.0%} of the parts of the data",
+    Reason.NOT_HELD_OUT: "held-out poses are not predicted clearly better with it",
+    Reason.UNSTABLE: "in cross-validation it ranked first in only {value:.0%} of the folds",
     Reason.OWN_MODEL: "asked about the model that was written, the same data show something more",
     Reason.TURNED_DIRECTION: "its size is negative, which no gear has: its approach column probably has the other sign",
     Reason.LOAD_MODIFIER: "it may be the form of a large effect of loads rather than a cause of its own",
@@ -72,13 +72,12 @@ _REASONS = {
     Reason.ZERO_CREEPS: "a creeping zero of {places} does the same: check its mastering",
     Reason.PART_OF_A_PLAIN_MODEL: "it is in the model because poses that were held out are predicted best with it in "
     "every joint; whether this joint has it is not shown",
-    Reason.PLAIN_MODEL_PREDICTS: "it is not in the model: a plain model without it predicts poses that were held out "
-    "clearly better",
+    Reason.PLAIN_MODEL_PREDICTS: "it is not in the model: a plain model without it predicts held-out poses clearly better",
     Reason.MAY_BE_CHANCE: "it is not in the model: noise alone makes some cause look like this in {value:.0e} of data "
     "sets, and such a cause would make other poses worse; {limit:.0e} at most is needed",
     Reason.CHANGES_OTHERWISE: "it is not in the model: what it stands for may change with time or temperature in "
     "another way, and poses that are measured later may be predicted worse with it",
-    Reason.CURVE_WITHOUT_NAME: "the joint errs by its own position in a way that no single name has",
+    Reason.CURVE_WITHOUT_NAME: "the joint's position error has a shape that no single cause explains",
 }
 
 
@@ -207,7 +206,7 @@ def _cause(f: Finding) -> str:
         return f"{capital}, or {others}: these data can't tell which."
     if f.grade == "C":
         return f"{capital}, is in the model because poses are predicted better with it; the cause is another one."
-    return f"{capital}, {f.snr:.0f} times the noise; every other cause was refused."
+    return f"{capital}, {f.snr:.0f} times the noise; all other causes are ruled out."
 
 
 def _unproven(found: list[Finding]) -> str:

@@ -135,8 +135,8 @@ def sureness(finding: Finding) -> list[str]:
     better = "not clearly better" if gain < rules.GRADE_A_GAIN * error else "clearly better"
     return [
         f"Signal-to-noise ratio {finding.snr:.0f}; noise alone would look like this {chance(finding.p_value)}.",
-        f"Poses that were held out of the fit are predicted {better} with it in the model.",
-        f"Searched for in parts of the data alone, it comes first in {percent(finding.stability)} of them.",
+        f"Held-out poses are predicted {better} with it in the model.",
+        f"In cross-validation it ranked first in {percent(finding.stability)} of the folds.",
     ]
 
 

@@ -30,21 +30,6 @@ SEARCHES = ("auto", "exhaustive", "stepwise")
 RULES = ("least", "one_standard_error")
 MOST_EXHAUSTIVE = 20  # optional parameters of which `auto` tries all sets: a million, in ten folds in a second
 
-# The RX160L study: what is in all its models, and the 15 parameters whose every combination it tries. Axes 2 and 3 are
-# parallel, so beta2 replaces d2.
-RX160L_ALWAYS = (
-    *(f"joint{i} theta" for i in (2, 3, 4, 5)),
-    *("joint3 d", "joint4 d"),
-    *("joint1 a", "joint2 a", "joint3 a"),
-)
-RX160L_OPTIONAL = (
-    *("joint1 theta", "joint6 theta"),
-    *("joint1 d", "joint5 d", "joint6 d"),
-    *("joint4 a", "joint5 a", "joint6 a"),
-    *(f"joint{i} alpha" for i in range(1, 7)),
-    "joint2 beta",
-)
-
 
 @dataclass(frozen=True)
 class Candidate:
@@ -134,7 +119,7 @@ def choose_parameters(
         data: Measured poses.
         optional: Names such as "joint2 alpha" that may be left out; None: all identifiable parameters of `effects`.
         always: Names that are in every set; base and tool always are.
-        test: Other poses, only reported on.
+        test: Held-out poses, never used for fitting.
         folds: K.
         deals: How often the poses are dealt again into folds; the mean is compared. The paper deals once.
         effects: Names as on the command line.

@@ -146,7 +146,7 @@ TEST(Words, TellWhatMovesTogether) {
   EXPECT_TRUE(says(on_axis, "joint1 d and base z move together"));
   EXPECT_TRUE(says(on_axis, "joint1 theta and base rz turn together"));
   EXPECT_TRUE(says(on_axis, "joint6 d and tool z move together"));
-  EXPECT_TRUE(says(on_axis, "joint6 theta changes nothing that was measured"));
+  EXPECT_TRUE(says(on_axis, "joint6 theta is not observable"));
   t.tool.p = {0.1, 0, 0.15};
   EXPECT_TRUE(says(words(look(test::build("dh", t), What::kPositions)), "joint6 theta and tool y move together"));
   const std::vector<std::string> poses = words(look(test::build("dh", t), What::kPoses));
@@ -168,7 +168,7 @@ TEST(Words, AreOneSentenceADirection) {
   const auto sentences =
       describe_directions(gauge, named({"joint1 a", "joint1 d", "joint2 a", "joint2 d", "joint3 a"}, "m"));
   EXPECT_EQ(sentences[0], "joint1 d and joint1 a move together");
-  EXPECT_EQ(sentences[2], "joint2 d changes nothing that was measured");
+  EXPECT_EQ(sentences[2], "joint2 d is not observable");
 }
 
 TEST(Words, NameAParameterWithoutANameByItsUnit) {
@@ -176,7 +176,7 @@ TEST(Words, NameAParameterWithoutANameByItsUnit) {
   gauge.held = {0};
   gauge.directions = Eigen::Vector2d(0, 0);
   EXPECT_EQ(describe_directions(gauge, named({"joint3 ", "joint3 theta"}, "rad_nm")),
-            std::vector<std::string>{"joint3 rad_nm changes nothing that was measured"});
+            std::vector<std::string>{"joint3 rad_nm is not observable"});
 }
 
 /// Whatever an effect's parameter is called: "a" beside the geometry's own a, or nothing at all.

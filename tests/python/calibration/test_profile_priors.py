@@ -8,8 +8,8 @@ import pytest
 from fastcal.calibration.calibrate import calibrate
 from fastcal.calibration.simulation import random_poses
 from fastcal.measurements.dataset import Dataset
-from fastcal.papers.simulated import Unmodelled, measure
-from fastcal.papers.staubli_rx160l import TOOL_KG, WAVES_RAD, nominal_arm, true_arm
+from fastcal_studies.simulated import Unmodelled, measure
+from fastcal_studies.staubli_rx160l import TOOL_KG, WAVES_RAD, nominal_arm, true_arm
 
 NOISE_M = 1e-5
 CURVATURES = (1e-6, 3.16e-4, 1e-3, 1e-6, 3.16e-3, 1e-3)  # as cross-validation chose them for one arm

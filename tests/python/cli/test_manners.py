@@ -13,7 +13,7 @@ import pytest
 
 import fastcal as library
 from fastcal import _core, robots
-from fastcal.cli.app import COMMANDS, GROUPS
+from fastcal.cli.app import COMMANDS, GROUPS, installed
 from fastcal.cli.demo import NOISE_MM
 from fastcal.cli.manners import EXAMPLES
 
@@ -30,8 +30,8 @@ def test_no_summary_of_a_command_is_cut(fastcal, monkeypatch: pytest.MonkeyPatch
     monkeypatch.setenv("COLUMNS", "80")
     text = help_of(fastcal)
     lines = dict(re.findall(r"^  (\w+) {2,}(.+)$", text.split("Calibrate:")[1], re.MULTILINE))
-    assert list(lines) == NAMES
-    assert re.findall(r"^(\w+):$", text.split("Options:")[1], re.MULTILINE) == list(GROUPS)
+    assert list(lines) == [*NAMES, *installed()]
+    assert re.findall(r"^(\w+):$", text.split("Options:")[1], re.MULTILINE) == [*GROUPS, "Installed"]
     assert all(line.endswith(".") and not line.endswith("...") for line in lines.values())
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from fastcal.cli.app import COMMANDS
+from fastcal.cli.app import COMMANDS, installed
 from fastcal.cli.pages import WITH_PAGE
 
 
@@ -59,6 +59,6 @@ def test_without_a_browser_the_path_is_told(fastcal, demo: Path, tmp_path: Path,
     assert said.code == 0
 
 
-@pytest.mark.parametrize("name", COMMANDS)
+@pytest.mark.parametrize("name", [*COMMANDS, *installed()])
 def test_help_offers_it_where_a_page_is_written(fastcal, name: str) -> None:
     assert ("--open " in fastcal(name, "--help").out) == (name in WITH_PAGE)

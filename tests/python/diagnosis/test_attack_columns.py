@@ -129,7 +129,7 @@ def test_a_heavy_payload_that_nobody_wrote_down_does_not_refuse_the_truth(seed: 
 
 @pytest.mark.parametrize("factor", [1e-3, 1e3])
 def test_the_unit_of_a_column_does_not_decide_what_calibrate_holds(factor: float) -> None:
-    """R1: a tilt in rad left 3.40 mm, the same in mrad 0.975; "changes nothing that was measured"."""
+    """R1: a tilt in rad left 3.40 mm, the same in mrad 0.975; "is not observable"."""
     tilt = np.random.default_rng(1).normal(0.0, 1e-3, 80)
     q = postures(80, 8)
     place = points(q, 8)

@@ -16,7 +16,7 @@ from fastcal.diagnosis.library import build_library
 from fastcal.diagnosis.many_rows import all_moved
 from fastcal.diagnosis.noise import moved_together, with_estimated_noise
 from fastcal.diagnosis.problem import Noise, prepared_problem
-from fastcal.diagnosis.slow_motion import SlowMotion, _Blocks, _gain
+from fastcal.diagnosis.slow_motion import SlowMotion, _Blocks
 from fastcal.measurements.dataset import Dataset
 from fastcal.report.diagnosis_steps import next_steps
 
@@ -173,10 +173,6 @@ def test_the_best_block_is_the_best_of_all() -> None:
     assert block == min(every, key=lambda key: every[key])
     assert step == min(steps, key=lambda key: steps[key])
     assert list(_Blocks(Q[:20], F[:20], r[:20], place[:20], 10).best()) == []
-
-
-def test_a_motion_that_moves_nothing_gains_nothing() -> None:
-    assert _gain(np.zeros((1, 2, 2)), np.zeros((1, 2))).tolist() == [0.0]
 
 
 def test_all_rows_between_those_that_moved_have_moved() -> None:

@@ -8,8 +8,8 @@ import numpy as np
 
 import fastcal
 from fastcal.measurements.dataset import Dataset
-from fastcal.papers import siasun_sr210d as study
-from fastcal.papers.simulated import Unmodelled
+from fastcal_studies import siasun_sr210d as study
+from fastcal_studies.simulated import Unmodelled
 
 SEED = 2
 EFFECTS = [

@@ -5,7 +5,7 @@
 import numpy as np
 import pytest
 
-from fastcal.calibration.change_point import find_step
+from fastcal.calibration.change_point import find_step, gains
 from fastcal.calibration.row_weights import HUBER, huber_weights
 
 
@@ -53,3 +53,25 @@ def test_weights_are_hubers_on_whole_rows() -> None:
     row = np.repeat(np.arange(5), 2)
     left = np.repeat([1.0, -1.0, 1.0, 1.0, 30.0], 2)
     assert huber_weights(left, row) == pytest.approx([1] * 8 + [HUBER / 30] * 2)
+
+
+def test_what_others_explain_wholly_gains_nothing() -> None:
+    """Only rounding is left of such columns; scaled to unit length it was infinite, and the eigenvalues failed."""
+    own = np.ones((1, 2, 2))
+    for excess in (-1e-16, 0.0, 1e-15):
+        coupling = np.full((1, 2, 1), 1 + excess)
+        assert gains(own, coupling, np.full((1, 2), 1e-9)).tolist() == [0.0]
+
+
+def test_a_motion_that_moves_nothing_gains_nothing() -> None:
+    assert gains(np.zeros((1, 2, 2)), np.zeros((1, 2, 3)), np.zeros((1, 2))).tolist() == [0.0]
+
+
+def test_the_gain_is_that_of_least_squares() -> None:
+    others, step, residual, _, _ = problem(40, 4.0)
+    Q, _ = np.linalg.qr(others)
+    clean = residual - Q @ (Q.T @ residual)
+    both = np.hstack([others, step])
+    left = residual - both @ np.linalg.lstsq(both, residual, rcond=None)[0]
+    (gain,) = gains((step.T @ step)[np.newaxis], (step.T @ Q)[np.newaxis], (step.T @ clean)[np.newaxis])
+    assert gain == pytest.approx(clean @ clean - left @ left, rel=1e-10)

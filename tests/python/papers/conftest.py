@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from fastcal.papers.page import paper_page
-from fastcal.papers.study import content
+from fastcal_studies.page import paper_page
+from fastcal_studies.study import content
 
 
 @pytest.fixture(scope="session")

@@ -5,7 +5,7 @@
 import pytest
 
 from fastcal.errors import InvalidInput
-from fastcal.papers import run_study
+from fastcal_studies import run_study
 
 distributed = pytest.importorskip("distributed")
 

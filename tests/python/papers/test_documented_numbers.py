@@ -8,10 +8,10 @@ from typing import Any
 import pytest
 
 from fastcal.io.results import read_json
-from fastcal.papers import NAMES
-from fastcal.papers.exhibits import COMPARED
-from fastcal.papers.page import paper_page
 from fastcal.report.formatting import significant
+from fastcal_studies import NAMES
+from fastcal_studies.exhibits import COMPARED
+from fastcal_studies.page import paper_page
 
 ROOT = Path(__file__).parents[3]
 

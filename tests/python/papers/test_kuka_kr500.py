@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import fastcal
-from fastcal.papers import kuka_kr500, run_study
+from fastcal_studies import kuka_kr500, run_study
 
 
 @pytest.fixture(scope="module")

@@ -13,9 +13,9 @@ import pytest
 
 import fastcal
 from fastcal.cli import main
-from fastcal.papers import NAMES, load_study, run_study
-from fastcal.papers.exhibits import Absent, Chart, Headline, Page, Section, Series, Spread, Table, spread
-from fastcal.papers.page import paper_page
+from fastcal_studies import NAMES, load_study, run_study
+from fastcal_studies.exhibits import Absent, Chart, Headline, Page, Section, Series, Spread, Table, spread
+from fastcal_studies.page import paper_page
 
 
 def made_up() -> dict[str, Any]:

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from fastcal.papers import pmc6va030
+from fastcal_studies import pmc6va030
 
 
 def test_the_arm_is_as_far_off_as_the_paper_s_before_calibration(

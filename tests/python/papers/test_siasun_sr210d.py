@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from fastcal.papers import siasun_sr210d
-from fastcal.papers.learning import WITHOUT_TORCH
+from fastcal_studies import siasun_sr210d
+from fastcal_studies.learning import WITHOUT_TORCH
 
 
 def test_without_waves_the_printed_arm_comes_back(

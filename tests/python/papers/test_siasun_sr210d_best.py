@@ -9,10 +9,10 @@ import pytest
 pytest.importorskip("torch")
 
 from fastcal.calibration.calibrate import calibrate
-from fastcal.papers import siasun_sr210d as study
-from fastcal.papers.exhibits import lengths_mm
-from fastcal.papers.siasun_sr210d_best import behind, by_rows
-from fastcal.papers.simulated import Unmodelled, left
+from fastcal_studies import siasun_sr210d as study
+from fastcal_studies.exhibits import lengths_mm
+from fastcal_studies.siasun_sr210d_best import behind, by_rows
+from fastcal_studies.simulated import Unmodelled, left
 
 
 def test_the_process_takes_waves_away_and_more_rows_more_of_them() -> None:

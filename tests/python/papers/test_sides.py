@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import fastcal
-from fastcal.papers.sides import FEWEST, Sides, found_sides
+from fastcal_studies.sides import FEWEST, Sides, found_sides
 
 
 @pytest.mark.parametrize(("owner", "joint", "deg"), [(1, 2, -72.0), (3, 5, 30.0)])

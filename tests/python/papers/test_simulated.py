@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import fastcal
-from fastcal.papers.searches import Counted, bee_colony, genetic, particle_swarm
-from fastcal.papers.simulated import Unmodelled, joint_torques, left
+from fastcal_studies.searches import Counted, bee_colony, genetic, particle_swarm
+from fastcal_studies.simulated import Unmodelled, joint_torques, left
 
 
 def test_waves_have_their_size_and_grow_with_the_load() -> None:

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from fastcal.papers import spray_7dof
+from fastcal_studies import spray_7dof
 
 
 def test_beams_and_commands(monkeypatch: pytest.MonkeyPatch, shown: Callable[..., dict[str, Any]]) -> None:

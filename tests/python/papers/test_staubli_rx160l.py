@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from fastcal.papers import staubli_rx160l
+from fastcal_studies import staubli_rx160l
 
 
 def test_without_waves_tables_1_and_3_come_back(

@@ -9,10 +9,10 @@ pytest.importorskip("torch")
 
 import fastcal
 from fastcal.measurements.dataset import Dataset
-from fastcal.papers import staubli_rx160l as study
-from fastcal.papers import staubli_rx160l_best
-from fastcal.papers.simulated import FloatArray, Unmodelled, measure
-from fastcal.papers.staubli_rx160l_best import best
+from fastcal_studies import staubli_rx160l as study
+from fastcal_studies import staubli_rx160l_best
+from fastcal_studies.simulated import FloatArray, Unmodelled, measure
+from fastcal_studies.staubli_rx160l_best import best
 
 
 def test_the_process_learns_the_gears_and_compliances_the_load(monkeypatch: pytest.MonkeyPatch) -> None:

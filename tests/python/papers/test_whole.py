@@ -6,8 +6,8 @@ import os
 
 import pytest
 
-from fastcal.papers import NAMES, load_study, run_study
-from fastcal.papers.page import paper_page
+from fastcal_studies import NAMES, load_study, run_study
+from fastcal_studies.page import paper_page
 
 FULL = os.environ.get("FASTCAL_TEST_FULL") == "1"
 

@@ -127,7 +127,7 @@ def make_result() -> MakeResult:
             "covariance": np.eye(len(parameters)),
             "unidentifiable": [
                 Unidentifiable("joint1 d and base z move together", ["joint1 d", "base z"]),
-                Unidentifiable("joint6 theta changes nothing that was measured", ["joint6 theta"]),
+                Unidentifiable("joint6 theta is not observable", ["joint6 theta"]),
             ],
             "correlated": [("joint2 theta", "joint3 theta", -0.968), ("base z", "joint1 d", 0.9991)],
             "rank": len(parameters),

@@ -93,7 +93,7 @@ def test_an_unexplained_part_of_several_variables_is_a_map(unnamed: Diagnosis, o
     owner = "workspace" if "x" in on else "joint3"
     page = diagnosis_page(replace(unnamed, verdict="unexplained", unexplained=Unexplained(owner, 0.5, on)))
     assert 'id="figure-unexplained"' in page
-    assert "What remains without a name" in page
+    assert "Unexplained error" in page
 
 
 def test_files_are_replaced_together(found: Diagnosis, tmp_path: Path) -> None:

@@ -12,9 +12,9 @@ import pytest
 from fastcal import Dataset, InvalidInput, Robot, calibrate, choose_parameters, load_robot, random_poses, simulate
 from fastcal.calibration.problem import prepare
 from fastcal.calibration.simulation import perturbed
-from fastcal.selection.choose_parameters import RX160L_ALWAYS, RX160L_OPTIONAL
 from fastcal.selection.cross_validation import CrossValidation, fold_of_rows
 from fastcal.selection.set_search import Searched, shortlist, stepwise
+from fastcal_studies.staubli_rx160l import ALWAYS, OPTIONAL
 
 ALIASES = {"joint1 theta", "joint1 d", "joint6 theta", "joint6 d", "joint6 a", "joint6 alpha"}  # of base and tool
 
@@ -34,8 +34,8 @@ def planted(robot: Robot, errors: dict[str, float]) -> Robot:
 
 
 # What the RX160L study holds in every set, off by sizes that nobody would miss, and three more.
-ERRORS = {f"{name}_deg": 0.05 for name in RX160L_ALWAYS if name.endswith("theta")}
-ERRORS |= {f"{name}_mm": 0.7 for name in RX160L_ALWAYS if not name.endswith("theta")}
+ERRORS = {f"{name}_deg": 0.05 for name in ALWAYS if name.endswith("theta")}
+ERRORS |= {f"{name}_mm": 0.7 for name in ALWAYS if not name.endswith("theta")}
 RATIO = "joint2 error"  # of reduction_ratio
 MORE = {"joint4 a_mm": 0.4, "joint2 beta_deg": 0.04, "joint5 d_mm": -0.5}
 
@@ -102,10 +102,10 @@ def test_what_is_planted_is_chosen_and_no_copy_of_base_or_tool(rx160l: Robot) ->
     true = planted(rx160l, ERRORS | MORE)
     data = simulate(true, random_poses(rx160l, 90, seed=5), noise=2e-5, seed=6)
     test = simulate(true, random_poses(rx160l, 40, seed=7))
-    choice = choose_parameters(rx160l, data, RX160L_OPTIONAL, always=RX160L_ALWAYS, folds=3, test=test)
+    choice = choose_parameters(rx160l, data, OPTIONAL, always=ALWAYS, folds=3, test=test)
     assert choice.search == "exhaustive"
     assert choice.evaluated == 2**15
-    assert {"joint4 a", "joint2 beta", "joint5 d", *RX160L_ALWAYS} <= set(choice.parameters)
+    assert {"joint4 a", "joint2 beta", "joint5 d", *ALWAYS} <= set(choice.parameters)
     assert not ALIASES & set(choice.parameters)
     assert len(choice.table) == 20
     assert [c.error for c in choice.table] == sorted(c.error for c in choice.table)
@@ -113,7 +113,7 @@ def test_what_is_planted_is_chosen_and_no_copy_of_base_or_tool(rx160l: Robot) ->
     assert choice.result.test is not None
     assert choice.result.test.after is not None
     assert choice.result.test.after.rms < 2e-5
-    again = choose_parameters(rx160l, data, RX160L_OPTIONAL, always=RX160L_ALWAYS, folds=3)
+    again = choose_parameters(rx160l, data, OPTIONAL, always=ALWAYS, folds=3)
     assert json.dumps(again.to_json_dict()) == json.dumps(choice.to_json_dict())
     assert choice.rms_mm(choice.table[0]) == pytest.approx(0.02, rel=0.15)
 
@@ -147,8 +147,8 @@ def test_stepwise_ends_where_no_single_step_helps(rx160l: Robot) -> None:
 
 def test_one_standard_error_takes_the_smallest_set_within_it(rx160l: Robot) -> None:
     data = simulate(planted(rx160l, ERRORS | MORE), random_poses(rx160l, 60, seed=12), noise=1e-4, seed=13)
-    least = choose_parameters(rx160l, data, RX160L_OPTIONAL, always=RX160L_ALWAYS, folds=5)
-    small = choose_parameters(rx160l, data, RX160L_OPTIONAL, always=RX160L_ALWAYS, folds=5, rule="one_standard_error")
+    least = choose_parameters(rx160l, data, OPTIONAL, always=ALWAYS, folds=5)
+    small = choose_parameters(rx160l, data, OPTIONAL, always=ALWAYS, folds=5, rule="one_standard_error")
     assert len(small.parameters) < len(least.parameters)
     best = small.table[0]
     taken = next(c for c in small.table if c.parameters == small.parameters)
@@ -228,8 +228,8 @@ def test_the_rx160l_study_in_short(rx160l: Robot) -> None:
     for seed in range(12):
         q = random_poses(rx160l, 130, seed=seed)
         data, exact = simulate(true, q[:90], noise=1.8e-4, seed=seed), simulate(true, q[90:])
-        choice = choose_parameters(rx160l, data, RX160L_OPTIONAL, always=RX160L_ALWAYS, folds=3, refits=3, test=exact)
-        full = calibrate(rx160l, data, parameters=[*RX160L_ALWAYS, *RX160L_OPTIONAL], test=exact)
+        choice = choose_parameters(rx160l, data, OPTIONAL, always=ALWAYS, folds=3, refits=3, test=exact)
+        full = calibrate(rx160l, data, parameters=[*ALWAYS, *OPTIONAL], test=exact)
         assert choice.result.test is not None
         assert full.test is not None
         assert choice.result.test.after is not None

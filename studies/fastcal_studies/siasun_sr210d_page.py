@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from fastcal.papers.exhibits import (
+from fastcal_studies.exhibits import (
     COMPARED,
     MEAN_LENGTH,
     Absent,
@@ -22,8 +22,8 @@ from fastcal.papers.exhibits import (
     spread,
     statistics_rows,
 )
-from fastcal.papers.learning import WITHOUT_TORCH
-from fastcal.papers.study import Run
+from fastcal_studies.learning import WITHOUT_TORCH
+from fastcal_studies.study import Run
 
 SECONDS = {"BAS": 0.087843, "BSO": None, "PSO": 0.215134, "GA": 0.262317, "ABC": 0.132563}
 RATIOS = (1.0002, 1.0013, 1.0004, 0.9998, 0.9996, 1.0003)

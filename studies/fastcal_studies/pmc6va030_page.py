@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fastcal.papers.exhibits import (
+from fastcal_studies.exhibits import (
     MEAN_LENGTH,
     Absent,
     Cell,
@@ -21,8 +21,8 @@ from fastcal.papers.exhibits import (
     Table,
     spread,
 )
-from fastcal.papers.learning import WITHOUT_TORCH
-from fastcal.papers.study import Run
+from fastcal_studies.learning import WITHOUT_TORCH
+from fastcal_studies.study import Run
 
 SETS = ("GA10", "GA20", "GB10", "GB20", "GB30")
 METHODS = {

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fastcal.papers.exhibits import Absent, Cell, Chart, Exhibit, Headline, Page, Section, Series, Table, spread
-from fastcal.papers.study import Run
+from fastcal_studies.exhibits import Absent, Cell, Chart, Exhibit, Headline, Page, Section, Series, Table, spread
+from fastcal_studies.study import Run
 
 MODELS = {
     "before": "before calibration",

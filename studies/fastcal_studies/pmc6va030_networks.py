@@ -21,10 +21,10 @@ from fastcal.networks.plain import fit_plain
 from fastcal.networks.population import Architecture
 from fastcal.networks.problem import problem_of
 from fastcal.networks.somm import fit_somm
-from fastcal.papers.exhibits import MM, lengths_mm
-from fastcal.papers.simulated import FloatArray, left
-from fastcal.papers.study import Run
 from fastcal.robot.robot import Robot
+from fastcal_studies.exhibits import MM, lengths_mm
+from fastcal_studies.simulated import FloatArray, left
+from fastcal_studies.study import Run
 
 PLAIN = Architecture.plain((50, 50, 40, 30), "tanh")
 SCHEDULE = Schedule(epochs=200, batch=200, rate=1e-3)

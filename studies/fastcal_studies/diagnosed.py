@@ -10,8 +10,8 @@ from typing import Any, cast
 
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
-from fastcal.papers.study import NAMES
 from fastcal.robot.robot import Robot
+from fastcal_studies.study import NAMES
 
 
 @dataclass(frozen=True)
@@ -39,5 +39,5 @@ def sample(name: str, seed: int) -> Sample:
     """
     if name not in NAMES:
         raise InvalidInput(f"unknown paper '{name}', expected one of {', '.join(NAMES)}")
-    module = cast("Any", importlib.import_module(f"fastcal.papers.{name}"))
+    module = cast("Any", importlib.import_module(f"fastcal_studies.{name}"))
     return Sample(*module.to_diagnose(seed))

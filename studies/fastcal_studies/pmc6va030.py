@@ -18,14 +18,14 @@ from fastcal.calibration.calibrate import CalibrationResult, calibrate
 from fastcal.ik.inverse_kinematics import inverse_kinematics
 from fastcal.io.robot_file import load_robot
 from fastcal.measurements.dataset import Dataset
-from fastcal.papers.exhibits import DEG, MM, lengths_mm
-from fastcal.papers.learning import HAS_TORCH
-from fastcal.papers.pmc6va030_page import page as page
-from fastcal.papers.sides import Sides, found_sides
-from fastcal.papers.simulated import FloatArray, Unmodelled, left, measure
-from fastcal.papers.study import Paper, Run
 from fastcal.robot.robot import Robot
 from fastcal.robot.se3 import rpy_to_rotation
+from fastcal_studies.exhibits import DEG, MM, lengths_mm
+from fastcal_studies.learning import HAS_TORCH
+from fastcal_studies.pmc6va030_page import page as page
+from fastcal_studies.sides import Sides, found_sides
+from fastcal_studies.simulated import FloatArray, Unmodelled, left, measure
+from fastcal_studies.study import Paper, Run
 
 # Table 4, its first two columns under each other's heading.
 A_MM = (-3.568, 270.017, 800.882, 140.026, 0.026, 0.032)
@@ -168,7 +168,7 @@ def one_arm(seed: int, full: bool) -> Run:
         "residual": (left(part.model, sets["GA10"])[:400] / MM).tolist(),
     }  # fmt: skip
     if HAS_TORCH:
-        from fastcal.papers.pmc6va030_networks import networks
+        from fastcal_studies.pmc6va030_networks import networks
 
         run |= networks(part.model, yielding, sets, (slack.model, marked), seed, full)
     return run

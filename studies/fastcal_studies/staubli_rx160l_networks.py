@@ -14,17 +14,17 @@ from fastcal.measurements.dataset import Dataset
 from fastcal.networks.device import one_thread
 from fastcal.networks.fitting import Schedule
 from fastcal.networks.ga_dnn import BATCH, EPOCHS, FULL, Budget, Network, search, split_rows
-from fastcal.networks.kernel_networks import fit_grnn, fit_rbf
 from fastcal.networks.mlp import fit_mlp
 from fastcal.networks.options import Options
 from fastcal.networks.plain import fit_plain, train_plain
 from fastcal.networks.population import Architecture
 from fastcal.networks.problem import Problem, problem_of
-from fastcal.papers.exhibits import MM, lengths_mm
-from fastcal.papers.simulated import FloatArray, left
-from fastcal.papers.study import Run
 from fastcal.robot.core_model import pose
 from fastcal.robot.robot import Robot
+from fastcal_studies.exhibits import MM, lengths_mm
+from fastcal_studies.kernel_networks import fit_grnn, fit_rbf
+from fastcal_studies.simulated import FloatArray, left
+from fastcal_studies.study import Run
 
 RATE, ENSEMBLE = 1e-2, 3
 SHORTER = (100, 200)

@@ -26,13 +26,13 @@ from fastcal.ik.inertia_load import inertia_load
 from fastcal.io.robot_file import load_robot
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.targets import Targets
-from fastcal.papers.exhibits import MM
-from fastcal.papers.learning import HAS_TORCH
-from fastcal.papers.simulated import FloatArray, Unmodelled, measure
-from fastcal.papers.spray_7dof_page import page as page
-from fastcal.papers.study import Paper, Run
 from fastcal.robot.robot import Robot
 from fastcal.units import from_si
+from fastcal_studies.exhibits import MM
+from fastcal_studies.learning import HAS_TORCH
+from fastcal_studies.simulated import FloatArray, Unmodelled, measure
+from fastcal_studies.spray_7dof_page import page as page
+from fastcal_studies.study import Paper, Run
 
 FITTED, UNSEEN, MANY = 150, 100, 600
 STIFFNESS = {"base": 0.8, "arm": 1.25, "forearm": 0.9, "telescope": 0.7}  # of the hidden beams over the file's

@@ -13,7 +13,7 @@ from typing import Any, Protocol, cast
 
 from fastcal.calibration.processes import workers
 from fastcal.errors import InvalidInput
-from fastcal.papers.exhibits import Page
+from fastcal_studies.exhibits import Page
 
 Run = dict[str, Any]
 NAMES = ("siasun_sr210d", "kuka_kr500", "pmc6va030", "staubli_rx160l", "spray_7dof")
@@ -55,7 +55,7 @@ def load_study(name: str) -> Study:
     """
     if name not in NAMES:
         raise InvalidInput(f"unknown paper '{name}', expected one of {', '.join(NAMES)}")
-    return cast("Study", importlib.import_module(f"fastcal.papers.{name}"))
+    return cast("Study", importlib.import_module(f"fastcal_studies.{name}"))
 
 
 def run_study(

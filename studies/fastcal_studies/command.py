@@ -33,8 +33,8 @@ def paper(
     from fastcal.io.atomic import write_text
     from fastcal.io.folder import atomic_folder, check_folder
     from fastcal.io.results import write_json
-    from fastcal.papers import run_study
-    from fastcal.papers.page import paper_page
+    from fastcal_studies import run_study
+    from fastcal_studies.page import paper_page
 
     check_folder(output, FILES)
     with progress() as show:
@@ -50,3 +50,9 @@ def paper(
         say(f"{entry['measure']}: paper {entry['paper']:.4g}, its method here {method:.4g}, fastcal {best:.4g}")
     say(str(output / "report.html"))
     emit({key: content[key] for key in ("paper", "arms", "full", "headlines")})
+
+
+paper.examples = (  # type: ignore[attr-defined]  # what `fastcal paper --help` ends with
+    "fastcal paper kuka_kr500 -o kr500",
+    "fastcal paper siasun_sr210d --arms 10 --threads 2 -o sr210d",
+)

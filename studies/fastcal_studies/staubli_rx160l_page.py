@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fastcal.papers.exhibits import (
+from fastcal_studies.exhibits import (
     MEAN_LENGTH,
     Absent,
     Cell,
@@ -22,8 +22,8 @@ from fastcal.papers.exhibits import (
     Table,
     spread,
 )
-from fastcal.papers.learning import WITHOUT_TORCH
-from fastcal.papers.study import Run
+from fastcal_studies.learning import WITHOUT_TORCH
+from fastcal_studies.study import Run
 
 PRINTED = {
     "joint2 low_rad_nm": 1 / 2.34e6,

@@ -22,13 +22,13 @@ from fastcal.conversion import convert
 from fastcal.io.robot_file import load_robot
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.targets import Targets
-from fastcal.papers.exhibits import MM, lengths_mm
-from fastcal.papers.learning import HAS_TORCH
-from fastcal.papers.siasun_sr210d_page import page as page
-from fastcal.papers.simulated import FloatArray, Unmodelled, joint_torques, left, measure
-from fastcal.papers.study import Paper, Run
 from fastcal.robot.robot import Robot
 from fastcal.units import to_si
+from fastcal_studies.exhibits import MM, lengths_mm
+from fastcal_studies.learning import HAS_TORCH
+from fastcal_studies.siasun_sr210d_page import page as page
+from fastcal_studies.simulated import FloatArray, Unmodelled, joint_torques, left, measure
+from fastcal_studies.study import Paper, Run
 
 # Tables 3, 4 and 6; the coupling ratio error is in 6.1.
 LENGTHS_MM = (313.1011, 1075.1209, 234.2737, 1281.3124)
@@ -167,8 +167,8 @@ def one_arm(seed: int, full: bool) -> Run:
     }
     run["without_waves"] = without_waves(nominal, true, replace(outside, sizes=(0.0,) * 6), q[:5], seed)
     if HAS_TORCH:
-        from fastcal.papers.siasun_sr210d_best import behind, by_rows
-        from fastcal.papers.siasun_sr210d_networks import networks
+        from fastcal_studies.siasun_sr210d_best import behind, by_rows
+        from fastcal_studies.siasun_sr210d_networks import networks
 
         run["best"] = {
             "free": behind(alone.model, free, seed, {"fitted": free, "others": held_out}),

@@ -20,14 +20,29 @@ from fastcal.design.surroundings import Surroundings
 from fastcal.errors import InvalidInput
 from fastcal.io.robot_file import load_robot
 from fastcal.measurements.dataset import Dataset
-from fastcal.papers.exhibits import DEG, MM, lengths_mm
-from fastcal.papers.learning import HAS_TORCH
-from fastcal.papers.simulated import FloatArray, Unmodelled, left, measure
-from fastcal.papers.staubli_rx160l_page import page as page
-from fastcal.papers.study import Paper, Run
 from fastcal.robot.robot import Robot
-from fastcal.selection.choose_parameters import RX160L_ALWAYS, RX160L_OPTIONAL, choose_parameters
+from fastcal.selection.choose_parameters import choose_parameters
 from fastcal.units import to_si
+from fastcal_studies.exhibits import DEG, MM, lengths_mm
+from fastcal_studies.learning import HAS_TORCH
+from fastcal_studies.simulated import FloatArray, Unmodelled, left, measure
+from fastcal_studies.staubli_rx160l_page import page as page
+from fastcal_studies.study import Paper, Run
+
+# What is in all models of the study, and the 15 parameters whose every combination it tries. Axes 2 and 3 are
+# parallel, so beta2 replaces d2.
+ALWAYS = (
+    *(f"joint{i} theta" for i in (2, 3, 4, 5)),
+    *("joint3 d", "joint4 d"),
+    *("joint1 a", "joint2 a", "joint3 a"),
+)
+OPTIONAL = (
+    *("joint1 theta", "joint6 theta"),
+    *("joint1 d", "joint5 d", "joint6 d"),
+    *("joint4 a", "joint5 a", "joint6 a"),
+    *(f"joint{i} alpha" for i in range(1, 7)),
+    "joint2 beta",
+)
 
 # Table 1, identified less nominal, and table 3 read as N mm/rad: (joint, critical N m, below, above N m/rad).
 ERRORS = (
@@ -128,7 +143,7 @@ def one_arm(seed: int, full: bool) -> Run:
     )
     fitted = at(np.asarray(design.q), TOOL_KG, 0)
     held_out = at(random_poses(nominal, HELD_OUT, seed=1000 + seed), TOOL_KG, 1)
-    choice = choose_parameters(nominal, fitted, RX160L_OPTIONAL, always=RX160L_ALWAYS, folds=FOLDS, deals=1)
+    choice = choose_parameters(nominal, fitted, OPTIONAL, always=ALWAYS, folds=FOLDS, deals=1)
     conventional = calibrate(nominal, fitted, parameters=CONVENTIONAL, loss="none")
     profiles = calibrate(nominal, fitted, effects="geometry,joint_profile")
     plain = calibrate(nominal, fitted, loss="none").model
@@ -164,8 +179,8 @@ def one_arm(seed: int, full: bool) -> Run:
     unseen = at(random_poses(wide, UNSEEN, seed=4000 + seed), TOOL_KG, 4)
     run["before"] = lengths_mm(left(model, unseen))
     if HAS_TORCH:
-        from fastcal.papers.staubli_rx160l_best import best
-        from fastcal.papers.staubli_rx160l_networks import networks
+        from fastcal_studies.staubli_rx160l_best import best
+        from fastcal_studies.staubli_rx160l_networks import networks
 
         heavy = [at(unseen.q[:HEAVY], load, 5 + k) for k, load in enumerate(TESTED_KG)]
         models = {"pieces": stiff.model, "linear": linear.model}

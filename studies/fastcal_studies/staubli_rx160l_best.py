@@ -15,11 +15,11 @@ from fastcal.networks.device import one_thread
 from fastcal.networks.gaussian_process import fit_gaussian_process
 from fastcal.networks.options import Options
 from fastcal.networks.problem import problem_of
-from fastcal.papers.exhibits import lengths_mm
-from fastcal.papers.simulated import FloatArray, left
-from fastcal.papers.staubli_rx160l_networks import SHOWN, lengths, load_adds, sizes
-from fastcal.papers.study import Run
 from fastcal.robot.robot import Robot
+from fastcal_studies.exhibits import lengths_mm
+from fastcal_studies.simulated import FloatArray, left
+from fastcal_studies.staubli_rx160l_networks import SHOWN, lengths, load_adds, sizes
+from fastcal_studies.study import Run
 
 LIKELIHOOD_ROWS = 300
 SHARES = (1, 2, 4)  # all rows, half of them, a quarter

@@ -19,11 +19,11 @@ from fastcal.networks.mlp import fit_mlp
 from fastcal.networks.options import Options
 from fastcal.networks.plain import fit_plain
 from fastcal.networks.problem import Problem, problem_of
-from fastcal.papers.exhibits import MM, lengths_mm
-from fastcal.papers.searches import Counted, Objective, bee_colony, genetic, particle_swarm
-from fastcal.papers.simulated import FloatArray, left
-from fastcal.papers.study import Run
 from fastcal.robot.robot import Robot
+from fastcal_studies.exhibits import MM, lengths_mm
+from fastcal_studies.searches import Counted, Objective, bee_colony, genetic, particle_swarm
+from fastcal_studies.simulated import FloatArray, left
+from fastcal_studies.study import Run
 
 MINIMUM, CLOSE = -1.8013034, 1e-4
 EVALUATIONS, REPEATS, BEETLES_ALONE = 3000, 20, 20

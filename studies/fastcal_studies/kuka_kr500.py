@@ -19,7 +19,10 @@ from fastcal.calibration.evaluation import evaluate
 from fastcal.calibration.simulation import random_poses, simulate
 from fastcal.io.robot_file import load_robot
 from fastcal.measurements.dataset import Dataset
-from fastcal.papers.exhibits import (
+from fastcal.robot.identified_spec import with_frames
+from fastcal.robot.robot import Robot
+from fastcal.units import to_si
+from fastcal_studies.exhibits import (
     DEG,
     MEAN_LENGTH,
     MM,
@@ -34,7 +37,7 @@ from fastcal.papers.exhibits import (
     lengths_mm,
     spread,
 )
-from fastcal.papers.kuka_kr500_tables import (
+from fastcal_studies.kuka_kr500_tables import (
     A_MM,
     ALPHA_DEG,
     BASE_BETA_DEG,
@@ -47,10 +50,7 @@ from fastcal.papers.kuka_kr500_tables import (
     THETA_DEG,
     TOOL_X_MM,
 )
-from fastcal.papers.study import Paper, Run
-from fastcal.robot.identified_spec import with_frames
-from fastcal.robot.robot import Robot
-from fastcal.units import to_si
+from fastcal_studies.study import Paper, Run
 
 LOAD_N = 1103.58
 NOISE_MM = 0.03

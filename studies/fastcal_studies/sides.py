@@ -9,9 +9,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fastcal.measurements.dataset import Dataset
-from fastcal.papers.simulated import FloatArray, left
 from fastcal.robot.core_model import pose
 from fastcal.robot.robot import Robot
+from fastcal_studies.simulated import FloatArray, left
 
 FEWEST = 5  # different positions of the dividing joint on either side
 LEAST = 1e-6  # singular value of a combination of parameters that is still one, over the largest

@@ -15,10 +15,10 @@ from fastcal.networks.device import one_thread
 from fastcal.networks.gaussian_process import fit_gaussian_process
 from fastcal.networks.options import Options
 from fastcal.networks.problem import problem_of
-from fastcal.papers.exhibits import MM, lengths_mm
-from fastcal.papers.simulated import FloatArray, left
-from fastcal.papers.study import Run
 from fastcal.robot.robot import Robot
+from fastcal_studies.exhibits import MM, lengths_mm
+from fastcal_studies.simulated import FloatArray, left
+from fastcal_studies.study import Run
 
 FOLDS = 2  # 50 rows are not regions enough for more
 
