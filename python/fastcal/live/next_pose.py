@@ -101,7 +101,7 @@ class Workspace:
 def _unwound(robot: Robot, q: FloatArray) -> FloatArray:
     """The same postures (N, n) with joints within half a turn of zero, where their limits allow it."""
     near = np.where(np.array(robot.joint_types) == "revolute", np.remainder(q + np.pi, 2 * np.pi) - np.pi, q)
-    allowed = (near >= robot.limits[:, 0]) & (near <= robot.limits[:, 1])
+    allowed = np.asarray((near >= robot.limits[:, 0]) & (near <= robot.limits[:, 1]))
     return np.where(allowed.all(axis=1)[:, None], near, q)
 
 

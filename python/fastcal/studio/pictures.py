@@ -18,15 +18,20 @@ FloatArray = NDArray[np.float64]
 Figure = dict[str, Any]
 
 BLUE, GREEN, RED, GREY, AMBER = "#1f5f8b", "#2e7d4f", "#b3261e", "#8a8f98", "#c77700"
+_CAMERA = {"eye": {"x": 1.05, "y": 1.05, "z": 0.6}}
 _CONFIG = {"displaylogo": False, "responsive": True, "displayModeBar": False}
 
 
-def scene(traces: Sequence[dict[str, Any]]) -> Figure:
-    """Traces in space, the axes to one scale; the view stays where a person has turned it."""
+def scene(traces: Sequence[dict[str, Any]], box_mm: FloatArray | None = None) -> Figure:
+    """Traces in space in a cube around them, or in the cube (3, 2) that is given; the view stays as it was turned."""
+    ranges = _cube(traces) if box_mm is None else box_mm
     axis = {"showbackground": False, "zeroline": False, "gridcolor": "rgba(127,127,127,.3)", "color": GREY, "nticks": 5}
-    axes = {f"{name}axis": {**axis, "title": {"text": f"{name} mm"}} for name in "xyz"}
+    axes = {
+        f"{name}axis": {**axis, "title": {"text": f"{name} mm"}, "range": ranges[k].tolist()}
+        for k, name in enumerate("xyz")
+    }
     layout = {
-        "scene": {"aspectmode": "data", "uirevision": "kept", **axes},
+        "scene": {"aspectmode": "cube", "uirevision": "kept", "camera": _CAMERA, **axes},
         "margin": {"l": 0, "r": 0, "t": 0, "b": 0},
         "paper_bgcolor": "rgba(0,0,0,0)",
         "showlegend": False,
@@ -34,6 +39,25 @@ def scene(traces: Sequence[dict[str, Any]]) -> Figure:
         "uirevision": "kept",
     }
     return {"data": list(traces), "layout": layout, "config": _CONFIG}
+
+
+def _cube(traces: Sequence[dict[str, Any]]) -> FloatArray:
+    """(3, 2) around all points of the traces."""
+    given = [[value for trace in traces for value in trace[axis] if value is not None] for axis in "xyz"]
+    if not given[0]:
+        return np.tile([-1000.0, 1000.0], (3, 1))
+    low, high = (np.array([limit(values) for values in given]) for limit in (min, max))
+    return _around((low + high) / 2, float(np.max(high - low)) / 2)
+
+
+def reach_of(robot: Robot) -> FloatArray:
+    """(3, 2) the cube about the arm's base that it reaches [mm]."""
+    T_world_base = robot.core.base_and_tool(robot.core.nominal)[0]
+    return _around(np.asarray(from_si(T_world_base[:3, 3], "mm")), float(from_si(robot.reach, "mm")))
+
+
+def _around(middle: FloatArray, half: float) -> FloatArray:
+    return np.stack([middle - 1.05 * half, middle + 1.05 * half], axis=1)
 
 
 def arm(robot: Robot, q: FloatArray, colour: str = BLUE, name: str = "arm") -> list[dict[str, Any]]:

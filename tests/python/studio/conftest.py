@@ -18,6 +18,8 @@ import pytest
 
 # Where pictures of the screens are wanted, as docs/pictures/make.py wants them.
 SHOTS = os.environ.get("FASTCAL_STUDIO_SHOTS")
+# Plotly measures a chart that the page has just taken away.
+HARMLESS = "Resize must be passed a displayed plot div element"
 PATIENCE, SHORT = 60_000, 6_000  # [ms] on a busy machine
 
 
@@ -146,4 +148,4 @@ def look(chromium: Any, studio: Any) -> Iterator[Looker]:
     yield looker
     context.close()
     assert looker.foreign == []
-    assert looker.said == []
+    assert [text for text in looker.said if HARMLESS not in text] == []

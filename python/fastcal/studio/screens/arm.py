@@ -48,7 +48,9 @@ def _robot(robot: Robot) -> None:
         ranges = joint_ranges(robot)
     except FastcalError:  # a rail without limits
         ranges = np.where(np.isfinite(robot.limits), robot.limits, [-1.0, 1.0])
-    q = np.clip(np.zeros(robot.joint_count), ranges[:, 0], ranges[:, 1])
+    # Zero, or the middle where the limits leave zero out.
+    q = np.where((ranges[:, 0] <= 0) & (ranges[:, 1] >= 0), 0.0, ranges.mean(axis=1))
+    cube = pictures.reach_of(robot)
     numbers = []
     with ui.row().classes("w-full gap-3 no-wrap max-md:flex-wrap"):
         with card(robot.name, f"{robot.kinematics}, reach {from_si(robot.reach, 'mm'):.0f} mm"):
@@ -58,24 +60,27 @@ def _robot(robot: Robot) -> None:
                     ui.label(f"q{k + 1}").classes("w-8")
                     slider = ui.slider(min=low, max=high, step=(high - low) / 720, value=float(from_si(q[k], unit)))
                     slider.props(f'aria-label="Joint {k + 1}" data-test="slider-{k + 1}"')
-                    numbers.append(ui.label().classes("w-44 font-mono text-right"))
+                    numbers.append(ui.label().classes("w-48 font-mono text-right whitespace-nowrap"))
                     slider.on_value_change(lambda e, k=k, unit=unit: turn(k, to_si(float(e.value), unit)))
             for text in relations(robot.spec):
                 ui.label(text).classes("text-sm")
             place = ui.label().classes("font-mono text-sm").props('data-test="tool"')
         with card("Skeleton", "Turn it with the mouse; the diamond is the tool."):
-            picture = ui.plotly(pictures.scene(pictures.arm(robot, q))).classes("w-full").props('data-test="skeleton"')
+            picture = (
+                ui.plotly(pictures.scene(pictures.arm(robot, q), cube)).classes("w-full").props('data-test="skeleton"')
+            )
 
     def turn(joint: int, value: float) -> None:
         q[joint] = value
         say()
-        picture.update_figure(pictures.scene(pictures.arm(robot, robot.follow(q[np.newaxis])[0])))
+        picture.update_figure(pictures.scene(pictures.arm(robot, robot.follow(q[np.newaxis])[0]), cube))
 
     def say() -> None:
         there = robot.pendant.shown(q)
         for k, unit in enumerate(units):
             chain, shows = (float(from_si(value, unit)) for value in (q[k], there[k]))
-            numbers[k].text = f"{chain:.2f}{signs[unit]}  J{k + 1} {shows:.2f}{signs[unit]}"
+            pendant = "" if robot.pendant.is_chain else f"  J{k + 1} {shows:.2f}{signs[unit]}"
+            numbers[k].text = f"{chain:.2f}{signs[unit]}{pendant}"
         pose = robot.forward(q[np.newaxis])[0]
         x, y, z = (float(from_si(value, "mm")) for value in pose[:3, 3])
         turned = " ".join(f"{value:.4f}" for value in quaternions(pose[np.newaxis, :3, :3])[0])

@@ -67,7 +67,7 @@ def build(studio: Studio) -> None:
                 changed()
 
             ui.button("Add", on_click=add, icon="add").props('outline data-test="add-box"')
-    line = ui.column().classes("w-full")
+    line, work = ui.column().classes("w-full"), ui.column().classes("w-full")
     out = ui.column().classes("w-full")
     curve: list[Any] = []
 
@@ -95,7 +95,7 @@ def build(studio: Studio) -> None:
         for note in result["notes"]:
             ui.notify(note)
 
-    with line:
+    with work:
         job_bar(studio, "plan", done)
     changed()
 
