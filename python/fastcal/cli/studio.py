@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from fastcal.cli.console import say
+from fastcal.cli.console import emit, say
 
 
 def studio(
@@ -35,5 +35,10 @@ def studio(
         from fastcal.studio.demo import fill
 
         fill(folder, say)
+
+    def tell(address: str) -> None:
+        say(f"fastcal studio: {address}")
+        emit({"address": address})
+
     with inputs.replaceable():  # a project is read and written all along
-        serve(folder, port=port, show=browser, say=lambda address: say(f"fastcal studio: {address}"))
+        serve(folder, port=port, show=browser, say=tell)

@@ -101,8 +101,8 @@ class Workspace:
 def _unwound(robot: Robot, q: FloatArray) -> FloatArray:
     """The same postures (N, n) with joints within half a turn of zero, where their limits allow it."""
     near = np.where(np.array(robot.joint_types) == "revolute", np.remainder(q + np.pi, 2 * np.pi) - np.pi, q)
-    allowed = np.asarray((near >= robot.limits[:, 0]) & (near <= robot.limits[:, 1]))
-    return np.where(allowed.all(axis=1)[:, None], near, q)
+    allowed = np.asarray(np.all((near >= robot.limits[:, 0]) & (near <= robot.limits[:, 1]), axis=1))
+    return np.asarray(np.where(allowed[:, np.newaxis], near, q))
 
 
 def _is_among(q: FloatArray, measured: FloatArray) -> bool:

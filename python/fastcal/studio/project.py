@@ -66,11 +66,21 @@ class Project:
             del self.answers[key]
         write_text(self.path(ANSWERS), _HEAD + yaml.safe_dump(self.answers, allow_unicode=True, sort_keys=False))
 
-    def receive(self, name: str, content: bytes) -> str:
-        """Keeps a file that was dropped into the window; returns its path in the project."""
+    @staticmethod
+    def plain_name(name: str) -> str:
+        """The name of a dropped file without any folder.
+
+        Raises:
+            InvalidInput: There is none, or it is that of a hidden file.
+        """
         plain = Path(name.replace("\\", "/")).name
         if not plain or plain.startswith("."):
             raise InvalidInput(f"expected a file with a name, got {name!r:.60}")
+        return plain
+
+    def receive(self, name: str, content: bytes) -> str:
+        """Keeps a file that was dropped into the window; returns its path in the project."""
+        plain = self.plain_name(name)
         self.path(INPUTS).mkdir(exist_ok=True)
         write_bytes(self.path(f"{INPUTS}/{plain}"), content)
         return f"{INPUTS}/{plain}"

@@ -9,9 +9,11 @@ from typing import Any
 
 from nicegui import events, ui
 
+from fastcal.errors import InvalidInput
 from fastcal.fleet import read_list
 from fastcal.io.tables import read_table
 from fastcal.studio.files import address
+from fastcal.studio.project import MEASUREMENTS
 from fastcal.studio.shell import card, command_line, job_bar, told
 from fastcal.studio.state import Studio
 
@@ -43,8 +45,11 @@ def build(studio: Studio) -> None:
                 from fastcal.io.atomic import write_bytes
 
                 with told():
-                    write_bytes(project.path(event.file.name), await event.file.read())
-                    source.set_options(lists(), value=event.file.name if event.file.name in lists() else None)
+                    name = project.plain_name(event.file.name)
+                    if not name.endswith(".csv") or name == MEASUREMENTS:
+                        raise InvalidInput(f"{name}: expected a list of arms, a CSV file with a name of its own")
+                    write_bytes(project.path(name), await event.file.read())
+                    source.set_options(lists(), value=name if name in lists() else None)
                 upload.reset()
 
             upload = ui.upload(label="Drop a list (.csv)", auto_upload=True, on_upload=arrived).props("flat bordered")
