@@ -52,6 +52,7 @@ SCALE = "measurement_scale"  # needs known lengths: identified by itself, withou
 OWNERS: dict[str, tuple[str, ...]] = {
     "backlash": ("@joint1", "@joint2", "@joint3", "@joint4", "@joint5", "@joint6"),
     "base_drift": ("@base",),
+    "base_settling": ("@base:tau_s=3000",),
     "base_step": ("@base",),
     "beam_gravity": ("@structure",),
     "bearing_tilt": ("@joint1", "@joint2", "@joint3"),
@@ -69,12 +70,19 @@ OWNERS: dict[str, tuple[str, ...]] = {
     SCALE: ("@instrument",),
     "payload_com": ("@payload",),
     "payload_mass": ("@payload",),
+    "range_step": ("@instrument",),
+    "range_wave": ("@instrument:period_mm=700",),
     "reduction_ratio": ("@joint1", "@joint2", "@joint3", "@joint4", "@joint5", "@joint6"),
     "regressor": ("@base:column=tilt:axis=rx", "@link3:column=tilt:axis=z"),
     "station_offset": ("@base",),
+    "thermal_base": ("@base",),
+    "thermal_bending": ("@link2", "@link4"),
     "thermal_expansion": ("@robot", "@link2", "@link4"),
     "thermal_offset": ("@joint1", "@joint2", "@joint3", "@joint4", "@joint5"),
+    "thermal_spring": ("@joint1", "@joint2", "@joint3", "@joint5"),
     "tool_shift": ("@tool",),
+    "tool_step": ("@tool",),
+    "zero_step": ("@joint1", "@joint2", "@joint3", "@joint5"),
 }
 # They describe an arm without masses, a history or an instrument, and have recovery tests of their own.
 ELSEWHERE = {"friction", "gravity_sag", "settling", "surrogate", "tracker_angle", "tracker_range"}
@@ -144,7 +152,7 @@ def drawn(entry: Spec, random: np.random.Generator) -> Spec:
     name = entry["effect"]
     if name == "gear_harmonic":
         return entry | {"parameters": {"amplitude_rad": random.uniform(1e-4, 5e-4), "phase_rad": random.uniform(-3, 3)}}
-    if name == "base_step":
+    if name in ("base_step", "range_step", "tool_step", "zero_step"):
         entry = entry | {"at_s": random.uniform(4000.0, 10000.0)}
     (effect,) = build_effects([entry], arm().core)
     size = np.array([STIFF.get(p.unit, 1.0) * p.sigma for p in effect.parameters])

@@ -2,7 +2,9 @@
 # SPDX-License-Identifier: MIT
 """Do 95 % intervals hold the truth whatever was measured: each kind of reading alone, and each pair of them?
 
-Counted are all geometric parameters that are identified, base and tool among them. Which ones the gauge holds depends
+Counted are all geometric parameters that are identified, the tool among them, and the base where points show it: else
+anchors or planes that the gauge holds are where it is told from, and they are held where the nominal arm finds them in
+these very readings, noise and all. Which ones the gauge holds depends
 on the kind, and what a held one is off moves into others; so the truth of a set is what the same readings with a
 thousandth of their noise give for the very same parameters.
 """
@@ -134,7 +136,7 @@ def numbers(label: str, seed: int, loss: str) -> list[Number] | None:
     there = calibrate(nominal, readings(truth, kinds, q, FAINT, at), **options)
     if there.status != "converged" or full_names(there) != full_names(found):
         return None
-    return compared(found, there)
+    return compared(found, there, based="position" in kinds)
 
 
 def full_names(found: CalibrationResult) -> list[str]:
@@ -142,11 +144,12 @@ def full_names(found: CalibrationResult) -> list[str]:
     return [f"{p.owner} {p.name.rpartition('_')[0]}" for p in found.parameters]
 
 
-def compared(found: CalibrationResult, there: CalibrationResult) -> list[Number]:
-    """Each geometric parameter against its truth."""
+def compared(found: CalibrationResult, there: CalibrationResult, *, based: bool) -> list[Number]:
+    """Each geometric parameter against its truth; with `based`, those of the base too."""
+    owners = ("base", "tool") if based else ("tool",)
     rows = zip(found.parameters, found.interval(), there.parameters, strict=True)
     return [
         Number(f"{p.owner} {p.name}", p.value, float(low), float(high), float(p.std or np.nan), other.value)
         for p, (low, high), other in rows
-        if p.owner in ("base", "tool") or p.owner.startswith("joint")
+        if p.owner in owners or p.owner.startswith("joint")
     ]

@@ -19,6 +19,8 @@ std::string text(Role role) {
       return "load modifier";
     case Role::kCurve:
       return "curve";
+    case Role::kScanned:
+      return "scanned";
     case Role::kOnRequest:
       break;
   }

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import load_signatures as load
+import scanned_signatures as scanned
 import signatures as of
 from drawing import Figure, svg
 
@@ -46,6 +47,14 @@ FIGURES: tuple[Callable[[], Figure], ...] = (
     load.payload_com,
     load.link_mass,
     load.link_com,
+    scanned.tool_step,
+    scanned.zero_step,
+    scanned.range_step,
+    scanned.range_wave,
+    scanned.thermal_spring,
+    scanned.thermal_bending,
+    scanned.thermal_base,
+    scanned.base_settling,
 )
 
 

@@ -8,7 +8,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['Alignment', 'ArmBending', 'ArmStructure', 'BeamSolver', 'BlockScores', 'Candidates', 'Choice', 'Compensator', 'Effect', 'ErrorModel', 'Field', 'FoldErrors', 'Identification', 'Linearization', 'Measurements', 'Observation', 'ObservationEntry', 'Parameter', 'PoseSolver', 'RobotDescription', 'RobotModel', 'SHOWN_BY_LOADS', 'SHOWN_BY_MOTION', 'Samples', 'ScoreTests', 'Separation', 'StiffnessTable', 'StructureElement', 'StructureNode', 'SubsetSearch', 'Tracker', 'TwistMemory', 'align', 'build_dh', 'build_mdh', 'build_poe', 'build_urdf', 'choose_gauge', 'draw_design', 'effect_names', 'effect_owners', 'effect_traits', 'exchange_design', 'exp_so3', 'free_parameters', 'grow_design', 'identify', 'instruction_set', 'inverse_kinematics', 'joint_jacobian', 'linearize', 'log_so3', 'make_effect', 'mass_matrix', 'observability_index', 'observation_entry', 'observation_names', 'posture_obstacles', 'quaternion_to_rotation', 'read_urdf', 'residuals', 'rotation_about', 'rotation_to_axis', 'rotation_to_rpy', 'rpy_to_rotation', 'separate', 'spread_points', 'surrogate_inputs', 'tabulated_effect', 'visiting_order']
+__all__: list[str] = ['Alignment', 'ArmBending', 'ArmStructure', 'BeamSolver', 'BlockScores', 'Candidates', 'Choice', 'Compensator', 'Effect', 'ErrorModel', 'Field', 'FoldErrors', 'Identification', 'Linearization', 'Measurements', 'Observation', 'ObservationEntry', 'Parameter', 'PoseSolver', 'Rig', 'RobotDescription', 'RobotModel', 'SHOWN_BY_LOADS', 'SHOWN_BY_MOTION', 'Samples', 'ScoreTests', 'Separation', 'StiffnessTable', 'StructureElement', 'StructureNode', 'SubsetSearch', 'Tracker', 'TwistMemory', 'align', 'build_dh', 'build_mdh', 'build_poe', 'build_urdf', 'choose_gauge', 'draw', 'draw_design', 'effect_names', 'effect_owners', 'effect_traits', 'exchange_design', 'exp_so3', 'free_parameters', 'grow_design', 'identify', 'instruction_set', 'inverse_kinematics', 'joint_jacobian', 'linearize', 'log_so3', 'make_effect', 'mass_matrix', 'observability_index', 'observation_entry', 'observation_names', 'posture_obstacles', 'quaternion_to_rotation', 'read_urdf', 'residuals', 'rotation_about', 'rotation_to_axis', 'rotation_to_rpy', 'rpy_to_rotation', 'separate', 'spread_points', 'surrogate_inputs', 'tabulated_effect', 'visiting_order']
 class Parameter:
     """
     A named number of a model, in SI.
@@ -177,6 +177,20 @@ class ObservationEntry:
     @property
     def plural(self) -> str:
         ...
+class Rig:
+    """
+    Cameras and boards of a cell.
+    """
+    def __init__(self) -> None:
+        ...
+    def add_board(self, name: str, frame: typing.SupportsInt | typing.SupportsIndex, T_frame_board: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], fixed: bool, corners: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"]) -> None:
+        """
+        corners: (K, 3) [m] in the board's frame.
+        """
+    def add_camera(self, name: str, frame: typing.SupportsInt | typing.SupportsIndex, T_frame_camera: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], fixed: bool, lens: str, intrinsics: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], identified: bool) -> None:
+        """
+        `frame` of the chain, -1: the measuring frame.
+        """
 class Observation:
     """
     One observation of some measurements.
@@ -186,7 +200,9 @@ class Observation:
         ...
     @property
     def components(self) -> list[str]:
-        ...
+        """
+        of its numbers in a row, reading by reading
+        """
     @property
     def field(self) -> str:
         """
@@ -214,15 +230,20 @@ class Observation:
         its unknowns
         """
     @property
+    def reading_count(self) -> int:
+        """
+        of a row
+        """
+    @property
     def unit(self) -> str:
         """
-        m or rad
+        m, rad or px
         """
 class Measurements:
     """
     N rows of what was measured, SI; NaN: not in this row.
     """
-    def __init__(self, robot: RobotModel, rows: typing.SupportsInt | typing.SupportsIndex, numbers: collections.abc.Mapping[str, typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"]], labels: collections.abc.Mapping[str, tuple[typing.Annotated[numpy.typing.ArrayLike, numpy.int32, "[m, 1]"], collections.abc.Sequence[str]]] = {}) -> None:
+    def __init__(self, robot: RobotModel, rows: typing.SupportsInt | typing.SupportsIndex, numbers: collections.abc.Mapping[str, typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"]], labels: collections.abc.Mapping[str, tuple[typing.Annotated[numpy.typing.ArrayLike, numpy.int32, "[m, 1]"], collections.abc.Sequence[str]]] = {}, rig: Rig | None = None) -> None:
         """
         From tables by the names of fields; labels are indices and their names.
         """
@@ -245,6 +266,9 @@ class Measurements:
         """
     @property
     def shows_base(self) -> bool:
+        ...
+    @property
+    def shows_tool(self) -> bool:
         ...
     @property
     def shows_tool_turn(self) -> bool:
@@ -723,6 +747,10 @@ def build_urdf(description: RobotDescription, origins: collections.abc.Sequence[
 def choose_gauge(R: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], hold: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], relative_tolerance: typing.SupportsFloat | typing.SupportsIndex) -> tuple[list[int], typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"], typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]]:
     """
     (held, directions (p, held), singular values): what a triangular factor R (p, p) does not fix to relative_tolerance of its largest singular value; of the columns that could be held those of large `hold`.
+    """
+def draw(lens: str, intrinsics: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], points: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+    """
+    (K, 2) [px] of points (K, 3) [m] in a camera's frame; intrinsics fx fy cx cy and the lens' coefficients.
     """
 def draw_design(candidates: typing.SupportsInt | typing.SupportsIndex, count: typing.SupportsInt | typing.SupportsIndex, seed: typing.SupportsInt | typing.SupportsIndex) -> list[int]:
     """

@@ -47,6 +47,7 @@ UNITS: dict[str, Unit] = {
         Unit("rad", "angle"),
         Unit("mrad", "angle", 1, 1000),
         Unit("deg", "angle", math.pi, 180),
+        Unit("px", "pixel"),
         Unit("kg", "mass"),
         Unit("g", "mass", 1, 1000),
         Unit("n", "force"),

@@ -19,6 +19,9 @@ def paper(
     output: OutFolder,
     arms: Annotated[int, typer.Option(min=1, help="Simulated arms, each with its own errors and noise.")] = 3,
     full: Annotated[bool, typer.Option("--full", help="The paper's whole search budgets.")] = False,
+    diagnose: Annotated[
+        bool, typer.Option("--diagnose", help="Diagnose the arms on the study's own rows as well.")
+    ] = False,
     threads: Annotated[
         int | None, typer.Option(min=1, help="Arms at a time, by default one a core; the numbers do not depend on it.")
     ] = None,
@@ -40,7 +43,13 @@ def paper(
     with progress() as show:
         show("simulating and calibrating")
         content = run_study(
-            name, arms=arms, full=full, threads=threads or joblib.cpu_count(), cluster=cluster, progress=show
+            name,
+            arms=arms,
+            full=full,
+            threads=threads or joblib.cpu_count(),
+            cluster=cluster,
+            diagnose=diagnose,
+            progress=show,
         )
     with atomic_folder(output, owned=FILES) as folder:
         write_json(folder / "paper.json", content)
@@ -48,8 +57,15 @@ def paper(
     for entry in content["headlines"]:
         method, best = entry["method"]["median"], entry["best"]["median"]
         say(f"{entry['measure']}: paper {entry['paper']:.4g}, its method here {method:.4g}, fastcal {best:.4g}")
+    for run in content.get("diagnoses", []):
+        names = ", ".join(f"{one['name']} {one['told']}" for one in run["names"]) or "no name"
+        say(f"arm {run['seed']}: {run['verdict']}, {names}; {_mm(run['after_mm'])}, plain {_mm(run['plain_mm'])}")
     say(str(output / "report.html"))
     emit({key: content[key] for key in ("paper", "arms", "full", "headlines")})
+
+
+def _mm(value: float | None) -> str:
+    return "no answer" if value is None else f"{value:.4g} mm"
 
 
 paper.examples = (  # type: ignore[attr-defined]  # what `fastcal paper --help` ends with

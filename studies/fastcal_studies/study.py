@@ -65,6 +65,7 @@ def run_study(
     full: bool = False,
     threads: int = 1,
     cluster: str | None = None,
+    diagnose: bool = False,
     progress: Callable[[str], None] | None = None,
 ) -> Run:
     """The content of paper.json.
@@ -75,6 +76,7 @@ def run_study(
         full: The paper's whole search budgets, where the default is a smaller one.
         threads: Arms at a time; the numbers do not depend on it.
         cluster: Address of a Dask scheduler to run on.
+        diagnose: Diagnose the arms on the study's own rows as well: a section of the page.
         progress: Called with a sentence at each step.
 
     Raises:
@@ -89,13 +91,22 @@ def run_study(
             runs.append(run)
             if progress is not None:
                 progress(f"{len(runs)} of {arms} arms measured")
-    return content(name, runs, full=full)
+    told = None
+    if diagnose:
+        from fastcal_studies.diagnoses import diagnosed  # builds on this module
+
+        told = diagnosed(name, arms, progress)
+    return content(name, runs, full=full, told=told)
 
 
-def content(name: str, runs: Sequence[Run], *, full: bool = False) -> Run:
-    """paper.json from the runs: what was measured and what the page shows of it."""
+def content(name: str, runs: Sequence[Run], *, full: bool = False, told: Sequence[Run] | None = None) -> Run:
+    """paper.json from the runs: what was measured and what the page shows of it; `told` by a diagnosis of each arm."""
     module = load_study(name)
     shown = module.page(runs)
+    if told is not None:
+        from fastcal_studies.diagnoses import section  # builds on this module
+
+        shown = dataclasses.replace(shown, sections=[*shown.sections, section(told)])
     page = dataclasses.asdict(shown)
     for headline, entry in zip(shown.headlines, page["headlines"], strict=True):
         entry |= {"reached": headline.reached, "bettered": headline.bettered}
@@ -105,4 +116,5 @@ def content(name: str, runs: Sequence[Run], *, full: bool = False) -> Run:
         "full": full,
         **page,
         "runs": list(runs),
+        **({} if told is None else {"diagnoses": list(told)}),
     }

@@ -100,6 +100,7 @@ STUDIES_MAY_IMPORT = {
         "ik",
         "compensation",
         "design",
+        "diagnosis",
         "networks",
         "io",
         "report",

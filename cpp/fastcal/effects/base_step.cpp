@@ -1,10 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The fastcal authors
 // SPDX-License-Identifier: MIT
 //
-// Base step: the base, or the instrument, was knocked once,  xi = step for t >= at,  at the option `at` [s].
+// Base step: the base, or the instrument, was knocked once,  xi = step from a moment on (moment.hpp).
 // Three shifts along the measuring frame's axes and three turns about them, through the base's origin.
-#include <limits>
-
+#include "fastcal/effects/moment.hpp"
 #include "fastcal/effects/owners.hpp"
 
 namespace fastcal {
@@ -13,9 +12,9 @@ namespace {
 class BaseStep : public LinearEffect {
  public:
   BaseStep(const RobotModel&, const std::string& owner, const Options& options)
-      : at_(number_option(options, "at", std::numeric_limits<double>::infinity())) {
+      : moment_("base_step", options), by_row_(options.count("at_row") > 0) {
     check_owner("base_step", owner, "base");
-    check_options("base_step", options, {"at"});
+    check_moment_options("base_step", options);
     for (int axis = 0; axis < 6; ++axis) {
       parameters_.push_back({owner, std::string("step_") + kAxes[axis], axis < 3 ? "m" : "rad", 1e-4,
                              "motion of the base in the measuring frame at that moment"});
@@ -24,15 +23,19 @@ class BaseStep : public LinearEffect {
 
   const std::vector<Parameter>& parameters() const override { return parameters_; }
   unsigned needs() const override { return kFrames; }
-  std::vector<std::string> data_columns() const override { return {"time"}; }
+  std::vector<std::string> data_columns() const override {
+    return by_row_ ? std::vector<std::string>{} : std::vector<std::string>{"time"};
+  }
 
   void basis(const State& state, TwistColumns& columns) const override {
-    if (!(state.time >= at_)) return;
-    for (int axis = 0; axis < 6; ++axis) columns.push_back({axis, kBaseFrame, base_motion(state, axis, 1)});
+    const double share = moment_.share(state);
+    if (share == 0) return;
+    for (int axis = 0; axis < 6; ++axis) columns.push_back({axis, kBaseFrame, base_motion(state, axis, share)});
   }
 
  private:
-  double at_;
+  Moment moment_;
+  bool by_row_;
   std::vector<Parameter> parameters_;
 };
 
@@ -48,7 +51,7 @@ FASTCAL_REGISTER_EFFECT("base_step", {make<BaseStep>,
                                        .refers_to = Reference::kBase,
                                        .of_the_measurement = true,
                                        .plotted_over = "time_s",
-                                       .among_parameters = {"at_s"},
+                                       .among_parameters = {"at_s", "at_row"},
                                        .searched = "at_s"}})
 
 }  // namespace fastcal

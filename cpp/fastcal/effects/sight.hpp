@@ -29,4 +29,12 @@ struct Sight {
   Eigen::Vector3d outward() const { return range > 0 ? (p / range).eval() : Eigen::Vector3d::UnitX(); }
 };
 
+/// The body twist of the tool's frame that moves it by so much [m] along the line of sight; none at the instrument.
+inline Vector6d along_sight(const Pose& tool, double amount) {
+  Vector6d xi = Vector6d::Zero();
+  const double range = tool.p.norm();
+  if (range > 0) xi.head<3>() = tool.R.transpose() * tool.p * (amount / range);
+  return xi;
+}
+
 }  // namespace fastcal

@@ -19,6 +19,7 @@ enum class Role {
   kNuisance,      ///< an error of the loads: held by its plausible size beside effects that follow loads, never named
   kLoadModifier,  ///< a cause that acts through the compliances alone: it may be the form of another effect of loads
   kCurve,         ///< a shape that stands for no cause: no search names it
+  kScanned,       ///< a cause that is looked for by a scan where something remains: its own number is on a fine grid
   kOnRequest,     ///< a cause that looks like many others from afar: fitted where it is asked for, no search names it
 };
 

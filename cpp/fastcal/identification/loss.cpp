@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <mutex>
+#include <utility>
 
 #include "fastcal/math/check.hpp"
 #include "fastcal/measurement/measurements.hpp"
@@ -16,16 +18,18 @@ namespace {
 
 constexpr double kEfficiency = 0.95;
 
-/// E[f(u^2)] where u^2 is chi-squared with d degrees of freedom, by Simpson's rule over u in [0, 14].
+/// E[f(u^2)] where u^2 is chi-squared with d degrees of freedom, by Simpson's rule where it is.
 template <typename F>
 double expectation(int d, const F& f) {
   constexpr int kSteps = 1400;
   constexpr double kEnd = 14;
-  const double h = kEnd / kSteps;
+  constexpr double kFar = 8;  // from the root of d, about which u lies with a standard deviation of 0.7
+  const double first = std::max(0.0, std::sqrt(d) - kFar);
+  const double h = (std::max(kEnd, std::sqrt(d) + kFar) - first) / kSteps;
   const double log_norm = (0.5 * d - 1) * std::log(2.0) + std::lgamma(0.5 * d);
   double sum = 0;
   for (int i = 0; i <= kSteps; ++i) {
-    const double u = i * h;
+    const double u = first + i * h;
     const double density =
         (u > 0 ? std::exp((d - 1) * std::log(u) - 0.5 * u * u - log_norm) : (d == 1 ? std::exp(-log_norm) : 0.0));
     sum += (i == 0 || i == kSteps ? 1 : i % 2 ? 4 : 2) * density * f(u * u);
@@ -87,7 +91,12 @@ Loss tuned(LossKind kind, int d) {
   for (const auto& known : kTuned) {
     if (known.kind == kind && known.components == d) return {kind, known.tuning, known.consistency, known.expectation};
   }
-  return tune(kind, d);
+  if (d <= kManyNumbers || kind == LossKind::kNone || kind == LossKind::kDistance) return tune(kind, d);
+  Loss loss = tuned(kind, kAsMany);
+  loss.share = static_cast<double>(kAsMany) / d;
+  loss.consistency = expectation(d, [&](double s) { return loss.weight(s) * s; }) / d;
+  loss.expectation = expectation(d, [&](double s) { return loss.rho(s); });
+  return loss;
 }
 
 }  // namespace
@@ -115,7 +124,14 @@ std::string loss_name(LossKind kind) {
   }
 }
 
+Loss Loss::as_many() const {
+  Loss out = *this;
+  out.share = 1;
+  return out;
+}
+
 double Loss::rho(double s) const {
+  if (share != 1) return as_many().rho(share * s) / share;
   const double c2 = tuning * tuning;
   switch (kind) {
     case LossKind::kHuber:
@@ -134,6 +150,7 @@ double Loss::rho(double s) const {
 }
 
 double Loss::sum(std::span<const double> q, double factor) const {
+  if (share != 1) return as_many().sum(q, share * factor) / share;
   const Eigen::Map<const Eigen::ArrayXd, Eigen::Unaligned> squares(q.data(), static_cast<Eigen::Index>(q.size()));
   if (kind == LossKind::kNone) return factor * squares.sum();
   if (kind == LossKind::kTukey) {
@@ -146,6 +163,7 @@ double Loss::sum(std::span<const double> q, double factor) const {
 }
 
 double Loss::weight(double s) const {
+  s *= share;
   const double t = tuning > 0 ? s / (tuning * tuning) : 0;
   switch (kind) {
     case LossKind::kHuber:
@@ -162,6 +180,7 @@ double Loss::weight(double s) const {
 }
 
 double Loss::weight_slope(double s) const {
+  s *= share;
   const double t = tuning > 0 ? s / (tuning * tuning) : 0;
   switch (kind) {
     case LossKind::kHuber:
@@ -184,10 +203,18 @@ const Loss& tuned_loss(LossKind kind, int components) {
     std::once_flag once;
     Loss loss;
   };
-  static std::array<std::array<Slot, kMostNumbers + 1>, kLossKinds> slots;
-  Slot& slot = slots.at(static_cast<std::size_t>(kind)).at(static_cast<std::size_t>(components));
-  std::call_once(slot.once, [&] { slot.loss = tuned(kind, components); });
-  return slot.loss;
+  static std::array<std::array<Slot, kManyNumbers + 1>, kLossKinds> slots;
+  if (components <= kManyNumbers) {
+    Slot& slot = slots.at(static_cast<std::size_t>(kind)).at(static_cast<std::size_t>(components));
+    std::call_once(slot.once, [&] { slot.loss = tuned(kind, components); });
+    return slot.loss;
+  }
+  static std::mutex mutex;
+  static std::map<std::pair<LossKind, int>, Loss> many;  // whose places do not move
+  const std::lock_guard<std::mutex> lock(mutex);
+  const auto found = many.find({kind, components});
+  return found != many.end() ? found->second
+                             : many.emplace(std::pair(kind, components), tuned(kind, components)).first->second;
 }
 
 std::vector<const Loss*> losses(LossKind kind, int most) {

@@ -28,18 +28,26 @@ LossKind loss_kind(const std::string& name);
 /// Its inverse; "distance" for the distance.
 std::string loss_name(LossKind kind);
 
+/// Rows of more numbers than kManyNumbers are judged by the mean of their squares, as if they held kAsMany: the corners
+/// of a picture err together where the arm is not where the model has it, and a row is no outlier because its many
+/// numbers prove that.
+inline constexpr int kManyNumbers = 32;
+inline constexpr int kAsMany = 6;
+
 /// A loss for rows of d components.
 struct Loss {
   LossKind kind = LossKind::kNone;
   double tuning = 0;       ///< k, c
   double consistency = 1;  ///< E[w(u) u^2] / d at the normal law
   double expectation = 0;  ///< E[rho(u^2)] at the normal law: both make a scale unbiased there
+  double share = 1;        ///< rho(s) is that of share * s, over share: kAsMany / d of rows of very many numbers
 
   double rho(double s) const;  ///< s = u^2
   /// sum rho(factor q) over many q.
   double sum(std::span<const double> q, double factor) const;
   double weight(double s) const;        ///< w = d rho / d s
   double weight_slope(double s) const;  ///< u dw/du, at u^2 = s
+  Loss as_many() const;                 ///< the one of which it takes the share
 };
 
 /// The tuned loss for rows of `components` numbers, 1 to kMostNumbers.

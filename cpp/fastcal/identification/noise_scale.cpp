@@ -87,14 +87,15 @@ double median_noise(const ObservedRows& rows, double floor, double guess) {
     const double cube = 1 - 2 / (9.0 * components);
     return components * cube * cube * cube;
   };
-  for (int d = 1; d <= kMostComponents; ++d) {
+  const std::vector<int> counts = rows.counts();
+  for (const int d : counts) {
     if (rows.unclaimed(d).size() == rows.count())
       return std::max(floor, std::sqrt(middle_of(rows.unclaimed(d)) / typical(d)));
   }
   std::vector<double> u(rows.count());
   const auto ratio = [&](double tau) {
     auto to = u.begin();
-    for (int d = 1; d <= kMostComponents; ++d) {
+    for (const int d : counts) {
       const double scale = 1 / (typical(d) * tau * tau);
       for (const double square : rows.unclaimed(d)) *to++ = scale * square;
     }
@@ -109,22 +110,23 @@ double median_noise(const ObservedRows& rows, double floor, double guess) {
 
 double mean_noise(const ObservedRows& rows, LossKind loss, double freedom, double floor, double guess) {
   const LossKind kind = loss == LossKind::kNone ? LossKind::kNone : LossKind::kTukey;
-  const Loss* rho[kMostComponents + 1] = {};
-  for (int d = 1; d <= kMostComponents; ++d) rho[d] = &tuned_loss(kind, d);
+  const std::vector<int> counts = rows.counts();
   double expected = 0;
-  for (int d = 1; d <= kMostComponents; ++d)
-    expected += static_cast<double>(rows.unclaimed(d).size()) * rho[d]->expectation;
-  for (const ObservedRow& row : rows.claiming()) expected += rho[row.components]->expectation;
+  for (const int d : counts)
+    expected += static_cast<double>(rows.unclaimed(d).size()) * tuned_loss(kind, d).expectation;
+  for (const ObservedRow& row : rows.claiming()) expected += tuned_loss(kind, row.components).expectation;
   const auto ratio = [&](double tau) {
     double sum = 0;
-    for (int d = 1; d <= kMostComponents; ++d) sum += rho[d]->sum(rows.unclaimed(d), 1 / (freedom * tau * tau));
-    for (const ObservedRow& row : rows.claiming()) sum += rho[row.components]->rho(row.whitened(tau) / freedom);
+    for (const int d : counts) sum += tuned_loss(kind, d).sum(rows.unclaimed(d), 1 / (freedom * tau * tau));
+    for (const ObservedRow& row : rows.claiming())
+      sum += tuned_loss(kind, row.components).rho(row.whitened(tau) / freedom);
     return sum / expected;
   };
   return crossing(ratio, floor, guess);
 }
 
 double outlier_limit(int components, double rows) {
+  if (components > kManyNumbers) return components * outlier_limit(kAsMany, rows) / kAsMany;
   constexpr double kShareOfSets = 0.01;
   const double wanted = std::log(kShareOfSets / std::max(rows, 1.0));
   double x = components;  // the mean
@@ -143,9 +145,7 @@ double outlier_limit(int components, double rows) {
 
 void VarianceInflation::add(const RowWeight& row) {
   if (row.components == 0) return;
-  const Loss*& found = losses_[static_cast<std::size_t>(row.components)];
-  if (found == nullptr) found = &tuned_loss(loss_, row.components);
-  const Loss& rho = *found;
+  const Loss& rho = tuned_loss(loss_, row.components);
   const double s = row.squared / freedom_;
   const double across = rho.weight(s);
   const double along = across + rho.weight_slope(s);

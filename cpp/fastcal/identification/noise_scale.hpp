@@ -5,8 +5,6 @@
 // a robust loss costs in certainty. Noise, floor and guess are standard deviations [m or rad].
 #pragma once
 
-#include <array>
-
 #include "fastcal/identification/row_errors.hpp"
 
 namespace fastcal {
@@ -21,7 +19,7 @@ double median_noise(const ObservedRows& rows, double floor, double guess);
 double mean_noise(const ObservedRows& rows, LossKind loss, double freedom, double floor, double guess);
 
 /// The whitened square u^2 beyond which a row of `components` numbers is an outlier: chi-squared so large in one of a
-/// hundred sets of `rows` such rows.
+/// hundred sets of `rows` such rows; of very many numbers by their mean square (loss.hpp).
 double outlier_limit(int components, double rows);
 
 /// Variance of the M-estimate over that of least squares with unit noise on the same rows: K^2 B / A^2 with A = mean
@@ -40,7 +38,6 @@ class VarianceInflation {
  private:
   LossKind loss_;
   double freedom_;
-  std::array<const Loss*, kMostNumbers + 1> losses_{};
   double slope_ = 0, slope_squared_ = 0, psi_squared_ = 0, numbers_ = 0;
 };
 

@@ -29,15 +29,15 @@ double degrees(const FitState& fit) { return fit.freedom * fit.measured_count; }
 
 /// Which rows a normal noise, its variance times the factor, explains.
 std::vector<bool> explained(const RowErrors& rows, const CommonNoise& tau, double factor) {
-  using Counts = std::array<Eigen::Index, kMostNumbers + 1>;  // of rows, by how many numbers they have
-  Counts counts{};
+  using Counts = std::vector<Eigen::Index>;  // of rows, by how many numbers they have
+  Counts counts(static_cast<std::size_t>(rows.most_numbers()) + 1);
   rows.sum_rows(
-      Counts{}, [&](Counts& sums, Eigen::Index i) { ++sums[static_cast<std::size_t>(rows.components(i))]; },
+      counts, [&](Counts& sums, Eigen::Index i) { ++sums[static_cast<std::size_t>(rows.components(i))]; },
       [&](const Counts& sums) {
         for (std::size_t d = 0; d < sums.size(); ++d) counts[d] += sums[d];
       });
   const auto used = static_cast<double>(rows.row_count() - counts[0]);
-  std::array<double, kMostNumbers + 1> limit{};
+  std::vector<double> limit(counts.size());
   for (std::size_t d = 1; d < limit.size(); ++d) {
     if (counts[d] > 0) limit[d] = outlier_limit(static_cast<int>(d), used);
   }

@@ -12,7 +12,16 @@ namespace fastcal {
 
 std::size_t ObservedRows::count() const {
   std::size_t out = claiming_.size();
-  for (int d = 0; d <= kMostComponents; ++d) out += unclaimed(d).size();
+  for (const int d : counts()) out += unclaimed(d).size();
+  return out;
+}
+
+std::vector<int> ObservedRows::counts() const {
+  std::vector<int> out;
+  if (!all_.empty()) out.push_back(of_all_);
+  for (const auto& [components, squares] : own_) {
+    if (!squares.empty()) out.push_back(components);
+  }
   return out;
 }
 
@@ -36,10 +45,10 @@ RowErrors::RowErrors(const Problem& problem, const Eigen::VectorXd& theta) : Row
     const auto worker = [&] { return WhitenedRows(part, theta, none, scale, one); };
     parallel_chunks(part.samples.count(), part.workers(), worker,
                     [&](WhitenedRows& rows, Eigen::Index, Eigen::Index begin, Eigen::Index end) {
-                      std::array<double, kMostNumbers> row;
+                      std::vector<double> row(static_cast<std::size_t>(rows.number_count()));
                       rows.evaluate(begin, end);
                       for (Eigen::Index i = begin; i < end; ++i) {
-                        row.fill(std::numeric_limits<double>::quiet_NaN());
+                        std::fill(row.begin(), row.end(), std::numeric_limits<double>::quiet_NaN());
                         rows.raw(static_cast<int>(i - begin), row.data());
                         set(part.measured, first + i, i, row.data());
                       }
@@ -63,7 +72,7 @@ void RowErrors::set(const Measurements& measured, Eigen::Index i, Eigen::Index i
     Observed& of = of_[k];
     const PlacedObservation& observation = measured.observations()[k];
     const double* r = residuals + observation.first_number;
-    std::uint8_t known = 0;
+    std::uint16_t known = 0;
     double sum = 0;
     for (int c = 0; c < of.most; ++c) {
       const bool is_known = !std::isnan(r[c]);
@@ -93,16 +102,15 @@ ObservedRows RowErrors::observed(int observation, const std::vector<bool>& kept)
       out.add(of.components[i], of.squares[i]);
       continue;
     }
-    ObservedRow row;
+    const auto most = static_cast<std::size_t>(of.most);
+    const ObservedRow row{std::span(of.squares).subspan(i * most, most), std::span(of.claimed).subspan(i * most, most),
+                          of.components[i]};
     double claimed = 0;
     double sum = 0;
-    for (std::size_t at = i * static_cast<std::size_t>(of.most); at < (i + 1) * static_cast<std::size_t>(of.most);
-         ++at) {
-      if (std::isnan(of.squares[at])) continue;
-      sum += of.squares[at];
-      claimed += of.claimed[at];
-      row.squares[row.components] = of.squares[at];
-      row.claimed[row.components++] = of.claimed[at];
+    for (std::size_t c = 0; c < most; ++c) {
+      if (std::isnan(row.squares[c])) continue;
+      sum += row.squares[c];
+      claimed += row.claimed[c];
     }
     if (claimed > 0) {
       out.add(row);
@@ -115,7 +123,7 @@ ObservedRows RowErrors::observed(int observation, const std::vector<bool>& kept)
 
 Eigen::Index RowErrors::number_count(int observation) const {
   Eigen::Index sum = 0;
-  for (const std::uint8_t count : of_[static_cast<std::size_t>(observation)].components) sum += count;
+  for (const std::uint16_t count : of_[static_cast<std::size_t>(observation)].components) sum += count;
   return sum;
 }
 

@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: 2026 The fastcal authors
 // SPDX-License-Identifier: MIT
 //
-// What a fit leaves of every row, as far as noise, costs and weights need to know it: nine bytes a row and observation
+// What a fit leaves of every row, as far as noise, costs and weights need to know it: ten bytes a row and observation
 // where no row claims a noise of its own.
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <cstdint>
+#include <map>
 #include <span>
 #include <vector>
 
@@ -18,13 +18,15 @@ namespace fastcal {
 
 /// Squared residuals of one observation in one row, and the variances that their row claims.
 struct ObservedRow {
-  double squares[kMostComponents] = {};
-  double claimed[kMostComponents] = {};
-  int components = 0;
+  std::span<const double> squares;  ///< NaN where not measured; what they are of must outlive it
+  std::span<const double> claimed;
+  int components = 0;  ///< that were measured
 
   double whitened(double tau) const {
     double sum = 0;
-    for (int c = 0; c < components; ++c) sum += squares[c] / (claimed[c] + tau * tau);
+    for (std::size_t c = 0; c < squares.size(); ++c) {
+      if (squares[c] == squares[c]) sum += squares[c] / (claimed[c] + tau * tau);
+    }
     return sum;
   }
 };
@@ -34,27 +36,29 @@ class ObservedRows {
  public:
   ObservedRows() = default;
   /// Of rows that all have so many numbers and claim no noise: their squared lengths, which must outlive it.
-  ObservedRows(int components, std::span<const double> squares) {
-    all_[static_cast<std::size_t>(components)] = squares;
-  }
+  ObservedRows(int components, std::span<const double> squares) : all_(squares), of_all_(components) {}
 
   /// Room for so many rows that claim no noise.
-  void reserve(int components, std::size_t rows) { own_[static_cast<std::size_t>(components)].reserve(rows); }
+  void reserve(int components, std::size_t rows) { own_[components].reserve(rows); }
   /// A row that claims no noise.
-  void add(int components, double square) { own_[static_cast<std::size_t>(components)].push_back(square); }
+  void add(int components, double square) { own_[components].push_back(square); }
   void add(const ObservedRow& row) { claiming_.push_back(row); }
 
   /// Squared lengths of rows that claim no noise and have so many numbers.
   std::span<const double> unclaimed(int components) const {
-    const auto d = static_cast<std::size_t>(components);
-    return all_[d].empty() ? std::span<const double>(own_[d]) : all_[d];
+    if (!all_.empty() && components == of_all_) return all_;
+    const auto found = own_.find(components);
+    return found == own_.end() ? std::span<const double>() : std::span<const double>(found->second);
   }
+  /// How many numbers such rows have, ascending.
+  std::vector<int> counts() const;
   const std::vector<ObservedRow>& claiming() const { return claiming_; }
   std::size_t count() const;
 
  private:
-  std::array<std::span<const double>, kMostComponents + 1> all_;
-  std::array<std::vector<double>, kMostComponents + 1> own_;
+  std::span<const double> all_;
+  int of_all_ = 0;
+  std::map<int, std::vector<double>> own_;
   std::vector<ObservedRow> claiming_;
 };
 
@@ -119,11 +123,11 @@ class RowErrors {
 
  private:
   struct Observed {
-    int most = 0;                          // numbers of a row
-    bool is_whole = true;                  // were all of them measured in all rows?
-    std::vector<std::uint8_t> components;  // (N) how many of them were measured
-    std::vector<double> squares;           // (N) sum of their squares; where rows claim a noise (N x most), NaN: none
-    std::vector<double> claimed;           // (N x most) variances; empty: none is claimed
+    int most = 0;                           // numbers of a row
+    bool is_whole = true;                   // were all of them measured in all rows?
+    std::vector<std::uint16_t> components;  // (N) how many of them were measured
+    std::vector<double> squares;            // (N) sum of their squares; where rows claim a noise (N x most), NaN: none
+    std::vector<double> claimed;            // (N x most) variances; empty: none is claimed
   };
 
   static constexpr Eigen::Index kBlockRows = 4096;

@@ -69,7 +69,7 @@ void WhitenedRows::evaluate(Eigen::Index begin, Eigen::Index end) {
   }
   if (problem_.measured.unknown_count() > 0) {
     fresh(by_unknown_, kMostUnknowns * count_);
-    first_unknown_.assign(count_ * stride, -1);
+    first_unknown_.assign(count_ * stride, {});
   }
   weights_.assign(rows_, {});
   if (compare_points()) return;
@@ -169,21 +169,27 @@ void WhitenedRows::compare(int i) {
   for (const PlacedObservation& of : problem_.measured.observations()) {
     if (coordinates_ != nullptr && of.first_number == 0) continue;
     const Sights sights = sights_of(of, [&](int frame) { return block_.frame(frame, i); });
-    comparison_.clear(of.frames.size(), of.unknown_count > 0);
-    of->compare(row, sights, unknowns_.data() + of.first_unknown, comparison_);
-    for (int c = 0; c < of.component_count; ++c) {
-      const int number = of.first_number + c;
-      for (std::size_t f = 0; f < of.frames.size(); ++f, ++sight) {
+    const int readings = of->reading_count();
+    const int components = of.component_count / readings;
+    for (int reading = 0; reading < readings; ++reading) {
+      comparison_.clear(of.frames.size(), of.unknown_count > 0);
+      of->compare_reading(row, reading, sights, unknowns_.data() + of.first_unknown, comparison_);
+      for (int c = 0; c < components; ++c) {
+        const int number = of.first_number + reading * components + c;
+        for (std::size_t f = 0; f < of.frames.size(); ++f, ++sight) {
+          if (!comparison_.present[c]) continue;
+          double* slope = slope_.data() + (sight->slope - slope_.data()) + i;
+          for (int k = 0; k < 6; ++k) slope[k * stride] = comparison_.by_frame[f](c, k);
+        }
         if (!comparison_.present[c]) continue;
-        double* slope = slope_.data() + (sight->slope - slope_.data()) + i;
-        for (int k = 0; k < 6; ++k) slope[k * stride] = comparison_.by_frame[f](c, k);
+        add(i, number, comparison_.r[c]);
+        const int unknowns = comparison_.unknown_count + comparison_.second_count;
+        if (unknowns == 0) continue;
+        first_unknown_[number * stride + i] = {of.first_unknown + comparison_.first_unknown, comparison_.unknown_count,
+                                               of.first_unknown + comparison_.second_unknown, unknowns};
+        for (int k = 0; k < unknowns; ++k)
+          at(by_unknown_, kMostUnknowns * number + k)[i] = comparison_.by_unknown(c, k);
       }
-      if (!comparison_.present[c]) continue;
-      add(i, number, comparison_.r[c]);
-      if (comparison_.unknown_count == 0) continue;
-      first_unknown_[number * stride + i] = of.first_unknown + comparison_.first_unknown;
-      for (int k = 0; k < comparison_.unknown_count; ++k)
-        at(by_unknown_, kMostUnknowns * number + k)[i] = comparison_.by_unknown(c, k);
     }
   }
 }
@@ -194,11 +200,10 @@ void WhitenedRows::unknown_columns(double* J) {
     if (free_[k] < p) continue;
     for (int n = 0; n < count_; ++n) {
       double* out = J + static_cast<Eigen::Index>(k) * ld() + static_cast<Eigen::Index>(n) * block_.stride();
-      const int* first = first_unknown_.data() + static_cast<Eigen::Index>(n) * block_.stride();
+      const OwnUnknowns* own = first_unknown_.data() + static_cast<Eigen::Index>(n) * block_.stride();
       for (int i = 0; i < rows_; ++i) {
-        const int own = free_[k] - p - first[i];
-        if (first[i] >= 0 && own >= 0 && own < kMostUnknowns)
-          out[i] = at(by_unknown_, kMostUnknowns * n + own)[i] * at(factor_, n)[i] * scale_[k];
+        const int place = own[i].place(free_[k] - p);
+        if (place >= 0) out[i] = at(by_unknown_, kMostUnknowns * n + place)[i] * at(factor_, n)[i] * scale_[k];
       }
     }
   }

@@ -14,6 +14,18 @@ namespace fastcal {
 /// Standard deviation of a number of row i: its own claim and the common noise, root of squares.
 double whitening_deviation(const Problem& problem, const CommonNoise& tau, Eigen::Index i, int number);
 
+/// The unknowns on which one number depends: two ranges of them, one behind the other in its derivatives.
+struct OwnUnknowns {
+  int first = 0, first_count = 0, second = 0, count = 0;  // count: of both
+
+  /// Where the derivative by an unknown is; -1: it does not depend on it.
+  int place(int unknown) const {
+    if (unknown >= first && unknown < first + first_count) return unknown - first;
+    const int behind = unknown - second + first_count;
+    return behind >= first_count && behind < count ? behind : -1;
+  }
+};
+
 /// One a thread; what it is given must outlive it. In a chunk the components lie apart: number n of row i is at
 /// n * stride + i; where nothing was measured it is 0.
 class WhitenedRows {
@@ -87,7 +99,7 @@ class WhitenedRows {
   Comparison comparison_;
   std::vector<double> inverse_;  // by number: of the common noise where no other is claimed, else 0
   std::vector<RowWeight> weights_;
-  std::vector<int> first_unknown_;            // (numbers, stride), -1: depends on none
+  std::vector<OwnUnknowns> first_unknown_;    // (numbers, stride)
   AlignedNumbers residual_, factor_, slope_;  // (numbers, stride): r, 1 / deviation or 0; (sights, 6, stride)
   AlignedNumbers by_unknown_;                 // (numbers, kMostUnknowns, stride)
   AlignedNumbers change_;                     // (directions, numbers, stride): the loads' response, whitened

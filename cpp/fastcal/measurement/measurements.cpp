@@ -38,9 +38,15 @@ class PickedRows : public Observation {
   void compare(Eigen::Index row, const Sights& sights, const double* unknowns, Comparison& out) const override {
     of_->compare(rows_[row], sights, unknowns, out);
   }
+  int reading_count() const override { return of_->reading_count(); }
+  void compare_reading(Eigen::Index row, int reading, const Sights& sights, const double* unknowns,
+                       Comparison& out) const override {
+    of_->compare_reading(rows_[row], reading, sights, unknowns, out);
+  }
   double sigma(Eigen::Index row, int component) const override { return of_->sigma(rows_[row], component); }
   bool claims_sigma() const override { return of_->claims_sigma(); }
   bool shows_base() const override { return of_->shows_base(); }
+  bool shows_tool() const override { return of_->shows_tool(); }
   bool shows_tool_turn() const override { return of_->shows_tool_turn(); }
   bool is_pose() const override { return of_->is_pose(); }
   void add_pose(Eigen::Index row, MeasuredPose& pose) const override { of_->add_pose(rows_[row], pose); }
@@ -71,11 +77,12 @@ Measurements::Measurements(Eigen::Index rows, const std::vector<std::shared_ptr<
   for (const auto& observation : ordered) {
     PlacedObservation placed{observation,
                              number_count(),
-                             static_cast<int>(observation->components().size()),
+                             static_cast<int>(observation->components().size()) * observation->reading_count(),
                              unknown_count(),
                              static_cast<int>(observation->parameters().size()),
                              observation->frames()};
-    FASTCAL_CHECK(placed.component_count >= 1 && placed.component_count <= kMostComponents && !placed.frames.empty() &&
+    const int components = static_cast<int>(observation->components().size());
+    FASTCAL_CHECK(components >= 1 && components <= kMostComponents && !placed.frames.empty() &&
                   placed.frames.size() <= kMostFrames)
         << observation->name() << " must have 1 to " << kMostComponents << " numbers and look at 1 to " << kMostFrames
         << " frames";
@@ -93,6 +100,10 @@ bool Measurements::claims_sigma() const {
 
 bool Measurements::shows_base() const {
   return std::any_of(observations_.begin(), observations_.end(), [](const auto& o) { return o->shows_base(); });
+}
+
+bool Measurements::shows_tool() const {
+  return std::any_of(observations_.begin(), observations_.end(), [](const auto& o) { return o->shows_tool(); });
 }
 
 bool Measurements::shows_tool_turn() const {

@@ -12,7 +12,7 @@
 
 namespace fastcal {
 
-constexpr int kMostNumbers = 32;  ///< that one row may hold
+constexpr int kMostNumbers = 65'535;  ///< that one row may hold
 
 /// One observation and where its numbers and unknowns are among all.
 struct PlacedObservation {
@@ -54,6 +54,7 @@ class Measurements {
   }
   bool claims_sigma() const;
   bool shows_base() const;
+  bool shows_tool() const;
   bool shows_tool_turn() const;
 
  private:

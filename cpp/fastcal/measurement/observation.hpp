@@ -17,11 +17,11 @@
 
 namespace fastcal {
 
-constexpr int kMostComponents = 3;  ///< numbers of one observation in one row
+constexpr int kMostComponents = 3;  ///< numbers of one reading
 constexpr int kMostFrames = 2;      ///< frames of the chain that it may look at
-constexpr int kMostUnknowns = 6;    ///< own unknowns on which one row may depend
+constexpr int kMostUnknowns = 32;   ///< own unknowns on which one reading may depend
 
-/// One row of an observation. Filled again for each row.
+/// One reading of an observation. Filled again for each.
 struct Comparison {
   std::array<bool, kMostComponents> present{};  ///< was it measured?
   Eigen::Vector3d r;                            ///< predicted less measured
@@ -29,6 +29,8 @@ struct Comparison {
   std::array<Eigen::Matrix<double, kMostComponents, 6>, kMostFrames> by_frame;
   int first_unknown = 0;  ///< of parameters(): this row depends on unknown_count from here on
   int unknown_count = 0;
+  int second_unknown = 0;  ///< and on second_count from here on, whose derivatives follow those of the first
+  int second_count = 0;
   Eigen::Matrix<double, kMostComponents, kMostUnknowns> by_unknown;  ///< d r / d unknown
 
   /// As new, for an observation of so many frames, with unknowns or without.
@@ -36,7 +38,7 @@ struct Comparison {
     present.fill(false);
     r.setZero();
     for (std::size_t f = 0; f < frames; ++f) by_frame[f].setZero();
-    first_unknown = unknown_count = 0;
+    first_unknown = unknown_count = second_unknown = second_count = 0;
     if (unknowns) by_unknown.setZero();
   }
 };
@@ -62,13 +64,13 @@ class Observation {
   /// What it reads, for messages and reports: "position", "tilt of link3".
   virtual std::string name() const = 0;
 
-  /// Its numbers, one name each: "x", "y", "z"; at most kMostComponents.
+  /// The numbers of a reading, one name each: "x", "y", "z"; at most kMostComponents.
   virtual const std::vector<std::string>& components() const = 0;
 
   /// The field of a data set that its numbers are of; empty: there is none, as for the height over a plane.
   virtual std::string field() const { return ""; }
 
-  /// Of the residuals and their standard deviations: "m" or "rad".
+  /// Of the residuals and their standard deviations: "m", "rad" or "px".
   virtual std::string unit() const = 0;
 
   /// Frames of the chain that it looks at, at most kMostFrames.
@@ -80,8 +82,17 @@ class Observation {
   /// Residual and derivatives of a row; `out` is clear. `unknowns` are the values of parameters().
   virtual void compare(Eigen::Index row, const Sights& sights, const double* unknowns, Comparison& out) const = 0;
 
-  /// Standard deviation that the data claim for a component; 0: they claim none.
-  virtual double sigma(Eigen::Index row, int component) const = 0;
+  /// Readings of a row, each of as many numbers: one, but of a picture as many as a board has corners.
+  virtual int reading_count() const { return 1; }
+
+  /// compare() of one of the readings of a row.
+  virtual void compare_reading(Eigen::Index row, int /*reading*/, const Sights& sights, const double* unknowns,
+                               Comparison& out) const {
+    compare(row, sights, unknowns, out);
+  }
+
+  /// Standard deviation that the data claim for a number of a row; 0: they claim none.
+  virtual double sigma(Eigen::Index row, int number) const = 0;
   virtual bool claims_sigma() const = 0;
 
   /// Values of the unknowns (sized already) in closed form, for an arm as `sights` (one a row) have it. Returns
@@ -94,8 +105,9 @@ class Observation {
     return false;
   }
 
-  /// Does it show where the base is, or should it be reported that it does not? Does it show the tool's turn?
+  /// Does it show where the base is, or should it be reported that it does not? Does it show the tool, and its turn?
   virtual bool shows_base() const = 0;
+  virtual bool shows_tool() const { return true; }
   virtual bool shows_tool_turn() const { return false; }
 
   /// Is it a part of the tool's pose? Then add_pose adds what a row measures of it.

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "fastcal/measurement/observation.hpp"
+#include "fastcal/measurement/rig.hpp"
 
 namespace fastcal {
 
@@ -26,6 +27,7 @@ struct Tables {
   Eigen::Index rows = 0;
   std::map<std::string, RowMatrixXd> numbers;
   std::map<std::string, Labels> labels;
+  Rig rig{};  ///< cameras and boards of the cell; the columns of corners are by camera, board and corner
 
   /// The field (rows, columns), null where there is none; throws InvalidInput where its shape is another or a number is
   /// infinite.
@@ -44,7 +46,7 @@ struct Field {
   FieldRole role = FieldRole::kMeasured;
   std::vector<std::string>
       columns;               ///< "x", "y", "z"; of each link "tilt_x", which a file writes as "tilt_x_mrad@link2"
-  std::string quantity;      ///< "length", "angle" as fastcal.units has them; empty: plain numbers or labels
+  std::string quantity;      ///< "length", "angle", "pixel" as fastcal.units has them; empty: plain numbers or labels
   std::string written_unit;  ///< "mm": in which it is written
   bool each_link = false;
 };

@@ -13,6 +13,7 @@
 namespace fastcal {
 namespace {
 
+constexpr int kNumbersAtOnce = 32;        // that the kernel takes
 constexpr std::size_t kManyColumns = 24;  // from there on their sum, row by row, is quicker than a table of them
 
 void write(const Pose& pose, double* out, Eigen::Index step) {
@@ -316,8 +317,29 @@ void RowBlock::clear_unmoved(double* block, Eigen::Index ld) const {
 void RowBlock::jacobian(const kernels::NumberRows& numbers, double* block, int ld) {
   find_twists();
   clear_unmoved(block, ld);
-  kernels::twist_columns(poses_.data(), frame_count(), stride_, gathered_.frames().data(), gathered_.count(), numbers,
-                         block, ld);
+  const auto write = [&](const kernels::NumberRows& some, double* columns) {
+    kernels::twist_columns(poses_.data(), frame_count(), stride_, gathered_.frames().data(), gathered_.count(), some,
+                           columns, ld);
+  };
+  const int tool = static_cast<int>(numbers.tool);
+  if (tool + numbers.others <= kNumbersAtOnce) {
+    write(numbers, block);
+    return;
+  }
+  // Of very many numbers, as of a picture, some at a time.
+  std::vector<kernels::Sight> sights;
+  for (int s = 0, first = 0, end = 0; first < tool + numbers.others; first = end) {
+    end = std::min(first + kNumbersAtOnce, tool + numbers.others);
+    sights.clear();
+    for (; s < numbers.sight_count && numbers.sights[s].number < end; ++s) {
+      sights.push_back(numbers.sights[s]);
+      sights.back().number -= first;
+    }
+    const bool whole = first == 0;
+    write({whole ? numbers.tool : kernels::ToolNumbers::kNone, end - first - (whole ? tool : 0),
+           numbers.factor + static_cast<Eigen::Index>(first) * stride_, sights.data(), static_cast<int>(sights.size())},
+          block + static_cast<Eigen::Index>(first) * stride_);
+  }
 }
 
 void RowBlock::write_jacobian(kernels::ToolNumbers numbers, bool past_caches, double* out) {

@@ -33,6 +33,7 @@ from fastcal.calibration.parameter_table import (
     correlated_pairs,
     parameter_table,
 )
+from fastcal.calibration.pictures import Pictures, judged_pictures, seen_by_model
 from fastcal.calibration.placed_test import evaluated_test
 from fastcal.calibration.postures import check_postures, saturated
 from fastcal.calibration.problem import prepare
@@ -41,17 +42,20 @@ from fastcal.calibration.result import IdentifiedParameter as IdentifiedParamete
 from fastcal.calibration.result import Unidentifiable as Unidentifiable
 from fastcal.calibration.setups import added_setups
 from fastcal.calibration.shape import shape_of
-from fastcal.calibration.unknowns import unknowns_by_owner
+from fastcal.calibration.unknowns import given_rig, unknowns_by_owner, unknowns_found
 from fastcal.calibration.unset_options import fill_unset_options
+from fastcal.calibration.variance_components import freedom_of_parameters
 from fastcal.effects.entries import extra_columns, full_name
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.long_dataset import LongDataset
+from fastcal.measurements.measuring_order import in_order, of_unknown_order
 from fastcal.robot.calibration_record import CalibrationRecord
 from fastcal.robot.controller_robot import nominal_record
 from fastcal.robot.given import DataLike, RobotLike, RowsLike, as_data, as_robot, as_rows
 from fastcal.robot.identified_spec import identified_spec
 from fastcal.robot.made_by import made_by
+from fastcal.robot.rig import with_found
 from fastcal.robot.robot import Robot
 
 FloatArray = NDArray[np.float64]
@@ -75,6 +79,7 @@ def calibrate(
     equilibrium: bool | None = None,
     max_iterations: int = 100,
     as_read: bool = False,
+    mend: bool = False,
     checks: bool = True,
     who: Mapping[str, str | None] | None = None,
     threads: int = 1,
@@ -103,6 +108,7 @@ def calibrate(
         max_iterations: Of one solve.
         as_read: Take the columns of `data` as they are, though another reading of them may fit far better, and return
             a fit that explains nothing: `notes` say so.
+        mend: Put pictures that are in the wrong rows where they fit, instead of leaving them out.
         checks: Look for other readings of the columns, for a part of the rows that moved, for noise with a memory and
             for what depends on the posture: ten times as long as the fit of a hundred rows. False: the fit alone.
         who: What the model shall keep beside hashes of robot and data: serial, instrument, operator, date (YYYY-MM-DD).
@@ -119,12 +125,14 @@ def calibrate(
         raise InvalidInput(f"method must be one of {', '.join(METHODS)}, got '{method}'")
     robot = as_robot(robot)
     given = as_rows(data, robot)
-    data, rows = (given, None) if isinstance(given, Dataset) else shown(given)
+    data, rows = (in_order(given), None) if isinstance(given, Dataset) else shown(given)
     long = given if isinstance(given, LongDataset) and rows is not None else None
-    test = None if test is None else as_data(test, robot)
+    test = None if test is None else of_unknown_order(as_data(test, robot))
     origin = made_by(robot, given, who)
     report = progress or (lambda text: None)
     report("looking at the columns")
+    looked = judged_pictures(robot, data, mend=mend, threads=threads) if checks else Pictures(data)
+    data = looked.data
     suspected = [*check_postures(data, parameters), *(check_columns(robot, data, as_read=as_read) if checks else [])]
     report("aligning base and tool")
     problem = prepare(
@@ -156,6 +164,8 @@ def calibrate(
     free_names = [every[i] for i in free]
     covariance, root, noise, freedom = fit.uncertainty()
     kept = [k for k, i in enumerate(free) if i < len(names)]
+    places, std = unknowns_found(found, len(names), covariance)
+    found_spec = with_found(found_spec, problem.measured.parameters, places, std)
     if kept:
         record = CalibrationRecord(
             [free_names[k] for k in kept],
@@ -167,7 +177,7 @@ def calibrate(
         )
         found_spec["calibration"] = record.to_spec() | {"nominal": nominal_record(start.spec)}
     result_model = Robot.keeping(found_spec | {"made_by": origin})
-    unknowns = unknowns_by_owner(problem.measured, np.asarray(found.theta)[len(names) :])
+    unknowns = unknowns_by_owner(problem.measured, places) | given_rig(result_model, data)
     judge: dict[str, Any] = {
         "before": before.judged,
         "unknowns": unknowns,
@@ -177,6 +187,9 @@ def calibrate(
     reached = bounds_reached(problem, found, fit.limits)
     table, table_covariance = parameter_table(start, model, found, covariance, reached)
     beyond = [] if test is None else [f"{test.source}: {note}" for note in range_notes(result_model, test)]
+    if test is not None:
+        seen_in_test = seen_by_model(result_model, test, threads, mend=mend)
+        test, beyond = seen_in_test.data, [*(f"{test.source}: {note}" for note in seen_in_test.notes), *beyond]
     tested, placing = (None, []) if test is None else evaluated_test(result_model, before.judged, test, judge)
     # Without effects all robots of a kind read the same of the rows.
     train = judged(result_model, data, **judge, samples=None if start.effects else problem.samples)
@@ -213,6 +226,7 @@ def calibrate(
         notes=[
             *(misfit.text for misfit in misfits),
             *seen.caveats,
+            *looked.notes,
             *suspected,
             *([] if shape is None else [shape.note]),
             *check_fit(robot, train, as_read=as_read),
@@ -230,6 +244,7 @@ def calibrate(
         ],
         held="" if fit.held is None else fit.held.note,
         unknowns=unknowns,
+        own_freedom=freedom_of_parameters(problem, found) if fit.held is None else None,
     )
 
 

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 from fastcal import _core
 from fastcal.calibration.alignment import measurements
-from fastcal.effects.entries import LAGGED, extra_columns
+from fastcal.effects.entries import LAGGED, SINCE, extra_columns
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.long_dataset import LongDataset
@@ -21,7 +21,10 @@ class CoreRows:
     """The rows of a long data set as the core reads them, for a robot with its effects."""
 
     def __init__(self, robot: Robot, data: LongDataset) -> None:
-        if any(column.startswith(LAGGED) for column in extra_columns(robot.spec.get("effects") or [])):
+        columns = extra_columns(robot.spec.get("effects") or [])
+        if any(column.startswith(SINCE) for column in columns):
+            raise InvalidInput(f"{data.source}: a step at a row needs all rows in memory; give time_s or fewer rows")
+        if any(column.startswith(LAGGED) for column in columns):
             raise InvalidInput(
                 f"{data.source}: a lag of the temperature needs all rows in memory; leave lag_s out, or take fewer rows"
             )

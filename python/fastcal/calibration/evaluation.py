@@ -188,9 +188,10 @@ def compared(
         for of in beside:
             part = r[:, of.first_number : of.first_number + len(of.components)]
             others[of.name] = part
+            readings = part.reshape(len(part), of.reading_count, -1)
             size, kind = sizes_of(part), of_observation(of)
             before = [numbers[kind]] if kind in numbers else []
-            numbers[kind] = np.concatenate([*before, part[:, np.newaxis]], axis=1)
+            numbers[kind] = np.concatenate([*before, readings], axis=1)
             if of.unit == "m":
                 lengths = size if lengths is None else np.where(np.isnan(lengths), size, lengths)
                 if len(of.components) == 1 and len(others) == 1:

@@ -26,6 +26,7 @@ from fastcal.robot.robot import Robot
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
+MANY_NUMBERS = 32  # of a row: so many and more are of pictures, as the core judges them by their mean square
 _ABSORBED = 1e-3  # share of a column that the model's own leave of it: below this they explain it
 
 
@@ -68,7 +69,31 @@ def readings_depend(
 ) -> float:
     """The same of any numbers: J (m, p) and residual (m,) of number `number` (m,) in row `row` (m,)."""
     lever = whitened_levers(problem, found, row, number)
+    J, residual, lever, row = pictures_as_postures(J, residual, lever, row)
     return dependence_p_value(J, residual, lever, posture_features(problem.data, problem.robot.joint_types)[row])
+
+
+def pictures_as_postures(
+    J: FloatArray, residual: FloatArray, lever: FloatArray, row: IntArray
+) -> tuple[FloatArray, FloatArray, FloatArray, IntArray]:
+    """Rows of very many numbers by what these say of the joints: Q^T of each, Q R the row's levers.
+
+    A hundred corners of a picture all show how well its joints stood still: that is noise of a posture, and not of a
+    number. Other rows stay as they are.
+    """
+    count = np.bincount(row)
+    if not (count > MANY_NUMBERS).any():
+        return J, residual, lever, row
+    parts = []
+    for i in np.flatnonzero(count):
+        own = row == i
+        if count[i] <= MANY_NUMBERS:
+            parts.append((J[own], residual[own], lever[own], row[own]))
+            continue
+        Q = np.linalg.qr(lever[own])[0]
+        parts.append((Q.T @ J[own], Q.T @ residual[own], Q.T @ lever[own], np.full(Q.shape[1], i)))
+    whole = [np.concatenate(part) for part in zip(*parts, strict=True)]
+    return whole[0], whole[1], whole[2], whole[3]
 
 
 def posture_p_value(J: FloatArray, residual: FloatArray, lever: FloatArray, features: FloatArray) -> float:

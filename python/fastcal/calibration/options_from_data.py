@@ -106,6 +106,14 @@ def _labels(entry: Spec, data: Rows, option: str) -> Spec:
     return {option: present}
 
 
+def _begins(entry: Spec, robot: Robot, data: Rows) -> Spec:
+    """When the first row was measured."""
+    parts = _parts(data, "time")
+    if parts is None:
+        raise _missing(entry, "time_s")
+    return {"begins_s": round(_extent(parts)[0], _DECIMALS)}
+
+
 def _stations(entry: Spec, robot: Robot, data: Rows) -> Spec:
     return _labels(entry, data, "stations")
 
@@ -176,6 +184,7 @@ _FILLERS: dict[str, Callable[[Spec, Robot, Rows], Spec]] = {
     "t0_c": _temperature,
     "t0_s": _time,
     "times": _times,
+    "begins_s": _begins,
     "stations": _stations,
     "mounts": _mounts,
     "range": _range,

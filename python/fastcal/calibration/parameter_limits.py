@@ -27,7 +27,7 @@ def has_prior(entry: Spec) -> bool:
 
 
 def parameter_limits(
-    robot: Robot, model: _core.ErrorModel, unknown_count: int, *, priors: bool
+    robot: Robot, model: _core.ErrorModel, known_within: FloatArray, *, priors: bool
 ) -> dict[str, FloatArray]:
     """Keyword arguments of the core's `identify`, SI: one number a parameter of the model and an observation's unknown.
 
@@ -35,7 +35,8 @@ def parameter_limits(
         robot: Its effects say which of them are nuisances (`prior: yes`): each parameter is held near what the robot
             file says, which is 0 but for the scale of a structure, with its plausible size as standard deviation.
         model: The model of `robot` with base and tool fitted.
-        unknown_count: Unknowns of the observations; nothing is known of them.
+        known_within: Standard deviation within which each unknown of the observations is known to be 0, SI; infinite
+            where nothing is known of it.
         priors: Hold all parameters but base and tool where the model starts (a scale that starts at 0: where it is
             expected), with PRIOR_SIZES plausible sizes.
 
@@ -43,13 +44,13 @@ def parameter_limits(
         lower, upper: empty where nothing is bounded. prior_mean, prior_sigma: empty where there are no priors.
     """
     parameters = model.parameters
-    infinite = np.full(unknown_count, np.inf)
+    infinite = np.full(len(known_within), np.inf)
     limits: dict[str, FloatArray] = {}
     lower, upper = np.array([p.lower for p in parameters]), np.array([p.upper for p in parameters])
     if np.isfinite(lower).any() or np.isfinite(upper).any():
         limits["lower"] = np.concatenate([lower, -infinite])
         limits["upper"] = np.concatenate([upper, infinite])
-    if not priors and not robot.effects:
+    if not priors and not robot.effects and not np.isfinite(known_within).any():
         return limits
     size = np.array([p.sigma for p in parameters])
     expected = np.array([p.expected for p in parameters])
@@ -66,7 +67,7 @@ def parameter_limits(
         if effect.penalty and "curvature" in entry:
             mean[own], sigma[own] = 0.0, prior_deviations(float(entry["curvature"]), np.asarray(effect.penalty))
         at = own.stop
-    if np.isfinite(sigma).any():
+    if np.isfinite(sigma).any() or np.isfinite(known_within).any():
         limits["prior_mean"] = np.concatenate([mean, np.zeros(len(infinite))])
-        limits["prior_sigma"] = np.concatenate([sigma, infinite])
+        limits["prior_sigma"] = np.concatenate([sigma, known_within])
     return limits

@@ -28,6 +28,7 @@ from fastcal.measurements.long_dataset import LongDataset
 from fastcal.measurements.observations import core_tables
 from fastcal.robot.core_model import pose
 from fastcal.robot.plain_copy import plain_copy
+from fastcal.robot.rig import known_within
 from fastcal.robot.robot import Robot
 
 FloatArray = NDArray[np.float64]
@@ -102,11 +103,15 @@ class CalibrationProblem:
         """Bounds and priors as keyword arguments of `identify`; with `priors`, every parameter is held near nominal."""
         if not priors:
             return self._own_limits
-        return parameter_limits(self.robot, self.model, self.unknown_count, priors=True)
+        return parameter_limits(self.robot, self.model, self._known_within, priors=True)
+
+    @cached_property
+    def _known_within(self) -> FloatArray:
+        return known_within(self.robot.spec, self.measured.parameters)
 
     @cached_property
     def _own_limits(self) -> dict[str, FloatArray]:
-        return parameter_limits(self.robot, self.model, self.unknown_count, priors=False)
+        return parameter_limits(self.robot, self.model, self._known_within, priors=False)
 
     def identify(self, **options: Any) -> _core.Identification:
         """Identifies what is asked; options as the core's `identify` has them, among these its bounds and priors."""
@@ -160,9 +165,7 @@ def prepare(
         raise Undetermined(f"{data.source}: {alignment.message}")
     place = by_points(start, data, Placement.of(alignment), threads)
     model = start.error_model.with_robot(start.core.with_base_and_tool(place.T_world_base, place.T_flange_tool))
-    asked = asked_parameters(
-        model, geometry or parameters is not None, turned=measured.shows_tool_turn, placed=measured.shows_base
-    )
+    asked = asked_parameters(model, geometry or parameters is not None, **shown_ends(measured))
     if parameters is not None:
         names = parameter_names(model)
         owners = [parameter.owner for parameter in model.parameters]
@@ -213,7 +216,14 @@ def parameter_names(model: _core.ErrorModel) -> list[str]:
     return [full_name(parameter) for parameter in model.parameters]
 
 
-def asked_parameters(model: _core.ErrorModel, geometry: bool, *, turned: bool, placed: bool) -> list[int]:
+def shown_ends(measured: _core.Measurements) -> dict[str, bool]:
+    """What measurements can show of base and tool, as `asked_parameters` takes it."""
+    return {"tool": measured.shows_tool, "turned": measured.shows_tool_turn, "placed": measured.shows_base}
+
+
+def asked_parameters(
+    model: _core.ErrorModel, geometry: bool, *, turned: bool, placed: bool, tool: bool = True
+) -> list[int]:
     """Base and tool always (as far as the kind of measurement can show them), geometry where asked, every effect."""
     out = []
     own = len(model.robot.nominal)
@@ -223,7 +233,7 @@ def asked_parameters(model: _core.ErrorModel, geometry: bool, *, turned: bool, p
             if placed:
                 out.append(i)
         elif owner == "tool":
-            if turned or not parameter.name.startswith("r"):
+            if tool and (turned or not parameter.name.startswith("r")):
                 out.append(i)
         elif geometry:
             out.append(i)

@@ -75,6 +75,7 @@ class CalibrationResult(Plotted):
         shape: How surely distances between points are known, where no points were measured.
         held: How the geometry of few poses was held near nominal, a sentence; empty where it was free.
         unknowns: Of the observations, by what they are of: the place (3,) [m] of "anchor 2" of measured lengths.
+        own_freedom: (P,) degrees of freedom of the parameters' deviations, where several kinds have each its noise.
     """
 
     status: str
@@ -102,6 +103,7 @@ class CalibrationResult(Plotted):
     shape: Shape | None = None
     held: str = ""
     unknowns: dict[str, FloatArray] = field(default_factory=dict)
+    own_freedom: FloatArray | None = None
 
     @property
     def sigma(self) -> float | None:
@@ -125,13 +127,16 @@ class CalibrationResult(Plotted):
         """
         from scipy import special  # takes longer to import than a fit
 
-        t = float(special.stdtrit(max(self.degrees_of_freedom, 1), 0.5 + level / 2))
+        freedom = np.full(len(self.parameters), float(max(self.degrees_of_freedom, 1)))
+        if self.own_freedom is not None:
+            freedom = np.minimum(freedom, np.maximum(self.own_freedom, 1.0))
+        t = special.stdtrit(freedom, 0.5 + level / 2)
         out = np.empty((len(self.parameters), 2))
         for k, p in enumerate(self.parameters):
             if p.bound is not None:
-                out[k] = p.bound.interval(p.value, t)
+                out[k] = p.bound.interval(p.value, float(t[k]))
             else:
-                half = t * (p.std or 0.0)
+                half = float(t[k]) * (p.std or 0.0)
                 out[k] = p.value - half, p.value + half
         return out
 

@@ -38,6 +38,11 @@ class Shape:
     scaled: float
     note: str
 
+    @property
+    def scale_is_open(self) -> bool:
+        """Whether most of the deviation of distances is that of a common scale of all of them."""
+        return self.scaled < _SCALE_IS_OPEN * self.distance
+
     def to_json_dict(self) -> dict[str, float]:
         """The block `shape`."""
         sizes = {"point": self.point, "distance": self.distance, "scaled_distance": self.scaled}

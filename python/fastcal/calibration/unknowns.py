@@ -11,9 +11,11 @@ from fastcal import _core
 from fastcal.calibration.alignment import measurements
 from fastcal.errors import Undetermined
 from fastcal.measurements.dataset import Dataset
+from fastcal.measurements.observations import without_kinds
 from fastcal.robot.robot import Robot
 
 FloatArray = NDArray[np.float64]
+CORNERS = "corner"  # the kind of reading whose unknowns a model keeps
 
 
 def placed(
@@ -46,15 +48,36 @@ def placed(
 
 def fitted_unknowns(model: Robot, data: Dataset, threads: int = 1) -> dict[str, FloatArray]:
     """The unknowns by what they are of, fitted beside a model; none where there are none, or too few readings."""
+    rig = given_rig(model, data)
+    data = without_kinds(data, [CORNERS]) if rig else data
     if not data.kinds:
-        return {}
+        return rig
     measured = measurements(data, model)
     if not measured.parameters:
-        return {}
+        return rig
     try:
-        return unknowns_by_owner(measured, placed(model, data, measured, with_base=False, threads=threads)[1])
+        return rig | unknowns_by_owner(measured, placed(model, data, measured, with_base=False, threads=threads)[1])
     except Undetermined:
+        return rig
+
+
+def given_rig(model: Robot, data: Dataset) -> dict[str, FloatArray]:
+    """Cameras and boards where the model has them: their unknowns are changes of that, and 0."""
+    if CORNERS not in data.kinds:
         return {}
+    measured = measurements(without_kinds(data, [kind for kind in data.kinds if kind != CORNERS]), model)
+    return unknowns_by_owner(measured, np.zeros(len(measured.parameters)))
+
+
+def unknowns_found(found: _core.Identification, count: int, covariance: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """(U,) the unknowns behind `count` parameters of a model, and their standard deviations, NaN where held.
+
+    `covariance` is that of the free parameters.
+    """
+    theta = np.asarray(found.theta)
+    std = np.full(len(theta), np.nan)
+    std[list(found.free)] = np.sqrt(np.diag(covariance))
+    return theta[count:], std[count:]
 
 
 def unknowns_by_owner(measured: _core.Measurements, values: FloatArray) -> dict[str, FloatArray]:

@@ -27,7 +27,7 @@ from fastcal.robot.robot import Robot, Spec
 
 FloatArray = NDArray[np.float64]
 
-_MOMENT = "at_s"
+_MOMENT, _MOMENT_BY_ROW = "at_s", "at_row"
 _LAG = "lag_s"
 _WEAK = 30.0  # plausible sizes: a prior that only keeps a singular problem solvable
 
@@ -52,7 +52,7 @@ def fill_unset_options(problem: CalibrationProblem) -> CalibrationProblem:
     steps = [
         k
         for k, e in enumerate(entries)
-        if _MOMENT in traits_of(e["effect"]).among_parameters and _MOMENT not in options_of(e)
+        if _MOMENT in traits_of(e["effect"]).among_parameters and not {_MOMENT, _MOMENT_BY_ROW} & set(options_of(e))
     ]
     curves = [
         k
@@ -78,7 +78,7 @@ def fill_unset_options(problem: CalibrationProblem) -> CalibrationProblem:
     moving += range(len(problem.model.parameters), len(fit.theta))
     spec = copy.deepcopy(robot.spec)
     for k in steps:
-        spec["effects"][k]["parameters"] = {_MOMENT: _moment(fit, spec, k, places[k], moving)}
+        spec["effects"][k] |= _moment(fit, spec, k, places[k], moving)
     if late and (lag := find_lag(lambda lag: _left_with_lag(fit, spec, late, moving, lag), time)):
         for k in late:
             spec["effects"][k]["parameters"] = {**(spec["effects"][k].get("parameters") or {}), _LAG: lag}
@@ -88,13 +88,18 @@ def fill_unset_options(problem: CalibrationProblem) -> CalibrationProblem:
 
 
 def _moment(fit: _Fit, spec: Spec, k: int, own: range, others: list[int]) -> Spec:
-    """When the step was: {value, std} [s], evenly likely between two rows."""
-    before_all = copy.deepcopy(spec)
+    """When the step was: {value, std}, evenly likely between two rows; by their order where they have no time."""
+    data, before_all = fit.problem.data, copy.deepcopy(spec)
+    by_row = data.time is None
     before_all["effects"][k][_MOMENT] = -np.inf
     near = fit.near(Robot(before_all))
-    J, time = np.asarray(near.J), np.asarray(fit.problem.data.time)
-    at, gap = find_step(J[:, others], J[:, own], np.asarray(near.r), np.asarray(near.row, dtype=np.int64), time)
-    return {"value": at, "std": gap / 12**0.5}
+    J, row = np.asarray(near.J), np.asarray(near.row, dtype=np.int64)
+    order = np.arange(len(data)) if data.row is None else data.row
+    course = order.astype(float) if data.time is None else data.time
+    at, gap = find_step(J[:, others], J[:, own], np.asarray(near.r), row, course)
+    if by_row:
+        return {"rows": len(data), "parameters": {_MOMENT_BY_ROW: {"value": float(np.ceil(at)), "std": 0.0}}}
+    return {"parameters": {_MOMENT: {"value": at, "std": gap / 12**0.5}}}
 
 
 def _left_with_lag(fit: _Fit, spec: Spec, late: list[int], others: list[int], lag: float) -> float:

@@ -22,6 +22,7 @@ from fastcal.calibration.problem import CalibrationProblem
 FloatArray = NDArray[np.float64]
 
 MOST_ROWS = 5000  # of more, no parameter takes a share that counts
+_RANK = 1e-13
 _ROUNDS = 50
 _SETTLED = 1e-4  # relative
 _STANDS = 0.01  # relative: the fit does not see a smaller change
@@ -46,6 +47,37 @@ def noise_of_own_freedom(problem: CalibrationProblem, found: _core.Identificatio
     if factor is None or np.abs(np.log(factor)).max() < _STANDS:
         return None
     return [max(tau * float(by), _LEAST) for tau, by in zip(common, factor, strict=True)]
+
+
+def freedom_of_parameters(problem: CalibrationProblem, found: _core.Identification) -> FloatArray | None:
+    """(P,) degrees of freedom of each free parameter's deviation; None where one noise, or its claim, stands for all.
+
+    A parameter that few heights determine has a deviation as uncertain as their noise. With v_k the part of its
+    variance that the numbers of observation k bring, and nu_k their degrees of freedom,
+
+        nu = (sum v_k)^2 / sum v_k^2 / nu_k  (F. E. Satterthwaite 1946; JCGM 100, G.4.1);  claimed noise: nu_k infinite.
+    """
+    observations = problem.measured.observations
+    if len(observations) < 2 or len(problem.data) > MOST_ROWS or found.status != "converged" or not found.free:
+        return None
+    near = problem.linearize(np.asarray(found.theta), list(found.common_noise))
+    kept = ~np.isin(np.asarray(near.row), found.outliers)
+    of = np.array([k for k, each in enumerate(observations) for _ in each.components])[np.asarray(near.number)][kept]
+    J = np.asarray(near.J)[kept][:, found.free]
+    Q, R = np.linalg.qr(J / np.maximum(np.linalg.norm(J, axis=0), 1e-300))
+    size = np.abs(np.diag(R))
+    if not size.min() > _RANK * size.max(initial=0.0):
+        return None
+    by_number = np.linalg.solve(R, Q.T) ** 2  # (P, m): squared shifts by one standard deviation of each number
+    v = np.array([by_number[:, of == k].sum(axis=1) for k in range(len(observations))])
+    nu = np.array(
+        [
+            np.inf if each.claims_sigma else max(float(np.sum(1 - np.sum(Q[of == k] ** 2, axis=1))), 1.0)
+            for k, each in enumerate(observations)
+        ]
+    )
+    spread = np.sum(v**2 / nu[:, np.newaxis], axis=0)
+    return np.asarray(np.sum(v, axis=0) ** 2 / np.maximum(spread, 1e-300))
 
 
 def _factors(J: FloatArray, r: FloatArray, of: NDArray[np.int64], estimated: list[bool]) -> FloatArray | None:

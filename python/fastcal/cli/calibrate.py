@@ -14,13 +14,16 @@ import typer
 from fastcal.cli.console import NOT_CONVERGED, emit, fail, progress, say, warn
 from fastcal.cli.options import (
     AsRead,
+    Corners,
     DataFiles,
     Loss,
+    Mend,
     Method,
     OutFolder,
     PageLanguage,
     RobotFile,
     Rule,
+    TestCorners,
     Threads,
     left_out_geometry,
     words_of,
@@ -40,6 +43,9 @@ def calibrate(
     test: Annotated[
         Path | None, typer.Option(metavar="TEST", help="Held-out poses, never used for fitting.")
     ] = None,
+    corners: Corners = None,
+    test_corners: TestCorners = None,
+    mend: Mend = False,
     effects: Annotated[
         str, typer.Option(metavar="LIST", help="What to identify; base and tool always are.")
     ] = "geometry",
@@ -75,7 +81,7 @@ def calibrate(
     from fastcal.calibration import inspection
     from fastcal.calibration.acceptance_limit import judge_limit
     from fastcal.errors import InvalidInput
-    from fastcal.importers.loading import load_measurements, load_or_open
+    from fastcal.importers.corners import load_seen, load_seen_or_open
     from fastcal.io.folder import check_folder
     from fastcal.io.robot_file import load_robot
     from fastcal.measurements.dataset import Dataset
@@ -89,12 +95,12 @@ def calibrate(
     if choose is not None and (priors or method != "nls"):
         raise InvalidInput("--choose compares sets by least squares without priors: leave out --priors and --method")
     nominal = load_robot(robot)
-    measured = load_or_open(data, nominal, lambda rows: seen_by(tracker, rows))
+    measured = load_seen_or_open(data, nominal, corners, lambda rows: seen_by(tracker, rows))
     if choose is not None and not isinstance(measured, Dataset):
         raise InvalidInput(
             f"{measured.source}: --choose holds rows out again and again: it needs them in memory, and takes fewer"
         )
-    other = None if test is None else load_measurements(test, nominal)
+    other = None if test is None else load_seen([test], nominal, test_corners)
     with progress() as show:
         given: dict[str, Any] = {"test": other, "effects": effects, "loss": loss, "as_read": as_read}
         given |= {"threads": threads, "progress": show, "who": who}
@@ -102,7 +108,9 @@ def calibrate(
         if choose is not None and isinstance(measured, Dataset):
             choice = choose_parameters(nominal, measured, rule=choose, **given)
         found = (
-            choice.result if choice else calibration.calibrate(nominal, measured, method=method, priors=priors, **given)
+            choice.result
+            if choice
+            else calibration.calibrate(nominal, measured, method=method, priors=priors, mend=mend, **given)
         )
         notes = [*left_out_geometry(effects), *found.notes, *inspection.readback_notes(nominal, found.train.data)]
         if found.degrees_of_freedom <= 0:

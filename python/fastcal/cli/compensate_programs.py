@@ -129,10 +129,15 @@ def _say(done: Done, *, inverse: bool) -> None:
         warn(f"{file.name}: {note}" if len(done) > 1 else note for note in (*found.left, *found.assumed, *found.notes))
         mean, most = (from_si(float(value), "mm") for value in (found.error.mean(), found.error.max()))
         head = f"{file.name}, {program.language.name}" if len(done) > 1 else program.language.name
-        changed = "targets brought back to nominal" if inverse else "targets changed"
-        say(f"{head}: {len(found.targets)} {changed}, {len(program.moves)} moves and all else kept")
+        done_to = "brought back to nominal" if inverse else "changed"
+        targets, moves = _counted(len(found.targets), "target"), _counted(len(program.moves), "move")
+        say(f"{head}: {targets} {done_to}, {moves} and all else kept")
         taken = "error that the compensation had taken away" if inverse else "error that this takes away"
         say(f"{taken}: mean {mean:.3f} mm, largest {most:.3f} mm")
+
+
+def _counted(number: int, noun: str) -> str:
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
 
 
 def _emit(done: Done, written: list[Path]) -> None:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fastcal.cli.console import NOT_CONVERGED, emit, progress, say, warn
-from fastcal.cli.options import AsRead, DataFiles, OutFolder, RobotFile, Threads
+from fastcal.cli.options import AsRead, Corners, DataFiles, Mend, OutFolder, RobotFile, TestCorners, Threads
 from fastcal.cli.tracker import Tracker, seen_by
 from fastcal.cli.who import Who
 
@@ -31,6 +31,9 @@ def diagnose(
     sigma_mm: Annotated[
         float | None, typer.Option(min=1e-6, help="Standard deviation of a measured coordinate, where it is known.")
     ] = None,
+    corners: Corners = None,
+    test_corners: TestCorners = None,
+    mend: Mend = False,
     as_read: AsRead = False,
     threads: Threads = 1,
     tracker: Tracker | None = None,
@@ -41,7 +44,7 @@ def diagnose(
     The cause is named where the data single it out; else the page says which causes fit alike, or where the error is.
     """
     from fastcal import diagnosis
-    from fastcal.importers import load_measurements
+    from fastcal.importers.corners import load_seen
     from fastcal.io.folder import check_folder
     from fastcal.io.robot_file import load_robot
     from fastcal.report.diagnosis_report import FILES, write_diagnosis
@@ -50,9 +53,9 @@ def diagnose(
 
     check_folder(output, FILES)
     nominal = load_robot(robot)
-    measured = seen_by(tracker, load_measurements(data, nominal))
+    measured = seen_by(tracker, load_seen(data, nominal, corners))
     origin = made_by(nominal, measured, who)
-    other = None if test is None else load_measurements(test, nominal)
+    other = None if test is None else load_seen([test], nominal, test_corners)
     with progress() as show:
         found = diagnosis.diagnose(
             nominal,
@@ -61,6 +64,7 @@ def diagnose(
             exclude=exclude or (),
             sigma=None if sigma_mm is None else to_si(sigma_mm, "mm"),
             as_read=as_read,
+            mend=mend,
             threads=threads,
             progress=show,
         )

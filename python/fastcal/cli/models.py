@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fastcal.cli.console import emit, progress, say, warn
-from fastcal.cli.options import DataFiles, ModelFile, OutFile, Threads, file_names
+from fastcal.cli.options import Corners, DataFiles, ModelFile, OutFile, Threads, file_names
 
 if TYPE_CHECKING:
     from fastcal.calibration.evaluation import Evaluation
@@ -66,6 +66,7 @@ def evaluate(
     output: Annotated[
         Path | None, typer.Option("-o", "--output", metavar="FILE", help="Also write the figures, as JSON.")
     ] = None,
+    corners: Corners = None,
     threads: Threads = 1,
 ) -> None:
     """Compare a model with measured poses.
@@ -75,18 +76,20 @@ def evaluate(
     from fastcal.calibration.evaluation import evaluate as evaluated
     from fastcal.calibration.extrapolation_notes import range_notes
     from fastcal.calibration.inspection import readback_notes
+    from fastcal.calibration.pictures import seen_by_model
     from fastcal.calibration.prediction import correction_notes
-    from fastcal.importers import load_measurements
+    from fastcal.importers.corners import load_seen
     from fastcal.io.results import write_json
     from fastcal.io.robot_file import load_robot
 
     robot = load_robot(model)
-    measured = load_measurements(data, robot)
+    looked = seen_by_model(robot, load_seen(data, robot, corners), threads)
+    measured = looked.data
     found = evaluated(robot, measured, threads=threads)
     if output is not None:
         write_json(output, found.to_json_dict())
     beyond = [*range_notes(robot, measured), *correction_notes(robot, measured)]
-    warn([*measured.notes, *beyond, *readback_notes(robot, measured)])
+    warn([*looked.notes, *measured.notes, *beyond, *readback_notes(robot, measured)])
     say_evaluation(found, f"{robot.name} on {file_names(data)}")
 
 

@@ -37,6 +37,20 @@ DataFiles = Annotated[
     ),
 ]
 OutFile = Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="The file to write.")]
+Corners = Annotated[
+    Path | None,
+    typer.Option("--corners", metavar="FILE", help="Corners of boards that cameras saw in these poses."),
+]
+TestCorners = Annotated[
+    Path | None,
+    typer.Option("--test-corners", metavar="FILE", help="Corners that cameras saw in the poses of --test."),
+]
+Mend = Annotated[
+    bool,
+    typer.Option(
+        "--mend", help="Put pictures that are in the wrong rows where they fit; without it they are left out."
+    ),
+]
 OutFolder = Annotated[Path, typer.Option("-o", "--output", metavar="OUT", help="The folder to write into.")]
 Threads = Annotated[int, typer.Option(min=1, help="Cores to use; the result does not depend on it.")]
 Seed = Annotated[int, typer.Option(min=0, help="The same seed gives the same numbers.")]

@@ -23,6 +23,8 @@ FloatArray = NDArray[np.float64]
 SINGULAR_SHARE = 0.03
 _ROUNDS = 20
 _DONE = 1e-9  # rad or m
+_SAME_PLACE = 1e-8  # [m]
+_MOST_MOVE = 0.35  # [rad or m] of a joint: more is no small move
 
 
 def command_by_small_moves(
@@ -51,15 +53,32 @@ def command_by_small_moves(
     sizes = np.linalg.svd(scale[:, None] * J[:, motors], compute_uv=False)
     if sizes[-1] >= SINGULAR_SHARE * sizes[0]:
         return None
-    inverse = _position_first(J)
+    inverse, limits = _position_first(J), np.transpose(model.limits)
     command = np.array(q, dtype=float)
+    left = pose_errors(pose, model.forward(command, **conditions))[0]
+    step = inverse @ left
     for _ in range(_ROUNDS):
-        step = inverse @ pose_errors(pose, model.forward(command, **conditions))[0]
-        command = command + step
+        there = model.follow(np.clip(command + step, *limits))
+        then = pose_errors(pose, model.forward(there, **conditions))[0]
+        if np.abs(there - q).max() <= _MOST_MOVE and _is_nearer(then, left):
+            command, left = there, then
+            step = inverse @ left
+        else:
+            step = step / 2
         if np.abs(step).max() < _DONE:
             break
-    command = model.follow(np.clip(command, *np.transpose(model.limits)))
-    return command, pose_errors(pose, model.forward(command, **conditions))[0]
+    return command, left
+
+
+def _is_nearer(then: FloatArray, left: FloatArray) -> bool:
+    """Whether a step has brought the tool nearer, or turned it towards its pose where it is there.
+
+    Where the arm is stretched, steps of the nominal Jacobian grow and lead away.
+    """
+    position = np.linalg.norm(then[:3]) - np.linalg.norm(left[:3])
+    if abs(position) > _SAME_PLACE:
+        return bool(position < 0)
+    return bool(np.linalg.norm(then[3:]) <= np.linalg.norm(left[3:]))
 
 
 def _position_first(J: FloatArray) -> FloatArray:

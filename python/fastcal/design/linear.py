@@ -110,8 +110,8 @@ class LinearProblem:
                 own[part.touching, :k] = 0.0  # a touch is no measured point
         return out.reshape(-1, len(wanted))
 
-    def rows_of(self, data: Dataset) -> FloatArray:
-        """(N k, p) the same of poses measured already; numbers that the data lack are 0. A plan counts as measured."""
+    def planned_rows(self, data: Dataset) -> FloatArray:
+        """(N k, p) the same of a plan, whose touches are named in its column `plane`."""
         if self.readings is None:
             return self.rows(Candidates(data.q, data.payload, data.approach))
         codes, names = data.label_codes("plane")
@@ -119,14 +119,7 @@ class LinearProblem:
         for label in self.readings.planes:
             if label in names:
                 plane[codes == names.index(label)] = label
-        rows = self.rows(Candidates(data.q, data.payload, data.approach, plane))
-        known = np.ones((len(data), self.row_count), dtype=bool)
-        if data.position is not None or self.readings.any_tilt(data):
-            known[:, : self.point_rows] = False
-            if data.position is not None:
-                known[~np.isnan(data.position).any(axis=1), : self.point_rows] = True
-            known[:, self.point_rows :] = self.readings.known(data)
-        return np.asarray(rows * known.reshape(-1, 1))
+        return self.rows(Candidates(data.q, data.payload, data.approach, plane))
 
     def target_information(self, targets: Candidates) -> FloatArray:
         """B (p, p) with tr(C B) the mean variance of a predicted coordinate over targets [m^2], C = M^-1."""

@@ -17,6 +17,7 @@ from fastcal.design.candidates import MOST
 from fastcal.design.instruments import Instruments
 from fastcal.design.linear import linear_problem
 from fastcal.design.measurable import candidates_and_obstacles, too_few_touches
+from fastcal.design.measured import information_of
 from fastcal.design.observability import INDICES, observability_indices
 from fastcal.design.planned import planned_model, target_postures
 from fastcal.design.result import PoseDesign, in_order
@@ -74,7 +75,7 @@ def design_poses(
             face and out of its column (`Surroundings.mounting`).
         payloads: Masses at hand [kg]; each pose gets one of them.
         separate: Two or more effects, such as "joint_compliance@joint2", that half of the poses are to separate.
-        measured: Poses measured already, which count as known.
+        measured: Poses measured already: each kind of reading counts by its own numbers; without any, as a plan.
         until_sigma: Stop at the fewest poses found with which the standard deviation of a predicted coordinate, root of
             the mean square over the targets, is at most this [m].
         sigma: Standard deviation of a measured coordinate [m]; None: that of the robot's calibration, or 0.05 mm.
@@ -128,10 +129,10 @@ def design_poses(
     if not problem.free:
         raise InvalidInput("no parameter asked for is identifiable from the candidates")
     rows = problem.rows(pool)
-    known = problem.known_before
+    known, uncounted = problem.known_before, list[str]()
     if measured is not None:
-        done = problem.rows_of(measured)
-        known = known + done.T @ done
+        told, uncounted = information_of(problem, measured)
+        known = known + told
     goal, notes = target_postures(model, targets, everywhere.select(~np.isin(obstacle, COLLISIONS)), threads=threads)
     search = Search(
         _core.Candidates(rows, problem.row_count),
@@ -155,7 +156,7 @@ def design_poses(
     else:
         found = search.run(count)
     ordered = in_order(model, pool.select(found.members))
-    notes += [*left_out, *too_few_touches(ordered)]
+    notes += [*uncounted, *left_out, *too_few_touches(ordered)]
     reached = float(np.sqrt(search.variance(found.members)))
     k = problem.row_count
     measured_rows = rows.reshape(-1, k, rows.shape[1])[found.members].reshape(-1, rows.shape[1])

@@ -23,7 +23,6 @@ from fastcal.measurements.observations import kinds_of
 from fastcal.robot.robot import Robot
 
 FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 
 class Readings:
@@ -33,11 +32,13 @@ class Readings:
         count: Numbers in a pose: two of each level, then one of a touch.
         parameters: The instruments' own: mountings and planes. They follow those of the model.
         planes: Labels of the planes.
+        sigma_tilt: Standard deviation of a tilt [rad].
     """
 
     def __init__(self, robot: Robot, instruments: Instruments, sigma: float, threads: int) -> None:
         self._robot, self._of, self._threads = robot, instruments, threads
         self._noise = (sigma, instruments.sigma_tilt, sigma)
+        self.sigma_tilt = instruments.sigma_tilt
         self.planes = tuple(instruments.planes)
         self.count = 2 * len(instruments.levels) + bool(instruments.planes)
         labels = np.array([*instruments.planes, ""], dtype=object)
@@ -71,18 +72,6 @@ class Readings:
         columns = np.concatenate([np.arange(P), P + np.array(unknowns, dtype=np.int64)])
         out[near.row[:, np.newaxis], number[near.number][:, np.newaxis], columns] = near.J
         return out
-
-    def known(self, data: Dataset) -> BoolArray:
-        """(N, count) which of these numbers a data set holds, its labelled touches among them."""
-        out = np.ones((len(data), self.count), dtype=bool)
-        for k, link in enumerate(self._of.levels):
-            tilt = data.table(f"tilt@{link}")
-            out[:, 2 * k : 2 * k + 2] = False if tilt is None else ~np.isnan(tilt)
-        return out
-
-    def any_tilt(self, data: Dataset) -> bool:
-        """Whether a data set holds a reading of one of the levels."""
-        return any(data.table(f"tilt@{link}") is not None for link in self._of.levels)
 
     def _first_number(self, field: str) -> int:
         """Where the numbers of an observation begin."""

@@ -115,8 +115,11 @@ def blocks(at: Fit, columns: Columns | None = None) -> Blocks:
     return Blocks(at, found.names, found.generics, tests, found.sizes, found.directions, found.frames)
 
 
-def columns_at(at: Fit, alone: list[Hypothesis] | None = None) -> Columns:
-    """Columns of all names and generic blocks at a fit; those of the names `alone`, where they are given."""
+def columns_at(at: Fit, alone: list[Hypothesis] | None = None, *, as_measured: bool = False) -> Columns:
+    """Columns of all names and generic blocks at a fit; those of the names `alone`, where they are given.
+
+    With `as_measured` as `Fit.standardized` has its own.
+    """
     problem = at.problem
     there = {name.cause for name in at.added}
     names = [n for n in problem.names if n.cause not in there] if alone is None else alone
@@ -162,7 +165,7 @@ def columns_at(at: Fit, alone: list[Hypothesis] | None = None) -> Columns:
     each(scale, moved(len(row), named))
     begins = np.cumsum([named, *sizes[len(names) :]])[:-1]
     each(fill, zip(begins.tolist(), generics, directions, strict=True))
-    if problem.noise.memory:
+    if problem.noise.memory and not as_measured:
         measured[...] = without_memory(problem, measured, row)
     return Columns(names, generics, values, sizes, directions, frame_columns)
 

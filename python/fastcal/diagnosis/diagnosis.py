@@ -15,6 +15,7 @@ from fastcal.calibration.data_notes import shared_row_notes
 from fastcal.calibration.inspection import check_columns, check_fit
 from fastcal.calibration.kind_misfits import gross_misfits, kind_misfits
 from fastcal.calibration.parallel import each, workers
+from fastcal.calibration.pictures import judged_pictures
 from fastcal.calibration.placed_test import placing_notes
 from fastcal.calibration.pose_folds import along_a_path
 from fastcal.calibration.postures import check_postures, too_few_postures
@@ -52,6 +53,7 @@ from fastcal.errors import InvalidInput
 from fastcal.measurements.copied_rows import counted_once
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.kinds import KindMisfit
+from fastcal.measurements.measuring_order import in_order, of_unknown_order
 from fastcal.measurements.observations import without_kinds, without_measured
 from fastcal.robot.given import DataLike, RobotLike, as_data, as_robot
 from fastcal.robot.robot import Robot, Spec
@@ -65,6 +67,7 @@ def diagnose(
     exclude: Collection[str] = (),
     sigma: float | None = None,
     as_read: bool = False,
+    mend: bool = False,
     threads: int = 1,
     progress: Callable[[str], None] | None = None,
 ) -> Diagnosis:
@@ -78,6 +81,7 @@ def diagnose(
         exclude: Names that are not to be given, `EFFECT` or `EFFECT@OWNER`.
         sigma: Standard deviation of a measured coordinate [m], where the data have no column for it.
         as_read: Take the columns of `data` as they are, as in `calibrate`.
+        mend: Put pictures that are in the wrong rows where they fit, as in `calibrate`.
         threads: Cores; the result does not depend on it.
         progress: Called with a sentence at each step.
 
@@ -89,8 +93,9 @@ def diagnose(
     if sigma is not None and not (np.isfinite(sigma) and sigma > 0):
         raise InvalidInput(f"sigma must be a standard deviation above 0, got {sigma}")
     robot = as_robot(robot)
-    data = counted_once(as_data(data, robot))
-    test = None if test is None else as_data(test, robot)
+    looked = judged_pictures(robot, counted_once(in_order(as_data(data, robot))), mend=mend, threads=threads)
+    data = looked.data
+    test = None if test is None else of_unknown_order(as_data(test, robot))
     notify("looking at the columns")
     check_postures(data)
     suspected = check_columns(robot, data, as_read=as_read)
@@ -111,7 +116,7 @@ def diagnose(
     unexplained_by_any = check_fit(robot, result.steps[0].train, as_read=as_read)
     shared = [] if test is None else [*shared_row_notes([data], test), *placing_notes(result.model, test)]
     told = [misfit.text for misfit in result.misfits]
-    return replace(result, notes=[*told, *suspected, *unexplained_by_any, *shared, *result.notes])
+    return replace(result, notes=[*looked.notes, *told, *suspected, *unexplained_by_any, *shared, *result.notes])
 
 
 def _found(
@@ -309,13 +314,6 @@ class _Found:
             out.append(
                 "successive poses lie near each other, so that noise which changes slowly looks like a cause without a "
                 "name: measure some of these poses again in another order"
-            )
-        if remaining is not None and remaining.depends_on == ("order",) and self.level.slow.begins is not None:
-            is_tool = remaining.owner == "tool"
-            what, column = ("tool or target sits", "mount") if is_tool else ("base or instrument stands", "station")
-            out.append(
-                f"from about row {self.level.slow.begins} on the {what} elsewhere: with two labels in a column "
-                f"{column}, one for the rows before it and one from there on, it can be taken out"
             )
         if self.rows is not None:
             share = f"{len(self.rows)} of {int(self.data.measured.sum())} measured rows"

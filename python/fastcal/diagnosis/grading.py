@@ -15,7 +15,7 @@ from fastcal import _core
 from fastcal.calibration.parallel import each
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.held_out import folds, gain
-from fastcal.diagnosis.library import Hypothesis
+from fastcal.diagnosis.library import SLOW, Hypothesis
 from fastcal.diagnosis.moved_zeros import moved_zeros
 from fastcal.diagnosis.one_curve import is_one_curve
 from fastcal.diagnosis.periodic import is_periodic, orders_alike
@@ -26,8 +26,6 @@ from fastcal.diagnosis.search import Search, SearchNode
 from fastcal.diagnosis.tail_probabilities import p_values
 
 FloatArray = NDArray[np.float64]
-
-SLOW = frozenset(["time_s", "temperature_c"])
 
 
 @dataclass(frozen=True)

@@ -30,12 +30,15 @@ from fastcal.effects.traits import Traits, filled
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot, Spec
+from fastcal.units import from_si
 
 FloatArray = NDArray[np.float64]
 Key = tuple[str, str]
 Exclusion = tuple[str, str | None]  # an effect and its owner; None: all of them
 
-_NOT_SCREENED = ("nuisance", "curve", "on request")  # roles: blocks without a name stand for the curves
+SLOW = frozenset(["time_s", "temperature_c"])  # what an effect depends on that changes slowly
+_NOT_SCREENED = ("nuisance", "curve", "scanned", "on request")  # roles: blocks without a name stand for the curves
+_SEARCHED = ("at_s", "at_row", "lag_s", "period_mm", "tau_s")  # options that a search finds, beside a wave's order
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +87,7 @@ class Hypothesis:
     def searched(self) -> int:
         """Numbers that are searched for outside the fit and count as its parameters: a moment, an order."""
         order = self.entry.get("order", rules.WAVE_ORDERS[0])
-        return int("at_s" in self.entry) + int("lag_s" in self.entry) + int(order not in rules.WAVE_ORDERS)
+        return sum(option in self.entry for option in _SEARCHED) + int(order not in rules.WAVE_ORDERS)
 
     @property
     def label(self) -> CauseLabel:
@@ -161,10 +164,21 @@ def needs(effect: str, owner: str, *, columns: bool) -> str:
     return filled((traits.needs_data if columns else "") or traits.shown_by, owner)
 
 
+def scanned(effect: str, owner: str, robot: Robot, data: Dataset) -> list[Hypothesis]:
+    """The grid of an effect that a scan looks for; empty where the data lack what it reads."""
+    bare: Spec = {"effect": effect, "owner": owner}
+    try:
+        return list(_VARIANTS[traits_of(effect).searched](bare, robot, data))
+    except InvalidInput:
+        return []
+
+
 def _entries(effect: str, owner: str, robot: Robot, data: Dataset) -> Iterator[Hypothesis]:
     """The variants of one effect and owner; InvalidInput where the data lack a column."""
     bare: Spec = {"effect": effect, "owner": owner}
     traits = traits_of(effect)
+    if effect_has_moment(effect) and data.time is None:
+        raise InvalidInput(f"{label(bare)} needs the column time_s")
     if traits.searched:
         yield from _VARIANTS[traits.searched](bare, robot, data)
         return
@@ -200,16 +214,68 @@ def _late(entry: Spec, time: FloatArray) -> Iterator[Hypothesis]:
             yield Hypothesis({**entry, "lag_s": lag}, f"lag_s={lag:g}")
 
 
+def effect_has_moment(effect: str) -> bool:
+    """Is it there from a moment on?"""
+    return traits_of(effect).searched == "at_s"
+
+
 def _steps(bare: Spec, robot: Robot, data: Dataset) -> Iterator[Hypothesis]:
-    """Moments over the time of the data; the search goes on from the best of them to the best between two rows."""
-    if data.time is None:
-        raise InvalidInput(f"{label(bare)} needs the column time_s")
-    inner = np.unique(data.time)[rules.MIN_ROWS_BESIDE_STEP : -rules.MIN_ROWS_BESIDE_STEP]
+    """Moments over the rows of the data; the search goes on from the best of them to the best between two rows."""
+    inner = np.unique(order_of_rows(data))[rules.MIN_ROWS_BESIDE_STEP : -rules.MIN_ROWS_BESIDE_STEP]
     if len(inner) == 0:
         raise InvalidInput(f"{label(bare)} needs more moments")
     places = np.unique(np.linspace(0, len(inner) - 1, rules.STEP_MOMENTS).round().astype(int))
     for at in inner[places]:
-        yield Hypothesis({**bare, "at_s": float(at)}, f"at_s={at:.6g}")
+        yield from_moment(bare, float(at), data)
+
+
+def order_of_rows(data: Dataset) -> FloatArray:
+    """(N,) when each row was measured [s], or its place in the order where no row has a time."""
+    if data.time is not None:
+        return data.time
+    return np.asarray(np.arange(len(data)) if data.row is None else data.row, dtype=np.float64)
+
+
+def from_moment(bare: Spec, at: float, data: Dataset) -> Hypothesis:
+    """A step at a time [s], or at a row where no row has one."""
+    if data.time is not None:
+        return Hypothesis({**bare, "at_s": at}, f"at_s={at:.6g}")
+    first, rows = math.ceil(at), int(order_of_rows(data).max()) + 1
+    return Hypothesis({**bare, "at_row": float(first), "rows": float(rows)}, f"at_row={first}")
+
+
+def _periods(bare: Spec, robot: Robot, data: Dataset) -> Iterator[Hypothesis]:
+    """Waves over the distance from the instrument, half a resolution apart."""
+    if data.position is None:
+        raise InvalidInput(f"{label(bare)} needs points")
+    distance = np.linalg.norm(data.position, axis=1)
+    span = float(np.nanmax(distance) - np.nanmin(distance))
+    for cycles in np.arange(1.0, rules.RANGE_CYCLES, 0.5) if span > 0 else ():
+        yield with_number(bare, "period_mm", from_si(span / cycles, "mm"))
+
+
+def _time_constants(bare: Spec, robot: Robot, data: Dataset) -> Iterator[Hypothesis]:
+    entry = with_origins(bare, robot, data)
+    if data.time is None or not np.ptp(data.time) > 0:
+        raise InvalidInput(f"{label(bare)} needs the column time_s")
+    for share in rules.SETTLING_SHARES:
+        yield with_number(entry, "tau_s", share * float(np.ptp(data.time)))
+
+
+def _lags(bare: Spec, robot: Robot, data: Dataset) -> Iterator[Hypothesis]:
+    """Heat that comes at once, and late."""
+    if data.temperature is None or not np.ptp(data.temperature) > 0:
+        raise InvalidInput(f"{label(bare)} needs the column temperature_c")
+    entry = with_origins(bare, robot, data)
+    yield Hypothesis(entry)
+    if data.time is not None:
+        yield from _late(entry, data.time)
+
+
+def with_number(entry: Spec, option: str, value: float) -> Hypothesis:
+    """An entry with what a search finds, four digits of it."""
+    number = float(f"{value:.4g}")
+    return Hypothesis({**entry, option: number}, f"{option}={number:g}")
 
 
 def _waves(bare: Spec, robot: Robot, data: Dataset) -> Iterator[Hypothesis]:
@@ -238,4 +304,7 @@ _VARIANTS: dict[str, Callable[[Spec, Robot, Dataset], Iterator[Hypothesis]]] = {
     "order": _waves,
     "at_s": _steps,
     "critical": _corners,
+    "lag_s": _lags,
+    "period_mm": _periods,
+    "tau_s": _time_constants,
 }

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.diagnosis import rules
-from fastcal.diagnosis.library import Hypothesis
+from fastcal.diagnosis.library import Hypothesis, effect_has_moment, order_of_rows
 from fastcal.diagnosis.memory import without_memory
 from fastcal.diagnosis.projection import basis, score_tests
 from fastcal.diagnosis.reasons import Because, BlockLabel, Reason
@@ -63,14 +63,15 @@ def moved_zeros(state: SearchNode, name: Hypothesis) -> tuple[Because, ...]:
 
 def _creeps(name: Hypothesis) -> bool:
     """Does it move all the time, rather than from a moment, a station or a mount on?"""
-    return name.traits.depends_on == ("time_s",) and "at_s" not in name.entry
+    return name.traits.depends_on == ("time_s",) and not effect_has_moment(name.effect)
 
 
 def _courses(name: Hypothesis, data: Dataset) -> FloatArray | None:
     """(N, k) how much of the motion each row has: from a moment on, by time, or one a station or mount."""
     depends_on = name.traits.depends_on
-    if depends_on == ("time_s",) and data.time is not None:
-        course = data.time >= name.entry["at_s"] if "at_s" in name.entry else data.time - data.time.mean()
-        return np.asarray(course, dtype=float)[:, np.newaxis]
+    if depends_on == ("time_s",):
+        over = order_of_rows(data)
+        at = name.entry.get("at_s", name.entry.get("at_row"))
+        return np.asarray(over - over.mean() if at is None else over >= at, dtype=float)[:, np.newaxis]
     label = data.station if depends_on == ("station",) else data.mount if depends_on == ("mount",) else None
     return None if label is None else np.asarray(label[:, np.newaxis] == np.unique(label)[1:], dtype=float)

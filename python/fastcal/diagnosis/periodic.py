@@ -32,6 +32,8 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 
 _ORDERS_AT_ONCE = 64  # that are scored together, for the memory that their columns take
+_ROWS_AT_ONCE = 512  # of a periodogram
+_MAY_SHOW = 0.6  # of what is significant, between two orders and beside what a fit absorbs
 _PEAK_SHARE = 0.8  # of a peak that the nearest order of a scan has at least: it is an eighth of a lobe away at most
 _MOST_ALIKE = 12  # orders that are looked at more closely: one is enough
 
@@ -41,12 +43,15 @@ def is_periodic(name: Hypothesis) -> bool:
     return name.effect in traits_of(curve_of("joint")).generalizes
 
 
-def scan(state: SearchNode) -> list[Hypothesis]:
-    """Waves of orders beyond the library's that are significant at a fit, the highest peaks of each revolute joint."""
+def scan(state: SearchNode, *, fine_alone: bool = False) -> list[Hypothesis]:
+    """Waves of orders beyond the library's that are significant at a fit, the highest peaks of each revolute joint.
+
+    With `fine_alone` those beyond MAX_ORDER, of which no block without a name holds anything.
+    """
     problem = state.fit.problem
     waves_of_a_joint = [effect for effect in effect_names() if traits_of(effect).is_wave]
     found: list[Hypothesis] = []
-    for joint, new in enumerate(each(_orders(state), range(problem.start.robot.joint_count))):
+    for joint, new in enumerate(each(_orders(state, fine_alone=fine_alone), range(problem.start.robot.joint_count))):
         for effect in waves_of_a_joint:
             bare = {"effect": effect, "owner": f"joint{joint + 1}"}
             if not is_excluded(effect, bare["owner"], problem.excluded):
@@ -55,7 +60,7 @@ def scan(state: SearchNode) -> list[Hypothesis]:
     return [name for name in found if repr(name) not in there]
 
 
-def _orders(state: SearchNode) -> Callable[[int], list[float]]:
+def _orders(state: SearchNode, *, fine_alone: bool) -> Callable[[int], list[float]]:
     """The orders that `scan` finds of a joint."""
     problem = state.fit.problem
     kinds = problem.start.robot.joint_types
@@ -65,16 +70,75 @@ def _orders(state: SearchNode) -> Callable[[int], list[float]]:
         span = float(np.ptp(problem.kept.q[:, joint]))
         if kinds[joint] != "revolute" or span <= 0:
             return []
-        orders = _spaced(span, rules.MAX_ORDER)
         scored = scores_of[joint]
+        if fine_alone:
+            return _fine_orders(state, joint, scored)
+        orders = _spaced(span, rules.MAX_ORDER)
         scores = scored(orders)
         trials = len(orders) * len(kinds) / 2
         peaks = _peaks(orders, np.asarray(scores.statistic), np.asarray(scores.rank), problem.noise.freedom, trials)
         step = float(orders[1] - orders[0]) if len(orders) > 1 else 0.0
         exact = [order if order == round(order) else _refined(order, step, scored) for order in peaks]
+        # Of a wave that is too fine for it this scan sees side lobes; of one that is not, the fine scan sees aliases.
+        exact += _fine_orders(state, joint, scored, above=float(np.max(scores.statistic)) if exact else 0.0)
         return [order for order in dict.fromkeys(exact) if order not in rules.WAVE_ORDERS]
 
     return found
+
+
+def _fine_orders(
+    state: SearchNode, joint: int, scored: Callable[[FloatArray], _core.BlockScores], above: float = 0.0
+) -> list[float]:
+    """Significant orders beyond MAX_ORDER of a statistic `above` some other: the highest peaks of the periodogram.
+
+    For waves as fine as these nearly all is beyond what the fit absorbs, so |sum_i w_i exp(i n q_i)|^2 over the rows
+    finds their places; w_i is what a row leaves along its joint. They are held against what would be left: beside a
+    misfit that is no noise, one of thousands of orders explains much of it.
+    """
+    at = state.fit
+    q, turn = at.problem.kept.q[:, joint], state.blocks.frames[f"joint{joint + 1}"][:, 0]
+    span = float(np.ptp(q))
+    orders = _spaced(span, rules.FINEST_WAVE)
+    orders = orders[orders > rules.MAX_ORDER]
+    if len(orders) < 3:
+        return []
+    row = at.whitened[2]
+    row = row[row >= 0]
+    left = at.beyond(at.whitened[1][:, np.newaxis])[: len(row), 0]
+    along = np.asarray(np.bincount(row, turn * left, len(q)), dtype=np.float64)
+    step = float(orders[1] - orders[0])
+    power = _periodogram(q, along, orders)
+    inner = np.r_[-np.inf, power, -np.inf]
+    trials = len(orders) * at.problem.start.robot.joint_count
+    # Of a wave that the fit absorbs nothing of; one that is far from significant so is not scored.
+    alone = 2 * power / max(float(turn @ turn), 1e-300)
+    enough = _MAY_SHOW * 2 * np.log(trials / rules.ALPHA_WAVE)
+    top = np.flatnonzero((power >= inner[:-2]) & (power >= inner[2:]) & (alone > enough))
+    found: dict[float, float] = {}
+    for i in top[np.argsort(-power[top], kind="stable")][: rules.PEAKS_PER_JOINT]:
+        order = _refined(float(orders[i]), step, scored)
+        scores = scored(np.array([order]))
+        statistic = np.asarray(scores.statistic)
+        unexplained = np.maximum((at.remaining - statistic) / at.freedom, 1.0)
+        p = p_values(statistic / unexplained, np.asarray(scores.rank), at.problem.noise.freedom)[0]
+        if p * trials < rules.ALPHA_WAVE and statistic[0] > above:
+            found[order] = float(statistic[0])
+    return [order for order, value in found.items() if value > rules.SCANNED_SHARE * max(found.values())]
+
+
+def _periodogram(q: FloatArray, along: FloatArray, orders: FloatArray) -> FloatArray:
+    """|sum_i along_i exp(i n q_i)|^2 of evenly spaced orders n, each wave from the one before by one product.
+
+    In single precision: a thousand products lose a thousandth of a wave, and peaks are scored anew.
+    """
+    total = np.zeros(len(orders), dtype=np.complex64)
+    for first in range(0, len(q), _ROWS_AT_ONCE):
+        part = q[first : first + _ROWS_AT_ONCE]
+        waves = np.empty((len(orders), len(part)), dtype=np.complex64)
+        waves[0] = np.exp(1j * orders[0] * part)
+        waves[1:] = np.exp(1j * (orders[1] - orders[0]) * part)
+        total += np.cumprod(waves, axis=0) @ along[first : first + _ROWS_AT_ONCE].astype(np.float32)
+    return np.asarray(np.abs(total.astype(np.complex128)) ** 2)
 
 
 def _spaced(span: float, highest: float) -> FloatArray:
@@ -109,7 +173,7 @@ def orders_alike(base: SearchNode, name: Hypothesis) -> tuple[float, ...]:
     """
     joint, own = int(name.owner.removeprefix("joint")) - 1, float(name.entry["order"])
     span = float(np.ptp(base.fit.problem.kept.q[:, joint]))
-    orders = _spaced(span, rules.FINEST_ORDER)
+    orders = _spaced(span, max(rules.FINEST_ORDER, 2 * own))
     scored, step = _scored(base, joint), np.pi / (2 * span)
 
     def best(order: float) -> tuple[float, float]:

@@ -7,7 +7,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-from fastcal.diagnosis import periodic, rivals, rules
+from fastcal.diagnosis import periodic, rivals, rules, scans
+from fastcal.diagnosis.library import Hypothesis
 from fastcal.diagnosis.noise import NoiseLevel, with_estimated_noise
 from fastcal.diagnosis.noise_scales import rms_sigma
 from fastcal.diagnosis.problem import Noise, Problem
@@ -38,12 +39,12 @@ def searched(
         again: Problem | None
         if plain.names_are_hopeless:
             best = plain.search.start
-            waves = [] if was_hopeless else periodic.scan(best)
+            waves = [] if was_hopeless else [*periodic.scan(best), *scans.scan(best)]
             again = replace(problem, names=[*problem.names, *waves]) if waves else None
             was_hopeless = True
         else:
             best = _best(plain.search.grow())
-            again, level = _again(problem, best, sigma)
+            again, level = _again(plain.search, best, sigma)
             again = None if plain.search.is_cut_short else again
         if again is None or round_ == rules.MAX_SEARCHES - 1:
             break
@@ -52,18 +53,33 @@ def searched(
     return plain, best, level
 
 
-def _again(problem: Problem, best: SearchNode, sigma: float | None) -> tuple[Problem | None, NoiseLevel]:
+def _again(search: Search, best: SearchNode, sigma: float | None) -> tuple[Problem | None, NoiseLevel]:
     """The noise as the set that was found shows it.
 
-    With a new start where it shows waves of other orders, markedly less noise than there seemed to be, or a memory that
-    the search did not allow for or that is none; else None.
+    With a new start where it shows further names, such as waves of other orders, markedly less noise than there seemed
+    to be, or a memory that the search did not allow for or that is none; else None.
     """
-    waves = [] if best.suffices else periodic.scan(best)
+    problem = search.problem
+    more = _further_names(search, best)
     begun = replace(claimed(problem.data, sigma), scale=problem.noise.scale)
-    again = replace(problem, names=[*problem.names, *waves], noise=begun)
+    again = replace(problem, names=[*problem.names, *more], noise=begun)
     calmer, level = with_estimated_noise(again, best.fit, sigma)
     remembers, remembered = calmer.noise.memory > 0, problem.noise.memory > 0
-    return (calmer if waves or remembers != remembered or _is_calmer(calmer, problem) else None), level
+    return (calmer if more or remembers != remembered or _is_calmer(calmer, problem) else None), level
+
+
+def _further_names(search: Search, best: SearchNode) -> list[Hypothesis]:
+    """Names that the library does not hold, where a set leaves something: beyond it, and beyond none of its names.
+
+    Where nothing is left, waves that are too fine for any block without a name are looked for all the same, and where
+    a name follows time or heat, others that do: the likelier law is the one that is given.
+    """
+    if best.suffices:
+        fine = [*periodic.scan(best, fine_alone=True), *scans.scan(best, among=scans.without_a_block())]
+        return fine + scans.rivals_of_slow(search, best)
+    found = [*periodic.scan(best), *scans.scan(best)]
+    there = {name.key for name in found}
+    return found + [name for name in scans.scan(search.start) if best.names and name.key not in there]
 
 
 def _is_calmer(now: Problem, before: Problem) -> bool:

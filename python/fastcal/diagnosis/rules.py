@@ -184,9 +184,23 @@ HOPELESS_SHARE = 0.6
 # Fits of a rival, each on the rows that the one before reaches, at most. Numerical.
 MAX_REFITS = 3
 
+# --- Scans ------------------------------------------------------------------------------------------------------------
+# Chance that a scan of all moments, periods and lags comes upon something where nothing is missing. Level.
+ALPHA_SCAN = 1e-3
+# Names that a scan may add, and share of the likeliest one's worth that each must have: the others are its shadows.
+SCANNED_NAMES, SCANNED_SHARE = 8, 0.5
+# Share of a step (of its variance) that positions, payload, stations and mounts of the rows may explain: where they
+# change with it, it is no step in time.
+MAX_STEP_SHARE = 0.5
+# Waves of an instrument's range over the distances that were measured, at most.
+RANGE_CYCLES = 60.0
+# Time constants of what comes to rest [of the time that the data span].
+SETTLING_SHARES = (0.02, 0.04, 0.08, 0.15, 0.3, 0.6)
+
 # --- Waves and curves of joints ---------------------------------------------------------------------------------------
-# Highest order that is scanned for [cycles a turn]: motor turns behind usual reductions lie beyond.
-MAX_ORDER = 40.0
+# Highest order of which each is scored [cycles a turn], and the highest that is looked for, by the periodogram: motor
+# turns behind usual reductions, interpolation of encoders.
+MAX_ORDER, FINEST_WAVE = 40.0, 400.0
 # Peaks of the scan that are taken from each joint, and their level.
 PEAKS_PER_JOINT, ALPHA_WAVE = 3, 1e-3
 # An order this near to a whole one is whole, and any other unless it explains so much more chi square.

@@ -17,7 +17,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fastcal.calibration.change_point import find_step
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.blocks import Blocks, blocks
 from fastcal.diagnosis.fits import Fit, fit, is_beyond_bounds
@@ -25,6 +24,7 @@ from fastcal.diagnosis.held_out import STRETCHES, HeldOut, gain, last_stretch, l
 from fastcal.diagnosis.library import Hypothesis, Key, without_masses
 from fastcal.diagnosis.periodic import forward, is_periodic, many_waves
 from fastcal.diagnosis.problem import Problem
+from fastcal.diagnosis.scans import at_best_moment
 from fastcal.diagnosis.tail_probabilities import p_values
 from fastcal.effects.entries import traits_of
 
@@ -296,28 +296,19 @@ class Search:
                 break
             if p[i] > rules.ALPHA_NAMED / state.family.named:
                 break
-            if name.cause in causes:
+            richer = [n for n in state.names if n.owner == name.owner and name.effect in n.traits.generalizes]
+            if name.cause in causes or richer:
                 continue
             causes.add(name.cause)
             simpler = name.traits.generalizes
             kept = tuple(n for n in state.names if not (n.owner == name.owner and n.effect in simpler))
-            out.append((*kept, self._refined(name, state)))
+            out.append((*kept, at_best_moment(name, state)))
             if without_masses(self.problem.start.robot):
                 # The score of a compliance lacks the sag that comes with it, which a richer one can feign.
                 simple = [n for n in state.blocks.names if n.owner == name.owner and n.effect in simpler]
                 out += [(*kept, n) for n in simple if n.cause not in causes]
                 causes.update(n.cause for n in simple)
         return out
-
-    def _refined(self, name: Hypothesis, state: SearchNode) -> Hypothesis:
-        """A step at the moment of all between two rows that explains most; other names as they are."""
-        data = self.problem.kept
-        if "at_s" not in name.entry or data.time is None:
-            return name
-        A, r, row = state.fit.standardized
-        measured = row >= 0
-        at, _ = find_step(A[measured], state.blocks.frames["base"], -r[measured], row[measured], data.time)
-        return Hypothesis({**name.entry, "at_s": at}, f"at_s={at:.6g}")
 
     def state(self, names: Sequence[Hypothesis], near: SearchNode) -> SearchNode:
         """The fit of a set, from a fit of nearly the same."""
@@ -377,7 +368,7 @@ class Search:
                 continue
             keys.add(name.key)
             tried += 1
-            state = self.state((*base.names, self._refined(name, base)), best)
+            state = self.state((*base.names, at_best_moment(name, base)), best)
             # One of more parameters that fits no worse is refused by its parameters alone: too little to call it wrong.
             is_let = state.is_compatible_with(best) or (self._loads_are_guessed(member, name) and not state.impossible)
             if is_let and (state.bic < best.bic + rules.DECISIVE_BIC or state.fit.remaining <= best.fit.remaining):

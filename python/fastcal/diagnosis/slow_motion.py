@@ -82,15 +82,14 @@ class SlowMotions:
         found: That models can have, each likelier than noise by SLOW_MOTION_BIC.
         rho: The memory of the noise beside them.
         untimed: Base or tool where one drifts that no model can have, since no row has a time: it stays in the noise.
+            What jumped is no drift: models have it by its row.
         share: Of the misfit, what that one explains.
-        begins: The row from which on it lies elsewhere, if it was knocked; None: it drifts.
     """
 
     found: list[SlowMotion]
     rho: float
     untimed: str | None = None
     share: float = 0.0
-    begins: int | None = None
 
     @property
     def drifts(self) -> bool:
@@ -116,9 +115,9 @@ def slow_motions(at: Fit, X: FloatArray, wrong: IntArray, frames: Frames) -> Slo
         if likeliest is None or likeliest[0] < rules.SLOW_MOTION_BIC:
             break
         _worth, motion, after = likeliest
-        if at.problem.data.time is None and not len(motion.block):
+        if at.problem.data.time is None and not len(motion.block) and motion.begins is None:
             share = rows.explained(after) / max(at.remaining - at.freedom, 1.0)
-            return SlowMotions(found, rows.rho, motion.owner, min(share, 1.0), motion.begins)
+            return SlowMotions(found, rows.rho, motion.owner, min(share, 1.0))
         found.append(motion)
         rows = after
         if len(motion.block):

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fastcal.diagnosis import grading, rules
-from fastcal.diagnosis.library import Hypothesis
+from fastcal.diagnosis.library import SLOW, Hypothesis
 from fastcal.diagnosis.reasons import Because, Reason
 from fastcal.diagnosis.search import Search, SearchNode
 
@@ -65,7 +65,7 @@ def _changing_otherwise(search: Search, state: SearchNode) -> list[Hypothesis]:
     do not lead clearly in the last rows that were measured where these are left out: of poses that are measured later
     they say less than those before.
     """
-    slow = [name for name in state.names if not grading.SLOW.isdisjoint(name.traits.depends_on)]
+    slow = [name for name in state.names if not SLOW.isdisjoint(name.traits.depends_on)]
     if not slow:
         return []
     if not _leaves_something_slow(state):
@@ -80,7 +80,7 @@ def _changing_otherwise(search: Search, state: SearchNode) -> list[Hypothesis]:
 
 def _change_alike(name: Hypothesis, other: Hypothesis) -> bool:
     """Do two names change by the same law? Those over temperature grow with it, those over time each in their way."""
-    by = [grading.SLOW.intersection(of.traits.depends_on) for of in (name, other)]
+    by = [SLOW.intersection(of.traits.depends_on) for of in (name, other)]
     return name.effect == other.effect or by == [{"temperature_c"}, {"temperature_c"}]
 
 
@@ -90,7 +90,7 @@ def _leaves_something_slow(state: SearchNode) -> bool:
         return False
     found, level = state.blocks, rules.ALPHA_FURTHER / 2
     return any(
-        not grading.SLOW.isdisjoint(
+        not SLOW.isdisjoint(
             found.names[i].traits.depends_on if i < found.count else found.generics[i - found.count].curves.depends_on
         )
         for i in state.significant(level, level)

@@ -53,8 +53,8 @@ _REASONS = {
     Reason.SOMETHING_REMAINS: "something else remains unexplained, and it may take this one's place",
     Reason.SHADOW: "poses are predicted better with it, and most of the misfit has another cause",
     Reason.EQUIVALENTS: "other causes explain the data as well",
-    Reason.WEAK_SIGNAL: "its signal is {value:.1f} times the noise; grade A needs {limit:g} times, which an unlisted cause that "
-    "looks alike would not survive",
+    Reason.WEAK_SIGNAL: "its signal is {value:.1f} times the noise; grade A needs {limit:g} times, which an unlisted "
+    "cause that looks alike would not survive",
     Reason.UNNAMED_RIVALS: "an unnamed cause would do as well: {subjects}",
     Reason.SIMPLER_DOES: "the data do not show what sets it apart from {subjects}",
     Reason.IMPLAUSIBLE: "it would have to be implausibly large",
@@ -72,7 +72,8 @@ _REASONS = {
     Reason.ZERO_CREEPS: "a creeping zero of {places} does the same: check its mastering",
     Reason.PART_OF_A_PLAIN_MODEL: "it is in the model because poses that were held out are predicted best with it in "
     "every joint; whether this joint has it is not shown",
-    Reason.PLAIN_MODEL_PREDICTS: "it is not in the model: a plain model without it predicts held-out poses clearly better",
+    Reason.PLAIN_MODEL_PREDICTS: "it is not in the model: a plain model without it predicts held-out poses "
+    "clearly better",
     Reason.MAY_BE_CHANCE: "it is not in the model: noise alone makes some cause look like this in {value:.0e} of data "
     "sets, and such a cause would make other poses worse; {limit:.0e} at most is needed",
     Reason.CHANGES_OTHERWISE: "it is not in the model: what it stands for may change with time or temperature in "

@@ -26,6 +26,7 @@ _GEOMETRY_UNITS = {"m": "mm", "rad": "deg"}  # what a table of a robot is writte
 _EFFECT_UNITS = {"m": "mm", "m_s": "mm_s"}  # an effect's angles stay in radian, as its compliances are
 
 LAGGED = "temperature behind a lag of "  # begins the column of a filtered temperature; its lag [s] follows
+SINCE = "since row "  # begins the column of what there is from a row on; the row and the count of rows follow
 MOVE = "last move of joint "  # begins the column of a joint's last moves; its number follows
 _OF_CALIBRATION = ("curvature", "prior", "spread")  # options that the core does not read
 _APART = (
@@ -241,6 +242,9 @@ def own_columns(entry: Spec) -> list[str]:
     if "inputs" in entry:
         words = str(entry["inputs"]).split()
         return [f"{MOVE}{word.removeprefix('move')}" for word in words if word.startswith("move")]
+    options = options_of(entry)
+    if "at_row" in options:
+        return [f"{SINCE}{options['at_row']:g} of {options.get('rows', 0):g}"]
     lag = lag_of(entry)
     return [f"{LAGGED}{lag!r}"] if lag > 0 else []
 

@@ -10,7 +10,7 @@ from typing import Literal, get_args
 
 from fastcal.errors import InvalidInput
 
-Role = Literal["cause", "nuisance", "load modifier", "curve", "on request"]
+Role = Literal["cause", "nuisance", "load modifier", "curve", "scanned", "on request"]
 Place = Literal["joint", "link", "base", "tool", "payload", "instrument", "structure", "frame", "anywhere"]
 Reference = Literal["axes", "base", "flange", "rows"]
 
@@ -26,7 +26,8 @@ class Traits:
         phrase: What a person understands: "backlash (lost motion)".
         role: A "cause" may be what is wrong with an arm. A "nuisance" is an error of the loads: held by its plausible
             size beside effects that follow loads, never named. A "load modifier" acts through the compliances alone and
-            may be the form of another effect of loads. A "curve" stands for no cause: no search names it.
+            may be the form of another effect of loads. A "curve" stands for no cause: no search names it. "Scanned" is
+            a cause whose own number (a moment, a period, a lag) is looked for over a grid, where something remains.
             "On request" is a cause that looks like many others from afar: it is fitted where it is asked for, and no
             search names it.
         place: Where it acts.
@@ -41,10 +42,12 @@ class Traits:
         of_the_measurement: Is it the instrument's or the set-up's, and not the robot's? Compensation leaves it out.
         plotted_over: The variable of its partial residual; "itself": its own size in the pose.
         options_from_data: Options that the first data decide: "t0_c", "t0_s", "times", "stations", "mounts", "range",
-            "order", "size"; "reference": that the first robot does.
+            "order", "size", "begins_s"; "reference": that the first robot does.
         labels: The option that lists the labels of the data which it knows: "stations", "mounts".
-        among_parameters: Options that a file lists with the parameters: "order", "at_s", "lag_s".
-        searched: What a search over fits finds: an option, "order" or "at_s", or the start of a parameter, "critical".
+        among_parameters: Options that a file lists with the parameters: "order", "at_s", "at_row", "lag_s",
+            "period_mm", "tau_s".
+        searched: What a search over fits finds: an option ("order", "at_s", "lag_s", "period_mm", "tau_s"), or the
+            start of a parameter, "critical".
         diagnosed_with: An option with which a diagnosis tries it, as on a command line: "moments=even".
         without_masses: Does it stand for weights that the robot file does not give? A diagnosis then tries it where no
             payload varies, and else holds it by its plausible size beside a compliance of its joint.

@@ -162,13 +162,15 @@ def remove_abandoned(parent: Path) -> None:
 
     What has another name than these have is somebody else's and stays.
     """
+    if fcntl is None:
+        return
     with suppress(OSError):
         for place in parent.glob(f"{PREFIX}*"):
             kind = _OWN.fullmatch(place.name)
             if kind is None or place.is_symlink() or place.is_dir() == bool(kind[1]):
                 continue
             with suppress(OSError):
-                found = os.open(place, os.O_RDONLY | os.O_NOFOLLOW)
+                found = os.open(place, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
                 try:
                     if locked(found) and _is(place, found):
                         remove(place)
@@ -191,9 +193,9 @@ def _nothing(_place: Path) -> None:
 
 def sync(place: Path) -> None:
     """Waits until a file, or the names in a folder, are on the disk."""
-    found = os.open(place, os.O_RDONLY)
-    try:
-        with suppress(OSError):  # file systems that can't do it for folders
+    with suppress(OSError):  # systems whose folders can't be opened, and file systems that can't do it for them
+        found = os.open(place, os.O_RDONLY)
+        try:
             os.fsync(found)
-    finally:
-        os.close(found)
+        finally:
+            os.close(found)

@@ -54,12 +54,21 @@ def load_measurements(path: str | os.PathLike[str], robot: RobotFacts, *, requir
 
 def dataset_of(table: Table, robot: RobotFacts, require_measured: bool, counts: RowCounts | None = None) -> Dataset:
     """`dataset_from_table`, the exact way where something is wrong with what was read quickly."""
+    table = of_the_arm(table, robot)
     try:
         return dataset_from_table(table, robot, require_measured, counts)
     except ParseError:
         if table.exact is None:
             raise
-    return dataset_from_table(table.exact(), robot, require_measured, counts)
+    return dataset_from_table(of_the_arm(table.exact(), robot), robot, require_measured, counts)
+
+
+def of_the_arm(table: Table, robot: RobotFacts) -> Table:
+    """The table without the name of the cell's arm before its columns: arm.q1_deg."""
+    prefix = f"{getattr(robot, 'arm', 'arm')}."
+    if not any(name.startswith(prefix) for name in table.names):
+        return table
+    return replace(table, names=[name.removeprefix(prefix) for name in table.names])
 
 
 def dataset_of_frame(frame: pd.DataFrame, robot: RobotFacts, *, require_measured: bool = True) -> Dataset:

@@ -17,6 +17,7 @@ from fastcal.errors import InvalidInput, ParseError
 from fastcal.io.atomic import write_bytes, write_text
 from fastcal.io.correction_file import read_correction, write_correction
 from fastcal.io.fields import Fields
+from fastcal.io.rig_file import cell_spec, is_cell
 from fastcal.io.robot_schema import Spec, check_spec
 from fastcal.io.robot_source import RobotSource
 from fastcal.io.ur_files import is_ur_kinematics, ur_spec
@@ -89,6 +90,8 @@ def read_spec(
         if path.suffix.lower() in ENDINGS:
             return check_spec(read_urdf(path, base_link, tip_link, xacro), path)
         value = read_yaml(path)
+    if is_cell(value) and not links:
+        value = cell_spec(value, path, read_spec)
     if is_ur_kinematics(value) and not links:
         value = ur_spec(value, path)
     elif isinstance(value, dict) and value.get("kinematics") == "urdf" and "urdf" in value:

@@ -14,6 +14,7 @@ from typing import Any
 from fastcal.correction import Correction
 from fastcal.io.fields import REQUIRED, Fields
 from fastcal.io.pendant_schema import check_pendant
+from fastcal.io.rig_schema import check_cell_names, check_rig
 from fastcal.io.structure_schema import check_structure
 from fastcal.robot.calibration_record import unpacked
 from fastcal.robot.controller_robot import GEOMETRY
@@ -68,6 +69,7 @@ def check_spec(value: Any, path: str | os.PathLike[str] = "robot") -> Spec:
         spec["equilibrium"] = equilibrium
     spec["effects"] = [_effect(fields) for fields in _list(top, "effects", 0, 1000)]
     spec["structure"] = check_structure(top.take("structure", {}), [joint["type"] for joint in spec["joints"]], path)
+    spec |= check_rig(top, len(joints)) | check_cell_names(top)
     spec |= _additions(top, kind, spec["joints"])
     top.done()
     return spec
@@ -336,8 +338,8 @@ def _noise(fields: Fields) -> Spec:
     for kind, given in kinds.items():
         own = Fields(given, f"calibration.noise.{kind}", fields.path)
         unit = own.text("unit")
-        if unit not in UNITS or UNITS[unit].kind not in ("length", "angle"):
-            own.fail("unit", "a unit of length or angle", unit)
+        if unit not in UNITS or UNITS[unit].kind not in ("length", "angle", "pixel"):
+            own.fail("unit", "a unit of length, angle or pixels", unit)
         out[str(kind)] = {"value": own.number("value"), "unit": unit}
     return out
 

@@ -12,9 +12,20 @@ from numpy.typing import NDArray
 
 from fastcal import _core
 from fastcal.effects import registered
-from fastcal.effects.entries import LAGGED, MOVE, Spec, conditions_read, extra_columns, label, options_of, traits_of
+from fastcal.effects.entries import (
+    LAGGED,
+    MOVE,
+    SINCE,
+    Spec,
+    conditions_read,
+    extra_columns,
+    label,
+    options_of,
+    traits_of,
+)
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
+from fastcal.measurements.measuring_order import since
 from fastcal.measurements.thermal_lag import lagged
 
 FloatArray = NDArray[np.float64]
@@ -42,7 +53,7 @@ def build_samples(
         given: payload, wrench, temperature ... in SI, `station` and `mount` as labels, `extra` as name to (N,); None
             where there is none. One number or label stands for all rows.
     """
-    known = {name: value for name, value in given.items() if value is not None and name not in ("extra", "move")}
+    known = {name: value for name, value in given.items() if value is not None and name not in ("extra", "move", "row")}
     names = ["payload", *NUMBERS, *TABLES, *LABELLED]
     for name in known:
         if name not in names:
@@ -61,7 +72,7 @@ def build_samples(
             if traits_of(entry["effect"]).labels == LABELLED[name] and LABELLED[name] in options_of(entry):
                 arrays[name] = _numbers_of(there, place, entry, name)
     if columns := extra_columns(entries):
-        arrays["extra"] = np.column_stack([_column(name, arrays, given.get("move"), extra, q) for name in columns])
+        arrays["extra"] = np.column_stack([_column(name, arrays, given, extra, q) for name in columns])
     table = _table(entries, core, q, arrays, extra)
     return _core.Samples(q, **arrays, **({} if table is None else {"table": table}))
 
@@ -77,6 +88,7 @@ def condition_columns(data: Dataset) -> dict[str, Any]:
         "mount": None if data.mount is None else np.array(data.mount_names)[data.mount],
         "approach": data.directions if data.approach is None else data.approach,
         "move": data.move,
+        "row": data.row,
         "current": data.current,
         "extra": data.extra,
     }
@@ -149,7 +161,7 @@ def _numbers_of(labels: NDArray[np.str_], place: NDArray[np.intp], entry: Spec, 
 
 
 def _column(
-    name: str, arrays: Mapping[str, Any], move: FloatArray | None, extra: Mapping[str, FloatArray], q: FloatArray
+    name: str, arrays: Mapping[str, Any], given: Mapping[str, Any], extra: Mapping[str, FloatArray], q: FloatArray
 ) -> FloatArray:
     """(N,) a column of the user's own, or one that follows from several rows."""
     if name.startswith(LAGGED):
@@ -157,8 +169,11 @@ def _column(
             raise InvalidInput("a thermal effect with lag_s needs the column time_s, which the data do not have")
         return lagged(arrays["temperature"], arrays["time"], float(name.removeprefix(LAGGED)))
     if name.startswith(MOVE):
-        joint = int(name.removeprefix(MOVE)) - 1
+        joint, move = int(name.removeprefix(MOVE)) - 1, given.get("move")
         return np.zeros(len(q)) if move is None else np.asarray(move, dtype=float)[:, joint]
+    if name.startswith(SINCE):
+        first, _, count = name.removeprefix(SINCE).partition(" of ")
+        return since(given.get("row"), float(first), float(count), len(q))
     return extra[name]
 
 

@@ -15,7 +15,7 @@ from fastcal.measurements.observations import without_measured
 if TYPE_CHECKING:
     from fastcal.measurements.dataset import Dataset
 
-_MAY_DIFFER = ("move", "time")  # a move follows from the row before
+_MAY_DIFFER = ("move", "row", "time")  # a move follows from the row before
 
 
 def row_bytes(rows: NDArray[np.float64]) -> list[bytes]:

@@ -58,6 +58,7 @@ class Dataset(Shown):
         station, mount: (N,) index into `station_names`, `mount_names`: set-ups of the instrument and the target.
         approach: (N, n) +1 or -1, the direction in which the joint last moved; 0 where unknown.
         move: (N, n) last move of each joint [rad or m], from the order of rows; 0 where unknown (`last_moves`).
+        row: (N,) place in the order of measuring among the rows that a model is fitted to, -1 where unknown.
         direction_before: n times +1 or -1, how the joints moved before the first row; empty where unknown.
         observed: Measured numbers of other kinds and their standard deviations by field, (N, k), NaN where not
             measured: `tilt@link2` (N, 2) [rad], `sigma_tilt` (N, 1) [rad].
@@ -92,6 +93,7 @@ class Dataset(Shown):
     mount_names: tuple[str, ...] = ()
     approach: FloatArray | None = None
     move: FloatArray | None = None
+    row: IntArray | None = None
     direction_before: tuple[float, ...] = ()
     observed: Mapping[str, FloatArray] = field(default_factory=dict)
     observed_labels: Mapping[str, list[str]] = field(default_factory=dict)

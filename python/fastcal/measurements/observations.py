@@ -64,6 +64,8 @@ def expected_columns() -> str:
     for kind in _as_written():
         entry = _core.observation_entry(kind)
         fields = [f for f in entry.fields if f.role == "measured"] or [f for f in entry.fields if f.role == "label"]
+        if not fields[0].columns:
+            continue  # it has a file of its own
         place = "@linkN" if fields[0].each_link else ""
         unit = f"_{fields[0].written_unit}" if fields[0].written_unit else ""
         names.append(" ".join(f"{column}{unit}{place}" for column in fields[0].columns))

@@ -76,6 +76,8 @@ class Walker:
         start: In what state it begins.
     """
 
+    by_reference = True  # can a call change the variables that it is given?
+    only_read: frozenset[str] = frozenset()  # calls that change none of them
     loops: frozenset[str] = frozenset()  # the words that open a loop
     cases: frozenset[str] = frozenset()  # the words that open a choice, which has no branch before its first one
     first_index = 1  # of a list
@@ -95,6 +97,7 @@ class Walker:
         self._called: set[str] = set()
         self._seen: set[str] = set()
         self._asked: set[str] = set()
+        self._changed: set[str] = set()  # names of numbers that calls or loops change
         for routine in routines:
             self._look_at(routine)
 
@@ -110,6 +113,10 @@ class Walker:
                     self.assigned.setdefault(name, []).append(_Given(home, routine.document, value, shown))
             if statement.kind == "call":
                 self._called.add(self.key(statement.name))
+                if self.by_reference and self.key(statement.name) not in self.only_read:
+                    self._changed.update(self.key(part.text) for part in statement.parts if part.kind == "name")
+            if statement.counter:
+                self._changed.add(self.key(statement.counter))
             self._called.update(self.key(call.text) for part in statement.parts for call in part.calls())
 
     # What a language says.
@@ -306,6 +313,8 @@ class Walker:
             name = self.key(node.text)
             if name in self._arguments:
                 return self._arguments[name].number
+            if name in self._changed:
+                return None
             given = self.assigned.get(name, [])
             if len(given) == 1 and name not in self._asked and given[0].node.kind in ("number", "prefix", "infix"):
                 self._asked.add(name)

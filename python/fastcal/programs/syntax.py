@@ -274,6 +274,7 @@ class Statement:
             language does not tell them apart.
         parts: Its expressions.
         start, end: Its place in the text.
+        counter: The variable that a loop counts with; empty: none.
     """
 
     kind: StatementKind
@@ -281,6 +282,7 @@ class Statement:
     start: int
     end: int
     parts: tuple[Node, ...] = ()
+    counter: str = ""
 
 
 @dataclass(frozen=True)

@@ -35,7 +35,12 @@ GRADES = {
 _ARMS = {NOMINAL_ARM: "base and tool alone", HELD_ARM: "geometry held near nominal"}
 _SMALL = 0.01  # share of the misfit below which the unexplained part is not worth a search
 
-_VARIANTS = {"order": "order {}", "at_s": "at {} s"}  # other options are not shown
+_VARIANTS = {  # other options are not shown
+    "order": "order {}",
+    "at_s": "at {} s",
+    "at_row": "from row {} on",
+    "period_mm": "period {} mm",
+}
 
 
 def short_name(effect: str, owner: str, variant: str = "") -> str:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 _MOST = 3  # numbers that are listed one by one
 _NUMBERS = {"inverse_ei": "1/EI", "inverse_gj": "1/GJ", "extra": "mass", "error": "relative error"}
-_AXES = re.compile(r"(rate|step|shift|moment)_(r?)([xyz])")
+_AXES = re.compile(r"(rate|step|shift|turn|way|moment)_(r?)([xyz])")
 
 
 def number_in_words(name: str) -> str:
@@ -88,6 +88,8 @@ def estimate_lines(effect: str, parameters: Mapping[str, NamedValue]) -> list[tu
             lines.append(("phase", value_text(name, found.value, found.std)))
         elif name == "at_s":
             lines.append(("at", f"{found.value:.0f} s"))
+        elif name == "at_row":
+            lines.append(("from row", f"{found.value:.0f} on"))
         else:
             lines.append((what, value_text(name, found.value, found.std)))
     compliance = parameters.get("compliance_rad_nm")

@@ -14,6 +14,7 @@ import numpy as np
 from fastcal.calibration.evaluation import Evaluation
 from fastcal.calibration.repeatability import Repeatability
 from fastcal.calibration.result import CalibrationResult
+from fastcal.calibration.unknowns import CORNERS
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.kinds import POINTS, POSE
 from fastcal.measurements.observations import plurals
@@ -23,6 +24,7 @@ from fastcal.robot.robot import Robot
 from fastcal.units import from_si
 
 _CONDITIONS = ("temperature", "time", "current", "wrench", "approach", "q_read")
+_FITTED = "what it hangs on is fitted to these rows"
 _MOST_ROWS = 20  # outliers that are listed
 # Room of a type: the module that registers what is said of it; that of the other rooms is `use_summary`.
 _ELSEWHERE = {"diagnosis": "diagnosis_summary", "monitoring": "monitoring_summary"}
@@ -128,7 +130,8 @@ def evaluation_lines(found: Evaluation, title: str) -> list[str]:
     for name, of in found.kinds.items():
         if name not in POSE and (after := of.statistics[1]) is not None:
             sizes = ", ".join(f"{key} {value:.4f} {of.kind.unit}" for key, value in after.to_unit(of.kind.unit).items())
-            lines.append(f"{name} error: {sizes}; what it hangs on is fitted to these rows")
+            where = "cameras and boards are where the model has them" if name == CORNERS else _FITTED
+            lines.append(f"{name} error: {sizes}; {where}")
     unjudged = [name for name, left in found.others_after.items() if np.isnan(left).all()]
     if unjudged:
         names = " and ".join(unjudged)

@@ -14,6 +14,7 @@ from fastcal.report.language import _
 from fastcal.report.tables import unit_text
 from fastcal.report.trends import Trend
 from fastcal.report.view import Rows
+from fastcal.units import from_si
 
 if TYPE_CHECKING:
     from fastcal.calibration.calibrate import CalibrationResult
@@ -47,7 +48,7 @@ def verdict(result: CalibrationResult, train: Rows | None, test: Rows | None, tr
     remarks = [_unidentifiable(result)]
     if train is not None:
         remarks = [_on_test(train, test), _what_remains(train, trends), *remarks, *_outlying(result, train)]
-    remarks = [*_misfits(result), *_caveats(result), *remarks]
+    remarks = [*_misfits(result), *_caveats(result), *_shape(result), *remarks]
     if result.status != "converged":
         headline = _(
             "The calibration failed: {reason}. The figures show where it stopped.", reason=result.message.rstrip(".")
@@ -115,6 +116,25 @@ def _misfits(result: CalibrationResult) -> list[Remark]:
 
 def _caveats(result: CalibrationResult) -> list[Remark]:
     return [Remark(caveat_text(), True, "parameters")] if result.caveats else []
+
+
+def _shape(result: CalibrationResult) -> list[Remark]:
+    """How surely lengths, planes, tilts and turns know points, and distances between them."""
+    shape = result.shape
+    if shape is None:
+        return []
+    told = _(
+        "What was measured does not show where the arm stands: a coordinate of a point has a standard deviation of "
+        "{point} mm, a distance between two points of the tool {distance} mm.",
+        point=significant(from_si(shape.point, "mm"), 2),
+        distance=significant(from_si(shape.distance, "mm"), 2),
+    )
+    if shape.scale_is_open:
+        told += " " + _(
+            "Nor does it show a common scale of all lengths; beside it, a distance has {distance} mm.",
+            distance=significant(from_si(shape.scaled, "mm"), 2),
+        )
+    return [Remark(told, False, "parameters")]
 
 
 def caveat_text() -> str:

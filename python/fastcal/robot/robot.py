@@ -151,6 +151,11 @@ class Robot(Shown):
         return str(self.spec["name"])
 
     @property
+    def arm(self) -> str:
+        """What its cell calls it: columns of measurements may begin with that and a point."""
+        return str((self.spec.get("cell") or {}).get("arm", "arm"))
+
+    @property
     def kinematics(self) -> str:
         """dh, mdh, poe or urdf."""
         return str(self.spec["kinematics"])

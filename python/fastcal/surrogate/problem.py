@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from fastcal import _core
 from fastcal.calibration.alignment import measurements, noise_by_observation
 from fastcal.calibration.pose_folds import pose_folds
-from fastcal.calibration.problem import asked_parameters
+from fastcal.calibration.problem import asked_parameters, shown_ends
 from fastcal.calibration.row_weights import huber_weights
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot, Spec
@@ -120,7 +120,7 @@ def residual_problem(
     near = _core.linearize(core, samples, measured, theta, noise_by_observation(measured, noise), threads)
     J, r, row = np.asarray(near.J), -np.asarray(near.r), np.asarray(near.row, dtype=np.int64)
 
-    asked = asked_parameters(core, True, turned=measured.shows_tool_turn, placed=measured.shows_base)
+    asked = asked_parameters(core, True, **shown_ends(measured))
     geometry = [i for i in asked if i < len(core.robot.parameters)]
     columns = [*geometry, *range(len(core.parameters), len(theta))]
     weight = np.sqrt(huber_weights(r, row))[:, np.newaxis]

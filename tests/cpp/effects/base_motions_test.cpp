@@ -60,6 +60,39 @@ TEST(BaseStep, IsThereFromItsMomentOn) {
   expect_near(tool(model, at(1e6)).p, {2 + 1e-4, 1, 0});
 }
 
+TEST(BaseStep, IsThereByTheOrderOfRowsWhereTheyHaveNoTime) {
+  const Options third{{"at_row", 3.0}, {"rows", 8.0}, {"index", 1.0}};
+  const ErrorModel model = with(placed(), {{"base_step", "base", {1e-4, 0, 0, 0, 0, 0}, third}});
+  Samples samples = posture({0});
+  samples.extra = RowMatrixXd::Zero(1, 2);
+  expect_near(tool(model, samples).p, {2, 1, 0});
+  samples.extra(0, 1) = 1;
+  expect_near(tool(model, samples).p, {2 + 1e-4, 1, 0});
+  samples.extra(0, 1) = 0.25;
+  expect_near(tool(model, samples).p, {2 + 0.25e-4, 1, 0});
+  EXPECT_THROW(make_effect("base_step", placed(), "base", {{"at_row", 3.0}}), InvalidInput);
+  EXPECT_THROW(make_effect("base_step", placed(), "base", {{"at_row", 3.0}, {"index", 0.0}, {"at", 1.0}}),
+               InvalidInput);
+}
+
+TEST(BaseSettling, IsFastAtFirstAndComesToRest) {
+  const ErrorModel model =
+      with(placed(), {{"base_settling", "base", {1e-4, 0, 0, 0, 0, 0}, {{"begins", 100.0}, {"tau", 50.0}}}});
+  expect_near(tool(model, at(20)).p, {2, 1, 0});
+  expect_near(tool(model, at(100)).p, {2, 1, 0});
+  expect_near(tool(model, at(150)).p, {2 + 1e-4 * (1 - std::exp(-1.0)), 1, 0});
+  expect_near(tool(model, at(1e6)).p, {2 + 1e-4, 1, 0});
+  EXPECT_THROW(make_effect("base_settling", placed(), "base", {}), InvalidInput);
+  EXPECT_THROW(make_effect("base_settling", placed(), "base", {{"tau", -1.0}}), InvalidInput);
+}
+
+TEST(ThermalBase, MovesAlongTheMeasuringAxesWithTheTemperature) {
+  const ErrorModel model = with(placed(), {{"thermal_base", "base", {1e-5, 0, -2e-5, 0, 0, 0}, {{"t0", 290.0}}}});
+  Samples samples = posture({0});
+  samples.temperature = Eigen::VectorXd::Constant(1, 300);
+  expect_near(tool(model, samples).p, {2 + 1e-4, 1, -2e-4});
+}
+
 TEST(StationOffset, MovesTheBaseFromTheSecondStationOn) {
   const Options three{{"count", 3.0}};
   const ErrorModel model =

@@ -60,10 +60,16 @@ Samples complete_samples(int rows) {
   return out;
 }
 
+bool holds(const std::vector<std::string>& texts, const std::string& text) {
+  return std::find(texts.begin(), texts.end(), text) != texts.end();
+}
+
 /// What an effect cannot do without.
 Options least_options(const std::string& name) {
   if (name == "regressor") return {{"column", std::string("tilt")}};
-  if (name == "base_step") return {{"at", 0.0}};
+  if (name == "range_wave") return {{"period", 0.7}};
+  if (name == "base_settling") return {{"begins", -5000.0}, {"tau", 2000.0}};
+  if (holds({"base_step", "tool_step", "zero_step", "range_step"}, name)) return {{"at", 0.0}};
   return {};
 }
 
@@ -213,10 +219,6 @@ TEST_P(EffectContract, ParametersAreDescribed) {
 /// "joint" of "joint6<-joint5".
 std::string kind_of(const std::string& owner) { return owner.substr(0, owner.find_first_of("0123456789")); }
 
-bool holds(const std::vector<std::string>& texts, const std::string& text) {
-  return std::find(texts.begin(), texts.end(), text) != texts.end();
-}
-
 TEST_P(EffectContract, TellsWhatAnyoneMayAsk) {
   const Traits& traits = effect_entry(GetParam()).traits;
   const auto effect = make_effect(GetParam(), complete_arm(), owners().front(), least_options(GetParam()));
@@ -259,37 +261,26 @@ INSTANTIATE_TEST_SUITE_P(All, EffectContract, testing::ValuesIn(effect_names()),
 
 /// Effects register themselves: were their files dropped by a linker, nobody would say so.
 TEST(EffectRegistry, HoldsTheseNames) {
-  const std::vector<std::string> expected{"backlash",
-                                          "base_drift",
-                                          "base_step",
-                                          "beam_gravity",
-                                          "bearing_tilt",
-                                          "compensator_spring",
-                                          "coupling_ratio",
-                                          "current_compliance",
-                                          "friction",
-                                          "gear_harmonic",
-                                          "gravity_sag",
-                                          "joint_compliance",
-                                          "joint_compliance_nonlinear",
-                                          "joint_profile",
-                                          "link_bending",
-                                          "link_com",
-                                          "link_mass",
-                                          "link_torsion",
-                                          "measurement_scale",
-                                          "payload_com",
-                                          "payload_mass",
-                                          "reduction_ratio",
-                                          "regressor",
-                                          "settling",
-                                          "station_offset",
-                                          "surrogate",
-                                          "thermal_expansion",
-                                          "thermal_offset",
-                                          "tool_shift",
-                                          "tracker_angle",
-                                          "tracker_range"};
+  const std::vector<std::string> expected{"backlash",           "base_drift",
+                                          "base_settling",      "base_step",
+                                          "beam_gravity",       "bearing_tilt",
+                                          "compensator_spring", "coupling_ratio",
+                                          "current_compliance", "friction",
+                                          "gear_harmonic",      "gravity_sag",
+                                          "joint_compliance",   "joint_compliance_nonlinear",
+                                          "joint_profile",      "link_bending",
+                                          "link_com",           "link_mass",
+                                          "link_torsion",       "measurement_scale",
+                                          "payload_com",        "payload_mass",
+                                          "range_step",         "range_wave",
+                                          "reduction_ratio",    "regressor",
+                                          "settling",           "station_offset",
+                                          "surrogate",          "thermal_base",
+                                          "thermal_bending",    "thermal_expansion",
+                                          "thermal_offset",     "thermal_spring",
+                                          "tool_shift",         "tool_step",
+                                          "tracker_angle",      "tracker_range",
+                                          "zero_step"};
   EXPECT_EQ(effect_names(), expected);
 }
 

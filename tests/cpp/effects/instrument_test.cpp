@@ -66,6 +66,58 @@ TEST(TrackerRange, HasOneOfEachStation) {
   }
 }
 
+TEST(ToolStep, MovesTheToolAlongItsOwnAxesFromItsMomentOn) {
+  const ErrorModel model = with(flat_arm(1), {{"tool_step", "tool", {1e-4, 0, 2e-4, 0, 0, 1e-3}, {{"at", 50.0}}}});
+  Samples samples = posture({kHalfPi});
+  samples.time = Eigen::VectorXd::Constant(1, 49.9);
+  EXPECT_LT((tool(model, samples).p - Eigen::Vector3d(0, 1, 0)).norm(), 1e-15);
+  samples.time[0] = 50;
+  const Pose moved = tool(model, samples);
+  EXPECT_NEAR(heading(moved), kHalfPi + 1e-3, 1e-15);
+  // A twist: along an arc of 1e-3 rad; at 90 degrees the tool's x is the measuring y.
+  EXPECT_LT((moved.p - Eigen::Vector3d(-5e-8, 1 + 1e-4, 2e-4)).norm(), 1e-10);
+}
+
+TEST(ToolStep, IsThereWhereNobodyKnowsWhen) {
+  const ErrorModel model = with(flat_arm(1), {{"tool_step", "tool", {1e-4, 0, 0, 0, 0, 0}, {{"at", 50.0}}}});
+  EXPECT_NEAR(tool(model, posture({0})).p.x(), 1 + 1e-4, 1e-15);
+}
+
+TEST(ZeroStep, TurnsTheJointFromItsMomentOn) {
+  const ErrorModel model = with(flat_arm(2), {{"zero_step", "joint2", {2e-3}, {{"at", 50.0}}}});
+  Samples samples = posture({0.3, 0.4});
+  for (const double time : {0.0, 49.0, 50.0, 1e5}) {
+    samples.time = Eigen::VectorXd::Constant(1, time);
+    EXPECT_NEAR(heading(tool(model, samples)), time < 50 ? 0.7 : 0.702, 1e-15) << time;
+  }
+}
+
+TEST(RangeStep, AddsToEachLengthFromItsMomentOn) {
+  Pose base = turned_base(0.3);
+  base.p = {3, -2, 0.5};
+  const Eigen::Vector3d truth = tool(ErrorModel(flat_arm(2, base)), posture({0.4, -0.9})).p;
+  const ErrorModel model = with(flat_arm(2, base), {{"range_step", "instrument", {2e-4}, {{"at", 50.0}}}});
+  Samples samples = posture({0.4, -0.9});
+  samples.time = Eigen::VectorXd::Constant(1, 10);
+  EXPECT_LT((tool(model, samples).p - truth).norm(), 1e-15);
+  samples.time[0] = 60;
+  EXPECT_LT((tool(model, samples).p - truth.normalized() * (truth.norm() + 2e-4)).norm(), 1e-14);
+}
+
+TEST(RangeWave, RepeatsWithTheLength) {
+  Pose base;
+  base.p = {3, 0, 0};  // the tool: 4 m off
+  for (const double period : {16.0, 8.0, 0.4}) {
+    const ErrorModel model =
+        with(flat_arm(1, base), {{"range_wave", "instrument", {3e-4, 1e-4}, {{"period", period}}}});
+    const double seen = tool(model, posture({0})).p.x();
+    const double angle = 4 * kHalfPi * seen / period;  // of the length that is read
+    EXPECT_NEAR(seen, 4 + 3e-4 * std::sin(angle) + 1e-4 * std::cos(angle), 1e-14) << period;
+    EXPECT_GT(std::abs(seen - 4), 5e-5) << period;
+  }
+  EXPECT_THROW(make_effect("range_wave", flat_arm(1), "instrument", {}), InvalidInput);
+}
+
 TEST(TrackerAngle, TurnsTheReadingOfEachCircle) {
   Pose base;
   base.p = {2, 0, 2};  // the tool of a straight arm: (3, 0, 2)

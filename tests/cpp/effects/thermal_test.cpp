@@ -86,5 +86,31 @@ TEST(ThermalOffset, LooksAtTheFilteredTemperatureWhereItLags) {
   EXPECT_THROW(make_effect("thermal_offset", flat_arm(2), "joint2", {{"lag", -1.0}}), InvalidInput);
 }
 
+TEST(ThermalSpring, TurnsTheJointByTemperatureTimesItsPosition) {
+  const ErrorModel model = with(flat_arm(2), {{"thermal_spring", "joint2", {1e-5, 2e-5, -3e-5}, from(293.15)}});
+  const double slope = 1e-5 + 2e-5 * std::sin(0.4) - 3e-5 * std::cos(0.4);
+  EXPECT_NEAR(heading(tool(model, warm({0.3, 0.4}, 303.15))), 0.7 + 10 * slope, 1e-15);
+  EXPECT_NEAR(heading(tool(model, warm({0.3, 0.4}, 293.15))), 0.7, 1e-15);
+}
+
+TEST(ThermalBending, IsAnArcAlongTheLink) {
+  // An arc of 1 m that turns by t: its end lies t / 2 aside, and the next link goes on at t.
+  const double t = 1e-4;
+  const ErrorModel model = with(flat_arm(2), {{"thermal_bending", "link1", {0, 0, t / 10}, from(293.15)}});
+  const Pose T = tool(model, warm({0, 0}, 303.15));
+  EXPECT_NEAR(heading(T), t, 1e-15);
+  EXPECT_NEAR(T.p.y(), t / 2 + t, 1e-8);
+}
+
+TEST(ThermalBending, IsGoneOnceTheHeatIsThrough) {
+  const Options late{{"t0", 290.0}, {"lag", 600.0}, {"index", 0.0}};
+  Samples samples = warm({0, 0}, 300);
+  samples.extra = RowMatrixXd::Constant(1, 1, 300);
+  const ErrorModel model = with(flat_arm(2), {{"thermal_bending", "link1", {0, 0, 1e-5}, late}});
+  EXPECT_NEAR(heading(tool(model, samples)), 0, 1e-15);
+  samples.extra(0, 0) = 296;
+  EXPECT_NEAR(heading(tool(model, samples)), 4e-5, 1e-15);
+}
+
 }  // namespace
 }  // namespace fastcal::test

@@ -92,6 +92,23 @@ TEST(Loss, RhoIsConcaveInTheSquareAndBelowIt) {
   EXPECT_TRUE(std::isfinite(tuned_loss(LossKind::kDistance, 3).weight(0)));
 }
 
+/// A picture of a hundred corners that all are half as far off again is no outlier; one that is ten times as far is.
+TEST(Loss, RowsOfVeryManyNumbersAreJudgedByTheirMeanSquare) {
+  constexpr int kNumbers = 216;
+  for (const LossKind kind : {LossKind::kHuber, LossKind::kCauchy, LossKind::kTukey}) {
+    const Loss &many = tuned_loss(kind, kNumbers), &few = tuned_loss(kind, kAsMany);
+    for (const double square : {0.5, 1.0, 2.25, 100.0}) {  // of a number
+      EXPECT_NEAR(many.weight(square * kNumbers), few.weight(square * kAsMany), 1e-15);
+      EXPECT_NEAR(many.rho(square * kNumbers) / kNumbers, few.rho(square * kAsMany) / kAsMany, 1e-12);
+    }
+    // Squares of so many normal numbers add up to nearly what is expected.
+    EXPECT_NEAR(many.expectation, many.rho(kNumbers), 0.01 * kNumbers);
+    EXPECT_NEAR(many.consistency, many.weight(kNumbers), 0.01);
+    const std::vector<double> squares{3, 250, 1e4};
+    EXPECT_NEAR(many.sum(squares, 0.7), many.rho(2.1) + many.rho(175) + many.rho(7e3), 1e-9);
+  }
+}
+
 TEST(Loss, NamesAreReadAndOthersRefused) {
   EXPECT_EQ(loss_kind("none"), LossKind::kNone);
   EXPECT_EQ(loss_kind("huber"), LossKind::kHuber);

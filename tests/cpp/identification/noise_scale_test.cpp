@@ -8,7 +8,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <random>
+#include <vector>
 
 namespace fastcal {
 namespace {
@@ -21,13 +23,14 @@ ObservedRows drawn(int components, int rows, double claimed, int gross = 0) {
   std::normal_distribution<double> normal(0, std::hypot(kNoise, claimed));
   ObservedRows out;
   for (int i = 0; i < rows; ++i) {
-    ObservedRow row;
-    row.components = components;
+    static std::deque<std::vector<double>> kept;  // what rows refer to
+    std::vector<double>& squares = kept.emplace_back();
+    std::vector<double>& variances = kept.emplace_back(components, claimed * claimed);
     for (int c = 0; c < components; ++c) {
       const double r = normal(random) + (i < gross ? 0.1 : 0);
-      row.squares[c] = r * r;
-      row.claimed[c] = claimed * claimed;
+      squares.push_back(r * r);
     }
+    const ObservedRow row{squares, variances, components};
     if (claimed > 0) {
       out.add(row);
     } else {

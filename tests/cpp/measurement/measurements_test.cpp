@@ -159,7 +159,8 @@ TEST_P(Contract, ItsStartIsExactOnExactReadings) {
 INSTANTIATE_TEST_SUITE_P(All, Contract, testing::Range<std::size_t>(0, 6));
 
 TEST(Registry, HasTheseKinds) {
-  EXPECT_EQ(observation_names(), (std::vector<std::string>{"length", "orientation", "plane", "position", "tilt"}));
+  EXPECT_EQ(observation_names(),
+            (std::vector<std::string>{"corner", "length", "orientation", "plane", "position", "tilt"}));
   EXPECT_THROW(observation_entry("smell"), InvalidInput);
   Random random(1);
   EXPECT_EQ(Measurements(tables(random), arm()).observation_count(), 6);  // as many as Contract runs over
@@ -310,11 +311,12 @@ TEST(Measurements, BadTablesAreRefusedInASentence) {
             "sigma_position must be positive and finite");
   EXPECT_EQ(refusal([](Tables& t) { t.numbers["sigma_position"](0, 1) = kNan; }),
             "sigma_position must be positive and finite");
-  EXPECT_EQ(refusal([](Tables& t) {
-              t.numbers.clear();
-              t.labels.clear();
-            }),
-            "nothing was measured; expected lengths, orientations, touches of a plane, positions, inclinations");
+  EXPECT_EQ(
+      refusal([](Tables& t) {
+        t.numbers.clear();
+        t.labels.clear();
+      }),
+      "nothing was measured; expected corners, lengths, orientations, touches of a plane, positions, inclinations");
 }
 
 }  // namespace

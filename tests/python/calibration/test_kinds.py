@@ -11,6 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy import stats
 
 import fastcal
 from fastcal import Dataset, calibrate
@@ -255,6 +256,22 @@ def test_variance_components_by_hand() -> None:
     assert a == pytest.approx(8 / (8 - 8 / a / s), rel=1e-3)
     assert b == pytest.approx(16 / (4 - 4 / b / s), rel=1e-3)
     assert _factors(J, r, of, [True, False])[1] == 1.0  # type: ignore[index]
+
+
+def test_a_parameter_has_the_freedom_of_the_readings_that_determine_it() -> None:
+    """Of 90 points and 45 touches, joints have that of the points, and planes nearly that of the touches alone."""
+    found = calibrate(robot(), read(("position", "plane"), 90, 3))
+    assert found.own_freedom is not None
+    of = dict(zip([f"{p.owner} {p.name}" for p in found.parameters], found.own_freedom, strict=True))
+    touches = 45 - sum(name.startswith("plane") for name in of)
+    assert all(0.9 * touches < of[f"plane p{k} {name}"] < 100 for k in range(3) for name in ("rx_deg", "offset_mm"))
+    assert of["joint2 theta_deg"] > 0.8 * (3 * 90 - len(of))
+    assert max(of.values()) <= found.degrees_of_freedom + 1
+    low, high = found.interval().T
+    offset = [f"{p.owner} {p.name}" for p in found.parameters].index("plane p0 offset_mm")
+    half = 0.5 * (high - low)[offset] / (found.parameters[offset].std or np.nan)
+    assert half == pytest.approx(stats.t.ppf(0.975, of["plane p0 offset_mm"]))
+    assert calibrate(robot(), read(("position",), 90, 3)).own_freedom is None
 
 
 def test_evaluation_fits_what_a_kind_hangs_on() -> None:

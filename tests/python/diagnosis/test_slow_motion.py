@@ -90,9 +90,23 @@ def test_without_times_a_block_is_told_and_a_drift_stays_in_the_noise() -> None:
     assert level.noise.memory > 0.5
 
 
-def test_without_times_what_moved_is_unexplained_and_no_noise() -> None:
-    """A bolt that came loose: no effect can have the step, and it must not be none for that."""
-    found = diagnose(arm(), moved(20 * SIGMA * (np.arange(ROWS) > 80), 3, time=None))
+def test_without_times_what_jumped_is_named_by_its_row() -> None:
+    """A bolt that came loose."""
+    data = moved(20 * SIGMA * (np.arange(ROWS) > 80), 3, time=None)
+    found = diagnose(arm(), data)
+    assert [(f.label, f.grade) for f in found.effects] == [("base_step@base", "A")]
+    assert found.effects[0].parameters["at_row"].value == 81
+    assert found.sigma_mm == pytest.approx(1e3 * SIGMA, rel=0.1)
+    (entry,) = found.model.spec["effects"]
+    assert entry["rows"] == ROWS
+    again = calibrate(found.model, data)  # the rows of the file that it was fitted to
+    assert again.train.after is not None
+    assert 1e3 * again.train.after.rms == pytest.approx(found.gap[-1].train_rms_mm, rel=0.02)
+
+
+def test_without_times_what_drifts_is_unexplained_and_no_noise() -> None:
+    """No effect can have it, and it must not be none for that."""
+    found = diagnose(arm(), moved(60 * SIGMA * np.arange(ROWS) / ROWS, 3, time=None))
     assert found.verdict == "unexplained"
     assert found.unexplained is not None
     assert (found.unexplained.owner, found.unexplained.depends_on) == ("base", ("order",))
@@ -194,7 +208,7 @@ def test_noise_that_may_hide_something_is_told_with_the_verdict() -> None:
         assert any(doubt in note for note in found.notes)
 
 
-def test_a_tool_that_slipped_is_seen_though_successive_rows_do_not_err_alike() -> None:
+def test_a_tool_that_slipped_is_named_though_successive_rows_do_not_err_alike() -> None:
     """Its shift turns with the hand: white in the frame of the base, and hidden by a condition on correlation."""
     random = np.random.default_rng(6)
     data = exact(6, time=None)
@@ -202,10 +216,7 @@ def test_a_tool_that_slipped_is_seen_though_successive_rows_do_not_err_alike() -
     turned = perturbed(arm(), seed=6).poses(data)[:, :3, :3] @ np.array([1.2e-4, -0.9e-4, 0.8e-4])
     slipped = turned * (np.arange(ROWS) >= 90)[:, np.newaxis]
     found = diagnose(arm(), replace(data, position=data.position + slipped + SIGMA * random.standard_normal((ROWS, 3))))
-    assert found.verdict == "unexplained"
-    assert found.unexplained is not None
-    assert (found.unexplained.owner, found.unexplained.depends_on) == ("tool", ("order",))
-    (note,) = (text for text in found.notes if "sits elsewhere" in text)
-    assert abs(int(note.split("row ")[1].split()[0]) - 90) <= 6
-    assert "in a column mount" in note
-    assert not found.effects
+    (effect,) = found.effects
+    assert (effect.label, effect.in_model) == ("tool_step@tool", True)
+    assert abs(effect.parameters["at_row"].value - 90) <= 3
+    assert effect.parameters["step_x_mm"].value == pytest.approx(0.12, abs=0.03)

@@ -38,6 +38,10 @@ VALUES: dict[str, list[dict[str, Any]]] = {
     "first": [{"first_s": -10.0}],
     "last": [{"last_s": 9000.0}],
     "at": [{"at_s": 40.0}, {"at_s": 70.0}],
+    "at_row": [{"at_row": 20.0, "rows": 40.0}, {"at_row": 30.0, "rows": 40.0}],
+    "begins": [{"begins_s": -5.0}],
+    "tau": [{"tau_s": 30.0}, {"tau_s": 70.0}],
+    "period": [{"period_mm": 400.0}, {"period_mm": 900.0}],
     "by": [{"by": "group"}],
     "order": [{"order": 2.0}, {"order": 5.0}],
     "form": [{"form": "cubic"}],
@@ -55,7 +59,7 @@ VALUES: dict[str, list[dict[str, Any]]] = {
     "beam": [{"beam_mm": [300.0, 0.0, 0.0]}],
 }
 # What geometry, labels or other entries decide and no one writes, and what a surrogate, without parameters, is.
-DECIDED = {"even_shares", "shape_shares", "index", "count", "inputs", "width", "nodes", "weights", "shift"}
+DECIDED = {"even_shares", "shape_shares", "index", "count", "rows", "inputs", "width", "nodes", "weights", "shift"}
 HELD = [{}, {"prior": "yes"}, {"curvature": 1.0}]
 
 
@@ -66,7 +70,13 @@ SPRING = {
     "stiffness_n_m": 2e5,
     "free_length_mm": 80.0,
 }
-LEAST: dict[str, dict[str, Any]] = {"regressor": {"column": "tilt"}, "base_step": {"at": 40.0}}
+LEAST: dict[str, dict[str, Any]] = {"regressor": {"column": "tilt"}, "base_step": {"at": 40.0}} | {
+    "tool_step": {"at": 40.0},
+    "zero_step": {"at": 40.0},
+    "range_step": {"at": 40.0},
+    "range_wave": {"period": 0.5},
+    "base_settling": {"tau": 30.0},
+}
 NAMES = _core.effect_names()
 
 

@@ -38,9 +38,9 @@ def registry(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 
 def least_options(name: str) -> dict[str, Any]:
-    if name == "regressor":
-        return {"column": "tilt"}
-    return {"base_step": {"at_s": 7000.0}, "gear_harmonic": {"order": 3.0}}.get(name, {})
+    steps = {step: {"at_s": 7000.0} for step in ("base_step", "tool_step", "zero_step", "range_step")}
+    others = {"range_wave": {"period_mm": 400.0}, "base_settling": {"tau_s": 900.0}, "regressor": {"column": "tilt"}}
+    return {**steps, **others, "gear_harmonic": {"order": 3.0}}.get(name, {})
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -74,7 +74,7 @@ def test_a_library_names_causes_alone_and_says_what_data_lack(name: str, arm: Ro
     bare = Dataset.from_arrays(poses.q)
     named = {n.owner for n in build_library(arm, poses).names if n.effect == name}
     lacking = build_library(arm, bare)
-    if traits.role in ("nuisance", "curve", "on request"):
+    if traits.role in ("nuisance", "curve", "scanned", "on request"):
         assert named == set()
         assert name not in {n.effect for n in lacking.names} | {u.effect for u in lacking.untestable}
         return
@@ -168,7 +168,7 @@ def test_an_invalid_trait_is_refused() -> None:
     for wrong, sentence in (
         (
             {"role": "villain"},
-            "role of an effect must be one of cause, nuisance, load modifier, curve, on request, got 'villain'",
+            "role of an effect must be one of cause, nuisance, load modifier, curve, scanned, .*, got 'villain'",
         ),
         ({"place": "moon"}, "place of an effect must be one of joint, .*, got 'moon'"),
         ({"refers_to": "luck"}, "refers_to of an effect must be one of axes, base, flange, rows, got 'luck'"),

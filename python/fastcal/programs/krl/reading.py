@@ -41,6 +41,7 @@ class _Reader(Walker):
 
     loops = frozenset({"FOR", "WHILE", "LOOP", "REPEAT"})
     cases = frozenset({"SWITCH"})
+    only_read = frozenset({"BAS"})
 
     def __init__(self, book: Book, found: Sequence[Routine], start: State) -> None:
         super().__init__(book, found, start)
@@ -65,6 +66,8 @@ class _Reader(Walker):
                 self.spoil(statement)
         elif statement.kind == "unknown":
             self.not_followed(statement)
+        elif statement.name in ("INTERRUPT", "TRIGGER"):  # what they call is called at a time that is not known
+            self.spoil(statement)
         else:
             self.read(statement)
 
@@ -142,6 +145,8 @@ class _Reader(Walker):
     def _declare(self, statement: Statement) -> None:
         name, *value = statement.parts
         if not value:
+            if statement.name not in _TARGETS:  # an instruction that is not known, KLIN XA, reads like INT I
+                self.spoil(statement, name)
             return
         place = self.place(value[0], self.book.shown(self.document, name.start, name.end))
         if statement.name not in _TARGETS:

@@ -191,14 +191,14 @@ class _File:
     def _for(self, first: Token) -> None:
         parser = self.parser
         parser.next()
-        parser.expression()
+        counter = parser.expression()
         parser.expect("=")
         parts = [parser.expression()]
         parser.expect("TO")
         parts.append(parser.expression())
         if parser.take("STEP"):
             parts.append(parser.expression())
-        self._add("open", "FOR", first, *parts)
+        self._add("open", "FOR", first, *parts, counter=counter.text)
 
     def _declaration(self, first: Token) -> None:
         parser = self.parser
@@ -241,6 +241,6 @@ class _File:
                 names.append(Node("name", word.text, word.start, word.end))
         return tuple(names)
 
-    def _add(self, kind: StatementKind, name: str, first: Token, *parts: Node) -> None:
+    def _add(self, kind: StatementKind, name: str, first: Token, *parts: Node, counter: str = "") -> None:
         end = self.parser.words[max(self.parser.at - 1, 0)].end
-        self.body.append(Statement(kind, name, first.start, max(end, first.end), parts))
+        self.body.append(Statement(kind, name, first.start, max(end, first.end), parts, counter))

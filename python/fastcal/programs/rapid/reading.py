@@ -33,6 +33,7 @@ _DISPLACES = {"PDISPSET", "PDISPON", "EOFFSSET", "EOFFSON"}
 _REPLACES = {"PDISPOFF"}
 # Calls that read what they are given, and change nothing of where the robot goes.
 _ONLY_READ = {"TPWRITE", "UIMSGBOX", "WRITE", "ERRWRITE", "STORE"}
+_SETS = {"SET", "RESET", "SETDO", "SETGO", "SETAO", "WAITTIME", "WAITUNTIL", "VELSET", "ACCSET"}  # signals and speeds
 
 
 def read(documents: tuple[Document, ...]) -> Program:
@@ -59,6 +60,7 @@ class _Reader(Walker):
 
     loops = frozenset({"FOR", "WHILE"})
     cases = frozenset({"TEST"})
+    only_read = frozenset(_ONLY_READ | _SETS | _DISPLACES | {"CONFL", "CONFJ"})
 
     def __init__(self, book: Book, found: Sequence[Routine], start: State) -> None:
         super().__init__(book, found, start)

@@ -200,9 +200,9 @@ class _Module:
     def _loop(self, first: Token) -> None:
         """FOR i FROM a TO b DO, WHILE a DO, TEST a."""
         parser = self.parser
-        word = parser.next().text.upper()
+        word, counter = parser.next().text.upper(), ""
         if word == "FOR":
-            parser.name()
+            counter = parser.name().text
             parser.expect("FROM")
             parts = [parser.expression()]
             parser.expect("TO")
@@ -213,7 +213,7 @@ class _Module:
             parts = [parser.expression()]
         if word != "TEST":
             parser.expect("DO")
-        self._add("open", word, first, *parts)
+        self._add("open", word, first, *parts, counter=counter)
 
     def _call_or_assignment(self, first: Token) -> None:
         parser = self.parser
@@ -247,9 +247,9 @@ class _Module:
         if not self.parser.word.is_any(*_CLOSES, *_BRANCHES, *_ENDS):
             self.parser.expect(";")
 
-    def _add(self, kind: StatementKind, name: str, first: Token, *parts: Node) -> None:
+    def _add(self, kind: StatementKind, name: str, first: Token, *parts: Node, counter: str = "") -> None:
         end = self.parser.words[max(self.parser.at - 1, 0)].end
-        self.body.append(Statement(kind, name, first.start, max(end, first.end), parts))
+        self.body.append(Statement(kind, name, first.start, max(end, first.end), parts, counter))
 
     def _skip(self, start: int) -> None:
         """Passes over a statement that does not follow the grammar, up to its ; or a word that begins another."""

@@ -25,6 +25,8 @@ _MOVES = {
     "movec": (2, True),
 }
 _PLACES = {"q", "pose", "pose_via", "pose_to"}  # as arguments with a name
+_OPTIONS = {"a", "v", "t", "r", "mode", "lookahead_time", "gain"}
+_TRACKS = {"track_conveyor_linear", "track_conveyor_circular"}
 _BY_HAND = {"speedj", "freedrive_mode", "teach_mode"}
 # Functions that read what they are given, and whose results are no places.
 _ONLY_READ = {
@@ -46,6 +48,7 @@ def read(documents: tuple[Document, ...]) -> Program:
 class _Reader(Walker):
     """Goes through scripts."""
 
+    by_reference = False
     loops = frozenset({"while"})
     first_index = 0
 
@@ -140,6 +143,13 @@ class _Reader(Walker):
             self._move(statement)
         elif name == "set_tcp" and statement.parts:
             self._set_tool(statement)
+        elif name in _TRACKS:
+            label = f"{name} of line {self.book.line(self.document, statement.start)}"
+            self.book.doubt("frame", label, "the arm follows a conveyor there")
+            self.state = replace(self.state, frame=label)
+            self.spoil(statement)
+        elif name == "stop_conveyor_tracking":
+            self.state = replace(self.state, frame="base")
         elif name in _BY_HAND:
             self.state = replace(self.state, afresh=True)
         elif name in _ONLY_READ:
@@ -163,6 +173,12 @@ class _Reader(Walker):
 
     def _move(self, statement: Statement) -> None:
         count, is_linear = _MOVES[statement.name]
+        if any(part.kind == "named" and part.text not in _PLACES | _OPTIONS for part in statement.parts):
+            self.spoil(statement)
+            why = "its arguments are not those that this instruction has"
+            self.book.leave(self.document, statement.start, statement.name, why)
+            self.state = replace(self.state, afresh=self.state.afresh or not is_linear)
+            return
         places = [
             part.parts[0] if part.kind == "named" else part
             for part in statement.parts
@@ -171,7 +187,7 @@ class _Reader(Walker):
         for node in places[:count]:
             place = self.place(node)
             if place.targets:
-                where = (self.document, statement.start, "base")
+                where = (self.document, statement.start, self.state.frame)
                 self.book.go(place, *where, tool=self.state.tool, afresh=self.state.afresh)
                 self.state = replace(self.state, afresh=False)
                 continue

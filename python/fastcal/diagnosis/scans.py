@@ -1,0 +1,178 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Effects with a number of their own that no fit finds: the row of a jump, a period, a time constant, a lag.
+
+Each is scanned over a grid by score tests at a fit, one projection for all; the number of looks multiplies the p value
+(trials factor; E. Gross, O. Vitells 2010), and what would be left is the noise that it must stand out of: beside a
+misfit that is no noise the best of hundreds of looks explains much of it. The best of each owner is refined between its
+neighbours and then is a name like any other: a search begins again with it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Container, Iterable
+from itertools import groupby
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal.calibration.change_point import find_step
+from fastcal.diagnosis import rules
+from fastcal.diagnosis.blocks import columns_at
+from fastcal.diagnosis.fits import Fit
+from fastcal.diagnosis.library import (
+    SLOW,
+    Hypothesis,
+    effect_has_moment,
+    from_moment,
+    is_excluded,
+    order_of_rows,
+    scanned,
+    with_number,
+)
+from fastcal.diagnosis.projection import score_tests
+from fastcal.diagnosis.tail_probabilities import p_values
+from fastcal.effects.entries import effect_names, effect_owners, traits_of
+
+if TYPE_CHECKING:
+    from fastcal.diagnosis.search import Search, SearchNode
+    from fastcal.measurements.dataset import Dataset
+
+FloatArray = NDArray[np.float64]
+
+_AT_ONCE = 128  # names that are scored together, for the memory that their columns take
+_ROUNDS, _BETWEEN = 2, 9  # of refining, and numbers that each tries between two neighbours
+
+
+def scan(state: SearchNode, *, among: Container[str] | None = None) -> list[Hypothesis]:
+    """The scanned effects that are significant at a fit, at their best number; the likeliest of their owners.
+
+    With `among` those of them alone.
+    """
+    grid = [name for name in _grid(state) if among is None or name.effect in among]
+    if not grid:
+        return []
+    worth, p = _weighed(state, grid)
+    found: list[tuple[float, Hypothesis]] = []
+    for _key, group in groupby(range(len(grid)), key=lambda i: grid[i].key):
+        own = list(group)
+        best = max(own, key=lambda i: worth[i])
+        if p[best] * len(grid) < rules.ALPHA_SCAN:
+            name = refined(grid[best], [grid[i] for i in own], state)
+            if not is_a_condition(name, state.fit.problem.kept):
+                found.append((float(worth[best]), name))
+    likeliest = sorted(found, key=lambda pair: -pair[0])[: rules.SCANNED_NAMES]
+    enough = rules.SCANNED_SHARE * max((value for value, _ in likeliest), default=0.0)
+    return [name for value, name in likeliest if value >= enough]
+
+
+def is_a_condition(name: Hypothesis, data: Dataset) -> bool:
+    """Is it a step between rows that differ in where the arm stands, what it carries, or who looks?
+
+    Fifty rows without a load, then fifty with one: what changed in between may be the load's work, and rows that are
+    sorted by a joint's position change with it.
+    """
+    at = name.entry.get("at_s", name.entry.get("at_row"))
+    if at is None or not effect_has_moment(name.effect):
+        return False
+    step = (order_of_rows(data) >= at).astype(float)
+    labels = [own[:, np.newaxis] == np.unique(own) for own in (data.station, data.mount) if own is not None]
+    numbers = [data.q, data.payload[:, np.newaxis], *labels, *(v[:, np.newaxis] for v in data.sensors.values())]
+    if data.approach is not None:
+        numbers.append(data.approach)
+    X = np.column_stack([np.ones(len(step)), *(np.nan_to_num(part.astype(float)) for part in numbers)])
+    left = step - X @ np.linalg.lstsq(X, step, rcond=1e-9)[0]
+    return bool(left @ left < (1 - rules.MAX_STEP_SHARE) * np.sum((step - step.mean()) ** 2))
+
+
+def without_a_block() -> frozenset[str]:
+    """Scanned effects that no block without a name would show, since these are smooth: waves of an instrument."""
+    every = ((effect, traits_of(effect)) for effect in effect_names())
+    return frozenset(effect for effect, t in every if t.role == "scanned" and SLOW.isdisjoint(t.depends_on))
+
+
+def rivals_of_slow(search: Search, best: SearchNode) -> list[Hypothesis]:
+    """Scanned effects that explain about as much as all names of a set that follow time or heat, or more."""
+    rest = [name for name in best.names if SLOW.isdisjoint(name.traits.depends_on)]
+    if len(rest) == len(best.names):
+        return []
+    base = search.state(rest, best) if rest else search.start
+    found = scan(base, among=frozenset(effect_names()) - without_a_block())
+    worth = _weighed(base, found)[0] if found else np.zeros(0)
+    gain = base.bic - best.bic
+    return [name for name, value in zip(found, worth, strict=True) if value > gain - rules.DECISIVE_BIC]
+
+
+def _grid(state: SearchNode) -> list[Hypothesis]:
+    """All that is scanned for beyond a set: one owner after the other."""
+    problem = state.fit.problem
+    robot, data = problem.start.robot, problem.kept
+    there = {name.key for name in (*problem.names, *state.names)}
+    there |= {(entry["effect"], entry["owner"]) for entry in problem.given}
+    return [
+        name
+        for effect in effect_names()
+        if _is_scanned(effect, timed=data.time is not None)
+        for owner in effect_owners(effect, robot.core)
+        if (effect, owner) not in there and not is_excluded(effect, owner, problem.excluded)
+        for name in scanned(effect, owner, robot, data)
+    ]
+
+
+def _is_scanned(effect: str, *, timed: bool) -> bool:
+    """Is it no part of the library? Steps are none where no row has a time."""
+    return traits_of(effect).role == "scanned" or (not timed and effect_has_moment(effect))
+
+
+def _weighed(state: SearchNode, names: list[Hypothesis]) -> tuple[FloatArray, FloatArray]:
+    """BIC's worth of each name at a fit, and the p value of its score test against what it would leave."""
+    at = state.fit
+    statistic, rank = _scores(at, names)
+    left = np.maximum((at.remaining - statistic) / at.freedom, 1.0)
+    searched = np.array([name.searched for name in names])
+    worth = statistic - (rank + searched) * np.log(len(at.near.r) + len(at.free))
+    return np.where(rank > 0, worth, -np.inf), p_values(statistic / left, rank, at.problem.noise.freedom)
+
+
+def _scores(at: Fit, names: list[Hypothesis]) -> tuple[FloatArray, NDArray[np.int32]]:
+    """Score statistic of each name and its rank."""
+    statistic, rank = [], []
+    for first in range(0, len(names), _AT_ONCE):
+        columns = columns_at(at, names[first : first + _AT_ONCE])
+        scores = score_tests(at.basis, columns.values, at.whitened[1], columns.sizes).scores
+        statistic.append(np.asarray(scores.statistic))
+        rank.append(np.asarray(scores.rank))
+    return np.concatenate(statistic), np.concatenate(rank)
+
+
+def refined(name: Hypothesis, grid: Iterable[Hypothesis], state: SearchNode) -> Hypothesis:
+    """A name at the best number near that of the grid."""
+    if effect_has_moment(name.effect):
+        return at_best_moment(name, state)
+    option = name.traits.searched
+    if option not in name.entry:
+        return name
+    tried = sorted({float(n.entry[option]) for n in grid if option in n.entry})
+    at = tried.index(float(name.entry[option]))
+    for _ in range(_ROUNDS):
+        low, high = tried[max(at - 1, 0)], tried[min(at + 1, len(tried) - 1)]
+        tried = np.geomspace(low, high, _BETWEEN).tolist()
+        near = [with_number(name.entry, option, value) for value in tried]
+        at = int(np.argmax(_scores(state.fit, near)[0]))
+        name = near[at]
+    return name
+
+
+def at_best_moment(name: Hypothesis, state: SearchNode) -> Hypothesis:
+    """A step at the moment of all between two rows that explains most; other names as they are."""
+    if not effect_has_moment(name.effect):
+        return name
+    data = state.fit.problem.kept
+    bare = {key: value for key, value in name.entry.items() if key not in ("at_s", "at_row", "rows")}
+    A, r, row = state.fit.standardized
+    measured = row >= 0
+    always = from_moment(bare, -np.inf if data.time is not None else 0.0, data)
+    step = columns_at(state.fit, [always], as_measured=True).values[: int(measured.sum())]
+    at, _ = find_step(A[measured], step, -r[measured], row[measured], order_of_rows(data))
+    return from_moment(bare, at, data)

@@ -1,0 +1,138 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Corners of boards in pictures: a long table beside the poses, one line a corner."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from fastcal.errors import ParseError
+from fastcal.importers.loading import load_measurements, load_or_open
+from fastcal.io.table import Table
+from fastcal.io.tables import read_table
+from fastcal.measurements.dataset import Dataset, FloatArray, IntArray
+from fastcal.measurements.long_dataset import LongDataset
+from fastcal.robot.rig import corner_counts, has_rig, pictures
+from fastcal.robot.robot import Robot
+
+COLUMNS = ("row", "camera", "board", "corner", "u_px", "v_px")
+_BEYOND = 0.5  # of the picture's size: a corner that far out is none of this picture
+
+
+def load_seen(files: Sequence[str | os.PathLike[str]], robot: Robot, corners: str | os.PathLike[str] | None) -> Dataset:
+    """`load_measurements`, with the corners that cameras saw in these poses where they are given."""
+    if corners is None:
+        return load_measurements(files, robot)
+    return with_corners(load_measurements(files, robot, require_measured=False), corners, robot)
+
+
+def load_seen_or_open(
+    files: Sequence[str | os.PathLike[str]],
+    robot: Robot,
+    corners: str | os.PathLike[str] | None,
+    seen: Callable[[Dataset], Dataset],
+) -> Dataset | LongDataset:
+    """`load_seen`, or `load_or_open` where no camera saw anything."""
+    return load_or_open(files, robot, seen) if corners is None else seen(load_seen(files, robot, corners))
+
+
+def with_corners(data: Dataset, path: str | os.PathLike[str], robot: Robot) -> Dataset:
+    """The poses with what cameras saw in them.
+
+    Args:
+        data: The poses, one row a posture.
+        path: A table with the columns row, camera, board, corner, u_px, v_px and, where known, sigma_px; `row` counts
+            the data rows of the poses from 0.
+        robot: The arm with its cameras and boards.
+
+    Raises:
+        ParseError: A row beyond the poses, an unknown camera or board, a corner that the board does not have or that
+            lies outside the picture; the sentence names the line.
+    """
+    if not has_rig(robot.spec):
+        raise ParseError("holds corners, and the robot file has no cameras or no boards; give a cell file", path)
+    table = read_table(path)
+    try:
+        return _seen(data, table, robot)
+    except ParseError:
+        if table.exact is None:
+            raise
+    return _seen(data, table.exact(), robot)
+
+
+def _seen(data: Dataset, table: Table, robot: Robot) -> Dataset:
+    place = {name: k for k, name in enumerate(table.names)}
+    missing = [name for name in COLUMNS if name not in place]
+    if missing:
+        raise table.error(
+            f"column '{missing[0]}' is missing; expected {', '.join(COLUMNS)}, got {', '.join(table.names)}"
+        )
+    row, corner = (_whole(table, place[name]) for name in ("row", "corner"))
+    if (bad := np.flatnonzero((row < 0) | (row >= len(data)))).size:
+        raise table.error(
+            f"row must be 0 to {len(data) - 1}, as the poses have {len(data)} rows, got {row[bad[0]]}", int(bad[0])
+        )
+    camera = _named(table, place["camera"], list(robot.spec["cameras"]), "camera")
+    board = _named(table, place["board"], list(robot.spec["boards"]), "board")
+    counts = np.array(corner_counts(robot.spec))[board]
+    if (bad := np.flatnonzero((corner < 0) | (corner >= counts))).size:
+        k = bad[0]
+        name = list(robot.spec["boards"])[board[k]]
+        raise table.error(f"corner must be 0 to {counts[k] - 1} on board {name}, got {corner[k]}", int(k))
+    uv = np.column_stack([_numbers(table, place[name]) for name in ("u_px", "v_px")])
+    sizes = np.array([entry["size_px"] for entry in robot.spec["cameras"].values()], dtype=np.float64)[camera]
+    beyond = (uv < -_BEYOND * sizes) | (uv > (1 + _BEYOND) * sizes)
+    if (bad := np.flatnonzero(beyond.any(axis=1))).size:
+        k = bad[0]
+        name = list(robot.spec["cameras"])[camera[k]]
+        size = f"{sizes[k, 0]:.0f} x {sizes[k, 1]:.0f}"
+        raise table.error(
+            f"({uv[k, 0]:g}, {uv[k, 1]:g}) px lies outside the pictures of camera {name} ({size}); is size_px right?",
+            int(k),
+        )
+    where = list(pictures(robot.spec).values())
+    first = np.array([part.start for part in where]).reshape(len(robot.spec["cameras"]), -1)
+    at = first[camera, board] + corner
+    width = where[-1].stop
+    _, again = np.unique(row * width + at, return_index=True)
+    if len(again) < len(row):
+        k = int(np.setdiff1d(np.arange(len(row)), again)[0])
+        raise table.error(f"row {row[k]}, corner {corner[k]} of this camera and board is given twice", int(k))
+    seen = np.full((len(data), width, 2), np.nan)
+    seen[row, at] = uv
+    observed: dict[str, FloatArray] = {**data.observed, "corner": seen.reshape(len(data), -1)}
+    if "sigma_px" in place:
+        sigma = _numbers(table, place["sigma_px"])
+        if (bad := np.flatnonzero(~(sigma > 0))).size:
+            raise table.error(f"sigma_px must be above 0, got {sigma[bad[0]]:g}", int(bad[0]))
+        given = np.full((len(data), width), np.nan)
+        given[row, at] = sigma
+        observed["sigma_corner"] = given
+    return replace(data, observed=observed)
+
+
+def _numbers(table: Table, place: int) -> FloatArray:
+    values = table.numbers(place)
+    if (bad := np.flatnonzero(np.isnan(values))).size:
+        raise table.wrong_cell(place, int(bad[0]), "a number")
+    return values
+
+
+def _whole(table: Table, place: int) -> IntArray:
+    values = _numbers(table, place)
+    if (bad := np.flatnonzero(values != np.round(values))).size:
+        raise table.wrong_cell(place, int(bad[0]), "a whole number")
+    return values.astype(np.int64)
+
+
+def _named(table: Table, place: int, names: list[str], what: str) -> IntArray:
+    given = table.labels(place)
+    for k, value in enumerate(given):
+        if value not in names:
+            raise table.error(f"there is no {what} '{value:.60}'; expected {', '.join(names)}", int(k))
+    index = {name: k for k, name in enumerate(names)}
+    return np.array([index[value] for value in given], dtype=np.int64)

@@ -1,0 +1,61 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Cell files of one arm, its cameras and boards: see docs/cells.md."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from fastcal.io.fields import Fields
+from fastcal.io.rig_schema import check_rig
+from fastcal.robot.core_model import pose
+from fastcal.robot.identified_spec import frame_spec
+
+Spec = dict[str, Any]
+
+
+def is_cell(value: Any) -> bool:
+    """Does a file name arms instead of being one?"""
+    return isinstance(value, dict) and "arms" in value
+
+
+def cell_spec(value: Spec, path: Path, read_arm: Callable[..., Spec]) -> Spec:
+    """The robot file that a cell of one arm stands for: the arm's, on its base, with the cell's cameras and boards.
+
+    Args:
+        value: What the cell file holds.
+        path: Of it; the arm's file is named relative to it.
+        read_arm: Reads an arm's file: path, base_link, tip_link.
+
+    Raises:
+        ParseError: One sentence that names the file, the key, what was expected and what came.
+    """
+    top = Fields(value, "", path)
+    name = top.text("cell", path.stem)
+    arms = Fields(top.take("arms"), "arms", path).rest()
+    if len(arms) != 1:
+        top.refuse("arms", f"expected one arm, got {len(arms)}: cells of several arms are not read yet")
+    (arm, given), *_ = arms.items()
+    fields = Fields({"robot": given} if isinstance(given, str) else given, f"arms.{arm}", path)
+    source = fields.text("robot")
+    links = {key: fields.text(key) for key in ("base_link", "tip_link") if fields.has(key)}
+    on = fields.text("on", "world")
+    if on != "world":
+        fields.fail("on", "world, where the only arm stands", on)
+    T = pose(
+        {
+            "xyz_mm": fields.quantities("xyz", "mm", 3, [0.0] * 3),
+            "rpy_deg": fields.quantities("rpy", "deg", 3, [0.0] * 3),
+        }
+    )
+    fields.done()
+    beside = path.parent / source
+    spec = read_arm(os.fspath(beside) if beside.exists() else source, **links)
+    spec["base"] = frame_spec(T @ pose(spec["base"]))
+    spec |= check_rig(top, len(spec["joints"]), str(arm))
+    spec["cell"] = {"name": name, "arm": str(arm)}
+    top.done()
+    return spec

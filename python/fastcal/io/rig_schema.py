@@ -1,0 +1,156 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""What a robot or cell file says of cameras and boards, in canonical form: see docs/cells.md."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from typing import Any
+
+from fastcal.io.fields import Fields
+
+Spec = dict[str, Any]
+
+ARM = "arm"  # the only arm of a robot file
+BOARDS = ("checkerboard", "charuco", "april_grid", "circles", "points")
+LENSES = {"pinhole": 8, "fisheye": 4}  # most coefficients
+_ZERO = [0.0, 0.0, 0.0]
+_LEAST_SIZE = 16  # pixels a side, of a picture that is one
+_FOCAL = (0.05, 50.0)  # of the larger side: no lens for a robot is wider or longer
+
+
+def check_rig(top: Fields, joint_count: int, arm: str = ARM) -> Spec:
+    """`cameras` and `boards` as a robot file keeps them; what is not given has no key.
+
+    Args:
+        top: The file's fields.
+        joint_count: Of the arm.
+        arm: As `on` names it.
+
+    Raises:
+        ParseError: The sentence names the camera or board and the key.
+    """
+    spec: Spec = {}
+    checks: tuple[tuple[str, Callable[[Fields], Spec]], ...] = (("cameras", _camera), ("boards", _board))
+    owners: dict[str, str] = {}
+    for key, check in checks:
+        if not top.has(key):
+            continue
+        named = Fields(top.take(key) or {}, key, top.path).rest()
+        found: Spec = {}
+        for name, given in named.items():
+            fields = Fields(given, f"{key}.{name}", top.path)
+            if not re.fullmatch(r"[A-Za-z_][\w-]*", str(name)):
+                fields.refuse("", "a name begins with a letter and has letters, digits, - and _ only")
+            if name in owners:
+                fields.refuse("", f"the name is given to two things, here and in {owners[name]}")
+            owners[name] = key
+            found[name] = _placement(fields, joint_count, arm) | check(fields)
+            fields.done()
+        spec[key] = found
+    return spec
+
+
+def _placement(fields: Fields, joint_count: int, arm: str) -> Spec:
+    """What it stands on, where it is there, and how well that is known."""
+    out: Spec = {
+        "on": frame_name(fields, fields.text("on"), joint_count, arm),
+        "xyz_mm": fields.quantities("xyz", "mm", 3, _ZERO),
+        "rpy_deg": fields.quantities("rpy", "deg", 3, _ZERO),
+    }
+    fixed = fields.take("fixed", False)
+    if not isinstance(fixed, bool):
+        fields.fail("fixed", "true or false", fixed)
+    if fixed:
+        out["fixed"] = True
+    for name, unit in (("sigma", "mm"), ("sigma", "deg")):
+        if (sigma := fields.optional(f"{name}_{unit}")) is not None:
+            out[f"{name}_{unit}"] = fields.checked_number(f"{name}_{unit}", sigma)
+            if not out[f"{name}_{unit}"] > 0:
+                fields.fail(f"{name}_{unit}", "a standard deviation above 0", sigma)
+    if (std := fields.optional("identified")) is not None:
+        out["identified"] = Fields(std, f"{fields.where}.identified", fields.path).rest()
+    return out
+
+
+def frame_name(fields: Fields, on: str, joint_count: int, arm: str) -> str:
+    """world, arm (its flange), arm.base or arm.linkN."""
+    if on == "world":
+        return on
+    name, _, part = on.partition(".")
+    if name == arm and part in ("", "base", *(f"link{k}" for k in range(1, joint_count + 1))):
+        return ARM + (f".{part}" if part else "")
+    return fields.refuse("on", f"there is no frame '{on:.60}'; expected world, {arm}, {arm}.base or {arm}.link1 ...")
+
+
+def _camera(fields: Fields) -> Spec:
+    model = fields.choice("model", tuple(LENSES), "pinhole")
+    size = [fields.checked_number(f"size_px[{i}]", x) for i, x in enumerate(_pair(fields, "size_px"))]
+    if any(side != int(side) or side < _LEAST_SIZE for side in size):
+        fields.fail("size_px", "width and height in whole pixels", str(size))
+    focal = [fields.checked_number(f"focal_px[{i}]", x) for i, x in enumerate(_pair(fields, "focal_px"))]
+    least, most = (share * max(size) for share in _FOCAL)
+    if any(not least <= f <= most for f in focal):
+        fields.fail(
+            "focal_px", f"focal lengths in pixels, {least:.0f} to {most:.0f} for a picture of this size", str(focal)
+        )
+    centre = [fields.checked_number(f"centre_px[{i}]", x) for i, x in enumerate(_pair(fields, "centre_px"))]
+    if any(not 0 <= c <= side for c, side in zip(centre, size, strict=True)):
+        fields.fail("centre_px", f"a pixel of a picture of {size[0]:.0f} x {size[1]:.0f}", str(centre))
+    distortion = fields.take("distortion", [])
+    if not isinstance(distortion, list) or len(distortion) > LENSES[model]:
+        fields.fail("distortion", f"a list of at most {LENSES[model]} coefficients", distortion)
+    return {
+        "model": model,
+        "size_px": [int(side) for side in size],
+        "focal_px": focal,
+        "centre_px": centre,
+        "distortion": fields.checked_vector("distortion", distortion, len(distortion)),
+        "intrinsics": fields.choice("intrinsics", ("known", "identify"), "known"),
+    }
+
+
+def _pair(fields: Fields, key: str) -> list[Any]:
+    value = fields.take(key)
+    if not isinstance(value, list) or len(value) != 2:
+        fields.fail(key, "a list of 2 numbers", value)
+    return list(value)
+
+
+def _board(fields: Fields) -> Spec:
+    kind = fields.choice("kind", BOARDS)
+    if kind == "points":
+        points = fields.take("points_mm")
+        if not isinstance(points, list) or len(points) < 4:
+            fields.fail("points_mm", "a list of four points at least", points)
+        return {
+            "kind": kind,
+            "points_mm": [fields.checked_vector(f"points_mm[{i}]", p, 3) for i, p in enumerate(points)],
+        }
+    least = 3 if kind in ("checkerboard", "charuco") else 1  # squares, between which corners lie
+    out: Spec = {
+        "kind": kind,
+        "columns": fields.count("columns", least, 1000),
+        "rows": fields.count("rows", least, 1000),
+    }
+    lengths = {"april_grid": ("tag", "gap"), "charuco": ("square",)}.get(kind, ("square",))
+    for length in lengths:
+        out[f"{length}_mm"] = fields.quantity(length, "mm")
+        if not out[f"{length}_mm"] > 0:
+            fields.fail(f"{length}_mm", "a length above 0", out[f"{length}_mm"])
+    if kind in ("charuco", "april_grid"):
+        out["dictionary"] = fields.text("dictionary", "5X5_250" if kind == "charuco" else "36h11")
+    if kind == "charuco":
+        out["marker_mm"] = fields.quantity("marker", "mm", 0.75 * out["square_mm"])
+    return out
+
+
+def check_cell_names(top: Fields) -> Spec:
+    """`cell` of a robot file: what the cell and its arm were called; columns may carry the arm's name."""
+    if not top.has("cell"):
+        return {}
+    fields = Fields(top.take("cell"), "cell", top.path)
+    names = {"name": fields.text("name"), "arm": fields.text("arm", ARM)}
+    fields.done()
+    return {"cell": names}

@@ -1,0 +1,157 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Cameras and boards of an arm's cell, as its spec has them, for the core: frames, corners, lenses."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal import _core
+from fastcal.robot.core_model import pose
+from fastcal.robot.plain_copy import plain_copy
+from fastcal.units import from_si, to_si
+
+FloatArray = NDArray[np.float64]
+Spec = dict[str, Any]
+
+SQUARES = ("checkerboard", "charuco")  # whose columns and rows are squares
+WORLD = -1  # the measuring frame, among the frames of the chain
+PLACEMENT = ("x", "y", "z", "rx", "ry", "rz")
+_TAG = ((0, 0), (1, 0), (1, 1), (0, 1))  # corners of a tag, as Kalibr counts them
+
+
+def has_rig(spec: Mapping[str, Any]) -> bool:
+    """Are there a camera and a board?"""
+    return bool(spec.get("cameras")) and bool(spec.get("boards"))
+
+
+def board_corners(board: Mapping[str, Any]) -> FloatArray:
+    """(K, 3) corners of a board in its frame [m], in the order of their numbers.
+
+    Inner corners, or circles, row by row from the first, with x along a row; of an AprilGrid the four corners of each
+    tag, tag by tag, as Kalibr counts them.
+    """
+    if board["kind"] == "points":
+        points: FloatArray = np.asarray(board["points_mm"], dtype=np.float64)
+        return to_si(points, "mm")
+    squares = int(board["kind"] in SQUARES)  # corners lie between them
+    across, down = np.meshgrid(np.arange(board["columns"] - squares), np.arange(board["rows"] - squares))
+    at: FloatArray = np.column_stack([across.ravel(), down.ravel(), np.zeros(across.size)]).astype(np.float64)
+    if board["kind"] == "april_grid":
+        tag, step = float(board["tag_mm"]), float(board["tag_mm"] + board["gap_mm"])
+        own: FloatArray = np.array([[x * tag, y * tag, 0.0] for x, y in _TAG])
+        corners: FloatArray = (at[:, np.newaxis] * step + own).reshape(-1, 3)
+        return to_si(corners, "mm")
+    return to_si(at * float(board["square_mm"]), "mm")
+
+
+def corner_counts(spec: Mapping[str, Any]) -> list[int]:
+    """Corners of each board, in the order of the spec."""
+    return [len(board_corners(board)) for board in spec["boards"].values()]
+
+
+def pictures(spec: Mapping[str, Any]) -> dict[tuple[str, str], slice]:
+    """Where the corners of each camera and board are among the readings of a row."""
+    out, first = {}, 0
+    for camera in spec["cameras"]:
+        for board, count in zip(spec["boards"], corner_counts(spec), strict=True):
+            out[camera, board] = slice(first, first + count)
+            first += count
+    return out
+
+
+def frame_of(on: str, joint_count: int) -> int:
+    """The frame of the chain that a name means: WORLD, 0 the base, 2 k that of link k."""
+    if on == "world":
+        return WORLD
+    part = on.partition(".")[2]
+    return 2 * joint_count if not part else 0 if part == "base" else 2 * int(part.removeprefix("link"))
+
+
+def core_rig(spec: Mapping[str, Any]) -> _core.Rig:
+    """The rig of a spec as the core takes it; empty where it has none."""
+    rig = _core.Rig()
+    if not has_rig(spec):
+        return rig
+    joints = len(spec["joints"])
+    for name, camera in spec["cameras"].items():
+        rig.add_camera(
+            name,
+            frame_of(camera["on"], joints),
+            pose(camera),
+            camera.get("fixed", False),
+            camera["model"],
+            lens_numbers(camera),
+            camera["intrinsics"] == "identify",
+        )
+    for name, board in spec["boards"].items():
+        corners = board_corners(board)
+        rig.add_board(name, frame_of(board["on"], joints), pose(board), board.get("fixed", False), corners)
+    return rig
+
+
+def lens_numbers(camera: Mapping[str, Any]) -> list[float]:
+    """fx, fy, cx, cy and the coefficients of a camera."""
+    return [*camera["focal_px"], *camera["centre_px"], *camera["distortion"]]
+
+
+def known_within(spec: Mapping[str, Any], parameters: Sequence[_core.Parameter]) -> FloatArray:
+    """Standard deviation [SI] of what the spec says of each unknown; infinite where it says nothing."""
+    out = np.full(len(parameters), np.inf)
+    for k, parameter in enumerate(parameters):
+        entry = _entry(spec, parameter.owner)
+        unit = "mm" if parameter.unit == "m" else "deg"
+        if entry is not None and parameter.name in PLACEMENT and f"sigma_{unit}" in entry:
+            out[k] = to_si(float(entry[f"sigma_{unit}"]), unit)
+    return out
+
+
+def with_found(spec: Spec, parameters: Sequence[_core.Parameter], values: FloatArray, std: FloatArray) -> Spec:
+    """The spec with cameras and boards where they were found, and lenses as they were.
+
+    Args:
+        spec: With the cameras and boards that the fit started from; it is not changed.
+        parameters: Unknowns of the observations.
+        values: What was found of them, SI.
+        std: Their standard deviations, NaN where they were held.
+    """
+    out = plain_copy(spec)
+    found: dict[str, dict[str, tuple[float, float]]] = {}
+    for parameter, value, deviation in zip(parameters, values.tolist(), std.tolist(), strict=True):
+        found.setdefault(parameter.owner, {})[parameter.name] = (value, deviation)
+    for owner, numbers in found.items():
+        entry = _entry(out, owner)
+        if entry is None:
+            continue
+        identified: Spec = {}
+        if "x" in numbers:
+            change = np.eye(4)
+            change[:3, :3] = _core.exp_so3(np.array([numbers[axis][0] for axis in PLACEMENT[3:]]))
+            change[:3, 3] = [numbers[axis][0] for axis in PLACEMENT[:3]]
+            T = pose(entry) @ change
+            entry["xyz_mm"] = [from_si(v, "mm") for v in T[:3, 3].tolist()]
+            entry["rpy_deg"] = [from_si(v, "deg") for v in _core.rotation_to_rpy(T[:3, :3]).tolist()]
+            identified["std_mm"] = _known([from_si(numbers[axis][1], "mm") for axis in PLACEMENT[:3]])
+            identified["std_deg"] = _known([from_si(numbers[axis][1], "deg") for axis in PLACEMENT[3:]])
+        if "fx" in numbers:
+            lens = [name for name in numbers if name not in PLACEMENT]
+            changed = [a + numbers[name][0] for a, name in zip(lens_numbers(entry), lens, strict=True)]
+            entry["focal_px"], entry["centre_px"], entry["distortion"] = changed[:2], changed[2:4], changed[4:]
+            identified["std_intrinsics"] = _known([numbers[name][1] for name in lens])
+        entry["identified"] = identified
+    return out
+
+
+def _known(deviations: list[float]) -> list[float | None]:
+    return [value if np.isfinite(value) else None for value in deviations]
+
+
+def _entry(spec: Mapping[str, Any], owner: str) -> Spec | None:
+    """The camera or board that an unknown's owner names: "camera wrist"."""
+    what, _, name = owner.partition(" ")
+    found: Spec | None = (spec.get(f"{what}s") or {}).get(name) if what in ("camera", "board") else None
+    return found

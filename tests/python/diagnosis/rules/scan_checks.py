@@ -1,0 +1,82 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Scans: what jumps, comes to rest or follows a distance is found at its own number, and nothing in noise."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from fastcal.diagnosis import periodic, scans
+from fastcal.diagnosis.library import Hypothesis
+from fastcal.diagnosis.search import Search
+from fastcal.measurements.measuring_order import in_order
+
+from .mutants import falls_with
+from .small_arm import measured, problem
+
+ROWS = 120
+TIME = 30.0 * np.arange(ROWS)
+
+
+def found(effects: list[dict[str, Any]], seed: int = 1) -> list[Hypothesis]:
+    data = in_order(measured(effects, rows=ROWS, time=TIME, seed=seed))
+    return scans.scan(Search(problem(data)).start)
+
+
+def step(size: float) -> dict[str, Any]:
+    return {"effect": "zero_step", "owner": "joint2", "at_s": 2000.0, "parameters": {"step_rad": size}}
+
+
+@falls_with(ALPHA_SCAN=0.0)
+@falls_with(SCANNED_NAMES=0)
+def a_zero_that_jumped_is_found_at_its_row() -> None:
+    names = [n for n in found([step(8e-4)]) if n.key == ("zero_step", "joint2")]
+    assert [1980.0 < n.entry["at_s"] <= 2010.0 for n in names] == [True]
+
+
+@falls_with(ALPHA_SCAN=1e4)
+def nothing_is_found_in_noise() -> None:
+    assert [found([], seed) for seed in (1, 2, 3)] == [[], [], []]
+
+
+@falls_with(MAX_STEP_SHARE=1.0)
+@falls_with(MAX_STEP_SHARE=-1.0)
+def what_changes_with_the_payload_is_no_step() -> None:
+    """Rows without a load, then rows with one."""
+    data = in_order(measured([], rows=ROWS, time=TIME))
+    later = np.arange(ROWS) >= 60
+    at = Hypothesis({"effect": "zero_step", "owner": "joint2", "at_s": 1795.0})
+    assert not scans.is_a_condition(at, data)
+    assert scans.is_a_condition(at, replace(data, payload=10.0 * later))
+    assert scans.is_a_condition(at, replace(data, q=np.sort(data.q, axis=0)))
+
+
+@falls_with(SCANNED_SHARE=0.0)
+def side_lobes_of_a_fine_wave_are_left_alone() -> None:
+    wave = {"order": 73.0, "amplitude_rad": 4e-4, "phase_rad": 0.4}
+    given = problem(measured([{"effect": "gear_harmonic", "owner": "joint2", "parameters": wave}], rows=ROWS))
+    names = periodic.scan(Search(given).start, fine_alone=True)
+    assert [n.entry["order"] for n in names if n.owner == "joint2"] == [73.0]
+
+
+@falls_with(RANGE_CYCLES=3.0)
+def a_wave_of_the_range_is_found_at_its_period() -> None:
+    wave = {"sine_mm": 0.4, "cosine_mm": 0.2}
+    names = found([{"effect": "range_wave", "owner": "instrument", "period_mm": 60.0, "parameters": wave}])
+    assert [abs(n.entry["period_mm"] - 60.0) < 1.0 for n in names if n.effect == "range_wave"] == [True]
+
+
+@falls_with(SETTLING_SHARES=(0.6,))
+def a_base_that_comes_to_rest_is_found_with_its_time_constant() -> None:
+    way = {"way_x_mm": 0.8, "way_z_mm": -0.5}
+    entry = {"effect": "base_settling", "owner": "base", "begins_s": 0.0, "tau_s": 200.0, "parameters": way}
+    names = found([entry])
+    assert [150.0 < n.entry["tau_s"] < 260.0 for n in names if n.effect == "base_settling"] == [True]
+
+
+@falls_with(FINEST_WAVE=60.0)
+def an_order_of_73_is_found() -> None:
+    wave = {"order": 73.0, "amplitude_rad": 4e-4, "phase_rad": 0.4}
+    given = problem(measured([{"effect": "gear_harmonic", "owner": "joint2", "parameters": wave}], rows=ROWS))
+    assert "gear_harmonic@joint2:order=73" in [repr(n) for n in periodic.scan(Search(given).start)]
