@@ -83,6 +83,7 @@ def serve(folder: Path, *, port: int = PORT, show: bool = True, say: Callable[[s
         show=address if show else False,
         reload=False,
         show_welcome_message=False,
+        reconnect_timeout=60.0,  # a page that is back within it goes on as it was: beside a robot, machines are busy
         uvicorn_logging_level="error",
         favicon="🦾",
     )
