@@ -24,7 +24,11 @@ HARMONIC: dict[str, Any] = {"effect": "gear_harmonic", "owner": "joint2", "order
 
 
 def test_every_effect_has_units_that_are_known(arm: Robot) -> None:
-    needs = {"regressor": {"column": "tilt"}}
+    needs: dict[str, dict[str, Any]] = {
+        "regressor": {"column": "tilt"},
+        "base_settling": {"tau_s": 600.0},
+        "range_wave": {"period_mm": 310.0},
+    }
     for name in effect_names():
         for owner in effect_owners(name, arm.core):
             (effect,) = build_effects([{"effect": name, "owner": owner, **needs.get(name, {})}], arm.core)
