@@ -63,14 +63,16 @@ class Job:
 
     def _listen(self) -> None:
         assert self._process.stdout is not None  # noqa: S101 - a pipe was asked for
-        for line in self._process.stdout:
-            said = json.loads(line)
-            self.step = said.get("step", self.step)
-            self.error = said.get("error", self.error)
-            self.result = said.get("result", self.result)
+        with self._process.stdout as lines:
+            for line in lines:
+                said = json.loads(line)
+                self.step = said.get("step", self.step)
+                self.error = said.get("error", self.error)
+                self.result = said.get("result", self.result)
 
     def _collect(self) -> None:
         assert self._process.stderr is not None  # noqa: S101 - a pipe was asked for
-        self._said.extend(line.rstrip() for line in self._process.stderr)
+        with self._process.stderr as lines:
+            self._said.extend(line.rstrip() for line in lines)
         if self._process.wait() and not self.error:
             self.error = self._said[-1] if self._said else f"ended with {self._process.returncode}"

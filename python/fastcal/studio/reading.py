@@ -89,8 +89,11 @@ def columns_of(project: Project) -> list[FileColumn]:
     chosen: Map[str, str | int] = project.answers.get("columns") or {}
     for file in _files(project):
         path = project.path(file)
-        roles = chosen or yaml.safe_load(map_text([path], sheet=project.answers.get("sheet")))["columns"]
-        by_column = {theirs: ours for ours, theirs in roles.items()}
+        own = yaml.safe_load(map_text([path], sheet=project.answers.get("sheet")))["columns"]
+        # A map keeps the names that a file has by itself.
+        names = {"name": own["name"]} if "name" in own else {}
+        by_column = {theirs: ours for ours, theirs in (names | dict(chosen) if chosen else own).items()}
+        by_column |= {theirs: ours for ours, theirs in names.items() if theirs not in by_column}
         for export in open_exports(path, Mapping(), project.answers.get("sheet")):
             if isinstance(export, InvalidInput):
                 continue
