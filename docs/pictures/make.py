@@ -2,13 +2,16 @@
 # SPDX-License-Identifier: MIT
 """Takes the pictures of the documentation from reports that fastcal writes, in headless Chromium.
 
-python docs/pictures/make.py        needs chromium and Pillow
+python docs/pictures/make.py            needs chromium and Pillow
+python docs/pictures/make.py --studio   those of the studio alone, as its tests see it
 """
 
 from __future__ import annotations
 
+import os
 import shutil
 import subprocess
+import sys
 import tempfile
 from pathlib import Path
 
@@ -39,9 +42,26 @@ def photograph(page: Path, name: str, height: int, top: int = 0) -> None:
             except subprocess.TimeoutExpired:
                 if left == 0:
                     raise
-        # 256 colours: a chart loses nothing by it, and the repository stays small.
-        picture = Image.open(shot).convert("RGB").crop((0, top, WIDTH, top + height)).quantize(256)
-        ImageOps.expand(picture.convert("RGB"), 1, "#d0d0d0").quantize(256).save(HERE / f"{name}.png", optimize=True)
+        keep(Image.open(shot).convert("RGB").crop((0, top, WIDTH, top + height)), name)
+
+
+def keep(picture: Image.Image, name: str) -> None:
+    """Writes docs/pictures/NAME.png in 256 colours: a chart loses nothing by it, and the repository stays small."""
+    framed = ImageOps.expand(picture.quantize(256).convert("RGB"), 1, "#d0d0d0")
+    framed.quantize(256).save(HERE / f"{name}.png", optimize=True)
+
+
+def studio() -> None:
+    """The screens of the studio, taken by the tests that drive them."""
+    with tempfile.TemporaryDirectory() as folder:
+        tests = HERE.parents[1] / "tests" / "python" / "studio"
+        environment = {**os.environ, "FASTCAL_STUDIO_SHOTS": folder}
+        command = [sys.executable, "-m", "pytest", "-q", str(tests)]
+        subprocess.run(command, check=True, env=environment)  # noqa: S603 - our own tests
+        for shot in sorted(Path(folder).glob("*.png")):
+            picture = Image.open(shot).convert("RGB")
+            picture.thumbnail((WIDTH, 4 * WIDTH))
+            keep(picture.crop((0, 0, picture.width, min(picture.height, 1250))), shot.stem)
 
 
 def flawed_arm() -> tuple[fastcal.Robot, fastcal.Dataset, fastcal.Dataset]:
@@ -106,6 +126,9 @@ def acceptance(folder: Path) -> None:
 
 def main() -> None:
     """Takes all pictures."""
+    studio()
+    if "--studio" in sys.argv:
+        return
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
         run("demo", "-o", folder / "demo")

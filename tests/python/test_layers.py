@@ -85,6 +85,11 @@ MAY_IMPORT: dict[str, set[str]] = {
         ),
     },
     "fleet": {*ARM, "calibration", "diagnosis", "io", "report", "robots"},
+    "live": {*ARM, "calibration", "design", "io"},
+    "studio": {
+        *ARM,
+        *("calibration", "compensation", "design", "fleet", "importers", "io", "live", "programs", "report", "robots"),
+    },
 }
 # The package of studies, which users of fastcal need not have: the rooms that its modules may import.
 STUDIES_MAY_IMPORT = {
@@ -257,6 +262,7 @@ MAY_NAME = {
     "cli/manners.py": {"backlash", "gear_harmonic", "joint_compliance"},
     "design/rivals.py": {"joint_compliance"},
     "importers/templates.py": {"backlash"},
+    "studio/demo.py": {"joint_compliance"},
     "surrogate/adding.py": {"surrogate"},
     "surrogate/entries.py": {"surrogate"},
     "surrogate/problem.py": {"surrogate"},

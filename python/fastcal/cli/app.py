@@ -60,6 +60,7 @@ GROUPS = {
         "fleet": "fleet:fleet",
     },
     "More": {
+        "studio": "studio:studio",
         "demo": "demo:demo",
         "simulate": "simulate:simulate",
         "robots": "lists:robots",

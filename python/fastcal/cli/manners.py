@@ -55,6 +55,7 @@ EXAMPLES = {
     "robots": ("fastcal robots", "fastcal robots --json"),
     "effects": ("fastcal effects",),
     "fleet": ("fastcal fleet arms.csv -o fleet", "fastcal fleet arms.csv --cluster tcp://10.0.0.1:8786 -o fleet"),
+    "studio": ("fastcal studio cell_7", "fastcal studio --demo"),
     "demo": ("fastcal demo -o demonstration",),
 }
 

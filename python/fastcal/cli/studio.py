@@ -1,0 +1,44 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""`fastcal studio`: the local web app beside the robot."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from fastcal.cli.console import emit, say
+
+
+def studio(
+    folder: Annotated[
+        Path,
+        typer.Argument(metavar="[FOLDER]", help="The project: a folder, made where it is not there."),
+    ] = Path("fastcal-studio"),
+    port: Annotated[
+        int, typer.Option(min=0, max=65535, help="Where to listen, on this machine alone; 0: any that is free.")
+    ] = 8310,
+    demo: Annotated[bool, typer.Option("--demo", help="Fill an empty FOLDER with a simulated project first.")] = False,
+    browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open the page in the browser.")] = True,
+) -> None:
+    """Open the studio: data, plan, measuring, result, programs.
+
+    A web app on this machine alone; the address that is printed carries the token that lets a browser in.
+    """
+    from fastcal.io import inputs
+    from fastcal.studio.server import check_extra, serve
+
+    check_extra()
+    if demo:
+        from fastcal.studio.demo import fill
+
+        fill(folder, say)
+
+    def tell(address: str) -> None:
+        say(f"fastcal studio: {address}")
+        emit({"address": address})
+
+    with inputs.replaceable():  # a project is read and written all along
+        serve(folder, port=port, show=browser, say=tell)

@@ -1,0 +1,122 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""What is wrong with a row that has just come, in a sentence; empty where nothing is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import fdtrc
+
+from fastcal.live.belief import Belief
+from fastcal.measurements.dataset import Dataset
+from fastcal.robot.robot import Robot
+from fastcal.units import from_si, to_si
+
+FloatArray = NDArray[np.float64]
+
+LEVEL = 1e-4  # of a row that is right
+GROSS = 1e-2  # of the reach: no arm is built that badly
+SAME_POSTURE = to_si(0.02, "deg")  # [rad or m]
+_MOVED = 10.0  # times the noise: two points that are not one
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """Of one row.
+
+    Attributes:
+        kind: ok, dropped_beam, wrong_pose, slip or early (nothing to judge it by yet).
+        text: What is wrong, and what to do; empty where nothing is.
+        off: Distance from where the point was expected [m]; None where nothing was.
+        expected: How far off 95 of 100 right rows are at most [m].
+    """
+
+    kind: str = "ok"
+    text: str = ""
+    off: float | None = None
+    expected: float | None = None
+
+
+def dropped_beam(row: Dataset, before: Dataset | None, names: list[int], robot: Robot) -> Judgement | None:
+    """Is there no point, or one that the instrument did not measure in this posture? Needs no model."""
+    point = _point(row)
+    if not np.isfinite(point).all():
+        return Judgement("dropped_beam", "dropped beam: no point was measured; measure this pose again")
+    if not point.any():
+        return Judgement("dropped_beam", "dropped beam: the point is 0 0 0; measure this pose again")
+    if before is not None and before.position is not None:
+        same = np.flatnonzero((before.position == point).all(axis=1))
+        if len(same):
+            was = names[int(same[-1])]
+            again = "the row is a copy of" if _near(before.q[same[-1]], row.q[0]) else "the point is still that of"
+            return Judgement("dropped_beam", f"dropped beam: {again} row {was}; measure this pose again")
+        far = float(np.median(np.linalg.norm(before.position - point, axis=1)))
+        if len(before) > 1 and far > 3 * robot.reach:
+            text = f"dropped beam: the point is {_mm(far)} away from the others, farther than the arm reaches"
+            return Judgement("dropped_beam", text, far)
+    return None
+
+
+def stale_joints(row: Dataset, before: Dataset | None, names: list[int], noise: float) -> Judgement | None:
+    """Are the joints those of the row before, while the point has moved?"""
+    if before is None or before.position is None or not _near(before.q[-1], row.q[0]):
+        return None
+    away = float(np.linalg.norm(_point(row) - before.position[-1]))
+    if away <= _MOVED * noise:
+        return None
+    text = f"wrong pose: the joints are those of row {names[-1]}, and the point is {_mm(away)} away from its point"
+    return Judgement("wrong_pose", f"{text}; read the joints again", away)
+
+
+def against(belief: Belief, row: Dataset, others: FloatArray, of: list[str]) -> Judgement:
+    """A row against what the rows before say.
+
+    Args:
+        belief: These.
+        row: The new one.
+        others: (K, n) other postures that it may have been measured in: those measured, those planned.
+        of: What each of them is called.
+    """
+    point = _point(row)
+    at, covariance = belief.predicted(row)
+    off = float(np.linalg.norm(point - at[0]))
+    expected = 2.0 * float(np.sqrt(np.trace(covariance[0])))
+    statistic = float((point - at[0]) @ np.linalg.solve(covariance[0], point - at[0])) / 3
+    if float(fdtrc(3, belief.degrees, statistic)) >= LEVEL:
+        return Judgement("ok", "", off, expected)
+    if (other := _other_posture(belief, point, row, others, off)) is not None:
+        text = f"wrong pose: the point lies where {of[other]} is, {_mm(off)} from where these joints bring the tool"
+        return Judgement("wrong_pose", text, off, expected)
+    if off > GROSS * belief.robot.reach:
+        text = f"wrong pose: the point is {_mm(off)} from where these joints bring the tool; read the joints again"
+        return Judgement("wrong_pose", text, off, expected)
+    text = f"slip: {_mm(off)} off where {_mm(expected)} is expected at most; seat the target and measure again"
+    return Judgement("slip", text, off, expected)
+
+
+def _other_posture(belief: Belief, point: FloatArray, row: Dataset, others: FloatArray, off: float) -> int | None:
+    """The posture of `others` in which the tool is where the point was measured; None where there is none."""
+    if len(others) == 0:
+        return None
+    tried = Dataset.from_arrays(others, payload=float(row.payload[0]))
+    at, covariance = belief.predicted(tried)
+    away = point - at
+    distance = np.linalg.norm(away, axis=1)
+    gate = 3.0 * np.sqrt(np.trace(covariance, axis1=1, axis2=2))
+    fits = (distance < np.minimum(gate, off / 3)) & ~np.array([_near(q, row.q[0]) for q in others])
+    return int(np.argmin(np.where(fits, distance, np.inf))) if fits.any() else None
+
+
+def _point(row: Dataset) -> FloatArray:
+    return np.full(3, np.nan) if row.position is None else row.position[0]
+
+
+def _near(a: FloatArray, b: FloatArray) -> bool:
+    return bool(np.abs(a - b).max() < SAME_POSTURE)
+
+
+def _mm(metres: float) -> str:
+    return f"{from_si(metres, 'mm'):.3g} mm" if metres < 1 else f"{metres:.3g} m"

@@ -1,0 +1,234 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Data: the files of instrument and controller dropped in, the roles of their columns, the joined list, the misfit."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from nicegui import events, run, ui
+
+from fastcal.importers.orientation import CONVENTIONS
+from fastcal.robots import available
+from fastcal.studio import reading
+from fastcal.studio.shell import card, command_line, told
+from fastcal.studio.state import Studio
+from fastcal.units import from_si
+
+_COLOURS = {"good": "text-positive", "doubtful": "text-warning", "bad": "text-negative", "": ""}
+_UNITS = (("q", "Joints in", ("deg", "rad")), ("x", "Points in", ("mm", "m", "in")))
+_WORDS = {
+    "good": "as a nominal arm fits: the list is read right",
+    "doubtful": "more than most arms are off: look at the rows that miss most",
+    "bad": "no arm is built that badly: a unit, a sign, a joint or the join is wrong",
+    "": "",
+}
+
+
+def build(studio: Studio) -> None:
+    """Builds the screen."""
+    _Screen(studio)
+
+
+class _Screen:
+    """The screen, whose parts are shown anew as an answer changes."""
+
+    def __init__(self, studio: Studio) -> None:
+        self.studio, self.project = studio, studio.project
+        with card("1  Arm"), ui.row().classes("items-center gap-4"):
+            self._arm()
+        hint = "Drop them as the instrument and the controller wrote them, or press +; nothing is changed in them."
+        with card("2  Files", hint):
+            with ui.row().classes("w-full gap-4"):
+                _drop("Instrument: points (several may follow)", "instrument", self._take("instrument"))
+                _drop("Controller: joints, if in a file of their own", "controller", self._take("controller"))
+            self.files()
+        with card("3  Columns", "What each column is; change one, and the misfit below says whether it was better."):
+            self.columns()
+        with card("4  Does it fit?", "The nominal arm on the joined list, base and tool fitted."):
+            self.toggles()
+            self.result = ui.column().classes("w-full")
+        ui.timer(0.05, self.show, once=True)
+
+    async def show(self) -> None:
+        """Reads anew what the project has, beside the window."""
+        found = await run.io_bound(reading.understand, self.project)
+        self.result.clear()
+        if found is not None:  # the window is still there
+            with self.result:
+                _result(self.studio, found)
+
+    def changes(self, act: Callable[..., Any]) -> Callable[..., Any]:
+        """A handler that acts, says what went wrong, and shows the screen anew."""
+
+        async def handler(first: Any, *more: Any) -> None:  # NiceGUI gives the event where one is expected
+            with told():
+                act(first, *more)
+            for part in (self.files, self.columns, self.toggles):
+                part.refresh()
+            await self.show()
+
+        return handler
+
+    def _arm(self) -> None:
+        given = self.project.answers.get("robot")
+        names = list(dict.fromkeys([*available(), *([given] if given else [])]))
+        choose = self.changes(lambda event: self.project.choose_robot(event.value))
+        arm = ui.select(names, value=given, label="Shipped arm", on_change=choose, with_input=True)
+        arm.classes("w-64").props('data-test="arm"')
+
+        def own(name: str, content: bytes) -> None:
+            self.project.choose_robot(self.project.receive(name, content))
+
+        _drop("or your robot file (.yaml, .urdf)", "robot-file", self.changes(own))
+
+    def _take(self, kind: str) -> Callable[[str, bytes], Any]:
+        """Takes a dropped file as the instrument's or the controller's."""
+
+        def take(name: str, content: bytes) -> None:
+            path = self.project.receive(name, content)
+            others = [given for given in self.project.answers.get("instrument") or [] if given != path]
+            self.project.answer(kind, path if kind == "controller" else [*others, path])
+            self.project.answer("columns", {})  # what was said of other files is of no use
+
+        return self.changes(take)
+
+    @ui.refreshable_method
+    def files(self) -> None:
+        """The files that were dropped, each with a button that takes it out."""
+        given = [("instrument", name) for name in self.project.answers.get("instrument") or []]
+        given += [("controller", self.project.answers["controller"])] if "controller" in self.project.answers else []
+        with ui.row():
+            for kind, name in given:
+                with ui.chip(f"{kind}: {name.partition('/')[2]}", removable=False).props("outline"):
+                    forget = self.changes(lambda _, kind=kind, name=name: _forget(self.project, kind, name))
+                    button = ui.button(icon="close", on_click=forget).props("flat dense round size=xs")
+                    button.props(f'aria-label="Remove {name}"')
+
+    @ui.refreshable_method
+    def columns(self) -> None:
+        """Each column with its first cells and its role."""
+        found: list[reading.FileColumn] = []
+        with told():
+            found = reading.columns_of(self.project)
+        if not found:
+            ui.label("No file yet.")
+        count = self.project.robot().joint_count if self.project.has_robot else 7
+        options = {role: role or "(not used)" for role in reading.roles(count)}
+        with ui.row().classes("gap-2"):
+            for column in found:
+                given = options if column.role in options else {column.role: column.role, **options}
+                with ui.column().classes("gap-0 border border-gray-300 rounded p-2"):
+                    title = column.title or f"column {column.number}"
+                    ui.label(title).classes("font-medium").tooltip(column.file)
+                    ui.label("  ".join(column.cells[:2])).classes("text-xs text-gray-600 dark:text-gray-300")
+                    act = self.changes(lambda event, of=column: reading.assign(self.project, of, event.value))
+                    role = ui.select(given, value=column.role, on_change=act, label="role").classes("w-32")
+                    role.props(f'dense options-dense data-test="role-{title}"')
+
+    @ui.refreshable_method
+    def toggles(self) -> None:
+        """Units, convention, and how the controller counts."""
+        found: list[reading.FileColumn] = []
+        with told():
+            found = reading.columns_of(self.project)
+        with ui.row().classes("items-center gap-6"):
+            for quantity, label, units in _UNITS:
+                ui.label(label)
+                act = self.changes(lambda event, of=quantity: reading.in_unit(self.project, of, event.value))
+                value = reading.unit_of(found, quantity)
+                toggle = ui.toggle(list(units), value=value if value in units else None, on_change=act)
+                toggle.props(f'dense no-caps data-test="unit-{quantity}"')
+            options = {"": "as the file says", **{name: name for name in CONVENTIONS}}
+            act = self.changes(lambda event: self.project.answer("orientation", event.value or None))
+            given = self.project.answers.get("orientation") or ""
+            ui.select(options, value=given, on_change=act, label="Three angles are").classes("w-44").props("dense")
+        if self.project.has_robot:
+            _signs(self.studio, self.changes)
+
+
+def _forget(project: Any, kind: str, name: str) -> None:
+    """Takes a file out of the list; it stays in the folder."""
+    left = [given for given in project.answers.get("instrument") or [] if given != name]
+    project.answer(kind, left if kind == "instrument" else None)
+    project.answer("columns", {})
+
+
+def _drop(label: str, name: str, take: Callable[[str, bytes], Any]) -> None:
+    """A place to drop a file."""
+
+    async def arrived(event: events.UploadEventArguments) -> None:
+        await take(event.file.name, await event.file.read())
+        upload.reset()
+
+    upload = ui.upload(label=label, auto_upload=True, multiple=True, on_upload=arrived)
+    upload.props(f'flat bordered data-test="drop-{name}"').classes("w-72")
+
+
+def _signs(studio: Studio, changes: Callable[..., Any]) -> None:
+    """How the controller counts: a sign a joint, and what joint 3 is counted from."""
+    robot = studio.project.robot()
+    entries = {entry["joint"]: entry for entry in robot.spec.get("pendant") or []}
+    signs = [int(entries.get(k + 1, {}).get("sign", 1)) for k in range(robot.joint_count)]
+    three = entries.get(3, {})
+    third = "plus" if three.get("plus") else "minus" if three.get("minus") else "own"
+
+    def count(which: int, turned: bool) -> None:
+        signs[which] = -1 if turned else 1
+        reading.count_joints(studio.project, signs, third)
+
+    with ui.row().classes("items-center gap-4"):
+        ui.label("Turns the other way:")
+        for k, sign in enumerate(signs):
+            act = changes(lambda e, k=k: count(k, e.value))
+            ui.checkbox(f"J{k + 1}", value=sign < 0, on_change=act).props(f'dense data-test="sign-{k + 1}"')
+        if robot.joint_count > 2:
+            options = {"own": "J3 by itself", "plus": "q3 = J3 + J2 (FANUC)", "minus": "q3 = J3 - J2 (parallelogram)"}
+            act = changes(lambda e: reading.count_joints(studio.project, signs, e.value))
+            ui.select(options, value=third, on_change=act, label="Joint 3 is").props('dense data-test="j3"').classes(
+                "w-52"
+            )
+
+
+def _result(studio: Studio, found: reading.Understood) -> None:
+    """The misfit, what is suspected, the joined list, and the button that saves it."""
+    project = studio.project
+    reach = project.robot().reach if project.has_robot else 1.0
+    grade = found.grade(reach)
+    if found.rms is not None:
+        with ui.row().classes("items-baseline gap-3"):
+            ui.label(f"{from_si(found.rms, 'mm'):.3g} mm").classes(f"studio-number {_COLOURS[grade]}").props(
+                f'data-test="misfit" data-grade="{grade}"'
+            )
+            ui.label(f"RMS of the uncalibrated arm over {len(found.data or [])} poses: {_WORDS[grade]}")
+    if found.problem:
+        ui.label(found.problem).classes("text-warning").props('data-test="problem"')
+    if found.suspicion:
+        ui.label(found.suspicion).classes("text-negative").props('data-test="suspicion"')
+    for note in found.notes:
+        ui.label(f"• {note}").classes("text-sm").props('data-test="note"')
+    rows = reading.table(found)
+    if not rows:
+        return
+    titles = {"row": "row", "name": "name", "misfit": "misfit mm"}
+    units = {key: f"{key} {'mm' if key in 'xyz' else ''}".strip() for key in rows[0] if key not in titles}
+    order = ["row", "name", *units, "misfit"]
+    grid = {
+        "columnDefs": [{"headerName": (titles | units)[key], "field": key, "sortable": True} for key in order],
+        "rowData": rows,
+        "defaultColDef": {"flex": 1, "minWidth": 75},
+    }
+    ui.aggrid(grid, theme="balham").classes("w-full h-72").props('data-test="joined"')
+    line = ui.column().classes("w-full")
+
+    def keep() -> None:
+        with told():
+            command, count = reading.save(project, found)
+            line.clear()
+            with line:
+                ui.label(f"measurements.csv: {count} rows. This command does the same:")
+                command_line(command)
+                ui.link("Next: calibrate on the screen Result", "/result")
+
+    ui.button("Save the measurements", on_click=keep, icon="save").props('data-test="save"')

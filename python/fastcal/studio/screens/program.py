@@ -1,0 +1,144 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Program: a robot program before and after, its targets in space, its text as a comparison, the file to take."""
+
+from __future__ import annotations
+
+import difflib
+import html
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from nicegui import events, run, ui
+
+from fastcal.compensation import CompensatedProgram, compensate_program
+from fastcal.errors import FastcalError
+from fastcal.io.programs import load_program, write_programs
+from fastcal.io.robot_file import load_robot
+from fastcal.programs import Program
+from fastcal.robot.controller_robot import nominal_robot
+from fastcal.robot.robot import Robot
+from fastcal.studio import pictures
+from fastcal.studio.files import address
+from fastcal.studio.project import INPUTS
+from fastcal.studio.shell import card, command_line, told
+from fastcal.studio.state import Studio
+from fastcal.units import from_si
+
+OUT = "programs"
+_ENDINGS = (".mod", ".src", ".ls", ".script", ".urp", ".txt")
+_TIMES = 50  # so much longer are the arrows
+
+
+def build(studio: Studio) -> None:
+    """Builds the screen."""
+    project = studio.project
+    models = project.models()
+    if not models:
+        ui.label("There is no calibrated model yet.")
+        ui.link("To the screen Result", "/result")
+        return
+
+    def programs() -> list[str]:
+        folder = project.path(INPUTS)
+        found = sorted(folder.iterdir()) if folder.is_dir() else []
+        return [f"{INPUTS}/{path.name}" for path in found if path.suffix.lower() in _ENDINGS[:-2]]
+
+    with card("Which program, by which model"), ui.row().classes("items-end gap-4"):
+
+        async def arrived(event: events.UploadEventArguments) -> None:
+            with told():
+                name = project.receive(event.file.name, await event.file.read())
+                source.set_options(programs(), value=name if name in programs() else None)
+            upload.reset()
+
+        upload = ui.upload(label="Drop a program (.mod, .src + .dat, .ls, .script)", auto_upload=True, multiple=True,
+                           on_upload=arrived)  # fmt: skip
+        upload.props('flat bordered data-test="drop-program"').classes("w-80")
+        there = programs()
+        source = ui.select(there, value=there[0] if there else None, label="Program").classes("w-64")
+        model = ui.select(models, value=models[0], label="Model").classes("w-56")
+        payload = ui.number("Payload, kg", value=0.0, min=0).classes("w-28")
+
+        async def change() -> None:
+            if not source.value:
+                ui.notify("drop a program first")
+                return
+            out.clear()
+            with out:
+                robot, path = load_robot(project.path(model.value)), project.path(source.value)
+                options: dict[str, Any] = {"payload": float(payload.value)} if payload.value else {}
+                try:
+                    program = load_program(path)
+                    found = await run.io_bound(partial(compensate_program, robot, program, **options))
+                except FastcalError as error:
+                    ui.label(str(error).replace(f"{project.folder}/", "")).classes("text-negative").props(
+                        'data-test="refused" role=alert'
+                    )
+                    return
+                if found is None:  # the window was closed
+                    return
+                place = project.path(f"{OUT}/{path.name}")
+                place.parent.mkdir(exist_ok=True)
+                files = write_programs([(place, found.documents)])
+                words = ["compensate", model.value, source.value]
+                words += ["--payload-kg", f"{payload.value:g}"] if options else []
+                _shown(studio, robot, program, found, files, project.remember([*words, "-o", f"{OUT}/{path.name}"]))
+
+        ui.button("Compensate", on_click=change).props('data-test="compensate"')
+    out = ui.column().classes("w-full")
+
+
+def _shown(
+    studio: Studio, robot: Robot, program: Program, found: CompensatedProgram, files: list[Path], line: str
+) -> None:
+    error = from_si(found.error, "mm")
+    with card("What it does"):
+        taken = f"mean {error.mean():.2f} mm, largest {error.max():.2f} mm"
+        ui.label(f"{len(found.targets)} targets; error taken away: {taken}").classes("text-lg").props(
+            'data-test="taken"'
+        )
+        for sentence in (*found.left, *found.assumed):
+            ui.label(f"⚠ {sentence}").classes("text-warning")
+        for sentence in found.notes:
+            ui.label(f"• {sentence}").classes("text-sm")
+        for file in files:
+            name = str(file.relative_to(studio.project.folder))
+            ui.link(f"Download {file.name}", address(name)).props('download data-test="download"')
+        command_line(line)
+    nominal = nominal_robot(robot)
+    # What the pendant's robot and the real one do at the program's own joints, in the robot's base.
+    before = nominal.forward(found.nominal_q)[:, :3, 3]
+    points = pictures.millimetres(before)
+    shift = pictures.millimetres(found.shift[:, :3])
+    texts = [f"{t.name}: {e:.2f} mm" for t, e in zip(found.targets, error, strict=True)]
+    with ui.row().classes("w-full gap-3 no-wrap max-md:flex-wrap"):
+        with card("In space", f"Targets, and where they are sent instead, {_TIMES} times as long."):
+            traces: list[dict[str, Any]] = [pictures.cloud(points, pictures.BLUE, texts, 5),
+                                            pictures.arrows(points, shift, _TIMES, pictures.AMBER)]  # fmt: skip
+            ui.plotly(pictures.scene([*traces, *pictures.arm(nominal, found.nominal_q[0])])).classes("w-full")
+        with card("Targets"):
+            rows = [
+                {"target": t.name, "line": t.line, "error": round(float(e), 3),
+                 "turn": round(float(np.abs(from_si(found.q[k] - found.nominal_q[k], "deg")).max()), 4)}
+                for k, (t, e) in enumerate(zip(found.targets, error, strict=True))
+            ]  # fmt: skip
+            titles = {"target": "target", "line": "line", "error": "error, mm", "turn": "largest joint change, °"}
+            columns = [{"headerName": title, "field": key, "flex": 1} for key, title in titles.items()]
+            ui.aggrid({"columnDefs": columns, "rowData": rows}, theme="balham").classes("w-full h-96")
+    with card("In the text"):
+        for old, new in zip(program.documents, found.documents, strict=True):
+            ui.html(_difference(old.text, new.text), sanitize=False).classes("w-full").props('data-test="difference"')
+
+
+def _difference(before: str, after: str) -> str:
+    """The lines that changed, each with what it was; our own markup around escaped text."""
+    colours = {"-": "rgba(179,38,30,.15)", "+": "rgba(46,125,79,.18)"}
+    lines = difflib.unified_diff(before.splitlines(), after.splitlines(), lineterm="", n=1)
+    parts = [
+        f'<div style="background:{colours.get(line[:1], "transparent")}">{html.escape(line) or "&nbsp;"}</div>'
+        for line in list(lines)[2:]
+    ]
+    return f'<pre style="overflow-x:auto;font-size:.8rem;max-height:30rem">{"".join(parts)}</pre>'

@@ -1,0 +1,126 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Result: calibrate or diagnose, the page in a frame, and effects switched off to see the gap move."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from nicegui import ui
+
+from fastcal.io.results import read_json
+from fastcal.io.robot_file import load_robot
+from fastcal.robot.dropped_effects import name_of
+from fastcal.studio import pictures
+from fastcal.studio.files import address
+from fastcal.studio.project import ROBOT
+from fastcal.studio.shell import card, command_line, job_bar, told
+from fastcal.studio.state import Studio
+
+CALIBRATION, DIAGNOSIS = "calibration", "diagnosis"
+SCREEN, REFIT = "result", "refit"
+_ALL = "with all"
+
+
+def build(studio: Studio) -> None:
+    """Builds the screen."""
+    project = studio.project
+    data = project.data_files()
+    if not project.has_robot or not data:
+        ui.label("Nothing is measured yet: bring files in, or measure with the robot.")
+        with ui.row():
+            ui.link("To the screen Data", "/")
+            ui.link("To the screen Live", "/live")
+        return
+
+    with card("Run"):
+        with ui.row().classes("items-end gap-4"):
+            source = ui.select(data, value=data[0], label="Measurements").classes("w-56")
+            effects = ui.input("Effects", value=project.answers.get("effects", "geometry")).classes("w-72")
+            ui.button("Calibrate", on_click=lambda: run_it("calibrate", CALIBRATION)).props('data-test="calibrate"')
+            ui.button("Diagnose: what is missing?", on_click=lambda: run_it("diagnose", DIAGNOSIS)).props(
+                'outline data-test="diagnose"'
+            )
+        line = ui.column().classes("w-full")
+
+        def run_it(task: str, out: str) -> None:
+            options = {"effects": effects.value} if task == "calibrate" else {}
+            words = [task, ROBOT, source.value, "-o", out]
+            words += ["--effects", effects.value] if options and effects.value != "geometry" else []
+            with told():
+                project.answer("effects", effects.value)
+                studio.start(SCREEN, task, task, robot=ROBOT, data=source.value, out=out, **options)
+                line.clear()
+                with line:
+                    command_line(project.remember(words))
+
+        job_bar(studio, SCREEN, lambda result: pages.refresh())
+
+    @ui.refreshable
+    def pages() -> None:
+        there = [out for out in (DIAGNOSIS, CALIBRATION) if project.path(f"{out}/report.html").exists()]
+        there.sort(key=lambda out: project.path(f"{out}/report.html").stat().st_mtime, reverse=True)
+        if not there:
+            return
+        with ui.tabs().props("align=left") as tabs:
+            for out in there:
+                ui.tab(out)
+        with ui.tab_panels(tabs, value=there[0]).classes("w-full"):
+            for out in there:
+                with ui.tab_panel(out).classes("p-0"):
+                    _switches(studio, out, source)
+                    changed = int(project.path(f"{out}/report.html").stat().st_mtime)
+                    page = f"{address(out)}/report.html?at={changed}"
+                    ui.element("iframe").props(f'src="{page}" title="{out}" data-test="page-{out}"').classes(
+                        "w-full border rounded bg-white"
+                    ).style("height: 85vh")
+                    ui.link("open it by itself", page, new_tab=True)
+
+    pages()
+
+
+def _switches(studio: Studio, out: str, source: Any) -> None:
+    """The effects of a model as switches; the rest is fitted again as one is turned."""
+    model = f"{out}/model.yaml"
+    entries = load_robot(studio.project.path(model)).spec.get("effects") or []
+    names = [name_of(entry) for entry in entries]
+    if not names:
+        return
+    gaps = _known(studio, out)
+    with card("Without it?", "Turn an effect off; the others are fitted again in the background."):
+        with ui.row().classes("items-center gap-4"):
+            switches = {name: ui.switch(name, value=True).props(f'data-test="switch-{name}"') for name in names}
+
+        def refit() -> None:
+            off = [name for name in names if not switches[name].value]
+            data, robot = source.value, ROBOT
+            studio.start(f"{REFIT}-{out}", "fitting", "without", robot=robot, data=data, model=model, off=off)
+
+        chart = ui.plotly(_bars(gaps)).classes("w-full").props('data-test="gap"')
+        said = ui.label().props('data-test="gap-said"')
+
+        def show(result: dict[str, Any]) -> None:
+            off = [name for name in names if not switches[name].value]
+            name = f"without {', '.join(off)}" if off else _ALL
+            gaps[name] = result["after_mm"]
+            chart.update_figure(_bars(gaps))
+            said.text = f"{name}: {result['after_mm']:.4g} mm"
+
+        job_bar(studio, f"{REFIT}-{out}", show)
+        for switch in switches.values():
+            switch.on_value_change(refit)
+
+
+def _known(studio: Studio, out: str) -> dict[str, float]:
+    """The RMS error on the rows of the fit that the result itself states [mm]."""
+    folder = studio.project.path(out)
+    if (folder / "diagnosis.json").exists():
+        gap = read_json(folder / "diagnosis.json")["gap"]
+        return {"geometry alone": gap[0]["train_rms_mm"], _ALL: gap[-1]["train_rms_mm"]}
+    after = read_json(folder / "result.json")["train"].get("after_mm")
+    return {} if after is None else {_ALL: after["rms"]}
+
+
+def _bars(gaps: dict[str, float]) -> pictures.Figure:
+    colours = [pictures.GREEN if name == _ALL else pictures.RED for name in gaps]
+    return pictures.bars(list(gaps), list(gaps.values()), colours, "RMS error, mm")

@@ -1,0 +1,132 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""The frame of every page: the screens at the left, the project above, and what all screens use."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from nicegui import ui
+
+from fastcal.errors import FastcalError
+from fastcal.studio.state import Studio
+
+# Address, name, icon, what it is for, module.
+SCREENS = (
+    ("/", "Data", "table_chart", "files in, joined and understood", "data"),
+    ("/arm", "Arm", "precision_manufacturing", "the skeleton beside the pendant", "arm"),
+    ("/plan", "Plan", "route", "which poses to measure", "plan"),
+    ("/live", "Live", "sensors", "rows checked as they come", "live"),
+    ("/result", "Result", "fact_check", "how good, and what is missing", "result"),
+    ("/program", "Program", "code", "targets the arm will reach", "program"),
+    ("/fleet", "Fleet", "grid_view", "all arms at once", "fleet"),
+)
+EVERY = 0.3  # [s] between looks at work in the background
+
+
+def add_pages(studio: Studio) -> None:
+    """Registers a page a screen."""
+    ui.add_css(_STYLE, shared=True)
+    for address, title, _, purpose, module in SCREENS:
+        ui.page(address, title=f"{title} · fastcal studio")(_page(studio, address, title, purpose, module))
+
+
+def _page(studio: Studio, address: str, title: str, purpose: str, module: str) -> Callable[[], None]:
+    def page() -> None:
+        ui.colors(primary="#1f5f8b", positive="#2e7d4f", negative="#b3261e", warning="#9a6700")
+        with ui.header().classes("studio-header"):
+            menu = ui.button(icon="menu").props('flat dense color=white aria-label="Screens"').classes("md:hidden")
+            ui.label("fastcal studio").classes("text-lg font-bold")
+            ui.label(studio.project.name).classes("opacity-80").tooltip(str(studio.project.folder))
+        with (
+            ui.left_drawer(value=False, bordered=True)
+            .props("width=190 breakpoint=768 show-if-above")
+            .classes("p-2") as drawer
+        ):
+            for to, name, icon, _, _ in SCREENS:
+                chosen = " studio-chosen" if to == address else ""
+                with ui.link(target=to).classes(f"studio-screen{chosen}").props(f'data-screen="{name}"'):
+                    ui.icon(icon).classes("text-xl")
+                    ui.label(name)
+        menu.on_click(drawer.toggle)
+        with ui.column().classes("w-full max-w-screen-xl mx-auto gap-3 p-2"):
+            with ui.row().classes("items-baseline gap-3"):
+                ui.label(title).classes("text-2xl").props("role=heading aria-level=1")
+                ui.label(purpose).classes("text-gray-600 dark:text-gray-300")
+            importlib.import_module(f"fastcal.studio.screens.{module}").build(studio)
+
+    return page
+
+
+@contextmanager
+def card(title: str, hint: str = "") -> Iterator[None]:
+    """A part of a screen with its heading."""
+    with ui.card().classes("w-full"):
+        ui.label(title).classes("text-base font-medium").props("role=heading aria-level=2")
+        if hint:
+            ui.label(hint).classes("text-sm text-gray-600 dark:text-gray-300")
+        yield
+
+
+@contextmanager
+def told() -> Iterator[None]:
+    """Shows the sentence of an error instead of failing."""
+    try:
+        yield
+    except FastcalError as error:
+        ui.notify(str(error), type="negative", multi_line=True, close_button=True, timeout=0)
+
+
+def command_line(line: str) -> None:
+    """A command that does what the screen did, to copy."""
+    with ui.row().classes("w-full items-center no-wrap studio-command"):
+        ui.icon("terminal")
+        ui.label(line).classes("font-mono text-sm break-all").props('data-test="command"')
+        copy = ui.button(icon="content_copy", on_click=lambda: ui.clipboard.write(line)).props("flat dense round")
+        copy.props('aria-label="Copy the command"')
+
+
+def job_bar(studio: Studio, screen: str, done: Callable[[Any], object]) -> None:
+    """Shows the work of a screen while it runs, with a button that stops it; `done` gets its result once."""
+    seen: dict[str, Any] = {"job": None, "over": True}
+    with ui.row().classes("w-full items-center") as bar:
+        ui.spinner(size="sm")
+        said = ui.label().props('data-test="step"')
+        ui.button("Stop", on_click=lambda: studio.jobs[screen].stop()).props("outline dense color=negative")
+    failed = ui.label().classes("text-negative").props('data-test="failed" role=alert')
+    bar.visible = failed.visible = False
+
+    def look() -> None:
+        job = studio.jobs.get(screen)
+        if job is None or (seen["job"] is job and seen["over"]):
+            return
+        if seen["job"] is not job:
+            seen.update(job=job, over=False)
+        bar.visible = job.is_running
+        said.text = f"{job.title}: {job.step}"
+        failed.visible = bool(job.error)
+        failed.text = job.error
+        if not job.is_running:
+            seen["over"] = True
+            if job.result is not None:
+                done(job.result)
+
+    ui.timer(EVERY, look)  # the first look comes when the page is built
+
+
+_STYLE = """
+.studio-header { padding: .4rem 1rem; align-items: baseline; gap: 1rem; }
+.studio-screen { display: flex; gap: .6rem; align-items: center; padding: .5rem; border-radius: .4rem;
+  color: inherit; text-decoration: none; }
+.studio-screen:hover { background: rgba(127, 127, 127, .15); }
+.studio-chosen { background: rgba(31, 95, 139, .18); font-weight: 600; }
+.studio-command { background: rgba(127, 127, 127, .12); border-radius: .4rem; padding: .3rem .6rem; }
+.body--dark .text-primary { color: #7fb6dc !important; }
+.body--dark .text-positive { color: #74c894 !important; }
+.body--dark .text-negative { color: #f2938c !important; }
+.body--dark .text-warning { color: #e0b050 !important; }
+.studio-number { font-size: 1.7rem; font-variant-numeric: tabular-nums; line-height: 1.1; }
+"""

@@ -1,0 +1,127 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""What the studio does in processes of their own: `python -m fastcal.studio.tasks NAME ARGUMENTS`, in the project.
+
+Each line on standard output is JSON: a step, the result, or the sentence of an error.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import fastcal
+from fastcal.errors import FastcalError
+from fastcal.units import from_si, to_si
+
+Say = Callable[[str], None]
+
+
+def calibrate(say: Say, robot: str, data: str, out: str, effects: str = "geometry", test: str | None = None) -> Any:
+    """Calibrates and writes model.yaml, result.json and report.html."""
+    nominal = fastcal.load_robot(robot)
+    measured = fastcal.load_measurements(data, nominal)
+    other = None if test is None else fastcal.load_measurements(test, nominal)
+    found = fastcal.calibrate(nominal, measured, test=other, effects=effects, progress=say)
+    say("writing the report")
+    found.save(out)
+    return {"status": found.status, **gap_of(found), "notes": list(found.notes)}
+
+
+def diagnose(say: Say, robot: str, data: str, out: str, test: str | None = None) -> Any:
+    """Finds what the model is missing and writes model.yaml, diagnosis.json and report.html."""
+    nominal = fastcal.load_robot(robot)
+    measured = fastcal.load_measurements(data, nominal)
+    other = None if test is None else fastcal.load_measurements(test, nominal)
+    found = fastcal.diagnose(nominal, measured, test=other, progress=say)
+    say("writing the report")
+    found.save(out)
+    return {"verdict": found.to_json_dict()["verdict"]}
+
+
+def without(say: Say, robot: str, data: str, model: str, off: Sequence[str]) -> Any:
+    """The error once some effects of a model are left out and the rest is fitted again; nothing is written."""
+    nominal = fastcal.load_robot(robot)
+    measured = fastcal.load_measurements(data, nominal)
+    kept = fastcal.load_robot(model)
+    if off:
+        kept = fastcal.drop_effects(kept, list(off))
+    say(f"fitting without {', '.join(off)}" if off else "fitting with all effects")
+    # The model's own effects stay and are identified again; of the geometry too.
+    found = fastcal.calibrate(kept, measured, effects="geometry", checks=False, progress=say)
+    return gap_of(found)
+
+
+def gap_of(found: Any) -> dict[str, float | None]:
+    """RMS errors of the points in mm, before and after."""
+    before, after = found.train.before, found.train.after
+    return {
+        "before_mm": None if before is None else from_si(before.rms, "mm"),
+        "after_mm": None if after is None else from_si(after.rms, "mm"),
+    }
+
+
+def design(say: Say, robot: str, count: int, out: str, effects: str = "geometry", payloads: Sequence[float] = (0.0,),
+           keep_out: Sequence[Any] = (), sigma_mm: float = 0.05) -> Any:  # fmt: skip
+    """Plans poses, writes them and the program that drives there; and the predicted error at fewer poses."""
+    from fastcal.design import Surroundings, design_poses
+    from fastcal.io.design_out import design_candidates, program_beside, write_poses_and_program
+
+    arm = fastcal.load_robot(robot)
+    boxes = [tuple(tuple(to_si(float(v), "mm") for v in corner) for corner in box) for box in keep_out]
+    around = Surroundings(keep_out=boxes)  # type: ignore[arg-type]
+    options: dict[str, Any] = {"effects": effects, "surroundings": around, "payloads": payloads}
+    options["sigma"] = to_si(sigma_mm, "mm")
+    curve = []
+    for fewer in sorted({max(8, count // 4), max(10, count // 2), max(12, 3 * count // 4)}):
+        if fewer < count:
+            say(f"what {fewer} poses would do")
+            found = design_poses(arm, fewer, candidate_count=4000, candidates="random", **options)
+            curve.append((fewer, from_si(found.sigma, "mm")))
+    found = design_poses(arm, count, candidate_count=20_000, progress=say, **options)
+    curve.append((count, from_si(found.sigma, "mm")))
+    say("writing poses and program")
+    Path(out).parent.mkdir(parents=True, exist_ok=True)
+    place = program_beside(out, arm)
+    files, notes = write_poses_and_program(out, design_candidates(found), arm, place, surroundings=around)
+    return {"files": [str(file) for file in files], "curve": curve, "notes": [*notes, *found.notes]}
+
+
+def fleet(say: Say, arms: str, out: str, diagnosed: bool = False) -> Any:
+    """Calibrates or diagnoses the arms of a list."""
+    from fastcal.fleet import calibrate_many, diagnose_many, read_list
+    from fastcal.fleet.page import write_fleet
+
+    listed = read_list(arms)
+    found = diagnose_many(listed, out=out, progress=say) if diagnosed else calibrate_many(
+        listed, out=out, reports=True, progress=say
+    )  # fmt: skip
+    say("writing the page")
+    write_fleet(found, Path(out))
+    return {"arms": [arm.to_row() for arm in found]}
+
+
+TASKS: dict[str, Callable[..., Any]] = {task.__name__: task for task in (calibrate, diagnose, without, design, fleet)}
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Runs a task; 0 where it succeeded."""
+
+    def tell(**said: Any) -> None:
+        sys.stdout.write(json.dumps(said) + "\n")
+        sys.stdout.flush()
+
+    name, given = arguments
+    try:
+        tell(result=TASKS[name](lambda step: tell(step=step), **json.loads(given)))
+    except FastcalError as error:
+        tell(error=str(error))
+        return 2
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

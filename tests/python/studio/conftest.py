@@ -1,0 +1,154 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""A studio that runs, and a browser that looks at it and at nothing else."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+# Where pictures of the screens are wanted, as docs/pictures/make.py wants them.
+SHOTS = os.environ.get("FASTCAL_STUDIO_SHOTS")
+# Plotly measures a chart that the page has just taken away, or has nothing to draw a scene with.
+HARMLESS = ("Resize must be passed a displayed plot div element", "WebGL")
+PATIENCE, SHORT = 120_000, 15_000  # [ms] on a busy machine
+
+
+@dataclass
+class Running:
+    """A studio in a process of its own."""
+
+    folder: Path
+    process: subprocess.Popen[str]
+    address: str
+
+    @property
+    def base(self) -> str:
+        """The address without the token."""
+        return self.address.split("/?")[0]
+
+    def kill(self) -> None:
+        os.kill(self.process.pid, signal.SIGKILL)
+        self.process.wait()
+
+    def end(self) -> None:
+        if self.process.poll() is None:
+            self.process.terminate()
+        self.process.wait(30)
+        assert self.process.stdout is not None
+        self.process.stdout.close()
+
+
+def start(folder: Path, *options: str) -> Running:
+    """Starts the command and reads the address that it prints."""
+    command = [sys.executable, "-m", "fastcal", "studio", str(folder), "--port", "0", "--no-browser", *options]
+    # By these variables NiceGUI takes itself for a part of a test.
+    environment = {name: value for name, value in os.environ.items() if not name.startswith("PYTEST_")}
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment)
+    assert process.stdout is not None
+    line = next((line for line in process.stdout if "token=" in line), "")
+    assert line, "the studio ended before it printed its address"
+    return Running(folder, process, line.split("fastcal studio: ")[1].strip())
+
+
+@dataclass
+class Looker:
+    """A browser's page that notes what it asks of others and what its console says."""
+
+    page: Any
+    base: str
+    timeout: type[Exception]
+    foreign: list[str] = field(default_factory=list)
+    said: list[str] = field(default_factory=list)
+
+    def watch(self) -> None:
+        self.page.on("request", lambda request: self._asked(request.url))
+        self.page.on("websocket", lambda socket: self._asked(socket.url.replace("ws://", "http://")))
+        self.page.on("console", lambda message: self.said.append(message.text) if message.type == "error" else None)
+        self.page.on("pageerror", lambda error: self.said.append(str(error)))
+
+    def _asked(self, url: str) -> None:
+        if not url.startswith((self.base, "data:", "blob:", "about:")):
+            self.foreign.append(url)
+
+    def go(self, path: str) -> Any:
+        self.page.goto(self.base + path)
+        self.page.locator(".studio-header").wait_for()
+        self.page.wait_for_function("window.did_handshake && window.socket.connected")
+        return self.page
+
+    def get(self, name: str) -> Any:
+        """The element that a test knows by this name."""
+        return self.page.locator(f'[data-test="{name}"]')
+
+    def choose(self, label: str, name: str) -> None:
+        """Types into a list that can be searched and takes the entry; again where the list closed meanwhile."""
+        field = self.page.get_by_label(label, exact=True)
+        option = self.page.get_by_role("option", name=name, exact=True)
+        for _ in range(PATIENCE // SHORT):
+            field.click()
+            field.fill(name)
+            try:
+                option.wait_for(timeout=SHORT)
+                option.dispatch_event("click")  # without waiting for the list to come to rest
+            except self.timeout:
+                self.page.keyboard.press("Escape")
+                continue
+            return
+        raise AssertionError(f"{label} offers no {name}")
+
+    def drop(self, name: str, *files: Path) -> None:
+        self.get(f"drop-{name}").locator("input[type=file]").set_input_files([str(file) for file in files])
+
+    def picture(self, name: str) -> None:
+        if SHOTS:
+            self.page.wait_for_timeout(1500)
+            self.page.screenshot(path=f"{SHOTS}/{name}.png", full_page=True, timeout=PATIENCE)
+
+
+@pytest.fixture(scope="session")
+def studio_in() -> Any:
+    """Starts a studio in a folder, with options of the command."""
+    return start
+
+
+@pytest.fixture(scope="session")
+def chromium() -> Iterator[Any]:
+    """Debian's Chromium, driven by Playwright."""
+    playwright = pytest.importorskip("playwright.sync_api")
+    command = shutil.which("chromium") or shutil.which("google-chrome")
+    if command is None:
+        if os.environ.get("FASTCAL_DATA_REQUIRED") == "1":
+            pytest.fail("no chromium on this machine (Debian: apt-get install chromium)")
+        pytest.skip("no chromium on this machine")
+    # Drawn in software, scenes in space cost more than all else: only where somebody will look at them.
+    drawn = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+    flags = ["--no-sandbox", *(drawn if SHOTS else ["--disable-gpu", "--disable-3d-apis"])]
+    with playwright.sync_playwright() as driver:
+        browser = driver.chromium.launch(executable_path=command, args=flags, timeout=PATIENCE)
+        browser.timeout = playwright.TimeoutError
+        yield browser
+        browser.close()
+
+
+@pytest.fixture(scope="module")
+def look(chromium: Any, studio: Any) -> Iterator[Looker]:
+    """The browser at the module's studio; at the end it has asked nobody else, and its console is clean."""
+    context = chromium.new_context(viewport={"width": 1300, "height": 850})
+    context.set_default_timeout(PATIENCE)
+    looker = Looker(context.new_page(), studio.base, chromium.timeout)
+    looker.watch()
+    looker.page.goto(studio.address)
+    yield looker
+    context.close()
+    assert looker.foreign == []
+    assert [text for text in looker.said if not any(known in text for known in HARMLESS)] == []

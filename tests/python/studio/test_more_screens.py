@@ -1,0 +1,136 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""The other screens, on the project that `fastcal studio --demo` makes; and who is not let in."""
+
+from __future__ import annotations
+
+import http.client
+import shlex
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
+
+import numpy as np
+import pytest
+
+import fastcal
+from fastcal.cli import main as command
+from fastcal.studio.project import Project
+
+
+@pytest.fixture(scope="module")
+def studio(studio_in: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
+    running = studio_in(tmp_path_factory.mktemp("studio") / "demo", "--demo")
+    yield running
+    running.end()
+
+
+def status(address: str, **headers: str) -> int:
+    host = urlsplit(address)
+    connection = http.client.HTTPConnection(host.hostname or "", host.port, timeout=120)
+    connection.request("GET", address.partition(host.netloc)[2], headers=headers)
+    answer = connection.getresponse().status
+    connection.close()
+    return answer
+
+
+@pytest.mark.parametrize(
+    "path", ["/", "/live", "/project/robot.yaml", "/_nicegui_ws/socket.io/?EIO=4&transport=polling", "/?token=guess"]
+)
+def test_nobody_without_the_token_is_let_in(studio: Any, path: str) -> None:
+    assert status(studio.base + path) == 401
+    assert status(studio.base + path, Cookie="fastcal_studio_1=x") == 401
+
+
+def test_a_foreign_name_of_this_machine_is_refused(studio: Any) -> None:
+    assert status(studio.base + "/", Host="evil.example:80") == 421
+
+
+def test_nothing_outside_the_project_is_served(look: Any, studio: Any) -> None:
+    (studio.folder.parent / "secret.txt").write_text("secret")
+    for path in ("/project/..%2Fsecret.txt", "/project/%2e%2e/secret.txt", "/project/inputs/../../secret.txt"):
+        answer = look.page.request.get(studio.base + path)
+        assert answer.status == 404
+        assert "secret\n" not in answer.text()
+    assert look.page.request.get(studio.base + "/project/robot.yaml").status == 200
+
+
+def test_arm_sliders_move_the_skeleton(look: Any, studio: Any) -> None:
+    look.go("/arm")
+    tool = look.get("tool")
+    tool.wait_for()
+    at = tool.inner_text()
+    look.get("slider-2").locator("[tabindex]").press("ArrowRight")
+    tool.filter(has_not_text=at).wait_for()
+    pose = fastcal.load_robot("ur5e")
+    moved = 1000 * pose.forward(np.radians([[0, 1, 0, 0, 0, 0]]))[0, :3, 3]
+    assert f"x {moved[0]:.2f} y {moved[1]:.2f} z {moved[2]:.2f} mm," in " ".join(tool.inner_text().split())
+    look.choose("Arm", "franka_panda")
+    look.get("slider-7").wait_for()
+    look.picture("studio-arm")
+
+
+def test_plan_draws_poses_and_what_cannot_be_driven(look: Any, studio: Any) -> None:
+    page = look.go("/plan")
+    page.get_by_label("Poses", exact=True).fill("16")
+    look.get("plan").click()
+    look.get("drivable").filter(has_text="all can be driven").wait_for()
+    look.get("curve").wait_for()
+    poses = fastcal.load_measurements(
+        studio.folder / "plan" / "poses.csv", fastcal.load_robot("ur5e"), require_measured=False
+    )
+    assert len(poses) == 16
+    assert (studio.folder / "plan" / "poses.script").is_file()
+    for label, value in (("from x", 200), ("from y", -900), ("from z", 0), ("to x", 900), ("to y", 900), ("to z", 900)):
+        page.get_by_label(label, exact=True).fill(str(value))
+    look.get("add-box").click()
+    look.get("drivable").filter(has_text="cannot be driven").wait_for()
+    look.picture("studio-plan")
+    look.get("plan").click()
+    look.get("drivable").filter(has_text="all can be driven").wait_for()
+    planned = (studio.folder / "plan" / "poses.csv").read_bytes()
+    repeat(look.get("command").first.inner_text(), studio.folder)
+    assert (studio.folder / "plan" / "poses.csv").read_bytes() == planned
+
+
+def repeat(line: str, folder: Path) -> None:
+    """Runs the command that a screen shows, in the project's folder."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        assert command([*shlex.split(line)[1:], "--quiet"]) == 0
+
+
+def test_program_before_and_after(look: Any, studio: Any) -> None:
+    look.go("/program")
+    assert look.page.get_by_text("There is no calibrated model yet").is_visible()
+    project = Project(studio.folder)
+    data = fastcal.load_measurements(studio.folder / "fleet_data" / "cell_1.csv", project.robot())
+    fastcal.calibrate(project.robot(), data).save(studio.folder / "calibration")
+    page = look.go("/program")
+    look.get("compensate").click()
+    look.get("taken").filter(has_text="4 targets").wait_for()
+    assert "movej" in look.get("difference").inner_text()
+    look.picture("studio-program")
+    written = (studio.folder / "programs" / "demo.script").read_text()
+    assert written != (studio.folder / "inputs" / "demo.script").read_text()
+    with page.expect_download() as loaded:
+        look.get("download").first.click()
+    assert Path(loaded.value.path()).read_text() == written
+    repeat(look.get("command").inner_text(), studio.folder)
+    # A program that was compensated already is refused with a sentence.
+    look.drop("program", studio.folder / "programs" / "demo.script")
+    look.get("compensate").click()
+    look.get("refused").filter(has_text="was compensated already").wait_for()
+
+
+def test_fleet_matrix(look: Any, studio: Any) -> None:
+    look.go("/fleet")
+    look.get("run-fleet").click()
+    look.get("matrix").wait_for()
+    assert look.get("arm-link").count() == 6
+    look.picture("studio-fleet")
+    page = look.page.context.new_page()
+    page.goto(studio.base + look.get("arm-link").first.get_attribute("href"))
+    page.locator("h1").first.wait_for()
+    page.close()
