@@ -85,9 +85,12 @@ def judged_pictures(
     """
     if CORNERS not in data.kinds:
         return Pictures(data)
-    drawn = _drawn(robot, data, unknowns, threads)
-    if drawn is None:
+    # Half of the boards may be read from the other end: then only the file's own places tell which half is right.
+    starts = [given_rig(robot, data), None] if unknowns is None else [unknowns]
+    ways = [drawn for start in starts if (drawn := _drawn(robot, data, start, threads)) is not None]
+    if not ways:
         return Pictures(data)
+    drawn = min(ways, key=lambda drawn: _misfit(robot, data, drawn))
     uv = data.observed[CORNERS].reshape(len(data), -1, 2).copy()
     again = data.observed[SECOND].reshape(uv.shape) if SECOND in data.observed else np.full_like(uv, np.nan)
     notes: list[str] = []
@@ -140,13 +143,26 @@ def _drawn(robot: Robot, data: Dataset, unknowns: Mapping[str, FloatArray] | Non
     return r[:, first : first + observed[CORNERS].shape[1]].reshape(len(data), -1, 2)
 
 
+def _misfit(robot: Robot, data: Dataset, drawn: FloatArray) -> float:
+    """Median over pictures of how far their corners are from where they are drawn, from the end that fits [px]."""
+    uv = data.observed[CORNERS].reshape(drawn.shape)
+    found = []
+    for (_, board), part in pictures(robot.spec).items():
+        turnable = robot.spec["boards"][board]["kind"] != "points"
+        for i in np.flatnonzero(np.isfinite(uv[:, part]).any(axis=(1, 2))):
+            own = drawn[i : i + 1, part]
+            ways = (own, own[:, ::-1]) if turnable else (own,)
+            found.append(min(float(_rms(uv[i, part], way)[0]) for way in ways))
+    return float(np.median(found)) if found else np.inf
+
+
 def _placed(found: Sequence[Picture], drawn: FloatArray, *, turnable: bool) -> list[Picture]:
     """The pictures of one camera and board, each with the row whose posture it fits; `drawn` is (N, K, 2) [px]."""
     if len(found) < FEWEST:
         return list(found)
     ways = (drawn, drawn[:, ::-1]) if turnable else (drawn,)
     rms = np.array([[_rms(picture.uv, way) for way in ways] for picture in found])  # (pictures, ways, postures)
-    usual = float(np.median([of[0, picture.row] for of, picture in zip(rms, found, strict=True)]))
+    usual = float(np.median([of[:, picture.row].min() for of, picture in zip(rms, found, strict=True)]))
     out = []
     for of, picture in zip(rms, found, strict=True):
         own, best = of[:, picture.row], float(of.min())

@@ -136,7 +136,8 @@ def calibrate(
         warn(f"{test}: {note}" for note in other.notes if note not in found.notes)
     if choice is not None:
         say_choice(choice)
-    say_result(found, output, [*words_of(robot), *map(str, data)])
+    seen = [] if corners is None else ["--corners", str(corners)]
+    say_result(found, output, [*words_of(robot), *map(str, data), *seen])
     if found.status != "converged":
         model = "model.yaml is what could be fitted, not to be relied on" if found.parameters else "no model.yaml"
         fail(f"{found.status.replace('_', ' ')}: {found.message}; {model}")
