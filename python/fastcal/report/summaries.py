@@ -124,8 +124,8 @@ def evaluation_lines(found: Evaluation, title: str) -> list[str]:
     figures = found.to_json_dict()
     lines = [f"{title}: {figures['count']} rows"]
     if found.after is not None:
-        after = found.after.to_mm()
-        sizes = ", ".join(f"{name} {after[name]:.4f} mm" for name in ("mean", "std", "rms", "max"))
+        points = found.after.to_mm()
+        sizes = ", ".join(f"{name} {points[name]:.4f} mm" for name in ("mean", "std", "rms", "max"))
         lines.append(f"position error: {sizes}")
     for name, of in found.kinds.items():
         if name not in POSE and (after := of.statistics[1]) is not None:
