@@ -35,7 +35,7 @@ from fastcal.diagnosis.noise import (
 )
 from fastcal.diagnosis.noise_scales import noise_by_kind
 from fastcal.diagnosis.one_curve import waves_of_one_curve, with_orders_between
-from fastcal.diagnosis.periodic import is_periodic
+from fastcal.diagnosis.periodic import fine_looks, is_periodic
 from fastcal.diagnosis.plain_models import Judged, beside_plain, best_of_all
 from fastcal.diagnosis.plan import SeparatingPlan, separating_plan
 from fastcal.diagnosis.problem import Problem, prepared_problem
@@ -392,7 +392,7 @@ class _Found:
             grade, limits = "C", (Because(Reason.IMPOSSIBLE), *limits)
         freedom = self.best.fit.problem.noise.freedom
         alone = p_values(np.array([proof.statistic]), np.array([proof.rank], dtype=np.int32), freedom)[0]
-        p = min(1.0, float(alone) * self.search.start.family.named)
+        p = min(1.0, float(alone) * (self.search.start.family.named + fine_looks(self.best.fit.problem, name)))
         if self.written.is_plain and not self.written.shows(name):
             grade, limits = "C", (Because(Reason.SHADOW), *limits)
         unsure = self.told.unsure.get(repr(name))

@@ -18,7 +18,7 @@ from fastcal.diagnosis.held_out import folds, gain
 from fastcal.diagnosis.library import SLOW, Hypothesis
 from fastcal.diagnosis.moved_zeros import moved_zeros
 from fastcal.diagnosis.one_curve import is_one_curve
-from fastcal.diagnosis.periodic import is_periodic, orders_alike
+from fastcal.diagnosis.periodic import fine_looks, is_periodic, orders_alike
 from fastcal.diagnosis.projection import basis, score_tests
 from fastcal.diagnosis.reasons import Because, BlockLabel, CauseLabel, Label, Reason
 from fastcal.diagnosis.result import NamedValue
@@ -147,7 +147,8 @@ def chance(search: Search, state: SearchNode, name: Hypothesis) -> float:
     drop = np.array([search.without(state, name).fit.remaining - state.fit.remaining])
     place = state.fit.place(name)
     rank = np.array([place.stop - place.start + name.searched], dtype=np.int32)
-    return float(p_values(drop, rank, search.problem.noise.freedom)[0]) * search.start.family.named
+    looks = search.start.family.named + fine_looks(search.problem, name)
+    return float(p_values(drop, rank, search.problem.noise.freedom)[0]) * looks
 
 
 def grade(

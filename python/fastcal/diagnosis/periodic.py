@@ -27,6 +27,7 @@ from fastcal.diagnosis.tail_probabilities import p_values
 from fastcal.effects.entries import curve_of, effect_names, traits_of
 
 if TYPE_CHECKING:
+    from fastcal.diagnosis.problem import Problem
     from fastcal.diagnosis.search import SearchNode
 
 FloatArray = NDArray[np.float64]
@@ -41,6 +42,14 @@ _MOST_ALIKE = 12  # orders that are looked at more closely: one is enough
 def is_periodic(name: Hypothesis) -> bool:
     """Is it a piece of what a curve over the joint's position would do as a whole: a wave, a slope?"""
     return name.effect in traits_of(curve_of("joint")).generalizes
+
+
+def fine_looks(problem: Problem, name: Hypothesis) -> float:
+    """How many orders of all joints were looked at before a wave beyond MAX_ORDER was found; 0 of any other name."""
+    if not is_periodic(name) or float(name.entry.get("order", 0.0)) <= rules.MAX_ORDER:
+        return 0.0
+    joint = int(name.owner.removeprefix("joint")) - 1
+    return float(len(_spaced(float(np.ptp(problem.kept.q[:, joint])), rules.FINEST_WAVE)) * problem.kept.q.shape[1])
 
 
 def scan(state: SearchNode, *, fine_alone: bool = False) -> list[Hypothesis]:
