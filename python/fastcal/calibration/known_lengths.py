@@ -107,7 +107,7 @@ def known_lengths(
             continue
         along = np.zeros(len(places))
         along[second], along[first] = between / found, -between / found
-        std = float(np.sqrt(max(along @ covariance @ along, 0.0)))
+        std = float(np.sqrt(max(float(along @ covariance @ along), 0.0)))
         known, known_std = (to_si(float(entry[key]), "mm") for key in ("mm", "sigma_mm"))
         out.append(KnownLength(ends, known, known_std, found, std))
     return out
