@@ -26,6 +26,7 @@ from fastcal.calibration.extrapolation_notes import range_notes
 from fastcal.calibration.inspection import check_columns, check_fit
 from fastcal.calibration.kind_misfits import kind_misfits
 from fastcal.calibration.kind_noise import noise_record
+from fastcal.calibration.known_lengths import known_lengths, length_notes
 from fastcal.calibration.long_rows import covered_by_all, judged_on_all, long_notes, shown
 from fastcal.calibration.nominal_arm import nominal_arm
 from fastcal.calibration.parallel import one_blas_thread
@@ -42,7 +43,12 @@ from fastcal.calibration.result import IdentifiedParameter as IdentifiedParamete
 from fastcal.calibration.result import Unidentifiable as Unidentifiable
 from fastcal.calibration.setups import added_setups
 from fastcal.calibration.shape import shape_of
-from fastcal.calibration.unknowns import given_rig, unknowns_by_owner, unknowns_found
+from fastcal.calibration.unknowns import (
+    given_rig,
+    unknowns_by_owner,
+    unknowns_found,
+    unknowns_with_covariance,
+)
 from fastcal.calibration.unset_options import fill_unset_options
 from fastcal.calibration.variance_components import freedom_of_parameters
 from fastcal.effects.entries import extra_columns, full_name
@@ -197,6 +203,8 @@ def calibrate(
     misfits = [] if fit.status == "too_few_equations" else kind_misfits(result_model, data, train, unknowns, threads)
     if long is not None and rows is not None:
         train = judged_on_all(train, rows, long, result_model, **judge)
+    touched = unknowns_with_covariance(found, problem.measured, len(names), covariance)
+    lengths = known_lengths(start.spec, *touched)
     return CalibrationResult(
         status="too_few_equations" if few else "converged" if agrees_on_nothing else fit.status,
         message=few or fit.message,
@@ -231,6 +239,7 @@ def calibrate(
             *([] if shape is None else [shape.note]),
             *check_fit(robot, train, as_read=as_read),
             *_notes(result_model, data),
+            *length_notes(start.spec, lengths),
             *([] if long is None else long_notes(long, data)),
             *instrument_notes(result_model, data),
             *added_setups(start, robot, effects),
@@ -244,6 +253,7 @@ def calibrate(
         ],
         held="" if fit.held is None else fit.held.note,
         unknowns=unknowns,
+        known_lengths=lengths,
         own_freedom=freedom_of_parameters(problem, found) if fit.held is None else None,
     )
 
@@ -255,6 +265,4 @@ def _notes(model: Robot, data: Dataset) -> list[str]:
     sided = [column for effect in model.effects for column in effect.data_columns if column.startswith("approach")]
     if sided and data.approach is None:
         out.append("there is no approach column: the direction of each joint is that from the row before")
-    if model.spec.get("known_distances"):
-        out.append("known_distances of the robot file are kept and not used in the fit")
     return out

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from fastcal.calibration.bounds import Bound
 from fastcal.calibration.evaluation import Evaluation
+from fastcal.calibration.known_lengths import KnownLength
 from fastcal.calibration.shape import Shape
 from fastcal.display import late
 from fastcal.display.shown import Plotted
@@ -75,6 +76,7 @@ class CalibrationResult(Plotted):
         shape: How surely distances between points are known, where no points were measured.
         held: How the geometry of few poses was held near nominal, a sentence; empty where it was free.
         unknowns: Of the observations, by what they are of: the place (3,) [m] of "anchor 2" of measured lengths.
+        known_lengths: Lengths between touched points that the robot file knows, beside those found.
         own_freedom: (P,) degrees of freedom of the parameters' deviations, where several kinds have each its noise.
     """
 
@@ -103,6 +105,7 @@ class CalibrationResult(Plotted):
     shape: Shape | None = None
     held: str = ""
     unknowns: dict[str, FloatArray] = field(default_factory=dict)
+    known_lengths: list[KnownLength] = field(default_factory=list)
     own_freedom: FloatArray | None = None
 
     @property
@@ -167,6 +170,7 @@ class CalibrationResult(Plotted):
             "degrees_of_freedom": self.degrees_of_freedom,
             "outliers": self.outliers,
             "shape": None if self.shape is None else self.shape.to_json_dict(),
+            "known_distances": [length.to_json_dict() for length in self.known_lengths],
             "misfits": [{"kind": of.kind.name, "text": of.text} for of in self.misfits],
             "caveats": self.caveats,
             "notes": self.notes,

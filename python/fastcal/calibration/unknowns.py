@@ -81,6 +81,19 @@ def unknowns_found(found: Solution, count: int, covariance: FloatArray) -> tuple
     return theta[count:], std[count:]
 
 
+def unknowns_with_covariance(
+    found: Solution, measured: _core.Measurements, count: int, covariance: FloatArray
+) -> tuple[list[tuple[str, str]], FloatArray, FloatArray]:
+    """Owner and name of each unknown, their values (U,), and covariance (U, U), 0 of what is held.
+
+    Arguments as of `unknowns_found`.
+    """
+    theta = np.asarray(found.theta)
+    whole = np.zeros((len(theta), len(theta)))
+    whole[np.ix_(list(found.free), list(found.free))] = covariance
+    return [(p.owner, p.name) for p in measured.parameters], theta[count:], whole[count:, count:]
+
+
 def unknowns_by_owner(measured: _core.Measurements, values: FloatArray) -> dict[str, FloatArray]:
     """Values of the observations' unknowns by what they are of: the place (3,) [m] of "anchor 2"."""
     out: dict[str, list[float]] = {}
