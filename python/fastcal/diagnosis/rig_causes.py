@@ -19,7 +19,7 @@ between them shows lens and board alone. Each effect of the arm is tried in the 
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable, Container, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -255,7 +255,7 @@ class _Best:
 
 
 def found_rig_causes(
-    robot: Robot, data: Dataset, names: Sequence[Hypothesis], excluded: Container[str] = (), threads: int = 1
+    robot: Robot, data: Dataset, names: Sequence[Hypothesis], excluded: Collection[str] = (), threads: int = 1
 ) -> tuple[Robot, list[Finding]]:
     """The cell with all in it that is wrong with its cameras and boards, and the findings; the largest first.
 

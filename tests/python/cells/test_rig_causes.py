@@ -74,7 +74,7 @@ def test_a_name_that_is_excluded_is_not_given(tmp_path: Path, monkeypatch: pytes
     written(tmp_path, "intrinsics@wrist", monkeypatch)
     files = [str(tmp_path / name) for name in ("cell.yaml", "poses.csv")]
     corners = ["--corners", str(tmp_path / "corners.csv")]
-    main(["diagnose", *files, *corners, "-o", str(tmp_path / "out"), "--exclude", "intrinsics"], standalone_mode=False)
+    main(["diagnose", *files, *corners, "-o", str(tmp_path / "out"), "--exclude", "intrinsics"])
     found = json.loads((tmp_path / "out/diagnosis.json").read_text())
     assert "intrinsics" not in {effect["effect"] for effect in found["effects"]}
 
