@@ -95,6 +95,13 @@ class Evaluation(Shown):
         """The kind that a headline speaks of: points where they were measured; None where nothing was judged."""
         return next(iter(self.kinds.values()), None)
 
+    @property
+    def _in_mm(self) -> tuple[ErrorStatistics | None, ErrorStatistics | None]:
+        """Before and after, of points or of the lengths that were measured in their place."""
+        if self.after is not None:
+            return self.before, self.after
+        return self.main.statistics if self.main is not None and self.main.kind.unit == "mm" else (None, None)
+
     @cached_property
     def repeats(self) -> dict[str, Repeats]:
         """Pure noise of each kind of which postures were read more than once, by its name."""
@@ -113,9 +120,10 @@ class Evaluation(Shown):
     def to_json_dict(self) -> dict[str, Any]:
         """The blocks `train` and `test` of result.json."""
         out: dict[str, Any] = {"count": self.row_count}
+        before, after = self._in_mm
         if self.error_before is not None:
-            out["before_mm"] = None if self.before is None else self.before.to_mm()
-        out["after_mm"] = None if self.after is None else self.after.to_mm()
+            out["before_mm"] = None if before is None else before.to_mm()
+        out["after_mm"] = None if after is None else after.to_mm()
         if self.turn_after is not None and not np.all(np.isnan(self.turn_after)):
             out["after_rotation_deg"] = {
                 "mean": from_si(float(np.nanmean(self.turn_after)), "deg"),

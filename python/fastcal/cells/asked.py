@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -43,7 +45,7 @@ def asked_parameters(cell: Cell, readings: Readings) -> list[int]:
     return out
 
 
-def priors(cell: Cell, asked: list[int], sizes: float | None) -> dict[str, FloatArray]:
+def priors(cell: Cell, asked: list[int], sizes: float | None) -> dict[str, Any]:
     """Priors as keyword arguments of the core's `identify`.
 
     Args:

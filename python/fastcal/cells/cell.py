@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -88,7 +89,7 @@ class Cell:
     @cached_property
     def core(self) -> _core.RobotModel:
         """The tree of all frames. InvalidInput where something stands on nothing, or on itself."""
-        size = {"sigma_position": to_si(SIGMA_MM, "mm"), "sigma_rotation": to_si(SIGMA_DEG, "deg")}
+        size: dict[str, Any] = {"sigma_position": to_si(SIGMA_MM, "mm"), "sigma_rotation": to_si(SIGMA_DEG, "deg")}
         arms = [_core.Member(name=arm.name, on=arm.on, robot=arm.robot.core, **size) for arm in self.arms]
         points = [_core.Member(name=of.name, on=of.on, T_on_frame=pose(of.place), **size) for of in self.points]
         return _core.join([*arms, *points])
@@ -114,7 +115,8 @@ class Cell:
 
     def known(self, name: str) -> Known:
         """How surely it is known where a branch stands."""
-        return next(of.known for of in (*self.arms, *self.points) if of.name == name)
+        members: list[Arm | Point] = [*self.arms, *self.points]
+        return next(of.known for of in members if of.name == name)
 
     def with_values(self, theta: FloatArray) -> Cell:
         """The cell with other values (P,) of the tree's parameters, SI."""

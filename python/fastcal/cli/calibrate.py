@@ -91,8 +91,14 @@ def calibrate(
     if is_cell(robot):
         from fastcal.cli.cells import calibrate_cell
 
-        only_of_arms = {"--effects": (effects, "geometry"), "--method": (method, "nls"), "--priors": (priors, None)}
-        only_of_arms |= {"--choose": (choose, None), "--limit-mm": (limit_mm, None), "--tracker": (tracker, None)}
+        only_of_arms: dict[str, tuple[Any, Any]] = {
+            "--effects": (effects, "geometry"),
+            "--method": (method, "nls"),
+            "--priors": (priors, None),
+            "--choose": (choose, None),
+            "--limit-mm": (limit_mm, None),
+            "--tracker": (tracker, None),
+        }
         calibrate_cell(robot, data, output, test, loss, threads, only_of_arms)
         return
     _check_options(limit_mm, choose, least_squares=method == "nls" and not priors)

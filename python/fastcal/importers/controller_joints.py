@@ -20,20 +20,28 @@ from fastcal.units import parse_name, to_si
 OF_THE_CHAIN = "chain"  # the group of titles that are a URDF's names of joints
 OF_A_MAP = ("map", "shown")  # the group of a map's keys j1_deg ...
 COUNTS_OTHERWISE = frozenset({"FANUC", "FANUC LS"})  # dialects of makers whose pendant never shows the chain's joints
+_ASK = (
+    "joints are named q1 ... as if the controller counted them as the chain does; a FANUC shows joint 3 from the "
+    "horizontal: --robot ROBOT tells how this arm counts"
+)
 
 
 def named_by_their_owner(reading: Reading, export: Export, robot: Robot | None) -> Reading:
-    """The reading with its joints named j1 ... where they are a controller's that counts otherwise than the chain."""
+    """The reading with its joints named j1 ... where they are a controller's that counts otherwise than the chain.
+
+    Without a robot nothing says how its controller counts: the joints are q1 ..., with a note where that is rarely so.
+    """
     if not reading.joints:
         return reading
     groups = [title.group for title in export.meanings if title is not None and re.fullmatch(r"q\d+", title.role)]
-    stated = any(group == OF_A_MAP for group in groups) or export.dialect in COUNTS_OTHERWISE
+    stated = any(group == OF_A_MAP for group in groups)
     of_the_chain = export.dialect.startswith("ROS") or any(
         group and group != OF_A_MAP and group[0] in ("q", "map", OF_THE_CHAIN) for group in groups
     )
     differs = robot is not None and not robot.pendant.is_chain
     if of_the_chain or not (stated or differs):
-        return reading
+        doubted = robot is None and not of_the_chain and export.dialect in COUNTS_OTHERWISE
+        return replace(reading, notes=[*reading.notes, _ASK]) if doubted else reading
     columns = {re.sub(r"^q(?=\d)", "j", name): column for name, column in reading.columns.items()}
     return replace(reading, columns=columns)
 

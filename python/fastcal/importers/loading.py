@@ -88,13 +88,15 @@ def load_or_open(
 
 def _load(path: str | os.PathLike[str], robot: Robot, require_measured: bool) -> Dataset:
     own: ParseError | None = None
+    letters: set[str] = set()
     try:
         if not is_bag(path):
             return measurements.load_measurements(path, robot, require_measured=require_measured)
     except TooLarge:
         raise
     except ParseError as error:
-        if not require_measured or not Path(path).is_file() or _is_own(path):
+        letters = _joint_letters(path) if Path(path).is_file() else {"q"}
+        if not require_measured or "q" in letters:
             raise
         own = error
     try:
@@ -102,6 +104,8 @@ def _load(path: str | os.PathLike[str], robot: Robot, require_measured: bool) ->
     except TooLarge as problem:
         raise (own or problem) from None
     except InvalidInput as problem:
+        if own is not None and "j" in letters:
+            raise own from problem
         # What the file lacks as an export says more than what it lacks as a measurement file.
         raise _asking(problem) from own
 
@@ -122,8 +126,8 @@ def _asking(problem: InvalidInput) -> InvalidInput:
     return InvalidInput(f"{text}; {hint}") if " --" in text else problem
 
 
-def _is_own(path: str | os.PathLike[str]) -> bool:
-    """Whether a file means to be a measurement file: its header names joints as fastcal does."""
+def _joint_letters(path: str | os.PathLike[str]) -> set[str]:
+    """How a file's header names joints, as far as fastcal does: q1_deg, only its own files; j1_deg, exports too."""
     from fastcal.importers.grid import export_text
 
     with Path(path).open("rb") as file:
@@ -131,14 +135,15 @@ def _is_own(path: str | os.PathLike[str]) -> bool:
     if b"\0" not in content and b"\n" in content:
         content = content[: content.rindex(b"\n")]  # what is cut within a letter is no text
     if content.startswith((b"PK\x03\x04", b"PAR1")):
-        return False
+        return set()
     try:
         text, _ = export_text(content, os.fspath(path))
     except ParseError:
-        return False
+        return set()
     first = next((line for line in re.split(r"[\r\n]+", text) if line.strip()), "")
-    # A row of numbers behind its name belongs to a table with a column a pose.
-    return JOINT_TITLE.search(first) is not None and not is_row_of_numbers(first.encode())
+    if is_row_of_numbers(first.encode()):
+        return set()  # numbers behind a name: a table with a column a pose
+    return {title[0][0].lower() for title in JOINT_TITLE.finditer(first)}
 
 
 def _labels(files: Sequence[str | os.PathLike[str]]) -> list[str]:

@@ -53,9 +53,13 @@ def tables_of(joint_count: int) -> dict[str, Table]:
 
 
 def _as_written() -> list[str]:
-    """Kinds of observation in the order of a file's columns: those of the tool, then those of each link."""
-    names = reversed(_core.observation_names())
-    return sorted(names, key=lambda kind: any(field.each_link for field in _core.observation_entry(kind).fields))
+    """Kinds of observation in the order of a file's columns: points, others of the tool, then those of each link."""
+
+    def place(kind: str) -> tuple[bool, bool]:
+        return any(field.each_link for field in _core.observation_entry(kind).fields), kind != "position"
+
+    backwards = _core.observation_names()[::-1]
+    return sorted(backwards, key=place)
 
 
 def expected_columns() -> str:

@@ -123,9 +123,9 @@ def evaluation_lines(found: Evaluation, title: str) -> list[str]:
     """What `fastcal evaluate` prints."""
     figures = found.to_json_dict()
     lines = [f"{title}: {figures['count']} rows"]
-    if figures["after_mm"] is not None:
-        after = figures["after_mm"]
-        sizes = ", ".join(f"{name} {after[name]:.4f} mm" for name in ("mean", "std", "rms", "max"))
+    if found.after is not None:
+        points = found.after.to_mm()
+        sizes = ", ".join(f"{name} {points[name]:.4f} mm" for name in ("mean", "std", "rms", "max"))
         lines.append(f"position error: {sizes}")
     for name, of in found.kinds.items():
         if name not in POSE and (after := of.statistics[1]) is not None:

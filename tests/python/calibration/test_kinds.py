@@ -48,13 +48,11 @@ def test_each_kind_has_its_noise_and_its_error_before_and_after(kinds: tuple[str
         expected = NOISE[kind] * WIDTH[kind] ** 0.5 / factor(unit)  # less what the parameters take
         assert 0.6 * expected < block["after"]["rms"] < 1.2 * expected
         assert 3 * expected < block["before"]["rms"] if kind != "orientation" else expected < block["before"]["rms"]
-    of_points = "position" in kinds
-    for value in (content["sigma_mm"], content["train"]["before_mm"], content["train"]["after_mm"]):
-        assert (value is not None) == of_points
-    if of_points:
-        points = content["train"]["kinds"]["position"]
-        assert points["after"] == content["train"]["after_mm"]
-        assert points["before"] == content["train"]["before_mm"]
+    assert (content["sigma_mm"] is not None) == ("position" in kinds)
+    main = "position" if "position" in kinds else next(iter(content["train"]["kinds"]))  # or lengths in their place
+    for when in ("before", "after"):
+        in_mm = content["train"]["kinds"][main][when] if kind_named(main).unit == "mm" else None
+        assert content["train"][f"{when}_mm"] == in_mm
     record = found.model.record
     assert record is not None
     assert set(record.noise) == set(kinds)

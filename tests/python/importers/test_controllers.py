@@ -5,18 +5,19 @@
 import numpy as np
 import pytest
 
-from fastcal import load_robot
-from fastcal.errors import InvalidInput
+from fastcal import load_measurements, load_robot
+from fastcal.errors import InvalidInput, ParseError
 
 from .conftest import P, Q, Session, check, import_measurements
 
 POINTS = ("Name,X [mm],Y [mm],Z [mm]", "{name}," + P)
 
 
-def with_program(session: Session, name: str, text: str) -> None:
+def with_program(session: Session, name: str, text: str) -> list[str]:
     found = import_measurements([session.table(*POINTS)], joints=session.write(name, text))
     check(found, session)
     assert any("by name" in note for note in found.notes)
+    return found.notes
 
 
 def test_rapid(session: Session) -> None:
@@ -44,7 +45,8 @@ def test_fanuc_names_are_the_comments_of_positions(session: Session) -> None:
         + "\n};"
         for k, (n, q) in enumerate(zip(session.names, session.q, strict=True), start=1)
     )
-    with_program(session, "C.LS", head + "\n".join(rows) + "\n/END\n")
+    notes = with_program(session, "C.LS", head + "\n".join(rows) + "\n/END\n")
+    assert any("a FANUC shows joint 3 from the horizontal: --robot ROBOT" in note for note in notes)
 
 
 def test_a_program_of_poses_holds_no_joints(session: Session) -> None:
@@ -223,3 +225,14 @@ def test_a_record_without_a_common_clock_is_reduced_to_standstills(session: Sess
     check(found, session)
     assert any("30 standstills" in note for note in found.notes)
     assert any("no row has slipped" in note for note in found.notes)
+
+
+def test_an_export_that_names_joints_as_fastcal_does_is_read_by_calibrate_too(session: Session) -> None:
+    head = ",".join([f"j{k}_deg" for k in range(1, 7)]) + ",tx_m,ty_m,tz_m"
+    path = session.table(head, Q + ",{m[0]},{m[1]},{m[2]}", "poses.csv")
+    data = load_measurements(path, load_robot("ur5"))
+    assert data.position is not None
+    assert np.isfinite(data.position).all()
+    spoilt = session.table(head.replace("m,", "furlong,"), Q + ",{m[0]},{m[1]},{m[2]}", "spoilt.csv")
+    with pytest.raises(ParseError, match="holds nothing measured"):
+        load_measurements(spoilt, load_robot("ur5"))

@@ -39,8 +39,11 @@ def added(curves: bool) -> tuple[str, Unexplained | None]:
     """The surrogates that are added, and what remains."""
     model, data = calibrated(curves)
     fit: Any = SimpleNamespace(
-        problem=SimpleNamespace(noise=Noise((SIGMA, 1e-4, SIGMA)), data=data, measured=measurements(data, arm())),
+        problem=SimpleNamespace(
+            noise=Noise((SIGMA, 1e-4, SIGMA)), data=data, measured=measurements(data, arm()), repeatability=None
+        ),
         theta=np.zeros(0),
+        unknowns={},
         model=SimpleNamespace(parameters=[]),
     )
     judge: Any = SimpleNamespace(threads=1, of=lambda model, *_: model)
