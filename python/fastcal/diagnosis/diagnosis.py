@@ -42,6 +42,7 @@ from fastcal.diagnosis.problem import Problem, prepared_problem
 from fastcal.diagnosis.reasons import Because, Reason
 from fastcal.diagnosis.remaining_surrogate import with_surrogate
 from fastcal.diagnosis.result import AdaptedModel, Diagnosis, Finding, Unexplained
+from fastcal.diagnosis.rig_causes import found_rig_causes
 from fastcal.diagnosis.robust_rows import gross_rows
 from fastcal.diagnosis.rounds import claimed, searched
 from fastcal.diagnosis.search import Search, SearchNode
@@ -49,6 +50,7 @@ from fastcal.diagnosis.sure_names import Told, replacement, sure_names
 from fastcal.diagnosis.tail_probabilities import p_values
 from fastcal.diagnosis.words import noise_doubts, sentence_of
 from fastcal.effects.entries import curve_of, label
+from fastcal.effects.rig_traits import RIG_TRAITS
 from fastcal.errors import InvalidInput
 from fastcal.measurements.copied_rows import counted_once
 from fastcal.measurements.dataset import Dataset
@@ -101,7 +103,10 @@ def diagnose(
     suspected = check_columns(robot, data, as_read=as_read)
     misfits = gross_misfits(robot, data, threads)
     data = without_kinds(data, [misfit.kind.name for misfit in misfits])
-    library = build_library(robot, data, parse_exclusions(exclude, robot))
+    of_the_arm = [name for name in exclude if name.partition("@")[0] not in RIG_TRAITS]
+    library = build_library(robot, data, parse_exclusions(of_the_arm, robot))
+    notify("looking at cameras and boards")
+    robot, of_the_rig = found_rig_causes(robot, data, library.names, exclude, threads)
     with workers(threads):
         found = _found(robot, data, test, library, sigma, threads, notify)
         for _ in range(rules.MAX_REFITS):
@@ -124,8 +129,20 @@ def diagnose(
             result = replace(result, sentence=sentence, notes=[reading.words, *result.notes])
     unexplained_by_any = check_fit(robot, result.steps[0].train, as_read=as_read)
     shared = [] if test is None else [*shared_row_notes([data], test), *placing_notes(result.model, test)]
+    result = _beside(of_the_rig, result)
     told = [misfit.text for misfit in result.misfits]
     return replace(result, notes=[*looked.notes, *told, *suspected, *unexplained_by_any, *shared, *result.notes])
+
+
+def _beside(findings: Sequence[Finding], found: Diagnosis) -> Diagnosis:
+    """A diagnosis of the arm, and what is wrong with cameras and boards."""
+    if not findings:
+        return found
+    effects = [*findings, *found.effects]
+    named = replace(found, effects=effects, verdict=_verdict(effects, found.unexplained))
+    if not found.effects and found.unexplained is None:
+        return replace(named, sentence=sentence_of(named))
+    return replace(named, sentence=f"{sentence_of(replace(named, effects=[*findings], gap=[]))} {found.sentence}")
 
 
 def _found(

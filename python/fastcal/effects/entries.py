@@ -16,6 +16,7 @@ from typing import Any
 
 from fastcal import _core
 from fastcal.effects import registered
+from fastcal.effects.rig_traits import RIG_TRAITS
 from fastcal.effects.traits import Place, Traits
 from fastcal.errors import InvalidInput
 from fastcal.units import from_si, parse_name, to_si
@@ -45,7 +46,9 @@ def effect_names() -> list[str]:
 def traits_of(name: str) -> Traits:
     """What an effect states about itself; InvalidInput where the name is not known."""
     known = registered.find(name)
-    return known.traits if known is not None else _core_traits(_known(name))
+    if known is not None or name in RIG_TRAITS:
+        return RIG_TRAITS[name] if known is None else known.traits
+    return _core_traits(_known(name))
 
 
 @cache

@@ -139,6 +139,8 @@ def _board(fields: Fields) -> Spec:
         out[f"{length}_mm"] = fields.quantity(length, "mm")
         if not out[f"{length}_mm"] > 0:
             fields.fail(f"{length}_mm", "a length above 0", out[f"{length}_mm"])
+    if (bend := fields.optional("bend_mm")) is not None:
+        out["bend_mm"] = fields.checked_vector("bend_mm", bend, 3)
     if kind in ("charuco", "april_grid"):
         out["dictionary"] = fields.text("dictionary", "5X5_250" if kind == "charuco" else "36h11")
     if kind == "charuco":

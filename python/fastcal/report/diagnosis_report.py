@@ -16,6 +16,7 @@ from fastcal.calibration.parallel import workers
 from fastcal.diagnosis import partial_residuals
 from fastcal.diagnosis.columns import columns_of
 from fastcal.diagnosis.words import cause_in_words, plan_text, reason_text
+from fastcal.effects.rig_traits import RIG_TRAITS
 from fastcal.io.design_out import write_poses
 from fastcal.io.folder import atomic_folder
 from fastcal.io.results import write_json
@@ -76,6 +77,7 @@ class _Card:
     drop: str
     figures: list[Figure]
     note: str
+    of_cell: bool  # a camera's or a board's
 
 
 def write_diagnosis(
@@ -237,9 +239,10 @@ def _tiles(found: Diagnosis) -> list[tuple[str, str, str]]:
 
 
 def _card(found: Diagnosis, finding: Finding) -> _Card:
-    seen = partial_residuals.of_finding(found.fitted_with(finding), finding)
+    is_of_rig = finding.effect in RIG_TRAITS  # no effect of the fit: it is in the cell's own numbers
+    seen = None if is_of_rig else partial_residuals.of_finding(found.fitted_with(finding), finding)
     cause = capitalised(cause_in_words(finding.effect, finding.owner))
-    drawn = effect_figures.effect_figures(seen, finding.owner, f"effect-{_slug(finding)}")
+    drawn = [] if seen is None else effect_figures.effect_figures(seen, finding.owner, f"effect-{_slug(finding)}")
     return _Card(
         cause,
         finding.grade,
@@ -248,9 +251,10 @@ def _card(found: Diagnosis, finding: Finding) -> _Card:
         sureness(finding),
         [reason_text(because, spoken) for because in finding.limits],
         [capitalised(cause_in_words(*other)) for other in finding.equivalents],
-        drop_command(finding) if finding.in_model else "",
+        drop_command(finding) if finding.in_model and not is_of_rig else "",
         drawn,
-        effect_figures.left_out_note(seen),
+        "" if seen is None else effect_figures.left_out_note(seen),
+        is_of_rig,
     )
 
 

@@ -17,6 +17,7 @@ from plotly.subplots import make_subplots
 from fastcal.calibration.result import CalibrationResult
 from fastcal.diagnosis import partial_residuals
 from fastcal.diagnosis.result import Diagnosis
+from fastcal.effects.rig_traits import RIG_TRAITS
 from fastcal.errors import InvalidInput
 from fastcal.report import (
     calibration_report,
@@ -199,6 +200,8 @@ def _effect(found: Diagnosis, name: str | None = None) -> list[Figure]:
     if name not in named:
         given = f"found were {', '.join(named)}" if named else "no effect was found"
         raise InvalidInput(f"there is no finding {name}; {given}" if name else given)
+    if named[name].effect in RIG_TRAITS:
+        raise InvalidInput(f"{name} is no effect of the arm: nothing of it can be drawn")
     seen = partial_residuals.of_finding(found.fitted_with(named[name]), named[name])
     first, *others = effect_figures.effect_figures(seen, named[name].owner, "effect")
     return [replace(first, key=effect_figures.KEY), *others]

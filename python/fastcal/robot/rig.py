@@ -21,6 +21,7 @@ Spec = dict[str, Any]
 SQUARES = ("checkerboard", "charuco")  # whose columns and rows are squares
 WORLD = -1  # the measuring frame, among the frames of the chain
 PLACEMENT = ("x", "y", "z", "rx", "ry", "rz")
+BEND = ("along_mm", "twist_mm", "across_mm")  # heights of a bent board: z = a x^2 + b x y + c y^2
 _TAG = ((0, 0), (1, 0), (1, 1), (0, 1))  # corners of a tag, as Kalibr counts them
 
 
@@ -38,6 +39,10 @@ def board_corners(board: Mapping[str, Any]) -> FloatArray:
     if board["kind"] == "points":
         points: FloatArray = np.asarray(board["points_mm"], dtype=np.float64)
         return to_si(points, "mm")
+    return _bent(_flat_corners(board), board.get("bend_mm"))
+
+
+def _flat_corners(board: Mapping[str, Any]) -> FloatArray:
     squares = int(board["kind"] in SQUARES)  # corners lie between them
     across, down = np.meshgrid(np.arange(board["columns"] - squares), np.arange(board["rows"] - squares))
     at: FloatArray = np.column_stack([across.ravel(), down.ravel(), np.zeros(across.size)]).astype(np.float64)
@@ -47,6 +52,16 @@ def board_corners(board: Mapping[str, Any]) -> FloatArray:
         corners: FloatArray = (at[:, np.newaxis] * step + own).reshape(-1, 3)
         return to_si(corners, "mm")
     return to_si(at * float(board["square_mm"]), "mm")
+
+
+def _bent(at: FloatArray, bend_mm: Sequence[float] | None) -> FloatArray:
+    """Corners (K, 3) of a flat board [m] with z = a x^2 + b x y + c y^2, x and y from -1 to 1 over its corners."""
+    if bend_mm is None:
+        return at
+    low, high = at[:, :2].min(axis=0), at[:, :2].max(axis=0)
+    x, y = ((2 * at[:, :2] - low - high) / np.where(high > low, high - low, 1.0)).T
+    height = np.column_stack([x**2, x * y, y**2]) @ np.asarray(bend_mm, dtype=np.float64)
+    return np.column_stack([at[:, :2], to_si(height, "mm")])
 
 
 def corner_counts(spec: Mapping[str, Any]) -> list[int]:

@@ -1,0 +1,19 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Causes of error in cameras and boards: no effects of an arm, and written into the cell's own numbers."""
+
+from __future__ import annotations
+
+from fastcal.effects.traits import Traits
+
+INTRINSICS, BOARD_SCALE, BOARD_BEND = "intrinsics", "board_scale", "board_bend"
+
+RIG_TRAITS = {
+    INTRINSICS: Traits(
+        "lens not as the file says (intrinsics)", place="anywhere", of_the_measurement=True, number="change"
+    ),
+    BOARD_SCALE: Traits(
+        "size not as the file says (board scale)", place="anywhere", of_the_measurement=True, number="share"
+    ),
+    BOARD_BEND: Traits("not flat (board bend)", place="anywhere", of_the_measurement=True, number="height"),
+}
