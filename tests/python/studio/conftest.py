@@ -4,12 +4,13 @@
 
 from __future__ import annotations
 
+import functools
 import os
 import shutil
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -113,6 +114,19 @@ class Looker:
         if SHOTS:
             self.page.wait_for_timeout(1500)
             self.page.screenshot(path=f"{SHOTS}/{name}.png", full_page=True, timeout=PATIENCE)
+
+
+def patiently(test: Callable[..., None]) -> Callable[..., None]:
+    """The test once more where the browser did not answer in time: a busy machine is slow, not the studio wrong."""
+
+    @functools.wraps(test)
+    def again(look: Looker, **given: Any) -> None:
+        try:
+            test(look=look, **given)
+        except look.timeout:
+            test(look=look, **given)
+
+    return again
 
 
 @pytest.fixture(scope="session")

@@ -18,6 +18,8 @@ import fastcal
 from fastcal.cli import main as command
 from fastcal.studio.project import Project
 
+from .conftest import patiently
+
 
 @pytest.fixture(scope="module")
 def studio(studio_in: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
@@ -47,6 +49,7 @@ def test_a_foreign_name_of_this_machine_is_refused(studio: Any) -> None:
     assert status(studio.base + "/", Host="evil.example:80") == 421
 
 
+@patiently
 def test_nothing_outside_the_project_is_served(look: Any, studio: Any) -> None:
     (studio.folder.parent / "secret.txt").write_text("secret")
     for path in ("/project/..%2Fsecret.txt", "/project/%2e%2e/secret.txt", "/project/inputs/../../secret.txt"):
@@ -56,6 +59,7 @@ def test_nothing_outside_the_project_is_served(look: Any, studio: Any) -> None:
     assert look.page.request.get(studio.base + "/project/robot.yaml").status == 200
 
 
+@patiently
 def test_arm_sliders_move_the_skeleton(look: Any, studio: Any) -> None:
     look.go("/arm")
     tool = look.get("tool")
@@ -71,6 +75,7 @@ def test_arm_sliders_move_the_skeleton(look: Any, studio: Any) -> None:
     look.picture("studio-arm")
 
 
+@patiently
 def test_plan_draws_poses_and_what_cannot_be_driven(look: Any, studio: Any) -> None:
     page = look.go("/plan")
     page.get_by_label("Poses", exact=True).fill("16")
@@ -101,6 +106,7 @@ def repeat(line: str, folder: Path) -> None:
         assert command([*shlex.split(line)[1:], "--quiet"]) == 0
 
 
+@patiently
 def test_program_before_and_after(look: Any, studio: Any) -> None:
     look.go("/program")
     assert look.page.get_by_text("There is no calibrated model yet").is_visible()
@@ -124,6 +130,7 @@ def test_program_before_and_after(look: Any, studio: Any) -> None:
     look.get("refused").filter(has_text="was compensated already").wait_for()
 
 
+@patiently
 def test_fleet_matrix(look: Any, studio: Any) -> None:
     look.go("/fleet")
     look.get("run-fleet").click()
