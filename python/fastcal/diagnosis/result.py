@@ -196,6 +196,12 @@ class Diagnosis(Plotted):
         return self.noise[POINTS].kind.shown(self.noise[POINTS].value) if POINTS in self.noise else None
 
     @property
+    def _sigma_in_mm(self) -> float | None:
+        """Of points, or of the lengths that were measured in their place."""
+        of = self.noise.get(POINTS, self.main_noise)
+        return of.kind.shown(of.value) if of.kind.unit == "mm" else None
+
+    @property
     def main_noise(self) -> KindNoise:
         """Of the kind that is spoken of: points where they were measured."""
         return next(iter(self.noise.values()))
@@ -272,7 +278,7 @@ class Diagnosis(Plotted):
             "untestable": [vars(u) for u in self.untestable],
             "columns": {name: list(titles) for name, titles in vars(columns_of(self.train.data)).items()},
             "outliers": self.outliers,
-            "sigma_mm": {"value": self.sigma_mm, "source": self.sigma_source, "note": self.sigma_note},
+            "sigma_mm": {"value": self._sigma_in_mm, "source": self.sigma_source, "note": self.sigma_note},
             "noise": {name: of.to_json_dict() for name, of in self.noise.items()},
             "kinds": {name: of.to_json_dict() for name, of in self.train.kinds.items()},
             "train": self.train.to_json_dict(),
