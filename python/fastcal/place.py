@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Places of a cell, which own parameters: a part of an arm, by its kind and number, such as `joint3` or `left/joint3`.
+"""Places, which own parameters: a part of an arm by its kind and number, `joint3`, in a cell `left.joint3`.
 
-Here alone are names put together and taken apart; joints are counted from 1 in names and from 0 in arrays.
+Here alone such names are put together and taken apart; joints are counted from 1 in names and from 0 in arrays.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import re
 from dataclasses import dataclass
 from functools import lru_cache
 
-_NAME = re.compile(r"(?:(?P<arm>[^/]+)/)?(?P<kind>.*?)(?P<number>\d*)")
+_NAME = re.compile(r"(?:(?P<arm>[^.]+)\.)?(?P<kind>[^.]*?)(?P<number>\d*)")
 
 
 @dataclass(frozen=True)
@@ -24,20 +24,24 @@ class Place:
 
     @property
     def index(self) -> int:
-        """Its number from 0, as arrays count joints and links."""
+        """Its number from 0, as arrays count joints and links.
+
+        Raises:
+            ValueError: It has none, as the base and the tool.
+        """
+        if not self.number:
+            raise ValueError(f"expected a joint or a link, got {self}")
         return self.number - 1
 
     def __str__(self) -> str:
-        return f"{self.arm}{'/' * bool(self.arm)}{self.kind}{self.number or ''}"
+        return f"{self.arm}{'.' * bool(self.arm)}{self.kind}{self.number or ''}"
 
 
 @lru_cache(4096)
-def place(name: str) -> Place:
+def place_of(name: str) -> Place:
     """The place of a name."""
     found = _NAME.fullmatch(name)
-    if found is None:
-        return Place("", name, 0)
-    return Place(found["arm"] or "", found["kind"], int(found["number"] or 0))
+    return Place(found["arm"] or "", found["kind"], int(found["number"] or 0)) if found else Place("", name, 0)
 
 
 def joint_name(index: int) -> str:

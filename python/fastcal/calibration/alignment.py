@@ -16,7 +16,7 @@ def measurements(data: Dataset, robot: Robot) -> _core.Measurements:
     """What was measured of a robot, as the core reads it."""
     if not kinds_of(data):
         raise InvalidInput(f"{data.source}: no measured column; expected {expected_columns()}")
-    return _core.Measurements(robot.core, len(data), *core_tables(data), core_rig(robot.spec))
+    return _core.Measurements(robot.core, len(data), *core_tables(data), core_rig(robot.description))
 
 
 def align(robot: Robot, data: Dataset, threads: int = 1) -> _core.Alignment:

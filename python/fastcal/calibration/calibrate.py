@@ -204,7 +204,7 @@ def calibrate(
     if long is not None and rows is not None:
         train = judged_on_all(train, rows, long, result_model, **judge)
     touched = unknowns_with_covariance(found, problem.measured, len(names), covariance)
-    lengths = known_lengths(start.spec, *touched)
+    lengths = known_lengths(start.description, *touched)
     return CalibrationResult(
         status="too_few_equations" if few else "converged" if agrees_on_nothing else fit.status,
         message=few or fit.message,
@@ -239,7 +239,7 @@ def calibrate(
             *([] if shape is None else [shape.note]),
             *check_fit(robot, train, as_read=as_read),
             *_notes(result_model, data),
-            *length_notes(start.spec, lengths),
+            *length_notes(start.description, lengths),
             *([] if long is None else long_notes(long, data)),
             *instrument_notes(result_model, data),
             *added_setups(start, robot, effects),

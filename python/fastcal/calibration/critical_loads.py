@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from fastcal import _core
 from fastcal.calibration.problem import CalibrationProblem
 from fastcal.effects.entries import edge_name, value_at_edge
-from fastcal.place import place
+from fastcal.place import place_of
 from fastcal.robot.robot import Robot
 
 FloatArray = NDArray[np.float64]
@@ -79,7 +79,7 @@ def open_corners(robot: Robot, model: _core.ErrorModel, samples: _core.Samples, 
         at += len(effect.parameters)
         if not indices or entry.get("parameters"):
             continue
-        joint = place(entry["owner"]).index
+        joint = place_of(entry["owner"]).index
         axis = 5 if robot.joint_types[joint] == "revolute" else 2
         loads = model.loads(samples, model.start, entry.get("torque") == "payload", threads)
         out.append(Corners(k, indices, np.abs(np.asarray(loads)[:, 2 * joint + 1, axis])))

@@ -7,7 +7,7 @@ from __future__ import annotations
 from fastcal.calibration.data_notes import ranges
 from fastcal.effects.entries import core_options, label, traits_of
 from fastcal.measurements.dataset import Dataset
-from fastcal.place import place
+from fastcal.place import place_of
 from fastcal.robot.robot import Robot, Spec
 from fastcal.robot.steady import warmed
 from fastcal.units import from_si
@@ -35,7 +35,7 @@ def _beyond_its_range(entry: Spec, robot: Robot, data: Dataset) -> list[str]:
     options = core_options(entry)
     if "low" not in options or "high" not in options:
         return []
-    joint = place(entry["owner"]).index
+    joint = place_of(entry["owner"]).index
     outside = (data.q[:, joint] < options["low"]) | (data.q[:, joint] > options["high"])
     if not outside.any():
         return []

@@ -11,13 +11,14 @@ times as large as in the model, with the deviation of both lengths over L. It is
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.robot.robot_spec import RobotSpec
 from fastcal.units import from_si, to_si
 
 FloatArray = NDArray[np.float64]
@@ -84,7 +85,7 @@ class KnownLength:
 
 
 def known_lengths(
-    spec: Mapping[str, Any], names: Sequence[tuple[str, str]], places: FloatArray, covariance: FloatArray
+    spec: RobotSpec, names: Sequence[tuple[str, str]], places: FloatArray, covariance: FloatArray
 ) -> list[KnownLength]:
     """The known distances of a robot file whose two points a fit has found.
 
@@ -96,7 +97,7 @@ def known_lengths(
     """
     at = {name: k for k, name in enumerate(names)}
     out = []
-    for entry in spec.get("known_distances") or []:
+    for entry in spec.known_distances:
         ends = (str(entry["from"]), str(entry["to"]))
         if ends[0] == ends[1] or not all((end, axis) in at for end in ends for axis in _AXES):
             continue
@@ -113,8 +114,8 @@ def known_lengths(
     return out
 
 
-def length_notes(spec: Mapping[str, Any], lengths: Sequence[KnownLength]) -> list[str]:
+def length_notes(spec: RobotSpec, lengths: Sequence[KnownLength]) -> list[str]:
     """A sentence for each known distance of a robot file that was touched, or that none was."""
-    if spec.get("known_distances") and not lengths:
+    if spec.known_distances and not lengths:
         return ["of no known distance of the robot file both ends were touched"]
     return [length.note for length in lengths]

@@ -19,7 +19,7 @@ from fastcal.effects.entries import Spec, build_effects, core_options, effect_ow
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.long_dataset import ColumnOnDisk, LongDataset
-from fastcal.place import place
+from fastcal.place import place_of
 from fastcal.robot.controller_robot import nominal_robot
 from fastcal.robot.robot import Robot
 from fastcal.units import from_si
@@ -126,7 +126,7 @@ def _mounts(entry: Spec, robot: Robot, data: Rows) -> Spec:
 def _range(entry: Spec, robot: Robot, data: Rows) -> Spec:
     if core_options(entry).get("periodic"):
         return {}
-    joint = place(entry["owner"]).index
+    joint = place_of(entry["owner"]).index
     low, high = _extent(part[:, joint] for part in _parts(data, "q") or ())
     if not low < high:
         raise InvalidInput(f"{label(entry)} needs data in which joint {joint + 1} moves")
@@ -138,7 +138,7 @@ def _order(entry: Spec, robot: Robot, data: Rows) -> Spec:
     """The order; of a wave at least half a period must fit into the joint's range, or offset and ratio do as well."""
     if entry.get("side") == "motor":
         return {}
-    joint = place(entry["owner"]).index
+    joint = place_of(entry["owner"]).index
     low, high = robot.limits[joint]
     order = float(core_options(entry).get("order", 1.0))
     if order * (high - low) < math.pi:

@@ -27,7 +27,7 @@ from fastcal.effects.entries import edge_unit, full_name
 from fastcal.effects.values import edge_values, written_parameters
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
-from fastcal.robot.identified_spec import with_frames
+from fastcal.robot.identified_spec import moved
 from fastcal.robot.robot import Robot
 from fastcal.units import factor, from_si
 
@@ -99,12 +99,12 @@ def from_payload_pairs(
     problem = _Differences(ready.model, ready.samples, position, posture, threads)
     theta, covariance, sigma = _solve(problem, open_corners(ready.robot, ready.model, ready.samples, threads))
 
-    spec = with_frames(ready.robot.spec, ready.alignment.T_world_base, ready.alignment.T_flange_tool)
+    placed = moved(ready.robot, ready.alignment.T_world_base, ready.alignment.T_flange_tool)
     values = theta[own:]
-    parameters = []
+    parameters, entries = [], []
     nominal = np.array(ready.robot.error_model.start)[own:]
     at = 0
-    for entry, effect in zip(spec["effects"], ready.robot.effects, strict=True):
+    for entry, effect in zip(placed.entries, ready.robot.effects, strict=True):
         part = slice(at, at + len(effect.parameters))
         at = part.stop
         deviations = np.sqrt(np.diag(covariance[part, part]))
@@ -116,11 +116,11 @@ def from_payload_pairs(
             parameters.append(
                 IdentifiedParameter(item.name, entry["owner"], item.value, float(std) / size, item.unit, start.value)
             )
-        entry["parameters"] = written_parameters(entry, effect, values[part], covariance[part, part])
+        entries.append(entry | {"parameters": written_parameters(entry, effect, values[part], covariance[part, part])})
     without = np.array(ready.model.start)
     without[own:] = 0
     return PairsResult(
-        model=Robot(spec),
+        model=placed.with_(effects=entries),
         parameters=parameters,
         covariance=covariance,
         sigma=sigma,

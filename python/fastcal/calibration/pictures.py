@@ -94,7 +94,7 @@ def judged_pictures(
     uv = data.observed[CORNERS].reshape(len(data), -1, 2).copy()
     again = data.observed[SECOND].reshape(uv.shape) if SECOND in data.observed else np.full_like(uv, np.nan)
     notes: list[str] = []
-    for (camera, board), part in pictures(robot.spec).items():
+    for (camera, board), part in pictures(robot.description).items():
         shown = f"board {board} in camera {camera}"
         there = [(i, of[i, part].copy()) for of in (uv, again) for i in range(len(data))]
         found = [Picture(i, seen) for i, seen in there if np.isfinite(seen).any()]
@@ -147,7 +147,7 @@ def _misfit(robot: Robot, data: Dataset, drawn: FloatArray) -> float:
     """Median over pictures of how far their corners are from where they are drawn, from the end that fits [px]."""
     uv = data.observed[CORNERS].reshape(drawn.shape)
     found = []
-    for (_, board), part in pictures(robot.spec).items():
+    for (_, board), part in pictures(robot.description).items():
         turnable = robot.description.boards[board]["kind"] != "points"
         for i in np.flatnonzero(np.isfinite(uv[:, part]).any(axis=(1, 2))):
             own = drawn[i : i + 1, part]

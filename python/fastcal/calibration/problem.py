@@ -107,7 +107,7 @@ class CalibrationProblem:
 
     @cached_property
     def _known_within(self) -> FloatArray:
-        return known_within(self.robot.spec, self.measured.parameters)
+        return known_within(self.robot.description, self.measured.parameters)
 
     @cached_property
     def _own_limits(self) -> dict[str, FloatArray]:

@@ -29,7 +29,7 @@ from fastcal.effects.entries import (
 from fastcal.effects.traits import Traits, filled
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
-from fastcal.place import place
+from fastcal.place import place_of
 from fastcal.robot.robot import Robot, Spec
 from fastcal.units import from_si
 
@@ -285,7 +285,7 @@ def _waves(bare: Spec, robot: Robot, data: Dataset) -> Iterator[Hypothesis]:
 
 def harmonics(bare: Spec, robot: Robot, data: Dataset, orders: Collection[float]) -> Iterator[Hypothesis]:
     """A wave of each order of which at least half a period fits into both the joint's limits and the data's range."""
-    joint = place(bare["owner"]).index
+    joint = place_of(bare["owner"]).index
     span = float(np.ptp(data.q[:, joint]))
     for order in orders:
         if order >= 1 and order * span > math.pi:

@@ -25,7 +25,7 @@ from fastcal.diagnosis.memory import without_memory
 from fastcal.diagnosis.projection import score_tests
 from fastcal.diagnosis.tail_probabilities import p_values
 from fastcal.effects.entries import curve_of, effect_names, traits_of
-from fastcal.place import joint_name, place
+from fastcal.place import joint_name, place_of
 
 if TYPE_CHECKING:
     from fastcal.diagnosis.problem import Problem
@@ -49,7 +49,7 @@ def fine_looks(problem: Problem, name: Hypothesis) -> float:
     """How many orders of all joints were looked at before a wave beyond MAX_ORDER was found; 0 of any other name."""
     if not is_periodic(name) or float(name.entry.get("order", 0.0)) <= rules.MAX_ORDER:
         return 0.0
-    joint = place(name.owner).index
+    joint = place_of(name.owner).index
     return float(len(_spaced(float(np.ptp(problem.kept.q[:, joint])), rules.FINEST_WAVE)) * problem.kept.q.shape[1])
 
 
@@ -181,7 +181,7 @@ def orders_alike(base: SearchNode, name: Hypothesis) -> tuple[float, ...]:
     Over positions a step s apart the orders n and k 2 pi / s +- n are one and the same wave. Orders within the
     resolution of the joint's range, 2 pi over it, are not others.
     """
-    joint, own = place(name.owner).index, float(name.entry["order"])
+    joint, own = place_of(name.owner).index, float(name.entry["order"])
     span = float(np.ptp(base.fit.problem.kept.q[:, joint]))
     orders = _spaced(span, max(rules.FINEST_ORDER, 2 * own))
     scored, step = _scored(base, joint), np.pi / (2 * span)

@@ -82,7 +82,7 @@ def posture_rows(
     row, number = np.asarray(near.row, dtype=np.intp), np.asarray(near.number, dtype=np.intp)
     J = np.asarray(near.J)[:, :NUMBERS]
     lever = levers(robot.core, data, measured, unknowns)[row, number]
-    parts = list(pictures(robot.spec).values())
+    parts = list(pictures(robot.description).values())
     out = []
     for i in np.unique(row):
         own = np.flatnonzero(row == i)

@@ -26,7 +26,7 @@ from fastcal.effects.entries import build_effects, effect_names, effect_owners, 
 from fastcal.measurements.conditions import build_samples, condition_columns
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.observations import kind_of
-from fastcal.place import place
+from fastcal.place import place_of
 from fastcal.robot.robot import Robot, Spec
 
 FloatArray = NDArray[np.float64]
@@ -285,4 +285,4 @@ def _has_mass(robot: Robot, owner: str) -> bool:
     """Is the mass of a link known? True for what is not a link."""
     if not owner.startswith("link"):
         return True
-    return robot.joints[place(owner).index].mass_kg > 0
+    return robot.joints[place_of(owner).index].mass_kg > 0

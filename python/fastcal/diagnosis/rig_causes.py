@@ -269,7 +269,7 @@ def found_rig_causes(
         threads: Cores.
     """
     findings: list[Finding] = []
-    if CORNERS not in data.kinds or not has_rig(robot.spec):
+    if CORNERS not in data.kinds or not has_rig(robot.description):
         return robot, findings
     seen = data.select(np.isfinite(data.observed[CORNERS]).any(axis=1))
     causes = [c for c in rig_causes(robot) if not {c.effect, f"{c.effect}@{c.owner}"} & set(excluded)]

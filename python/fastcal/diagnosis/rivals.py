@@ -29,7 +29,7 @@ from fastcal.diagnosis.robust_rows import without_outliers
 from fastcal.diagnosis.search import Search, SearchNode
 from fastcal.diagnosis.tail_probabilities import p_values
 from fastcal.effects.entries import curve_of
-from fastcal.place import joint_name, place
+from fastcal.place import joint_name, place_of
 from fastcal.robot.robot import Spec
 
 FloatArray = NDArray[np.float64]
@@ -265,7 +265,7 @@ def _with_profiles(state: SearchNode, profiles: Sequence[Spec]) -> Model | None:
     None where the fit does not converge, or where an effect of the set has size zero beside the profiles.
     """
     q = state.fit.problem.kept.q
-    moving = [p for p in profiles if np.ptp(q[:, place(p["owner"]).index]) > 0]
+    moving = [p for p in profiles if np.ptp(q[:, place_of(p["owner"]).index]) > 0]
     curves = with_curvatures(state.fit, moving)
     at, problem = state.fit, state.fit.problem
     for _ in range(rules.MAX_REFITS):

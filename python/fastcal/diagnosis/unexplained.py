@@ -18,7 +18,7 @@ from fastcal.diagnosis.search import Search, SearchNode
 from fastcal.diagnosis.slow_motion import SlowMotions
 from fastcal.diagnosis.tail_probabilities import p_values
 from fastcal.effects.entries import curve_of
-from fastcal.place import joint_name, joint_position, place
+from fastcal.place import joint_name, joint_position, place_of
 from fastcal.robot.robot import Robot, Spec
 from fastcal.robot.robot_spec import Joint, RobotSpec, content
 
@@ -34,7 +34,7 @@ def curved_joints(best: SearchNode) -> list[Spec]:
     own = [
         i
         for i, block in enumerate(found.generics, found.count)
-        if block.curves.depends_on == (f"q{block.owner.removeprefix('joint')}",)
+        if block.curves.depends_on == (joint_position(place_of(block.owner).index),)
     ]
     chosen: list[int] = []
     while len(chosen) < len(own):
@@ -46,9 +46,7 @@ def curved_joints(best: SearchNode) -> list[Spec]:
             break
         worth = found.worth(statistic[curved], rank[curved], np.array(curved))
         chosen.append(curved[int(np.argmax(worth))])
-    owners = sorted(
-        (found.generics[i - found.count].owner for i in chosen), key=lambda owner: int(owner.removeprefix("joint"))
-    )
+    owners = sorted((found.generics[i - found.count].owner for i in chosen), key=lambda owner: place_of(owner).number)
     return [{"effect": curve_of("joint"), "owner": owner} for owner in owners]
 
 
@@ -80,7 +78,7 @@ def main_orders(model: Robot, entry: Spec) -> list[tuple[int, float]]:
     found = model.entries[at]
     if "low_rad" not in found:
         return []
-    joint = place(entry["owner"]).index
+    joint = place_of(entry["owner"]).index
     q = np.zeros((200, model.joint_count))
     q[:, joint] = np.linspace(found["low_rad"], found["high_rad"], len(q))
     curve = profile_curve(model, entry["owner"], q[:, joint])
@@ -99,7 +97,7 @@ def main_orders(model: Robot, entry: Spec) -> list[tuple[int, float]]:
 
 def profile_curve(model: Robot, owner: str, q: FloatArray) -> FloatArray:
     """Joint error [rad or m] of a model's profile at positions q (k,): of a robot that has this one joint alone."""
-    joint = place(owner).index
+    joint = place_of(owner).index
     kind = model.joints[joint].type
     (entry,) = (e for e in model.entries if (e["effect"], e["owner"]) == (curve_of("joint"), owner))
     alone = RobotSpec(model.name, "dh", (Joint(kind),), effects=[entry | {"owner": joint_name(0)}])

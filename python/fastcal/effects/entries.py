@@ -19,6 +19,7 @@ from fastcal.effects import registered
 from fastcal.effects.rig_traits import RIG_TRAITS
 from fastcal.effects.traits import Place, Traits
 from fastcal.errors import InvalidInput
+from fastcal.place import place_of
 from fastcal.units import from_si, parse_name, to_si
 
 Spec = dict[str, Any]
@@ -241,7 +242,7 @@ def own_columns(entry: Spec) -> list[str]:
     if "column" in entry:
         return [str(entry["column"])]
     if "move{n}" in traits_of(entry["effect"]).depends_on:
-        return [f"{MOVE}{entry['owner'].removeprefix('joint')}"]
+        return [f"{MOVE}{place_of(entry['owner']).number}"]
     if "inputs" in entry:
         words = str(entry["inputs"]).split()
         return [f"{MOVE}{word.removeprefix('move')}" for word in words if word.startswith("move")]

@@ -55,7 +55,7 @@ def with_corners(data: Dataset, path: str | os.PathLike[str], robot: Robot) -> D
         ParseError: A row beyond the poses, an unknown camera or board, a corner that the board does not have or that
             lies outside the picture; the sentence names the line.
     """
-    if not has_rig(robot.spec):
+    if not has_rig(robot.description):
         raise ParseError("holds corners, and the robot file has no cameras or no boards; give a cell file", path)
     table = read_table(path)
     try:
@@ -80,7 +80,7 @@ def _seen(data: Dataset, table: Table, robot: Robot) -> Dataset:
         )
     camera = _named(table, place["camera"], list(robot.description.cameras), "camera")
     board = _named(table, place["board"], list(robot.description.boards), "board")
-    counts = np.array(corner_counts(robot.spec))[board]
+    counts = np.array(corner_counts(robot.description))[board]
     if (bad := np.flatnonzero((corner < 0) | (corner >= counts))).size:
         k = bad[0]
         name = list(robot.description.boards)[board[k]]
@@ -96,7 +96,7 @@ def _seen(data: Dataset, table: Table, robot: Robot) -> Dataset:
             f"({uv[k, 0]:g}, {uv[k, 1]:g}) px lies outside the pictures of camera {name} ({size}); is size_px right?",
             int(k),
         )
-    where = list(pictures(robot.spec).values())
+    where = list(pictures(robot.description).values())
     first = np.array([part.start for part in where]).reshape(len(robot.description.cameras), -1)
     at = first[camera, board] + corner
     width = where[-1].stop

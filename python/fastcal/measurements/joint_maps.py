@@ -19,6 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.place import joint_position
 from fastcal.units import factor, from_si, to_si, unit_names
 
 FloatArray = NDArray[np.float64]
@@ -249,7 +250,7 @@ class Joints:
 
     def _sum(self, joint: int, column: int, extra: FloatArray) -> Change:
         terms = "".join(f" {'+' if extra[k] > 0 else '-'} q{k + 1}" for k in np.flatnonzero(extra))
-        words = f"q{column + 1}{terms} for joint {joint + 1}"
+        words = f"{joint_position(column)}{terms} for joint {joint + 1}"
         return Change(1.0, frozenset({("sum", joint, terms)}), words)
 
     def _unit_changes(self, ratios: FloatArray) -> list[Change]:
@@ -289,8 +290,8 @@ class Joints:
             if size != "0":
                 terms += f" {'-' if size[0] == '-' else '+'} {size.lstrip('-')} deg"
             terms = terms[3:] if terms.startswith(" + ") else f"-{terms[3:]}"
-            if terms not in (f"q{order[0] + 1}",):
-                out.append(f"q{joint + 1}: {terms}")
+            if terms not in (joint_position(order[0]),):
+                out.append(f"{joint_position(joint)}: {terms}")
         return out
 
 

@@ -29,7 +29,7 @@ from fastcal.effects.entries import (
 from fastcal.effects.registered import find
 from fastcal.measurements.kinds import Kind
 from fastcal.monitoring.drift import ZEROS, drift_of, new_effect
-from fastcal.place import joint_name, place
+from fastcal.place import joint_name, place_of
 from fastcal.robot.robot import Robot, Spec
 from fastcal.units import UNITS, from_si, to_si
 
@@ -150,7 +150,7 @@ def _of_geometry(arm: Robot, model: _core.ErrorModel, turned: bool) -> Iterator[
         if p.owner != "base" and (p.owner != "tool" or turned or not p.name.startswith("r")):
             by_owner.setdefault(p.owner, []).append(i)
     turned_alone = {
-        owner: _zero(arm, place(owner).index, indices, parameters, start)
+        owner: _zero(arm, place_of(owner).index, indices, parameters, start)
         for owner, indices in by_owner.items()
         if owner != "tool"
     }
@@ -158,7 +158,7 @@ def _of_geometry(arm: Robot, model: _core.ErrorModel, turned: bool) -> Iterator[
         if owner == "tool":
             yield _plain("tool", "tool", indices, parameters, start)
             continue
-        joint = place(owner).index
+        joint = place_of(owner).index
         zero, direction = turned_alone[owner]
         # A motor's zero moves the joints that its gear is coupled to as well.
         for entry in arm.description.coupling:

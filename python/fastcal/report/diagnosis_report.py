@@ -101,7 +101,7 @@ def write_diagnosis(
     with workers(found.search.problem.threads), atomic_folder(Path(folder), owned=FILES) as place:
         source = PurePath(found.train.data.source).name
         model = place / "model.yaml"
-        write_spec(found.model.spec | origin, model, f"Diagnosed by fastcal {fastcal.__version__} from {source}")
+        write_spec(found.model.with_(**origin).spec, model, f"Diagnosed by fastcal {fastcal.__version__} from {source}")
         write_json(place / "diagnosis.json", found.to_json_dict() | origin | dict(also or {}))
         if found.plan is not None:
             write_poses(place / found.plan.file, found.plan.poses, found.model)

@@ -57,8 +57,7 @@ def with_frames(spec: Spec, T_world_base: FloatArray, T_flange_tool: FloatArray)
 
 def moved(robot: Robot, T_world_base: FloatArray, T_flange_tool: FloatArray) -> Robot:
     """The robot with other base and tool; the chain between them is not built again."""
-    spec = with_frames(robot.spec, T_world_base, T_flange_tool)
-    return Robot.keeping(spec, robot.core.with_base_and_tool(pose(spec["base"]), pose(spec["tool"])))
+    return robot.with_(base=frame_spec(T_world_base), tool=frame_spec(T_flange_tool))
 
 
 def frame_spec(T: FloatArray) -> Spec:

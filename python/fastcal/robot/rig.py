@@ -11,13 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
-from fastcal.place import place
+from fastcal.place import place_of
 from fastcal.robot.core_model import pose
 from fastcal.robot.plain_copy import plain_copy
+from fastcal.robot.robot_spec import RobotSpec, Spec
 from fastcal.units import from_si, to_si
 
 FloatArray = NDArray[np.float64]
-Spec = dict[str, Any]
+Entries = Mapping[str, Spec] | None
 
 SQUARES = ("checkerboard", "charuco")  # whose columns and rows are squares
 WORLD = -1  # the measuring frame, among the frames of the chain
@@ -26,9 +27,9 @@ BEND = ("along_mm", "twist_mm", "across_mm")  # heights of a bent board: z = a x
 _TAG = ((0, 0), (1, 0), (1, 1), (0, 1))  # corners of a tag, as Kalibr counts them
 
 
-def has_rig(spec: Mapping[str, Any]) -> bool:
+def has_rig(spec: RobotSpec) -> bool:
     """Are there a camera and a board?"""
-    return bool(spec.get("cameras")) and bool(spec.get("boards"))
+    return bool(spec.cameras) and bool(spec.boards)
 
 
 def board_corners(board: Mapping[str, Any]) -> FloatArray:
@@ -65,16 +66,16 @@ def _bent(at: FloatArray, bend_mm: Sequence[float] | None) -> FloatArray:
     return np.column_stack([at[:, :2], to_si(height, "mm")])
 
 
-def corner_counts(spec: Mapping[str, Any]) -> list[int]:
+def corner_counts(spec: RobotSpec) -> list[int]:
     """Corners of each board, in the order of the spec."""
-    return [len(board_corners(board)) for board in spec["boards"].values()]
+    return [len(board_corners(board)) for board in spec.boards.values()]
 
 
-def pictures(spec: Mapping[str, Any]) -> dict[tuple[str, str], slice]:
+def pictures(spec: RobotSpec) -> dict[tuple[str, str], slice]:
     """Where the corners of each camera and board are among the readings of a row."""
     out, first = {}, 0
-    for camera in spec["cameras"]:
-        for board, count in zip(spec["boards"], corner_counts(spec), strict=True):
+    for camera in spec.cameras:
+        for board, count in zip(spec.boards, corner_counts(spec), strict=True):
             out[camera, board] = slice(first, first + count)
             first += count
     return out
@@ -85,16 +86,16 @@ def frame_of(on: str, joint_count: int) -> int:
     if on == "world":
         return WORLD
     part = on.partition(".")[2]
-    return 2 * joint_count if not part else 0 if part == "base" else 2 * place(part).number
+    return 2 * joint_count if not part else 0 if part == "base" else 2 * place_of(part).number
 
 
-def core_rig(spec: Mapping[str, Any]) -> _core.Rig:
+def core_rig(spec: RobotSpec) -> _core.Rig:
     """The rig of a spec as the core takes it; empty where it has none."""
     rig = _core.Rig()
     if not has_rig(spec):
         return rig
-    joints = len(spec["joints"])
-    for name, camera in spec["cameras"].items():
+    joints = len(spec.joints)
+    for name, camera in spec.cameras.items():
         rig.add_camera(
             name,
             frame_of(camera["on"], joints),
@@ -104,7 +105,7 @@ def core_rig(spec: Mapping[str, Any]) -> _core.Rig:
             lens_numbers(camera),
             camera["intrinsics"] == "identify",
         )
-    for name, board in spec["boards"].items():
+    for name, board in spec.boards.items():
         corners = board_corners(board)
         rig.add_board(name, frame_of(board["on"], joints), pose(board), board.get("fixed", False), corners)
     return rig
@@ -115,11 +116,11 @@ def lens_numbers(camera: Mapping[str, Any]) -> list[float]:
     return [*camera["focal_px"], *camera["centre_px"], *camera["distortion"]]
 
 
-def known_within(spec: Mapping[str, Any], parameters: Sequence[_core.Parameter]) -> FloatArray:
+def known_within(spec: RobotSpec, parameters: Sequence[_core.Parameter]) -> FloatArray:
     """Standard deviation [SI] of what the spec says of each unknown; infinite where it says nothing."""
     out = np.full(len(parameters), np.inf)
     for k, parameter in enumerate(parameters):
-        entry = _entry(spec, parameter.owner)
+        entry = _entry(spec.cameras, spec.boards, parameter.owner)
         unit = "mm" if parameter.unit == "m" else "deg"
         if entry is not None and parameter.name in PLACEMENT and f"sigma_{unit}" in entry:
             out[k] = to_si(float(entry[f"sigma_{unit}"]), unit)
@@ -140,7 +141,7 @@ def with_found(spec: Spec, parameters: Sequence[_core.Parameter], values: FloatA
     for parameter, value, deviation in zip(parameters, values.tolist(), std.tolist(), strict=True):
         found.setdefault(parameter.owner, {})[parameter.name] = (value, deviation)
     for owner, numbers in found.items():
-        entry = _entry(out, owner)
+        entry = _entry(out.get("cameras"), out.get("boards"), owner)
         if entry is None:
             continue
         identified: Spec = {}
@@ -166,8 +167,7 @@ def _known(deviations: list[float]) -> list[float | None]:
     return [value if np.isfinite(value) else None for value in deviations]
 
 
-def _entry(spec: Mapping[str, Any], owner: str) -> Spec | None:
+def _entry(cameras: Entries, boards: Entries, owner: str) -> Spec | None:
     """The camera or board that an unknown's owner names: "camera wrist"."""
     what, _, name = owner.partition(" ")
-    found: Spec | None = (spec.get(f"{what}s") or {}).get(name) if what in ("camera", "board") else None
-    return found
+    return ({"camera": cameras, "board": boards}.get(what) or {}).get(name)

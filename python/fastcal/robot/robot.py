@@ -29,7 +29,7 @@ from fastcal.errors import InvalidInput
 from fastcal.measurements.conditions import build_samples, condition_columns
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.calibration_record import CalibrationRecord
-from fastcal.robot.core_model import build_core
+from fastcal.robot.core_model import build_core, pose
 from fastcal.robot.pendant import Pendant, pendant_of
 from fastcal.robot.plain_copy import plain_copy
 from fastcal.robot.robot_spec import Entry, Joint, RobotSpec, Spec, content, structured
@@ -37,6 +37,7 @@ from fastcal.units import to_si
 
 FloatArray = NDArray[np.float64]
 _MOST_NUMBERS = 2**23  # of Jacobians that are in memory at once
+_NOT_OF_THE_CHAIN = {"base", "tool", "effects", "equilibrium", "calibration", "correction", "made_by", "notes"}
 CHOICES = {
     "kinematics": ("dh", "mdh", "poe", "urdf"),
     "gravity_frame": ("base", "measuring"),
@@ -108,7 +109,12 @@ class Robot(Shown):
     def with_(self, **changes: Any) -> Robot:
         """The robot with other values of some keys of its file, and without those that are None."""
         merged = self.spec | {key: content(value) for key, value in changes.items()}
-        return Robot({key: value for key, value in merged.items() if value is not None})
+        spec = plain_copy({key: value for key, value in merged.items() if value is not None})
+        if not changes.keys() <= _NOT_OF_THE_CHAIN:
+            return Robot.keeping(spec)
+        if not {"base", "tool"} & changes.keys():
+            return Robot.keeping(spec, self.core)
+        return Robot.keeping(spec, self.core.with_base_and_tool(pose(spec["base"]), pose(spec["tool"])))
 
     @property
     def entries(self) -> list[Entry]:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from fastcal.calibration.calibrate import CalibrationResult, calibrate
 from fastcal.calibration.known_lengths import known_lengths
 from fastcal.measurements.dataset import Dataset
+from fastcal.robot.robot_spec import RobotSpec
 
 from .bench_arm import ROWS, TOOL, frames, robot
 
@@ -87,7 +88,8 @@ def test_the_deviation_of_a_length_is_that_of_a_difference() -> None:
     names = [(f"socket {label}", axis) for label in "ab" for axis in "xyz"]
     places = np.array([0.0, 0.0, 0.0, 0.03, 0.04, 0.0])
     root = np.random.default_rng(5).standard_normal((6, 6)) * 1e-5
-    spec = {"known_distances": [{"from": "socket b", "to": "socket a", "mm": 50.1, "sigma_mm": 0.1}]}
+    known = [{"from": "socket b", "to": "socket a", "mm": 50.1, "sigma_mm": 0.1}]
+    spec = RobotSpec("touched", "dh", (), known_distances=known)
     (length,) = known_lengths(spec, names, places, root @ root.T)
     drawn = places + np.random.default_rng(6).standard_normal((20000, 6)) @ root.T
     assert length.found == pytest.approx(0.05)
