@@ -33,6 +33,11 @@ class Place:
             raise ValueError(f"expected a joint or a link, got {self}")
         return self.number - 1
 
+    @property
+    def position(self) -> str:
+        """What its own position is called; empty where it is no joint."""
+        return joint_position(self.index) if self.kind == "joint" else ""
+
     def __str__(self) -> str:
         return f"{self.arm}{'.' * bool(self.arm)}{self.kind}{self.number or ''}"
 

@@ -128,5 +128,6 @@ def test_a_place_comes_back_from_its_name(name: str, place: Place) -> None:
 def test_joints_count_from_one_in_names() -> None:
     assert (joint_name(0), joint_position(4), joint_column(4, "deg")) == ("joint1", "q5", "q5_deg")
     assert place_of(joint_name(7)).index == 7
+    assert [place_of(name).position for name in ("joint3", "link3", "base")] == ["q3", "", ""]
     with pytest.raises(ValueError, match="expected a joint or a link, got tool"):
         _ = place_of("tool").index

@@ -24,7 +24,7 @@ from fastcal.diagnosis.reasons import Because, BlockLabel, CauseLabel, Label, Re
 from fastcal.diagnosis.result import NamedValue
 from fastcal.diagnosis.search import Search, SearchNode
 from fastcal.diagnosis.tail_probabilities import p_values
-from fastcal.place import joint_position, place_of
+from fastcal.place import place_of
 
 FloatArray = NDArray[np.float64]
 
@@ -73,7 +73,7 @@ def evidence(search: Search, state: SearchNode, name: Hypothesis) -> Evidence:
         rivals, stability = _rivals(search, base, name), _stability(search, base, name)
         together = [n for n in state.names if n.owner == name.owner and is_periodic(n)]
         if name in together and is_one_curve(search, state, together):
-            rivals += (BlockLabel(name.owner, (joint_position(place_of(name.owner).index),)),)
+            rivals += (BlockLabel(name.owner, (place_of(name.owner).position,)),)
         orders = orders_alike(base, name) if name.traits.is_wave else ()
         alike += (Because(Reason.ORDERS_ALIKE, orders=orders),) if orders else ()
     parameters = state.fit.model.parameters[place]

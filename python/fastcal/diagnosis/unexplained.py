@@ -34,7 +34,7 @@ def curved_joints(best: SearchNode) -> list[Spec]:
     own = [
         i
         for i, block in enumerate(found.generics, found.count)
-        if block.curves.depends_on == (joint_position(place_of(block.owner).index),)
+        if block.curves.depends_on == (place_of(block.owner).position,)
     ]
     chosen: list[int] = []
     while len(chosen) < len(own):
