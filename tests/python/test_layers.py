@@ -70,6 +70,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "diagnosis": {"_core", *ARM, "calibration", "selection", "design", "surrogate"},
     "io": {"_core", *ARM, "robots", "beams", "calibration", "cells", "design", "programs", "budget", "acceptance"},
     "importers": {"_core", *ARM, "calibration", "io", "programs"},
+    "camera": {"_core", *ARM, "calibration", "io"},
     "report": {
         *ARM,
         *(
@@ -83,6 +84,7 @@ MAY_IMPORT: dict[str, set[str]] = {
             "budget",
             "acceptance",
             "io",
+            "camera",
         ),
     },
     "fleet": {*ARM, "calibration", "diagnosis", "io", "report", "robots"},

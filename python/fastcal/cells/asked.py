@@ -27,8 +27,11 @@ def asked_parameters(cell: Cell, readings: Readings) -> list[int]:
     between = _frames_between(core, readings.views)
     turned = {name.partition("@")[2].partition(":")[0] for name in readings.tables if name.startswith("rotation@")}
     sensors = {view.partition(":")[2] for view in readings.views}
+    poses = {arm.name for arm in cell.arms if arm.of_poses}
     out = []
     for branch in core.branches:
+        if branch.name in poses:
+            continue
         fixed = cell.known(branch.name).fixed
         for i in range(branch.first_parameter, branch.first_parameter + branch.parameter_count):
             parameter = parameters[i]

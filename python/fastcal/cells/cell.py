@@ -40,12 +40,14 @@ class Arm:
     Attributes:
         robot: Its `base` is where the arm stands on the frame `on`.
         on: `world`, or a frame of another arm: `left.link7`.
+        of_poses: Only the pose of its flange is known, and it has no geometry to identify.
     """
 
     name: str
     robot: Robot
     on: str = "world"
     known: Known = Known()
+    of_poses: bool = False
 
     @property
     def flange(self) -> str:

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from fastcal import _core
 from fastcal.cells.cell import Cell
+from fastcal.cells.hand_eye import hand_eye
 from fastcal.cells.readings import Readings
 from fastcal.robot.core_model import pose
 from fastcal.robot.identified_spec import frame_spec
@@ -32,10 +33,42 @@ def started(cell: Cell, readings: Readings) -> Cell:
     loose = [of for of in cell.points if not of.known.fixed and of.known.sigma_mm is None]
     if not any(view.partition(":")[2] for view in readings.views):
         return cell  # read from the world: what the file says is near enough for the fit
+    cell = _closed_form(cell, readings, {of.name for of in loose})
     for _ in range(_ROUNDS):
         for point in loose:
             cell = _placed(cell, readings, point.name)
     return cell
+
+
+def _closed_form(cell: Cell, readings: Readings, loose: set[str]) -> Cell:
+    """The cell with sensors and targets that see each other, and are both free, where the closed form puts them.
+
+    A T_frame_sensor S = T_other_target, A the sensor's frame in that of the target.
+    """
+    model, samples = cell.model, readings.samples()
+    for view in readings.views:
+        target, _, sensor = view.partition(":")
+        seen = _measured_poses(readings, view)
+        if seen is None or not {target, sensor} <= loose:
+            continue
+        places = {of.name: of for of in cell.points}
+        frame, other = (_world_poses(model, samples, places[name].on, len(readings)) for name in (sensor, target))
+        A, whole = _inverse(other) @ frame, np.isfinite(seen).all(axis=(1, 2))
+        found = hand_eye(A[whole], seen[whole])
+        if found is None:
+            continue
+        moved = {sensor: found[0], target: found[1]}
+        points = tuple(replace(of, place=frame_spec(moved[of.name])) if of.name in moved else of for of in cell.points)
+        cell = replace(cell, points=points)
+        loose = loose - set(moved)
+    return cell
+
+
+def _world_poses(model: _core.ErrorModel, samples: _core.Samples, of: str, count: int) -> FloatArray:
+    """(N, 4, 4) of a frame of the cell."""
+    if of in ("", "world"):
+        return np.broadcast_to(np.eye(4), (count, 4, 4))
+    return np.asarray(model.predict(samples, model.start, of=of))
 
 
 def _placed(cell: Cell, readings: Readings, name: str) -> Cell:
@@ -44,9 +77,7 @@ def _placed(cell: Cell, readings: Readings, name: str) -> Cell:
     model, samples = cell.model, readings.samples()
 
     def poses(of: str) -> FloatArray:
-        if of in ("", "world"):
-            return np.broadcast_to(np.eye(4), (len(readings), 4, 4))
-        return np.asarray(model.predict(samples, model.start, of=of))
+        return _world_poses(model, samples, of, len(readings))
 
     found = []
     for view in readings.views:

@@ -45,6 +45,7 @@ GROUPS = {
         "design": "design:design",
         "template": "imports:template",
         "import": "imports:import_",
+        "detect": "detect:detect",
     },
     "Use": {
         "compensate": "compensate:compensate",

@@ -16,6 +16,7 @@ from fastcal.cli.options import (
     AsRead,
     Corners,
     DataFiles,
+    HandEyes,
     Loss,
     Mend,
     Method,
@@ -44,6 +45,7 @@ def calibrate(
     corners: Corners = None,
     test_corners: TestCorners = None,
     mend: Mend = False,
+    hand_eye: HandEyes = None,
     effects: Annotated[
         str, typer.Option(metavar="LIST", help="What to identify; base and tool always are.")
     ] = "geometry",
@@ -78,6 +80,7 @@ def calibrate(
     from fastcal.calibration import calibrate as calibration
     from fastcal.calibration import inspection
     from fastcal.calibration.acceptance_limit import judge_limit
+    from fastcal.cli.hand_eye import check_hand_eyes, write_hand_eyes
     from fastcal.errors import InvalidInput
     from fastcal.importers.corners import load_seen, load_seen_or_open
     from fastcal.io.folder import check_folder
@@ -99,11 +102,12 @@ def calibrate(
             "--limit-mm": (limit_mm, None),
             "--tracker": (tracker, None),
         }
-        calibrate_cell(robot, data, output, test, loss, threads, only_of_arms)
+        calibrate_cell(robot, data, output, test, loss, threads, only_of_arms, hand_eye or [])
         return
     _check_options(limit_mm, choose, least_squares=method == "nls" and not priors)
     check_folder(output, FILES)
     nominal = load_robot(robot)
+    check_hand_eyes(hand_eye or [], nominal)
     measured = load_seen_or_open(data, nominal, corners, lambda rows: seen_by(tracker, rows))
     if choose is not None and not isinstance(measured, Dataset):
         raise InvalidInput(
@@ -133,6 +137,7 @@ def calibrate(
         more = None if choice is None else {"choice": choice.to_json_dict()}
         write_calibration(found, output, more=more, limit=limit, language=page_language)
     warn(found.notes)
+    write_hand_eyes(found, hand_eye or [])
     if limit is not None:
         say(
             f"limit {limit_mm:g} mm: {limit.verdict.replace('_', ' ')}; {limit.beyond} of {limit.poses} "

@@ -19,13 +19,22 @@ FILES = ("model.yaml", "result.json")
 
 
 def calibrate_cell(
-    cell: str, data: list[Path], output: Path, test: Path | None, loss: str, threads: int, given: Mapping[str, Any]
+    cell: str,
+    data: list[Path],
+    output: Path,
+    test: Path | None,
+    loss: str,
+    threads: int,
+    given: Mapping[str, Any],
+    hand_eye: list[Path],
 ) -> None:
     """Identifies all arms of a cell and where its members stand; model.yaml and result.json into `output`.
 
     `given`: options of `fastcal calibrate` that a cell does not take, and what they are where they were not given.
     """
     from fastcal.cells.calibrate import calibrate_cell as calibrated
+    from fastcal.cells.cameras import cell_hand_eyes
+    from fastcal.cli.hand_eye import check_hand_eyes, write
     from fastcal.io.atomic import write_text
     from fastcal.io.folder import atomic_folder, check_folder
     from fastcal.io.results import write_json
@@ -33,8 +42,11 @@ def calibrate_cell(
     from fastcal.io.tree_readings import load_readings
 
     check_folder(output, FILES)
+    check_hand_eyes(hand_eye)
     _refuse(given)
     nominal = load_cell(cell)
+    if hand_eye:
+        cell_hand_eyes(nominal)  # says so where there is no sensor
     readings = load_readings(_one(data), nominal)
     other = None if test is None else load_readings(test, nominal)
     with progress() as show:
@@ -52,6 +64,8 @@ def calibrate_cell(
     _say_kinds(found.train, "")
     if found.test is not None:
         _say_kinds(found.test, "test: ")
+    if hand_eye and found.parameters:
+        write(cell_hand_eyes(found.cell, found.parameters), hand_eye)
     say(str(output / "model.yaml"))
     emit(found.to_json_dict())
     if found.status != "converged":

@@ -51,6 +51,7 @@ EXAMPLES = {
     "simulate": ("fastcal simulate robot.yaml poses.csv --noise-mm 0.05 --seed 1 -o simulated.csv",),
     "convert": ("fastcal convert ur5 --to urdf -o ur5.urdf",),
     "import": ("fastcal import tracker.csv --robot robot.yaml --joints joints.log -o measurements.csv",),
+    "detect": ("fastcal detect pictures --cell cell.yaml --joints poses.csv -o corners.csv",),
     "template": ("fastcal template ur5 -o measurements.xlsx",),
     "robots": ("fastcal robots", "fastcal robots --json"),
     "effects": ("fastcal effects",),

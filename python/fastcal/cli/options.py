@@ -51,6 +51,15 @@ Mend = Annotated[
         "--mend", help="Put pictures that are in the wrong rows where they fit; without it they are left out."
     ),
 ]
+HandEyes = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--hand-eye",
+        metavar="FILE",
+        help="Where the camera is on its arm, for other programs: .calib (easy_handeye2), .launch.py (MoveIt), .urdf, "
+        "camera_info.yaml, .yaml (OpenCV). May be given several times.",
+    ),
+]
 OutFolder = Annotated[Path, typer.Option("-o", "--output", metavar="OUT", help="The folder to write into.")]
 Threads = Annotated[int, typer.Option(min=1, help="Cores to use; the result does not depend on it.")]
 Seed = Annotated[int, typer.Option(min=0, help="The same seed gives the same numbers.")]

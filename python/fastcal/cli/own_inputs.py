@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, ParamSpec
 
 P = ParamSpec("P")
-OUTPUTS = ("output", "corrections", "report", "storage")
+OUTPUTS = ("output", "corrections", "report", "storage", "hand_eye")
 # What commands write into a folder; a file of another name in there is not touched.
 RESULTS = (
     "model.yaml",
@@ -50,7 +50,12 @@ def check(given: dict[str, Any]) -> None:
         InvalidInput: One is: the same path, another spelling of it, a link to it, or a second name of the same file.
     """
     read = [path for name, value in given.items() if name not in OUTPUTS for path in _files(value)]
-    refuse(read, [given[name] for name in OUTPUTS if isinstance(given.get(name), Path)])
+    named = [each for name in OUTPUTS for each in _listed(given.get(name))]
+    refuse(read, [each for each in named if isinstance(each, Path)])
+
+
+def _listed(value: Any) -> list[Any]:
+    return list(value) if isinstance(value, list | tuple) else [value]
 
 
 def refuse(read: Iterable[Path], outputs: Iterable[Path]) -> None:

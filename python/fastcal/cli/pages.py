@@ -16,7 +16,20 @@ from fastcal.cli.console import warn
 from fastcal.cli.signatures import with_options
 
 WITH_PAGE = frozenset(
-    ("calibrate", "diagnose", "check", "update", "compare", "history", "train", "accept", "fleet", "paper", "demo")
+    (
+        "calibrate",
+        "diagnose",
+        "check",
+        "update",
+        "compare",
+        "history",
+        "train",
+        "accept",
+        "fleet",
+        "paper",
+        "demo",
+        "detect",
+    )
 )
 _CLOCK = 2.0  # s; times of files may be as coarse as this
 
@@ -50,8 +63,13 @@ def show(output: Path | None, began: float) -> None:
     """Opens the page that a command wrote into `output` since `began`; warns where there is none, or no browser."""
     import webbrowser
 
-    page = None if output is None else output if output.suffix.lower() == ".html" else output / "report.html"
+    page = None if output is None else _page_of(output)
     if page is None or not page.is_file() or page.stat().st_mtime < began - _CLOCK:
         warn(["--open: this run wrote no page; -o names the folder or the .html file for it"])
     elif not webbrowser.open(page.resolve().as_uri()):
         warn([f"--open: no browser could be started; the page is {page}"])
+
+
+def _page_of(output: Path) -> Path:
+    """The page in a folder of results, or the one beside a table."""
+    return output / "report.html" if output.suffix.lower() not in (".html", ".csv") else output.with_suffix(".html")

@@ -7,11 +7,12 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 from fastcal.cells.cell import Arm, Cell, Known, Point
+from fastcal.cells.pose_arm import POSE, pose_arm
 from fastcal.errors import InvalidInput, ParseError
 from fastcal.io.atomic import write_text
 from fastcal.io.fields import Fields
@@ -84,7 +85,7 @@ def load_cell(path: str | os.PathLike[str]) -> Cell:
     def stands_on(on: str) -> str:
         return flanges.get(on, on)
 
-    arms = tuple(Arm(chain.arm.name, chain.arm.robot, stands_on(chain.arm.on), chain.arm.known) for chain in chains)
+    arms = tuple(replace(chain.arm, on=stands_on(chain.arm.on)) for chain in chains)
     placed = tuple(Point(of.name, of.role, stands_on(of.on), of.place, of.known) for of in points)
     cell = Cell(name, arms, placed)
     try:
@@ -99,7 +100,8 @@ def cell_text(cell: Cell, comment: str = "") -> str:
     content: dict[str, Any] = {"cell": cell.name, "arms": {}}
     for arm in cell.arms:
         spec = {key: value for key, value in arm.robot.spec.items() if key not in ("base", "source")}
-        content["arms"][arm.name] = {"robot": spec, **_where(arm.on, arm.robot.spec["base"], arm.known)}
+        robot = POSE if arm.of_poses else spec
+        content["arms"][arm.name] = {"robot": robot, **_where(arm.on, arm.robot.spec["base"], arm.known)}
     for role in ("target", "sensor"):
         if members := {of.name: _where(of.on, of.place, of.known) for of in cell.points if of.role == role}:
             content[f"{role}s"] = members
@@ -150,8 +152,6 @@ def _place(fields: Fields) -> tuple[str, Spec, Known]:
 
 def _entry(name: str, fields: Fields) -> _Entry:
     robot = fields.take("robot")
-    if robot == "pose":
-        fields.refuse("robot", "expected a robot file or the name of a shipped arm; flange poses alone are no arm here")
     if not isinstance(robot, str | Mapping):
         fields.fail("robot", "a robot file, the name of a shipped arm or a mapping", robot)
     base_link, tip_link = (fields.text(key) if fields.has(key) else "" for key in ("base_link", "tip_link"))
@@ -192,14 +192,16 @@ def _shares(a: _Entry, b: _Entry) -> bool:
 
 
 def _alone(entry: _Entry, path: Path) -> _Chain:
-    if isinstance(entry.robot, Mapping):
+    if entry.robot == POSE:
+        spec = check_spec(pose_arm(entry.name), path)
+    elif isinstance(entry.robot, Mapping):
         spec = read_spec(entry.robot)
     else:
         file = path.parent / entry.robot
         source = file if file.suffix else entry.robot
         spec = read_spec(source, base_link=entry.links[0], tip_link=entry.links[1])
     spec["base"] = entry.place
-    return _Chain(Arm(entry.name, Robot(spec), entry.on, entry.known), [entry.name])
+    return _Chain(Arm(entry.name, Robot(spec), entry.on, entry.known, entry.robot == POSE), [entry.name])
 
 
 def _forked(entries: list[_Entry], path: Path) -> list[_Chain]:

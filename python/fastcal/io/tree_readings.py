@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from fastcal.cells.cell import Cell
 from fastcal.cells.readings import Readings
 from fastcal.errors import InvalidInput
+from fastcal.io.flange_columns import flange_columns, flange_joints
 from fastcal.io.table import Table
 from fastcal.io.tables import read_table
 from fastcal.units import UNITS, parse_name, to_si, unit_names
@@ -47,7 +48,11 @@ def load_readings(path: str | os.PathLike[str], cell: Cell) -> Readings:
     joints: dict[int, int] = {}
     tables: dict[str, FloatArray] = {}
     notes = []
+    flanges = flange_columns(table, [arm.name for arm in cell.arms if arm.of_poses])
+    of_flanges = {place for found in flanges.values() for place in found.values()}
     for place, title in enumerate(table.names):
+        if place in of_flanges:
+            continue
         quantity, at, view = title.partition("@")
         base, unit = parse_name(quantity)
         if (joint := _joint(table, title, base, cell)) is not None:
@@ -59,7 +64,7 @@ def load_readings(path: str | os.PathLike[str], cell: Cell) -> Readings:
             _take(table, place, base.lower(), unit, _checked_view(table, title, view, cell), tables)
         else:
             notes.append(f"column '{title:.60}' is not known and was not read")
-    q = _joint_positions(table, joints, cell)
+    q = _joint_positions(table, joints, cell, {arm: flange_joints(table, found) for arm, found in flanges.items()})
     for name, values in tables.items():
         if name.startswith("rotation"):
             _make_unit(table, name, values)
@@ -88,10 +93,16 @@ def _joint(table: Table, title: str, base: str, cell: Cell) -> int | None:
     return None
 
 
-def _joint_positions(table: Table, joints: Mapping[int, int], cell: Cell) -> FloatArray:
-    """(N, n) of all joints, SI."""
+def _joint_positions(
+    table: Table, joints: Mapping[int, int], cell: Cell, flanges: Mapping[str, FloatArray]
+) -> FloatArray:
+    """(N, n) of all joints, SI; `flanges` are those of arms of which only the pose is known."""
     q = np.empty((len(table), len(cell.joint_columns)))
     for joint, columns in enumerate(cell.joint_columns):
+        arm, _, number = columns[0].rpartition(".q")
+        if arm in flanges:
+            q[:, joint] = flanges[arm][:, int(number) - 1]
+            continue
         if joint not in joints:
             unit = "deg" if cell.joint_types[joint] == "revolute" else "mm"
             raise table.error(f"there is no column of the joint {columns[0]}; expected {columns[0]}_{unit}")

@@ -1,0 +1,174 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Boards of dark dots: grids of circles and lists of points.
+
+A dot is found where its darkness weighs; that is the middle of an ellipse, which is not where the dot's middle is seen.
+With the homography H of the board and the radius r that the dot's area says, the middle of the ellipse is that of the
+dual conic H diag(r^2, r^2, 0) H^T less that of its middle, and the difference is taken off (J. Heikkila, 2000, eq. 9).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal.camera.grids import flat_mm, numbered, whole
+from fastcal.robot.rig import board_corners
+from fastcal.units import from_si
+
+FloatArray = NDArray[np.float64]
+Picture = NDArray[np.uint8]
+
+_LEAST_AREA = 20.0  # square pixels of a dot
+_ROUND, _CONVEX, _LONG = 0.6, 0.9, 0.15  # least circularity, convexity, and short by long axis of a dot
+_NEAR = 0.3  # of the distance between two points: a dot is that point
+_FEWEST = 4
+_EDGE = 7  # pixels, in which a blurred dot ends on both sides
+_FLAT = 1e-6  # of their extent: points lie in a plane
+
+
+def find_circles(
+    cv2: Any, grey: Picture, small: Picture, scale: float, board: Mapping[str, Any]
+) -> tuple[FloatArray | None, str]:
+    """Middles of the circles of a grid, row by row."""
+    size = (int(board["columns"]), int(board["rows"]))
+    found, at = cv2.findCirclesGrid(small, size, flags=cv2.CALIB_CB_SYMMETRIC_GRID, blobDetector=_detector(cv2, small))
+    if not found:
+        return None, f"no grid of {size[0]} x {size[1]} circles was found"
+    grid = numbered(grey, whole(at, scale).reshape(size[1], size[0], 2)).reshape(-1, 2)
+    return _middles(cv2, grey, grid, flat_mm(board)), ""
+
+
+def find_points(
+    cv2: Any, grey: Picture, small: Picture, scale: float, board: Mapping[str, Any]
+) -> tuple[FloatArray | None, str]:
+    """Dots at the points of a list in a plane, whichever way up: the one that fits the dots best."""
+    flat = _in_their_plane(board_corners(board))
+    if flat is None:
+        return (
+            None,
+            "its points do not lie in a plane: no detector here finds them, give their corners as a table",
+        )
+    blobs = _detector(cv2, small).detect(small)
+    if len(blobs) < len(flat):
+        return None, f"{len(blobs)} dark dots are seen, expected {len(flat)}"
+    size = np.log([blob.size for blob in blobs])
+    alike = np.argsort(np.abs(size - np.median(size)), kind="stable")[: len(flat)]
+    dots = whole([blobs[k].pt for k in alike], scale)
+    best = _matched(cv2, flat, dots)
+    if best is None:
+        return None, f"{len(blobs)} dark dots are seen, which do not lie as the {len(flat)} points do"
+    return _middles(cv2, grey, best, flat), ""
+
+
+def _detector(cv2: Any, picture: Picture) -> Any:
+    given = cv2.SimpleBlobDetector_Params()
+    given.minArea, given.maxArea = _LEAST_AREA, 0.05 * picture.size
+    given.minDistBetweenBlobs = 3.0
+    given.minCircularity, given.minConvexity, given.minInertiaRatio = _ROUND, _CONVEX, _LONG
+    given.filterByCircularity = given.filterByConvexity = given.filterByInertia = given.filterByColor = True
+    given.blobColor = 0
+    return cv2.SimpleBlobDetector_create(given)
+
+
+def _in_their_plane(at: FloatArray) -> FloatArray | None:
+    """(K, 2) of points (K, 3) in axes of their plane [mm]; None where they lie in none."""
+    centred = from_si(at - at.mean(axis=0), "mm")
+    _, sizes, axes = np.linalg.svd(centred, full_matrices=False)
+    if sizes[2] > _FLAT * sizes[0]:
+        return None
+    if np.ptp(at[:, 2]) <= _FLAT * sizes[0]:
+        return np.asarray(from_si(at[:, :2], "mm"))
+    return np.asarray(centred @ axes[:2].T)
+
+
+def _matched(cv2: Any, flat: FloatArray, dots: FloatArray) -> FloatArray | None:
+    """The dots (K, 2) in the order of the points: the hull's order round is kept by every picture of a plane."""
+    hull = _hull(cv2, flat, len(flat))
+    seen = _hull(cv2, dots, len(hull))
+    if len(seen) != len(hull) or len(hull) < _FEWEST:
+        return None
+    best, least = None, np.inf
+    for way in (seen, seen[::-1]):
+        for turn in range(len(way)):
+            H, _ = cv2.findHomography(flat[hull], dots[np.roll(way, turn)])
+            if H is None:
+                continue
+            drawn = cv2.perspectiveTransform(flat[np.newaxis], H)[0]
+            apart = np.linalg.norm(drawn[:, np.newaxis] - dots, axis=2)
+            own = np.argmin(apart, axis=1)
+            error = float(np.sqrt(np.mean(apart[np.arange(len(own)), own] ** 2)))
+            if len(set(own.tolist())) == len(own) and error < least:
+                best, least = dots[own], error
+    if best is None:
+        return None
+    between = np.linalg.norm(best[:, np.newaxis] - best, axis=2)
+    return best if least < _NEAR * float(between[~np.eye(len(best), dtype=bool)].min()) else None
+
+
+def _hull(cv2: Any, at: FloatArray, most: int) -> NDArray[np.intp]:
+    """Places in `at` of the corners of its convex hull, in order round; the flattest are left out beyond `most`."""
+    hull = np.ravel(cv2.convexHull(at.astype(np.float32), returnPoints=False)).astype(np.intp)
+    while len(hull) > max(most, 3):
+        a, b, c = (at[np.roll(hull, turn)] for turn in (1, 0, -1))
+        area = np.abs((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
+        hull = np.delete(hull, int(np.argmin(area)))
+    return hull
+
+
+def _middles(cv2: Any, grey: Picture, at: FloatArray, flat: FloatArray) -> FloatArray:
+    """Where the middles of dots near (K, 2) are seen, to a fraction of a pixel; `flat` (K, 2) on the board [mm]."""
+    apart = np.linalg.norm(at[:, np.newaxis] - at, axis=2)
+    np.fill_diagonal(apart, np.inf)
+    found = [
+        _weighed(cv2, grey, place, 0.5 * reach) for place, reach in zip(at, apart.min(axis=1).tolist(), strict=True)
+    ]
+    middles, areas = np.array([place for place, _ in found]), np.array([area for _, area in found])
+    H, _ = cv2.findHomography(flat, middles)
+    if H is None:
+        return middles
+    radius = float(np.median(np.sqrt(areas / (np.pi * _stretch(H, flat)))))
+    return np.asarray(middles - _drawn_aside(H, flat, radius))
+
+
+def _weighed(cv2: Any, grey: Picture, at: FloatArray, reach: float) -> tuple[FloatArray, float]:
+    """Where the darkness about a place weighs, within half the distance to the next dot, and its area [px^2]."""
+    height, width = grey.shape
+    x0, x1 = max(int(at[0] - reach), 0), min(int(at[0] + reach) + 2, width)
+    y0, y1 = max(int(at[1] - reach), 0), min(int(at[1] + reach) + 2, height)
+    part = grey[y0:y1, x0:x1].astype(np.float64)
+    y, x = np.mgrid[y0:y1, x0:x1]
+    if min(part.shape) < 3:
+        return at, 0.0
+    middle = grey[int(at[1]) : int(at[1]) + 2, int(at[0]) : int(at[0]) + 2]
+    dark, bright = float(middle.mean()), float(np.percentile(part, 90))
+    # The dot and its edge alone: what is beside the board may be dark too.
+    _, of = cv2.connectedComponents((part < (dark + bright) / 2).astype(np.uint8))
+    own = of[min(round(at[1]) - y0, y1 - y0 - 1), min(round(at[0]) - x0, x1 - x0 - 1)]
+    dot = cv2.dilate(((of == own) & (own > 0)).astype(np.uint8), np.ones((_EDGE, _EDGE), np.uint8))
+    # Paper and its noise weigh nothing, ink all; the edge by its share.
+    weight = np.clip((0.9 * bright + 0.1 * dark - part) / max(0.8 * (bright - dark), 1.0), 0, 1) * dot
+    total = float(weight.sum())
+    if total <= 0:
+        return at, 0.0
+    return np.array([np.sum(weight * x), np.sum(weight * y)]) / total, total
+
+
+def _stretch(H: FloatArray, flat: FloatArray) -> FloatArray:
+    """(K,) square pixels of a square millimetre about each place: det H / w^3."""
+    w = flat @ H[2, :2] + H[2, 2]
+    return np.asarray(np.abs(np.linalg.det(H) / w**3))
+
+
+def _drawn_aside(H: FloatArray, flat: FloatArray, radius: float) -> FloatArray:
+    """(K, 2) from where the middle of each dot is seen to the middle of its ellipse [px]."""
+    out = np.empty_like(flat)
+    for k, (x, y) in enumerate(flat):
+        centre = np.array([x, y, 1.0])
+        disc = np.diag([radius**2, radius**2, 0.0]) - np.outer(centre, centre)  # dual conic of the circle
+        ellipse, seen = H @ disc @ H.T, H @ centre
+        out[k] = ellipse[:2, 2] / ellipse[2, 2] - seen[:2] / seen[2]
+    return out

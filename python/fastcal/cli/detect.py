@@ -1,0 +1,89 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""`fastcal detect`: pictures of boards in, a table of their corners out, and a page that shows them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from fastcal.cli.console import emit, progress, say, warn
+from fastcal.cli.options import PageLanguage
+
+
+def detect(
+    pictures: Annotated[list[Path], typer.Argument(metavar="PICTURES...", help="Pictures, or folders of them.")],
+    cell: Annotated[str, typer.Option(metavar="CELL", help="The cell file with the cameras and boards.")],
+    output: Annotated[
+        Path, typer.Option("-o", "--output", metavar="FILE", help="The table of corners; a page is written beside it.")
+    ],
+    joints: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE", help="The poses: each picture finds its row by name, number, time, or else by order."
+        ),
+    ] = None,
+    jobs: Annotated[int, typer.Option(min=1, help="Processes; no result depends on it.")] = 1,
+    page_language: PageLanguage = "en",
+) -> None:
+    """Find the corners of boards in pictures.
+
+    The table is what --corners of `fastcal calibrate` takes.
+    """
+    from fastcal.camera.detection import detect as detected
+    from fastcal.errors import InvalidInput
+    from fastcal.io.atomic import atomic_paths
+    from fastcal.io.robot_file import load_robot
+    from fastcal.io.tables import check_csv_name, csv_text, read_table
+    from fastcal.report.detection_report import detection_page
+
+    check_csv_name(output)
+    robot = load_robot(cell)
+    poses = None if joints is None else read_table(joints)
+    with progress() as show:
+        found = detected(robot, pictures, poses=poses, jobs=jobs, progress=show)
+        for picture in found.pictures:
+            say(f"{picture.path.name}: {picture.told}")
+        columns = found.columns()
+        if not columns["row"]:
+            first = found.pictures[0]
+            raise InvalidInput(
+                f"no board was found in any of {len(found.pictures)} pictures; {first.path.name}: {first.told}"
+            )
+        show("writing the page")
+        page = output.with_suffix(".html")
+        with atomic_paths([output, page]) as (table_file, page_file):
+            table_file.write_text(csv_text(columns), encoding="utf-8", newline="\n")
+            page_file.write_text(detection_page(found, robot, language=page_language), encoding="utf-8")
+    warn(f"{picture.path}: {picture.told}" for picture in found.empty)
+    warn(
+        f"{picture.path}: is of no row of the poses, and was left out"
+        for picture in found.pictures
+        if picture.row is None and picture.count
+    )
+    for camera, how in found.joins.items():
+        say(f"camera {camera}: pictures joined to rows {how}")
+    with_board = len(found.pictures) - len(found.empty)
+    say(f"{with_board} of {len(found.pictures)} pictures show a board; {len(columns['row'])} corners")
+    say(str(page))
+    say(str(output))
+    emit(
+        {
+            "file": str(output),
+            "page": str(page),
+            "corners": len(columns["row"]),
+            "joined": dict(found.joins),
+            "pictures": [
+                {
+                    "picture": str(picture.path),
+                    "camera": picture.camera,
+                    "row": picture.row,
+                    "corners": {name: seen.count for name, seen in picture.boards.items()},
+                    "why": None if picture.count else picture.told,
+                }
+                for picture in found.pictures
+            ],
+        }
+    )

@@ -1,0 +1,106 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""The page of a detection: every picture with its corners drawn, what was not found and why, and the coverage."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal.camera.detection import Detection, PictureSeen
+from fastcal.report import page
+from fastcal.report.figures import AFTER, ALERT
+from fastcal.report.formatting import count, percent, plural
+from fastcal.report.image_plane import coverage_figure, covered
+from fastcal.report.language import _, in_language
+from fastcal.robot.robot import Robot
+
+Array = NDArray[np.float64]
+
+_ENOUGH = 0.6  # of the parts of a picture that hold a corner
+
+
+@dataclass(frozen=True)
+class Card:
+    """A picture on a page.
+
+    Attributes:
+        title, text: Above and below it.
+        picture: Its small copy as a data URL; empty: none.
+        width, height: Of the picture [px].
+        radius, thickness: Of the marks [px of the picture].
+        corners: Marks: u, v, colour.
+        is_caution: Nothing was found.
+    """
+
+    title: str
+    text: str
+    picture: str
+    width: int
+    height: int
+    corners: tuple[tuple[float, float, str], ...] = ()
+    is_caution: bool = False
+
+    @property
+    def radius(self) -> float:
+        """Of a mark."""
+        return max(self.width, self.height) / 110
+
+
+def detection_page(found: Detection, robot: Robot, *, language: str = "en") -> str:
+    """The HTML text of the page."""
+    with in_language(language):
+        return _page(found, robot)
+
+
+def _page(found: Detection, robot: Robot) -> str:
+    cameras: Mapping[str, Any] = robot.spec["cameras"]
+    seen = {name: _corners_of(found, name) for name in cameras if any(p.camera == name for p in found.pictures)}
+    with_board = len(found.pictures) - len(found.empty)
+    tiles = [
+        (_("Pictures with a board"), _("{some} of {all}", some=with_board, all=len(found.pictures)), ""),
+        (_("Corners"), count(sum(picture.count for picture in found.pictures)), ""),
+    ]
+    for name, uv in seen.items():
+        share = covered(uv, cameras[name]["size_px"])
+        note = _("of the picture holds corners") if share >= _ENOUGH else _("of the picture holds corners; show more")
+        tiles.append((_("Coverage, camera {camera}", camera=name), percent(share), note))
+    return page.render(
+        "detection.html",
+        title=_("Corners in pictures of {robot}", robot=robot.name),
+        robot_name=robot.name,
+        simulated=False,
+        pictures=plural(len(found.pictures), "picture"),
+        tiles=tiles,
+        drawings=[coverage_figure(name, uv, cameras[name]["size_px"]) for name, uv in seen.items()],
+        cards=[_card(picture) for picture in sorted(found.pictures, key=lambda each: each.count > 0)],
+    )
+
+
+def _corners_of(found: Detection, camera: str) -> Array:
+    """(K, 2) all corners that a camera saw."""
+    every = [seen.uv for picture in found.pictures if picture.camera == camera for seen in picture.boards.values()]
+    uv = np.concatenate(every) if every else np.empty((0, 2))
+    return np.asarray(uv[np.isfinite(uv[:, 0])])
+
+
+def _card(picture: PictureSeen) -> Card:
+    marks: list[tuple[float, float, str]] = []
+    for seen in picture.boards.values():
+        known = seen.uv[np.isfinite(seen.uv[:, 0])].round(1).tolist()
+        # The first corner in another colour says which way up the board was read.
+        first = np.isfinite(seen.uv[0]).all()
+        marks += [(u, v, ALERT if first and k == 0 else AFTER) for k, (u, v) in enumerate(known)]
+    return Card(
+        picture.path.name, picture.told, data_url(picture.thumb), *picture.size, tuple(marks), not picture.count
+    )
+
+
+def data_url(jpeg: bytes) -> str:
+    """A JPEG as a page carries it."""
+    return f"data:image/jpeg;base64,{base64.b64encode(jpeg).decode('ascii')}" if jpeg else ""

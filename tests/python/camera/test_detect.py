@@ -1,0 +1,109 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""`fastcal detect`: from a folder of pictures to the table that `calibrate` takes."""
+
+import json
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from fastcal.camera.rendering import render
+from fastcal.cli import main
+from fastcal.io.robot_file import load_robot
+
+from ..cells import camera_scene as scene
+
+COUNT = 14
+EMPTY = 5
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A cell, its poses and its pictures, of which one shows no board; only to be read."""
+    where = tmp_path_factory.mktemp("pictures")
+    scene.write(where, count=COUNT)
+    spec = load_robot(where / "cell.yaml").spec
+    (where / "shots").mkdir()
+    for k, q in enumerate(scene.postures(COUNT, 1)):
+        T = np.linalg.inv(scene.flange(q) @ scene.WRIST) @ scene.PLATE
+        T[:3, 3] *= 1e-3
+        picture = render(spec["cameras"]["wrist"], spec["boards"]["plate"], T, seed=k)
+        cv2.imwrite(
+            str(where / "shots" / f"shot_{k + 1:02d}.png"), np.full_like(picture, 110) if k == EMPTY else picture
+        )
+    return where
+
+
+def test_pictures_become_a_table_that_calibrates_the_arm(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    table, out = tmp_path / "corners.csv", tmp_path / "out"
+    cell, poses = str(folder / "cell.yaml"), str(folder / "poses.csv")
+    assert main(["detect", str(folder / "shots"), "--cell", cell, "--joints", poses, "-o", str(table)]) == 0
+    said = capsys.readouterr()
+    assert f"{COUNT - 1} of {COUNT} pictures show a board; {(COUNT - 1) * 24} corners" in said.out
+    assert "which count from 1" in said.out
+    assert f"shot_{EMPTY + 1:02d}.png: row {EMPTY}: plate: no checkerboard of 6 x 4" in said.err
+    assert table.read_text().startswith("row,camera,board,corner,u_px,v_px,picture\n0,wrist,plate,0,")
+
+    given = ["calibrate", cell, poses, "--corners", str(table), "--effects", "joint_compliance@joint2"]
+    assert main([*given, "-o", str(out)]) == 0
+    found = load_robot(out / "model.yaml").spec["cameras"]["wrist"]
+    assert np.linalg.norm(np.array(found["xyz_mm"]) - scene.WRIST[:3, 3]) < 1.0
+    result = json.loads((out / "result.json").read_text())
+    assert result["train"]["kinds"]["corner"]["after"]["rms"] < 0.2
+
+
+def test_the_page_shows_every_picture_with_its_corners(folder: Path, tmp_path: Path) -> None:
+    table = tmp_path / "corners.csv"
+    assert main(["detect", str(folder / "shots"), "--cell", str(folder / "cell.yaml"), "-o", str(table)]) == 0
+    page = (tmp_path / "corners.html").read_text()
+    assert page.count("data:image/jpeg;base64,") == COUNT
+    assert page.count("<circle cx=") >= (COUNT - 1) * 24
+    assert f"{COUNT - 1} of {COUNT}" in page
+    german = ["--page-language", "de"]
+    assert main(["detect", str(folder / "shots"), "--cell", str(folder / "cell.yaml"), "-o", str(table), *german]) == 0
+    assert "Ecken in Bildern" in (tmp_path / "corners.html").read_text()
+
+
+def test_the_same_corners_are_found_side_by_side(folder: Path, tmp_path: Path) -> None:
+    given = ["detect", *map(str, sorted((folder / "shots").iterdir())[:6]), "--cell", str(folder / "cell.yaml")]
+    assert main([*given, "-o", str(tmp_path / "a.csv")]) == 0
+    assert main([*given, "--jobs", "2", "-o", str(tmp_path / "b.csv")]) == 0
+    assert (tmp_path / "a.csv").read_bytes() == (tmp_path / "b.csv").read_bytes()
+
+
+def test_pictures_of_another_size_are_named(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    cv2.imwrite(str(tmp_path / "0.png"), np.full((480, 640), 110, np.uint8))
+    (tmp_path / "1.png").write_text("no picture")
+    table = tmp_path / "corners.csv"
+    assert main(["detect", str(tmp_path), "--cell", str(folder / "cell.yaml"), "-o", str(table)]) == 2
+    said = capsys.readouterr()
+    assert "640 x 480 pixels, and those of camera wrist are 1280 x 960" in said.err
+    assert "cannot be read as a picture" in said.out
+    assert not table.exists()
+
+
+def test_a_robot_without_cameras_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    cv2.imwrite(str(tmp_path / "0.png"), np.full((480, 640), 110, np.uint8))
+    assert main(["detect", str(tmp_path), "--cell", "ur5", "-o", str(tmp_path / "corners.csv")]) == 2
+    assert "no cameras or no boards" in capsys.readouterr().err
+
+
+def test_a_large_picture_is_found_as_well(folder: Path) -> None:
+    """The board is looked for in a smaller picture, and found to a fraction of a pixel of the large one."""
+    from fastcal.camera.finding import find_board
+    from fastcal.robot.rig import board_corners
+
+    spec = load_robot(folder / "cell.yaml").spec
+    board = spec["boards"]["plate"]
+    camera = spec["cameras"]["wrist"] | {"size_px": [2592, 1944], "focal_px": [2200.0, 2200.0]}
+    camera |= {"centre_px": [1296.0, 972.0], "distortion": []}
+    T = np.eye(4)
+    T[:3, 3] = [-0.06, -0.04, 0.4]
+    seen = find_board(render(camera, board, T), board)
+    at = board_corners(board) + T[:3, 3]
+    true = 2200.0 * at[:, :2] / at[:, 2:] + camera["centre_px"]
+    assert np.sqrt(np.mean(np.sum((seen.uv - true) ** 2, axis=1))) < 0.1

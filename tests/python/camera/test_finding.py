@@ -1,0 +1,133 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Corners found in pictures that fastcal draws itself, against where they are."""
+
+import builtins
+import sys
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+
+from fastcal.camera.finding import find_board
+from fastcal.camera.opencv import opencv
+from fastcal.camera.rendering import Exposure, render
+from fastcal.errors import InvalidInput
+
+from .board_scene import BOARDS, CAMERA, before_camera, drawn, views
+
+WITHIN_PX = 0.1  # RMS of a corner's distance from the truth
+LEAST_SHARE = {"april_grid": 0.8, "charuco": 0.9}  # of the corners; of the other kinds all
+
+
+def misses(uv: np.ndarray, true: np.ndarray, *, turnable: bool) -> np.ndarray:
+    """(K,) distances [px] of what was found; a board that looks the same may be read from its other end."""
+    ways = [uv, uv[::-1]] if turnable else [uv]
+    found = [np.linalg.norm(way - true, axis=1) for way in ways]
+    return min((each[np.isfinite(each)] for each in found), key=lambda each: float(np.sqrt(np.mean(each**2))))
+
+
+@pytest.mark.parametrize("kind", BOARDS)
+def test_corners_of_every_kind_of_board_are_found_to_a_tenth_of_a_pixel(kind: str) -> None:
+    board = BOARDS[kind]
+    errors, asked = [], 0
+    for k, T in enumerate(views(board, 5, seed=1)):
+        picture = render(CAMERA, board, T, exposure=Exposure(blur_px=0.5 + 0.1 * k, noise=1.0 + 0.5 * k), seed=k)
+        seen = find_board(picture, board)
+        assert seen.why == ""
+        errors.append(misses(seen.uv, drawn(board, T), turnable=kind == "circles"))
+        asked += len(seen.uv)
+    every = np.concatenate(errors)
+    assert len(every) >= LEAST_SHARE.get(kind, 1.0) * asked
+    assert float(np.sqrt(np.mean(every**2))) < WITHIN_PX
+    assert every.max() < 1.0
+
+
+def test_a_picture_is_drawn_where_the_lens_draws_it() -> None:
+    """The middle of a far disc, without blur and noise, is where its darkness weighs."""
+    board = {"kind": "points", "points_mm": [[0.0, 0, 0], [400, 0, 0], [400, 300, 0], [0, 300, 0]]}
+    T = before_camera(board, [0.0, 0.0, 0.0], [0.0, 0.0, 0.8])
+    grey = render(CAMERA, board, T, exposure=Exposure(blur_px=0.0, noise=0.0, behind=220.0)).astype(float)
+    for u, v in drawn(board, T):
+        rows, columns = np.mgrid[int(v) - 130 : int(v) + 131, int(u) - 130 : int(u) + 131]
+        inside = (rows >= 0) & (columns >= 0) & (rows < 960) & (columns < 1280)
+        weight = (220 - grey[rows[inside], columns[inside]]) / 190
+        found = np.array([np.sum(weight * columns[inside]), np.sum(weight * rows[inside])]) / weight.sum()
+        # A disc seen straight on keeps its middle but for what the lens bends over its radius.
+        assert np.linalg.norm(found - (u, v)) < 1.0
+
+
+def test_a_checkerboard_that_has_two_ends_is_numbered_from_its_black_one() -> None:
+    board = BOARDS["checkerboard"]  # 17 columns and rows: the first square is black, the last is white
+    for turn in (0.0, 90.0, 180.0, 270.0):
+        T = before_camera(board, [15.0, -10.0, turn], [0.0, 0.0, 0.6])
+        seen = find_board(render(CAMERA, board, T), board)
+        assert np.linalg.norm(seen.uv[0] - drawn(board, T)[0]) < 0.3, turn
+
+
+@pytest.mark.parametrize("kind", BOARDS)
+def test_a_picture_without_its_board_says_why(kind: str) -> None:
+    grey = np.full((960, 1280), 110, np.uint8)
+    seen = find_board(grey, BOARDS[kind])
+    assert seen.count == 0
+    assert "blurred or empty" in seen.why
+    # Of another size: a ChArUco board of the same one is a checkerboard.
+    other = BOARDS["charuco" if kind == "checkerboard" else "checkerboard"] | {"columns": 8}
+    picture = render(CAMERA, other, before_camera(other, [0.0, 0.0, 0.0], [0.0, 0.0, 0.6]))
+    assert find_board(picture, BOARDS[kind]).count == 0
+
+
+def test_a_dark_picture_is_called_dark() -> None:
+    assert "dark" in find_board(np.full((480, 640), 8, np.uint8), BOARDS["checkerboard"]).why
+    assert "too bright" in find_board(np.full((480, 640), 250, np.uint8), BOARDS["checkerboard"]).why
+
+
+def test_half_a_marked_board_is_found_by_the_half_that_is_there() -> None:
+    board = BOARDS["charuco"]
+    T = before_camera(board, [10.0, 0.0, 5.0], [0.22, 0.0, 0.5])
+    true = drawn(board, T)
+    seen = find_board(render(CAMERA, board, T), board)
+    outside = (true[:, 0] > 1279) | (true[:, 1] < 0) | (true[:, 1] > 959)
+    assert outside.any()
+    assert 0 < seen.count < len(true)
+    assert np.isnan(seen.uv[outside]).all()
+    error = np.linalg.norm(seen.uv - true, axis=1)
+    assert np.nanmax(error) < 0.5
+
+
+def test_points_in_space_are_said_to_be_beyond_it() -> None:
+    board = {"kind": "points", "points_mm": [[0.0, 0, 0], [50, 0, 0], [50, 50, 0], [0, 50, 0], [20, 20, 40]]}
+    assert "do not lie in a plane" in find_board(np.full((480, 640), 110, np.uint8), board).why
+    with pytest.raises(InvalidInput, match="same z"):
+        render(CAMERA, board, np.eye(4))
+
+
+def test_an_unknown_dictionary_lists_those_that_there_are() -> None:
+    board = BOARDS["charuco"] | {"dictionary": "9X9_3"}
+    with pytest.raises(InvalidInput, match="5X5_250"):
+        find_board(np.zeros((480, 640), np.uint8), board)
+    with pytest.raises(InvalidInput, match="needs a larger dictionary"):
+        find_board(
+            np.zeros((480, 640), np.uint8), BOARDS["charuco"] | {"columns": 20, "rows": 10, "dictionary": "5X5_50"}
+        )
+
+
+def test_without_opencv_one_sentence_says_how_to_get_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    real = builtins.__import__
+
+    def refused(name: str, *rest: Any, **more: Any) -> Any:
+        if name == "cv2":
+            raise ImportError(name)
+        return real(name, *rest, **more)
+
+    monkeypatch.delitem(sys.modules, "cv2")
+    monkeypatch.setattr(builtins, "__import__", refused)
+    with pytest.raises(InvalidInput, match=r"pip install 'fastcal\[camera\]'"):
+        opencv()
+
+
+def test_an_old_opencv_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cv2, "__version__", "4.6.0")
+    with pytest.raises(InvalidInput, match=r"4\.8 or newer, got 4\.6\.0"):
+        opencv()
