@@ -56,8 +56,8 @@ def _columns(robot: Robot) -> dict[str, str]:
     shown = {entry["joint"] for entry in robot.spec.get("pendant") or []}
     letter = "q" if robot.pendant.is_chain else "j"
     for joint, (spec, (low, high)) in enumerate(zip(robot.spec["joints"], robot.limits.tolist(), strict=True), start=1):
-        if "mimic" in spec:
-            continue  # it follows another joint
+        if "mimic" in spec or joint - 1 in robot.passive:
+            continue  # it follows others
         unit = length_or_angle_unit(spec)
         reach = f"{from_si(low, unit):.6g} to {from_si(high, unit):.6g} {unit}"
         told = f", {reach}" if joint not in shown else ", as the controller shows it"

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.robot.loops import loop_arguments
 from fastcal.robot.structure import build_structure, frame_names
 from fastcal.units import to_si
 
@@ -63,6 +64,7 @@ def build_core(spec: Spec) -> _core.RobotModel:
         wrench_frame=spec["wrench_frame"],
         motor_ratio=np.array([joint.get("motor_ratio", np.nan) for joint in joints], dtype=float),
         compensator=_compensator(spec.get("compensator")),
+        **loop_arguments(spec),
         bending=build_structure(spec["structure"], frame_names(n)) if spec.get("structure") else None,
     )
     kinematics = spec["kinematics"]

@@ -14,6 +14,7 @@ from fastcal import _core
 from fastcal.effects.entries import traits_of
 from fastcal.effects.values import written_parameters
 from fastcal.robot.core_model import ROW_KEYS, ROW_UNITS, pose, screw
+from fastcal.robot.loops import write_loops
 from fastcal.robot.plain_copy import plain_copy
 from fastcal.robot.robot import Robot, Spec
 from fastcal.units import from_si
@@ -77,6 +78,7 @@ def identified_spec(start: Robot, model: _core.ErrorModel, found: Solution) -> S
         values.setdefault(parameter.owner, {})[parameter.name] = value
     for i, joint in enumerate(spec["joints"]):
         _set_joint(joint, spec["kinematics"], values.get(f"joint{i + 1}", {}))
+    write_loops(spec, values)
     if not start.effects:
         return spec
     covariance = np.full((len(theta), len(theta)), np.nan)

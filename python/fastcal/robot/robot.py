@@ -30,6 +30,7 @@ from fastcal.measurements.conditions import build_samples, condition_columns
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.calibration_record import CalibrationRecord
 from fastcal.robot.core_model import Spec, build_core, length_or_angle_unit, pose
+from fastcal.robot.loops import Assembly, assemble, passive_joints
 from fastcal.robot.pendant import Pendant, pendant_of
 from fastcal.robot.plain_copy import plain_copy
 from fastcal.units import to_si
@@ -232,14 +233,33 @@ class Robot(Shown):
                 found.append(Mimic(i, entry["joint"] - 1, float(entry["multiplier"]), offset))
         return found
 
+    @cached_property
+    def passive(self) -> list[int]:
+        """Joints, from 0, that closed loops move."""
+        return passive_joints(self.spec)
+
     def follow(self, q: FloatArray) -> FloatArray:
-        """Joint positions (N, n) in which mimic joints are where their drivers put them, whatever q says of them."""
-        if not self.mimics:
-            return q
-        q = q.copy()
-        for joint, driver, multiplier, offset in self.mimics:
-            q[:, joint] = multiplier * q[:, driver] + offset
+        """Joint positions (N, n) with mimic and passive joints where others put them, whatever q says of them.
+
+        Raises:
+            InvalidInput: The loops of a row do not close, not even nearly.
+        """
+        if self.mimics:
+            q = q.copy()
+            for joint, driver, multiplier, offset in self.mimics:
+                q[:, joint] = multiplier * q[:, driver] + offset
+        if self.passive:
+            assembly = assemble(self.core, q)
+            assembly.check(near=True)
+            q = assembly.q
         return q
+
+    def assemble(self, q: ArrayLike, *, threads: int = 1) -> Assembly:
+        """Closes the loops of postures q (N, n) or (n,) [rad or m]; what q says of passive joints is not looked at."""
+        joints = np.ascontiguousarray(np.atleast_2d(np.asarray(q, dtype=float)))
+        if joints.ndim != 2 or joints.shape[1] != self.joint_count:
+            raise InvalidInput(f"q must have shape (N, {self.joint_count}), got {np.shape(q)}")
+        return assemble(self.core, joints, threads)
 
     def conditions(self, q: ArrayLike, **columns: Any) -> _core.Samples:
         """Checked conditions of N postures q (N, n) or (n,), SI; see `forward`. Mimic joints follow their drivers."""
