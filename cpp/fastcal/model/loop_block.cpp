@@ -46,6 +46,9 @@ void LoopBlock::close(double* joints, int rows, int stride, const std::function<
   sights_.clear();
   for (int r = 0; r < m && rows > 0; ++r) {
     const View& view = equations_.front()[static_cast<std::size_t>(r)].frames;
+    // The kernel wants a look of each number, if only with slopes of 0.
+    if (view.target == kWorldFrame && view.sensor == kWorldFrame)
+      sights_.push_back({r, kBaseFrame, slopes + 12 * r * stride});
     if (view.target != kWorldFrame) sights_.push_back({r, view.target, slopes + 12 * r * stride});
     if (view.sensor != kWorldFrame) sights_.push_back({r, view.sensor, slopes + (12 * r + 6) * stride});
   }

@@ -22,7 +22,9 @@ constexpr double kJump = 0.5;     // [rad], [m]: further in one part of the way 
 constexpr double kShortestPart = 1.0 / 1024;
 constexpr double kSingular = 1e-7;   // of the largest singular value
 constexpr double kDependent = 1e-9;  // equations of which others are the sum, of the largest pivot
-constexpr double kDamping = 1e-8;    // where no equation says where a joint goes
+constexpr double kFarOpen = 0.05;    // [m], [rad]: more than redundant equations of machined parts may leave
+constexpr const char* kHint = " (m or rad); give start_deg or start_mm of the joints so that it nearly does";
+constexpr double kDamping = 1e-8;  // where no equation says where a joint goes
 
 Eigen::VectorXd newton_step(const Eigen::MatrixXd& J, const Eigen::VectorXd& e) {
   const Eigen::FullPivLU<Eigen::MatrixXd> lu(J);
@@ -169,6 +171,13 @@ void choose_loop_rows(Chain& chain) {
       break;
     }
   }
+  if (e.size() > 0 && e.cwiseAbs().maxCoeff() > kFarOpen) {
+    Eigen::Index widest = 0;
+    const double gap = e.cwiseAbs().maxCoeff(&widest);
+    const auto loop = static_cast<std::size_t>(every[static_cast<std::size_t>(widest)].first);
+    FASTCAL_CHECK(false) << "the loops do not close at the start posture: '" << chain.loops[loop].name << "' lacks "
+                         << gap << kHint;
+  }
   Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(J.transpose());
   qr.setThreshold(kDependent);
   const auto rank = static_cast<Eigen::Index>(qr.rank());
@@ -189,8 +198,7 @@ void choose_loop_rows(Chain& chain) {
     const auto [loop, component] = chain.loop_rows[static_cast<std::size_t>(assembler.widest())];
     (void)component;
     FASTCAL_CHECK(false) << "the loops do not close at the start posture: '"
-                         << chain.loops[static_cast<std::size_t>(loop)].name << "' lacks " << assembler.gap()
-                         << " (m or rad); give start_deg or start_mm of the joints so that it nearly does";
+                         << chain.loops[static_cast<std::size_t>(loop)].name << "' lacks " << assembler.gap() << kHint;
   }
 }
 

@@ -99,7 +99,12 @@ def _rod(fields: Fields, joints: list[Spec]) -> Spec:
 def _pose(fields: Fields) -> Spec:
     """Pins of which components of the pose, seen from the first, are 0."""
     fixed = fields.take("fixed")
-    if not isinstance(fixed, list) or not fixed or any(c not in COMPONENTS for c in fixed) or len(set(fixed)) < len(fixed):
+    if (
+        not isinstance(fixed, list)
+        or not fixed
+        or any(c not in COMPONENTS for c in fixed)
+        or len(set(fixed)) < len(fixed)
+    ):
         fields.fail("fixed", f"a list of {', '.join(COMPONENTS)}", fixed)
     loop: Spec = {"fixed": sorted(fixed, key=COMPONENTS.index)}
     for end in ("from", "to"):

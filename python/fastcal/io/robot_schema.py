@@ -50,7 +50,7 @@ def check_spec(value: Any, path: str | os.PathLike[str] = "robot") -> Spec:
     spec["joints"] = [_joint(fields, kind, len(joints)) for fields in joints]
     _check_mimics(spec["joints"], joints)
     check_order(spec["joints"], joints, kind)
-    if (loops := check_loops(_list(top, "loops", 0, 1000), spec["joints"])):
+    if loops := check_loops(_list(top, "loops", 0, 1000), spec["joints"]):
         spec["loops"] = loops
     spec |= _end_of_chain(top, kind)
     if kind == "urdf":

@@ -24,6 +24,8 @@ Spec = dict[str, Any]
 COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
 STATUSES = ("closed", "singular", "other_branch", "open")
 _NEAR = 0.02  # [m], [rad]: a gap that errors of the nominal geometry may leave
+_ASIDE = 0.05  # [rad], [m] from the start posture to others
+_STILL = 1e-10  # [m], [rad] of the tool by one of a parameter: nothing
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +94,21 @@ def assemble(core: _core.RobotModel, q: FloatArray, threads: int = 1) -> Assembl
     unknown = np.isnan(values)
     values[unknown] = np.broadcast_to(home, values.shape)[unknown]
     closed, status, gap, widest = core.assemble(np.ascontiguousarray(values), threads)
-    return Assembly(np.asarray(closed), [STATUSES[k] for k in np.asarray(status).tolist()], np.asarray(gap), list(widest))
+    return Assembly(
+        np.asarray(closed), [STATUSES[k] for k in np.asarray(status).tolist()], np.asarray(gap), list(widest)
+    )
+
+
+def hidden_parameters(core: _core.RobotModel) -> set[int]:
+    """Indices of geometry that moves the tool in no posture: loops put passive joints wherever their mounts are."""
+    home = np.asarray(core.home)
+    if not len(home):
+        return set()
+    q = home + np.array([[0.0], [_ASIDE], [-_ASIDE]]) * np.cos(np.arange(len(home)))
+    model = _core.ErrorModel(core, [], np.zeros(0))
+    J = np.asarray(model.parameter_jacobian(_core.Samples(assemble(core, q).q), model.start, 6))
+    still = np.abs(J).max(axis=(0, 1)) < _STILL
+    return {i for i, parameter in enumerate(core.parameters) if still[i] and parameter.owner.startswith("joint")}
 
 
 def write_loops(spec: Spec, values: dict[str, dict[str, float]]) -> None:

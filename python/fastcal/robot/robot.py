@@ -280,7 +280,12 @@ class Robot(Shown):
             **conditions: payload [kg], wrench (N, 6), temperature [K], time [s], station and mount (labels), approach
                 (N, n), move (N, n) last moves of the joints [rad or m], current (N, n) [A], extra (name to (N,)); one
                 number or label stands for all rows.
+
+        Raises:
+            InvalidInput: The closed loops of a row do not close; `assemble` says why, row by row.
         """
+        if self.passive:
+            self.assemble(q).check()
         samples = self.conditions(q, **conditions)
         T = np.asarray(self.error_model.predict(samples, self.error_model.start, threads, out))
         return self._with_correction(T, q, conditions.get("payload"))
