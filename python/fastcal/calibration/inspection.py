@@ -29,7 +29,7 @@ def check_columns(robot: Robot, data: Dataset, *, as_read: bool = False) -> list
     """
     if robot.passive:
         return []  # another reading of the columns need not close the loops
-    bare = Robot(robot.spec | {"effects": []})
+    bare = robot.with_(effects=[])
     suspicion = plausible(data, bare, bare.forward)
     if suspicion is None:
         return []

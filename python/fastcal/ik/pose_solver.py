@@ -54,7 +54,7 @@ class PoseSolver:
         self._conditions = conditions
         home = np.asarray(model.core.home)
         rows = model.conditions(home if len(home) else np.zeros(model.joint_count), **conditions)
-        follows = model.correction is not None or any(find(e["effect"]) for e in model.spec.get("effects") or [])
+        follows = model.correction is not None or any(find(e["effect"]) for e in model.entries)
         follows = follows or bool(model.mimics)
         self._core = None if follows else _core.PoseSolver(model.error_model, rows, reach=model.reach, **options)
 

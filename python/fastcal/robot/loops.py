@@ -8,6 +8,7 @@ last. A joint that is `passive` has no motor and no column in measurements: the 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,10 +17,10 @@ from numpy.typing import NDArray
 
 from fastcal import _core
 from fastcal.errors import InvalidInput
+from fastcal.robot.robot_spec import Joint, RobotSpec, Spec
 from fastcal.units import from_si, to_si
 
 FloatArray = NDArray[np.float64]
-Spec = dict[str, Any]
 
 COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
 STATUSES = ("closed", "singular", "other_branch", "open")
@@ -63,26 +64,26 @@ class Assembly:
                 raise InvalidInput(self.sentence(row))
 
 
-def passive_joints(spec: Spec) -> list[int]:
+def passive_joints(spec: RobotSpec) -> list[int]:
     """Joints, from 0, that no motor moves."""
-    return [i for i, joint in enumerate(spec["joints"]) if joint.get("passive")]
+    return [i for i, joint in enumerate(spec.joints) if joint.passive]
 
 
-def parents(spec: Spec) -> list[int]:
+def parents(spec: RobotSpec) -> list[int]:
     """Of each joint, from 0, the one on whose link it stands; -1: the base. Empty where each stands on that before."""
-    found = [_joint_of(joint["on"]) if "on" in joint else i - 1 for i, joint in enumerate(spec["joints"])]
+    found = [i - 1 if joint.on is None else _joint_of(joint.on) for i, joint in enumerate(spec.joints)]
     return [] if found == list(range(-1, len(found) - 1)) else found
 
 
-def loop_arguments(spec: Spec) -> dict[str, Any]:
+def loop_arguments(spec: RobotSpec) -> dict[str, Any]:
     """What the core's description of a robot needs of its branches and loops; nothing where it has none."""
     out: dict[str, Any] = {}
     if branches := parents(spec):
         out["parents"] = branches
     passive = passive_joints(spec)
-    if passive or spec.get("loops"):
-        home = [to_si(float(joint.get(f"start_{_unit(joint)}", 0.0)), _unit(joint)) for joint in spec["joints"]]
-        loops = [_loop(entry, spec) for entry in spec.get("loops") or []]
+    if passive or spec.loops:
+        home = [to_si(joint.start, joint.unit) for joint in spec.joints]
+        loops = [_loop(entry, spec.joints) for entry in spec.loops]
         out |= {"passive": passive, "home": np.array(home), "loops": loops}
     return out
 
@@ -121,7 +122,7 @@ def write_loops(spec: Spec, values: dict[str, dict[str, float]]) -> None:
         if "length" in found:
             entry["length_mm"] = from_si(found["length"], "mm")
         if "offset" in found:
-            unit = _unit(spec["joints"][entry["joint"] - 1])
+            unit = "mm" if spec["joints"][entry["joint"] - 1]["type"] == "prismatic" else "deg"
             entry[f"offset_{unit}"] = from_si(found["offset"], unit)
             entry["ratios"] = {joint: found[f"ratio_joint{joint}"] for joint in entry["ratios"]}
         if "rx" in found:
@@ -131,23 +132,26 @@ def write_loops(spec: Spec, values: dict[str, dict[str, float]]) -> None:
             entry["from_rpy_deg"] = [from_si(v, "deg") for v in _core.rotation_to_rpy(R).tolist()]
 
 
-def _loop(entry: Spec, spec: Spec) -> _core.Loop:
+def _loop(entry: Spec, joints: Sequence[Joint]) -> _core.Loop:
     name = entry["name"]
     if "ratios" in entry:
-        unit = _unit(spec["joints"][entry["joint"] - 1])
+        unit = joints[entry["joint"] - 1].unit
         ratios = [(int(joint) - 1, float(ratio)) for joint, ratio in entry["ratios"].items()]
         offset = to_si(float(entry[f"offset_{unit}"]), unit)
         return _core.Loop.gear(name=name, driven=entry["joint"] - 1, joints=ratios, offset=offset)
-    ends: dict[str, Any] = {"from_frame": _frame(entry["from"], spec), "to_frame": _frame(entry["to"], spec)}
+    ends: dict[str, Any] = {
+        "from_frame": _frame(entry["from"], len(joints)),
+        "to_frame": _frame(entry["to"], len(joints)),
+    }
     if "length_mm" in entry:
-        joints = [(int(joint) - 1, float(share)) for joint, share in (entry.get("joints") or {}).items()]
+        added = [(int(joint) - 1, float(share)) for joint, share in (entry.get("joints") or {}).items()]
         return _core.Loop.rod(
             name=name,
             **ends,
             p_from=_point(entry, "from"),
             p_to=_point(entry, "to"),
             length=to_si(float(entry["length_mm"]), "mm"),
-            joints=joints,
+            joints=added,
         )
     return _core.Loop.pose(
         name=name,
@@ -175,17 +179,13 @@ def _rotation(rpy_deg: list[float]) -> FloatArray:
     return np.asarray(_core.rpy_to_rotation([to_si(float(angle), "deg") for angle in rpy_deg]))
 
 
-def _frame(name: str, spec: Spec) -> int:
+def _frame(name: str, joint_count: int) -> int:
     """Of base, linkN or tool in the order of the core's frames."""
     if name == "base":
         return 0
-    return 2 * len(spec["joints"]) + 1 if name == "tool" else 2 * _joint_of(name) + 2
+    return 2 * joint_count + 1 if name == "tool" else 2 * _joint_of(name) + 2
 
 
 def _joint_of(link: str) -> int:
     """Of linkN, from 0; -1: base."""
     return -1 if link == "base" else int(link.removeprefix("link")) - 1
-
-
-def _unit(joint: Spec) -> str:
-    return "mm" if joint["type"] == "prismatic" else "deg"
